@@ -1,0 +1,123 @@
+"""The error tree.
+
+::
+
+    FiveAxisError
+    ├── InputError               something that the user gave is wrong          (exit code 2)
+    │   ├── MachineError         a machine file or its figures
+    │   │   ├── CodeError        a form-shaping code
+    │   │   ├── DegenerateChain  a chain that can't reach every position or direction
+    │   │   └── UnknownMachine   no machine of that name
+    │   ├── ToolError            a tool's dimensions
+    │   ├── ToolpathError        a list of cutter locations
+    │   ├── MeshError            a part mesh
+    │   ├── JobError             a job file
+    │   └── SettingError         an option out of its range
+    ├── MissingDependency        an optional library that isn't on this platform (exit code 2)
+    └── Infeasible               locations without an admissible posture        (exit code 3)
+
+A message reads ``place: fact with value, bound and unit; what to do``. Many problems at once are
+findings (`fiveaxis.findings`), not exceptions.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from fiveaxis.findings import Finding
+
+
+class FiveAxisError(Exception):
+    """Base of every error that fiveaxis raises on purpose."""
+
+    exit_code = 2
+
+
+class InputError(FiveAxisError):
+    """Something that the user gave is wrong; says where.
+
+    Parameters
+    ----------
+    message : fact and what to do about it
+    file : the file that holds the fault, if it came from one
+    line : its line, counted from 1
+    """
+
+    def __init__(self, message: str, *, file: str | Path | None = None, line: int | None = None) -> None:
+        self.message = message
+        self.file = None if file is None else str(file)
+        self.line = line
+        super().__init__(f"{self.place}: {message}" if self.place else message)
+
+    @property
+    def place(self) -> str:
+        """``file:line`` as far as known, else the empty string."""
+        if self.file is None:
+            return "" if self.line is None else f"line {self.line}"
+        return self.file if self.line is None else f"{self.file}:{self.line}"
+
+
+class MachineError(InputError):
+    """A machine file, or a machine that lacks what was asked of it."""
+
+
+class CodeError(MachineError):
+    """A form-shaping code that doesn't name a machine."""
+
+    def __init__(self, code: str, message: str) -> None:
+        self.code = code
+        super().__init__(f"form-shaping code {code!r}: {message}")
+
+
+class DegenerateChain(MachineError):
+    """A chain whose axes can't reach every position or every direction of the tool axis."""
+
+
+class UnknownMachine(MachineError):
+    """No machine of that name; lists the nearest ones."""
+
+    def __init__(self, name: str, near: Sequence[str], known: Sequence[str]) -> None:
+        self.name, self.near, self.known = name, tuple(near), tuple(known)
+        hint = f"did you mean {', '.join(near)}?" if near else f"known: {', '.join(known)}"
+        super().__init__(f"unknown machine {name!r}; {hint} (or give the path of a .toml file)")
+
+
+class ToolError(InputError):
+    """A tool with impossible dimensions."""
+
+
+class ToolpathError(InputError):
+    """A list of cutter locations that can't be read or used."""
+
+
+class MeshError(InputError):
+    """A part mesh that can't be planned on."""
+
+
+class JobError(InputError):
+    """A job file."""
+
+
+class SettingError(InputError):
+    """An option outside its range."""
+
+
+class MissingDependency(FiveAxisError):
+    """A library that this step needs isn't installed, or has no wheel for this platform."""
+
+    def __init__(self, library: str, purpose: str, remedy: str) -> None:
+        self.library = library
+        super().__init__(f"{purpose} needs {library}, which isn't installed; {remedy}")
+
+
+class Infeasible(FiveAxisError):
+    """Some locations have no admissible posture; `findings` names each with its reason."""
+
+    exit_code = 3
+
+    def __init__(self, message: str, findings: Sequence[Finding]) -> None:
+        self.findings = tuple(findings)
+        super().__init__(message)

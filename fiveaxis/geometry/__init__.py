@@ -1,0 +1,15 @@
+"""Vectors, rotations and rigid transforms: the few that several rooms need."""
+
+from fiveaxis.geometry.rotations import line_rotation, rotation_matrix, translation
+from fiveaxis.geometry.vectors import Array, IntArray, angle_between, normalise, perpendicular
+
+__all__ = [
+    "Array",
+    "IntArray",
+    "angle_between",
+    "line_rotation",
+    "normalise",
+    "perpendicular",
+    "rotation_matrix",
+    "translation",
+]

@@ -1,0 +1,226 @@
+"""Cutter locations: the record that every later stage starts from."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from fiveaxis.errors import ToolpathError
+from fiveaxis.geometry import Array, IntArray, normalise
+from fiveaxis.toolpath.tool import Tool
+
+# A direction shorter than this says nothing about where it points.
+SHORTEST_DIRECTION = 1e-6
+
+
+class MoveKind(IntEnum):
+    """What the move that ends at a location does."""
+
+    CUT = 0
+    LINK = 1
+    RAPID = 2
+
+
+@dataclass(frozen=True, eq=False)
+class Toolpath:
+    """Cutter locations in the workpiece frame, one row each.
+
+    What stays where it is while the tool leans is the *pivot*: a ball end mill turns about its centre, so the
+    contact with the surface stays. Rows that don't know something hold NaN there.
+
+    Parameters
+    ----------
+    tool : the cutter
+    pivot : (n, 3), mm, workpiece frame; the ball's centre
+    contact : (n, 3), mm, workpiece frame; cutter contact point, NaN where unknown or in the air
+    normal : (n, 3), unit vectors out of the material, NaN where unknown or in the air
+    axis : (n, 3), unit vectors from tip to shank as programmed, NaN where none was
+    feed : (n,), mm/s, along the move that ends at the row
+    kind : (n,), `MoveKind` values
+    source : (n,), line of the source file, or the row of the array (from 1)
+    name : file or mesh it came from
+    ignored : words of the source that were seen and not used, with their counts
+    """
+
+    tool: Tool
+    pivot: Array
+    contact: Array
+    normal: Array
+    axis: Array
+    feed: Array
+    kind: IntArray
+    source: IntArray
+    name: str = "toolpath"
+    ignored: Mapping[str, int] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        n = len(self.pivot)
+        shapes = {"pivot": (n, 3), "contact": (n, 3), "normal": (n, 3), "axis": (n, 3)}
+        shapes |= {"feed": (n,), "kind": (n,), "source": (n,)}
+        for name, shape in shapes.items():
+            found = np.shape(getattr(self, name))
+            if found != shape:
+                raise ToolpathError(f"{name} has shape {found}; {shape} is needed", file=self.name)
+        if n == 0:
+            raise ToolpathError("no cutter locations", file=self.name)
+        self._check_rows(~np.isfinite(self.pivot).all(axis=1), "a position that isn't a finite number")
+        self._check_rows(
+            ~(np.isfinite(self.feed) & (self.feed > 0.0)), "no positive feed; give one (feed, mm/min)"
+        )
+
+    def _check_rows(self, bad: np.typing.NDArray[np.bool_], what: str) -> None:
+        if bad.any():
+            row = int(np.argmax(bad))
+            raise ToolpathError(
+                f"location {row} has {what} ({int(bad.sum())} such locations)",
+                file=self.name,
+                line=int(self.source[row]),
+            )
+
+    @classmethod
+    def from_contacts(
+        cls,
+        contact: ArrayLike,
+        normal: ArrayLike,
+        tool: Tool,
+        *,
+        feed_mm_min: ArrayLike = 1000.0,
+        source: ArrayLike | None = None,
+        name: str = "toolpath",
+    ) -> Toolpath:
+        """Make a path of cuts from contact points and surface normals.
+
+        Parameters
+        ----------
+        contact : (n, 3), mm, workpiece frame
+        normal : (n, 3), out of the material, any length but zero
+        tool : the cutter
+        feed_mm_min : scalar or (n,)
+        source : (n,), line numbers; counted from 1 by default
+
+        Raises
+        ------
+        ToolpathError
+            Wrong shapes, numbers that aren't finite, a normal of length zero.
+        """
+        points = _rows(contact, "contact", name)
+        lines = _lines(source, len(points))
+        normals = _directions(_rows(normal, "normal", name), "normal", lines, name)
+        return cls(
+            tool=tool,
+            pivot=points + tool.radius * normals,
+            contact=points,
+            normal=normals,
+            axis=np.full_like(points, np.nan),
+            feed=np.broadcast_to(np.asarray(feed_mm_min, dtype=float) / 60.0, len(points)).copy(),
+            kind=np.full(len(points), MoveKind.CUT, dtype=np.int64),
+            source=lines,
+            name=name,
+        )
+
+    @classmethod
+    def from_tips(
+        cls,
+        tip: ArrayLike,
+        axis: ArrayLike,
+        tool: Tool,
+        *,
+        feed_mm_min: ArrayLike = 1000.0,
+        kind: ArrayLike | None = None,
+        source: ArrayLike | None = None,
+        name: str = "toolpath",
+        ignored: Mapping[str, int] | None = None,
+    ) -> Toolpath:
+        """Make a path from tool tips and tool axes; the surface stays unknown.
+
+        Parameters
+        ----------
+        tip : (n, 3), mm, workpiece frame
+        axis : (n, 3), from tip to shank, any length but zero
+        tool : the cutter
+        feed_mm_min : scalar or (n,)
+        kind : (n,), `MoveKind` values; cuts by default
+        source : (n,), line numbers; counted from 1 by default
+
+        Raises
+        ------
+        ToolpathError
+            Wrong shapes, numbers that aren't finite, an axis of length zero.
+        """
+        points = _rows(tip, "tip", name)
+        lines = _lines(source, len(points))
+        axes = _directions(_rows(axis, "axis", name), "tool axis", lines, name)
+        unknown = np.full_like(points, np.nan)
+        return cls(
+            tool=tool,
+            pivot=points + tool.radius * axes,
+            contact=unknown,
+            normal=unknown.copy(),
+            axis=axes,
+            feed=np.broadcast_to(np.asarray(feed_mm_min, dtype=float) / 60.0, len(points)).copy(),
+            kind=np.zeros(len(points), dtype=np.int64) if kind is None else np.asarray(kind, dtype=np.int64),
+            source=lines,
+            name=name,
+            ignored={} if ignored is None else dict(sorted(ignored.items())),
+        )
+
+    def __len__(self) -> int:
+        return len(self.pivot)
+
+    @property
+    def cutting(self) -> np.typing.NDArray[np.bool_]:
+        """(n,), where the move that ends at the location cuts."""
+        return self.kind == MoveKind.CUT
+
+    @property
+    def has_normals(self) -> bool:
+        """Whether every cutting location knows its surface normal."""
+        return bool(np.isfinite(self.normal[self.cutting]).all())
+
+    @property
+    def has_axes(self) -> bool:
+        """Whether every location came with a tool axis."""
+        return bool(np.isfinite(self.axis).all())
+
+    @property
+    def lengths(self) -> Array:
+        """(n,), mm: length of the pivot's way to each location, 0 for the first."""
+        steps = np.linalg.norm(np.diff(self.pivot, axis=0), axis=1)
+        return np.concatenate([[0.0], steps])
+
+    def tips(self, axis: Array) -> Array:
+        """Place the tool tip for given tool axes, (n, 3) unit vectors: ``pivot − R·o``, (n, 3) mm."""
+        return self.pivot - self.tool.radius * axis
+
+    def with_feed(self, feed_mm_min: float) -> Toolpath:
+        """Return the same path with one feed everywhere, in mm/min."""
+        return replace(self, feed=np.full(len(self), feed_mm_min / 60.0))
+
+
+def _rows(values: ArrayLike, what: str, name: str) -> Array:
+    rows = np.array(values, dtype=float)
+    if rows.ndim != 2 or rows.shape[1] != 3:
+        raise ToolpathError(f"{what} has shape {rows.shape}; (n, 3) is needed", file=name)
+    return rows
+
+
+def _lines(source: ArrayLike | None, n: int) -> IntArray:
+    return np.arange(1, n + 1) if source is None else np.asarray(source, dtype=np.int64)
+
+
+def _directions(rows: Array, what: str, lines: IntArray, name: str) -> Array:
+    lengths = np.linalg.norm(rows, axis=1)
+    bad = ~(lengths > SHORTEST_DIRECTION)
+    if bad.any():
+        row = int(np.argmax(bad))
+        fact = "a length that isn't a number" if np.isnan(lengths[row]) else f"length {lengths[row]:g}"
+        raise ToolpathError(
+            f"the {what} of location {row} has {fact}; a direction is needed",
+            file=name,
+            line=int(lines[row]),
+        )
+    return normalise(rows)
