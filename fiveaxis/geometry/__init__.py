@@ -1,10 +1,11 @@
 """Vectors, rotations and rigid transforms: the few that several rooms need."""
 
 from fiveaxis.geometry.rotations import line_rotation, rotation_matrix, translation
-from fiveaxis.geometry.vectors import Array, IntArray, angle_between, normalise, perpendicular
+from fiveaxis.geometry.vectors import Array, BoolArray, IntArray, angle_between, normalise, perpendicular
 
 __all__ = [
     "Array",
+    "BoolArray",
     "IntArray",
     "angle_between",
     "line_rotation",

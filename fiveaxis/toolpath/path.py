@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from fiveaxis.errors import ToolpathError
-from fiveaxis.geometry import Array, IntArray, normalise
+from fiveaxis.geometry import Array, BoolArray, IntArray, normalise
 from fiveaxis.toolpath.tool import Tool
 
 # A direction shorter than this says nothing about where it points.
@@ -59,20 +59,23 @@ class Toolpath:
 
     def __post_init__(self) -> None:
         n = len(self.pivot)
-        shapes = {"pivot": (n, 3), "contact": (n, 3), "normal": (n, 3), "axis": (n, 3)}
-        shapes |= {"feed": (n,), "kind": (n,), "source": (n,)}
+        shapes: dict[str, tuple[int, ...]] = dict.fromkeys(("pivot", "contact", "normal", "axis"), (n, 3))
+        shapes |= dict.fromkeys(("feed", "kind", "source"), (n,))
         for name, shape in shapes.items():
             found = np.shape(getattr(self, name))
             if found != shape:
                 raise ToolpathError(f"{name} has shape {found}; {shape} is needed", file=self.name)
         if n == 0:
             raise ToolpathError("no cutter locations", file=self.name)
-        self._check_rows(~np.isfinite(self.pivot).all(axis=1), "a position that isn't a finite number")
+        self._check_rows(
+            np.isnan(self.pivot).any(axis=1) | np.isinf(self.pivot).any(axis=1),
+            "a position that isn't a finite number",
+        )
         self._check_rows(
             ~(np.isfinite(self.feed) & (self.feed > 0.0)), "no positive feed; give one (feed, mm/min)"
         )
 
-    def _check_rows(self, bad: np.typing.NDArray[np.bool_], what: str) -> None:
+    def _check_rows(self, bad: BoolArray, what: str) -> None:
         if bad.any():
             row = int(np.argmax(bad))
             raise ToolpathError(
@@ -172,7 +175,7 @@ class Toolpath:
         return len(self.pivot)
 
     @property
-    def cutting(self) -> np.typing.NDArray[np.bool_]:
+    def cutting(self) -> BoolArray:
         """(n,), where the move that ends at the location cuts."""
         return self.kind == MoveKind.CUT
 

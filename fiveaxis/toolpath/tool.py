@@ -58,5 +58,5 @@ def parse_tool(text: str) -> Tool:
     try:
         diameter = float(size)
     except ValueError:
-        raise ToolError(f"tool {text!r}: {size!r} is not a diameter in mm; write for example ball:10") from None
+        raise ToolError(f"tool {text!r}: {size!r} is no diameter in mm; write for example ball:10") from None
     return Tool.ball(diameter)

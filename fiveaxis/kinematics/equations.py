@@ -1,0 +1,148 @@
+"""The chain's equations, written once over a ``cos``/``sin`` namespace.
+
+A scalar here is whatever the namespace computes with: numpy arrays (a column of a path) or CasADi symbols.
+Three-vectors are tuples of scalars, so nothing in this module knows which it is. Products with a constant
+that is exactly 0 are left out: an ideal chain then costs no more than its hand-written equations.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Protocol
+
+from fiveaxis.machine import Chain, Joint
+
+Scalar = Any  # float | numpy array | casadi.SX: arithmetic is all that is asked of it
+Vector = tuple[Scalar, Scalar, Scalar]
+Cosines = Mapping[str, tuple[Scalar, Scalar]]
+
+
+class Trigonometry(Protocol):
+    """What the equations need of numpy or CasADi."""
+
+    def cos(self, angle: Scalar) -> Scalar: ...  # noqa: D102
+    def sin(self, angle: Scalar) -> Scalar: ...  # noqa: D102
+
+
+def cosines_of(rotary: Mapping[str, Scalar], functions: Trigonometry) -> Cosines:
+    """Evaluate cosine and sine of every rotary angle once, by axis letter."""
+    return {letter: (functions.cos(angle), functions.sin(angle)) for letter, angle in rotary.items()}
+
+
+def tool_axis(chain: Chain, cosines: Cosines) -> Vector:
+    """Give the tool axis in the workpiece: ``o = T[:3, 2]`` (form-shaping Eq. 3)."""
+    direction: Vector = tuple(float(c) for c in chain.tool_home[:3, 2])  # type: ignore[assignment]
+    for joint in reversed(chain.joints):
+        if joint.is_rotary:
+            direction = turn(joint, cosines, direction)
+    return direction
+
+
+def tool_tip(chain: Chain, cosines: Cosines, linear: Mapping[str, Scalar]) -> Vector:
+    """Give the tool tip in the workpiece: ``r = T[:3, 3]`` (form-shaping Eq. 3).
+
+    Parameters
+    ----------
+    linear : axis values in mm; a missing letter counts as 0
+    """
+    point: Vector = tuple(float(c) for c in chain.tool_home[:3, 3])  # type: ignore[assignment]
+    for joint in reversed(chain.joints):
+        if joint.is_rotary:
+            pivot = joint.line.point
+            point = add(turn(joint, cosines, subtract(point, pivot)), pivot)
+        elif joint.letter in linear:
+            point = add(point, scale(linear[joint.letter], joint.line.direction))
+    return point
+
+
+def linear_directions(chain: Chain, cosines: Cosines) -> dict[str, Vector]:
+    """Give the direction, in the workpiece, in which each linear axis moves the tool."""
+    directions: dict[str, Vector] = {}
+    for joint in reversed(chain.joints):
+        if joint.is_rotary:
+            directions = {letter: turn(joint, cosines, d) for letter, d in directions.items()}
+        else:
+            directions[joint.letter] = joint.line.direction
+    return directions
+
+
+def linear_axes(chain: Chain, cosines: Cosines, tip: Vector) -> dict[str, Scalar]:
+    """Solve the three linear axes for a tool tip and given rotary angles.
+
+    With the rotary angles fixed the tip is ``r = r_0 + Σ s_l D_l``: linear in the axis values ``s_l``, solved
+    by Cramer's rule (form-shaping Eq. 5, with the chain's offsets).
+
+    Parameters
+    ----------
+    tip : mm, workpiece frame
+
+    Returns
+    -------
+    mm, by axis letter
+    """
+    directions = linear_directions(chain, cosines)
+    (a, u), (b, v), (c, w) = directions.items()
+    way = subtract(tip, tool_tip(chain, cosines, {}))
+    vw, wu, uv = cross(v, w), cross(w, u), cross(u, v)
+    determinant = dot(u, vw)
+    return {a: dot(way, vw) / determinant, b: dot(way, wu) / determinant, c: dot(way, uv) / determinant}
+
+
+def turn(joint: Joint, cosines: Cosines, vector: Vector) -> Vector:
+    """Turn a vector about a joint's direction ``k`` (Rodrigues): ``v c + k×v s + k (k·v)(1 − c)``."""
+    cosine, sine = cosines[joint.letter]
+    k = joint.line.direction
+    along = scale(times(dot(k, vector), 1.0 - cosine), k)
+    return add(add(scale(cosine, vector), scale(sine, cross(k, vector))), along)
+
+
+def times(a: Scalar, b: Scalar) -> Scalar:
+    """Multiply, leaving out constants that are exactly 0 or 1."""
+    if isinstance(a, float) and a in (0.0, 1.0):
+        return b if a else 0.0
+    if isinstance(b, float) and b in (0.0, 1.0):
+        return a if b else 0.0
+    return a * b
+
+
+def plus(a: Scalar, b: Scalar) -> Scalar:
+    """Add, leaving out constants that are exactly 0."""
+    if isinstance(a, float) and a == 0.0:
+        return b
+    if isinstance(b, float) and b == 0.0:
+        return a
+    return a + b
+
+
+def minus(a: Scalar, b: Scalar) -> Scalar:
+    """Subtract, leaving out a subtrahend that is exactly 0."""
+    return a if isinstance(b, float) and b == 0.0 else a - b
+
+
+def add(a: Vector, b: Vector) -> Vector:
+    """Add two vectors."""
+    return plus(a[0], b[0]), plus(a[1], b[1]), plus(a[2], b[2])
+
+
+def subtract(a: Vector, b: Vector) -> Vector:
+    """Subtract two vectors."""
+    return minus(a[0], b[0]), minus(a[1], b[1]), minus(a[2], b[2])
+
+
+def scale(factor: Scalar, vector: Vector) -> Vector:
+    """Multiply a vector by a scalar."""
+    return times(factor, vector[0]), times(factor, vector[1]), times(factor, vector[2])
+
+
+def dot(a: Vector, b: Vector) -> Scalar:
+    """Take the inner product."""
+    return plus(plus(times(a[0], b[0]), times(a[1], b[1])), times(a[2], b[2]))
+
+
+def cross(a: Vector, b: Vector) -> Vector:
+    """Take the outer product."""
+    return (
+        minus(times(a[1], b[2]), times(a[2], b[1])),
+        minus(times(a[2], b[0]), times(a[0], b[2])),
+        minus(times(a[0], b[1]), times(a[1], b[0])),
+    )

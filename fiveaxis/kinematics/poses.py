@@ -1,0 +1,121 @@
+"""Forward kinematics and the linear axes for given rotary angles, on arrays."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fiveaxis.errors import DegenerateChain
+from fiveaxis.geometry import Array
+from fiveaxis.kinematics.equations import (
+    Cosines,
+    Vector,
+    cosines_of,
+    linear_axes,
+    linear_directions,
+    tool_axis,
+    tool_tip,
+)
+from fiveaxis.machine import Machine
+
+
+def tool_poses(machine: Machine, positions: Array) -> tuple[Array, Array]:
+    """Compute where the tool is, relative to the workpiece, for given axis values.
+
+    Parameters
+    ----------
+    machine : the machine
+    positions : (n, k), mm and rad, columns in the order of `machine.axes`
+
+    Returns
+    -------
+    tip : (n, 3), mm, workpiece frame
+    axis : (n, 3), unit vectors from tip to shank, workpiece frame
+
+    References
+    ----------
+    Hayashi et al. (2018), Eqs. (2) and (3).
+    """
+    values = dict(zip(machine.letters, np.asarray(positions, dtype=float).T, strict=True))
+    cosines = cosines_of({c: values[c] for c in machine.rotaries}, np)
+    linear = {c: values[c] for c in machine.chain.linears}
+    shape = np.shape(positions)[:-1]
+    tip = tool_tip(machine.chain, cosines, linear)
+    return _stack(tip, shape), _stack(tool_axis(machine.chain, cosines), shape)
+
+
+def tool_axes(machine: Machine, rotary: Array) -> Array:
+    """Compute the tool axis for given rotary angles.
+
+    Parameters
+    ----------
+    rotary : (..., r), rad, chain order (from the workpiece to the tool)
+
+    Returns
+    -------
+    (..., 3), unit vectors from tip to shank, workpiece frame
+    """
+    return _stack(tool_axis(machine.chain, _cosines(machine, rotary)), rotary.shape[:-1])
+
+
+def linear_positions(machine: Machine, tip: Array, rotary: Array) -> Array:
+    """Solve the linear axes for given rotary angles.
+
+    The rotary angles fix the tool's orientation; the remaining three equations are linear in the linear
+    axes (form-shaping Eq. 5, with the axis offsets of the chain).
+
+    Parameters
+    ----------
+    tip : (..., 3), mm, workpiece frame
+    rotary : (..., r), rad, chain order; broadcast against `tip`
+
+    Returns
+    -------
+    (..., k), mm and rad, columns in the order of `machine.axes`
+
+    Raises
+    ------
+    DegenerateChain
+        The three linear directions don't span space.
+
+    References
+    ----------
+    Hayashi et al. (2018), Eqs. (2)-(5).
+    """
+    require_positioning(machine)
+    cosines = _cosines(machine, rotary)
+    point: Vector = (tip[..., 0], tip[..., 1], tip[..., 2])
+    values = linear_axes(machine.chain, cosines, point)
+    values |= {c: rotary[..., i] for i, c in enumerate(machine.rotaries)}
+    shape = np.broadcast_shapes(tip.shape[:-1], rotary.shape[:-1])
+    return _stack([values[a.letter] for a in machine.axes], shape)
+
+
+def require_positioning(machine: Machine) -> None:
+    """Check that the linear axes reach every position.
+
+    Raises
+    ------
+    DegenerateChain
+        Fewer than three linear axes, or three whose directions lie in a plane at home.
+    """
+    linears = machine.chain.linears
+    if len(linears) != 3:
+        raise DegenerateChain(
+            f"machine {machine.name!r} has {len(linears)} linear axes; a tool tip needs X, Y and Z"
+        )
+    home = dict.fromkeys(machine.rotaries, (1.0, 0.0))
+    matrix = np.array([*linear_directions(machine.chain, home).values()], dtype=float)
+    if abs(np.linalg.det(matrix)) < 1e-9:
+        raise DegenerateChain(f"machine {machine.name!r}: the directions of X, Y and Z lie in one plane")
+
+
+def _cosines(machine: Machine, rotary: Array) -> Cosines:
+    return cosines_of({c: rotary[..., i] for i, c in enumerate(machine.rotaries)}, np)
+
+
+def _stack(columns: Vector | list[Array], shape: tuple[int, ...]) -> Array:
+    """Put scalars side by side as the last dimension; constants are spread over the shape."""
+    stacked = np.empty((*shape, len(columns)))
+    for i, column in enumerate(columns):
+        stacked[..., i] = column
+    return stacked

@@ -1,0 +1,45 @@
+"""The chain's equations as CasADi functions of the rotary angles."""
+
+from __future__ import annotations
+
+import casadi as ca
+
+from fiveaxis.kinematics.equations import cosines_of, linear_axes, tool_axis
+from fiveaxis.kinematics.poses import require_positioning
+from fiveaxis.machine import Machine
+
+
+def linear_axes_of_posture(machine: Machine, pivot: ca.SX, rotary: ca.SX, pivot_to_tip: float) -> ca.SX:
+    """Write the linear axis values as an expression of the rotary angles.
+
+    Parameters
+    ----------
+    machine : three linear axes
+    pivot : (3,), mm, workpiece frame; the point about which the tool leans
+    rotary : (r,), rad, chain order
+    pivot_to_tip : mm; the tip is ``pivot − pivot_to_tip·o`` (a ball's radius)
+
+    Returns
+    -------
+    (3,), mm, in column order of the machine's linear axes
+
+    Raises
+    ------
+    DegenerateChain
+        The linear axes don't reach every position.
+    """
+    require_positioning(machine)
+    cosines = _cosines(machine, rotary)
+    axis = tool_axis(machine.chain, cosines)
+    tip = tuple(pivot[i] - pivot_to_tip * axis[i] for i in range(3))
+    values = linear_axes(machine.chain, cosines, tip)  # type: ignore[arg-type]
+    return ca.vertcat(*(values[machine.letters[i]] for i in machine.linear_columns))
+
+
+def tool_axis_of_posture(machine: Machine, rotary: ca.SX) -> ca.SX:
+    """Write the tool axis, (3,) unit vector in the workpiece frame, as an expression of the angles."""
+    return ca.vertcat(*tool_axis(machine.chain, _cosines(machine, rotary)))
+
+
+def _cosines(machine: Machine, rotary: ca.SX) -> dict[str, tuple[ca.SX, ca.SX]]:
+    return dict(cosines_of({c: rotary[i] for i, c in enumerate(machine.rotaries)}, ca))

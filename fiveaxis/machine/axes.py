@@ -1,0 +1,77 @@
+"""One axis of a machine: what it may do and what it costs, as data."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from fiveaxis.errors import MachineError
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Range of an axis value, mm or rad; infinite where the axis turns without end."""
+
+    low: float = -math.inf
+    high: float = math.inf
+
+    def __post_init__(self) -> None:
+        if not self.low < self.high:
+            raise MachineError(f"axis limits are reversed or empty: {self.low:g} … {self.high:g}")
+
+    @property
+    def unlimited(self) -> bool:
+        """Whether the axis turns without end both ways."""
+        return math.isinf(self.low) and math.isinf(self.high)
+
+
+@dataclass(frozen=True)
+class DirectionalDrive:
+    """Measured power of a feed drive by direction (Hayashi et al. 2018, power table).
+
+    Parameters
+    ----------
+    plus, minus : power while the value grows or falls; W, or W per (rad/s) or (mm/s) if proportional
+    proportional : whether power grows with the axis's own speed; else it is the same at every speed
+    """
+
+    plus: float
+    minus: float
+    proportional: bool = False
+
+
+@dataclass(frozen=True)
+class Axis:
+    """One axis.
+
+    Axis values are tool relative to workpiece (ISO 841) on both sides of the bed.
+
+    Parameters
+    ----------
+    letter : X Y Z A B C
+    limits : mm or rad
+    drive : power by direction, None where unknown
+    max_speed, max_acceleration : mm/s, rad/s and per second; None where unknown
+    reversed : the control counts this axis the other way; the flip happens where NC is read and written
+    """
+
+    letter: str
+    limits: Limits = Limits()
+    drive: DirectionalDrive | None = None
+    max_speed: float | None = None
+    max_acceleration: float | None = None
+    reversed: bool = False
+
+    @property
+    def is_rotary(self) -> bool:
+        """Whether the value is an angle."""
+        return self.letter in "ABC"
+
+    @property
+    def unit(self) -> str:
+        """Unit of the axis value as people read it."""
+        return "deg" if self.is_rotary else "mm"
+
+    def shown(self, value: float) -> float:
+        """Convert a value in mm or rad to what people read: mm or degrees."""
+        return math.degrees(value) if self.is_rotary else value
