@@ -32,7 +32,7 @@ def linear_axes_of_posture(machine: Machine, pivot: ca.SX, rotary: ca.SX, pivot_
     cosines = _cosines(machine, rotary)
     axis = tool_axis(machine.chain, cosines)
     tip = tuple(pivot[i] - pivot_to_tip * axis[i] for i in range(3))
-    values = linear_axes(machine.chain, cosines, tip)  # type: ignore[arg-type]
+    values = linear_axes(machine.chain, cosines, tip)
     return ca.vertcat(*(values[machine.letters[i]] for i in machine.linear_columns))
 
 

@@ -1,6 +1,7 @@
-"""The tool and the list of cutter locations."""
+"""The tool, the list of cutter locations, and how far the tool may lean there."""
 
 from fiveaxis.toolpath.path import MoveKind, Toolpath
+from fiveaxis.toolpath.tilt import TiltBounds, tilt_bounds
 from fiveaxis.toolpath.tool import Tool, parse_tool
 
-__all__ = ["MoveKind", "Tool", "Toolpath", "parse_tool"]
+__all__ = ["MoveKind", "TiltBounds", "Tool", "Toolpath", "parse_tool", "tilt_bounds"]

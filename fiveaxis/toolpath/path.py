@@ -67,13 +67,10 @@ class Toolpath:
                 raise ToolpathError(f"{name} has shape {found}; {shape} is needed", file=self.name)
         if n == 0:
             raise ToolpathError("no cutter locations", file=self.name)
-        self._check_rows(
-            np.isnan(self.pivot).any(axis=1) | np.isinf(self.pivot).any(axis=1),
-            "a position that isn't a finite number",
-        )
-        self._check_rows(
-            ~(np.isfinite(self.feed) & (self.feed > 0.0)), "no positive feed; give one (feed, mm/min)"
-        )
+        unplaced = np.any(np.logical_not(np.isfinite(self.pivot)), axis=1)
+        self._check_rows(unplaced, "a position that isn't a finite number")
+        moving = np.isfinite(self.feed) & (self.feed > 0.0)
+        self._check_rows(np.logical_not(moving), "no positive feed; give one in mm/min (feed)")
 
     def _check_rows(self, bad: BoolArray, what: str) -> None:
         if bad.any():

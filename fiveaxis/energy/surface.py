@@ -1,0 +1,88 @@
+"""The power surface ``S_W = S_WL + S_WR`` over the rotary angles."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from fiveaxis.energy.drives import travel_costs
+from fiveaxis.errors import SettingError
+from fiveaxis.geometry import Array
+from fiveaxis.kinematics import linear_positions, require_orienting
+from fiveaxis.machine import Machine
+
+
+@dataclass(frozen=True, eq=False)
+class PowerSurface:
+    """Consumption against home over a grid of rotary angles, with its two parts.
+
+    Parameters
+    ----------
+    letters : the two rotary axes, chain order
+    first, second : (g,), (h,), rad, the grid
+    linear : (..., g, h), J, S_WL: the linear axes' part
+    rotary : (..., g, h), J, S_WR: the rotary axes' part
+    """
+
+    letters: tuple[str, ...]
+    first: Array
+    second: Array
+    linear: Array
+    rotary: Array
+
+    @property
+    def total(self) -> Array:
+        """(..., g, h), J, S_W."""
+        return self.linear + self.rotary
+
+
+def power_surface(
+    machine: Machine, tip: ArrayLike, feed_mm_min: float, grid: tuple[ArrayLike, ArrayLike]
+) -> PowerSurface:
+    """Compute the power surface at one cutter location or at every location of a path.
+
+    ``S_WL = Σ W·x`` over the linear axes and ``S_WR = Σ W·φ`` over the rotary axes (Eqs. 6-8): the
+    consumption of a move from the axes' zero, each axis with the coefficient of its own direction. The
+    *difference* of the surface between two postures is what a move between them costs only while no axis
+    passes zero; the travel metric of a motion is `move_energies`.
+
+    Parameters
+    ----------
+    machine : two rotary and three linear axes with drives
+    tip : (3,) or (n, 3), mm, workpiece frame; where the tool tip is held
+    feed_mm_min : programmed feed, mm/min
+    grid : angles of the first and of the second rotary axis (chain order), (g,) and (h,), rad
+
+    Returns
+    -------
+    The surface, (g, h) for one location, (n, g, h) for a path.
+
+    Raises
+    ------
+    MachineError
+        An axis without known power.
+    SettingError
+        A feed that isn't positive.
+
+    References
+    ----------
+    Hayashi et al. (2018), Eqs. (5)-(8).
+    """
+    require_orienting(machine)
+    if not feed_mm_min > 0.0:
+        raise SettingError(f"feed is {feed_mm_min:g} mm/min; it must be positive")
+    first, second = (np.asarray(g, dtype=float) for g in grid)
+    angles = np.stack(np.meshgrid(first, second, indexing="ij"), axis=-1)
+    points = np.asarray(tip, dtype=float)[..., None, None, :]
+    positions = linear_positions(machine, points, angles)
+    plus, minus = travel_costs(machine, np.array([feed_mm_min / 60.0]))
+    costs = plus[0] * np.maximum(positions, 0.0) + minus[0] * np.maximum(-positions, 0.0)
+    return PowerSurface(
+        letters=machine.rotaries,
+        first=first,
+        second=second,
+        linear=costs[..., machine.linear_columns].sum(axis=-1),
+        rotary=costs[..., machine.rotary_columns].sum(axis=-1),
+    )

@@ -1,0 +1,104 @@
+"""Energy of a motion."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from fiveaxis.energy.drives import drive_power, travel_costs
+from fiveaxis.geometry import Array
+from fiveaxis.machine import Machine
+from fiveaxis.motion import STANDSTILL, Motion
+
+
+@dataclass(frozen=True)
+class Energy:
+    """What a motion costs.
+
+    Two measures of the feed drives' energy stand side by side. The *travel metric* charges every axis for
+    its travel, ``Σ W|Δq|`` at the programmed feed: what the optimiser minimises. The *power integral* is
+    ``∫P dt`` of the drives over the moves' durations. They agree for drives whose power is proportional to
+    their own speed; a drive with constant power pays in the integral for the whole move, however short its
+    own travel.
+
+    Parameters
+    ----------
+    by_axis : travel metric by axis letter, J
+    power_integral : ∫P dt of the feed drives, J
+    base : base power × time, J; None where the machine's base power is unknown
+    time : duration of the motion, s
+    """
+
+    by_axis: dict[str, float]
+    power_integral: float
+    base: float | None
+    time: float
+
+    @property
+    def total(self) -> float:
+        """Travel metric of all axes, J."""
+        return sum(self.by_axis.values())
+
+    @property
+    def with_base(self) -> float | None:
+        """Power integral and base power together, J; None where the base power is unknown."""
+        return None if self.base is None else self.power_integral + self.base
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the figures as plain data for JSON."""
+        return {
+            "total": self.total,
+            "by_axis": dict(self.by_axis),
+            "power_integral": self.power_integral,
+            "base": self.base,
+            "with_base": self.with_base,
+            "time": self.time,
+        }
+
+
+def motion_energy(machine: Machine, motion: Motion) -> Energy:
+    """Add up what a motion costs.
+
+    Parameters
+    ----------
+    machine : every axis with a drive
+    motion : axis values and times
+
+    Raises
+    ------
+    MachineError
+        An axis without known power.
+    """
+    travel = move_energies(machine, motion).sum(axis=0)
+    time = float(motion.time.sum())
+    return Energy(
+        by_axis={c: float(j) for c, j in zip(machine.letters, travel, strict=True)},
+        power_integral=_power_integral(machine, motion),
+        base=None if machine.base_power is None else machine.base_power * time,
+        time=time,
+    )
+
+
+def move_energies(machine: Machine, motion: Motion) -> Array:
+    """Compute the travel metric of every move by axis.
+
+    Returns
+    -------
+    (n, k), J: ``W⁺Δq⁺ + W⁻Δq⁻`` of the move that ends at the row, 0 for the first
+    """
+    plus, minus = travel_costs(machine, motion.feed)
+    moves = motion.moves
+    return plus * np.maximum(moves, 0.0) + minus * np.maximum(-moves, 0.0)
+
+
+def _power_integral(machine: Machine, motion: Motion) -> float:
+    moving = motion.time > 0.0
+    moves = np.where(np.abs(motion.moves) > STANDSTILL, motion.moves, 0.0)[moving]
+    times = motion.time[moving]
+    return sum(
+        float(drive_power(a.drive, moves[:, i] / times) @ times)
+        for i, a in enumerate(machine.axes)
+        if a.drive is not None
+    )

@@ -1,0 +1,74 @@
+"""The motion of a machine along a path."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from fiveaxis.geometry import Array, BoolArray, IntArray
+from fiveaxis.kinematics import linear_positions, tool_axes
+from fiveaxis.machine import Machine
+from fiveaxis.motion.timing import block_times
+from fiveaxis.toolpath import MoveKind, Toolpath
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """Axis values along a path, one row per cutter location.
+
+    Parameters
+    ----------
+    letters : axis letters, one per column
+    positions : (n, k), mm and rad, tool relative to workpiece; rotary axes accumulate their turns
+    feed : (n,), mm/s, programmed along the move that ends at the row
+    time : (n,), s, duration of that move; 0 for the first row
+    kind : (n,), `MoveKind` values
+    source : (n,), line of the source
+    """
+
+    letters: str
+    positions: Array
+    feed: Array
+    time: Array
+    kind: IntArray
+    source: IntArray
+
+    def __len__(self) -> int:
+        return len(self.positions)
+
+    @cached_property
+    def moves(self) -> Array:
+        """(n, k), mm and rad: change of each axis in the move that ends at the row, 0 for the first."""
+        return np.diff(self.positions, axis=0, prepend=self.positions[:1])
+
+    @property
+    def cutting(self) -> BoolArray:
+        """(n,), where the move that ends at the row cuts."""
+        return self.kind == MoveKind.CUT
+
+
+def follow(toolpath: Toolpath, machine: Machine, rotary: Array) -> Motion:
+    """Make the motion that takes the tool along a path with given rotary angles.
+
+    Parameters
+    ----------
+    toolpath : the cutter locations
+    machine : two rotary and three linear axes
+    rotary : (n, 2), rad, chain order; turns count
+
+    Returns
+    -------
+    The motion; its tool turns about the path's pivots.
+    """
+    tips = toolpath.tips(tool_axes(machine, rotary))
+    positions = linear_positions(machine, tips, rotary)
+    return Motion(
+        letters=machine.letters,
+        positions=positions,
+        feed=toolpath.feed,
+        time=block_times(toolpath, machine, positions),
+        kind=toolpath.kind,
+        source=toolpath.source,
+    )

@@ -1,0 +1,110 @@
+"""What the optimiser found, and how."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from fiveaxis.energy import Energy
+from fiveaxis.geometry import Array
+from fiveaxis.kinematics import tool_poses
+from fiveaxis.machine import Machine
+from fiveaxis.motion import Motion
+from fiveaxis.toolpath import TiltBounds, Toolpath
+
+
+@dataclass(frozen=True)
+class Stage:
+    """What one step of the solver did.
+
+    Parameters
+    ----------
+    name : which search, or the refinement and the start it refined
+    status : what the step said of itself, e.g. ``Solve_Succeeded``
+    iterations : of the NLP; states visited for a search
+    before, after : objective, J; `before` is None for a search, which starts from nothing
+    """
+
+    name: str
+    status: str
+    iterations: int
+    before: float | None
+    after: float
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the figures as plain data for JSON."""
+        return asdict(self)
+
+
+@dataclass(frozen=True, eq=False)
+class Baseline:
+    """A posture that the result is measured against."""
+
+    motion: Motion
+    energy: Energy
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """A motion with the least energy that was found, and what it is compared with.
+
+    Parameters
+    ----------
+    machine, toolpath, tilt : the problem
+    motion : the result
+    energy : what it costs
+    compared : baselines by name, with their motions
+    missing : baselines that don't exist for this path, with the reason
+    stages : what the solver did, in order
+    """
+
+    machine: Machine
+    toolpath: Toolpath
+    tilt: TiltBounds
+    motion: Motion
+    energy: Energy
+    compared: Mapping[str, Baseline]
+    missing: Mapping[str, str]
+    stages: tuple[Stage, ...]
+
+    @property
+    def baselines(self) -> dict[str, Energy]:
+        """Energy of every baseline, by name."""
+        return {name: b.energy for name, b in self.compared.items()}
+
+    def savings(self) -> dict[str, float]:
+        """Compute the saved share of the travel metric against each baseline, 1 is everything."""
+        return {
+            name: 1.0 - self.energy.total / energy.total
+            for name, energy in self.baselines.items()
+            if energy.total > 0.0
+        }
+
+    def residuals(self) -> dict[str, float]:
+        """Audit the motion against the problem; every figure is 0 for a perfect solution.
+
+        Returns
+        -------
+        ``tilt`` and ``limit``: largest overrun, rad (mm for linear axes); ``contact``: largest distance
+        between the pivot wanted and the pivot that the axis values give, mm.
+        """
+        tip, axis = tool_poses(self.machine, self.motion.positions)
+        reached = tip + self.toolpath.tool.radius * axis
+        tilt = self.tilt.angles(axis)
+        overrun = np.maximum(tilt - self.tilt.high, self.tilt.low - tilt)
+        limit = np.maximum(
+            self.motion.positions - self.machine.high, self.machine.low - self.motion.positions
+        )
+        return {
+            "tilt": _worst(overrun),
+            "limit": _worst(limit),
+            "contact": float(np.linalg.norm(reached - self.toolpath.pivot, axis=1).max()),
+        }
+
+
+def _worst(overrun: Array) -> float:
+    """Give the largest overrun, 0 where all stay inside; rows that bind nothing are NaN."""
+    return max(0.0, float(np.max(overrun, initial=0.0, where=~np.isnan(overrun))))

@@ -1,0 +1,82 @@
+"""How far the tool may lean at each location."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from fiveaxis.errors import SettingError, ToolpathError
+from fiveaxis.geometry import Array, angle_between
+from fiveaxis.toolpath.path import Toolpath
+
+
+@dataclass(frozen=True, eq=False)
+class TiltBounds:
+    """Bounds on the angle between the tool axis and a reference direction.
+
+    Parameters
+    ----------
+    reference : (n, 3), unit vectors in the workpiece frame; NaN where the location binds nothing (links)
+    low, high : rad, 0 ≤ low < high ≤ π
+    name : what the reference is: ``normal`` or ``programmed axis``
+    """
+
+    reference: Array
+    low: float
+    high: float
+    name: str
+
+    def angles(self, axis: Array) -> Array:
+        """Measure the tilt of tool axes, (n, 3) unit vectors; (n,) rad, NaN where nothing binds."""
+        return angle_between(axis, self.reference)
+
+
+def tilt_bounds(
+    toolpath: Toolpath, tilt: tuple[float, float] | None = None, cone: float | None = None
+) -> TiltBounds:
+    """Make the bounds of a path: a tilt range to the surface normal, or a cone about the programmed axis.
+
+    Parameters
+    ----------
+    toolpath : with normals for `tilt`, with tool axes for `cone`
+    tilt : smallest and largest angle between tool axis and surface normal, degrees
+    cone : largest angle between tool axis and programmed axis, degrees
+
+    Raises
+    ------
+    SettingError
+        Neither or both given; a range that is empty, reversed or outside 0…180°.
+    ToolpathError
+        The path lacks the direction that the range refers to.
+    """
+    if (tilt is None) == (cone is None):
+        raise SettingError(
+            "give either tilt (angle to the surface normal, --tilt 15:75) or cone (angle to the programmed "
+            "axis, --cone 20)"
+        )
+    low, high = (0.0, float(cone)) if cone is not None else (float(t) for t in tilt or ())
+    name = "tilt" if cone is None else "cone"
+    if not 0.0 <= low < high <= 180.0:
+        raise SettingError(
+            f"{name} range {low:g}…{high:g} deg is empty, reversed or outside 0…180 deg; "
+            "write the smaller angle first, for example 15:75"
+        )
+    _require_reference(toolpath, name)
+    reference = toolpath.normal if cone is None else toolpath.axis
+    what = "normal" if cone is None else "programmed axis"
+    return TiltBounds(reference, math.radians(low), math.radians(high), what)
+
+
+def _require_reference(toolpath: Toolpath, name: str) -> None:
+    if name == "tilt" and not toolpath.has_normals:
+        raise ToolpathError(
+            "has no surface normals, so a tilt range means nothing; use cone (--cone 20), the angle about "
+            "the programmed tool axis",
+            file=toolpath.name,
+        )
+    if name == "cone" and not toolpath.has_axes:
+        raise ToolpathError(
+            "has no programmed tool axes, so a cone means nothing; use tilt (--tilt 15:75), the angle to the "
+            "surface normal",
+            file=toolpath.name,
+        )

@@ -1,0 +1,47 @@
+"""What several tests share: the real inputs and the machines."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fiveaxis.machine import Machine, load_machine
+from fiveaxis.toolpath import Tool, Toolpath
+
+SHARED = Path(__file__).parents[2] / "shared"
+
+
+@pytest.fixture(scope="session")
+def data() -> Path:
+    """Folder of the real inputs."""
+    folder = SHARED / "data"
+    if not folder.is_dir():
+        pytest.skip("the real inputs (../shared/data) aren't beside this checkout")
+    return folder
+
+
+@pytest.fixture(scope="session")
+def hayashi() -> Machine:
+    return load_machine("hayashi-640123")
+
+
+@pytest.fixture(scope="session")
+def trunnion() -> Machine:
+    return load_machine("linuxcnc-xyzac-trt")
+
+
+def read_case(data: Path, name: str, diameter: float) -> Toolpath:
+    rows = np.loadtxt(data / "cases" / name, delimiter=",", skiprows=1)
+    return Toolpath.from_contacts(rows[:, :3], rows[:, 3:], Tool.ball(diameter), name=name)
+
+
+@pytest.fixture(scope="session")
+def vase(data: Path) -> Toolpath:
+    return read_case(data, "vase_overhang.csv", 10.0)
+
+
+@pytest.fixture(scope="session")
+def dome(data: Path) -> Toolpath:
+    return read_case(data, "dome_underside.csv", 6.0)
