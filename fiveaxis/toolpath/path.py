@@ -196,6 +196,11 @@ class Toolpath:
         """Place the tool tip for given tool axes, (n, 3) unit vectors: ``pivot − R·o``, (n, 3) mm."""
         return self.pivot - self.tool.radius * axis
 
+    def at(self, rows: IntArray) -> Toolpath:
+        """Return the path through some of its locations, given by their indices in order."""
+        columns = ("pivot", "contact", "normal", "axis", "feed", "kind", "source")
+        return replace(self, **{name: getattr(self, name)[rows] for name in columns})
+
     def with_feed(self, feed_mm_min: float) -> Toolpath:
         """Return the same path with one feed everywhere, in mm/min."""
         return replace(self, feed=np.full(len(self), feed_mm_min / 60.0))

@@ -1,0 +1,289 @@
+"""The postures that a result is measured against.
+
+Every baseline is a motion that somebody would really run: it keeps the limits and, except where it follows a
+programmed axis, the tilt range. Where one can't, it doesn't exist for that path, and says why.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+
+from fiveaxis.energy import motion_energy, move_energies, travel_costs
+from fiveaxis.errors import FiveAxisError
+from fiveaxis.geometry import Array, BoolArray, normalise, perpendicular
+from fiveaxis.kinematics import linear_positions, tool_axes
+from fiveaxis.machine import Machine
+from fiveaxis.motion import follow
+from fiveaxis.posture.branches import (
+    cheapest_sequence,
+    postures,
+    spread_over_links,
+    within_limits,
+)
+from fiveaxis.posture.solution import Baseline
+from fiveaxis.toolpath import TiltBounds, Toolpath
+
+# Steps of the tilt range that `normal` tries, and of the lead and lean angles of `lead-lean`.
+TILT_STEPS = 61
+LEAN_STEP = np.radians(15.0)
+# Grid of the single posture of `fixed`.
+FIXED_STEP = np.radians(3.0)
+# Ranking many candidates is done on about this many locations; the winner is measured on all.
+RANKING_LOCATIONS = 400
+# Tool axes stay this far inside the tilt range (rad), so that rounding doesn't carry them out of it.
+INSIDE = 1e-9
+
+
+class NoBaseline(FiveAxisError):
+    """A baseline that doesn't exist for a path; the message is the reason."""
+
+
+def find_baselines(
+    toolpath: Toolpath, machine: Machine, tilt: TiltBounds
+) -> tuple[dict[str, Baseline], dict[str, str]]:
+    """Work out every baseline of a path.
+
+    Parameters
+    ----------
+    toolpath, machine, tilt : the problem
+
+    Returns
+    -------
+    found : by name: ``as-programmed`` (the input's own tool axes), ``normal`` (along the reference
+        direction, tilted up as far as the range asks), ``lead-lean`` (the cheapest constant lead and lean),
+        ``fixed`` (the cheapest single posture, 3+2), ``greedy`` (each location takes the cheapest move from
+        the one before)
+    missing : by name, the reason
+    """
+    makers: dict[str, Callable[[Toolpath, Machine, TiltBounds], Array]] = {
+        "as-programmed": as_programmed,
+        "normal": along_normal,
+        "lead-lean": lead_lean,
+        "fixed": single_posture,
+        "greedy": greedy,
+    }
+    found: dict[str, Baseline] = {}
+    missing: dict[str, str] = {}
+    for name, make in makers.items():
+        try:
+            motion = follow(toolpath, machine, make(toolpath, machine, tilt))
+        except NoBaseline as reason:
+            missing[name] = str(reason)
+        else:
+            found[name] = Baseline(motion, motion_energy(machine, motion))
+    return found, missing
+
+
+def as_programmed(toolpath: Toolpath, machine: Machine, tilt: TiltBounds) -> Array:
+    """Follow the tool axes of the input, on the cheapest branches; (n, 2) rad."""
+    if not toolpath.has_axes:
+        raise NoBaseline("the input has no tool axes")
+    return follow_axes(toolpath, machine, toolpath.axis)
+
+
+def along_normal(toolpath: Toolpath, machine: Machine, tilt: TiltBounds) -> Array:
+    """Keep the tool as near to the reference direction as the tilt range and the limits allow; (n, 2) rad.
+
+    The lean goes upwards, towards the tool axis at home: for an overhanging wall the way that a programmer
+    would take.
+    """
+    axis, open_rows = nearest_to_reference(toolpath, machine, tilt)
+    if open_rows.any():
+        raise NoBaseline(f"{int(open_rows.sum())} locations have no posture with the tool leaning upwards")
+    return follow_axes(toolpath, machine, axis)
+
+
+def nearest_to_reference(toolpath: Toolpath, machine: Machine, tilt: TiltBounds) -> tuple[Array, BoolArray]:
+    """Find for each location the smallest upward lean that the machine reaches.
+
+    Returns
+    -------
+    axis : (n, 3), unit vectors; NaN where the location binds nothing
+    open_rows : (n,), locations where no lean of the range was reached
+    """
+    upwards = uphill(tilt.reference, machine.chain.tool_home[:3, 2])
+    axis = np.full_like(tilt.reference, np.nan)
+    open_rows: BoolArray = np.array(np.isfinite(tilt.reference).all(axis=1))
+    for angle in np.linspace(tilt.low + INSIDE, tilt.high - INSIDE, TILT_STEPS):
+        leaning = np.cos(angle) * tilt.reference + np.sin(angle) * upwards
+        wanted = np.where(open_rows[:, None], leaning, np.nan)
+        reached = open_rows & postures(machine, toolpath, wanted).allowed.any(axis=0)
+        axis[reached] = leaning[reached]
+        open_rows &= ~reached
+        if not open_rows.any():
+            break
+    return axis, open_rows
+
+
+def uphill(reference: Array, up: Array) -> Array:
+    """Give unit vectors at right angles to the reference that rise most steeply, (n, 3)."""
+    across = up - reference * (reference @ up)[:, None]
+    flat = np.linalg.norm(across, axis=1) < 1e-9
+    across[flat] = perpendicular(reference[flat])
+    return normalise(across)
+
+
+def lead_lean(toolpath: Toolpath, machine: Machine, tilt: TiltBounds) -> Array:
+    """Hold one lead and one lean angle along the path, the cheapest pair of a grid; (n, 2) rad.
+
+    Lead turns the tool from the normal towards the feed direction, lean sideways about it.
+    """
+    forward = feed_directions(toolpath, tilt.reference)
+    bound = np.flatnonzero(np.isfinite(tilt.reference).all(axis=1))
+    sample = bound[:: max(1, len(bound) // RANKING_LOCATIONS)]
+    ranked: list[tuple[float, float, float]] = []
+    for lead, lean in _leads_and_leans(tilt):
+        axis = leaned(tilt.reference[sample], forward[sample], lead, lean)
+        try:
+            rotary = follow_axes(toolpath.at(sample), machine, axis)
+        except NoBaseline:
+            continue
+        motion = follow(toolpath.at(sample), machine, rotary)
+        ranked.append((float(move_energies(machine, motion).sum()), lead, lean))
+    for _, lead, lean in sorted(ranked):
+        try:
+            return follow_axes(toolpath, machine, leaned(tilt.reference, forward, lead, lean))
+        except NoBaseline:
+            continue
+    raise NoBaseline("no constant lead and lean of the tilt range stays within the axis limits")
+
+
+def leaned(reference: Array, forward: Array, lead: float, lean: float) -> Array:
+    """Turn the reference by lead towards the feed direction, then by lean about the feed direction."""
+    side = np.cross(forward, reference)
+    return np.cos(lean) * (np.cos(lead) * reference + np.sin(lead) * forward) + np.sin(lean) * side
+
+
+def feed_directions(toolpath: Toolpath, reference: Array) -> Array:
+    """Give the direction of travel across the reference at each location, (n, 3) unit vectors."""
+    ahead = np.gradient(toolpath.pivot, axis=0) if len(toolpath) > 1 else np.zeros_like(toolpath.pivot)
+    ahead = ahead - reference * np.sum(ahead * reference, axis=1, keepdims=True)
+    still = ~(np.linalg.norm(ahead, axis=1) > 1e-9)
+    known = np.isfinite(reference).all(axis=1)
+    ahead[still & known] = perpendicular(reference[still & known])
+    ahead[still & ~known] = np.nan
+    return normalise(ahead)
+
+
+def _leads_and_leans(tilt: TiltBounds) -> Iterator[tuple[float, float]]:
+    steps = LEAN_STEP * np.arange(-5, 6)
+    for lead in steps:
+        for lean in steps:
+            angle = np.arccos(np.cos(lead) * np.cos(lean))
+            inside = np.clip(angle, tilt.low + INSIDE, tilt.high - INSIDE)
+            # A pair on the very edge of the range is drawn in by a hair; one outside it is left out.
+            if abs(angle - inside) < 10.0 * INSIDE:
+                scale = inside / angle if angle > 0.0 else 1.0
+                yield float(lead * scale), float(lean * scale)
+
+
+def single_posture(toolpath: Toolpath, machine: Machine, tilt: TiltBounds) -> Array:
+    """Hold one posture for the whole path, the cheapest of a grid (3+2 machining); (n, 2) rad."""
+    angles = [_grid(machine, column) for column in machine.rotary_columns]
+    grid = np.stack(np.meshgrid(*angles, indexing="ij"), axis=-1).reshape(-1, 2)
+    grid = grid[_admitted_everywhere(tool_axes(machine, grid), tilt)]
+    costs = [_fixed_cost(toolpath, machine, posture) for posture in grid]
+    if not costs or not np.isfinite(min(costs)):
+        raise NoBaseline("no single posture keeps the tilt range and the axis limits at every location")
+    return np.tile(grid[int(np.argmin(costs))], (len(toolpath), 1))
+
+
+def _grid(machine: Machine, column: int) -> Array:
+    low, high = machine.low[column], machine.high[column]
+    if not np.isfinite(high - low) or high - low > 2.0 * np.pi:
+        low, high = -np.pi, np.pi - FIXED_STEP
+    return np.linspace(low, high, int(np.ceil((high - low) / FIXED_STEP)) + 1)
+
+
+def _admitted_everywhere(axis: Array, tilt: TiltBounds) -> BoolArray:
+    """Tell which tool axes, (g, 3), keep the tilt range at every location."""
+    reference = tilt.reference[np.isfinite(tilt.reference).all(axis=1)]
+    admitted = np.ones(len(axis), dtype=bool)
+    for rows in np.array_split(reference, max(1, len(reference) // 256)):
+        cosine = axis[admitted] @ rows.T
+        inside = (cosine >= np.cos(tilt.high)) & (cosine <= np.cos(tilt.low))
+        admitted[admitted] = inside.all(axis=1)
+    return admitted
+
+
+def _fixed_cost(toolpath: Toolpath, machine: Machine, posture: Array) -> float:
+    rotary = np.broadcast_to(posture, (len(toolpath), 2))
+    motion = follow(toolpath, machine, rotary)
+    if not within_limits(machine, motion.positions).all():
+        return float("inf")
+    return float(move_energies(machine, motion).sum())
+
+
+# Offsets that `greedy` tries around the posture before: a ring of directions at every scale, and none.
+RING = np.radians(np.arange(0.0, 360.0, 30.0))
+COARSE = np.radians([16.0, 8.0, 4.0, 2.0, 1.0, 0.5, 0.25, 0.1])
+FINE = np.radians([0.06, 0.03, 0.015, 0.005])
+
+
+def _offsets(scales: Array) -> Array:
+    ring = np.stack([np.cos(RING), np.sin(RING)], axis=1)
+    return np.concatenate([np.zeros((1, 2)), *(scale * ring for scale in scales)])
+
+
+def greedy(toolpath: Toolpath, machine: Machine, tilt: TiltBounds) -> Array:
+    """Take at each location the cheapest move from the one before, looking no further ahead; (n, 2) rad.
+
+    Starts from, and falls back to, the posture of `along_normal` where no small move is admissible.
+    """
+    anchor = along_normal(toolpath, machine, tilt)
+    plus, minus = travel_costs(machine, toolpath.feed)
+    coarse, fine = _offsets(COARSE), _offsets(FINE)
+    rotary = anchor.copy()
+    here = follow(toolpath, machine, anchor).positions[0]
+    for i in range(1, len(toolpath)):
+        for offsets in (coarse, fine):
+            around = here[machine.rotary_columns] if offsets is coarse else rotary[i]
+            tried = np.concatenate([around + offsets, anchor[i : i + 1]])
+            positions = _positions_at(toolpath, machine, tried, i)
+            move = positions - here
+            cost = plus[i] @ np.maximum(move, 0.0).T - minus[i] @ np.minimum(move, 0.0).T
+            cost[~_admitted(machine, tilt, tried, positions, i)] = np.inf
+            # The anchor is admissible by construction, if only to rounding.
+            best = int(np.argmin(cost)) if np.isfinite(cost).any() else len(tried) - 1
+            rotary[i] = tried[best]
+        here = _positions_at(toolpath, machine, rotary[i : i + 1], i)[0]
+    return rotary
+
+
+def _positions_at(toolpath: Toolpath, machine: Machine, rotary: Array, row: int) -> Array:
+    tips = toolpath.pivot[row] - toolpath.tool.radius * tool_axes(machine, rotary)
+    return linear_positions(machine, tips, rotary)
+
+
+def _admitted(machine: Machine, tilt: TiltBounds, rotary: Array, positions: Array, row: int) -> BoolArray:
+    cosine = tool_axes(machine, rotary) @ tilt.reference[row]
+    inside = np.isnan(cosine) | ((cosine >= np.cos(tilt.high)) & (cosine <= np.cos(tilt.low)))
+    return inside & within_limits(machine, positions)
+
+
+def follow_axes(toolpath: Toolpath, machine: Machine, axis: Array) -> Array:
+    """Turn wanted tool axes into rotary angles on the cheapest branches; (n, 2) rad.
+
+    Parameters
+    ----------
+    axis : (n, 3), unit vectors; NaN rows (links) get angles in proportion to the way between their
+        neighbours
+
+    Raises
+    ------
+    NoBaseline
+        A location where neither branch lies within the limits.
+    """
+    rows = np.flatnonzero(np.isfinite(axis).all(axis=1)).astype(np.int64)
+    part = toolpath.at(rows)
+    found = postures(machine, part, axis[rows])
+    rotary = cheapest_sequence(machine, part, found)
+    if rotary is None:
+        unreached = rows[~found.allowed.any(axis=0)]
+        raise NoBaseline(
+            f"{len(unreached)} locations have a tool axis outside the axis limits, first location "
+            f"{unreached[0]}"
+        )
+    return spread_over_links(toolpath, rows, rotary)
