@@ -50,7 +50,8 @@ def read_settings(path: Path, model: type[Model], error: type[InputError]) -> Mo
     try:
         return model.model_validate(data)
     except ValidationError as fault:
-        problems = fault.errors()
+        # A mistyped key shows up twice, as unknown and as missing: the unknown one is the cause.
+        problems = sorted(fault.errors(), key=lambda p: p["type"] != "extra_forbidden")
         messages = [_explain(p["loc"], p["type"], p["msg"], model) for p in problems]
         line = line_of(text, problems[0]["loc"])
         raise error("; ".join(messages), file=path, line=line) from None

@@ -158,7 +158,13 @@ def leaned(reference: Array, forward: Array, lead: float, lean: float) -> Array:
 
 def feed_directions(toolpath: Toolpath, reference: Array) -> Array:
     """Give the direction of travel across the reference at each location, (n, 3) unit vectors."""
-    ahead = np.gradient(toolpath.pivot, axis=0) if len(toolpath) > 1 else np.zeros_like(toolpath.pivot)
+    steps = np.diff(toolpath.pivot, axis=0, prepend=np.nan, append=np.nan)
+    into, out = steps[:-1], steps[1:]
+    before, after = (np.linalg.norm(step, axis=1) for step in (into, out))
+    # A step twice as long as the one on the other side is the change to another pass, not the path's way.
+    into = np.where((before > 2.0 * after)[:, None] | ~(before > 0.0)[:, None], 0.0, into)
+    out = np.where((after > 2.0 * before)[:, None] | ~(after > 0.0)[:, None], 0.0, out)
+    ahead = into + out
     ahead = ahead - reference * np.sum(ahead * reference, axis=1, keepdims=True)
     still = ~(np.linalg.norm(ahead, axis=1) > 1e-9)
     known = np.isfinite(reference).all(axis=1)

@@ -1,0 +1,147 @@
+"""Forward kinematics against equations that were written out by others."""
+
+import numpy as np
+import pytest
+
+from fiveaxis.errors import DegenerateChain
+from fiveaxis.kinematics import axis_positions, linear_positions, rotary_angles, tool_poses
+from fiveaxis.machine import Machine
+
+RNG = np.random.default_rng(20261121)
+TOLERANCE = 1e-12
+
+
+@pytest.fixture(scope="module")
+def ideal() -> Machine:
+    return Machine.from_code("640123")
+
+
+@pytest.fixture(scope="module")
+def positions() -> np.ndarray:
+    return RNG.uniform(-1.0, 1.0, (200, 5)) * [100.0, 100.0, 100.0, 2.0, 7.0]
+
+
+def homogeneous(kind: str, value: float) -> np.ndarray:
+    """The paper's A1, A2, A3 (translations), A4 and A6 (rotations), written out."""
+    c, s = np.cos(value), np.sin(value)
+    rows = {
+        "A1": [[1, 0, 0, value], [0, 1, 0, 0], [0, 0, 1, 0]],
+        "A2": [[1, 0, 0, 0], [0, 1, 0, value], [0, 0, 1, 0]],
+        "A3": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, value]],
+        "A4": [[1, 0, 0, 0], [0, c, -s, 0], [0, s, c, 0]],
+        "A6": [[c, -s, 0, 0], [s, c, 0, 0], [0, 0, 1, 0]],
+    }
+    return np.array([*rows[kind], [0, 0, 0, 1]], dtype=float)
+
+
+def test_forward_kinematics_is_the_product_of_the_papers_matrices(ideal, positions):
+    tip, axis = tool_poses(ideal, positions)
+    for q, r, o in zip(positions, tip, axis, strict=True):
+        x, y, z, a, c = q
+        chain = [homogeneous("A6", c), homogeneous("A4", a), homogeneous("A1", x)]
+        product = np.linalg.multi_dot([*chain, homogeneous("A2", y), homogeneous("A3", z)])
+        np.testing.assert_allclose(product @ [0, 0, 0, 1], [*r, 1.0], atol=1e-10)
+        np.testing.assert_allclose(product @ [0, 0, 1, 0], [*o, 0.0], atol=TOLERANCE)
+
+
+def test_the_sign_that_equation_4_misprints_is_minus(ideal):
+    """r_y of a pure z move: the product gives −z sinφ cosθ, the paper's Eq. (4) prints +."""
+    phi, theta, z = 0.4, 0.3, 10.0
+    tip, _ = tool_poses(ideal, np.array([[0.0, 0.0, z, phi, theta]]))
+    assert tip[0, 1] == pytest.approx(-z * np.sin(phi) * np.cos(theta))
+
+
+def test_linear_axes_are_those_of_equation_5(ideal, positions):
+    r = RNG.uniform(-50.0, 50.0, (len(positions), 3))
+    phi, theta = positions[:, 3], positions[:, 4]
+    found = linear_positions(ideal, r, np.stack([theta, phi], axis=1))
+    rx, ry, rz = r.T
+    c, s = np.cos, np.sin
+    expected = np.stack(
+        [
+            rx * c(theta) + ry * s(theta),
+            -rx * c(phi) * s(theta) + ry * c(phi) * c(theta) + rz * s(phi),
+            rx * s(phi) * s(theta) - ry * s(phi) * c(theta) + rz * c(phi),
+        ],
+        axis=1,
+    )
+    np.testing.assert_allclose(found[:, :3], expected, atol=1e-11)
+
+
+GOLDEN = [
+    # program X Y Z A C (TCP on, LinuxCNC's signs), joints X Y Z
+    ((10, 0, 0, 0, 0), (10, 0, 0)),
+    ((10, 0, 0, 30, 0), (10, 7.679492, -8.660254)),
+    ((10, 5, -3, -45, 90), (-5, 3.736544, 7.878680)),
+    ((-20, 15, 8, -30, 200), (23.924155, -4.603511, 21.895442)),
+]
+
+
+@pytest.mark.parametrize(("program", "joints"), GOLDEN)
+def test_linuxcncs_golden_table_is_met(trunnion, program, joints):
+    """LinuxCNC counts A and C as table motions: both are `reversed` in the machine's file."""
+    assert trunnion.axis("A").reversed
+    assert trunnion.axis("C").reversed
+    x, y, z, a, c = program
+    found = linear_positions(trunnion, np.array([[x, y, z]], float), -np.radians([[c, a]]))
+    np.testing.assert_allclose(found[0, :3], joints, atol=5e-7)
+
+
+def test_linuxcncs_closed_form_is_met_on_random_poses(trunnion):
+    """program = Rz(−c) [Rx(−a)(J − r − d) + d] + r with d = (0, 20, 10), r = 0."""
+    joints = RNG.uniform(-100, 100, (50, 3))
+    a, c = RNG.uniform(-1.5, 0.8, 50), RNG.uniform(-6, 6, 50)
+    d = np.array([0.0, 20.0, 10.0])
+    tip, _ = tool_poses(trunnion, np.column_stack([joints, -a, -c]))
+    for j, ai, ci, r in zip(joints, a, c, tip, strict=True):
+        tilted = homogeneous("A4", -ai)[:3, :3] @ (j - d) + d
+        np.testing.assert_allclose(homogeneous("A6", -ci)[:3, :3] @ tilted, r, atol=1e-11)
+
+
+def test_both_branches_of_the_inverse_reach_the_pose(trunnion):
+    positions = RNG.uniform(-1, 1, (500, 5)) * [100, 100, 100, 2.0, 3.0]
+    tip, axis = tool_poses(trunnion, positions)
+    branches = axis_positions(trunnion, tip, axis)
+    assert branches.shape == (2, 500, 5)
+    for branch in branches:
+        reached_tip, reached_axis = tool_poses(trunnion, branch)
+        np.testing.assert_allclose(reached_tip, tip, atol=1e-9)
+        np.testing.assert_allclose(reached_axis, axis, atol=1e-9)
+    # One of the two is where we came from, the other leans the other way.
+    nearest = np.abs(branches - positions).max(axis=2).min(axis=0)
+    assert nearest.max() < 1e-7
+    np.testing.assert_allclose(branches[0, :, 3], -branches[1, :, 3], atol=1e-7)
+
+
+def test_near_the_singular_direction_the_pose_keeps_its_digits(ideal):
+    tilts = 10.0 ** np.linspace(-11, -1, 60)
+    positions = np.column_stack([np.ones((60, 3)), tilts, np.full(60, 0.7)])
+    tip, axis = tool_poses(ideal, positions)
+    for branch in axis_positions(ideal, tip, axis):
+        np.testing.assert_allclose(tool_poses(ideal, branch)[1], axis, atol=1e-13)
+
+
+def test_a_tool_axis_out_of_reach_is_nan_in_every_branch():
+    # A nutating table: 45° about (0,1,1), then C at the table can't lean the tool beyond 90°.
+    from fiveaxis.machine import Axis, Chain, Line, parse_code
+
+    code = parse_code("650123")
+    chain = Chain.from_code(code, {"B": Line((0.0, 1.0, 1.0))})
+    machine = Machine("nutating", code, chain, tuple(Axis(c) for c in "XYZBC"))
+    down, level = np.array([[0.0, 0.0, -1.0]]), np.array([[1.0, 0.0, 0.0]])
+    assert np.isnan(rotary_angles(machine, down)).all()
+    assert np.isfinite(rotary_angles(machine, level)).all()
+
+
+@pytest.mark.parametrize(
+    ("code", "said"),
+    [
+        ("401236", "C, the rotary axis next to the tool, only spins the tool"),
+        ("40123", "has 1 rotary axes"),
+        ("6402", "linear axes"),
+    ],
+)
+def test_a_chain_without_enough_freedom_is_refused_with_the_reason(code, said):
+    machine = Machine.from_code(code)
+    with pytest.raises(DegenerateChain, match=said):
+        axis_positions(machine, np.zeros((1, 3)), np.array([[0.0, 0.0, 1.0]]))
