@@ -1,0 +1,54 @@
+"""Writing files so that nobody ever finds half of one."""
+
+from __future__ import annotations
+
+import os
+import uuid
+from pathlib import Path
+
+from fiveaxis.errors import SettingError
+
+
+def write_atomically(path: str | Path, content: str | bytes) -> Path:
+    r"""Write a whole file or leave things as they were.
+
+    The content goes to a temporary name in the same folder, which then takes the place of `path` in one
+    step (`Path.replace`): a reader, or a control that loads programs over the network, sees the old file or
+    the new one. Missing folders are made.
+
+    Parameters
+    ----------
+    path : the file; one that exists is replaced
+    content : text is written as UTF-8 with line ends as they are (``\n``), on every platform
+
+    Returns
+    -------
+    `path`
+
+    Raises
+    ------
+    SettingError
+        The file can't be written there; nothing is left behind.
+    """
+    target = Path(path)
+    data = content.encode("utf-8") if isinstance(content, str) else content
+    # Not `tempfile`: its files are readable by their owner alone, and the rename would keep that.
+    temporary = target.parent / f".{uuid.uuid4().hex}.part"
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        try:
+            _write_through(temporary, data)
+            temporary.replace(target)
+        finally:
+            temporary.unlink(missing_ok=True)
+    except OSError as fault:
+        raise SettingError(f"can't be written: {fault.strerror or fault}", file=target) from None
+    return target
+
+
+def _write_through(path: Path, data: bytes) -> None:
+    """Write a new file down to the disk, so that a power cut after the rename can't leave it empty."""
+    with path.open("xb") as stream:
+        stream.write(data)
+        stream.flush()
+        os.fsync(stream.fileno())

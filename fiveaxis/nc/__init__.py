@@ -1,0 +1,18 @@
+"""Reading toolpaths, and writing and reading motions: the border where inches, degrees and mm/min live."""
+
+from fiveaxis.nc.dialects import DIALECTS, Dialect, find_dialect
+from fiveaxis.nc.formats import read_toolpath
+from fiveaxis.nc.motion_table import read_motion, write_motion
+from fiveaxis.nc.program import Program, compose_program, write_program
+
+__all__ = [
+    "DIALECTS",
+    "Dialect",
+    "Program",
+    "compose_program",
+    "find_dialect",
+    "read_motion",
+    "read_toolpath",
+    "write_motion",
+    "write_program",
+]

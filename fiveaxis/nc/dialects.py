@@ -1,0 +1,87 @@
+"""What the controls want to read, as data: a new control is one entry here and one golden file."""
+
+from __future__ import annotations
+
+import difflib
+from dataclasses import dataclass, replace
+
+from fiveaxis.errors import SettingError
+
+
+@dataclass(frozen=True)
+class Dialect:
+    """How one control writes a program.
+
+    Parameters
+    ----------
+    name : what ``control=`` takes
+    suffix : of program files
+    comment : template of a comment
+    comment_width : longest text between the comment's brackets, characters
+    active_comments : first words that, with a comma after them, make the control act on a comment
+    start : blocks that fix every mode the program relies on
+    tool_length : blocks that make Z the tool tip's: where the tool keeps its direction, and where it turns
+    rapid : template of the approach moves
+    timed : block that makes F the inverse of the block's duration, 1/min
+    linear : template of a timed move
+    end : last blocks
+    notes : what the person at the machine has to know
+    decimals : of mm and deg; 6 keeps the tip within 1e-5 mm at a metre from the rotary axes
+    feed_digits : significant digits of F
+    """
+
+    name: str
+    suffix: str
+    comment: str
+    comment_width: int
+    active_comments: frozenset[str]
+    start: tuple[str, ...]
+    tool_length: tuple[str, str]
+    rapid: str
+    timed: str
+    linear: str
+    end: tuple[str, ...]
+    notes: tuple[str, ...]
+    decimals: int = 6
+    feed_digits: int = 7
+
+
+LINUXCNC = Dialect(
+    name="linuxcnc",
+    suffix=".ngc",
+    comment="({})",
+    comment_width=100,
+    active_comments=frozenset("msg debug print log logopen logappend probeopen probeappend abort py".split()),
+    # G64 P: blends at corners stay within 0.01 mm; without a P the control cuts them as far as speed wants.
+    start=("G21 G90 G94 G17 G40 G80", "G54", "G64 P0.01"),
+    tool_length=("G43", "G49"),
+    rapid="G0 {words}",
+    timed="G93",
+    linear="G1 {words} F{feed}",
+    end=("G94", "M5", "M9", "M2"),
+    notes=(
+        "words are positions of the machine's axes, not of the workpiece: tool centre point control must be "
+        "off, which on a machine with switchable kinematics means identity, M429",
+        "no spindle speed, coolant or tool change is written: load the tool and start the spindle before",
+    ),
+)
+
+# M429 exists where the configuration remaps it (5axis/table-rotary-tilting); elsewhere it is an error.
+LINUXCNC_SWITCHKINS = replace(LINUXCNC, name="linuxcnc-switchkins", start=("M429", *LINUXCNC.start))
+
+DIALECTS = {d.name: d for d in (LINUXCNC, LINUXCNC_SWITCHKINS)}
+
+
+def find_dialect(control: str) -> Dialect:
+    """Find the dialect of a control.
+
+    Raises
+    ------
+    SettingError
+        No control of that name; the nearest is named, and all known ones.
+    """
+    if control not in DIALECTS:
+        near = difflib.get_close_matches(control, DIALECTS, n=1, cutoff=0.4)
+        hint = f"did you mean {near[0]!r}? " if near else ""
+        raise SettingError(f"unknown control {control!r}; {hint}known: {', '.join(DIALECTS)}")
+    return DIALECTS[control]

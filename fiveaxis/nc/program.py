@@ -1,0 +1,237 @@
+"""NC programs: a motion as blocks of one control."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from fiveaxis.errors import MachineError, ToolpathError
+from fiveaxis.files import write_atomically
+from fiveaxis.geometry import Array, BoolArray
+from fiveaxis.kinematics import linear_positions, tool_poses
+from fiveaxis.machine import Machine
+from fiveaxis.motion import STANDSTILL, Motion
+from fiveaxis.nc.comments import comment_lines
+from fiveaxis.nc.dialects import Dialect, find_dialect
+from fiveaxis.nc.words import control_values, feed_word, format_words
+from fiveaxis.toolpath import MoveKind
+
+Header = Mapping[str, str] | Sequence[tuple[str, str]]
+
+# mm: the way along the tool axis on which a first cut is approached at its own feed, not in rapid.
+APPROACH = 5.0
+
+
+@dataclass(frozen=True)
+class Program:
+    """The blocks of one control.
+
+    Parameters
+    ----------
+    control : name of the dialect
+    suffix : that files of this control have
+    lines : comments and blocks in order
+    dropped : moves left out, because no axis moves in them as far as the control's decimals show
+    """
+
+    control: str
+    suffix: str
+    lines: tuple[str, ...]
+    dropped: int
+
+    @property
+    def text(self) -> str:
+        """The file's content; the same motion gives the same bytes."""
+        return "\n".join(self.lines) + "\n"
+
+
+def write_program(
+    motion: Motion,
+    path: str | Path,
+    *,
+    machine: Machine,
+    control: str = "linuxcnc",
+    header: Header | None = None,
+) -> Path:
+    """Write a motion as an NC program; see `compose_program` for what stands in it.
+
+    The file appears whole or not at all; missing folders are made.
+
+    Returns
+    -------
+    `path`
+
+    Raises
+    ------
+    SettingError
+        An unknown control, or a file that can't be written.
+    MachineError, ToolpathError
+        See `compose_program`.
+    """
+    program = compose_program(motion, machine=machine, control=control, header=header)
+    return write_atomically(path, program.text)
+
+
+def compose_program(
+    motion: Motion, *, machine: Machine, control: str = "linuxcnc", header: Header | None = None
+) -> Program:
+    """Write the blocks of a motion.
+
+    Words are axis positions in the control's own sign, so that the machine does what was optimised; a control
+    in vector mode would choose its rotary angles itself. Every move is one block that moves all axes in
+    proportion, links and rapid moves too, and F is the inverse of its duration. Turns of rotary axes are
+    kept.
+
+    The way to the first location has no duration: the rotary axes turn where the tool is, then X and Y, then
+    Z. A first cut is approached in rapid only up to `APPROACH` mm along the tool axis, less where an axis
+    limit is nearer.
+
+    Parameters
+    ----------
+    motion : axis values and durations
+    machine : whose axes they are
+    control : a key of `DIALECTS`
+    header : name and value of further comments, in order: tool, source, energy
+
+    Raises
+    ------
+    SettingError
+        An unknown control.
+    MachineError
+        The motion has other axes than the machine.
+    ToolpathError
+        No location; a value that isn't finite; a move that takes no time.
+    """
+    dialect = find_dialect(control)
+    if motion.letters != machine.letters:
+        raise MachineError(
+            f"the motion has axes {motion.letters}, and machine {machine.name!r} has {machine.letters}"
+        )
+    _require_finite(motion)
+    values = control_values(machine, motion.positions)
+    moving = _moving(motion, values, dialect)
+    lines = [
+        *_head(machine, dialect, header or ()),
+        *dialect.start,
+        dialect.tool_length[1 if _turns_tool(machine) else 0],
+        *_approach(motion, machine, dialect),
+        *_moves(motion, values, moving, dialect),
+        *dialect.end,
+    ]
+    return Program(control, dialect.suffix, tuple(lines), dropped=len(motion) - 1 - int(moving.sum()))
+
+
+def _require_finite(motion: Motion) -> None:
+    if len(motion) == 0:
+        raise ToolpathError("the motion has no locations; there is nothing to write")
+    finite = np.isfinite(motion.positions).all(axis=1) & np.isfinite(motion.time) & np.isfinite(motion.feed)
+    if not finite.all():
+        row = int(np.argmin(finite))
+        raise ToolpathError(
+            f"location {row} has an axis value, feed or duration that isn't finite "
+            f"({int((~finite).sum())} such locations); no program is written",
+            line=int(motion.source[row]),
+        )
+
+
+def _moving(motion: Motion, values: Array, dialect: Dialect) -> BoolArray:
+    """Find the moves to write, (n,): those in which a word changes. The first row is the approach's.
+
+    A move without duration may differ in the last decimal, when its way is below `STANDSTILL`; it is left to
+    the next one.
+    """
+    resolution = max(2.0 * STANDSTILL, 2.0 * 10.0**-dialect.decimals)
+    steps = np.abs(np.diff(values, axis=0, prepend=values[:1])).max(axis=1)
+    timeless = motion.time <= 0.0
+    bad = timeless & (steps > resolution)
+    if bad.any():
+        row = int(np.argmax(bad))
+        raise ToolpathError(
+            f"location {row}: an axis moves by {steps[row]:g} mm or deg in {motion.time[row]:g} s; every move "
+            "needs a duration (block_times)",
+            line=int(motion.source[row]),
+        )
+    return (steps > 0.0) & ~timeless
+
+
+def _head(machine: Machine, dialect: Dialect, header: Header) -> list[str]:
+    pairs = header.items() if isinstance(header, Mapping) else header
+    flipped = [a.letter for a in machine.axes if a.reversed]
+    texts = [
+        f"machine: {machine.name}, form-shaping code {machine.code}",
+        *(f"{name.replace(',', ' ')}: {value}" for name, value in pairs),
+        *dialect.notes,
+        _zero_note(machine),
+        _length_note(machine),
+        "start with the tool clear of part and table: first the rotary axes turn, then X and Y move, then Z",
+    ]
+    if flipped:
+        texts.append(f"{' '.join(flipped)} count as on this control, opposite to tool relative to workpiece")
+    return [line for text in texts for line in comment_lines(text, dialect)]
+
+
+def _zero_note(machine: Machine) -> str:
+    home = " ".join(f"{a.letter}0" for a in machine.axes)
+    return f"zero: at {home} of G54 the tool tip is at the workpiece origin, as in the machine model"
+
+
+def _length_note(machine: Machine) -> str:
+    if _turns_tool(machine):
+        return (
+            "tool length: the tool turns with the head, so its length is part of the machine model and the "
+            "words hold for that tool only; the control adds none"
+        )
+    return "tool length: Z is the tool tip's; the control adds the length of the loaded tool, so measure it"
+
+
+def _turns_tool(machine: Machine) -> bool:
+    """Tell whether a rotary axis carries the tool, so that its length isn't always along Z."""
+    return any(letter in "ABC" for letter in machine.code.head)
+
+
+def _approach(motion: Motion, machine: Machine, dialect: Dialect) -> list[str]:
+    first = motion.positions[0]
+    way = _clear_way(motion, machine)
+    [start, target] = control_values(machine, np.array([first + way, first]))
+    rotary = "".join(c for c in machine.letters if c in "ABC")
+    lines = []
+    for group in (rotary, "XY", "Z"):
+        words = format_words(machine.letters, start, dialect.decimals, only=group)
+        lines += [dialect.rapid.format(words=words)] if words else []
+    lines.append(dialect.timed)
+    length = float(np.linalg.norm(way))
+    if length > STANDSTILL:
+        words = format_words(machine.letters, target, dialect.decimals)
+        feed = feed_word(length / motion.feed[0], dialect.feed_digits)
+        lines.append(dialect.linear.format(words=words, feed=feed))
+    return lines
+
+
+def _clear_way(motion: Motion, machine: Machine) -> Array:
+    """Find the way, (k,) mm, from the first location back along the tool axis, inside the axis limits.
+
+    Zero where the path doesn't begin with a cut. The linear axes are linear in the tip while the rotary axes
+    stand, so the limits cut the way at a fraction of it.
+    """
+    first = motion.positions[:1]
+    if motion.kind[0] != MoveKind.CUT:
+        return np.zeros(first.shape[1])
+    tip, axis = tool_poses(machine, first)
+    way = (linear_positions(machine, tip + APPROACH * axis, first[:, machine.rotary_columns]) - first)[0]
+    room = np.where(way > 0.0, machine.high - first[0], first[0] - machine.low)
+    moving = np.abs(way) > STANDSTILL
+    fraction = float(np.min(room[moving] / np.abs(way[moving]), initial=1.0))
+    return max(fraction, 0.0) * np.where(moving, way, 0.0)
+
+
+def _moves(motion: Motion, values: Array, moving: BoolArray, dialect: Dialect) -> list[str]:
+    return [
+        dialect.linear.format(
+            words=format_words(motion.letters, row, dialect.decimals),
+            feed=feed_word(time, dialect.feed_digits),
+        )
+        for row, time in zip(values[moving].tolist(), motion.time[moving].tolist(), strict=True)
+    ]
