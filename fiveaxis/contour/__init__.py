@@ -1,0 +1,6 @@
+"""Waterline finishing of walls with a ball end mill: from a mesh to passes of contact points."""
+
+from fiveaxis.contour.mesh import load_mesh
+from fiveaxis.contour.planner import plan_contour
+
+__all__ = ["load_mesh", "plan_contour"]

@@ -1,0 +1,138 @@
+"""Compiled loops: the distance from a point to triangles in a tree of boxes.
+
+Importing this module loads numba; `distance` does so when it is first asked for a distance.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import ParamSpec, TypeVar, cast
+
+import numba
+import numpy as np
+
+from fiveaxis.geometry import Array
+
+P = ParamSpec("P")
+T = TypeVar("T")
+
+# Deep enough for any tree: two nodes wait at each of at most 62 levels.
+STACK = 128
+
+
+def compiled(function: Callable[P, T]) -> Callable[P, T]:
+    """Compile a function at its first call and keep the machine code for the next run."""
+    return cast("Callable[P, T]", numba.njit(cache=True)(function))
+
+
+@compiled
+def segment_gap(p: Array, a: Array, b: Array) -> float:
+    """Squared distance from a point to the segment from a to b."""
+    along = 0.0
+    length = 0.0
+    for k in range(3):
+        along += (p[k] - a[k]) * (b[k] - a[k])
+        length += (b[k] - a[k]) ** 2
+    t = 0.0 if length == 0.0 else min(max(along / length, 0.0), 1.0)
+    gap = 0.0
+    for k in range(3):
+        gap += (p[k] - a[k] - t * (b[k] - a[k])) ** 2
+    return gap
+
+
+@compiled
+def triangle_gap(p: Array, triangle: Array) -> float:
+    """Squared distance from a point to a triangle, (3, 3); also right for one without area."""
+    a, b, c = triangle[0], triangle[1], triangle[2]
+    ux, uy, uz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
+    vx, vy, vz = c[0] - a[0], c[1] - a[1], c[2] - a[2]
+    wx, wy, wz = p[0] - a[0], p[1] - a[1], p[2] - a[2]
+    nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+    area2 = nx * nx + ny * ny + nz * nz
+    if area2 > 0.0:
+        # Barycentric coordinates of the foot of the perpendicular, times area2.
+        s = (wy * vz - wz * vy) * nx + (wz * vx - wx * vz) * ny + (wx * vy - wy * vx) * nz
+        t = (uy * wz - uz * wy) * nx + (uz * wx - ux * wz) * ny + (ux * wy - uy * wx) * nz
+        if s >= 0.0 and t >= 0.0 and s + t <= area2:
+            height = wx * nx + wy * ny + wz * nz
+            return float(height * height / area2)
+    return min(segment_gap(p, a, b), segment_gap(p, b, c), segment_gap(p, c, a))
+
+
+@compiled
+def box_gap(p: Array, box: Array) -> float:
+    """Squared distance from a point to a box, (2, 3); zero inside."""
+    gap = 0.0
+    for k in range(3):
+        out = max(box[0, k] - p[k], p[k] - box[1, k], 0.0)
+        gap += out * out
+    return gap
+
+
+@compiled
+def nearest(p: Array, triangles: Array, boxes: Array, bound: float) -> float:
+    """Distance from a point to the nearest triangle, or `bound` if there is none nearer than that.
+
+    Parameters
+    ----------
+    p : (3,), mm
+    triangles : (leaves * width, 3, 3), mm, in the order of the leaves
+    boxes : (2 * leaves, 2, 3), mm; node i has the children 2i and 2i + 1, the leaves come last
+    bound : mm
+    """
+    leaves = len(boxes) // 2
+    width = len(triangles) // leaves
+    best = bound * bound
+    waiting = np.empty(STACK, np.int64)
+    waiting[0] = 1
+    count = 1
+    while count > 0:
+        count -= 1
+        node = waiting[count]
+        if box_gap(p, boxes[node]) >= best:
+            continue
+        if node >= leaves:
+            for k in range((node - leaves) * width, (node - leaves + 1) * width):
+                best = min(best, triangle_gap(p, triangles[k]))
+            continue
+        # The nearer child is looked at first: what it holds rules out most of the other.
+        swap = box_gap(p, boxes[2 * node]) < box_gap(p, boxes[2 * node + 1])
+        waiting[count] = 2 * node + 1 if swap else 2 * node
+        waiting[count + 1] = 2 * node if swap else 2 * node + 1
+        count += 2
+    return float(np.sqrt(best))
+
+
+@compiled
+def nearest_all(points: Array, triangles: Array, boxes: Array, bound: float) -> Array:
+    """`nearest` for each row of points, (n, 3) → (n,)."""
+    gaps = np.empty(len(points))
+    for i in range(len(points)):
+        gaps[i] = nearest(points[i], triangles, boxes, bound)
+    return gaps
+
+
+@compiled
+def reach(start: Array, end: Array, triangles: Array, boxes: Array, limit: float, finest: float) -> float:
+    """How far a point can go from start towards end with every triangle at least `limit` away.
+
+    Where the nearest triangle is at distance d the point may go on by ``d − limit`` unseen, since no distance
+    changes faster than the point moves; a step is never shorter than `finest`.
+
+    Returns
+    -------
+    mm; −1 if the start itself is too near
+    """
+    length = np.sqrt(np.sum((end - start) ** 2))
+    done = 0.0
+    clear = -1.0
+    while True:
+        share = 0.0 if length == 0.0 else done / length
+        ahead = length - done
+        gap = nearest(start + share * (end - start), triangles, boxes, limit + max(ahead, finest))
+        if gap < limit:
+            return clear
+        clear = done
+        if ahead <= 0.0:
+            return clear
+        done = min(length, done + max(gap - limit, finest))

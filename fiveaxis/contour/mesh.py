@@ -1,0 +1,101 @@
+"""Part meshes: read them, and refuse those that a path can't be planned on."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fiveaxis.errors import MeshError
+
+if TYPE_CHECKING:
+    import trimesh
+
+SUFFIXES = (".stl", ".ply", ".obj", ".off")
+
+
+def load_mesh(path: str | Path, *, allow_open: bool = False) -> trimesh.Trimesh:
+    """Read a part mesh; its coordinates are taken as mm.
+
+    Parameters
+    ----------
+    path : an STL, PLY, OBJ or OFF file
+    allow_open : go on with a mesh that isn't watertight
+
+    Returns
+    -------
+    Mesh with merged vertices and, if it is watertight, normals out of the material
+
+    Raises
+    ------
+    MeshError
+        Missing file, unknown suffix, a file without triangles, vertices that aren't finite, a mesh that
+        isn't watertight.
+    """
+    file = Path(path)
+    if not file.is_file():
+        raise MeshError("no such file", file=file)
+    if file.suffix.lower() not in SUFFIXES:
+        known = ", ".join(SUFFIXES)
+        raise MeshError(f"suffix {file.suffix!r} is not a mesh format read here; known: {known}", file=file)
+    return check_mesh(_parse(file), name=str(file), allow_open=allow_open)
+
+
+def check_mesh(mesh: trimesh.Trimesh, *, name: str, allow_open: bool = False) -> trimesh.Trimesh:
+    """Return a copy with merged vertices and outward normals, or say why there can't be one.
+
+    Parameters
+    ----------
+    mesh : any mesh, mm
+    name : what to call it in messages
+    allow_open : go on with a mesh that isn't watertight
+
+    Raises
+    ------
+    MeshError
+        No triangles, vertices that aren't finite, not watertight.
+    """
+    if len(mesh.faces) == 0:
+        raise MeshError("has no triangles", file=name)
+    bad = int((~np.isfinite(mesh.vertices).all(axis=1)).sum())
+    if bad:
+        raise MeshError(f"{bad} vertices have coordinates that aren't finite numbers", file=name)
+    checked = mesh.copy()
+    checked.merge_vertices(merge_tex=True, merge_norm=True)
+    if checked.is_watertight:
+        _turn_outward(checked)
+    elif not allow_open:
+        raise MeshError(
+            f"not watertight: {count_open_edges(checked)} of its edges don't join exactly two triangles; "
+            "mend the mesh, or use --allow-open to go on",
+            file=name,
+        )
+    return checked
+
+
+def count_open_edges(mesh: trimesh.Trimesh) -> int:
+    """Count the edges that don't join exactly two triangles."""
+    _, uses = np.unique(mesh.edges_sorted, axis=0, return_counts=True)
+    return int((uses != 2).sum())
+
+
+def _parse(file: Path) -> trimesh.Trimesh:
+    import trimesh
+    from trimesh.exchange.stl import HeaderError
+
+    try:
+        # Without processing, so that vertices that aren't numbers are seen and not silently dropped.
+        return trimesh.load_mesh(file, process=False)
+    except ImportError:
+        # trimesh guesses the encoding of text that isn't UTF-8 with a library that is not needed otherwise.
+        raise MeshError(f"can't be read as {file.suffix}: its text isn't UTF-8", file=file) from None
+    except (ValueError, LookupError, TypeError, OSError, HeaderError) as fault:
+        raise MeshError(f"can't be read as {file.suffix}: {fault}", file=file) from None
+
+
+def _turn_outward(mesh: trimesh.Trimesh) -> None:
+    if not mesh.is_winding_consistent:
+        mesh.fix_normals()
+    if mesh.volume < 0.0:
+        mesh.invert()

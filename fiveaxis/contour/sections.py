@@ -1,0 +1,134 @@
+"""Horizontal sections of the part's surface, chained into directed loops."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fiveaxis.contour.surface import Surface
+from fiveaxis.geometry import Array, IntArray
+
+# A level this near to vertices, in mm, would run along the edges between them.
+VERTEX_DISTANCE = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class Loop:
+    """One curve of a section: a chain of straight segments, one in each triangle it crosses.
+
+    It runs with the material to its right (seen from above), so that ``direction = normal × z``.
+
+    Parameters
+    ----------
+    faces : (m,), triangle of each segment
+    points : (m, 2, 3), mm, start and end of each segment
+    normals : (m, 2, 3), smoothed normals there, as the segment's own triangle has them (not unit length)
+    closed : whether the last segment's end is the first one's start
+    """
+
+    faces: IntArray
+    points: Array
+    normals: Array
+    closed: bool
+
+
+def section_levels(surface: Surface, stepdown: float) -> Array:
+    """Choose the heights of the sections, mm, from the top down.
+
+    The first lies half a step below the top, so that no section runs in the part's top or bottom. A level
+    that meets vertices moves by a hundredth of a step or two: a section along a ring of mesh vertices
+    would lie in no triangle.
+    """
+    bottom, top = surface.bounds[:, 2]
+    count = max(1, int(np.floor((top - bottom) / stepdown + 0.5)))
+    step = min(stepdown, top - bottom)
+    levels = top - step * (np.arange(count) + 0.5)
+    heights = np.unique(surface.vertices[:, 2])
+    return np.array([_off_vertices(z, step, heights) for z in levels[levels > bottom]])
+
+
+def _off_vertices(level: float, step: float, heights: Array) -> float:
+    for shift in (0.0, 0.01, -0.01, 0.02, -0.02):
+        z = level + shift * step
+        k = np.searchsorted(heights, z - VERTEX_DISTANCE)
+        if k == len(heights) or heights[k] > z + VERTEX_DISTANCE:
+            return z
+    return level
+
+
+def section_loops(surface: Surface, level: float) -> list[Loop]:
+    """Cut the surface at a height and chain the segments.
+
+    Vertices on the level count as above it, so every crossed triangle has one edge on which the surface
+    rises through the level and one on which it falls, and neighbours are found by the edges they share:
+    no tolerance is involved. On an open mesh a chain ends where a neighbour is missing.
+
+    Parameters
+    ----------
+    surface : the part
+    level : mm
+
+    Returns
+    -------
+    Loops in a fixed order: open chains first, then closed ones, each by its first triangle
+    """
+    above = surface.vertices[:, 2] >= level
+    corners_above = above[surface.faces].sum(axis=1)
+    crossed = np.flatnonzero((corners_above > 0) & (corners_above < 3))
+    if len(crossed) == 0:
+        return []
+    entry = _crossing(surface, crossed, level, rising=True)
+    leaving = _crossing(surface, crossed, level, rising=False)
+    points = np.stack([entry[1], leaving[1]], axis=1)
+    normals = np.stack([entry[2], leaving[2]], axis=1)
+    chains = _chains(entry[0].tolist(), leaving[0].tolist())
+    return [Loop(crossed[rows], points[rows], normals[rows], closed) for rows, closed in chains]
+
+
+def _crossing(
+    surface: Surface, crossed: IntArray, level: float, *, rising: bool
+) -> tuple[IntArray, Array, Array]:
+    """Find where the edge that rises (or falls) through the level meets it.
+
+    Returns
+    -------
+    key : (m,), number of the edge, the same for both of its triangles
+    points : (m, 3), mm
+    normals : (m, 3), smoothed normal of the triangle at the point
+    """
+    faces = surface.faces[crossed]
+    above = surface.vertices[faces, 2] >= level
+    next_above = np.roll(above, -1, axis=1)
+    row, corner = np.nonzero(~above & next_above if rising else above & ~next_above)
+    lower, upper = (corner, (corner + 1) % 3) if rising else ((corner + 1) % 3, corner)
+    # Always from the lower to the upper vertex: both triangles of the edge get the same point, bit for bit.
+    low, high = surface.vertices[faces[row, lower]], surface.vertices[faces[row, upper]]
+    t = ((level - low[:, 2]) / (high[:, 2] - low[:, 2]))[:, None]
+    at_corners = surface.corner_normals[crossed]
+    normals = (1.0 - t) * at_corners[row, lower] + t * at_corners[row, upper]
+    points = (1.0 - t) * low + t * high
+    points[:, 2] = level
+    return faces[row, lower] * len(surface.vertices) + faces[row, upper], points, normals
+
+
+def _chains(entry: list[int], leaving: list[int]) -> list[tuple[IntArray, bool]]:
+    """Follow triangles from leaving edge to entry edge; each is in one chain."""
+    entered_by: dict[int, list[int]] = {}
+    for row, key in enumerate(entry):
+        entered_by.setdefault(key, []).append(row)
+    # A non-manifold edge is entered by several triangles: they are used up in their order.
+    follower = [rows.pop(0) if (rows := entered_by.get(key)) else -1 for key in leaving]
+    followed = set(follower)
+    heads = [row for row in range(len(entry)) if row not in followed]
+    seen = [False] * len(entry)
+    chains = []
+    for head in [*heads, *range(len(entry))]:
+        rows, row = [], head
+        while row >= 0 and not seen[row]:
+            seen[row] = True
+            rows.append(row)
+            row = follower[row]
+        if rows:
+            chains.append((np.array(rows), row == head))
+    return chains

@@ -1,0 +1,109 @@
+"""The part's surface: triangles with normals that are smooth, but not across sharp edges."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fiveaxis.geometry import Array, IntArray, angle_between
+
+if TYPE_CHECKING:
+    import trimesh
+
+# Facets that meet at a larger angle than this meet at an edge of the part; at less, the edge comes from
+# the tessellation of a curved surface.
+SHARP_EDGE = np.radians(30.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Surface:
+    """Triangles with facet normals and one smoothed normal at each of their corners.
+
+    Parameters
+    ----------
+    vertices : (v, 3), mm, workpiece frame
+    faces : (f, 3), indices of vertices, anticlockwise seen from outside
+    facet_normals : (f, 3), unit vectors, zero for triangles without area
+    corner_normals : (f, 3, 3), unit vectors by face and corner
+    """
+
+    vertices: Array
+    faces: IntArray
+    facet_normals: Array
+    corner_normals: Array
+
+    @classmethod
+    def from_mesh(cls, mesh: trimesh.Trimesh) -> Surface:
+        """Take over a mesh and smooth its normals."""
+        vertices = np.array(mesh.vertices, dtype=float)
+        faces = np.array(mesh.faces, dtype=np.int64)
+        facets = facet_normals(vertices[faces])
+        return cls(vertices, faces, facets, corner_normals(vertices, faces, facets))
+
+    @property
+    def triangles(self) -> Array:
+        """(f, 3, 3), mm: corners of the triangles."""
+        return self.vertices[self.faces]
+
+    @property
+    def bounds(self) -> Array:
+        """(2, 3), mm: lowest and highest coordinates."""
+        return np.array([self.vertices.min(axis=0), self.vertices.max(axis=0)])
+
+
+def facet_normals(triangles: Array) -> Array:
+    """Give the unit normals of triangles, (f, 3, 3) mm → (f, 3); zero where a triangle has no area."""
+    doubled = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    length = np.linalg.norm(doubled, axis=1, keepdims=True)
+    longest = np.linalg.norm(triangles - np.roll(triangles, 1, axis=1), axis=2).max(axis=1, keepdims=True)
+    # A triangle a hundred thousand times longer than high has a direction made of rounding errors.
+    flat = length <= 1e-5 * longest**2
+    return np.where(flat, 0.0, doubled / np.where(flat, 1.0, length))
+
+
+def corner_normals(vertices: Array, faces: IntArray, facets: Array) -> Array:
+    """Smooth the normals at the corners of triangles.
+
+    The normal of face f at vertex v is the mean, weighted by the corners' angles, of the normals of those
+    faces around v whose normals are within `SHARP_EDGE` of the one of f: a crease keeps both its normals.
+
+    Parameters
+    ----------
+    vertices : (v, 3), mm
+    faces : (f, 3), indices of vertices
+    facets : (f, 3), unit vectors or zero
+
+    Returns
+    -------
+    (f, 3, 3), unit vectors by face and corner
+    """
+    own, other = _neighbours(faces.reshape(-1), len(vertices))
+    cosine = np.einsum("ij,ij->i", facets[own // 3], facets[other // 3])
+    near = cosine > np.cos(SHARP_EDGE)
+    own, other = own[near], other[near]
+    weighted = corner_angles(vertices[faces]).reshape(-1)[other, None] * facets[other // 3]
+    total = np.stack([np.bincount(own, weighted[:, k], minlength=faces.size) for k in range(3)], axis=1)
+    length = np.linalg.norm(total, axis=1, keepdims=True)
+    # Triangles without area have no corner angle to average with: theirs stay zero, like the facet's.
+    smooth: Array = np.divide(total, length, out=np.zeros_like(total), where=length > 0.0)
+    return smooth.reshape(-1, 3, 3)
+
+
+def corner_angles(triangles: Array) -> Array:
+    """Measure the angles at the corners of triangles, (f, 3, 3) mm → (f, 3) rad."""
+    onward = np.roll(triangles, -1, axis=1) - triangles
+    back = np.roll(triangles, 1, axis=1) - triangles
+    return angle_between(onward, back)
+
+
+def _neighbours(corner_vertex: IntArray, count: int) -> tuple[IntArray, IntArray]:
+    """Pair every corner with every corner at its vertex, itself included."""
+    order = np.argsort(corner_vertex, kind="stable")
+    degree = np.bincount(corner_vertex, minlength=count)
+    first = np.concatenate([[0], np.cumsum(degree)])
+    partners = degree[corner_vertex]
+    own = np.repeat(np.arange(len(corner_vertex)), partners)
+    rank = np.arange(len(own)) - np.repeat(np.cumsum(partners) - partners, partners)
+    return own, order[first[corner_vertex[own]] + rank]
