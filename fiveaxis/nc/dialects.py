@@ -51,7 +51,9 @@ LINUXCNC = Dialect(
     suffix=".ngc",
     comment="({})",
     comment_width=100,
-    active_comments=frozenset("msg debug print log logopen logappend probeopen probeappend abort py".split()),
+    active_comments=frozenset(
+        ("msg", "debug", "print", "log", "logopen", "logappend", "probeopen", "probeappend", "abort", "py")
+    ),
     # G64 P: blends at corners stay within 0.01 mm; without a P the control cuts them as far as speed wants.
     start=("G21 G90 G94 G17 G40 G80", "G54", "G64 P0.01"),
     tool_length=("G43", "G49"),
@@ -66,7 +68,8 @@ LINUXCNC = Dialect(
     ),
 )
 
-# M429 exists where the configuration remaps it (5axis/table-rotary-tilting); elsewhere it is an error.
+# M429 means identity where a configuration like 5axis/table-rotary-tilting remaps it so. Elsewhere it is an
+# error or, on a mill-turn machine, something else: hence a control of its own, to be asked for by name.
 LINUXCNC_SWITCHKINS = replace(LINUXCNC, name="linuxcnc-switchkins", start=("M429", *LINUXCNC.start))
 
 DIALECTS = {d.name: d for d in (LINUXCNC, LINUXCNC_SWITCHKINS)}

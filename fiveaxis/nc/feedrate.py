@@ -47,7 +47,8 @@ class Feeds:
         Raises
         ------
         ToolpathError
-            No number or several, an unknown word, a feed per revolution at an unknown speed, a feed not above 0.
+            No number or several, an unknown word, a feed per revolution at an unknown speed, a feed that
+            isn't above 0.
         """
         number, unit, per_turn = self._read(minors, line)
         if unit is None:
@@ -98,8 +99,8 @@ class Feeds:
     def _turns(self, minors: list[str], line: int) -> float:
         if self.spindle is None:
             raise self.source.error(
-                f"FEDRAT/{','.join(minors)} counts per revolution, and no SPINDL before it gives rev/min; write "
-                "the feed per minute, or give one feed for the path (feed_mm_min)",
+                f"FEDRAT/{','.join(minors)} counts per revolution, and no SPINDL before it gives rev/min; "
+                "write the feed per minute, or give one feed for the path (feed_mm_min)",
                 line,
             )
         return self.spindle

@@ -37,7 +37,8 @@ def read_toolpath(
 
     Parameters
     ----------
-    path : ``.csv`` (see `fiveaxis.nc.table`), or APT: ``.apt .cls .clsf .ncl .aptsource`` (see `fiveaxis.nc.apt`)
+    path : ``.csv`` (see `fiveaxis.nc.table`), or APT: ``.apt .cls .clsf .ncl .aptsource`` (see
+        `fiveaxis.nc.apt`)
     tool : the cutter; what a file says about tools isn't used
     feed_mm_min : one feed for every location, *in place of* what the file says. By default the file's feeds
         are used, and 1000 mm/min where it has none.
@@ -45,8 +46,8 @@ def read_toolpath(
 
     Returns
     -------
-    The path; `Toolpath.source` holds lines of the file, and `Toolpath.ignored` counts the words that were seen
-    and not used.
+    The path; `Toolpath.source` holds lines of the file, and `Toolpath.ignored` counts the words that were
+    seen and not used.
 
     Raises
     ------

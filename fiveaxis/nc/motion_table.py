@@ -1,7 +1,7 @@
 """A motion as a table: ``X,Y,Z,A,C,feed,time,source`` in mm, deg, mm/min and s, with 9 decimals.
 
-Angles keep the sign of the machine model (tool relative to workpiece): the flip of reversed axes belongs to NC
-programs alone.
+Angles keep the sign of the machine model (tool relative to workpiece): the flip of reversed axes belongs to
+NC programs alone.
 """
 
 from __future__ import annotations

@@ -24,6 +24,9 @@ Header = Mapping[str, str] | Sequence[tuple[str, str]]
 # mm: the way along the tool axis on which a first cut is approached at its own feed, not in rapid.
 APPROACH = 5.0
 
+# s: a shorter duration is none; its F would be a number that no control reads.
+SHORTEST = 1e-9
+
 
 @dataclass(frozen=True)
 class Program:
@@ -103,14 +106,14 @@ def compose_program(
     MachineError
         The motion has other axes than the machine.
     ToolpathError
-        No location; a value that isn't finite; a move that takes no time.
+        No location; a value that isn't finite; a feed that isn't positive; a move that takes no time.
     """
     dialect = find_dialect(control)
     if motion.letters != machine.letters:
         raise MachineError(
             f"the motion has axes {motion.letters}, and machine {machine.name!r} has {machine.letters}"
         )
-    _require_finite(motion)
+    _require_numbers(motion)
     values = control_values(machine, motion.positions)
     moving = _moving(motion, values, dialect)
     lines = [
@@ -124,15 +127,16 @@ def compose_program(
     return Program(control, dialect.suffix, tuple(lines), dropped=len(motion) - 1 - int(moving.sum()))
 
 
-def _require_finite(motion: Motion) -> None:
+def _require_numbers(motion: Motion) -> None:
     if len(motion) == 0:
         raise ToolpathError("the motion has no locations; there is nothing to write")
-    finite = np.isfinite(motion.positions).all(axis=1) & np.isfinite(motion.time) & np.isfinite(motion.feed)
-    if not finite.all():
-        row = int(np.argmin(finite))
+    sound = np.isfinite(motion.positions).all(axis=1) & np.isfinite(motion.time)
+    sound &= np.isfinite(motion.feed) & (motion.feed > 0.0)
+    if not sound.all():
+        row = int(np.argmin(sound))
         raise ToolpathError(
-            f"location {row} has an axis value, feed or duration that isn't finite "
-            f"({int((~finite).sum())} such locations); no program is written",
+            f"location {row} has an axis value or duration that isn't finite, or a feed that isn't above 0 "
+            f"({int((~sound).sum())} such locations); no program is written",
             line=int(motion.source[row]),
         )
 
@@ -143,15 +147,15 @@ def _moving(motion: Motion, values: Array, dialect: Dialect) -> BoolArray:
     A move without duration may differ in the last decimal, when its way is below `STANDSTILL`; it is left to
     the next one.
     """
-    resolution = max(2.0 * STANDSTILL, 2.0 * 10.0**-dialect.decimals)
-    steps = np.abs(np.diff(values, axis=0, prepend=values[:1])).max(axis=1)
-    timeless = motion.time <= 0.0
-    bad = timeless & (steps > resolution)
+    words = np.round(values, dialect.decimals)
+    steps = np.abs(np.diff(words, axis=0, prepend=words[:1])).max(axis=1)
+    timeless = motion.time < SHORTEST
+    bad = timeless & (steps > 2.0 * max(STANDSTILL, 10.0**-dialect.decimals))
     if bad.any():
         row = int(np.argmax(bad))
         raise ToolpathError(
-            f"location {row}: an axis moves by {steps[row]:g} mm or deg in {motion.time[row]:g} s; every move "
-            "needs a duration (block_times)",
+            f"location {row}: an axis moves by {steps[row]:g} mm or deg in {motion.time[row]:g} s; every "
+            "move needs a duration (block_times)",
             line=int(motion.source[row]),
         )
     return (steps > 0.0) & ~timeless

@@ -45,7 +45,7 @@ def require_finite(values: Array, names: list[str], lines: IntArray, source: Sou
     names : of the m columns
     lines : (n,)
     """
-    row = first_row(~np.isfinite(values).all(axis=1))
+    row = first_row(np.any(~np.isfinite(values), axis=1))
     if row is not None:
         column = int(np.argmin(np.isfinite(values[row])))
         raise source.error(
@@ -66,7 +66,7 @@ def scale_positions(positions: Array, unit: str, lines: IntArray, source: Source
     (n, 3), mm
     """
     limit = LARGEST_POSITION / MILLIMETRES[unit]
-    row = first_row((np.abs(positions) > limit).any(axis=1))
+    row = first_row(np.any(np.abs(positions) > limit, axis=1))
     if row is not None:
         raise source.error(
             f"position ({_shown(positions[row])}) {unit} is beyond {limit:g} {unit}; check the unit and the "

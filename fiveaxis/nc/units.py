@@ -62,7 +62,8 @@ class Units:
         before = self.stated_line or self.used_line
         if before is not None and unit != self.now:
             raise self.source.error(
-                f"mixed units: {unit} here, and {self.now} from line {before} on; write one file for each unit",
+                f"mixed units: {unit} here, and {self.now} from line {before} on; write one file for each "
+                "unit",
                 line,
             )
         self.stated = unit
@@ -78,8 +79,8 @@ class Units:
         """
         if self.stated is None and self.asked is None and self.inch_feed_line is not None:
             raise self.source.error(
-                "a feed in inches, in a file without UNITS: its positions may be inches or mm; say which with "
-                "unit=inch or unit=mm",
+                "a feed in inches, in a file without UNITS: its positions may be inches or mm; say which "
+                "with unit=inch or unit=mm",
                 self.inch_feed_line,
             )
         return self.now
