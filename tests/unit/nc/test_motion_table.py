@@ -1,0 +1,55 @@
+"""Motions as tables."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from fiveaxis.errors import MachineError, ToolpathError
+from fiveaxis.motion import Motion
+from fiveaxis.nc import read_motion, write_motion
+
+MOTION = Motion(
+    letters="XYZAC",
+    positions=np.array([[1.5, -2.0, 0.0, np.pi / 6, -4 * np.pi], [1.5, -2.0, -1e-12, np.pi / 6, -4 * np.pi]]),
+    feed=np.array([10.0, 20.0]),
+    time=np.array([0.0, 0.25]),
+    kind=np.array([0, 2]),
+    source=np.array([7, 12]),
+)
+
+
+def test_a_motion_is_written_in_mm_deg_and_mm_per_minute(trunnion, tmp_path):
+    path = write_motion(MOTION, tmp_path / "motion.csv", trunnion)
+    # The signs are the model's, although this control counts A and C the other way.
+    assert path.read_bytes().decode("ascii") == (
+        "X,Y,Z,A,C,feed,time,source\n"
+        "1.500000000,-2.000000000,0.000000000,30.000000000,-720.000000000,600.000000000,0.000000000,7\n"
+        "1.500000000,-2.000000000,0.000000000,30.000000000,-720.000000000,1200.000000000,0.250000000,12\n"
+    )
+
+
+def test_a_motion_of_another_machine_is_not_written(tmp_path):
+    from fiveaxis.machine import Machine
+
+    with pytest.raises(MachineError, match="axes XYZAC, and machine '650123' has XYZBC"):
+        write_motion(MOTION, tmp_path / "motion.csv", Machine.from_code("650123"))
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("text", "fault"),
+    [
+        (
+            "X,Y,Z,B,C,feed,time,source\n1,2,3,4,5,6,7,8\n",
+            "isn't that of machine 'hayashi-640123': X,Y,Z,A,C,feed",
+        ),
+        ("X,Y,Z,A,C,feed,time,source\n1,2,3,4,5,6,7\n", r"motion\.csv:2: 7 fields where the header has 8"),
+        ("X,Y,Z,A,C,feed,time,source\n1,2,3,nan,5,6,7,8\n", r"motion\.csv:2: A = nan isn't a finite number"),
+    ],
+)
+def test_a_table_of_something_else_is_refused(hayashi, tmp_path, text, fault):
+    path = tmp_path / "motion.csv"
+    path.write_text(text)
+    with pytest.raises(ToolpathError, match=fault):
+        read_motion(path, hayashi)

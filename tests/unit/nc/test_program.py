@@ -1,0 +1,295 @@
+"""NC programs, block by block."""
+
+from __future__ import annotations
+
+import re
+import time
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fiveaxis.errors import MachineError, SettingError, ToolpathError
+from fiveaxis.kinematics import linear_positions, tool_poses
+from fiveaxis.machine import Limits, Machine
+from fiveaxis.motion import Motion, follow
+from fiveaxis.nc import compose_program, write_program
+from fiveaxis.toolpath import MoveKind, Tool, Toolpath
+
+
+def motion_of(positions, times=None, letters="XYZAC", kind=MoveKind.CUT):
+    """Make a motion from rows of mm and degrees."""
+    values = np.array(positions, dtype=float) * [1, 1, 1, np.pi / 180, np.pi / 180]
+    n = len(values)
+    return Motion(
+        letters=letters,
+        positions=values,
+        feed=np.full(n, 10.0),
+        time=np.array([0.0] + [1.0] * (n - 1)) if times is None else np.array(times),
+        kind=np.full(n, kind),
+        source=np.arange(2, n + 2),
+    )
+
+
+def blocks(program):
+    """Give the lines that aren't comments."""
+    return [line for line in program.lines if not line.startswith("(")]
+
+
+def words(block):
+    return {w[0]: float(w[1:]) for w in block.split()}
+
+
+def test_joints_are_those_of_linuxcnc(trunnion):
+    # ../shared/reference/machines.md, xyzac-trt's golden table: program X Y Z A C with TCP on, joints X Y Z.
+    table = np.array(
+        [
+            [10, 0, 0, 0, 0, 10, 0, 0],
+            [10, 0, 0, 30, 0, 10, 7.679492, -8.660254],
+            [10, 5, -3, -45, 90, -5, 3.736544, 7.878680],
+            [-20, 15, 8, -30, 200, 23.924155, -4.603511, 21.895442],
+        ]
+    )
+    # Positive A and C turn the table there: tool relative to workpiece it is the other way round.
+    rotary = np.radians(-table[:, [4, 3]])
+    assert trunnion.rotaries == ("C", "A")
+    positions = linear_positions(trunnion, table[:, :3], rotary)
+    motion = replace(motion_of(np.zeros((4, 5)), kind=MoveKind.RAPID), positions=positions)
+    program = compose_program(motion, machine=trunnion)
+    moves = [words(b) for b in blocks(program) if b.startswith("G1")]
+    expected = table[1:, [5, 6, 7, 3, 4]]
+    np.testing.assert_allclose([[m[c] for c in "XYZAC"] for m in moves], expected, atol=2e-6)
+    assert [b for b in blocks(program) if b.startswith("G0")] == [
+        "G0 A0.000000 C0.000000",
+        "G0 X10.000000 Y0.000000",
+        "G0 Z0.000000",
+    ]
+
+
+def test_only_reversed_axes_change_their_sign(hayashi, trunnion):
+    motion = motion_of([[1, 2, 3, 4, 5], [1, 2, 3, 4, 6]])
+    plain = [b for b in blocks(compose_program(motion, machine=hayashi)) if b.startswith("G1")]
+    flipped = [b for b in blocks(compose_program(motion, machine=trunnion)) if b.startswith("G1")]
+    assert plain[-1] == "G1 X1.000000 Y2.000000 Z3.000000 A4.000000 C6.000000 F60"
+    assert flipped[-1] == "G1 X1.000000 Y2.000000 Z3.000000 A-4.000000 C-6.000000 F60"
+
+
+def test_every_timed_block_has_its_inverse_time(hayashi):
+    times = [0.0, 0.001, 0.37, 12.0, 4000.0, 1e-7]
+    motion = motion_of([[i, 0, 0, 0, 0] for i in range(6)], times)
+    moves = [b for b in blocks(compose_program(motion, machine=hayashi)) if b.startswith("G1")]
+    assert [b.split()[-1] for b in moves[1:]] == ["F60000", "F162.1622", "F5", "F0.015", "F600000000"]
+    np.testing.assert_allclose([60 / words(b)["F"] for b in moves[1:]], times[1:], rtol=1e-6)
+
+
+def test_inverse_time_is_in_force_from_the_first_timed_block_to_the_last(hayashi):
+    lines = blocks(compose_program(motion_of(np.eye(5)), machine=hayashi))
+    first, last = lines.index("G93"), len(lines) - 1 - lines[::-1].index("G94")
+    timed = [i for i, b in enumerate(lines) if b.startswith("G1 ")]
+    assert first < min(timed)
+    assert max(timed) < last
+    assert lines[-4:] == ["G94", "M5", "M9", "M2"]
+
+
+def test_turns_of_a_rotary_axis_are_kept(hayashi):
+    motion = motion_of([[0, 0, 0, 0, 350], [0, 0, 0, 0, 370], [0, 0, 0, 0, -730]])
+    moves = [words(b)["C"] for b in blocks(compose_program(motion, machine=hayashi)) if b.startswith("G1")]
+    assert moves[1:] == [370, -730]
+
+
+def test_no_word_is_a_negative_zero_or_has_an_exponent(hayashi):
+    motion = motion_of([[1, 1, 1, 1, 1], [-1e-9, -0.0, -4e-7, -0.0000005, 1e-12]])
+    last = [b for b in blocks(compose_program(motion, machine=hayashi)) if b.startswith("G1")][-1]
+    assert last == "G1 X0.000000 Y0.000000 Z0.000000 A0.000000 C0.000000 F60"
+
+
+def test_links_and_rapid_moves_are_coordinated_too(hayashi):
+    motion = replace(motion_of(np.eye(5)), kind=np.array([0, 1, 2, 1, 0]))
+    lines = blocks(compose_program(motion, machine=hayashi))
+    assert sum(b.startswith("G1 ") for b in lines) == 5
+    assert not any(b.startswith("G0") for b in lines[lines.index("G93") :])
+
+
+def test_a_move_of_nothing_is_dropped_and_counted(hayashi):
+    motion = motion_of([[0] * 5, [0] * 5, [1e-8, 0, 0, 0, 0], [1, 0, 0, 0, 0]], [0.0, 0.0, 1e-9, 1.0])
+    program = compose_program(motion, machine=hayashi)
+    assert program.dropped == 2
+    assert sum(b.startswith("G1 ") for b in program.lines) == 2
+
+
+def test_rounding_without_duration_is_left_to_the_next_move(hayashi):
+    motion = motion_of([[0] * 5, [1e-6, 0, 0, 0, 0], [1, 0, 0, 0, 0]], [0.0, 0.0, 1.0])
+    assert compose_program(motion, machine=hayashi).dropped == 1
+
+
+@pytest.mark.parametrize("duration", [0.0, -1.0, 1e-310])
+def test_a_move_without_duration_is_refused(hayashi, duration):
+    motion = motion_of([[0] * 5, [0, 0, 0, 0.5, 0]], [0.0, duration])
+    with pytest.raises(
+        ToolpathError, match=f"line 3: location 1: an axis moves by 0.5 mm or deg in {duration:g} s"
+    ):
+        compose_program(motion, machine=hayashi)
+
+
+@pytest.mark.parametrize(
+    ("name", "value"), [("positions", np.nan), ("time", np.inf), ("feed", np.nan), ("feed", 0.0)]
+)
+def test_a_number_that_means_nothing_is_refused(hayashi, name, value):
+    motion = motion_of(np.eye(5))
+    values = getattr(motion, name).copy()
+    values[3] = value
+    with pytest.raises(ToolpathError, match=r"line 5: location 3 has an axis value.*\(1 such locations\)"):
+        compose_program(replace(motion, **{name: values}), machine=hayashi)
+
+
+def test_an_empty_motion_is_refused(hayashi):
+    with pytest.raises(ToolpathError, match="no locations"):
+        compose_program(motion_of(np.empty((0, 5)), times=[]), machine=hayashi)
+
+
+def test_a_motion_of_another_machine_is_refused(hayashi):
+    with pytest.raises(MachineError, match="axes XYZBC, and machine 'hayashi-640123' has XYZAC"):
+        compose_program(motion_of(np.eye(5), letters="XYZBC"), machine=hayashi)
+
+
+def test_an_unknown_control_names_the_nearest_and_all(hayashi):
+    with pytest.raises(
+        SettingError,
+        match=r"unknown control 'linuxnc'; did you mean 'linuxcnc'[?] known: linuxcnc, linuxcnc-switchkins",
+    ):
+        compose_program(motion_of(np.eye(5)), machine=hayashi, control="linuxnc")
+
+
+def test_switchable_kinematics_are_set_to_identity_before_anything_moves(trunnion):
+    lines = blocks(compose_program(motion_of(np.eye(5)), machine=trunnion, control="linuxcnc-switchkins"))
+    assert lines[0] == "M429"
+
+
+# The approach
+
+
+def approach(motion, machine):
+    """Give the rapid moves' words in order, and the first timed block."""
+    lines = blocks(compose_program(motion, machine=machine))
+    rapid = [words(b) for b in lines if b.startswith("G0")]
+    return rapid, next(words(b) for b in lines if b.startswith("G1 "))
+
+
+def test_rotary_axes_come_first_and_z_last(hayashi):
+    rapid, _ = approach(motion_of(np.eye(5), kind=MoveKind.LINK), hayashi)
+    assert [set(r) - {"G"} for r in rapid] == [{"A", "C"}, {"X", "Y"}, {"Z"}]
+
+
+@pytest.mark.parametrize("code", ["640123", "601235", "120356", "560312", "123054"])
+def test_a_first_cut_is_approached_along_the_tool_axis_at_its_feed(code):
+    machine = Machine.from_code(code)
+    positions = np.array([[10, 20, 30, 0.4, -0.3], [11, 20, 30, 0.4, -0.3]])
+    motion = replace(motion_of(np.zeros((2, 5))), positions=positions, letters=machine.letters)
+    rapid, target = approach(motion, machine)
+    merged = rapid[0] | rapid[1] | rapid[2]
+    start = np.array([merged[c] for c in machine.letters])
+    start[3:] = np.radians(start[3:])
+    tip, axis = tool_poses(machine, np.array([start, positions[0]]))
+    np.testing.assert_allclose(tip[0] - tip[1], 5.0 * axis[1], atol=1e-5)
+    np.testing.assert_allclose(axis[0], axis[1], atol=1e-7)
+    # 5 mm at 10 mm/s are half a second.
+    assert target["F"] == pytest.approx(120.0, rel=1e-6)
+    assert [target[c] for c in "XYZ"] == [10, 20, 30]
+
+
+def test_the_approach_stops_at_an_axis_limit(hayashi):
+    axes = tuple(replace(a, limits=Limits(-50, 52)) if a.letter == "Z" else a for a in hayashi.axes)
+    rapid, target = approach(motion_of([[0, 0, 50, 0, 0], [1, 0, 50, 0, 0]]), replace(hayashi, axes=axes))
+    assert rapid[2]["Z"] == 52
+    assert target["F"] == pytest.approx(300)
+
+
+def test_a_location_on_its_limit_is_approached_in_rapid(hayashi):
+    axes = tuple(replace(a, limits=Limits(-50, 50)) if a.letter == "Z" else a for a in hayashi.axes)
+    rapid, target = approach(motion_of([[0, 0, 50, 0, 0], [1, 0, 50, 0, 0]]), replace(hayashi, axes=axes))
+    assert rapid[2]["Z"] == 50
+    assert target["X"] == 1
+
+
+def test_a_path_that_begins_in_rapid_is_approached_in_rapid(hayashi):
+    rapid, target = approach(motion_of(np.eye(5), kind=MoveKind.RAPID), hayashi)
+    assert rapid[1]["X"] == 1
+    assert target["Y"] == 1
+
+
+# Tool length and comments
+
+
+def test_the_control_adds_the_tool_length_only_where_the_tool_keeps_its_direction():
+    motion = motion_of(np.eye(5))
+    assert "G43" in compose_program(motion, machine=Machine.from_code("640123")).lines
+    head = compose_program(motion, machine=Machine.from_code("601234"))
+    assert "G49" in head.lines
+    assert "G43" not in head.lines
+
+
+def test_the_header_stands_in_comments_in_its_order(hayashi):
+    header = [("tool", "ball:10"), ("source", "part.apt"), ("energy", "7424 J")]
+    program = compose_program(motion_of(np.eye(5)), machine=hayashi, header=header)
+    assert program.lines[:4] == (
+        "(machine: hayashi-640123, form-shaping code 640123)",
+        "(tool: ball:10)",
+        "(source: part.apt)",
+        "(energy: 7424 J)",
+    )
+    assert program == compose_program(motion_of(np.eye(5)), machine=hayashi, header=dict(header))
+
+
+@pytest.mark.parametrize(
+    ("value", "comment"),
+    [
+        ("fräsen (schruppen), Ø10 µm 90° − 3·10³", "(note: frasen [schruppen], d10 um 90 deg - 3*103)"),
+        ("a\nG0 Z-100\r\n%", "(note: a G0 Z-100 %)"),
+        ("刀", "(note: ?)"),
+        ("", "(note:)"),
+    ],
+)
+def test_a_comment_can_neither_end_early_nor_leave_ascii(hayashi, value, comment):
+    program = compose_program(motion_of(np.eye(5)), machine=hayashi, header={"note": value})
+    assert program.lines[1] == comment
+
+
+@pytest.mark.parametrize("name", ["MSG,stop", " debug, x", "logopen,file"])
+def test_a_comment_does_not_act_on_the_control(hayashi, name):
+    header = {name: "x", "long": "y " * 60 + "MSG, " * 60}
+    for line in compose_program(motion_of(np.eye(5)), machine=hayashi, header=header).lines:
+        assert not re.match(r"\(\s*(msg|debug|logopen)\s*,", line, re.IGNORECASE)
+
+
+def test_no_line_is_longer_than_the_control_reads(trunnion):
+    header = {"source": "/a/very/long/name" * 40}
+    motion = motion_of([[0] * 5, [-199999.123456] * 5], [0.0, 1e-9])
+    assert max(map(len, compose_program(motion, machine=trunnion, header=header).lines)) <= 120
+
+
+# Files
+
+
+def test_the_file_holds_the_program(hayashi, tmp_path):
+    motion = motion_of(np.eye(5))
+    path = write_program(motion, tmp_path / "out" / "part.ngc", machine=hayashi, header={"tool": "ball:10"})
+    program = compose_program(motion, machine=hayashi, header={"tool": "ball:10"})
+    assert path.read_bytes() == program.text.encode("ascii")
+    assert program.suffix == ".ngc"
+
+
+def test_nothing_is_written_when_the_motion_is_refused(hayashi, tmp_path):
+    motion = motion_of([[0] * 5, [1] * 5], [0.0, 0.0])
+    with pytest.raises(ToolpathError):
+        write_program(motion, tmp_path / "part.ngc", machine=hayashi)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_hundred_thousand_blocks_are_written_in_a_moment(hayashi, tmp_path):
+    tips = np.random.default_rng(1).normal(size=(100_000, 3))
+    toolpath = Toolpath.from_tips(tips, np.tile([0.0, 0.0, 1.0], (len(tips), 1)), Tool.ball(10))
+    motion = follow(toolpath, hayashi, np.zeros((len(tips), 2)))
+    start = time.perf_counter()
+    write_program(motion, tmp_path / "part.ngc", machine=hayashi)
+    # 0.6 s measured; the bound leaves room for a busy machine.
+    assert time.perf_counter() - start < 4.0

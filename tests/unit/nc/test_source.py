@@ -1,0 +1,53 @@
+"""Files as lines."""
+
+from __future__ import annotations
+
+import gzip
+
+import pytest
+
+from fiveaxis.errors import ToolpathError
+from fiveaxis.nc.source import load_source
+
+
+def test_lines_are_counted_as_editors_count_them(tmp_path):
+    path = tmp_path / "a.cls"
+    path.write_bytes("\ufeffA\r\nB\rC\x0c\u2028D\nE".encode())
+    assert load_source(path).lines == ["A", "B", "C\x0c\u2028D", "E"]
+
+
+def test_a_packed_file_reads_as_its_content(tmp_path):
+    path = tmp_path / "a.cls.gz"
+    path.write_bytes(gzip.compress(b"A\nB"))
+    assert load_source(path).lines == ["A", "B"]
+
+
+def test_a_file_of_old_encoding_is_read(tmp_path):
+    path = tmp_path / "a.cls"
+    path.write_bytes("PARTNO/Flügel".encode("cp1252"))
+    assert load_source(path).lines == ["PARTNO/Flügel"]
+
+
+@pytest.mark.parametrize(
+    ("name", "data", "fault"),
+    [
+        ("a.cls", b"GOTO/1,2,3\n\x00\x01", "isn't a text file: it holds the byte 0x00"),
+        ("a.cls", "GOTO/1,2,3".encode("utf-16"), "isn't a text file"),
+        ("a.cls.gz", b"GOTO/1,2,3", "can't be unpacked: Not a gzipped file"),
+        ("a.cls.gz", gzip.compress(b"GOTO/1,2,3" * 100)[:-12], "can't be unpacked: Compressed file ended"),
+        ("a.cls.gz", gzip.compress(b"GOTO/1,2,3")[:10] + b"\xff" * 20, "can't be unpacked"),
+    ],
+)
+def test_what_is_not_text_is_refused(tmp_path, name, data, fault):
+    path = tmp_path / name
+    path.write_bytes(data)
+    with pytest.raises(ToolpathError, match=fault) as caught:
+        load_source(path)
+    assert caught.value.file == str(path)
+
+
+def test_a_missing_file_and_a_folder_are_refused(tmp_path):
+    with pytest.raises(ToolpathError, match="can't be read: No such file"):
+        load_source(tmp_path / "a.csv")
+    with pytest.raises(ToolpathError, match="can't be read: Is a directory"):
+        load_source(tmp_path)

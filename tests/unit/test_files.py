@@ -1,0 +1,63 @@
+"""Files appear whole or not at all."""
+
+from __future__ import annotations
+
+import pytest
+
+from fiveaxis.errors import SettingError
+from fiveaxis.files import write_atomically
+
+
+def test_text_is_written_as_it_is_and_nothing_else_is_left(tmp_path):
+    target = tmp_path / "part.ngc"
+    assert write_atomically(target, "G1 X1\nM2\n") == target
+    assert target.read_bytes() == b"G1 X1\nM2\n"
+    assert list(tmp_path.iterdir()) == [target]
+
+
+def test_missing_folders_are_made(tmp_path):
+    assert write_atomically(tmp_path / "a" / "b" / "c.txt", b"\x00").read_bytes() == b"\x00"
+
+
+def test_an_existing_file_is_replaced(tmp_path):
+    target = tmp_path / "part.ngc"
+    target.write_text("a much longer old program")
+    write_atomically(target, "new")
+    assert target.read_text() == "new"
+
+
+def test_a_file_has_the_permissions_of_any_new_file(tmp_path):
+    plain = tmp_path / "plain"
+    plain.write_text("")
+    assert write_atomically(tmp_path / "part.ngc", "").stat().st_mode == plain.stat().st_mode
+
+
+def test_a_failing_write_leaves_the_old_file_and_no_remains(tmp_path, monkeypatch):
+    target = tmp_path / "part.ngc"
+    target.write_text("old")
+
+    def fail(_descriptor):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("os.fsync", fail)
+    with pytest.raises(SettingError, match=r"part\.ngc: can't be written: No space left"):
+        write_atomically(target, "new")
+    assert target.read_text() == "old"
+    assert list(tmp_path.iterdir()) == [target]
+
+
+def test_an_interrupted_write_leaves_no_remains(tmp_path, monkeypatch):
+    def interrupt(_descriptor):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("os.fsync", interrupt)
+    with pytest.raises(KeyboardInterrupt):
+        write_atomically(tmp_path / "part.ngc", "new")
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("name", [".", "file/below"])
+def test_a_place_that_cannot_hold_a_file_is_refused(tmp_path, name):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(SettingError, match="can't be written"):
+        write_atomically(tmp_path / name, "new")
