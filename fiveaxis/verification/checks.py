@@ -1,0 +1,168 @@
+"""The checks on axis values and poses; each takes a `Subject` and returns a `Result`."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from fiveaxis.findings import Severity
+from fiveaxis.geometry import Array
+from fiveaxis.verification.report import Result
+from fiveaxis.verification.subject import Subject
+
+
+def check_finite(subject: Subject) -> Result:
+    """Check that every axis value is a number and every duration one that isn't negative."""
+    motion = subject.motion
+    times = motion.time[:, None]
+    bad = np.hstack([~np.isfinite(motion.positions), ~(np.isfinite(times) & (times >= 0.0))])
+    rows, columns = np.nonzero(bad)
+    names = [*subject.machine.letters, "the duration"]
+
+    def message(i: int) -> str:
+        value = np.hstack([motion.positions[rows[i]], motion.time[rows[i]]])[columns[i]]
+        return f"{names[columns[i]]} is {value:g}; compute the motion again"
+
+    return Result(
+        code="not-finite",
+        severity=Severity.ERROR,
+        rows=rows,
+        values=np.full(len(rows), np.nan),
+        message=message,
+        figures={},
+        checked=("axis values and durations are finite numbers",),
+    )
+
+
+def check_limits(subject: Subject) -> Result:
+    """Check every axis value against its limits."""
+    machine, tolerances = subject.machine, subject.tolerances
+    overrun = np.maximum(subject.positions - machine.high, machine.low - subject.positions)
+    rotary = np.array([a.is_rotary for a in machine.axes])
+    rows, columns = np.nonzero(overrun > np.where(rotary, tolerances.angle, tolerances.length))
+    shown = machine.shown(overrun)
+
+    def message(i: int) -> str:
+        axis, value = machine.axes[columns[i]], subject.positions[rows[i], columns[i]]
+        side, bound = ("above", axis.limits.high) if value > axis.limits.high else ("below", axis.limits.low)
+        return (
+            f"{axis.letter} = {axis.shown(value):.6g} {axis.unit} is {side} the limit "
+            f"{axis.shown(bound):g} {axis.unit} by {shown[rows[i], columns[i]]:.3g} {axis.unit}; "
+            "change the tilt range or move the part on the table"
+        )
+
+    return Result(
+        code="axis-limit",
+        severity=Severity.ERROR,
+        rows=rows,
+        values=shown[rows, columns],
+        message=message,
+        figures={
+            "limit_overrun_mm": _overrun_figure(shown[:, ~rotary]),
+            "limit_overrun_deg": _overrun_figure(shown[:, rotary]),
+        },
+        **_limit_sentences(subject),
+    )
+
+
+def _limit_sentences(subject: Subject) -> dict[str, tuple[str, ...]]:
+    axes = subject.machine.axes
+    limited = [a.letter for a in axes if not a.limits.unlimited]
+    free = [a.letter for a in axes if a.limits.unlimited]
+    some = f"axis limits of {', '.join(limited)} at every location" if limited else None
+    none = f"limits of {', '.join(free)}: the machine states none" if free else None
+    return {"checked": _only(some), "not_checked": _only(none)}
+
+
+def check_contact(subject: Subject) -> Result:
+    """Check that the axis values put ball centre and contact where the path wants them.
+
+    The reached centre is ``tip + R·o``; the reached contact ``centre − R·n``. Where the contact is unknown
+    the centre alone counts.
+    """
+    path = subject.toolpath
+    at_centre = np.linalg.norm(subject.centre - path.pivot, axis=1)
+    touched = subject.centre - path.tool.radius * path.normal
+    at_contact = np.linalg.norm(touched - path.contact, axis=1)
+    error = np.fmax(at_centre, at_contact)
+    rows = np.flatnonzero(error > subject.tolerances.contact)
+
+    def message(i: int) -> str:
+        return (
+            f"the axis values miss the wanted contact by {error[rows[i]]:.3g} mm (at most "
+            f"{subject.tolerances.contact:g} mm); solve the linear axes again for this posture"
+        )
+
+    return Result(
+        code="contact-error",
+        severity=Severity.ERROR,
+        rows=rows,
+        values=error[rows],
+        message=message,
+        figures={"contact_error_mm": largest(error)},
+        checked=("ball centre and contact reached at every location, with pinocchio's kinematics",),
+    )
+
+
+def check_tilt(subject: Subject) -> Result:
+    """Check the angle between tool axis and reference at every location that has one."""
+    bounds = subject.bounds
+    if bounds is None:
+        return _tilt_left_out()
+    angle = bounds.angles(subject.axis)
+    overrun = np.maximum(angle - bounds.high, bounds.low - angle)
+    rows = np.flatnonzero(overrun > subject.tolerances.angle)
+
+    def message(i: int) -> str:
+        value = angle[rows[i]]
+        side, bound = ("above", bounds.high) if value > bounds.high else ("below", bounds.low)
+        return (
+            f"tool axis at {math.degrees(value):.6g} deg to the {bounds.name} is {side} the bound "
+            f"{math.degrees(bound):g} deg; optimise again or widen the range"
+        )
+
+    low, high = math.degrees(bounds.low), math.degrees(bounds.high)
+    return Result(
+        code="tilt",
+        severity=Severity.ERROR,
+        rows=rows,
+        values=np.degrees(overrun[rows]),
+        message=message,
+        figures={"tilt_min_deg": smallest(np.degrees(angle)), "tilt_max_deg": largest(np.degrees(angle))},
+        checked=(f"angle between tool axis and {bounds.name} within {low:g}…{high:g} deg at every location",),
+    )
+
+
+def _tilt_left_out() -> Result:
+    return Result(
+        code="tilt",
+        severity=Severity.ERROR,
+        rows=np.empty(0, dtype=np.int64),
+        values=np.empty(0),
+        message=str,
+        figures={"tilt_min_deg": None, "tilt_max_deg": None},
+        not_checked=("tilt: no tilt range or cone was given",),
+    )
+
+
+def largest(values: Array) -> float | None:
+    """Give the largest number, None where there is none; NaN doesn't count."""
+    known = values[np.isfinite(values)]
+    return float(known.max()) if known.size else None
+
+
+def smallest(values: Array) -> float | None:
+    """Give the smallest number, None where there is none; NaN doesn't count."""
+    known = values[np.isfinite(values)]
+    return float(known.min()) if known.size else None
+
+
+def _overrun_figure(overrun: Array) -> float | None:
+    """Give the worst overrun, 0 where all stay inside, None where no axis has limits (overrun −∞)."""
+    worst = largest(overrun)
+    return None if worst is None else max(worst, 0.0)
+
+
+def _only(sentence: str | None) -> tuple[str, ...]:
+    return () if sentence is None else (sentence,)

@@ -1,0 +1,141 @@
+"""The checks on what happens between two locations: turns, speeds, and the way of the ball."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from fiveaxis.findings import Severity
+from fiveaxis.geometry import Array
+from fiveaxis.verification.checks import largest
+from fiveaxis.verification.model import tool_poses
+from fiveaxis.verification.report import Result
+from fiveaxis.verification.subject import Subject
+
+# Where within a block the ball's deviation from its chord is measured, as shares of the block.
+SAMPLES = (0.25, 0.5, 0.75)
+
+
+def check_jumps(subject: Subject) -> Result:
+    """Check that no rotary axis turns suddenly while the tool cuts.
+
+    A control that interpolates in machine coordinates would sweep the tool through the part. Links and
+    rapids may turn as far as they like.
+    """
+    columns = subject.machine.rotary_columns
+    turns = np.where(subject.cutting[:, None], subject.steps[:, columns], 0.0)
+    rows, which = np.nonzero(turns > subject.tolerances.jump)
+    degrees = np.degrees(turns)
+
+    def message(i: int) -> str:
+        return (
+            f"{subject.machine.rotaries[which[i]]} turns {degrees[rows[i], which[i]]:.4g} deg within one "
+            f"cutting block (at most {math.degrees(subject.tolerances.jump):g} deg); link with a retract "
+            "there, or put locations closer together"
+        )
+
+    return Result(
+        code="jump",
+        severity=Severity.ERROR,
+        rows=rows,
+        values=degrees[rows, which],
+        message=message,
+        figures={"rotary_step_deg": largest(degrees)},
+        checked=("turn of every rotary axis within each cutting block",),
+    )
+
+
+def check_speeds(subject: Subject) -> Result:
+    """Check that every block lasts long enough for the highest speed of each axis."""
+    axes = subject.machine.axes
+    speeds = np.array([math.inf if a.max_speed is None else a.max_speed for a in axes])
+    time = subject.motion.time
+    # A negative duration is a finding of its own (`check_finite`).
+    needed, given = subject.steps / speeds, np.where(time >= 0.0, time, np.nan)[:, None]
+    rows, columns = np.nonzero(needed > given * (1.0 + subject.tolerances.time))
+
+    def message(i: int) -> str:
+        axis, step = axes[columns[i]], subject.steps[rows[i], columns[i]]
+        return (
+            f"{axis.letter} needs {needed[rows[i], columns[i]]:.4g} s for {axis.shown(step):.4g} {axis.unit} "
+            f"at its highest speed {axis.shown(speeds[columns[i]]):g} {axis.unit}/s, the block lasts "
+            f"{given[rows[i], 0]:.4g} s; lower the feed"
+        )
+
+    known = [a.letter for a in axes if a.max_speed is not None]
+    unknown = [a.letter for a in axes if a.max_speed is None]
+    return Result(
+        code="speed",
+        severity=Severity.ERROR,
+        rows=rows,
+        values=(needed - given)[rows, columns],
+        message=message,
+        figures={"speed_share": _largest_share(needed, given) if known else None},
+        checked=(f"highest speed of {', '.join(known)} in every block",) if known else (),
+        not_checked=(f"speed of {', '.join(unknown)}: the machine states no highest one",) if unknown else (),
+    )
+
+
+def _largest_share(needed: Array, given: Array) -> float | None:
+    """Give the largest share of an axis's highest speed that any block with a duration uses."""
+    lasting = given[:, 0] > 0.0
+    return largest(needed[lasting] / given[lasting])
+
+
+def check_deviation(subject: Subject) -> Result:
+    """Measure how far the ball centre leaves its chord when all axes move linearly in time.
+
+    A control with tool centre point programming keeps the centre on the chord; one without doesn't, and this
+    is what it cuts too deep or leaves.
+    """
+    deviation = chord_deviations(subject)
+    limit = subject.tolerances.deviation
+    rows = np.flatnonzero(deviation > limit)
+
+    def message(i: int) -> str:
+        return (
+            f"with all axes linear in machine coordinates the ball leaves its chord by "
+            f"{deviation[rows[i]]:.3g} mm (at most {limit:g} mm); use tool centre point control or put "
+            "locations closer together"
+        )
+
+    return Result(
+        code="tip-deviation",
+        severity=Severity.WARNING,
+        rows=rows,
+        values=deviation[rows],
+        message=message,
+        figures={"tip_deviation_mm": largest(deviation)},
+        checked=("way of the ball centre within each cutting block, if the control has no TCP",),
+    )
+
+
+def chord_deviations(subject: Subject) -> Array:
+    """Measure the largest distance between ball centre and chord in each cutting block.
+
+    Returns
+    -------
+    (n,), mm; NaN where no cut ends or an axis value is unknown
+    """
+    ends = np.flatnonzero(subject.cutting)
+    positions, pivot = subject.positions, subject.toolpath.pivot
+    before, after = positions[ends - 1], positions[ends]
+    worst = np.zeros(len(ends))
+    for share in SAMPLES:
+        tip, axis = tool_poses(subject.machine, before + share * (after - before))
+        centre = tip + subject.toolpath.tool.radius * axis
+        worst = np.maximum(worst, segment_distances(centre, pivot[ends - 1], pivot[ends]))
+    deviation = np.full(len(positions), np.nan)
+    deviation[ends] = worst
+    return deviation
+
+
+def segment_distances(points: Array, start: Array, end: Array) -> Array:
+    """Measure the distance of points to segments, row by row: (n, 3) mm each → (n,) mm."""
+    way = end - start
+    length = np.sum(way * way, axis=1)
+    along = np.sum((points - start) * way, axis=1)
+    share = np.clip(along / np.where(length > 0.0, length, 1.0), 0.0, 1.0)
+    distances: Array = np.linalg.norm(points - (start + share[:, None] * way), axis=1)
+    return distances

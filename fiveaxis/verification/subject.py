@@ -1,0 +1,128 @@
+"""What the checks look at: the motion beside the path, and where the tool really is."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from fiveaxis.errors import SettingError, ToolpathError
+from fiveaxis.geometry import Array, BoolArray
+from fiveaxis.machine import Machine
+from fiveaxis.motion import Motion
+from fiveaxis.toolpath import TiltBounds, Toolpath
+from fiveaxis.verification.model import tool_poses
+
+
+@dataclass(frozen=True)
+class Tolerances:
+    """From where on a difference is a finding; below it is rounding.
+
+    Parameters
+    ----------
+    length : mm, overrun of a linear axis's limits
+    angle : rad, overrun of a rotary axis's limits and of the tilt bounds
+    contact : mm, distance of the reached ball centre, or contact, from the wanted one
+    jump : rad, the largest turn of a rotary axis in one cutting block
+    deviation : mm, of the ball centre from the chord in a block that moves all axes linearly
+    time : relative, of a block's duration against the axes' highest speeds
+    gouge : mm, how deep the ball may reach into the part at a location
+    chord_gouge : mm, the same within a move, which is the chord of a curve
+    """
+
+    length: float = 1e-6
+    angle: float = math.radians(1e-6)
+    contact: float = 1e-6
+    jump: float = math.radians(45.0)
+    deviation: float = 0.01
+    time: float = 1e-6
+    gouge: float = 0.01
+    chord_gouge: float = 0.02
+
+
+DEFAULT_TOLERANCES = Tolerances()
+
+
+@dataclass(frozen=True, eq=False)
+class Subject:
+    """A motion under examination.
+
+    Parameters
+    ----------
+    motion, machine, toolpath : what is checked against what
+    positions : (n, k), mm and rad; rows that aren't finite are NaN throughout
+    tip, axis : (n, 3), mm and unit vectors, workpiece frame: where pinocchio finds the tool
+    bounds : tilt bounds, None where none were given
+    tolerances : what counts as a difference
+    """
+
+    motion: Motion
+    machine: Machine
+    toolpath: Toolpath
+    positions: Array
+    tip: Array
+    axis: Array
+    bounds: TiltBounds | None
+    tolerances: Tolerances
+
+    @property
+    def centre(self) -> Array:
+        """(n, 3), mm, workpiece frame: where the axis values put the ball's centre."""
+        return self.tip + self.toolpath.tool.radius * self.axis
+
+    @property
+    def steps(self) -> Array:
+        """(n, k), mm and rad: size of each axis's move to the row, 0 for the first, NaN where unknown."""
+        return np.abs(np.diff(self.positions, axis=0, prepend=self.positions[:1]))
+
+    @property
+    def cutting(self) -> BoolArray:
+        """(n,), where the move that ends at the row cuts; the first row has no move."""
+        cuts: BoolArray = self.toolpath.cutting & (np.arange(len(self.toolpath)) > 0)
+        return cuts
+
+
+def make_subject(
+    motion: Motion,
+    machine: Machine,
+    toolpath: Toolpath,
+    bounds: TiltBounds | None,
+    tolerances: Tolerances,
+) -> Subject:
+    """Put a motion beside its path and find its tool poses.
+
+    What cuts is taken from the path, never from the motion: a motion can't exempt itself by calling a cut a
+    link.
+
+    Raises
+    ------
+    SettingError
+        Axes of another machine, or arrays of the motion that don't fit each other.
+    ToolpathError
+        Another number of locations than the path.
+    """
+    _require_fit(motion, machine, toolpath)
+    finite = np.isfinite(motion.positions).all(axis=1, keepdims=True)
+    positions = np.where(finite, motion.positions, np.nan)
+    tip, axis = tool_poses(machine, positions)
+    return Subject(motion, machine, toolpath, positions, tip, axis, bounds, tolerances)
+
+
+def _require_fit(motion: Motion, machine: Machine, toolpath: Toolpath) -> None:
+    if motion.letters != machine.letters:
+        raise SettingError(
+            f"the motion has the axes {', '.join(motion.letters)}, machine {machine.name!r} has "
+            f"{', '.join(machine.letters)}; verify it with the machine it was made for"
+        )
+    shape = (len(motion), len(machine.axes))
+    if motion.positions.shape != shape or motion.time.shape != shape[:1]:
+        raise SettingError(
+            f"the motion's axis values have shape {motion.positions.shape} and its times "
+            f"{motion.time.shape}; {shape} and {shape[:1]} are needed"
+        )
+    if len(motion) != len(toolpath):
+        raise ToolpathError(
+            f"has {len(toolpath)} locations, the motion has {len(motion)}; verify a motion with its own path",
+            file=toolpath.name,
+        )

@@ -1,0 +1,103 @@
+"""pinocchio's kinematics against the optimiser's: two derivations of one chain."""
+
+import builtins
+
+import numpy as np
+import pytest
+
+from fiveaxis.errors import MissingDependency
+from fiveaxis.geometry import rotation_matrix
+from fiveaxis.kinematics import tool_poses as own_poses
+from fiveaxis.machine import Chain, Line, Machine, load_machine, parse_code
+from fiveaxis.machine.model import Axis
+from fiveaxis.verification import build_model, tool_poses
+
+TOLERANCE = 1e-9  # mm and 1
+SPREAD = 20  # turns of a rotary axis reach further than one revolution
+
+
+def random_positions(machine: Machine, n: int = 200) -> np.ndarray:
+    rng = np.random.default_rng(20261121)
+    scale = [SPREAD if a.is_rotary else 300.0 for a in machine.axes]
+    return rng.uniform(-1.0, 1.0, (n, len(machine.axes))) * scale
+
+
+def from_code(code: str, lines: dict[str, Line] | None = None, home: np.ndarray | None = None) -> Machine:
+    parsed = parse_code(code)
+    chain = Chain.from_code(parsed, lines)
+    if home is not None:
+        chain = Chain(chain.joints, home)
+    return Machine(code, parsed, chain, tuple(Axis(c) for c in sorted(parsed.letters, key="XYZABC".index)))
+
+
+def tilted_home() -> np.ndarray:
+    home = np.eye(4)
+    home[:3, :3] = rotation_matrix(np.array([0.6, 0.0, 0.8]), 0.4)
+    home[:3, 3] = [3.0, -7.0, -120.0]
+    return home
+
+
+NUTATING = {"B": Line((0.0, 1.0, 1.0), (0.0, 30.0, -50.0)), "C": Line((0.0, 0.0, 1.0), (5.0, 6.0, 7.0))}
+CASES = {
+    "table-table": from_code("640123"),
+    "table-table-b": from_code("650213"),
+    "head-head": from_code("012364"),
+    "head-head-offsets": from_code("012364", {"A": Line((1.0, 0.0, 0.0), (0.0, 2.0, 80.0))}),
+    "table-head": from_code("610235"),
+    "linear-axes-on-the-table": from_code("361025"),
+    "nutating": from_code("650123", NUTATING),
+    "skewed-linear": from_code("640123", {"Y": Line((0.0, 1.0, 0.5))}),
+    "tool-home": from_code("640123", {"A": Line((1.0, 0.0, 0.0), (0.0, 20.0, 10.0))}, tilted_home()),
+    "three-axis": from_code("0123"),
+}
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_pinocchio_finds_the_tool_where_our_equations_do(name):
+    machine = CASES[name]
+    positions = random_positions(machine)
+    for found, expected in zip(tool_poses(machine, positions), own_poses(machine, positions), strict=True):
+        np.testing.assert_allclose(found, expected, rtol=0.0, atol=TOLERANCE)
+
+
+@pytest.mark.parametrize("name", ["hayashi-640123", "linuxcnc-xyzac-trt"])
+def test_library_machines_agree_too(name):
+    machine = load_machine(name)
+    positions = random_positions(machine)
+    for found, expected in zip(tool_poses(machine, positions), own_poses(machine, positions), strict=True):
+        np.testing.assert_allclose(found, expected, rtol=0.0, atol=TOLERANCE)
+
+
+def test_the_trunnions_offsets_move_the_tool_as_written_by_hand(trunnion):
+    """A alone, at 90 deg about the line y = 20, z = 10: (y, z) → (20 − (z − 10), 10 + (y − 20))."""
+    tip, axis = tool_poses(trunnion, np.array([[1.0, 2.0, 3.0, np.pi / 2.0, 0.0]]))
+    np.testing.assert_allclose(tip, [[1.0, 27.0, -8.0]], atol=TOLERANCE)
+    np.testing.assert_allclose(axis, [[0.0, -1.0, 0.0]], atol=TOLERANCE)
+
+
+def test_columns_follow_the_letters_and_not_the_chain():
+    built = build_model(CASES["table-table"])
+    assert built.columns.tolist() == [4, 3, 0, 1, 2]
+
+
+def test_a_row_that_is_not_a_number_gives_nan_and_spoils_no_other(hayashi):
+    positions = random_positions(hayashi, 3)
+    expected, _ = tool_poses(hayashi, positions)
+    positions[1] = np.nan
+    tip, axis = tool_poses(hayashi, positions)
+    assert np.isnan(tip[1]).all()
+    assert np.isnan(axis[1]).any()
+    np.testing.assert_array_equal(tip[[0, 2]], expected[[0, 2]])
+
+
+def test_without_pinocchio_the_error_says_what_to_install(hayashi, monkeypatch):
+    real = builtins.__import__
+
+    def absent(name, *args, **kwargs):
+        if name == "pinocchio":
+            raise ModuleNotFoundError("No module named 'pinocchio'", name="pinocchio")
+        return real(name, *args, **kwargs)
+
+    monkeypatch.setattr(builtins, "__import__", absent)
+    with pytest.raises(MissingDependency, match=r"verification needs pinocchio.*`pin`.*Windows"):
+        build_model(hayashi)
