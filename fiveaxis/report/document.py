@@ -1,0 +1,174 @@
+"""The JSON document: every figure of a run as plain data, the same bytes for the same inputs."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from pathlib import Path, PurePath
+from typing import Any
+
+import numpy as np
+
+from fiveaxis.energy import Energy
+from fiveaxis.errors import InputError
+from fiveaxis.files import write_atomically
+from fiveaxis.machine import Machine
+from fiveaxis.posture import Solution
+from fiveaxis.toolpath import TiltBounds
+
+# What people expect to be compared with, best first; any other baseline stands in where both are missing.
+PREFERRED_BASELINES = ("as-programmed", "normal")
+
+UNITS = {
+    "energy": "J",
+    "time": "s",
+    "savings": "share of the baseline, 1 is everything; negative is a loss",
+    "tilt": "deg",
+    "residuals.tilt": "rad",
+    "residuals.limit": "mm for linear axes, rad for rotary axes",
+    "residuals.contact": "mm",
+    "inputs.size": "byte",
+}
+
+
+def report_document(
+    solution: Solution, verdict: Mapping[str, Any], *, inputs: Sequence[Mapping[str, Any]]
+) -> dict[str, Any]:
+    """Put everything that a run found into one document of plain data.
+
+    No clock, no wall time and no folder of the computer gets in: the same inputs give the same document.
+
+    Parameters
+    ----------
+    solution : the result with its baselines
+    verdict : what verification says, as plain data: ``ok``, ``findings``, ``counts`` (by code; may count more
+        than are listed), ``figures``, ``checked`` and ``not_checked`` (sentences)
+    inputs : the files that the run read, each from `describe_input`
+
+    Returns
+    -------
+    Keys in fixed order; energies in J, times in s, angles of ``tilt`` in degrees, the rest as ``units`` says.
+    A figure that isn't a finite number is None.
+    """
+    document = {
+        "toolpath": _without_folder(solution.toolpath.name),
+        "locations": len(solution.toolpath),
+        "energy": solution.energy.as_dict(),
+        "baselines": {name: energy.as_dict() for name, energy in solution.baselines.items()},
+        "missing_baselines": dict(solution.missing),
+        "savings": {name: _savings(solution.energy, e) for name, e in solution.baselines.items()},
+        "findings": [_portable_finding(f) for f in verdict["findings"]],
+        "verification": {k: verdict[k] for k in ("ok", "counts", "figures", "checked", "not_checked")},
+        "solver": [stage.as_dict() for stage in solution.stages],
+        "machine": _machine(solution.machine),
+        "tool": str(solution.toolpath.tool),
+        "tilt": _tilt(solution.tilt),
+        "residuals": solution.residuals(),
+        "inputs": [dict(entry) for entry in inputs],
+        "units": dict(UNITS),
+    }
+    return {key: _plain(value) for key, value in document.items()}
+
+
+def describe_input(path: str | Path) -> dict[str, Any]:
+    """Describe an input file so that it can be recognised: ``name``, ``sha256``, ``size`` in bytes.
+
+    Raises
+    ------
+    InputError
+        The file can't be read.
+    """
+    try:
+        content = Path(path).read_bytes()
+    except OSError as fault:
+        raise InputError(f"can't be read: {fault.strerror or fault}", file=path) from None
+    return {
+        "name": Path(path).name,
+        "sha256": hashlib.sha256(content).hexdigest(),
+        "size": len(content),
+    }
+
+
+def write_json(document: Mapping[str, Any], path: str | Path) -> Path:
+    """Write a document as JSON: keys in their order, indented, with a newline at the end.
+
+    Raises
+    ------
+    SettingError
+        The file can't be written there.
+    """
+    text = json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False)
+    return write_atomically(path, text + "\n")
+
+
+def main_baseline(names: Collection[str]) -> str | None:
+    """Choose the baseline that figures show as "before": as programmed, else normal, else the first."""
+    preferred = (name for name in PREFERRED_BASELINES if name in names)
+    return next(preferred, next(iter(names), None))
+
+
+def _savings(energy: Energy, baseline: Energy) -> dict[str, float | None]:
+    """Compare two motions by each measure, as the share that is saved."""
+    return {
+        "travel_metric": _share(energy.total, baseline.total),
+        "power_integral": _share(energy.power_integral, baseline.power_integral),
+        "with_base": _share(energy.with_base, baseline.with_base),
+    }
+
+
+def _share(after: float | None, before: float | None) -> float | None:
+    """Give the saved share, None where a measure is unknown or there was nothing to save."""
+    if after is None or before is None or not before > 0.0:
+        return None
+    return 1.0 - after / before
+
+
+def _machine(machine: Machine) -> dict[str, Any]:
+    figures = [
+        {"figure": p.figure, "value": p.shown, "source": p.source, "assumed": p.assumed}
+        for p in machine.provenance
+    ]
+    return {
+        "name": machine.name,
+        "code": str(machine.code),
+        "description": machine.description,
+        "axes": machine.letters,
+        "base_power": machine.base_power,
+        "figures": figures,
+    }
+
+
+def _tilt(tilt: TiltBounds) -> dict[str, Any]:
+    # A bound given as 15 deg comes back as 15, not as 14.999999999999998.
+    low, high = (round(math.degrees(bound), 9) for bound in (tilt.low, tilt.high))
+    return {"low": low, "high": high, "reference": tilt.name}
+
+
+def _portable_finding(finding: Mapping[str, Any]) -> dict[str, Any]:
+    """Copy a finding without the folder of the file that it points into."""
+    copy = dict(finding)
+    place = copy.get("place")
+    if isinstance(place, Mapping) and place.get("file") is not None:
+        copy["place"] = {**place, "file": _without_folder(place["file"])}
+    return copy
+
+
+def _without_folder(name: str) -> str:
+    """Keep the last part of an absolute path; anything else stays as it is."""
+    path = PurePath(name)
+    return path.name if path.is_absolute() else name
+
+
+def _plain(value: Any) -> Any:
+    """Reduce to what JSON knows: numpy numbers to Python's, what isn't finite to None."""
+    if isinstance(value, Mapping):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, str):
+        return str(value)
+    if isinstance(value, np.generic | np.ndarray):
+        return _plain(value.tolist())
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    return [_plain(item) for item in value] if isinstance(value, Iterable) else value

@@ -1,0 +1,152 @@
+"""What the machine would pay for the postures that were not chosen: the data behind the maps.
+
+Both maps hold the *ball's centre* where it is, because that is what stays when a posture changes (the contact
+stays with it). `energy.power_surface` holds the tool tip; so it is given a machine whose tool ends at the
+ball's centre. Its axis values are those of the real machine, exactly.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fiveaxis.energy import power_surface
+from fiveaxis.geometry import Array, BoolArray, IntArray, translation
+from fiveaxis.kinematics import linear_positions, tool_axes
+from fiveaxis.machine import Axis, Machine
+from fiveaxis.posture import Solution
+
+FULL_TURN = 2.0 * math.pi
+# Grid of the maps: wide enough to be quick, fine enough to show every region (deg).
+FIRST_STEP = 3.0
+SECOND_STEP = 2.0
+SURFACE_STEP = 1.5
+MOST_LOCATIONS = 240
+# Locations evaluated at once: 16 × 121 × 181 postures of five axes take 14 MB.
+CHUNK = 16
+
+
+@dataclass(frozen=True, eq=False)
+class Surface:
+    """Power surface at one location, ball centre held.
+
+    Parameters
+    ----------
+    location : index of the location, from 0
+    first, second : (g,), (h,), rad, grid of the rotary axes in chain order
+    cost : (g, h), J, S_W: energy of a move from axis zero
+    allowed : (g, h), where tilt and axis limits hold
+    """
+
+    location: int
+    first: Array
+    second: Array
+    cost: Array
+    allowed: BoolArray
+
+
+@dataclass(frozen=True, eq=False)
+class PostureMap:
+    """Path × first rotary axis.
+
+    Parameters
+    ----------
+    locations : (m,), indices of the locations, from 0
+    first : (g,), rad, grid of the first rotary axis
+    cost : (m, g), J, least S_W over the admissible angles of the second axis; NaN where there is none
+    """
+
+    locations: IntArray
+    first: Array
+    cost: Array
+
+
+def surface_at(solution: Solution, location: int) -> Surface:
+    """Compute the power surface and the admissible region at one location."""
+    grid = _grid(solution.machine, SURFACE_STEP, SURFACE_STEP)
+    cost, allowed = _evaluate(solution, np.array([location]), grid)
+    return Surface(location, *grid, cost[0], allowed[0])
+
+
+def posture_map(solution: Solution) -> PostureMap:
+    """Compute what each angle of the first rotary axis costs at best, along the path.
+
+    A path of more than `MOST_LOCATIONS` is sampled evenly, both ends included.
+    """
+    n = len(solution.toolpath)
+    locations = np.unique(np.linspace(0, n - 1, min(n, MOST_LOCATIONS)).round().astype(np.int64))
+    grid = _grid(solution.machine, FIRST_STEP, SECOND_STEP)
+    pieces = np.array_split(locations, math.ceil(len(locations) / CHUNK))
+    return PostureMap(locations, grid[0], np.concatenate([_least(solution, p, grid) for p in pieces]))
+
+
+def modulo_turn(angles: Array, axis: Axis) -> Array:
+    """Bring angles into the range that the maps show, rad: whole turns don't change where the tool is."""
+    low, high = shown_range(axis)
+    middle = (low + high) / 2.0
+    return middle - math.pi + np.mod(angles - middle + math.pi, FULL_TURN)
+
+
+def shown_range(axis: Axis) -> tuple[float, float]:
+    """Choose the range of a rotary axis to show, rad: its limits, or one turn where it can make one."""
+    low, high = axis.limits.low, axis.limits.high
+    return (low, high) if high - low < FULL_TURN else (-math.pi, math.pi)
+
+
+def ball_centre_machine(machine: Machine, radius: float) -> Machine:
+    """Return the machine whose tool ends at the ball's centre, `radius` mm behind the tip."""
+    home = machine.chain.tool_home @ translation((0.0, 0.0, radius))
+    return replace(machine, chain=replace(machine.chain, tool_home=home))
+
+
+def _grid(machine: Machine, *steps: float) -> tuple[Array, Array]:
+    """Lay a grid over the shown ranges with steps of about so many degrees."""
+    first, second = (
+        _angles(shown_range(machine.axis(letter)), step)
+        for letter, step in zip(machine.rotaries, steps, strict=True)
+    )
+    return first, second
+
+
+def _angles(bounds: tuple[float, float], step: float) -> Array:
+    low, high = bounds
+    return np.linspace(low, high, max(2, round(math.degrees(high - low) / step) + 1))
+
+
+def _least(solution: Solution, locations: IntArray, grid: tuple[Array, Array]) -> Array:
+    cost, allowed = _evaluate(solution, locations, grid)
+    least = np.where(allowed, cost, np.inf).min(axis=2)
+    return np.where(np.isinf(least), np.nan, least)
+
+
+def _evaluate(solution: Solution, locations: IntArray, grid: tuple[Array, Array]) -> tuple[Array, BoolArray]:
+    """Compute S_W, (m, g, h) J, and where it is admissible, at some locations."""
+    machine = ball_centre_machine(solution.machine, solution.toolpath.tool.radius)
+    pivots = solution.toolpath.pivot[locations]
+    cost = power_surface(machine, pivots, feed_mm_min(solution), grid).total
+    angles = np.stack(np.meshgrid(*grid, indexing="ij"), axis=-1)
+    upright = _tilt_holds(solution, locations, tool_axes(machine, angles))
+    return cost, upright & _limits_hold(machine, pivots, angles)
+
+
+def feed_mm_min(solution: Solution) -> float:
+    """Give the one feed that both maps are drawn for: the median along the path, mm/min."""
+    return float(np.median(solution.toolpath.feed)) * 60.0
+
+
+def _tilt_holds(solution: Solution, locations: IntArray, axes: Array) -> BoolArray:
+    """Compare cosines, which need no cross product; a location without reference allows everything."""
+    reference = solution.tilt.reference[locations]
+    cosine = np.einsum("ghk,mk->mgh", axes, reference)
+    inside = (cosine <= math.cos(solution.tilt.low)) & (cosine >= math.cos(solution.tilt.high))
+    return inside | np.isnan(cosine)
+
+
+def _limits_hold(machine: Machine, pivots: Array, angles: Array) -> BoolArray:
+    """Check the linear axes: the grid itself stays inside the limits of the rotary ones."""
+    columns = machine.linear_columns
+    values = linear_positions(machine, pivots[:, None, None, :], angles)[..., columns]
+    inside = (values >= machine.low[columns]) & (values <= machine.high[columns])
+    return np.all(inside, axis=-1)

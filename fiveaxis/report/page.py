@@ -1,0 +1,236 @@
+"""The page: verdict first, then what was saved, then why one may believe it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from html import escape
+from importlib.resources import files
+from pathlib import Path
+from string import Template
+from typing import Any
+
+from fiveaxis.files import write_atomically
+from fiveaxis.posture import Solution
+from fiveaxis.report import tables
+from fiveaxis.report.document import main_baseline
+from fiveaxis.report.figures import axis_lines, energy_bars, spending_lines
+from fiveaxis.report.landscape import (
+    FIRST_STEP,
+    MOST_LOCATIONS,
+    SECOND_STEP,
+    feed_mm_min,
+    posture_map,
+    surface_at,
+)
+from fiveaxis.report.maps import posture_map_png, surface_png
+from fiveaxis.report.verdict import verdict_section
+
+# Every percentage stands beside the boundary that it was drawn for.
+BOUNDARIES = {
+    "travel_metric": "feed drives only, travel metric",
+    "power_integral": "feed drives only, power integral",
+    "with_base": "feed drives and base power, over the cycle time",
+}
+
+
+def write_report(solution: Solution, document: Mapping[str, Any], path: str | Path) -> Path:
+    """Write the page that explains a run: one file, no network, the same bytes for the same inputs.
+
+    Parameters
+    ----------
+    solution : the result with its baselines; the figures are drawn from it
+    document : what `report_document` made of the same solution; texts and tables are taken from it
+    path : the ``.html`` file
+
+    Raises
+    ------
+    SettingError
+        The file can't be written there.
+    """
+    return write_atomically(path, compose_page(solution, document))
+
+
+def compose_page(solution: Solution, document: Mapping[str, Any]) -> str:
+    """Compose the page as HTML text."""
+    room = files("fiveaxis.report")
+    template = Template(room.joinpath("page.html").read_text(encoding="utf-8"))
+    baseline = main_baseline(document["baselines"])
+    return template.substitute(
+        title=escape(f"fiveaxis: {document['toolpath']}"),
+        style=room.joinpath("page.css").read_text(encoding="utf-8"),
+        heading=escape(document["toolpath"]),
+        facts=_facts(document),
+        **verdict_section(document),
+        saved=_saved(document, baseline),
+        energy=_energy(solution, document, baseline),
+        motion=_motion(solution, baseline),
+        posture=_posture(solution, baseline),
+        findings=_findings(document),
+        solver=_solver(document),
+        machine=_machine(document),
+        inputs=tables.input_table(document["inputs"]),
+    )
+
+
+def _facts(document: Mapping[str, Any]) -> str:
+    machine, tilt = document["machine"], document["tilt"]
+    shape, _, diameter = document["tool"].partition(":")
+    return escape(
+        f"{tables.number(document['locations'])} locations · {shape} end mill, {diameter} mm · "
+        f"machine {machine['name']} (code {machine['code']}, axes {' '.join(machine['axes'])}) · "
+        f"tool axis {tilt['low']:g}…{tilt['high']:g}° from the {tilt['reference']}"
+    )
+
+
+def _saved(document: Mapping[str, Any], baseline: str | None) -> str:
+    if baseline is None:
+        return f"<p>There is no baseline to compare with.</p>\n{_missing(document)}"
+    shares = document["savings"][baseline]
+    cards = "\n".join(_card(shares[m], boundary) for m, boundary in BOUNDARIES.items())
+    after, before = (
+        escape(tables.number(e["total"])) for e in (document["energy"], document["baselines"][baseline])
+    )
+    return (
+        f"<p>Against <b>{escape(baseline)}</b>: {after} J instead of {before} J "
+        f"({BOUNDARIES['travel_metric']}).</p>\n"
+        f'<div class="cards">\n{cards}\n</div>\n'
+        f"{_scroll(tables.baseline_table(document))}\n{_missing(document)}\n{_measures(document)}"
+    )
+
+
+def _card(share: float | None, boundary: str) -> str:
+    look = "none" if share is None else "more" if share < 0.0 else "less"
+    return f'<div class="card {look}"><b>{escape(tables.saving(share))}</b><span>{boundary}</span></div>'
+
+
+def _missing(document: Mapping[str, Any]) -> str:
+    items = tables.missing_list(document)
+    return f'<ul class="small">\n{items}\n</ul>' if items else ""
+
+
+def _measures(document: Mapping[str, Any]) -> str:
+    base = document["machine"]["base_power"]
+    with_base = (
+        "The machine’s base power isn’t known, so totals with base power can’t be given; a posture that "
+        "takes longer may cost more than it saves."
+        if base is None
+        else f"With base power: the power integral plus {tables.number(base)} W over the cycle time."
+    )
+    return (
+        '<p class="small">Travel metric: every axis is charged for its travel at the programmed feed '
+        "(Σ W|Δq|). Power integral: ∫P dt of the feed drives over the duration of each move; a drive with "
+        "constant power pays for the whole move, however short its own travel. Spindle, coolant and cutting "
+        f"power are in none of them. {with_base}</p>"
+    )
+
+
+def _energy(solution: Solution, document: Mapping[str, Any], baseline: str | None) -> str:
+    compared = "the result" if baseline is None else f"“{escape(baseline)}” and of the result"
+    return (
+        _figure(energy_bars(solution, baseline), f"Travel metric of {compared} by axis; feed drives only.")
+        + _scroll(tables.axis_table(document, baseline))
+        + _figure(
+            spending_lines(solution, baseline), "The same energy, added up along the path; feed drives only."
+        )
+    )
+
+
+def _motion(solution: Solution, baseline: str | None) -> str:
+    caption = (
+        "Axis values along the path, tool relative to workpiece; rotary axes accumulate their turns. Last "
+        f"band: angle between tool axis and {solution.tilt.name}, its bounds dotted. Long paths are thinned; "
+        "the highest and lowest values are kept."
+    )
+    return _figure(axis_lines(solution, baseline), escape(caption))
+
+
+def _posture(solution: Solution, baseline: str | None) -> str:
+    first, second = solution.machine.rotaries
+    surface = surface_at(solution, len(solution.toolpath) // 2)
+    across = _image(
+        posture_map_png(solution, posture_map(solution), baseline),
+        f"Map of the path against {first}, coloured by energy",
+        _map_caption(solution),
+    )
+    return across + _image(
+        surface_png(solution, surface, baseline),
+        f"Power surface over {first} and {second}",
+        _surface_caption(solution, surface.location),
+    )
+
+
+def _map_caption(solution: Solution) -> str:
+    first, second = solution.machine.rotaries
+    n = len(solution.toolpath)
+    sampled = "" if n <= MOST_LOCATIONS else f" {MOST_LOCATIONS} of {tables.number(n)} locations are sampled."
+    return (
+        f"Colour: energy of moving from axis zero to this location with {first} as on the left and the "
+        f"cheapest {second} that tilt and axis limits admit (S_W, feed drives only). A path that stays "
+        "within one colour moves the dear axes little; where the colour along it changes, moves cost about "
+        f"the difference. Grey: no {second} is admissible. {first} is shown without whole turns; grid "
+        f"{FIRST_STEP:g}° × {SECOND_STEP:g}°, median feed {feed_mm_min(solution):.0f} mm/min.{sampled} "
+        "Collisions aren’t in this map."
+    )
+
+
+def _surface_caption(solution: Solution, location: int) -> str:
+    first, second = solution.machine.rotaries
+    return (
+        f"Energy of moving from axis zero to location {location} (source line "
+        f"{int(solution.toolpath.source[location])}, the middle of the path) for every pair of {first} and "
+        f"{second}. The ball’s centre is held, so the contact stays (S_W, feed drives only). Collisions "
+        "aren’t in this map."
+    )
+
+
+def _findings(document: Mapping[str, Any]) -> str:
+    measured = _scroll(tables.figure_table(document["verification"]["figures"]))
+    counts = tables.count_findings(document)
+    if not counts:
+        return f"<p>No findings.</p>\n{measured}"
+    total, listed = sum(counts.values()), len(document["findings"])
+    shown = min(listed, tables.MOST_FINDINGS)
+    head = (
+        f"{tables.number(total)} findings: {tables.number(shown)} are shown, worst severity first; the JSON "
+        f"report lists {tables.number(listed)}."
+    )
+    return (
+        f"<p>{escape(head)}</p>\n{_scroll(tables.count_table(counts))}\n"
+        f"{_scroll(tables.findings_table(document['findings']))}\n{measured}"
+    )
+
+
+def _solver(document: Mapping[str, Any]) -> str:
+    residuals = document["residuals"]
+    audit = (
+        f"The result’s own audit, 0 is perfect: tilt overrun {math.degrees(residuals['tilt']):.2g}°, limit "
+        f"overrun {residuals['limit']:.2g} mm or rad, contact error {residuals['contact']:.2g} mm."
+    )
+    return f'{_scroll(tables.solver_table(document["solver"]))}\n<p class="small">{escape(audit)}</p>'
+
+
+def _machine(document: Mapping[str, Any]) -> str:
+    machine = document["machine"]
+    figures = machine["figures"]
+    assumed = sum(f["assumed"] for f in figures)
+    text = f"{machine['description'] or machine['name']}. "
+    text += (
+        f"{assumed} of {len(figures)} figures are assumed, not measured or printed; the results rest on them."
+        if assumed
+        else "No figure is assumed."
+    )
+    return f"<p>{escape(text)}</p>\n{_scroll(tables.machine_table(figures))}"
+
+
+def _figure(content: str, caption: str) -> str:
+    return f"<figure>\n{content}\n<figcaption>{caption}</figcaption>\n</figure>\n"
+
+
+def _image(address: str, alternative: str, caption: str) -> str:
+    return _figure(f'<img src="{address}" alt="{escape(alternative)}">', escape(caption))
+
+
+def _scroll(content: str) -> str:
+    """Let a wide table scroll by itself on a narrow screen."""
+    return f'<div class="scroll">\n{content}\n</div>\n'

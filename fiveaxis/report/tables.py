@@ -1,0 +1,197 @@
+"""The page's tables: rows of text in, HTML out, every cell escaped."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from html import escape
+from typing import Any
+
+THIN_SPACE = "\u2009"
+MINUS = "\u2212"
+UNKNOWN = "unknown"
+NOTHING = "–"
+MOST_FINDINGS = 100
+SEVERITIES = ("error", "warning", "note")
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One cell: text that isn't escaped yet, and a class for its look."""
+
+    text: str
+    look: str = ""
+
+
+def table(heads: Sequence[str], rows: Iterable[Sequence[str | Cell]], look: str = "") -> str:
+    """Write a table; a bare string is a cell without a look of its own.
+
+    Parameters
+    ----------
+    heads : column heads with their units; one that starts with ``#`` is a column of numbers
+    rows : one cell per column
+    look : class of the table
+    """
+    looks = ["number" if head.startswith("#") else "" for head in heads]
+    opening = f'<table class="{look}">' if look else "<table>"
+    top = "".join(_tag("th", Cell(h.lstrip("#"), k)) for h, k in zip(heads, looks, strict=True))
+    body = "\n".join(f"<tr>{_row(row, looks)}</tr>" for row in rows)
+    return f"{opening}\n<thead><tr>{top}</tr></thead>\n<tbody>\n{body}\n</tbody>\n</table>"
+
+
+def baseline_table(document: Mapping[str, Any]) -> str:
+    """Compare the result with every baseline by every measure."""
+    heads = (
+        "posture",
+        "#travel metric, feed drives only (J)",
+        "#saved, travel metric",
+        "#power integral, feed drives only (J)",
+        "#saved, power integral",
+        "#feed drives and base power (J)",
+        "#saved, with base power",
+        "#time (s)",
+    )
+    nothing = dict.fromkeys(("travel_metric", "power_integral", "with_base"), NOTHING)
+    rows = [_energy_row("optimised", document["energy"], nothing)]
+    for name, energy in document["baselines"].items():
+        shares = {k: saving(v) for k, v in document["savings"][name].items()}
+        rows.append(_energy_row(name, energy, shares))
+    return table(heads, rows)
+
+
+def missing_list(document: Mapping[str, Any]) -> str:
+    """Say which baselines don't exist and why, as list items; empty where all exist."""
+    items = document["missing_baselines"].items()
+    return "\n".join(f"<li><b>{escape(n)}</b> isn’t shown: {escape(reason)}</li>" for n, reason in items)
+
+
+def axis_table(document: Mapping[str, Any], baseline: str | None) -> str:
+    """List what each axis spends, before and after."""
+    after = document["energy"]["by_axis"]
+    if baseline is None:
+        return table(("axis", "#optimised (J)"), [(a, number(j)) for a, j in after.items()])
+    before = document["baselines"][baseline]["by_axis"]
+    rows = [
+        (a, number(before[a]), number(after[a]), number(after[a] - before[a], signed=True)) for a in after
+    ]
+    return table(("axis", f"#{baseline} (J)", "#optimised (J)", "#change (J)"), rows)
+
+
+def findings_table(findings: Sequence[Mapping[str, Any]]) -> str:
+    """Show the first `MOST_FINDINGS` findings, worst severity first, in path order within one."""
+    ranked = sorted(findings, key=lambda f: SEVERITIES.index(f["severity"]))
+    rows = [
+        (Cell(f["severity"], f["severity"]), f["code"], _place(f["place"]), f["message"])
+        for f in ranked[:MOST_FINDINGS]
+    ]
+    return table(("severity", "code", "place", "what"), rows)
+
+
+def count_findings(document: Mapping[str, Any]) -> dict[tuple[str, str], int]:
+    """Count findings by severity and code, worst first; those that verification didn't list included."""
+    severities = {f["code"]: f["severity"] for f in document["findings"]}
+    counts = document["verification"]["counts"]
+    ranked = sorted(severities.items(), key=lambda item: (SEVERITIES.index(item[1]), item[0]))
+    return {(severity, code): counts[code] for code, severity in ranked}
+
+
+def count_table(counts: Mapping[tuple[str, str], int]) -> str:
+    """List how often each code was found."""
+    rows = [(Cell(severity, severity), code, number(n)) for (severity, code), n in counts.items()]
+    return table(("severity", "code", "#places"), rows, "narrow")
+
+
+def figure_table(figures: Mapping[str, Any]) -> str:
+    """List the figures that verification measured, as they come."""
+    return table(("measured", "#value"), [(name, _value(v)) for name, v in figures.items()], "narrow")
+
+
+def solver_table(stages: Sequence[Mapping[str, Any]]) -> str:
+    """List what the solver did, in order."""
+    rows = [
+        (s["name"], s["status"], number(s["iterations"]), _start(s["before"]), number(s["after"]))
+        for s in stages
+    ]
+    return table(("stage", "status", "#iterations", "#objective before (J)", "#after (J)"), rows)
+
+
+def machine_table(figures: Sequence[Mapping[str, Any]]) -> str:
+    """List the machine's figures with their sources, assumptions marked."""
+    rows = [
+        (f["figure"], f["value"], Cell("assumed", "warning") if f["assumed"] else "sourced", f["source"])
+        for f in figures
+    ]
+    return table(("figure", "value", "basis", "source, or why assumed"), rows)
+
+
+def input_table(inputs: Sequence[Mapping[str, Any]]) -> str:
+    """List the files that were read."""
+    rows = [(i["name"], number(i["size"]), Cell(i["sha256"], "hash")) for i in inputs]
+    return table(("file", "#bytes", "SHA-256"), rows)
+
+
+def number(value: float | None, digits: int = 0, *, signed: bool = False) -> str:
+    """Write a number with thin spaces between thousands and a true minus sign."""
+    if value is None:
+        return UNKNOWN
+    # Adding 0 after rounding turns −0 into 0.
+    rounded = round(value, digits) + 0.0
+    text = f"{rounded:{'+' if signed and rounded else ''},.{digits}f}"
+    return text.replace(",", THIN_SPACE).replace("-", MINUS)
+
+
+def saving(share: float | None) -> str:
+    """Say a saved share as people do: ``20.5 % less``, ``3.1 % more``."""
+    if share is None:
+        return UNKNOWN
+    percent = round(100.0 * share, 1)
+    if percent == 0.0:
+        return "no change"
+    return f"{abs(percent):.1f}{THIN_SPACE}% {'less' if percent > 0.0 else 'more'}"
+
+
+def _energy_row(name: str, energy: Mapping[str, Any], shares: Mapping[str, str]) -> list[str]:
+    return [
+        name,
+        number(energy["total"]),
+        shares["travel_metric"],
+        number(energy["power_integral"]),
+        shares["power_integral"],
+        number(energy["with_base"]),
+        shares["with_base"],
+        number(energy["time"], 1),
+    ]
+
+
+def _start(before: float | None) -> str:
+    """Write the objective that a stage started from; a search starts from nothing."""
+    return NOTHING if before is None else number(before)
+
+
+def _place(place: Mapping[str, Any]) -> str:
+    """Write a place as `findings.Place` does: ``file:line, location 7``."""
+    file, line, location = place.get("file"), place.get("line"), place.get("location")
+    source = f"{file}:{line}" if file and line is not None else file or (line is not None and f"line {line}")
+    spot = None if location is None else f"location {location}"
+    return ", ".join(part for part in (source, spot) if part)
+
+
+def _value(value: Any) -> str:
+    """Write a figure whose kind isn't known beforehand."""
+    if isinstance(value, Mapping):
+        return ", ".join(f"{k} {_value(v)}" for k, v in value.items())
+    if isinstance(value, list):
+        return ", ".join(_value(v) for v in value)
+    if isinstance(value, float):
+        return f"{value:.6g}".replace("-", MINUS)
+    return UNKNOWN if value is None else str(value)
+
+
+def _row(row: Sequence[str | Cell], looks: Sequence[str]) -> str:
+    cells = (c if isinstance(c, Cell) else Cell(c, look) for c, look in zip(row, looks, strict=True))
+    return "".join(_tag("td", cell) for cell in cells)
+
+
+def _tag(tag: str, cell: Cell) -> str:
+    look = f' class="{cell.look}"' if cell.look else ""
+    return f"<{tag}{look}>{escape(cell.text)}</{tag}>"

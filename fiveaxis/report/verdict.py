@@ -1,0 +1,56 @@
+"""The verdict: what stands first on the page, and never claims more than was checked."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from html import escape
+from typing import Any
+
+from fiveaxis.report.tables import SEVERITIES, count_findings, number
+
+
+def verdict_section(document: Mapping[str, Any]) -> dict[str, str]:
+    """Say whether the path may go to a machine, as far as it was checked.
+
+    Returns
+    -------
+    ``look`` (class), ``verdict`` (headline) and ``verdict_text`` (HTML) for the page's template
+    """
+    verification = document["verification"]
+    look, headline = _judge(verification)
+    parts = (
+        f"<p>{escape(_consequence(look, document))}</p>",
+        _listed("Not checked", verification["not_checked"]),
+        _listed("Checked", verification["checked"]),
+    )
+    return {"look": look, "verdict": escape(headline), "verdict_text": "\n".join(parts)}
+
+
+def _judge(verification: Mapping[str, Any]) -> tuple[str, str]:
+    if not verification["ok"]:
+        return "unsafe", "✗ Not safe: don’t run this program"
+    if not verification["checked"]:
+        return "partial", "! Nothing was checked"
+    if verification["not_checked"]:
+        return "partial", "✓ No error found, but not everything was checked"
+    return "safe", "✓ Safe: every check passed"
+
+
+def _consequence(look: str, document: Mapping[str, Any]) -> str:
+    found = _found(count_findings(document))
+    if look == "unsafe":
+        return f"Verification found {found}. The savings below don’t count until the errors are mended."
+    return f"Verification found {found or 'nothing to report'}."
+
+
+def _found(counts: Mapping[tuple[str, str], int]) -> str:
+    """Write counts by severity: ``6 errors, 1 warning``."""
+    totals = {s: sum(n for (severity, _), n in counts.items() if severity == s) for s in SEVERITIES}
+    return ", ".join(f"{number(n)} {name}{'' if n == 1 else 's'}" for name, n in totals.items() if n)
+
+
+def _listed(head: str, sentences: Sequence[str]) -> str:
+    if not sentences:
+        return ""
+    items = "\n".join(f"<li>{escape(sentence)}</li>" for sentence in sentences)
+    return f'<p><b>{head}</b></p>\n<ul class="small">\n{items}\n</ul>'
