@@ -12,6 +12,8 @@ from fiveaxis.kinematics.equations import (
     cosines_of,
     linear_axes,
     linear_directions,
+    scale,
+    subtract,
     tool_axis,
     tool_tip,
 )
@@ -88,6 +90,31 @@ def linear_positions(machine: Machine, tip: Array, rotary: Array) -> Array:
     values |= {c: rotary[..., i] for i, c in enumerate(machine.rotaries)}
     shape = np.broadcast_shapes(tip.shape[:-1], rotary.shape[:-1])
     return _stack([values[a.letter] for a in machine.axes], shape)
+
+
+def positions_about(
+    machine: Machine, pivot: Array, rotary: Array, pivot_to_tip: float
+) -> tuple[Array, Array]:
+    """Solve the linear axes for a tool that leans about a point of its own.
+
+    Parameters
+    ----------
+    pivot : (..., 3), mm, workpiece frame; stays where it is, e.g. a ball's centre
+    rotary : (..., 2), rad, chain order; broadcast against `pivot`
+    pivot_to_tip : mm; the tip is ``pivot − pivot_to_tip·o``
+
+    Returns
+    -------
+    positions : (..., k), mm and rad, columns in the order of `machine.axes`
+    axis : (..., 3), unit vectors, workpiece frame
+    """
+    cosines = _cosines(machine, rotary)
+    shape = np.broadcast_shapes(pivot.shape[:-1], rotary.shape[:-1])
+    axis = tool_axis(machine.chain, cosines)
+    tip = subtract((pivot[..., 0], pivot[..., 1], pivot[..., 2]), scale(pivot_to_tip, axis))
+    values = linear_axes(machine.chain, cosines, tip)
+    values |= {c: rotary[..., i] for i, c in enumerate(machine.rotaries)}
+    return _stack([values[a.letter] for a in machine.axes], shape), _stack(axis, shape)
 
 
 def require_positioning(machine: Machine) -> None:

@@ -1,5 +1,7 @@
 """Choosing the rotary angles of every cutter location."""
 
+from fiveaxis.posture.optimiser import Budget, Search, optimise
+from fiveaxis.posture.problem import Problem
 from fiveaxis.posture.solution import Baseline, Solution, Stage
 
-__all__ = ["Baseline", "Solution", "Stage"]
+__all__ = ["Baseline", "Budget", "Problem", "Search", "Solution", "Stage", "optimise"]

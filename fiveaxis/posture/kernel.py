@@ -1,0 +1,87 @@
+"""The inner loop of the global search, compiled."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from fiveaxis.geometry import Array, IntArray
+
+
+@njit(cache=True)  # type: ignore[untyped-decorator]
+def relax_layer(
+    cost: Array,
+    row_least: Array,
+    here: Array,
+    there: Array,
+    price: Array,
+    spin: int,
+    period: float,
+    reach: tuple[int, int],
+    plus: Array,
+    minus: Array,
+    max_turn: Array,
+    turn_price: float,
+    best: Array,
+    back: IntArray,
+) -> None:
+    """Take one step of the shortest path: from every state of a layer to every state of the next.
+
+    States form a lattice: index of the spin axis's angle, index of the second coordinate, branch. The spin
+    angle depends on its index alone. A predecessor lies within `reach` lattice steps in the first two
+    coordinates, on any branch; with ``period > 0`` the first one wraps around. Rows are visited from the
+    nearest outwards, and a row whose cheapest state can't win any more is skipped: that prunes nearly all.
+
+    Parameters
+    ----------
+    cost : (a, b, c), J, of the cheapest path to each state of the layer before
+    row_least : (a,), J, its least value by spin index
+    here, there : (a, b, c, k), mm and rad, axis values of the two layers
+    price : (a, b, c), J, of standing in a state of the next layer; infinite where forbidden
+    spin : column of the spin axis
+    period : rad, 0 where the axis doesn't turn without end
+    plus, minus : (k,), J/mm and J/rad
+    max_turn : (k,), rad, largest step of each axis; infinite for linear axes
+    turn_price : J/rad beyond it
+    best : (a, b, c), filled in: J
+    back : (a, b, c), filled in: flat index of the predecessor, plus the layer's size times (winding + 1)
+    """
+    n1, n2, branches = price.shape
+    size = n1 * n2 * branches
+    for i in range(n1):
+        for j in range(n2):
+            for b in range(branches):
+                best[i, j, b] = np.inf
+                if price[i, j, b] == np.inf:
+                    continue
+                least, winner = np.inf, -1
+                for w in range(2 * reach[0] + 1):
+                    source, winding = i + ((w + 1) // 2 if w % 2 else -(w // 2)), 0
+                    if source < 0 or source >= n1:
+                        if period == 0.0:
+                            continue
+                        winding = 1 if source < 0 else -1
+                        source += winding * n1
+                    turn = there[i, 0, 0, spin] - here[source, 0, 0, spin] + winding * period
+                    turning = plus[spin] * turn if turn > 0.0 else -minus[spin] * turn
+                    if abs(turn) > max_turn[spin]:
+                        turning += turn_price * (abs(turn) - max_turn[spin])
+                    if row_least[source] + turning >= least:
+                        continue
+                    for m in range(max(0, j - reach[1]), min(n2, j + reach[1] + 1)):
+                        for d in range(branches):
+                            total = cost[source, m, d] + turning
+                            if total >= least:
+                                continue
+                            for a in range(there.shape[3]):
+                                if a == spin:
+                                    continue
+                                step = there[i, j, b, a] - here[source, m, d, a]
+                                total += plus[a] * step if step > 0.0 else -minus[a] * step
+                                if abs(step) > max_turn[a]:
+                                    total += turn_price * (abs(step) - max_turn[a])
+                            if total < least:
+                                least = total
+                                winner = (winding + 1) * size + (source * n2 + m) * branches + d
+                best[i, j, b] = least + price[i, j, b]
+                back[i, j, b] = winner

@@ -1,0 +1,284 @@
+"""Candidate postures for the global search.
+
+A lattice has two coordinates: the angle of the *spin* axis, the rotary axis with the wider range, and either
+the other rotary angle or, better, the *level* of the dearest linear axis. At a fixed spin angle such an axis
+stands at ``a + b cos ρ + c sin ρ`` of the other angle ρ, so ρ follows from the level in closed form (two
+branches) and standing still in the dear axis costs exactly nothing; a grid over both angles carries rounding
+noise in that axis which hides the good basin.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from fiveaxis.geometry import Array, BoolArray, IntArray
+from fiveaxis.posture.problem import Problem
+
+TURN = 2.0 * np.pi
+# Price of a violation where a lattice may not have gaps: J per mm or rad (or unit of cosine).
+VIOLATION_PRICE = 1e4
+# A linear axis that the other rotary angle moves by less than this (mm) has no levels to choose from.
+SMALLEST_SWING = 1e-3
+
+Swing = tuple[Array, Array, Array]
+
+
+@dataclass(frozen=True)
+class Coordinates:
+    """What a lattice spans.
+
+    Parameters
+    ----------
+    spin : the rotary axis of the first coordinate, 0 or 1 in chain order
+    level : column of the linear axis of the second coordinate; None for the other rotary angle
+    """
+
+    spin: int
+    level: int | None
+
+    @property
+    def other(self) -> int:
+        """The rotary axis that isn't the spin axis, 0 or 1 in chain order."""
+        return 1 - self.spin
+
+    def angles(self, spin: Array, other: Array) -> Array:
+        """Put both angles side by side in chain order, (..., 2) rad."""
+        pair = (spin, other) if self.spin == 0 else (other, spin)
+        return np.stack(np.broadcast_arrays(*pair), axis=-1)
+
+    def second_column(self, problem: Problem) -> int:
+        """Column of the second coordinate in arrays of axis values."""
+        return problem.machine.rotary_columns[self.other] if self.level is None else self.level
+
+
+@dataclass(frozen=True, eq=False)
+class Lattice:
+    """Candidate postures of every location.
+
+    Parameters
+    ----------
+    states : gives for rows (m,) axis values (m, a, b, c, k) and the price of each state (m, a, b, c), J
+    spin_column : column of the first coordinate's axis
+    period : rad, its wrap-around, 0 for none
+    reach : lattice steps to a predecessor, in both coordinates
+    turn_price : J per rad beyond the largest rotary step
+    """
+
+    states: Callable[[IntArray], tuple[Array, Array]]
+    spin_column: int
+    period: float
+    reach: tuple[int, int]
+    turn_price: float = np.inf
+
+
+def choose_coordinates(problem: Problem) -> Coordinates:
+    """Take the rotary axis with the wider range as spin axis, and the dearest linear axis for levels.
+
+    Levels are taken only where that axis really is a sinusoid of the other angle all along the path; chains
+    with a linear axis between the rotary ones may differ, and fall back to a grid over both angles.
+    """
+    machine = problem.machine
+    columns = machine.rotary_columns
+    spin = int(np.argmax(machine.high[columns] - machine.low[columns]))
+    linear = machine.linear_columns
+    dearest = linear[int(np.argmax((problem.plus + problem.minus)[:, linear].sum(axis=0)))]
+    levelled = Coordinates(spin, dearest)
+    return levelled if _is_sinusoid(problem, levelled) else Coordinates(spin, None)
+
+
+def spin_angles(problem: Problem, spin: int, step: float) -> tuple[Array, float]:
+    """Sample the range of a rotary axis, one turn of it where it can turn right round.
+
+    Returns
+    -------
+    angles : (a,), rad
+    period : rad, the wrap-around; 0 for an axis with less than a turn
+    """
+    column = problem.machine.rotary_columns[spin]
+    low, high = float(problem.machine.low[column]), float(problem.machine.high[column])
+    if high - low < TURN:
+        count = int(np.ceil((high - low) / step)) + 1
+        return np.asarray(np.linspace(low, high, count), dtype=np.float64), 0.0
+    count = int(np.ceil(TURN / step))
+    return np.arange(count) * (TURN / count) - np.pi, TURN
+
+
+def fit_turns(angles: Array, low: float, high: float) -> Array | None:
+    """Shift a wound angle, (n,) rad, by whole turns into its limits; None where they are too narrow."""
+    turns = np.ceil((low - angles.min()) / TURN) if np.isfinite(low) else 0.0
+    if angles.max() + TURN * turns > high and np.isfinite(high):
+        turns = np.floor((high - angles.max()) / TURN)
+    shifted = angles + TURN * turns
+    return shifted if low <= shifted.min() and shifted.max() <= high else None
+
+
+def grid_lattice(
+    problem: Problem, coordinates: Coordinates, steps: tuple[float, float], reach: tuple[float, float]
+) -> Lattice:
+    """Lay a grid over both rotary angles.
+
+    Parameters
+    ----------
+    steps : rad, of the spin angle and of the other one
+    reach : rad, how far a predecessor may lie in each
+    """
+    spin, period = spin_angles(problem, coordinates.spin, steps[0])
+    other, other_period = spin_angles(problem, coordinates.other, steps[1])
+
+    def states(rows: IntArray) -> tuple[Array, Array]:
+        possible = np.ones((len(rows), len(spin), len(other), 1), dtype=bool)
+        return _admitted(problem, coordinates, rows, spin, other[:, None], possible)
+
+    hops = (_hops(reach[0], steps[0], spin, period), _hops(reach[1], steps[1], other, other_period))
+    column = problem.machine.rotary_columns[coordinates.spin]
+    return Lattice(states, column, period, hops)
+
+
+def level_lattice(
+    problem: Problem, coordinates: Coordinates, step: float, count: int, reach: tuple[float, int]
+) -> Lattice:
+    """Lay a grid over the spin angle and the level of a linear axis.
+
+    Parameters
+    ----------
+    step : rad, of the spin angle
+    count : levels over all that the axis can reach
+    reach : how far a predecessor may lie, in rad and in levels
+    """
+    machine, axis = problem.machine, coordinates.second_column(problem)
+    spin, period = spin_angles(problem, coordinates.spin, step)
+    everywhere = np.broadcast_to(spin, (len(problem), len(spin)))
+    a, b, c = swing(problem, coordinates, slice(None), everywhere)
+    amplitude = np.hypot(b, c)
+    low = max((a - amplitude).min(), machine.low[axis])
+    level = np.linspace(low, min((a + amplitude).max(), machine.high[axis]), count)
+
+    def states(rows: IntArray) -> tuple[Array, Array]:
+        swung = (a[rows, :, None], b[rows, :, None], c[rows, :, None])
+        other, reached = other_angle(problem, coordinates, swung, level)
+        highest = machine.high[machine.rotary_columns[coordinates.other]]
+        possible = reached[..., None] & (other <= highest)
+        return _admitted(problem, coordinates, rows, spin, other, possible)
+
+    column = machine.rotary_columns[coordinates.spin]
+    return Lattice(states, column, period, (_hops(reach[0], step, spin, period), reach[1]))
+
+
+def tube_lattice(
+    problem: Problem,
+    coordinates: Coordinates,
+    strands: Array,
+    second: Array,
+    width: tuple[float, float],
+    count: int,
+) -> Lattice:
+    """Lay a narrow lattice around a path that is nearly right.
+
+    Violations have a price instead of being forbidden, so there is always a way through.
+
+    Parameters
+    ----------
+    strands : (n, s), rad, spin angles to stay near
+    second : (n,), mm or rad, second coordinate to stay near
+    width : step of the lattice in both coordinates
+    count : steps to each side of every strand
+    """
+    offsets = np.arange(-count, count + 1.0)
+
+    def states(rows: IntArray) -> tuple[Array, Array]:
+        spin = (strands[rows][:, :, None] + width[0] * offsets).reshape(len(rows), -1, 1)
+        level = second[rows][:, None, None] + width[1] * offsets
+        if coordinates.level is None:
+            other = np.broadcast_to(level, (len(rows), spin.shape[1], len(offsets)))[..., None]
+        else:
+            other, _ = other_angle(problem, coordinates, swing(problem, coordinates, rows, spin), level)
+        positions, excess = problem.placed(rows, coordinates.angles(spin[..., None], other))
+        return positions, VIOLATION_PRICE * (excess + problem.limit_excess(positions))
+
+    column = problem.machine.rotary_columns[coordinates.spin]
+    reach = (strands.shape[1] * len(offsets), len(offsets))
+    return Lattice(states, column, 0.0, reach, VIOLATION_PRICE)
+
+
+def swing(problem: Problem, coordinates: Coordinates, rows: IntArray | slice, spin: Array) -> Swing:
+    """Fit ``a + b cos ρ + c sin ρ``, the level axis over the other angle, to three samples.
+
+    Parameters
+    ----------
+    rows : m locations
+    spin : (m, ...), rad
+
+    Returns
+    -------
+    a, b, c : (m, ...), mm
+    """
+    column = coordinates.second_column(problem)
+    at = [
+        problem.positions(rows, coordinates.angles(spin, np.full_like(spin, angle)))[..., column]
+        for angle in (0.0, np.pi / 2.0, np.pi)
+    ]
+    a = (at[0] + at[2]) / 2.0
+    return a, (at[0] - at[2]) / 2.0, at[1] - a
+
+
+def other_angle(
+    problem: Problem, coordinates: Coordinates, swung: Swing, level: Array
+) -> tuple[Array, BoolArray]:
+    """Solve the other rotary angle for a level of the dear axis.
+
+    Returns
+    -------
+    other : (..., 2), rad, both branches, from the lower limit upwards; the nearest approach where the level
+        isn't reached
+    reached : (...)
+    """
+    a, b, c = swung
+    ratio = (level - a) / np.maximum(np.hypot(b, c), np.finfo(float).tiny)
+    middle, half = np.arctan2(c, b), np.arccos(np.clip(ratio, -1.0, 1.0))
+    angles = np.stack(np.broadcast_arrays(middle - half, middle + half), axis=-1)
+    column = problem.machine.rotary_columns[coordinates.other]
+    limits = problem.machine.axes[column].limits
+    # An axis with a turn or more to go stays near 0; its turns aren't searched.
+    low = limits.low if limits.high - limits.low < TURN else -np.pi
+    return low + np.mod(angles - low, TURN), np.abs(ratio) <= 1.0
+
+
+def _is_sinusoid(problem: Problem, coordinates: Coordinates) -> bool:
+    """Check the form on angles that the fit didn't use, at another spin angle for each location."""
+    spin = np.linspace(-2.0, 2.0, len(problem))
+    a, b, c = swing(problem, coordinates, slice(None), spin)
+    angle = 1.0
+    angles = coordinates.angles(spin, np.full_like(spin, angle))
+    seen = problem.positions(slice(None), angles)[:, coordinates.second_column(problem)]
+    fits = np.allclose(a + b * np.cos(angle) + c * np.sin(angle), seen, rtol=0.0, atol=1e-6)
+    return bool(fits and np.hypot(b, c).max() > SMALLEST_SWING)
+
+
+def _admitted(
+    problem: Problem,
+    coordinates: Coordinates,
+    rows: IntArray,
+    spin: Array,
+    other: Array,
+    possible: BoolArray,
+) -> tuple[Array, Array]:
+    """Solve axis values where they are possible; the rest, and what tilt or limits forbid, has no price."""
+    at = np.nonzero(possible)
+    angles = coordinates.angles(spin[at[1]], np.broadcast_to(other, possible.shape)[at])
+    found, excess = problem.placed(rows[at[0]], angles)
+    allowed = (excess == 0.0) & (problem.limit_excess(found) == 0.0)
+    positions = np.zeros((*possible.shape, found.shape[-1]))
+    # The kernel reads the spin angle of every row of a layer, also where all its states are forbidden.
+    positions[..., problem.machine.rotary_columns[coordinates.spin]] = spin[:, None, None]
+    positions[at] = found
+    price = np.full(possible.shape, np.inf)
+    price[at] = np.where(allowed, 0.0, np.inf)
+    return positions, price
+
+
+def _hops(reach: float, step: float, angle: Array, period: float) -> int:
+    """Count lattice steps in a reach, at most half a turn where the angle wraps around."""
+    return min(round(reach / step), len(angle) // 2 if period else len(angle))

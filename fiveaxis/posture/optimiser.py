@@ -1,0 +1,300 @@
+"""The optimiser: search a few locations globally, refine, fill in more, refine again."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from fiveaxis.energy import motion_energy
+from fiveaxis.errors import Infeasible
+from fiveaxis.findings import Finding, Place, Severity
+from fiveaxis.geometry import Array, IntArray
+from fiveaxis.machine import Machine
+from fiveaxis.motion import follow
+from fiveaxis.posture.baselines import find_baselines
+from fiveaxis.posture.lattice import (
+    Coordinates,
+    choose_coordinates,
+    grid_lattice,
+    level_lattice,
+)
+from fiveaxis.posture.problem import ALLOWED, Problem
+from fiveaxis.posture.reach import unreachable
+from fiveaxis.posture.refine import Refinement, refine
+from fiveaxis.posture.search import refill, shortest_path, thin
+from fiveaxis.posture.solution import Baseline, Solution, Stage
+from fiveaxis.toolpath import Toolpath, tilt_bounds
+
+Progress = Callable[[str, int, int], None]
+
+DEGREE = np.pi / 180.0
+# A search looks at no fewer locations than about this.
+LEAST_ROWS = 100
+
+
+@dataclass(frozen=True)
+class Search:
+    """One search of the portfolio.
+
+    Parameters
+    ----------
+    stride : it looks at every stride-th location
+    step : rad, grid of the spin angle
+    levels : how many levels the dear axis's range is cut into
+    """
+
+    stride: int
+    step: float
+    levels: int
+
+
+@dataclass(frozen=True)
+class Budget:
+    """How much the optimiser may do: counts, never seconds, so that every run gives the same numbers.
+
+    Parameters
+    ----------
+    searches : the portfolio; each search's path is refined on its own locations
+    middle : the best of each stride go on to every middle-th location
+    level_reach : levels between neighbours of a searched path
+    widths : steps of the tubes in which a path is extended to more locations (rad, mm or rad)
+    coarse_iterations, iterations : of the NLP, on some locations and on all
+    coarse_barrier, barrier : IPOPT's first barrier parameter, from a searched and from an extended start
+    """
+
+    searches: tuple[Search, ...] = (
+        Search(12, 4.0 * DEGREE, 36),
+        Search(8, 4.0 * DEGREE, 36),
+        Search(24, 6.0 * DEGREE, 36),
+    )
+    middle: int = 4
+    level_reach: int = 3
+    widths: tuple[tuple[float, float], ...] = (
+        (1.0 * DEGREE, 0.25),
+        (1.0 * DEGREE, 0.25),
+        (0.5 * DEGREE, 0.12),
+    )
+    coarse_iterations: int = 150
+    iterations: int = 400
+    coarse_barrier: float = 1e-1
+    barrier: float = 1e-2
+
+
+def optimise(
+    toolpath: Toolpath,
+    machine: Machine,
+    *,
+    tilt: tuple[float, float] | None = None,
+    cone: float | None = None,
+    up_penalty: float = 0.0,
+    max_turn: float | None = None,
+    budget: Budget | None = None,
+    progress: Progress | None = None,
+) -> Solution:
+    """Choose the rotary angles of every cutter location so that the feed drives spend the least energy.
+
+    The travel metric ``Σ W⁺Δq⁺ + W⁻Δq⁻`` is minimised within the tilt range and the axis limits. A portfolio
+    of global searches on some of the locations gives starts; each is refined by the exact NLP, and the best
+    are extended to all locations and refined there. The result is the best local optimum found, not proven
+    global.
+
+    Parameters
+    ----------
+    toolpath : cutter locations
+    machine : two rotary and three linear axes, all with powers
+    tilt : smallest and largest angle between tool axis and surface normal, **degrees**
+    cone : largest angle between tool axis and programmed axis, **degrees**, in place of `tilt`
+    up_penalty : J/mm, extra price of the machine's Z moving up
+    max_turn : largest turn of a rotary axis in one cutting move, **degrees**; None for no bound
+    budget : how much may be done; the default is meant for everyday use
+    progress : called with a stage's name, steps done and steps in all
+
+    Returns
+    -------
+    The solution with its baselines and a record of what the solver did.
+
+    Raises
+    ------
+    Infeasible
+        Some locations have no admissible posture; each is listed with its reason.
+    MachineError
+        The machine has no powers, or too few axes.
+    SettingError
+        A range that is empty or reversed.
+    """
+    bounds = tilt_bounds(toolpath, tilt, cone)
+    problem = Problem.build(
+        toolpath,
+        machine,
+        bounds,
+        up_penalty=up_penalty,
+        max_turn=None if max_turn is None else float(np.radians(max_turn)),
+    )
+    blocked = unreachable(toolpath, machine, bounds)
+    if blocked:
+        raise Infeasible(
+            f"{len(blocked)} of {len(toolpath)} locations have no admissible posture on {machine.name}",
+            blocked,
+        )
+    compared, missing = find_baselines(toolpath, machine, bounds)
+    run = _Run(problem, budget or Budget(), progress)
+    # IPOPT's linear solver works on small blocks: threads of the BLAS under it only wait for each other.
+    with threadpool_limits(limits=1):
+        rotary = run.best_path(compared)
+    _require_admissible(problem, rotary, toolpath)
+    motion = follow(toolpath, machine, rotary)
+    energy = motion_energy(machine, motion)
+    stages = tuple(run.stages)
+    return Solution(machine, toolpath, bounds, motion, energy, compared, missing, stages)
+
+
+@dataclass(eq=False)
+class _Run:
+    """One optimisation under way: the problem, and the stages so far."""
+
+    problem: Problem
+    budget: Budget
+    progress: Progress | None
+    stages: list[Stage] = field(default_factory=list)
+
+    def best_path(self, compared: Mapping[str, Baseline]) -> Array:
+        """Find the cheapest admissible path, (n, 2) rad, never dearer than an admissible baseline."""
+        best: Refinement | None = None
+        if len(self.problem) > 1:
+            best = self._searched()
+        start = self._cheapest(compared)
+        if start is not None and (best is None or self._is_worse(best, start)):
+            name, rotary = start
+            best = self._refined(f"refine, from baseline {name}", self.problem, rotary, last=True)
+        if best is None:
+            raise Infeasible(
+                "no way along the path was found: every location has an admissible posture, but the search "
+                "found no sequence of them; widen the tilt range",
+                (),
+            )
+        return best.rotary
+
+    def _searched(self) -> Refinement | None:
+        coordinates = choose_coordinates(self.problem)
+        found: dict[int, tuple[IntArray, Refinement]] = {}
+        for number, search in enumerate(self.budget.searches):
+            # A short path is searched more densely: a turn of the wall must not fall between the rows.
+            stride = min(search.stride, max(1, len(self.problem) // LEAST_ROWS))
+            rows = thin(self.problem, stride)
+            candidate = self._search(search, rows, coordinates, number)
+            if candidate is None:
+                continue
+            if stride not in found or candidate.cost < found[stride][1].cost:
+                found[stride] = rows, candidate
+        if not found:
+            return None
+        middle = np.unique(
+            np.concatenate([thin(self.problem, self.budget.middle), *(r for r, _ in found.values())])
+        )
+        halfway = [self._extended(rows, middle, r, coordinates) for rows, r in found.values()]
+        everywhere = np.arange(len(self.problem))
+        return self._extended(middle, everywhere, min(halfway, key=lambda r: r.cost), coordinates)
+
+    def _search(
+        self, search: Search, rows: IntArray, coordinates: Coordinates, number: int
+    ) -> Refinement | None:
+        problem = self.problem.thinned(rows)
+        if coordinates.level is None:
+            steps = (search.step, 0.75 * search.step)
+            reach = (4.0 * DEGREE * search.stride, 2.0 * DEGREE * search.stride)
+            lattice = grid_lattice(problem, coordinates, steps, reach)
+        else:
+            lattice = level_lattice(
+                problem, coordinates, search.step, search.levels, (np.pi, self.budget.level_reach)
+            )
+        name = f"{len(rows)} locations, {np.degrees(search.step):g} deg"
+        path = shortest_path(problem, lattice, self._tell(f"search {number + 1}"))
+        if path is None:
+            return None
+        self.stages.append(Stage(f"search, {name}", "found", len(problem), None, problem.cost(path)))
+        rotary = path[:, self.problem.machine.rotary_columns]
+        return self._refined(f"refine, {name}", problem, rotary, last=False, coarse=True)
+
+    def _extended(
+        self, known: IntArray, rows: IntArray, found: Refinement, coordinates: Coordinates
+    ) -> Refinement:
+        """Carry a refined path over to more locations and refine it there."""
+        problem = self.problem.thinned(rows)
+        path = self.problem.thinned(known).positions(slice(None), found.rotary)
+        at = np.searchsorted(rows, known)
+        start = refill(problem, coordinates, at, path, self.budget.widths)
+        rotary = start[:, self.problem.machine.rotary_columns]
+        last = len(rows) == len(self.problem)
+        name = "all locations" if last else f"{len(rows)} locations"
+        return self._refined(f"refine, {name}", problem, rotary, last=last)
+
+    def _refined(
+        self, name: str, problem: Problem, start: Array, *, last: bool, coarse: bool = False
+    ) -> Refinement:
+        budget = self.budget
+        before = problem.cost(problem.positions(slice(None), start))
+        if len(problem) == 1:
+            return Refinement(start, before, "one location, nothing to refine", 0)
+        found = refine(
+            problem,
+            start,
+            iterations=budget.iterations if last else budget.coarse_iterations,
+            barrier=budget.coarse_barrier if coarse else budget.barrier,
+        )
+        self.stages.append(Stage(name, found.status, found.iterations, before, found.cost))
+        if self.progress is not None:
+            refined = sum(stage.before is not None for stage in self.stages)
+            self.progress("refine", refined, max(refined, 2 * len(budget.searches) + 1))
+        return found
+
+    def _cheapest(self, compared: Mapping[str, Baseline]) -> tuple[str, Array] | None:
+        """Name the cheapest baseline that keeps all bounds, with its rotary angles."""
+        columns = self.problem.machine.rotary_columns
+        paths = {name: baseline.motion.positions for name, baseline in compared.items()}
+        kept = {n: p for n, p in paths.items() if self.problem.violation(p[:, columns]) <= ALLOWED}
+        if not kept:
+            return None
+        name = min(kept, key=lambda n: self.problem.cost(kept[n]))
+        return name, kept[name][:, columns]
+
+    def _is_worse(self, found: Refinement, start: tuple[str, Array]) -> bool:
+        if self.problem.violation(found.rotary) > ALLOWED:
+            return True
+        return found.cost > self.problem.cost(self.problem.positions(slice(None), start[1]))
+
+    def _tell(self, stage: str) -> Callable[[int, int], None] | None:
+        progress = self.progress
+        return None if progress is None else lambda done, total: progress(stage, done, total)
+
+
+def _require_admissible(problem: Problem, rotary: Array, toolpath: Toolpath) -> None:
+    """Refuse to hand out a path that breaks a bound, naming the places.
+
+    Raises
+    ------
+    Infeasible
+        Tilt, limit or rotary step broken somewhere by more than rounding.
+    """
+    positions, excess = problem.placed(slice(None), rotary)
+    turned = np.abs(np.diff(rotary, axis=0, prepend=rotary[:1])).max(axis=1)
+    allowed_turn = np.concatenate([[np.inf], problem.max_turn.min(axis=1)])
+    broken = {
+        "the tilt range": excess > ALLOWED,
+        "an axis limit": problem.limit_excess(positions) > ALLOWED,
+        "the largest rotary step": turned > allowed_turn + ALLOWED,
+    }
+    findings = [
+        Finding(
+            Severity.ERROR,
+            "no-posture",
+            f"no posture was found that keeps {what} and joins its neighbours; widen the tilt range",
+            Place(int(row), int(toolpath.source[row]), toolpath.name),
+        )
+        for what, rows in broken.items()
+        for row in np.flatnonzero(rows)
+    ]
+    if findings:
+        raise Infeasible(f"{len(findings)} locations have no admissible posture in sequence", findings)

@@ -1,0 +1,159 @@
+"""The optimisation problem, built and ready to be looked at before anything is solved."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fiveaxis.energy import travel_costs
+from fiveaxis.errors import SettingError
+from fiveaxis.geometry import Array, BoolArray, IntArray
+from fiveaxis.kinematics import positions_about, require_orienting, require_positioning
+from fiveaxis.machine import Machine
+from fiveaxis.toolpath import TiltBounds, Toolpath
+
+# An axis value past its limit, or a cosine past its bound, by less than this is rounding (mm, rad, 1).
+ALLOWED = 1e-9
+
+Rows = IntArray | slice
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """Choose two rotary angles for every location so that the directional travel cost is least.
+
+    ``Σ_i Σ_a W⁺_a Δq⁺_a + W⁻_a Δq⁻_a`` subject to tilt, axis limits and the largest rotary step
+    (design of the objective; the costs are those of form-shaping Eq. 1).
+
+    Parameters
+    ----------
+    machine : two rotary and three linear axes
+    pivot : (n, 3), mm, workpiece frame; the tool leans about it
+    pivot_to_tip : mm
+    reference : (n, 3), unit vectors; NaN rows (links) are bound by the axis limits alone
+    cosines : smallest and largest cosine of the angle between tool axis and reference
+    plus, minus : (n − 1, k), J/mm and J/rad of the step from row i to i + 1
+    max_turn : (n − 1, 2), rad, largest step of each rotary axis, chain order; infinite where unbounded
+    """
+
+    machine: Machine
+    pivot: Array
+    pivot_to_tip: float
+    reference: Array
+    cosines: tuple[float, float]
+    plus: Array
+    minus: Array
+    max_turn: Array
+
+    @classmethod
+    def build(
+        cls,
+        toolpath: Toolpath,
+        machine: Machine,
+        tilt: TiltBounds,
+        *,
+        up_penalty: float = 0.0,
+        max_turn: float | None = None,
+    ) -> Problem:
+        """Put a path, a machine and bounds together.
+
+        Parameters
+        ----------
+        toolpath, machine, tilt : what to solve
+        up_penalty : J/mm, added to the cost of the machine's Z moving up
+        max_turn : rad, largest step of a rotary axis in a cutting move; None for no bound
+
+        Raises
+        ------
+        MachineError
+            An axis without power, or too few axes (`DegenerateChain`).
+        SettingError
+            A penalty below zero or a bound that isn't positive.
+        """
+        require_positioning(machine)
+        require_orienting(machine)
+        if not (np.isfinite(up_penalty) and up_penalty >= 0.0):
+            raise SettingError(f"up penalty is {up_penalty:g} J/mm; it can't be negative")
+        if max_turn is not None and not max_turn > 0.0:
+            raise SettingError(f"largest rotary step is {np.degrees(max_turn):g} deg; it must be positive")
+        plus, minus = travel_costs(machine, toolpath.feed)
+        plus[:, machine.column("Z")] += up_penalty
+        bound = np.inf if max_turn is None else max_turn
+        turns = np.where(toolpath.cutting[1:, None], bound, np.inf)
+        return cls(
+            machine=machine,
+            pivot=toolpath.pivot,
+            pivot_to_tip=toolpath.tool.radius,
+            reference=tilt.reference,
+            cosines=(float(np.cos(tilt.high)), float(np.cos(tilt.low))),
+            plus=plus[1:],
+            minus=minus[1:],
+            max_turn=np.repeat(turns, 2, axis=1),
+        )
+
+    def __len__(self) -> int:
+        return len(self.pivot)
+
+    @property
+    def bound_rows(self) -> BoolArray:
+        """(n,), where the tilt range binds."""
+        return np.array(np.isfinite(self.reference).all(axis=1))
+
+    def thinned(self, rows: IntArray) -> Problem:
+        """Pose the same problem on some of its locations: mean costs, rotary steps summed over the gaps."""
+        spans = np.diff(rows)[:, None]
+
+        def summed(steps: Array) -> Array:
+            return np.add.reduceat(steps[: rows[-1]], rows[:-1], axis=0) if len(spans) else steps[:0]
+
+        return replace(
+            self,
+            pivot=self.pivot[rows],
+            reference=self.reference[rows],
+            plus=summed(self.plus) / spans,
+            minus=summed(self.minus) / spans,
+            max_turn=summed(self.max_turn),
+        )
+
+    def positions(self, rows: Rows, rotary: Array) -> Array:
+        """Solve axis values; `rotary` is (m, ..., 2) rad for m rows, the answer (m, ..., k)."""
+        return self.placed(rows, rotary)[0]
+
+    def placed(self, rows: Rows, rotary: Array) -> tuple[Array, Array]:
+        """Solve axis values and how far each tool axis lies outside the tilt range.
+
+        Parameters
+        ----------
+        rows : m locations
+        rotary : (m, ..., 2), rad, chain order
+
+        Returns
+        -------
+        positions : (m, ..., k), mm and rad
+        excess : (m, ...), cosine past its bound, 0 where admitted or nothing binds
+        """
+        between = (1,) * (rotary.ndim - 2)
+        pivot = self.pivot[rows].reshape(-1, *between, 3)
+        reference = self.reference[rows].reshape(-1, *between, 3)
+        positions, axis = positions_about(self.machine, pivot, rotary, self.pivot_to_tip)
+        cosine = np.sum(axis * reference, axis=-1)
+        low, high = self.cosines
+        return positions, np.nan_to_num(np.maximum(np.maximum(low - cosine, cosine - high), 0.0))
+
+    def limit_excess(self, positions: Array) -> Array:
+        """Add up how far axis values, (..., k), lie past their limits (mm, rad)."""
+        past = np.maximum(self.machine.low - positions, positions - self.machine.high)
+        return np.maximum(past, 0.0).sum(axis=-1)
+
+    def cost(self, positions: Array) -> float:
+        """Add up the directional travel cost of a path, (n, k); J."""
+        step = np.diff(positions, axis=0)
+        return float(np.sum(self.plus * np.maximum(step, 0.0) - self.minus * np.minimum(step, 0.0)))
+
+    def violation(self, rotary: Array) -> float:
+        """Find the worst violation of a path, (n, 2) rad: cosine, mm or rad; 0 where all is kept."""
+        positions, excess = self.placed(slice(None), rotary)
+        turns = np.abs(np.diff(rotary, axis=0)) - self.max_turn
+        worst = (excess.max(), self.limit_excess(positions).max(), turns.max(initial=0.0))
+        return max(0.0, *(float(w) for w in worst))
