@@ -20,7 +20,7 @@ class Units:
     ----------
     source : the file
     asked : the unit that the caller names for a file that doesn't state it
-    stated_line : line of the file's own statement
+    stated, stated_line : the file's own statement
     used_line : line of the first number that was read in the unit
     inch_feed_line : line of the first feed in inches, which says something of a file that is silent otherwise
     """

@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 
-import numpy as np
-
 from fiveaxis.geometry import Array
 from fiveaxis.machine import Machine
 
@@ -25,12 +23,7 @@ def control_values(machine: Machine, positions: Array) -> Array:
     -------
     (..., k), mm and deg
     """
-    return machine.shown(positions) * _signs(machine)
-
-
-def axis_values(machine: Machine, values: Array) -> Array:
-    """Convert what the control says, (..., k) mm and deg, to axis values: undoes `control_values`."""
-    return values * _signs(machine) / machine.shown(np.ones(len(machine.axes)))
+    return machine.shown(positions) * [-1.0 if a.reversed else 1.0 for a in machine.axes]
 
 
 def format_number(value: float, decimals: int) -> str:
@@ -59,7 +52,3 @@ def feed_word(time: float, digits: int) -> str:
     decimals = max(0, digits - 1 - math.floor(math.log10(feed)))
     text = f"{feed:.{decimals}f}"
     return text.rstrip("0").rstrip(".") if decimals else text
-
-
-def _signs(machine: Machine) -> Array:
-    return np.array([-1.0 if a.reversed else 1.0 for a in machine.axes])
