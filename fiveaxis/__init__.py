@@ -1,1 +1,86 @@
-"""fiveaxis: choose the tool posture of a 5-axis path that costs the machine the least energy."""
+"""fiveaxis: choose the tool posture of a 5-axis path that costs the machine the least energy.
+
+    >>> import fiveaxis as fx
+    >>> machine = fx.load_machine("hayashi-640123")
+    >>> tool = fx.Tool.ball(10)
+    >>> toolpath = fx.plan_contour("part.stl", tool, stepdown=1.0)
+    >>> solution = fx.optimise(toolpath, machine, tilt=(15, 75))
+    >>> report = fx.verify(solution.motion, machine, toolpath, tilt=(15, 75), part="part.stl")
+
+Everything is loaded where it is used, so importing the package is quick.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from importlib.metadata import version
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from fiveaxis.contour import plan_contour
+    from fiveaxis.energy import Energy, PowerSurface, power_surface
+    from fiveaxis.errors import FiveAxisError
+    from fiveaxis.findings import Finding
+    from fiveaxis.machine import Machine, load_machine, machine_names
+    from fiveaxis.motion import Motion
+    from fiveaxis.nc import read_toolpath, write_program
+    from fiveaxis.posture import Solution, optimise
+    from fiveaxis.toolpath import Tool, Toolpath
+    from fiveaxis.verification import Report, verify
+    from fiveaxis.viewer import preview
+
+__version__ = version("fiveaxis")
+
+_HOMES = {
+    "Energy": "energy",
+    "Finding": "findings",
+    "FiveAxisError": "errors",
+    "Machine": "machine",
+    "Motion": "motion",
+    "PowerSurface": "energy",
+    "Report": "verification",
+    "Solution": "posture",
+    "Tool": "toolpath",
+    "Toolpath": "toolpath",
+    "load_machine": "machine",
+    "machine_names": "machine",
+    "optimise": "posture",
+    "plan_contour": "contour",
+    "power_surface": "energy",
+    "preview": "viewer",
+    "read_toolpath": "nc",
+    "verify": "verification",
+    "write_program": "nc",
+}
+
+__all__ = [
+    "Energy",
+    "Finding",
+    "FiveAxisError",
+    "Machine",
+    "Motion",
+    "PowerSurface",
+    "Report",
+    "Solution",
+    "Tool",
+    "Toolpath",
+    "load_machine",
+    "machine_names",
+    "optimise",
+    "plan_contour",
+    "power_surface",
+    "preview",
+    "read_toolpath",
+    "verify",
+    "write_program",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module 'fiveaxis' has no attribute {name!r}")
+    return getattr(import_module(f"fiveaxis.{_HOMES[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return sorted([*globals(), *_HOMES])

@@ -3,6 +3,7 @@
 from fiveaxis.nc.dialects import DIALECTS, Dialect, find_dialect
 from fiveaxis.nc.formats import read_toolpath
 from fiveaxis.nc.motion_table import read_motion, write_motion
+from fiveaxis.nc.point_table import write_toolpath
 from fiveaxis.nc.program import Program, compose_program, write_program
 
 __all__ = [
@@ -15,4 +16,5 @@ __all__ = [
     "read_toolpath",
     "write_motion",
     "write_program",
+    "write_toolpath",
 ]

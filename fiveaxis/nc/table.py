@@ -2,7 +2,9 @@
 
 Two headers are known, in any order of their columns: ``x,y,z,nx,ny,nz`` is a contact point with the surface
 normal out of the material, ``x,y,z,i,j,k`` a tool tip with the tool axis from tip to shank. Both may have a
-``feed``, always in mm/min. Blank lines and lines that start with ``#`` are skipped.
+``feed``, always in mm/min, and ``cut``, 0 where the move that ends at the row only links two passes: the
+tool's place is that of the row, but nothing is touched there. Blank lines and lines that start with ``#`` are
+skipped.
 """
 
 from __future__ import annotations
@@ -12,9 +14,10 @@ import difflib
 import numpy as np
 
 from fiveaxis.errors import ToolpathError
-from fiveaxis.geometry import Array, IntArray
+from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.nc.rows import (
     DEFAULT_FEED,
+    first_row,
     parse_number,
     require_finite,
     require_positive_feeds,
@@ -28,9 +31,9 @@ from fiveaxis.toolpath import Tool, Toolpath
 POSITION = ("x", "y", "z")
 NORMAL = ("nx", "ny", "nz")
 AXIS = ("i", "j", "k")
-FEED = "feed"
-KNOWN = (*POSITION, *NORMAL, *AXIS, FEED)
-HEADERS = "x,y,z,nx,ny,nz[,feed] (contact and normal) or x,y,z,i,j,k[,feed] (tip and tool axis)"
+FEED, CUT = "feed", "cut"
+KNOWN = (*POSITION, *NORMAL, *AXIS, FEED, CUT)
+HEADERS = "x,y,z,nx,ny,nz[,feed][,cut] (contact and normal) or x,y,z,i,j,k[,feed][,cut] (tip and tool axis)"
 
 
 def read_points(source: Source, tool: Tool, feed_mm_min: float | None, unit: str | None) -> Toolpath:
@@ -57,13 +60,23 @@ def read_points(source: Source, tool: Tool, feed_mm_min: float | None, unit: str
     require_positive_feeds(feed, lines, source)
     if feed_mm_min is not None:
         feed = np.full(len(lines), feed_mm_min)
+    cuts = _cuts(column.get(CUT, np.ones(len(lines))), lines, source)
     if NORMAL[0] in column:
         normal = unit_normals(np.column_stack([column[c] for c in NORMAL]), lines, source)
-        return Toolpath.from_contacts(
+        path = Toolpath.from_contacts(
             position, normal, tool, feed_mm_min=feed, source=lines, name=source.name
         )
-    axis = unit_axes(np.column_stack([column[c] for c in AXIS]), lines, source)
-    return Toolpath.from_tips(position, axis, tool, feed_mm_min=feed, source=lines, name=source.name)
+    else:
+        axis = unit_axes(np.column_stack([column[c] for c in AXIS]), lines, source)
+        path = Toolpath.from_tips(position, axis, tool, feed_mm_min=feed, source=lines, name=source.name)
+    return path.with_links(~cuts)
+
+
+def _cuts(values: Array, lines: IntArray, source: Source) -> BoolArray:
+    bad = first_row((values != 0.0) & (values != 1.0))
+    if bad is not None:
+        raise source.error(f"cut is {values[bad]:g}; write 1 for a cut, 0 for a link", int(lines[bad]))
+    return values == 1.0
 
 
 def read_table(source: Source) -> tuple[list[str], Array, IntArray]:

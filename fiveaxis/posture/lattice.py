@@ -101,7 +101,7 @@ def spin_angles(problem: Problem, spin: int, step: float) -> tuple[Array, float]
     low, high = float(problem.machine.low[column]), float(problem.machine.high[column])
     if high - low < TURN:
         count = int(np.ceil((high - low) / step)) + 1
-        return np.asarray(np.linspace(low, high, count), dtype=np.float64), 0.0
+        return np.linspace(low, high, count).astype(np.float64), 0.0
     count = int(np.ceil(TURN / step))
     return np.arange(count) * (TURN / count) - np.pi, TURN
 

@@ -201,6 +201,16 @@ class Toolpath:
         columns = ("pivot", "contact", "normal", "axis", "feed", "kind", "source")
         return replace(self, **{name: getattr(self, name)[rows] for name in columns})
 
+    def with_links(self, links: BoolArray) -> Toolpath:
+        """Return the path with some rows, (n,), made links: the pivot stays, the contact is forgotten."""
+        air = np.where(links[:, None], np.nan, 0.0)
+        return replace(
+            self,
+            contact=self.contact + air,
+            normal=self.normal + air,
+            kind=np.where(links, MoveKind.LINK, self.kind),
+        )
+
     def with_feed(self, feed_mm_min: float) -> Toolpath:
         """Return the same path with one feed everywhere, in mm/min."""
         return replace(self, feed=np.full(len(self), feed_mm_min / 60.0))

@@ -1,0 +1,434 @@
+"""The command line: each verb is one library call with the same option names.
+
+What a verb answers goes to stdout, everything else (progress, warnings, errors) to stderr. Exit codes: 0
+fine, 1 verification found an error, 2 wrong input or usage, 3 no feasible posture.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
+from rich.table import Table
+
+from fiveaxis.errors import FiveAxisError, Infeasible, SettingError
+
+if TYPE_CHECKING:
+    from fiveaxis.job import Job, Outcome
+    from fiveaxis.machine import Machine
+    from fiveaxis.toolpath import Toolpath
+
+# Findings printed to the terminal; the JSON document and the report have them all.
+MOST_LISTED = 1000
+
+app = typer.Typer(
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    help="Choose the tool posture of a 5-axis path that costs the machine the least energy.",
+)
+out = Console()
+err = Console(stderr=True, highlight=False, soft_wrap=True)
+
+Input = Annotated[Path, typer.Argument(help="mesh (.stl .obj .ply .off), CSV, APT/CLSF, or a job .toml")]
+MachineName = Annotated[
+    str | None, typer.Option("--machine", "-m", help="name (`fiveaxis machines`) or .toml file")
+]
+ToolName = Annotated[str | None, typer.Option("--tool", help="ball:10 is a ball end mill of 10 mm diameter")]
+Tilt = Annotated[str | None, typer.Option("--tilt", help="angle to the surface normal, MIN:MAX, deg")]
+Cone = Annotated[float | None, typer.Option("--cone", help="angle to the programmed tool axis, deg")]
+Feed = Annotated[float | None, typer.Option("--feed", help="mm/min, in place of the input's")]
+Unit = Annotated[str | None, typer.Option("--unit", help="mm or inch, for an input that doesn't say")]
+Part = Annotated[Path | None, typer.Option("--part", help="mesh for the gouge check and the preview")]
+Drives = Annotated[str | None, typer.Option("--drives", help="take the axis powers of this machine")]
+MaxTurn = Annotated[float | None, typer.Option("--max-turn", help="largest turn in a cutting move, deg")]
+UpPenalty = Annotated[float | None, typer.Option("--up-penalty", help="extra price of moving up, J/mm")]
+Control = Annotated[str | None, typer.Option("--control", help="NC dialect")]
+Stepdown = Annotated[float | None, typer.Option("--stepdown", help="distance of passes in z, mm")]
+Spacing = Annotated[float | None, typer.Option("--spacing", help="distance of contact points, mm")]
+Overhang = Annotated[bool | None, typer.Option("--overhang/--all-walls", help="which walls to plan")]
+Direction = Annotated[str | None, typer.Option("--direction", help="climb or conventional")]
+AllowOpen = Annotated[bool | None, typer.Option("--allow-open", help="accept an open mesh")]
+AsJson = Annotated[bool, typer.Option("--json", help="print one JSON document and nothing else")]
+
+
+@app.command()
+def machines(as_json: AsJson = False) -> None:
+    """List the machines of the library."""
+    from fiveaxis.machine import load_machine, machine_names
+
+    with errors_explained(as_json):
+        loaded = [load_machine(name) for name in machine_names()]
+        if as_json:
+            return _print_json([{"name": m.name, "code": str(m.code), "axes": m.letters} for m in loaded])
+        table = Table("machine", "code", "axes", "powers", "description", box=None)
+        for m in loaded:
+            table.add_row(m.name, str(m.code), m.letters, "yes" if m.has_powers else "no", m.description)
+        out.print(table)
+
+
+@app.command()
+def info(machine: Annotated[str, typer.Argument(help="name or .toml file")], as_json: AsJson = False) -> None:
+    """Show a machine: chain, limits, and every figure with its source."""
+    from fiveaxis.machine import load_machine
+
+    with errors_explained(as_json):
+        loaded = load_machine(machine)
+        document = _machine_document(loaded)
+        if as_json:
+            return _print_json(document)
+        _print_machine(loaded)
+
+
+@app.command()
+def plan(
+    source: Input,
+    tool: ToolName = None,
+    stepdown: Stepdown = None,
+    spacing: Spacing = None,
+    overhang: Overhang = None,
+    direction: Direction = None,
+    feed: Feed = None,
+    allow_open: AllowOpen = None,
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="CSV file of the locations")] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Plan waterline passes on a mesh."""
+    with errors_explained(as_json):
+        from fiveaxis.job import is_mesh, load_job_toolpath
+        from fiveaxis.nc import write_toolpath
+
+        laid: dict[str, Any] = dict(stepdown=stepdown, spacing=spacing, overhang=overhang)
+        laid |= dict(direction=direction, allow_open=allow_open)
+        job = _job(source, machine="-", tool=tool, feed=feed, plan=laid)
+        if not is_mesh(job.input):
+            raise SettingError(f"{job.input}: passes are planned on a mesh (.stl .obj .ply .off)")
+        with progress_bars() as progress:
+            toolpath = load_job_toolpath(job, progress)
+        if output is not None:
+            write_toolpath(toolpath, output)
+        document = _toolpath_document(toolpath)
+        if as_json:
+            return _print_json(document)
+        for name, value in document.items():
+            out.print(f"{name}: {value}")
+
+
+@app.command()
+def optimise(
+    source: Input,
+    machine: MachineName = None,
+    tool: ToolName = None,
+    tilt: Tilt = None,
+    cone: Cone = None,
+    feed: Feed = None,
+    unit: Unit = None,
+    part: Part = None,
+    drives: Drives = None,
+    up_penalty: UpPenalty = None,
+    max_turn: MaxTurn = None,
+    control: Control = None,
+    stepdown: Stepdown = None,
+    spacing: Spacing = None,
+    overhang: Overhang = None,
+    direction: Direction = None,
+    allow_open: AllowOpen = None,
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="folder for the results")] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Choose the posture of every cutter location, verify it, and write motion, report, preview and NC."""
+    laid: dict[str, Any] = {"stepdown": stepdown, "spacing": spacing, "overhang": overhang}
+    laid |= {"direction": direction, "allow_open": allow_open}
+    chosen: dict[str, Any] = {
+        "machine": machine,
+        "tool": tool,
+        "tilt": tilt,
+        "cone": cone,
+        "feed": feed,
+        "unit": unit,
+    }
+    chosen |= {"part": part, "drives": drives, "up_penalty": up_penalty, "control": control}
+    chosen["max_turn"] = max_turn
+    with errors_explained(as_json):
+        from fiveaxis.job import write_outcome
+
+        outcome = _run(_job(source, plan=laid, **chosen))
+        written = [] if output is None else write_outcome(outcome, output)
+        for path in written:
+            err.print(f"wrote {path}")
+        if as_json:
+            _print_json(outcome.document)
+        else:
+            _print_outcome(outcome)
+        if not outcome.verdict.ok:
+            err.print("[bold red]verification found errors[/]: no NC program was written")
+            raise typer.Exit(1)
+
+
+@app.command()
+def surface(
+    tip: Annotated[str, typer.Argument(help="where the tool tip is held: X,Y,Z in mm, workpiece frame")],
+    machine: MachineName = None,
+    feed: Feed = 1000.0,
+    step: Annotated[float, typer.Option("--step", help="grid of the rotary angles, deg")] = 10.0,
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="CSV file; stdout without it")] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Compute the power surface S_W = S_WL + S_WR over the rotary angles at a cutter location."""
+    with errors_explained(as_json):
+        import numpy as np
+
+        from fiveaxis.energy import power_surface
+        from fiveaxis.files import write_atomically
+        from fiveaxis.machine import load_machine
+
+        loaded = load_machine(_required(machine, "machine"))
+        grid = tuple(_angles(loaded, letter, step) for letter in loaded.rotaries[:2])
+        found = power_surface(loaded, _numbers(tip, 3, "X,Y,Z"), feed or 0.0, grid)
+        angles = np.stack(np.meshgrid(found.first, found.second, indexing="ij"), axis=-1)
+        columns = [*np.degrees(angles).reshape(-1, 2).T, found.linear.ravel(), found.rotary.ravel()]
+        rows = np.column_stack([*columns, found.total.ravel()])
+        names = [f"{c}_deg" for c in found.letters] + ["S_WL_J", "S_WR_J", "S_W_J"]
+        if as_json:
+            return _print_json({n: column.tolist() for n, column in zip(names, rows.T, strict=True)})
+        text = ",".join(names) + "\n" + "".join(",".join(f"{v:.6f}" for v in row) + "\n" for row in rows)
+        if output is None:
+            sys.stdout.write(text)
+        else:
+            write_atomically(output, text)
+
+
+@app.command()
+def preview(
+    source: Input,
+    machine: MachineName = None,
+    tool: ToolName = None,
+    tilt: Tilt = None,
+    cone: Cone = None,
+    feed: Feed = None,
+    unit: Unit = None,
+    part: Part = None,
+    drives: Drives = None,
+    max_turn: MaxTurn = None,
+    stepdown: Stepdown = None,
+    spacing: Spacing = None,
+    overhang: Overhang = None,
+    allow_open: AllowOpen = None,
+    browser: Annotated[bool, typer.Option(help="open the page in a browser")] = True,
+) -> None:
+    """Optimise and show the result live, on this computer only, until Ctrl-C."""
+    laid: dict[str, Any] = {
+        "stepdown": stepdown,
+        "spacing": spacing,
+        "overhang": overhang,
+        "allow_open": allow_open,
+    }
+    chosen: dict[str, Any] = {
+        "machine": machine,
+        "tool": tool,
+        "tilt": tilt,
+        "cone": cone,
+        "feed": feed,
+        "unit": unit,
+    }
+    with errors_explained(False):
+        from fiveaxis.job import part_of
+        from fiveaxis.viewer import preview as show
+
+        outcome = _run(_job(source, plan=laid, **chosen))
+        viewer = show(outcome.solution, part=part_of(outcome.job), open_browser=browser)
+        err.print(f"preview at {viewer.url()} until Ctrl-C")
+        with _until_interrupted():
+            while True:
+                time.sleep(3600.0)
+
+
+def main() -> None:
+    """Run the command line."""
+    app()
+
+
+@contextmanager
+def errors_explained(as_json: bool) -> Iterator[None]:
+    """Turn an error into one clear message on stderr, and its exit code."""
+    try:
+        yield
+    except Infeasible as fault:
+        err.print(f"[bold red]error:[/] {_plain(str(fault))}")
+        for finding in fault.findings[:MOST_LISTED]:
+            err.print(f"  {_plain(str(finding))}")
+        if len(fault.findings) > MOST_LISTED:
+            err.print(f"  … and {len(fault.findings) - MOST_LISTED} more")
+        if as_json:
+            _print_json({"error": str(fault), "findings": [f.as_dict() for f in fault.findings]})
+        raise typer.Exit(fault.exit_code) from None
+    except FiveAxisError as fault:
+        err.print(f"[bold red]error:[/] {_plain(str(fault))}")
+        raise typer.Exit(fault.exit_code) from None
+    except KeyboardInterrupt:
+        err.print("interrupted; nothing was written")
+        raise typer.Exit(130) from None
+
+
+@contextmanager
+def _until_interrupted() -> Iterator[None]:
+    try:
+        yield
+    except KeyboardInterrupt:
+        err.print("stopped")
+
+
+@contextmanager
+def progress_bars() -> Iterator[Any]:
+    """Show one bar a stage on stderr; gives the callback (stage, steps done, steps in all)."""
+    bars: dict[str, TaskID] = {}
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=err, transient=not err.is_terminal) as shown:
+
+        def step(stage: str, done: int, total: int) -> None:
+            if stage not in bars:
+                bars[stage] = shown.add_task(stage, total=total)
+            shown.update(bars[stage], completed=done, total=total)
+
+        yield step
+
+
+def _job(source: Path, **settings: Any) -> Job:
+    """Make the job of the command line; a job file's own settings give way to options."""
+    from fiveaxis.job import make_job, read_job
+
+    if settings.get("tilt") is not None:
+        settings["tilt"] = tuple(_numbers(settings["tilt"], 2, "MIN:MAX", ":"))
+    base = read_job(source) if source.suffix == ".toml" else None
+    if base is None:
+        for name in ("machine", "tool"):
+            _required(settings.get(name), name)
+        settings["input"] = source
+    return make_job(base, **settings)
+
+
+def _run(job: Job) -> Outcome:
+    from fiveaxis.job import run_job
+
+    started = time.perf_counter()
+    with progress_bars() as progress:
+        outcome = run_job(job, progress)
+    err.print(f"done in {time.perf_counter() - started:.1f} s")
+    return outcome
+
+
+def _required(value: str | None, name: str) -> str:
+    if value is None:
+        raise SettingError(f"--{name} is missing")
+    return value
+
+
+def _numbers(text: str, count: int, form: str, separator: str = ",") -> list[float]:
+    try:
+        values = [float(part) for part in text.split(separator)]
+    except ValueError:
+        values = []
+    if len(values) != count:
+        raise SettingError(f"{text!r} isn't of the form {form} ({count} numbers)")
+    return values
+
+
+def _angles(machine: Machine, letter: str, step: float) -> Any:
+    """Grid of a rotary axis over its range, one turn where it has no end; rad."""
+    import numpy as np
+
+    if not step > 0.0:
+        raise SettingError(f"--step is {step:g} deg; it must be positive")
+    limits = machine.axis(letter).limits
+    bounded = np.isfinite([limits.low, limits.high]).all() and limits.high - limits.low < 2.0 * np.pi
+    low, high = (limits.low, limits.high) if bounded else (-np.pi, np.pi)
+    return np.linspace(low, high, max(2, round(np.degrees(high - low) / step) + 1))
+
+
+def _print_json(document: Any) -> None:
+    sys.stdout.write(json.dumps(document, indent=2, ensure_ascii=False) + "\n")
+
+
+def _plain(text: str) -> str:
+    """Keep square brackets of a message from being read as rich's markup."""
+    return text.replace("[", r"\[")
+
+
+def _machine_document(machine: Machine) -> dict[str, Any]:
+    joints = [
+        {"axis": j.letter, "direction": list(j.line.direction)}
+        | ({"point": list(j.line.point)} if j.is_rotary else {})
+        for j in machine.chain.joints
+    ]
+    figures = [
+        {"figure": p.figure, "value": p.shown, "source": p.source, "assumed": p.assumed}
+        for p in machine.provenance
+    ]
+    return {
+        "name": machine.name,
+        "code": str(machine.code),
+        "description": machine.description,
+        "axes": machine.letters,
+        "reversed": [a.letter for a in machine.axes if a.reversed],
+        "chain": joints,
+        "figures": figures,
+    }
+
+
+def _print_machine(machine: Machine) -> None:
+    out.print(f"[bold]{machine.name}[/]  {_plain(machine.description)}")
+    chain = ["workpiece", *machine.code.table, "bed", *machine.code.head, "tool"]
+    out.print(f"code {machine.code}: {' - '.join(chain)}")
+    table = Table("figure", "value", "source", box=None)
+    for p in machine.provenance:
+        table.add_row(p.figure, _plain(p.shown), ("assumed: " if p.assumed else "") + _plain(p.source))
+    out.print(table)
+
+
+def _toolpath_document(toolpath: Toolpath) -> dict[str, Any]:
+    cuts = int(toolpath.cutting.sum())
+    return {
+        "locations": len(toolpath),
+        "cutting": cuts,
+        "links": len(toolpath) - cuts,
+        "length_mm": round(float(toolpath.lengths.sum()), 3),
+        "left_out": dict(toolpath.ignored),
+    }
+
+
+def _print_outcome(outcome: Outcome) -> None:
+    solution = outcome.solution
+    savings = solution.savings()
+    table = Table(
+        "posture",
+        "J",
+        *(f"{c} J" for c in solution.machine.letters),
+        "s",
+        "saved",
+        box=None,
+        title_justify="left",
+    )
+    rows = {"optimised": solution.energy} | solution.baselines
+    for name, energy in rows.items():
+        joules = (f"{joule:.0f}" for joule in energy.by_axis.values())
+        saved = f"{100 * savings[name]:.1f} %" if name in savings else ""
+        table.add_row(name, f"{energy.total:.0f}", *joules, f"{energy.time:.1f}", saved)
+    out.print(f"{len(solution.toolpath)} locations; travel metric of the feed drives (no base load)")
+    out.print(table)
+    for name, reason in solution.missing.items():
+        out.print(f"no baseline {name}: {_plain(reason)}")
+    for code, count in outcome.verdict.counts.items():
+        out.print(f"finding {code}: {count}")
+    out.print("verification: " + ("no errors" if outcome.verdict.ok else "[bold red]errors[/]"))
+
+
+if __name__ == "__main__":
+    main()
