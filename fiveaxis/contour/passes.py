@@ -33,17 +33,27 @@ class Pass:
     contacts: Contacts
     centres: Array
 
+    def __len__(self) -> int:
+        return len(self.centres)
+
     def starts(self) -> IntArray:
         """Rows at which the pass can start: only the first one, unless it is closed."""
-        if not self.contacts.closed:
-            return np.array([0])
+        return self.touching() if self.contacts.closed else np.array([0])
+
+    def touching(self) -> IntArray:
+        """Rows on which the ball touches a wall and doesn't just roll about an edge."""
         return np.flatnonzero(~self.contacts.rolling)
+
+    def between(self, first: int, last: int) -> Pass:
+        """Return the open pass from one row to another, both included."""
+        rows = np.arange(first, last + 1)
+        return Pass(self.contacts.take(rows, closed=False), self.centres[rows])
 
     def started_at(self, row: int) -> Pass:
         """Return the pass opened at a row; a closed one comes back to it at its end."""
         if not self.contacts.closed:
             return self
-        order = (row + np.arange(len(self.centres) + 1)) % len(self.centres)
+        order = (row + np.arange(len(self) + 1)) % len(self)
         return Pass(self.contacts.take(order, closed=False), self.centres[order])
 
 
@@ -69,13 +79,13 @@ def split_passes(
     if len(rows) < FEWEST_CONTACTS:
         return [], left_out
     joined = _joined(contacts, centres, rows, space, spacing)
-    runs = [rows] if joined.all() else _runs(rows, joined)
+    closed = bool(joined.all())
+    # A closed pass keeps all of its rolling rows, also those beside the curve's seam.
+    runs = [rows] if closed else _runs(rows, joined, contacts.rolling)
     passes = []
     for run in runs:
-        trimmed = _trim_rolling(run, contacts.rolling)
-        if _is_long(contacts.points[trimmed], contacts.rolling[trimmed], spacing):
-            closed = bool(joined.all())
-            passes.append(Pass(contacts.take(trimmed, closed=closed), centres[trimmed]))
+        if _is_long(contacts.points[run], contacts.rolling[run], spacing):
+            passes.append(Pass(contacts.take(run, closed=closed), centres[run]))
         else:
             left_out["passes shorter than 3 contacts or the spacing"] += 1
     return passes, left_out
@@ -101,17 +111,14 @@ def _joined(
     return joined
 
 
-def _runs(rows: IntArray, joined: NDArray[np.bool_]) -> list[IntArray]:
+def _runs(rows: IntArray, joined: NDArray[np.bool_], rolling: NDArray[np.bool_]) -> list[IntArray]:
+    """Split rows where they aren't joined; no run starts or ends by rolling about an edge."""
     ends = np.flatnonzero(~joined)
     # Start behind the first break, so that a run across the curve's seam stays whole.
     shift = int(ends[0]) + 1
     runs = np.split(np.roll(rows, -shift), ends + 1 - shift)
-    return [run for run in runs if len(run)]
-
-
-def _trim_rolling(run: IntArray, rolling: NDArray[np.bool_]) -> IntArray:
-    touching = np.flatnonzero(~rolling[run])
-    return run[touching[0] : touching[-1] + 1] if len(touching) else run[:0]
+    touching = [(run, np.flatnonzero(~rolling[run])) for run in runs]
+    return [run[cut[0] : cut[-1] + 1] for run, cut in touching if len(cut)]
 
 
 def _is_long(points: Array, rolling: NDArray[np.bool_], spacing: float) -> bool:

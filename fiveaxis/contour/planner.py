@@ -63,7 +63,7 @@ def plan_contour(
     feed_mm_min : mm/min, cuts and links alike
     direction : ``climb`` keeps the material right of the feed seen from above, ``conventional`` left
     clearance : mm, between the ball and the part's top while it crosses over; also how far it leaves the
-        surface along the normal, where there is room
+        surface along the normal, where there is room and the ball's diameter is no less
     allow_open : go on with a mesh that isn't watertight
     progress : called with sections done and their number
 

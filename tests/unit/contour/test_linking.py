@@ -1,0 +1,92 @@
+import numpy as np
+import pytest
+import trimesh
+
+from fiveaxis.contour.contacts import Contacts
+from fiveaxis.contour.distance import BallSpace, TriangleTree
+from fiveaxis.contour.linking import Linker, link_passes
+from fiveaxis.contour.passes import Pass
+
+X, Y, Z = np.eye(3)
+
+
+@pytest.fixture(scope="module")
+def linker() -> Linker:
+    """A table top of 60 × 60 × 4 mm, its underside at z = 0, over a ball of 3 mm radius."""
+    table = trimesh.creation.box(extents=[60.0, 60.0, 4.0])
+    table.apply_translation([0.0, 0.0, 2.0])
+    space = BallSpace(TriangleTree.build(np.array(table.triangles)), 3.0)
+    return Linker(space, table.bounds, clearance=5.0)
+
+
+def straight(start: np.ndarray, end: np.ndarray, normal: np.ndarray, n: int = 9) -> Pass:
+    points = np.linspace(start, end, n)
+    contacts = Contacts(points, np.tile(normal, (n, 1)), np.zeros(n, dtype=bool), closed=False)
+    return Pass(contacts, points + 3.0 * normal)
+
+
+def test_from_a_free_side_the_way_goes_straight_up(linker):
+    way = linker.escape(np.array([33.0, 0.0, 2.0]), X)
+    np.testing.assert_allclose(way, [[38.0, 0.0, 2.0], [38.0, 0.0, 12.0]])
+
+
+def test_from_under_a_table_the_way_goes_out_along_the_normal_then_up(linker):
+    normal = (X - Z) / np.sqrt(2.0)
+    away, out, top = linker.escape(np.array([10.0, 0.0, -10.0]), normal)
+    assert away[2] == out[2]
+    assert out[0] >= 33.0 - 0.01
+    assert out[1] == pytest.approx(0.0)
+    np.testing.assert_allclose(top, [out[0], out[1], linker.plane])
+
+
+def test_every_way_found_is_clear(linker):
+    for heading in np.linspace(0.0, 2.0 * np.pi, 12, endpoint=False):
+        normal = np.array([np.cos(heading), np.sin(heading), -1.0]) / np.sqrt(2.0)
+        start = np.array([4.0, -7.0, -4.0])
+        way = linker.escape(start, normal)
+        assert linker.space.clear(start, *way)
+
+
+def test_near_passes_are_joined_close_to_the_surface(linker):
+    low, high = straight([30, -5, 1], [30, 5, 1], X), straight([30, 5, 3], [30, -5, 3], X)
+    linked, left_out = link_passes([[high], [low]], linker)
+    np.testing.assert_allclose(linked[1].approach, [[38.0, -5.0, 3.0], [38.0, -5.0, 1.0]])
+    assert len(linked[0].retreat) == 0
+    assert linked[1].retreat[-1, 2] == linker.plane
+    assert not left_out
+
+
+def test_far_passes_are_joined_over_the_clearance_plane(linker):
+    here, there = straight([30, -5, 2], [30, 5, 2], X), straight([-30, 5, 2], [-30, -5, 2], -X)
+    linked, _ = link_passes([[here, there]], linker)
+    heights = linked[1].approach[:, 2]
+    np.testing.assert_allclose(heights, [2.0, linker.plane, linker.plane, 2.0])
+
+
+def test_the_nearest_start_comes_next(linker):
+    first = straight([30, -20, 2], [30, -10, 2], X)
+    near, far = straight([30, -5, 2], [30, 5, 2], X), straight([30, 10, 2], [30, 20, 2], X)
+    linked, _ = link_passes([[first], [far, near]], linker)
+    assert [p.cut.contacts.points[0, 1] for p in linked] == [-20.0, -5.0, 10.0]
+
+
+def test_an_open_pass_is_shortened_to_where_the_ball_gets_out():
+    # Two parallel walls that close in: at the far end the ball touches both and can't leave along the normal.
+    slot = trimesh.util.concatenate([trimesh.creation.box(extents=[60.0, 4.0, 20.0]) for _ in range(2)])
+    slot.vertices[:8] += [0.0, -2.0, 0.0]
+    slot.vertices[8:] += [0.0, 8.0, 0.0]
+    slot.vertices[8:, 1] -= np.where(slot.vertices[8:, 0] > 0.0, 0.1, -4.0)
+    space = BallSpace(TriangleTree.build(np.array(slot.triangles)), 3.0)
+    linker = Linker(space, slot.bounds, clearance=5.0)
+    wedged = straight([-25, 0, 5], [30, 0, 5], Y, n=56)
+    linked, left_out = link_passes([[wedged]], linker)
+    assert len(linked) == 1
+    assert left_out["contacts without a clear link"] == len(wedged) - len(linked[0].cut) > 0
+
+
+def test_a_pass_without_any_way_out_is_left_out_and_counted():
+    cage = trimesh.creation.box(extents=[30.0, 30.0, 30.0])
+    linker = Linker(BallSpace(TriangleTree.build(np.array(cage.triangles)), 3.0), cage.bounds, clearance=5.0)
+    linked, left_out = link_passes([[straight([15, -5, 0], [15, 5, 0], -X)]], linker)
+    assert linked == []
+    assert left_out == {"passes without a clear link": 1}

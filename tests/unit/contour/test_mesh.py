@@ -1,0 +1,89 @@
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+
+from fiveaxis.contour import load_mesh
+from fiveaxis.contour.mesh import check_mesh, count_open_edges
+from fiveaxis.errors import MeshError
+
+MESHES = Path(__file__).parents[3].parent / "shared" / "data" / "meshes"
+
+
+def write(folder: Path, name: str, data: bytes) -> Path:
+    path = folder / name
+    path.write_bytes(data)
+    return path
+
+
+def test_a_missing_file_is_named(tmp_path):
+    with pytest.raises(MeshError, match=r"gone\.stl: no such file"):
+        load_mesh(tmp_path / "gone.stl")
+
+
+def test_a_folder_is_not_a_mesh(tmp_path):
+    with pytest.raises(MeshError, match="no such file"):
+        load_mesh(tmp_path)
+
+
+def test_an_unknown_suffix_lists_the_known_ones(tmp_path):
+    with pytest.raises(MeshError, match=r"suffix '\.step'.*known: \.stl, \.ply, \.obj, \.off"):
+        load_mesh(write(tmp_path, "part.step", b"ISO-10303-21;"))
+
+
+@pytest.mark.parametrize(
+    ("name", "data"),
+    [
+        ("empty.stl", b""),
+        ("words.stl", b"this is not a mesh"),
+        ("hollow.stl", b"solid x\nendsolid x\n"),
+        ("cut.ply", b"ply\nxx"),
+        ("noise.ply", b"\xff\xfe" * 50),
+        ("noise.obj", b"\xff\xfe" * 50),
+        ("words.obj", b"hello"),
+        ("index.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n"),
+        ("short.off", b"OFF\n3 1"),
+    ],
+)
+def test_a_broken_file_gives_one_clear_message(tmp_path, name, data):
+    with pytest.raises(MeshError, match=name.replace(".", r"\.") + ": (can't be read|has no triangles)"):
+        load_mesh(write(tmp_path, name, data))
+
+
+def test_vertices_that_are_not_numbers_are_refused(tmp_path):
+    facet = b"facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 nan 0\nvertex 0 1 0\nendloop\nendfacet\n"
+    with pytest.raises(MeshError, match=r"1 vertices .* aren't finite"):
+        load_mesh(write(tmp_path, "nan.stl", b"solid x\n" + facet + b"endsolid x\n"))
+
+
+def test_an_open_mesh_is_refused_with_its_open_edges_counted():
+    box = trimesh.creation.box()
+    box.update_faces(np.arange(len(box.faces)) > 0)
+    with pytest.raises(MeshError, match=r"not watertight: 3 of its edges .* --allow-open to go on"):
+        check_mesh(box, name="box")
+    assert len(check_mesh(box, name="box", allow_open=True).faces) == 11
+
+
+def test_normals_point_out_of_the_material_whatever_the_winding():
+    sphere = trimesh.creation.icosphere(radius=5.0)
+    sphere.invert()
+    turned = check_mesh(sphere, name="sphere")
+    assert turned.volume > 0.0
+    assert sphere.volume < 0.0, "the caller's mesh must not change"
+
+
+def test_mixed_winding_is_mended():
+    box = trimesh.creation.box()
+    box.faces[3] = box.faces[3][::-1]
+    assert check_mesh(box, name="box").volume == pytest.approx(1.0)
+
+
+def test_the_bunny_is_refused_until_open_meshes_are_allowed():
+    if not MESHES.is_dir():
+        pytest.skip("the shared meshes are not beside the project")
+    path = MESHES / "bunny_not_watertight.ply"
+    opened = load_mesh(path, allow_open=True)
+    with pytest.raises(MeshError, match=f"not watertight: {count_open_edges(opened)} of its edges"):
+        load_mesh(path)
+    assert count_open_edges(opened) > 0

@@ -1,0 +1,96 @@
+import numpy as np
+import pytest
+import trimesh
+
+from fiveaxis.contour.contacts import Contacts, sample_loop
+from fiveaxis.contour.distance import BallSpace, TriangleTree
+from fiveaxis.contour.passes import split_passes
+from fiveaxis.contour.sections import section_loops
+from fiveaxis.contour.surface import Surface
+
+
+def extruded(outline: list[tuple[float, float]], height: float = 60.0) -> trimesh.Trimesh:
+    """A star-shaped outline, anticlockwise about the origin, as a prism about z = 0."""
+    ring = np.array(outline)
+    n = len(ring)
+    k, after = np.arange(n), (np.arange(n) + 1) % n
+    low, high = np.c_[ring, np.full(n, -height / 2)], np.c_[ring, np.full(n, height / 2)]
+    faces = [np.c_[k, after, after + n], np.c_[k, after + n, k + n]]
+    faces += [np.c_[after, k, np.full(n, 2 * n)], np.c_[k + n, after + n, np.full(n, 2 * n + 1)]]
+    vertices = np.vstack([low, high, [[0.0, 0.0, -height / 2], [0.0, 0.0, height / 2]]])
+    return trimesh.Trimesh(vertices, np.vstack(faces), process=False)
+
+
+def notched_square() -> trimesh.Trimesh:
+    """A square of 40 mm with one inner corner of 90 degrees cut into its edge."""
+    return extruded([(20, -20), (20, 0), (20, 20), (8, 20), (0, 12), (-8, 20), (-20, 20), (-20, -20)])
+
+
+def passes_of(mesh: trimesh.Trimesh, radius: float, *, spacing: float = 0.5, overhang: bool = False):
+    surface = Surface.from_mesh(mesh)
+    space = BallSpace(TriangleTree.build(surface.triangles), radius)
+    (loop,) = section_loops(surface, 0.1)
+    contacts = sample_loop(loop, surface, radius=radius, spacing=spacing)
+    return *split_passes(contacts, space, spacing=spacing, overhang=overhang), space
+
+
+def test_the_prism_helper_is_watertight():
+    assert notched_square().is_watertight
+    assert notched_square().volume > 0.0
+
+
+def test_an_inner_corner_that_the_ball_can_not_reach_splits_the_pass():
+    passes, left_out, space = passes_of(notched_square(), radius=3.0)
+    assert len(passes) == 1
+    (only,) = passes
+    assert not only.contacts.closed
+    # A ball of radius R in a corner of 90 degrees touches its walls R away from the corner.
+    from_corner = np.linalg.norm(only.contacts.points[:, :2] - [0.0, 12.0], axis=1)
+    assert 2.9 < from_corner.min() < 3.6
+    assert space.fits(only.centres).all()
+    assert left_out["contacts where the ball would gouge"] >= 10
+
+
+def test_a_convex_part_is_one_closed_pass():
+    passes, left_out, _ = passes_of(extruded([(10, -10), (10, 10), (-10, 10), (-10, -10)]), radius=3.0)
+    assert [p.contacts.closed for p in passes] == [True]
+    assert not +left_out
+
+
+def test_facets_of_a_fillet_wider_than_the_ball_do_not_tear_a_pass_apart():
+    angle = np.linspace(0.0, 2.0 * np.pi, 72, endpoint=False)
+    radius = 20.0 + 2.0 * np.cos(3.0 * angle)
+    lobed = extruded(list(zip(radius * np.cos(angle), radius * np.sin(angle), strict=True)))
+    passes, _, space = passes_of(lobed, radius=3.0)
+    assert [p.contacts.closed for p in passes] == [True]
+    assert space.fits(passes[0].centres).all()
+
+
+def test_a_pass_starts_and_ends_with_contacts_not_with_rolling():
+    passes, _, _ = passes_of(notched_square(), radius=9.0)
+    assert passes
+    for found in passes:
+        assert not found.contacts.rolling[[0, -1]].any()
+
+
+def test_a_closed_pass_comes_back_to_where_it_was_opened():
+    (closed,), _, _ = passes_of(extruded([(10, -10), (10, 10), (-10, 10), (-10, -10)]), radius=3.0)
+    start = int(closed.starts()[7])
+    opened = closed.started_at(start)
+    np.testing.assert_array_equal(opened.centres[[0, -1]], closed.centres[[start, start]])
+    assert len(opened.centres) == len(closed.centres) + 1
+
+
+def test_floors_are_no_walls():
+    normals = np.tile([0.05, 0.0, 1.0], (5, 1)) / np.hypot(0.05, 1.0)
+    flat = Contacts(np.c_[np.arange(5.0), np.zeros((5, 2))], normals, np.zeros(5, dtype=bool), closed=False)
+    far = BallSpace(TriangleTree.build(np.full((1, 3, 3), 100.0)), 1.0)
+    assert split_passes(flat, far, spacing=1.0, overhang=False)[0] == []
+
+
+@pytest.mark.parametrize(("lean", "selected"), [(0.1, False), (0.0, False), (-0.005, False), (-0.1, True)])
+def test_overhang_selects_normals_that_point_downward(lean, selected):
+    normals = np.tile([np.sqrt(1.0 - lean**2), 0.0, lean], (5, 1))
+    wall = Contacts(np.c_[np.arange(5.0), np.zeros((5, 2))], normals, np.zeros(5, dtype=bool), closed=False)
+    far = BallSpace(TriangleTree.build(np.full((1, 3, 3), 100.0)), 1.0)
+    assert bool(split_passes(wall, far, spacing=1.0, overhang=True)[0]) == selected
