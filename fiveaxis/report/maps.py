@@ -59,7 +59,7 @@ def posture_map_png(solution: Solution, landscape: PostureMap, baseline: str | N
         )
         _finish(figure, axes, mesh, landscape.first)
         if baseline is not None:
-            _curve(axes, solution, baseline, BEFORE, 3.0)
+            _curve(axes, solution, baseline, BEFORE, 4.0)
         _curve(axes, solution, "optimised", "white", 1.2)
         label_axes(
             axes, LOCATION_LABEL, f"{letter} (deg)", f"Which {letter} was chosen, and what others cost"
@@ -105,7 +105,8 @@ def _finish(figure: Figure, axes: Axes, mesh: QuadMesh, angles: Array) -> None:
     axes.grid(False)
     figure.colorbar(mesh, ax=axes, label="energy from axis zero, $S_W$ (J)", pad=0.02)
     _mark_angles(axes.yaxis, angles)
-    axes.set_ylim(*np.degrees(angles[[0, -1]]))
+    # A posture outside the axis limits widens the picture: it has to be seen.
+    axes.margins(0.0)
 
 
 def _mark_angles(axis: XAxis | YAxis, angles: Array) -> None:
@@ -136,6 +137,7 @@ def _posture(axes: Axes, solution: Solution, location: int, name: str, marker: s
         label=name,
         markersize=9,
         markeredgecolor="white",
+        clip_on=False,
         linestyle="none",
     )
 

@@ -166,9 +166,9 @@ def _map_caption(solution: Solution) -> str:
     sampled = "" if n <= MOST_LOCATIONS else f" {MOST_LOCATIONS} of {tables.number(n)} locations are sampled."
     return (
         f"Colour: energy of moving from axis zero to this location with {first} as on the left and the "
-        f"cheapest {second} that tilt and axis limits admit (S_W, feed drives only). A path that stays "
-        "within one colour moves the dear axes little; where the colour along it changes, moves cost about "
-        f"the difference. Grey: no {second} is admissible. {first} is shown without whole turns; grid "
+        f"cheapest {second} that tilt and axis limits admit (S_W, feed drives only). The chosen "
+        f"{second} needn’t be that one: what is minimised is the change from location to location, not the "
+        f"height. Grey: no {second} is admissible. {first} is shown without whole turns; grid "
         f"{FIRST_STEP:g}° × {SECOND_STEP:g}°, median feed {feed_mm_min(solution):.0f} mm/min.{sampled} "
         "Collisions aren’t in this map."
     )
@@ -179,8 +179,8 @@ def _surface_caption(solution: Solution, location: int) -> str:
     return (
         f"Energy of moving from axis zero to location {location} (source line "
         f"{int(solution.toolpath.source[location])}, the middle of the path) for every pair of {first} and "
-        f"{second}. The ball’s centre is held, so the contact stays (S_W, feed drives only). Collisions "
-        "aren’t in this map."
+        f"{second}. The ball’s centre is held, so the contact stays (S_W, feed drives only). A move "
+        "costs the change between two postures, not the height. Collisions aren’t in this map."
     )
 
 

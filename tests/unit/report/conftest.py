@@ -1,0 +1,114 @@
+"""A solution made by hand: the vase tilted up by 15°, compared with the same tilted by 45°."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from fiveaxis.energy import motion_energy
+from fiveaxis.findings import Finding, Place, Severity
+from fiveaxis.geometry import normalise
+from fiveaxis.kinematics import rotary_angles
+from fiveaxis.machine import Machine
+from fiveaxis.motion import Motion, follow
+from fiveaxis.posture import Baseline, Solution, Stage
+from fiveaxis.report import report_document, write_report
+from fiveaxis.toolpath import Toolpath, tilt_bounds
+
+STAGES = (
+    Stage("grid search, stride 30", "found", 12_345, None, 12_000.5),
+    Stage("refine the grid's start", "Solve_Succeeded", 27, 12_000.5, 11_306.0),
+)
+
+
+def tilted_up(toolpath: Toolpath, machine: Machine, degrees: float) -> Motion:
+    """Tilt the tool from the normal towards +z."""
+    up = np.array([0.0, 0.0, 1.0])
+    across = normalise(up - (toolpath.normal @ up)[:, None] * toolpath.normal)
+    tilt = math.radians(degrees)
+    axis = toolpath.normal * math.cos(tilt) + across * math.sin(tilt)
+    return follow(toolpath, machine, np.unwrap(rotary_angles(machine, axis)[1], axis=0))
+
+
+def solve_by_hand(toolpath: Toolpath, machine: Machine) -> Solution:
+    after, before = (tilted_up(toolpath, machine, degrees) for degrees in (15.0, 45.0))
+    return Solution(
+        machine=machine,
+        toolpath=toolpath,
+        tilt=tilt_bounds(toolpath, tilt=(15.0, 75.0)),
+        motion=after,
+        energy=motion_energy(machine, after),
+        compared={"normal": Baseline(before, motion_energy(machine, before))},
+        missing={"as-programmed": "the input has no tool axes"},
+        stages=STAGES,
+    )
+
+
+@pytest.fixture(scope="session")
+def part_of_vase(vase: Toolpath) -> Toolpath:
+    """Every tenth location: enough to draw, quick to solve."""
+    return Toolpath.from_contacts(
+        vase.contact[::10], vase.normal[::10], vase.tool, source=vase.source[::10], name=vase.name
+    )
+
+
+@pytest.fixture(scope="session")
+def solution(part_of_vase: Toolpath, hayashi: Machine) -> Solution:
+    return solve_by_hand(part_of_vase, hayashi)
+
+
+@pytest.fixture(scope="session")
+def solution_with_base(part_of_vase: Toolpath, hayashi: Machine) -> Solution:
+    return solve_by_hand(part_of_vase, replace(hayashi, base_power=2763.0))
+
+
+@pytest.fixture(scope="session")
+def trunnion_solution(part_of_vase: Toolpath, trunnion: Machine, hayashi: Machine) -> Solution:
+    return solve_by_hand(part_of_vase, trunnion.with_drives_of(hayashi))
+
+
+def make_finding(
+    location: int, severity: Severity = Severity.ERROR, code: str = "axis-limit"
+) -> dict[str, Any]:
+    message = "A = -131.2 deg is below the limit -120 deg; narrow the tilt range"
+    return Finding(severity, code, message, Place(location, location + 1, "vase.csv"), 11.2).as_dict()
+
+
+@pytest.fixture
+def verdict() -> dict[str, Any]:
+    """What verification says of a motion without a fault."""
+    return {
+        "ok": True,
+        "findings": [],
+        "counts": {},
+        "figures": {"contact error (mm)": 2.5e-13, "gouge (mm)": None},
+        "checked": ["axis limits at every location"],
+        "not_checked": ["gouges: no mesh of the part was given"],
+    }
+
+
+@pytest.fixture
+def unsafe_verdict(verdict: dict[str, Any]) -> dict[str, Any]:
+    """A thousand and more bad places, of which verification lists 150."""
+    findings = [make_finding(i, Severity.WARNING, "tip-deviation") for i in range(30)]
+    findings += [make_finding(i) for i in range(120)]
+    counts = {"axis-limit": 1_500, "tip-deviation": 30}
+    return verdict | {"ok": False, "findings": findings, "counts": counts}
+
+
+@pytest.fixture
+def page(tmp_path: Path) -> Callable[[Solution, dict[str, Any]], str]:
+    """Write the page of a solution and read it back."""
+
+    def compose(solution: Solution, verdict: dict[str, Any]) -> str:
+        path = tmp_path / "report.html"
+        write_report(solution, report_document(solution, verdict, inputs=[]), path)
+        return path.read_text(encoding="utf-8")
+
+    return compose

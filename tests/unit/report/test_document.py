@@ -1,0 +1,161 @@
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from fiveaxis.errors import InputError
+from fiveaxis.posture import Solution
+from fiveaxis.report import describe_input, main_baseline, report_document, write_json
+
+KEYS = [
+    "toolpath",
+    "locations",
+    "energy",
+    "baselines",
+    "missing_baselines",
+    "savings",
+    "findings",
+    "verification",
+    "solver",
+    "machine",
+    "tool",
+    "tilt",
+    "residuals",
+    "inputs",
+    "units",
+]
+
+
+def test_the_document_has_its_keys_in_a_fixed_order(solution: Solution, verdict: dict[str, Any]) -> None:
+    document = report_document(solution, verdict, inputs=[])
+    assert list(document) == KEYS
+    assert list(document["energy"]) == ["total", "by_axis", "power_integral", "base", "with_base", "time"]
+    assert list(document["energy"]["by_axis"]) == list("XYZAC")
+
+
+def test_the_document_repeats_the_figures_of_the_solution(
+    solution: Solution, verdict: dict[str, Any]
+) -> None:
+    document = report_document(solution, verdict, inputs=[])
+    assert document["locations"] == 360
+    assert document["energy"] == solution.energy.as_dict()
+    assert document["baselines"]["normal"] == solution.baselines["normal"].as_dict()
+    assert document["residuals"] == solution.residuals()
+    assert document["missing_baselines"] == {"as-programmed": "the input has no tool axes"}
+    assert document["tilt"] == {"low": 15.0, "high": 75.0, "reference": "normal"}
+    assert document["tool"] == "ball:10"
+
+
+def test_savings_are_shares_of_the_baseline_in_every_measure(
+    solution_with_base: Solution, verdict: dict[str, Any]
+) -> None:
+    saved = report_document(solution_with_base, verdict, inputs=[])["savings"]["normal"]
+    after, before = solution_with_base.energy, solution_with_base.baselines["normal"]
+    assert saved["travel_metric"] == pytest.approx(1.0 - after.total / before.total, rel=1e-12)
+    assert saved["power_integral"] == pytest.approx(1.0 - after.power_integral / before.power_integral)
+    total_after, total_before = (e.power_integral + 2763.0 * e.time for e in (after, before))
+    assert saved["with_base"] == pytest.approx(1.0 - total_after / total_before)
+
+
+def test_a_saving_with_unknown_base_power_is_null(solution: Solution, verdict: dict[str, Any]) -> None:
+    assert report_document(solution, verdict, inputs=[])["savings"]["normal"]["with_base"] is None
+
+
+def test_a_baseline_that_costs_nothing_has_no_saving(solution: Solution, verdict: dict[str, Any]) -> None:
+    normal = solution.compared["normal"]
+    still = replace(normal.energy, by_axis=dict.fromkeys("XYZAC", 0.0))
+    idle = replace(solution, compared={"normal": replace(normal, energy=still)})
+    assert report_document(idle, verdict, inputs=[])["savings"]["normal"]["travel_metric"] is None
+
+
+def test_stages_keep_their_order_and_a_search_has_no_start(
+    solution: Solution, verdict: dict[str, Any]
+) -> None:
+    stages = report_document(solution, verdict, inputs=[])["solver"]
+    assert [s["iterations"] for s in stages] == [12_345, 27]
+    assert stages[0]["before"] is None
+    assert list(stages[1]) == ["name", "status", "iterations", "before", "after"]
+
+
+def test_the_machine_is_told_with_the_source_of_every_figure(
+    solution: Solution, verdict: dict[str, Any]
+) -> None:
+    machine = report_document(solution, verdict, inputs=[])["machine"]
+    assert (machine["name"], machine["code"], machine["axes"]) == ("hayashi-640123", "640123", "XYZAC")
+    figures = {f["figure"]: f for f in machine["figures"]}
+    assert figures["A limits"]["assumed"] is True
+    assert figures["Z drive"]["assumed"] is False
+    assert "Hayashi" in figures["Z drive"]["source"]
+
+
+def test_what_is_not_a_finite_number_becomes_null(solution: Solution, verdict: dict[str, Any]) -> None:
+    verdict["figures"] = {"nothing": math.nan, "everything": math.inf, "some": 1.5}
+    figures = report_document(solution, verdict, inputs=[])["verification"]["figures"]
+    assert figures == {"nothing": None, "everything": None, "some": 1.5}
+
+
+def test_folders_of_the_computer_stay_out_of_the_document(
+    solution: Solution, unsafe_verdict: dict[str, Any], tmp_path: Path
+) -> None:
+    file = str(tmp_path / "vase.csv")
+    unsafe_verdict["findings"][0]["place"]["file"] = file
+    moved = replace(solution, toolpath=replace(solution.toolpath, name=file))
+    text = json.dumps(report_document(moved, unsafe_verdict, inputs=[]))
+    assert str(tmp_path) not in text
+    assert '"toolpath": "vase.csv"' in text
+
+
+def test_the_verdict_given_is_left_as_it_was(solution: Solution, unsafe_verdict: dict[str, Any]) -> None:
+    unsafe_verdict["findings"][0]["place"]["file"] = "/somewhere/vase.csv"
+    report_document(solution, unsafe_verdict, inputs=[])
+    assert unsafe_verdict["findings"][0]["place"]["file"] == "/somewhere/vase.csv"
+
+
+def test_two_documents_of_one_solution_have_the_same_bytes(
+    solution: Solution, unsafe_verdict: dict[str, Any], tmp_path: Path
+) -> None:
+    for name in ("first.json", "second.json"):
+        write_json(report_document(solution, unsafe_verdict, inputs=[]), tmp_path / name)
+    assert (tmp_path / "first.json").read_bytes() == (tmp_path / "second.json").read_bytes()
+
+
+def test_a_document_read_back_is_the_document_written(
+    solution: Solution, unsafe_verdict: dict[str, Any], tmp_path: Path
+) -> None:
+    document = report_document(solution, unsafe_verdict, inputs=[])
+    path = write_json(document, tmp_path / "report.json")
+    assert json.loads(path.read_text(encoding="utf-8")) == document
+    assert path.read_bytes().endswith(b"}\n")
+
+
+def test_an_input_is_known_by_name_hash_and_size(tmp_path: Path) -> None:
+    file = tmp_path / "path.apt"
+    file.write_bytes(b"GOTO / 1, 2, 3\n")
+    expected = {"name": "path.apt", "sha256": hashlib.sha256(b"GOTO / 1, 2, 3\n").hexdigest(), "size": 15}
+    assert describe_input(file) == expected
+
+
+def test_an_input_that_is_not_there_is_named(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"gone\.apt: can't be read"):
+        describe_input(tmp_path / "gone.apt")
+
+
+@pytest.mark.parametrize(
+    ("names", "chosen"),
+    [
+        (["greedy", "normal", "as-programmed"], "as-programmed"),
+        (["greedy", "normal"], "normal"),
+        (["greedy", "fixed"], "greedy"),
+        ([], None),
+    ],
+)
+def test_the_programmed_posture_is_the_first_choice_to_compare_with(
+    names: list[str], chosen: str | None
+) -> None:
+    assert main_baseline(names) == chosen

@@ -1,0 +1,112 @@
+from __future__ import annotations
+
+import base64
+import io
+import re
+import struct
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from matplotlib.image import imread
+
+from fiveaxis.posture import Solution
+from fiveaxis.report.canvas import FORBIDDEN
+from fiveaxis.report.figures import axis_lines, energy_bars, spending_lines, tilts_shown
+from fiveaxis.report.landscape import posture_map, surface_at
+from fiveaxis.report.maps import posture_map_png, surface_png
+from fiveaxis.toolpath import TiltBounds
+
+
+def words(svg: str) -> list[str]:
+    """Give the pieces of text in a figure."""
+    return re.findall(r"<text[^>]*>([^<]*)</text>", svg)
+
+
+def chunks(address: str) -> Iterator[bytes]:
+    """Give the kinds of the chunks of an inlined PNG."""
+    data = base64.b64decode(address.removeprefix("data:image/png;base64,"), validate=True)
+    at = 8
+    while at < len(data):
+        (length,) = struct.unpack(">I", data[at : at + 4])
+        yield data[at + 4 : at + 8]
+        at += length + 12
+
+
+def test_every_bar_is_labelled_with_the_energy_of_its_axis(solution: Solution) -> None:
+    text = words(energy_bars(solution, "normal"))
+    for energy in (solution.energy, solution.baselines["normal"]):
+        for joules in energy.by_axis.values():
+            assert f"{joules:,.0f}".replace(",", "\u2009") in text
+    assert {"X", "Y", "Z", "A", "C", "energy (J)", "machine axis", "normal", "optimised"} <= set(text)
+
+
+def test_every_axis_has_its_unit_and_both_lines_a_name(solution: Solution) -> None:
+    text = words(axis_lines(solution, "normal"))
+    assert {"X (mm)", "Y (mm)", "Z (mm)", "A (deg)", "C (deg)", "tilt (deg)"} <= set(text)
+    assert {"normal", "optimised", "location along the path (row, from 0)"} <= set(text)
+
+
+def test_the_energy_along_the_path_has_its_unit(solution: Solution) -> None:
+    assert {"energy so far (J)", "normal", "optimised"} <= set(words(spending_lines(solution, "normal")))
+
+
+@pytest.mark.parametrize("draw", [energy_bars, axis_lines, spending_lines])
+def test_without_a_baseline_the_result_is_drawn_alone(solution: Solution, draw: object) -> None:
+    text = words(draw(replace(solution, compared={}), None))  # type: ignore[operator]
+    assert "optimised" in text
+    assert "normal" not in text
+
+
+@pytest.mark.parametrize("draw", [energy_bars, axis_lines, spending_lines])
+def test_a_chart_carries_no_date_and_no_link(solution: Solution, draw: object) -> None:
+    svg = draw(solution, "normal")  # type: ignore[operator]
+    assert "http" not in svg
+    assert "metadata" not in svg
+    assert re.search(r"\b20\d\d-\d\d", svg) is None
+
+
+def test_the_tilt_drawn_is_the_tilt_that_was_chosen(solution: Solution) -> None:
+    np.testing.assert_allclose(tilts_shown(solution, solution.motion), 15.0, atol=1e-9)
+    np.testing.assert_allclose(tilts_shown(solution, solution.compared["normal"].motion), 45.0, atol=1e-9)
+
+
+def test_a_path_with_links_is_drawn(solution: Solution) -> None:
+    reference = solution.tilt.reference.copy()
+    reference[100:120] = np.nan
+    bounds = TiltBounds(reference, solution.tilt.low, solution.tilt.high, "normal")
+    linked = replace(solution, tilt=bounds)
+    assert np.isnan(tilts_shown(linked, linked.motion)).sum() == 20
+    assert "tilt (deg)" in words(axis_lines(linked, "normal"))
+
+
+def test_maps_are_pictures_without_date_or_program(solution: Solution) -> None:
+    for address in (
+        posture_map_png(solution, posture_map(solution), "normal"),
+        surface_png(solution, surface_at(solution, 180), "normal"),
+    ):
+        kinds = list(chunks(address))
+        assert kinds[0] == b"IHDR"
+        assert kinds[-1] == b"IEND"
+        assert not {b"tEXt", b"iTXt", b"zTXt", b"tIME"} & set(kinds)
+
+
+def grey_pixels(address: str) -> int:
+    """Count the pixels of a map in the colour of what is forbidden."""
+    picture = imread(io.BytesIO(base64.b64decode(address.removeprefix("data:image/png;base64,"))))
+    forbidden = np.array([int(FORBIDDEN[i : i + 2], 16) for i in (1, 3, 5)]) / 255.0
+    return int(np.all(np.abs(picture[..., :3] - forbidden) < 1e-3, axis=-1).sum())
+
+
+def test_where_no_second_angle_is_admissible_the_map_is_grey(solution: Solution) -> None:
+    free = replace(solution, tilt=TiltBounds(solution.tilt.reference, 0.0, np.pi, "normal"))
+    assert grey_pixels(posture_map_png(solution, posture_map(solution), "normal")) > 50_000
+    assert grey_pixels(posture_map_png(free, posture_map(free), "normal")) < 500
+
+
+def test_a_posture_outside_the_axis_limits_widens_the_surface(trunnion_solution: Solution) -> None:
+    surface = surface_at(trunnion_solution, 180)
+    home = replace(trunnion_solution.motion, positions=np.zeros_like(trunnion_solution.motion.positions))
+    assert grey_pixels(surface_png(trunnion_solution, surface, None)) > 20_000
+    assert grey_pixels(surface_png(replace(trunnion_solution, motion=home), surface, None)) < 500

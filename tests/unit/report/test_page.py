@@ -1,0 +1,220 @@
+from __future__ import annotations
+
+import html
+import re
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fiveaxis.energy import motion_energy
+from fiveaxis.motion import follow
+from fiveaxis.posture import Baseline, Solution
+from fiveaxis.report import report_document, write_report
+from fiveaxis.report.tables import number, saving
+from fiveaxis.toolpath import Toolpath, tilt_bounds
+
+Page = Callable[[Solution, dict[str, Any]], str]
+THIN = "\u2009"
+# Anything that a browser would fetch: an address, or a source that isn't inlined.
+OUTSIDE = re.compile(r"""(?:https?:)?//[a-z]|(?:src|href)=["'](?!data:|\#)""")
+
+
+def body_text(page: str) -> str:
+    """Give the words of a page in their order, without figures and style."""
+    bare = re.sub(r"(?s)<(style|svg).*?</\1>|<[^>]+>", " ", page)
+    return re.sub(r"[ \n]+", " ", html.unescape(bare))
+
+
+def test_the_page_states_the_figures_of_the_solution(
+    page: Page, solution: Solution, verdict: dict[str, Any]
+) -> None:
+    text = body_text(page(solution, verdict))
+    normal = solution.baselines["normal"]
+    share = 100.0 * (1.0 - solution.energy.total / normal.total)
+    assert f"{share:.1f}{THIN}% less feed drives only, travel metric" in text
+    for energy in (solution.energy, normal):
+        for joules in (energy.total, energy.power_integral, *energy.by_axis.values()):
+            assert f" {joules:,.0f} ".replace(",", THIN) in text
+    assert "360 locations" in text
+    assert f"{12_345:,} – {12_000:,}".replace(",", THIN) in text
+
+
+def test_a_path_without_errors_is_called_safe_only_as_far_as_checked(
+    page: Page, solution: Solution, verdict: dict[str, Any]
+) -> None:
+    text = body_text(page(solution, verdict))
+    assert "No error found, but not everything was checked" in text
+    assert "gouges: no mesh of the part was given" in text
+    assert "Safe: every check passed" not in text
+
+
+def test_a_path_that_passed_every_check_is_called_safe(
+    page: Page, solution: Solution, verdict: dict[str, Any]
+) -> None:
+    assert "Safe: every check passed" in page(solution, verdict | {"not_checked": []})
+
+
+def test_a_path_that_nobody_checked_is_not_called_safe(
+    page: Page, solution: Solution, verdict: dict[str, Any]
+) -> None:
+    text = body_text(page(solution, verdict | {"checked": []}))
+    assert "Nothing was checked" in text
+    assert "No error found" not in text
+
+
+def test_an_unsafe_verdict_stands_before_every_saving(
+    page: Page, solution: Solution, unsafe_verdict: dict[str, Any]
+) -> None:
+    text = body_text(page(solution, unsafe_verdict))
+    assert "✗ Not safe: don’t run this program" in text
+    assert text.index("Not safe") < text.index("What was saved") < text.index("% less")
+    assert "Safe: every" not in text
+
+
+def test_errors_are_shown_first_and_all_findings_are_counted(
+    page: Page, solution: Solution, unsafe_verdict: dict[str, Any]
+) -> None:
+    text = page(solution, unsafe_verdict)
+    assert text.count("is below the limit") == 100
+    # 150 are listed by verification; 1 530 were found.
+    assert f"1{THIN}500 errors, 30 warnings" in text
+    assert f"1{THIN}530 findings: 100 are shown" in text
+    rows = re.findall(r'<td class="(error|warning)">\1</td><td>[a-z-]+</td><td>vase', text)
+    assert rows == ["error"] * 100
+
+
+def test_a_machine_without_base_power_is_not_given_a_total(
+    page: Page, solution: Solution, verdict: dict[str, Any]
+) -> None:
+    text = body_text(page(solution, verdict))
+    assert "unknown feed drives and base power, over the cycle time" in text
+    assert "The machine’s base power isn’t known" in text
+
+
+def test_a_machine_with_base_power_is_given_a_total(
+    page: Page, solution_with_base: Solution, verdict: dict[str, Any]
+) -> None:
+    text = body_text(page(solution_with_base, verdict))
+    assert f"the power integral plus 2{THIN}763 W over the cycle time" in text
+    assert number(solution_with_base.energy.with_base) in text
+    assert "unknown feed drives" not in text
+
+
+def test_a_baseline_that_is_missing_is_named_with_its_reason(
+    page: Page, solution: Solution, verdict: dict[str, Any]
+) -> None:
+    assert "as-programmed isn’t shown: the input has no tool axes" in body_text(page(solution, verdict))
+
+
+def test_a_solution_without_any_baseline_is_still_reported(
+    page: Page, solution: Solution, verdict: dict[str, Any]
+) -> None:
+    text = body_text(page(replace(solution, compared={}), verdict))
+    assert "There is no baseline to compare with" in text
+    assert "% less" not in text
+
+
+def test_a_loss_is_called_more_not_a_negative_saving(
+    page: Page, solution: Solution, verdict: dict[str, Any]
+) -> None:
+    normal = solution.compared["normal"]
+    swapped = replace(
+        solution,
+        motion=normal.motion,
+        energy=normal.energy,
+        compared={"normal": replace(normal, motion=solution.motion, energy=solution.energy)},
+    )
+    share = 100.0 * (normal.energy.total / solution.energy.total - 1.0)
+    assert f"{share:.1f}{THIN}% more" in page(swapped, verdict)
+
+
+def test_an_assumed_figure_of_the_machine_is_marked(
+    page: Page, solution: Solution, verdict: dict[str, Any]
+) -> None:
+    text = page(solution, verdict)
+    assert '<td>A limits</td><td>min -120.0, max 30.0, unit deg</td><td class="warning">assumed</td>' in text
+    assert "2 of 7 figures are assumed" in text
+
+
+def test_a_name_cannot_smuggle_markup_into_the_page(
+    page: Page, solution: Solution, unsafe_verdict: dict[str, Any]
+) -> None:
+    nasty = "<script>alert('1')</script>&$title.apt"
+    unsafe_verdict["findings"][0]["message"] = nasty
+    unsafe_verdict["findings"][0]["severity"] = "error"
+    unsafe_verdict["findings"][0]["code"] = "axis-limit"
+    text = page(
+        replace(
+            solution,
+            toolpath=replace(solution.toolpath, name=nasty),
+            compared={nasty: solution.compared["normal"]},
+            missing={nasty: nasty},
+        ),
+        unsafe_verdict | {"not_checked": [nasty], "figures": {nasty: 1.0}},
+    )
+    assert "<script" not in text
+    assert text.count(html.escape(nasty)) >= 8
+
+
+def test_the_page_asks_nothing_of_the_network(
+    page: Page, solution: Solution, verdict: dict[str, Any]
+) -> None:
+    text = page(solution, verdict)
+    assert OUTSIDE.findall(re.sub(r"data:image/png;base64,[\w+/=]+", "data:", text)) == []
+    assert "<script" not in text
+    assert text.count("data:image/png;base64,") == 2
+    assert text.count("<svg") == 3
+
+
+def test_two_pages_of_one_solution_have_the_same_bytes(
+    solution: Solution, verdict: dict[str, Any], tmp_path: Path
+) -> None:
+    document = report_document(solution, verdict, inputs=[])
+    for name in ("first.html", "second.html"):
+        write_report(solution, document, tmp_path / name)
+    assert (tmp_path / "first.html").read_bytes() == (tmp_path / "second.html").read_bytes()
+
+
+def test_a_page_of_twenty_thousand_locations_stays_small(
+    page: Page, solution: Solution, verdict: dict[str, Any]
+) -> None:
+    short = solution.toolpath
+    rows = np.linspace(0, len(short) - 1, 20_000).astype(int)
+    long = Toolpath.from_contacts(short.contact[rows], short.normal[rows], short.tool)
+    rotary = solution.motion.positions[rows][:, solution.machine.rotary_columns]
+    motion = follow(long, solution.machine, rotary)
+    energy = motion_energy(solution.machine, motion)
+    bounds = tilt_bounds(long, tilt=(15.0, 75.0))
+    stretched = replace(
+        solution,
+        toolpath=long,
+        motion=motion,
+        energy=energy,
+        tilt=bounds,
+        compared={"normal": Baseline(motion, energy)},
+    )
+    text = page(stretched, verdict)
+    assert f"20{THIN}000 locations" in text
+    assert len(text.encode()) < 2_000_000
+
+
+def test_ids_on_the_page_are_unique(page: Page, solution: Solution, verdict: dict[str, Any]) -> None:
+    ids = re.findall(r' id="([^"]+)"', page(solution, verdict))
+    assert len(ids) == len(set(ids))
+
+
+def test_shares_are_said_as_people_say_them() -> None:
+    assert saving(0.2051) == f"20.5{THIN}% less"
+    assert saving(-0.031) == f"3.1{THIN}% more"
+    assert saving(0.0004) == "no change"
+    assert saving(None) == "unknown"
+
+
+def test_numbers_have_a_true_minus_and_no_negative_zero() -> None:
+    assert number(-3072.4, signed=True) == f"\u22123{THIN}072"
+    assert number(155.6, signed=True) == "+156"
+    assert number(-0.2, signed=True) == "0"
+    assert number(None) == "unknown"
