@@ -1,0 +1,68 @@
+"""Colours for energies: what each millimetre of the way costs."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fiveaxis.energy import move_energies
+from fiveaxis.geometry import Array
+from fiveaxis.machine import Machine
+from fiveaxis.motion import STANDSTILL, Motion
+from fiveaxis.toolpath import Toolpath
+
+# viridis at 0, 1/8 … 1 (van der Walt and Smith, CC0): even steps for the eye, safe for the colour-blind.
+VIRIDIS = np.array(
+    [
+        [0.267, 0.005, 0.329],
+        [0.278, 0.175, 0.483],
+        [0.230, 0.322, 0.546],
+        [0.173, 0.449, 0.558],
+        [0.128, 0.567, 0.551],
+        [0.158, 0.684, 0.502],
+        [0.369, 0.789, 0.383],
+        [0.678, 0.864, 0.190],
+        [0.993, 0.906, 0.144],
+    ]
+)
+# Links and rapids carry no energy colour.
+AIR = (0.55, 0.57, 0.60)
+# Dearer moves than this share of all take the last colour, so that one reversal doesn't darken the rest.
+CLIPPED_AT = 0.98
+
+
+def viridis(shares: Array) -> Array:
+    """Map shares to colours: (n,) from 0 to 1, clipped, NaN counts as 0 → (n, 3) RGB from 0 to 1."""
+    place = np.linspace(0.0, 1.0, len(VIRIDIS))
+    known = np.nan_to_num(shares, nan=0.0, posinf=1.0, neginf=0.0)
+    return np.stack([np.interp(known, place, channel) for channel in VIRIDIS.T], axis=1)
+
+
+def energy_density(machine: Machine, motion: Motion, toolpath: Toolpath) -> Array:
+    """Compute the travel energy of each cut per length of the ball centre's way.
+
+    Returns
+    -------
+    (n,), J/mm, for the move that ends at the row; NaN for the first row, for links, and where the way is too
+    short to divide by
+    """
+    energy = move_energies(machine, motion).sum(axis=1)
+    way = toolpath.lengths
+    known = toolpath.cutting & (way > STANDSTILL)
+    density = np.full(len(way), np.nan)
+    density[known] = energy[known] / way[known]
+    return density
+
+
+def colour_top(*densities: Array) -> float:
+    """Choose the energy density, J/mm, that takes the last colour; positive even where nothing costs."""
+    together = np.concatenate(densities)
+    known = together[np.isfinite(together)]
+    top = float(np.quantile(known, CLIPPED_AT)) if known.size else 0.0
+    if top > 0.0:
+        return top
+    return float(known.max()) if known.size and known.max() > 0.0 else 1.0
+
+
+def move_colours(density: Array, toolpath: Toolpath, top: float) -> Array:
+    """Colour moves by their energy density: (n,) J/mm → (n, 3) RGB; links and rapids are grey."""
+    return np.where(toolpath.cutting[:, None], viridis(density / top), AIR)

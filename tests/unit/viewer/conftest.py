@@ -1,0 +1,58 @@
+"""A small solution to look at."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import trimesh
+
+from fiveaxis.energy import motion_energy
+from fiveaxis.kinematics import rotary_angles
+from fiveaxis.motion import follow
+from fiveaxis.posture.solution import Baseline, Solution
+from fiveaxis.toolpath import MoveKind, Tool, Toolpath, tilt_bounds
+
+N = 240
+RADIUS, HEIGHT = 40.0, 30.0
+
+
+def ring_path() -> Toolpath:
+    """One turn around a cylinder's wall, with a link in the middle."""
+    angle = np.linspace(0.0, 2.0 * np.pi, N)
+    normal = np.stack([np.cos(angle), np.sin(angle), np.zeros(N)], axis=1)
+    path = Toolpath.from_contacts(
+        RADIUS * normal, normal, Tool.ball(10.0), name="/some/folder/<ring> & co.csv"
+    )
+    kind = path.kind.copy()
+    kind[N // 2] = MoveKind.LINK
+    return replace(path, kind=kind)
+
+
+def leant(path: Toolpath, degrees: float) -> np.ndarray:
+    angle = np.radians(degrees)
+    return np.cos(angle) * path.normal + np.sin(angle) * np.array([0.0, 0.0, 1.0])
+
+
+@pytest.fixture(scope="session")
+def solution(hayashi) -> Solution:
+    path = ring_path()
+    found = {}
+    for name, degrees in (("result", 20.0), ("normal", 60.0)):
+        rotary = np.unwrap(rotary_angles(hayashi, leant(path, degrees))[1], axis=0)
+        motion = follow(path, hayashi, rotary)
+        found[name] = Baseline(motion, motion_energy(hayashi, motion))
+    return Solution(
+        machine=hayashi,
+        toolpath=path,
+        tilt=tilt_bounds(path, tilt=(15, 75)),
+        motion=found["result"].motion,
+        energy=found["result"].energy,
+        compared={"normal": found["normal"]},
+        missing={},
+        stages=(),
+    )
+
+
+@pytest.fixture(scope="session")
+def part() -> trimesh.Trimesh:
+    return trimesh.creation.cylinder(radius=RADIUS, height=HEIGHT, sections=90)

@@ -1,0 +1,120 @@
+"""What the scene holds: checked on the commands that a browser gets."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import trimesh
+import umsgpack
+
+from fiveaxis.errors import MeshError
+from fiveaxis.kinematics import tool_poses
+from fiveaxis.toolpath import MoveKind
+from fiveaxis.viewer import build_scene
+from fiveaxis.viewer.library import load_meshcat
+from fiveaxis.viewer.page import Recorder
+from fiveaxis.viewer.scene import LIFT, MOST_TRIANGLES, shown_points, thin_mesh
+
+
+def scene(solution, part=None) -> tuple[dict[str, dict], list[dict]]:
+    """Objects by path, and all commands."""
+    recorder = Recorder()
+    build_scene(load_meshcat().Visualizer(window=recorder), solution, part)
+    commands = [umsgpack.unpackb(c) for c in recorder.commands]
+    return {c["path"]: c["object"] for c in commands if c["type"] == "set_object"}, commands
+
+
+def floats(attribute: dict) -> np.ndarray:
+    return np.frombuffer(attribute["array"].data, dtype=np.float32).reshape(-1, attribute["itemSize"])
+
+
+def test_the_scene_has_part_paths_and_tools_and_few_objects(solution, part):
+    objects, _ = scene(solution, part)
+    root = "/meshcat/fiveaxis/"
+    names = {"zero", "part"} | {
+        f"{m}/{x}" for m in ("after", "before") for x in ("path", "tool/ball", "tool/shank")
+    }
+    assert set(objects) == {root + name for name in names}
+
+
+def test_the_whole_path_is_one_object_with_a_colour_per_move(solution):
+    objects, _ = scene(solution)
+    way = objects["/meshcat/fiveaxis/after/path"]
+    assert way["object"]["type"] == "LineSegments"
+    attributes = way["geometries"][0]["data"]["attributes"]
+    points, colours = floats(attributes["position"]), floats(attributes["color"])
+    moves = len(solution.toolpath) - 1
+    assert points.shape == colours.shape == (2 * moves, 3)
+    np.testing.assert_array_equal(colours[0::2], colours[1::2])
+    np.testing.assert_array_equal(points[1:-1:2], points[2::2])
+
+
+def test_contacts_are_drawn_a_little_above_the_surface(solution):
+    path = solution.toolpath
+    gap = np.linalg.norm(shown_points(path) - path.contact, axis=1)
+    np.testing.assert_allclose(gap, LIFT * path.tool.radius)
+
+
+def test_ball_centres_are_drawn_where_contacts_are_unknown(solution):
+    unknown = replace(solution.toolpath, contact=np.full_like(solution.toolpath.contact, np.nan))
+    np.testing.assert_array_equal(shown_points(unknown), unknown.pivot)
+
+
+def test_a_link_without_contact_does_not_hide_the_others(solution):
+    path = solution.toolpath
+    contact = np.where((path.kind == MoveKind.LINK)[:, None], np.nan, path.contact)
+    shown = shown_points(replace(path, contact=contact))
+    assert np.isfinite(shown).all()
+    np.testing.assert_allclose(shown[0], path.contact[0] + LIFT * path.tool.radius * path.normal[0])
+
+
+def test_the_tool_stands_where_the_motion_puts_it(solution):
+    _, commands = scene(solution)
+    animation = next(c for c in commands if c["type"] == "set_animation")
+    clips = {a["path"]: {t["name"]: t["keys"] for t in a["clip"]["tracks"]} for a in animation["animations"]}
+    tracks = clips["/meshcat/fiveaxis/after/tool"]
+    tip, axis = tool_poses(solution.machine, solution.motion.positions)
+    centre = tip + solution.toolpath.tool.radius * axis
+    for key, row in ((0, 0), (-1, len(centre) - 1)):
+        np.testing.assert_allclose(tracks[".position"][key]["value"], centre[row], atol=1e-9)
+        np.testing.assert_allclose(axis_of(tracks[".quaternion"][key]["value"]), axis[row], atol=1e-9)
+    assert tracks[".position"][0]["time"] == 0.0
+
+
+def axis_of(quaternion: list[float]) -> list[float]:
+    x, y, z, w = quaternion
+    return [2 * (x * z + y * w), 2 * (y * z - x * w), 1 - 2 * (x * x + y * y)]
+
+
+def test_the_baseline_is_there_but_hidden(solution):
+    _, commands = scene(solution)
+    hidden = {c["path"] for c in commands if c["type"] == "set_property" and c["value"] is False}
+    assert "/meshcat/fiveaxis/before" in hidden
+    assert "/meshcat/fiveaxis/after" not in hidden
+
+
+def test_without_a_baseline_only_the_result_is_shown(solution):
+    objects, _ = scene(replace(solution, compared={}))
+    assert not any("before" in name for name in objects)
+
+
+def test_the_part_may_be_a_file_and_a_missing_one_is_an_error(solution, part, tmp_path):
+    part.export(tmp_path / "part.stl")
+    assert "/meshcat/fiveaxis/part" in scene(solution, tmp_path / "part.stl")[0]
+    with pytest.raises(MeshError, match="no such file"):
+        scene(solution, tmp_path / "absent.stl")
+
+
+def test_a_small_mesh_is_shown_as_it_is(part):
+    vertices, faces = thin_mesh(part.vertices, part.faces)
+    assert vertices is part.vertices
+    assert faces is part.faces
+
+
+def test_a_mesh_too_fine_to_be_shown_is_thinned_and_keeps_its_shape():
+    fine = trimesh.creation.icosphere(subdivisions=7, radius=50.0)
+    assert len(fine.faces) > MOST_TRIANGLES
+    vertices, faces = thin_mesh(np.asarray(fine.vertices), np.asarray(fine.faces))
+    assert 1000 < len(faces) <= MOST_TRIANGLES
+    np.testing.assert_allclose(np.linalg.norm(vertices, axis=1), 50.0, atol=1e-6)
+    assert trimesh.Trimesh(vertices, faces).area == pytest.approx(fine.area, rel=0.02)

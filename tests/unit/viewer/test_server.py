@@ -1,0 +1,94 @@
+"""The live preview: this computer only, and gone when closed."""
+
+import http.client
+import socket
+import threading
+import webbrowser
+
+import pytest
+
+from fiveaxis.errors import SettingError
+from fiveaxis.viewer import Preview, preview
+
+PAGE = "<!DOCTYPE html><p>ä</p>"
+
+
+def port_of(shown: Preview) -> int:
+    return int(shown.url().rstrip("/").rpartition(":")[2])
+
+
+def get(port: int, path: str = "/", host: str | None = None) -> tuple[int, bytes]:
+    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=5.0)
+    connection.request("GET", path, headers={} if host is None else {"Host": host})
+    answer = connection.getresponse()
+    content = answer.read()
+    connection.close()
+    return answer.status, content
+
+
+def test_the_page_is_served_as_it_is():
+    with Preview(PAGE) as shown:
+        assert get(port_of(shown)) == (200, PAGE.encode())
+
+
+def test_it_listens_on_the_loopback_address_only():
+    with Preview(PAGE) as shown:
+        assert shown.url().startswith("http://127.0.0.1:")
+        assert shown._server.server_address[0] == "127.0.0.1"
+        with pytest.raises(ConnectionRefusedError):
+            # Another loopback address stands for any other interface: a wildcard listener would answer.
+            socket.create_connection(("127.0.0.2", port_of(shown)), timeout=5.0)
+
+
+def test_a_foreign_host_name_gets_nothing():
+    with Preview(PAGE) as shown:
+        port = port_of(shown)
+        assert get(port, host=f"localhost:{port}")[0] == 200
+        status, content = get(port, host=f"attacker.example:{port}")
+        assert status == 403
+        assert PAGE.encode() not in content
+
+
+def test_there_is_one_page_only():
+    with Preview(PAGE) as shown:
+        assert get(port_of(shown), "/../etc/passwd")[0] == 404
+
+
+def test_closed_means_gone_and_closing_twice_is_no_fault():
+    before = threading.active_count()
+    shown = Preview(PAGE)
+    port = port_of(shown)
+    shown.close()
+    shown.close()
+    assert threading.active_count() == before
+    with pytest.raises(ConnectionRefusedError):
+        get(port)
+
+
+def test_a_taken_port_is_an_error_that_says_so():
+    with Preview(PAGE) as shown, pytest.raises(SettingError, match=f"can't use port {port_of(shown)}"):
+        Preview(PAGE, port_of(shown))
+
+
+def test_ctrl_c_while_waiting_closes(monkeypatch):
+    shown = Preview(PAGE)
+    join, calls = shown._thread.join, []
+
+    def interrupted():
+        calls.append(None)
+        if len(calls) == 1:
+            raise KeyboardInterrupt
+        join()
+
+    monkeypatch.setattr(shown._thread, "join", interrupted)
+    shown.wait()
+    assert not shown._thread.is_alive()
+
+
+@pytest.mark.parametrize("wanted", [True, False])
+def test_the_browser_opens_if_wanted(solution, monkeypatch, wanted):
+    opened = []
+    monkeypatch.setattr(webbrowser, "open", opened.append)
+    with preview(solution, open_browser=wanted) as shown:
+        assert opened == ([shown.url()] if wanted else [])
+        assert get(port_of(shown))[1].startswith(b"<!DOCTYPE html>")
