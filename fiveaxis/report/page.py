@@ -192,8 +192,8 @@ def _findings(document: Mapping[str, Any]) -> str:
     total, listed = sum(counts.values()), len(document["findings"])
     shown = min(listed, tables.MOST_FINDINGS)
     head = (
-        f"{tables.number(total)} findings: {tables.number(shown)} are shown, worst severity first; the JSON "
-        f"report lists {tables.number(listed)}."
+        f"{tables.number(total)} findings: {tables.number(shown)} are shown, worst severity first; the "
+        f"JSON report lists {tables.number(listed)}."
     )
     return (
         f"<p>{escape(head)}</p>\n{_scroll(tables.count_table(counts))}\n"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
@@ -78,12 +79,17 @@ def axis_table(document: Mapping[str, Any], baseline: str | None) -> str:
 
 
 def findings_table(findings: Sequence[Mapping[str, Any]]) -> str:
-    """Show the first `MOST_FINDINGS` findings, worst severity first, in path order within one."""
-    ranked = sorted(findings, key=lambda f: SEVERITIES.index(f["severity"]))
-    rows = [
-        (Cell(f["severity"], f["severity"]), f["code"], _place(f["place"]), f["message"])
-        for f in ranked[:MOST_FINDINGS]
-    ]
+    """Show up to `MOST_FINDINGS` findings, worst severity first, in their order within one.
+
+    Where there are more, no code crowds out another: the first of every code come before the second of any.
+    """
+    seen: Counter[str] = Counter()
+    ranked = []
+    for order, finding in enumerate(findings):
+        seen[finding["code"]] += 1
+        ranked.append((SEVERITIES.index(finding["severity"]), seen[finding["code"]], order))
+    chosen = sorted((severity, order) for severity, _, order in sorted(ranked)[:MOST_FINDINGS])
+    rows = [_finding_row(findings[order]) for _, order in chosen]
     return table(("severity", "code", "place", "what"), rows)
 
 
@@ -161,6 +167,11 @@ def _energy_row(name: str, energy: Mapping[str, Any], shares: Mapping[str, str])
         shares["with_base"],
         number(energy["time"], 1),
     ]
+
+
+def _finding_row(finding: Mapping[str, Any]) -> list[str | Cell]:
+    severity = Cell(finding["severity"], finding["severity"])
+    return [severity, finding["code"], _place(finding["place"]), finding["message"]]
 
 
 def _start(before: float | None) -> str:

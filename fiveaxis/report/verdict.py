@@ -20,8 +20,10 @@ def verdict_section(document: Mapping[str, Any]) -> dict[str, str]:
     look, headline = _judge(verification)
     parts = (
         f"<p>{escape(_consequence(look, document))}</p>",
+        '<div class="columns">',
         _listed("Not checked", verification["not_checked"]),
         _listed("Checked", verification["checked"]),
+        "</div>",
     )
     return {"look": look, "verdict": escape(headline), "verdict_text": "\n".join(parts)}
 
@@ -44,13 +46,19 @@ def _consequence(look: str, document: Mapping[str, Any]) -> str:
 
 
 def _found(counts: Mapping[tuple[str, str], int]) -> str:
-    """Write counts by severity: ``6 errors, 1 warning``."""
-    totals = {s: sum(n for (severity, _), n in counts.items() if severity == s) for s in SEVERITIES}
-    return ", ".join(f"{number(n)} {name}{'' if n == 1 else 's'}" for name, n in totals.items() if n)
+    """Write counts by severity: ``6 errors (axis-limit 4, tilt 2), 1 warning (tip-deviation 1)``."""
+    parts = []
+    for wanted in SEVERITIES:
+        codes = {code: n for (severity, code), n in counts.items() if severity == wanted}
+        if codes:
+            total = sum(codes.values())
+            each = ", ".join(f"{code} {number(n)}" for code, n in codes.items())
+            parts.append(f"{number(total)} {wanted}{'' if total == 1 else 's'} ({each})")
+    return ", ".join(parts)
 
 
 def _listed(head: str, sentences: Sequence[str]) -> str:
     if not sentences:
         return ""
     items = "\n".join(f"<li>{escape(sentence)}</li>" for sentence in sentences)
-    return f'<p><b>{head}</b></p>\n<ul class="small">\n{items}\n</ul>'
+    return f'<div><b>{head}</b>\n<ul class="small">\n{items}\n</ul></div>'

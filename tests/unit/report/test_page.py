@@ -10,10 +10,11 @@ from typing import Any
 import numpy as np
 
 from fiveaxis.energy import motion_energy
+from fiveaxis.findings import Finding, Place, Severity
 from fiveaxis.motion import follow
 from fiveaxis.posture import Baseline, Solution
 from fiveaxis.report import report_document, write_report
-from fiveaxis.report.tables import number, saving
+from fiveaxis.report.tables import MOST_FINDINGS, findings_table, number, saving
 from fiveaxis.toolpath import Toolpath, tilt_bounds
 
 Page = Callable[[Solution, dict[str, Any]], str]
@@ -80,10 +81,18 @@ def test_errors_are_shown_first_and_all_findings_are_counted(
     text = page(solution, unsafe_verdict)
     assert text.count("is below the limit") == 100
     # 150 are listed by verification; 1 530 were found.
-    assert f"1{THIN}500 errors, 30 warnings" in text
+    assert f"1{THIN}500 errors (axis-limit 1{THIN}500), 30 warnings (tip-deviation 30)" in text
     assert f"1{THIN}530 findings: 100 are shown" in text
     rows = re.findall(r'<td class="(error|warning)">\1</td><td>[a-z-]+</td><td>vase', text)
     assert rows == ["error"] * 100
+
+
+def test_a_code_with_many_findings_does_not_crowd_out_another() -> None:
+    many = [Finding(Severity.ERROR, "axis-limit", "too far", Place(i)).as_dict() for i in range(500)]
+    one = Finding(Severity.ERROR, "gouge", "too deep", Place(499)).as_dict()
+    text = findings_table([*many, one])
+    assert text.count("<td>axis-limit</td>") == MOST_FINDINGS - 1
+    assert text.count("<td>gouge</td>") == 1
 
 
 def test_a_machine_without_base_power_is_not_given_a_total(
