@@ -25,7 +25,7 @@ ROOT = "fiveaxis"
 # The scene is shown at this size, whatever the part's: lights and clipping of the viewer are made for it.
 SHOWN_SIZE = 2.4
 CAMERA = (1.75, 1.05, 1.75)  # x, up, -y
-SHANK_LENGTH = 5.0  # diameters
+SHANK_LENGTH = 4.0  # diameters
 # Paths of contacts are lifted by this share of the tool's radius, or the part would hide half of every line.
 LIFT = 0.04
 MOST_TRIANGLES = 150_000
@@ -187,7 +187,7 @@ def _add_tool(vis: Any, name: str, tool: Tool, colour: int) -> None:
     length = SHANK_LENGTH * tool.diameter
     parts = {"ball": shapes.Sphere(tool.radius), "shank": shapes.Cylinder(length, tool.radius)}
     for part, geometry in parts.items():
-        material = shapes.MeshPhongMaterial(color=colour, opacity=0.9)
+        material = shapes.MeshPhongMaterial(color=colour)
         vis[f"{ROOT}/{name}/{part}"].set_object(identify(shapes.Mesh(geometry, material), f"{name}/{part}"))
     # A cylinder stands along y about its middle.
     upright = np.array([[1, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, length / 2.0], [0, 0, 0, 1]], dtype=float)
