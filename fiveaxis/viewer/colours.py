@@ -25,9 +25,12 @@ VIRIDIS = np.array(
     ]
 )
 # Links and rapids carry no energy colour.
-AIR = (0.55, 0.57, 0.60)
-# Dearer moves than this share of all take the last colour, so that one reversal doesn't darken the rest.
+AIR = (0.36, 0.38, 0.42)
+# Moves dearer than this share of all take the last colour, so that one reversal doesn't darken the rest;
+# and the scale ends at this multiple of what nine in ten of the result's moves cost at most, so that a very
+# dear baseline doesn't either.
 CLIPPED_AT = 0.98
+USUAL, MULTIPLE = 0.9, 3.0
 
 
 def viridis(shares: Array) -> Array:
@@ -53,14 +56,25 @@ def energy_density(machine: Machine, motion: Motion, toolpath: Toolpath) -> Arra
     return density
 
 
-def colour_top(*densities: Array) -> float:
-    """Choose the energy density, J/mm, that takes the last colour; positive even where nothing costs."""
-    together = np.concatenate(densities)
+def colour_top(result: Array, *others: Array) -> float:
+    """Choose the energy density that takes the last colour.
+
+    Parameters
+    ----------
+    result, others : (n,), J/mm, energy densities of the result and of what stands beside it; NaN is left out
+
+    Returns
+    -------
+    J/mm, positive even where nothing costs
+    """
+    together = np.concatenate([result, *others])
     known = together[np.isfinite(together)]
-    top = float(np.quantile(known, CLIPPED_AT)) if known.size else 0.0
-    if top > 0.0:
-        return top
-    return float(known.max()) if known.size and known.max() > 0.0 else 1.0
+    usual = result[np.isfinite(result)]
+    if not known.size or not known.max() > 0.0:
+        return 1.0
+    dearest = float(np.quantile(known, CLIPPED_AT)) or float(known.max())
+    bound = MULTIPLE * float(np.quantile(usual, USUAL)) if usual.size else 0.0
+    return min(dearest, bound) if bound > 0.0 else dearest
 
 
 def move_colours(density: Array, toolpath: Toolpath, top: float) -> Array:

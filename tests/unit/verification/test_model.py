@@ -1,10 +1,13 @@
 """pinocchio's kinematics against the optimiser's: two derivations of one chain."""
 
+import ast
 import builtins
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+import fiveaxis.verification
 from fiveaxis.errors import MissingDependency
 from fiveaxis.geometry import rotation_matrix
 from fiveaxis.kinematics import tool_poses as own_poses
@@ -101,3 +104,12 @@ def test_without_pinocchio_the_error_says_what_to_install(hayashi, monkeypatch):
     monkeypatch.setattr(builtins, "__import__", absent)
     with pytest.raises(MissingDependency, match=r"verification needs pinocchio.*`pin`.*Windows"):
         build_model(hayashi)
+
+
+def test_verification_takes_no_equation_from_what_it_checks():
+    folder = Path(fiveaxis.verification.__file__).parent
+    for module in sorted(folder.glob("*.py")):
+        for node in ast.walk(ast.parse(module.read_text(encoding="utf-8"))):
+            names = [node.module] if isinstance(node, ast.ImportFrom) else []
+            names += [a.name for a in node.names] if isinstance(node, ast.Import) else []
+            assert not [n for n in names if n.startswith(("fiveaxis.kinematics", "fiveaxis.posture"))], module

@@ -55,6 +55,10 @@ def test_one_dear_move_does_not_darken_the_rest():
     assert colour_top(np.append(np.ones(999), 1e6)) == 1.0
 
 
+def test_a_very_dear_baseline_does_not_darken_the_result():
+    assert colour_top(np.full(100, 2.0), np.full(100, 500.0)) == 6.0
+
+
 def test_one_dear_move_among_free_ones_is_seen():
     assert colour_top(np.append(np.zeros(999), 3.0)) == 3.0
 
