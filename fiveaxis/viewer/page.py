@@ -10,13 +10,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fiveaxis.files import write_atomically
-from fiveaxis.posture.solution import Solution
 from fiveaxis.viewer.colours import VIRIDIS
 from fiveaxis.viewer.library import load_meshcat
 from fiveaxis.viewer.scene import ROOT, Legend, build_scene
 
 if TYPE_CHECKING:
     import trimesh
+
+    from fiveaxis.posture.solution import Solution
 
 # The page may run what it carries and fetch nothing: a browser holds it to that.
 POLICY = (

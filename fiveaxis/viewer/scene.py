@@ -11,7 +11,6 @@ import numpy as np
 from fiveaxis.contour import load_mesh
 from fiveaxis.geometry import Array, IntArray
 from fiveaxis.motion import Motion
-from fiveaxis.posture.solution import Solution
 from fiveaxis.toolpath import Tool, Toolpath
 from fiveaxis.viewer.colours import colour_top, energy_density, move_colours
 from fiveaxis.viewer.library import identify, load_meshcat
@@ -19,6 +18,8 @@ from fiveaxis.viewer.tool_motion import ball_poses, choose_frames, make_animatio
 
 if TYPE_CHECKING:
     import trimesh
+
+    from fiveaxis.posture.solution import Solution
 
 PREFERRED_BASELINES = ("as-programmed", "normal")
 ROOT = "fiveaxis"

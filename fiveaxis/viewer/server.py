@@ -11,11 +11,12 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
 from fiveaxis.errors import SettingError
-from fiveaxis.posture.solution import Solution
 from fiveaxis.viewer.page import render_page
 
 if TYPE_CHECKING:
     import trimesh
+
+    from fiveaxis.posture.solution import Solution
 
 LOOPBACK = "127.0.0.1"
 # How long closing may wait for the server to look up, s.
