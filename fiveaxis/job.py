@@ -49,7 +49,7 @@ class Job(StrictModel):
     part: Path | None = Field(None, description="mesh of the part, for the gouge check and the preview")
     drives: str | None = Field(None, description="machine whose axis powers are taken instead")
     up_penalty: float = Field(0.0, ge=0.0, description="extra price of moving up against gravity, J/mm")
-    max_turn: float | None = Field(None, gt=0.0, description="largest rotary turn in a cutting move, deg")
+    max_turn: float = Field(30.0, gt=0.0, description="largest rotary turn in a cutting move, deg")
     control: str = Field("linuxcnc", description="NC dialect")
     plan: PlanTable = PlanTable()
 

@@ -15,11 +15,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from fiveaxis.geometry import Array, BoolArray, IntArray
-from fiveaxis.posture.problem import Problem
+from fiveaxis.posture.problem import VIOLATION_PRICE, Problem
 
 TURN = 2.0 * np.pi
-# Price of a violation where a lattice may not have gaps: J per mm or rad (or unit of cosine).
-VIOLATION_PRICE = 1e4
 # A linear axis that the other rotary angle moves by less than this (mm) has no levels to choose from.
 SMALLEST_SWING = 1e-3
 
@@ -101,9 +99,9 @@ def spin_angles(problem: Problem, spin: int, step: float) -> tuple[Array, float]
     low, high = float(problem.machine.low[column]), float(problem.machine.high[column])
     if high - low < TURN:
         count = int(np.ceil((high - low) / step)) + 1
-        return np.linspace(low, high, count).astype(np.float64), 0.0
+        return np.linspace(low, high, count), 0.0
     count = int(np.ceil(TURN / step))
-    return np.arange(count) * (TURN / count) - np.pi, TURN
+    return np.linspace(-np.pi, np.pi, count, endpoint=False), TURN
 
 
 def fit_turns(angles: Array, low: float, high: float) -> Array | None:

@@ -23,7 +23,7 @@ from fiveaxis.posture.lattice import (
 )
 from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.posture.reach import unreachable
-from fiveaxis.posture.refine import Refinement, refine
+from fiveaxis.posture.refine import SOLVED, Refinement, refine, refine_windows
 from fiveaxis.posture.search import refill, shortest_path, thin
 from fiveaxis.posture.solution import Baseline, Solution, Stage
 from fiveaxis.toolpath import Toolpath, tilt_bounds
@@ -59,10 +59,14 @@ class Budget:
     ----------
     searches : the portfolio; each search's path is refined on its own locations
     middle : the best of each stride go on to every middle-th location
+    kept : how many of them, by their cost there, are refined
     level_reach : levels between neighbours of a searched path
     widths : steps of the tubes in which a path is extended to more locations (rad, mm or rad)
     coarse_iterations, iterations : of the NLP, on some locations and on all
     coarse_barrier, barrier : IPOPT's first barrier parameter, from a searched and from an extended start
+    whole : locations up to which the NLP takes a path at once; the windows take a longer one, and one on
+        which it didn't converge
+    window : locations in a window
     """
 
     searches: tuple[Search, ...] = (
@@ -71,6 +75,7 @@ class Budget:
         Search(24, 6.0 * DEGREE, 36),
     )
     middle: int = 4
+    kept: int = 2
     level_reach: int = 3
     widths: tuple[tuple[float, float], ...] = (
         (1.0 * DEGREE, 0.25),
@@ -78,9 +83,11 @@ class Budget:
         (0.5 * DEGREE, 0.12),
     )
     coarse_iterations: int = 150
-    iterations: int = 400
+    iterations: int = 200
     coarse_barrier: float = 1e-1
     barrier: float = 1e-2
+    whole: int = 5000
+    window: int = 150
 
 
 def optimise(
@@ -90,7 +97,7 @@ def optimise(
     tilt: tuple[float, float] | None = None,
     cone: float | None = None,
     up_penalty: float = 0.0,
-    max_turn: float | None = None,
+    max_turn: float | None = 30.0,
     budget: Budget | None = None,
     progress: Progress | None = None,
 ) -> Solution:
@@ -108,7 +115,9 @@ def optimise(
     tilt : smallest and largest angle between tool axis and surface normal, **degrees**
     cone : largest angle between tool axis and programmed axis, **degrees**, in place of `tilt`
     up_penalty : J/mm, extra price of the machine's Z moving up
-    max_turn : largest turn of a rotary axis in one cutting move, **degrees**; None for no bound
+    max_turn : largest turn of a rotary axis in one cutting move, **degrees**; None for no bound. Without one
+        the travel metric, which knows no rates, may hop over inadmissible postures from one location to the
+        next, which a control driving the axes would not
     budget : how much may be done; the default is meant for everyday use
     progress : called with a stage's name, steps done and steps in all
 
@@ -168,7 +177,7 @@ class _Run:
         start = self._cheapest(compared)
         if start is not None and (best is None or self._is_worse(best, start)):
             name, rotary = start
-            best = self._refined(f"refine, from baseline {name}", self.problem, rotary, last=True)
+            best = self._refined(f"refine, from baseline {name}", self.problem, rotary)
         if best is None:
             raise Infeasible(
                 "no way along the path was found: every location has an admissible posture, but the search "
@@ -194,9 +203,17 @@ class _Run:
         middle = np.unique(
             np.concatenate([thin(self.problem, self.budget.middle), *(r for r, _ in found.values())])
         )
-        halfway = [self._extended(rows, middle, r, coordinates) for rows, r in found.values()]
+        starts = [(self._carried(rows, middle, r, coordinates), r) for rows, r in found.values()]
+        denser = self.problem.thinned(middle)
+        starts.sort(key=lambda start: denser.priced(start[0]))
+        halfway = [
+            self._refined(f"refine, {len(middle)} locations", denser, rotary)
+            for rotary, _ in starts[: self.budget.kept]
+        ]
+        best = min(halfway, key=lambda r: denser.priced(r.rotary))
         everywhere = np.arange(len(self.problem))
-        return self._extended(middle, everywhere, min(halfway, key=lambda r: r.cost), coordinates)
+        rotary = self._carried(middle, everywhere, best, coordinates)
+        return self._refined("refine, all locations", self.problem, rotary)
 
     def _search(
         self, search: Search, rows: IntArray, coordinates: Coordinates, number: int
@@ -216,38 +233,38 @@ class _Run:
             return None
         self.stages.append(Stage(f"search, {name}", "found", len(problem), None, problem.cost(path)))
         rotary = path[:, self.problem.machine.rotary_columns]
-        return self._refined(f"refine, {name}", problem, rotary, last=False, coarse=True)
+        return self._refined(f"refine, {name}", problem, rotary, coarse=True)
 
-    def _extended(
-        self, known: IntArray, rows: IntArray, found: Refinement, coordinates: Coordinates
-    ) -> Refinement:
-        """Carry a refined path over to more locations and refine it there."""
-        problem = self.problem.thinned(rows)
+    def _carried(self, known: IntArray, rows: IntArray, found: Refinement, coordinates: Coordinates) -> Array:
+        """Carry a refined path over to more locations, (m, 2) rad."""
         path = self.problem.thinned(known).positions(slice(None), found.rotary)
         at = np.searchsorted(rows, known)
-        start = refill(problem, coordinates, at, path, self.budget.widths)
-        rotary = start[:, self.problem.machine.rotary_columns]
-        last = len(rows) == len(self.problem)
-        name = "all locations" if last else f"{len(rows)} locations"
-        return self._refined(f"refine, {name}", problem, rotary, last=last)
+        full = refill(self.problem.thinned(rows), coordinates, at, path, self.budget.widths)
+        return full[:, self.problem.machine.rotary_columns]
 
-    def _refined(
-        self, name: str, problem: Problem, start: Array, *, last: bool, coarse: bool = False
-    ) -> Refinement:
+    def _refined(self, name: str, problem: Problem, start: Array, *, coarse: bool = False) -> Refinement:
+        """Refine a path as a whole, and window by window where that is too much or doesn't converge."""
         budget = self.budget
+        barrier = budget.coarse_barrier if coarse else budget.barrier
+        limit = budget.iterations if len(problem) == len(self.problem) else budget.coarse_iterations
         before = problem.cost(problem.positions(slice(None), start))
         if len(problem) == 1:
             return Refinement(start, before, "one location, nothing to refine", 0)
-        found = refine(
-            problem,
-            start,
-            iterations=budget.iterations if last else budget.coarse_iterations,
-            barrier=budget.coarse_barrier if coarse else budget.barrier,
-        )
-        self.stages.append(Stage(name, found.status, found.iterations, before, found.cost))
+        found = Refinement(start, before, "", 0)
+        if len(problem) <= budget.whole:
+            found = refine(problem, start, iterations=limit, barrier=barrier)
+            self.stages.append(Stage(name, found.status, found.iterations, before, found.cost))
+        if found.status != SOLVED and len(problem) > 2:
+            whole = found.cost
+            found = refine_windows(
+                problem, found.rotary, size=budget.window, iterations=limit, barrier=barrier
+            )
+            self.stages.append(
+                Stage(f"{name}, in windows", found.status, found.iterations, whole, found.cost)
+            )
         if self.progress is not None:
-            refined = sum(stage.before is not None for stage in self.stages)
-            self.progress("refine", refined, max(refined, 2 * len(budget.searches) + 1))
+            done = sum(stage.name.startswith("refine") for stage in self.stages)
+            self.progress("refine", done, max(done, len(budget.searches) + budget.kept + 1))
         return found
 
     def _cheapest(self, compared: Mapping[str, Baseline]) -> tuple[str, Array] | None:

@@ -13,8 +13,14 @@ from fiveaxis.kinematics import positions_about, require_orienting, require_posi
 from fiveaxis.machine import Machine
 from fiveaxis.toolpath import TiltBounds, Toolpath
 
+# Where rotary steps are bounded, no step of a thinned path is larger than this (or than the bound itself):
+# a longer turn would hop over postures that the path has to pass through and that nobody has looked at.
+LONGEST_HOP = np.radians(60.0)
 # An axis value past its limit, or a cosine past its bound, by less than this is rounding (mm, rad, 1).
 ALLOWED = 1e-9
+
+# Price of a violation where it isn't forbidden, J per mm, per rad and per unit of cosine.
+VIOLATION_PRICE = 1e4
 
 Rows = IntArray | slice
 
@@ -101,19 +107,34 @@ class Problem:
         return np.array(np.isfinite(self.reference).all(axis=1))
 
     def thinned(self, rows: IntArray) -> Problem:
-        """Pose the same problem on some of its locations: mean costs, rotary steps summed over the gaps."""
+        """Pose the same problem on some of its locations.
+
+        Costs are the mean over each gap; rotary steps add up over it, as far as `LONGEST_HOP`.
+        """
         spans = np.diff(rows)[:, None]
 
         def summed(steps: Array) -> Array:
             return np.add.reduceat(steps[: rows[-1]], rows[:-1], axis=0) if len(spans) else steps[:0]
 
+        turns, longest = summed(self.max_turn), np.maximum(LONGEST_HOP, _largest(self.max_turn))
         return replace(
             self,
             pivot=self.pivot[rows],
             reference=self.reference[rows],
             plus=summed(self.plus) / spans,
             minus=summed(self.minus) / spans,
-            max_turn=summed(self.max_turn),
+            max_turn=np.where(np.isfinite(turns), np.minimum(turns, longest), np.inf),
+        )
+
+    def between(self, first: int, last: int) -> Problem:
+        """Cut out the part from one location to another, both included."""
+        return replace(
+            self,
+            pivot=self.pivot[first : last + 1],
+            reference=self.reference[first : last + 1],
+            plus=self.plus[first:last],
+            minus=self.minus[first:last],
+            max_turn=self.max_turn[first:last],
         )
 
     def positions(self, rows: Rows, rotary: Array) -> Array:
@@ -151,9 +172,21 @@ class Problem:
         step = np.diff(positions, axis=0)
         return float(np.sum(self.plus * np.maximum(step, 0.0) - self.minus * np.minimum(step, 0.0)))
 
+    def priced(self, rotary: Array) -> float:
+        """Add the price of its violations to the cost of a path, (n, 2) rad: ranks paths that aren't clean; J."""
+        positions, excess = self.placed(slice(None), rotary)
+        turns = np.maximum(np.abs(np.diff(rotary, axis=0)) - self.max_turn, 0.0)
+        faults = excess.sum() + self.limit_excess(positions).sum() + turns.sum()
+        return self.cost(positions) + VIOLATION_PRICE * float(faults)
+
     def violation(self, rotary: Array) -> float:
         """Find the worst violation of a path, (n, 2) rad: cosine, mm or rad; 0 where all is kept."""
         positions, excess = self.placed(slice(None), rotary)
         turns = np.abs(np.diff(rotary, axis=0)) - self.max_turn
         worst = (excess.max(), self.limit_excess(positions).max(), turns.max(initial=0.0))
         return max(0.0, *(float(w) for w in worst))
+
+
+def _largest(turns: Array) -> float:
+    """Give the largest finite bound, 0 where there is none."""
+    return float(np.max(turns, initial=0.0, where=np.isfinite(turns)))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import casadi as ca
@@ -20,6 +21,8 @@ IPOPT: dict[str, Any] = {
     "bound_relax_factor": 0.0,
     "nlp_scaling_method": "none",
 }
+# IPOPT's word for a converged problem.
+SOLVED = "Solve_Succeeded"
 # Cosines stay this far inside the tilt range, so that the solver's rounding doesn't carry them out.
 MARGIN = 1e-9
 # An axis that costs nothing would leave its pair of slacks undetermined (J/mm, J/rad).
@@ -43,7 +46,14 @@ class Refinement:
     iterations: int
 
 
-def refine(problem: Problem, start: Array, *, iterations: int, barrier: float) -> Refinement:
+def refine(
+    problem: Problem,
+    start: Array,
+    *,
+    iterations: int,
+    barrier: float,
+    held: tuple[bool, bool] = (False, False),
+) -> Refinement:
     """Minimise the travel cost from a start.
 
     The directional cost is written exactly: ``Δq_a = s_a − t_a`` with ``s, t ≥ 0`` at ``W⁺s + W⁻t``. Every
@@ -56,12 +66,16 @@ def refine(problem: Problem, start: Array, *, iterations: int, barrier: float) -
     start : (n, 2), rad, chain order
     iterations : most that IPOPT may take
     barrier : IPOPT's first barrier parameter; small for a start that is nearly right
+    held : whether the first and the last posture stay as they are
 
     Returns
     -------
     The refined path; the start itself where the solver didn't better it, or left what is allowed.
     """
     nlp = _write(problem)
+    for row, is_held in zip((0, len(start) - 1), held, strict=True):
+        if is_held:
+            nlp.low[2 * row : 2 * row + 2] = nlp.high[2 * row : 2 * row + 2] = start[row]
     options = {**IPOPT, "max_iter": iterations, "mu_init": barrier}
     solver = ca.nlpsol("refine", "ipopt", nlp.functions, {"print_time": False, "ipopt": options})
     step = np.diff(problem.positions(slice(None), start), axis=0).ravel()
@@ -72,6 +86,39 @@ def refine(problem: Problem, start: Array, *, iterations: int, barrier: float) -
     kept = _better(problem, found, start)
     cost = problem.cost(problem.positions(slice(None), kept))
     return Refinement(kept, cost, str(stats["return_status"]), int(stats["iter_count"]))
+
+
+def refine_windows(
+    problem: Problem, start: Array, *, size: int, iterations: int, barrier: float
+) -> Refinement:
+    """Refine a long path window by window, each between postures that it holds.
+
+    Two sweeps, the second with the windows shifted by half, so that what one sweep held the other frees. No
+    window makes the path dearer, and one that doesn't converge leaves its part as it was: on a path with many
+    edges the solver's trouble with one of them doesn't spoil the rest.
+
+    Parameters
+    ----------
+    size : locations in a window; the rest as for `refine`
+
+    Returns
+    -------
+    The refined path; its status counts the windows that converged.
+    """
+    rotary, taken, solved, windows = start.copy(), 0, 0, 0
+    for first in (0, size // 2):
+        edges = [0, *range(first or size, len(problem) - 1, size), len(problem) - 1]
+        for begin, end in pairwise(edges):
+            rows = np.arange(begin, end + 1)
+            held = (begin > 0, end < len(problem) - 1)
+            part = problem.between(begin, end)
+            found = refine(part, rotary[rows], iterations=iterations, barrier=barrier, held=held)
+            rotary[rows] = found.rotary
+            taken += found.iterations
+            solved += found.status == SOLVED
+            windows += 1
+    cost = problem.cost(problem.positions(slice(None), rotary))
+    return Refinement(rotary, cost, f"{solved} of {windows} windows converged", taken)
 
 
 @dataclass(frozen=True, eq=False)
