@@ -35,7 +35,8 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     help="Choose the tool posture of a 5-axis path that costs the machine the least energy.",
 )
-out = Console()
+# A pipe or a log has no width of its own; tables need more than the usual 80.
+out = Console(width=None if sys.stdout.isatty() else 140)
 err = Console(stderr=True, highlight=False, soft_wrap=True)
 
 Input = Annotated[Path, typer.Argument(help="mesh (.stl .obj .ply .off), CSV, APT/CLSF, or a job .toml")]
@@ -168,7 +169,7 @@ def optimise(
             _print_json(outcome.document)
         else:
             _print_outcome(outcome)
-        if not outcome.verdict.ok:
+        if not outcome.ok:
             err.print("[bold red]verification found errors[/]: no NC program was written")
             raise typer.Exit(1)
 
@@ -405,29 +406,30 @@ def _toolpath_document(toolpath: Toolpath) -> dict[str, Any]:
 
 
 def _print_outcome(outcome: Outcome) -> None:
-    solution = outcome.solution
+    from fiveaxis.job import RESULT
+
+    solution, program = outcome.solution, outcome.program
     savings = solution.savings()
-    table = Table(
-        "posture",
-        "J",
-        *(f"{c} J" for c in solution.machine.letters),
-        "s",
-        "saved",
-        box=None,
-        title_justify="left",
-    )
-    rows = {"optimised": solution.energy} | solution.baselines
+    axes = (f"{c} J" for c in solution.machine.letters)
+    table = Table("posture", "J", *axes, "s", "saved", "program J", "saved", box=None)
+    rows = {RESULT: solution.energy} | solution.baselines
     for name, energy in rows.items():
         joules = (f"{joule:.0f}" for joule in energy.by_axis.values())
         saved = f"{100 * savings[name]:.1f} %" if name in savings else ""
-        table.add_row(name, f"{energy.total:.0f}", *joules, f"{energy.time:.1f}", saved)
+        driven = program.energy[name].total
+        share = 100.0 * (1.0 - program.energy[RESULT].total / driven) if driven else 0.0
+        programs = f"{driven:.0f}", "" if name == RESULT else f"{share:.1f} %"
+        table.add_row(name, f"{energy.total:.0f}", *joules, f"{energy.time:.1f}", saved, *programs)
     out.print(f"{len(solution.toolpath)} locations; travel metric of the feed drives (no base load)")
     out.print(table)
+    out.print(f"program: {program.inserted} blocks inserted, so that the ball stays on its path without TCP")
     for name, reason in solution.missing.items():
         out.print(f"no baseline {name}: {_plain(reason)}")
     for code, count in outcome.verdict.counts.items():
         out.print(f"finding {code}: {count}")
-    out.print("verification: " + ("no errors" if outcome.verdict.ok else "[bold red]errors[/]"))
+    for code, count in program.verdict.counts.items():
+        out.print(f"finding in the program {code}: {count}")
+    out.print("verification: " + ("no errors" if outcome.ok else "[bold red]errors[/]"))
 
 
 if __name__ == "__main__":

@@ -11,16 +11,20 @@ from typing import Any, Literal
 from pydantic import Field, ValidationError
 
 from fiveaxis.contour import plan_contour
+from fiveaxis.energy import Energy, motion_energy
 from fiveaxis.errors import JobError
 from fiveaxis.machine import Machine, load_machine
+from fiveaxis.motion import PATH_TOLERANCE, Motion, fill_in
 from fiveaxis.nc import DIALECTS, find_dialect, read_toolpath, write_motion, write_program
 from fiveaxis.posture import Solution, optimise
 from fiveaxis.report import describe_input, report_document, write_json, write_report
 from fiveaxis.settings import StrictModel, read_settings
 from fiveaxis.toolpath import Tool, Toolpath, parse_tool
-from fiveaxis.verification import Report, verify
+from fiveaxis.verification import Report, Tolerances, verify
 from fiveaxis.viewer import write_preview
 
+# Name of the optimised result beside the baselines'.
+RESULT = "optimised"
 MESH_SUFFIXES = (".stl", ".obj", ".ply", ".off")
 
 Progress = Callable[[str, int, int], None]
@@ -49,7 +53,7 @@ class Job(StrictModel):
     part: Path | None = Field(None, description="mesh of the part, for the gouge check and the preview")
     drives: str | None = Field(None, description="machine whose axis powers are taken instead")
     up_penalty: float = Field(0.0, ge=0.0, description="extra price of moving up against gravity, J/mm")
-    max_turn: float = Field(30.0, gt=0.0, description="largest rotary turn in a cutting move, deg")
+    max_turn: float = Field(15.0, gt=0.0, description="largest rotary turn in a cutting move, deg")
     control: str = Field("linuxcnc", description="NC dialect")
     plan: PlanTable = PlanTable()
 
@@ -61,7 +65,41 @@ class Outcome:
     job: Job
     solution: Solution
     verdict: Report
+    program: ProgramMotion
     document: dict[str, Any]
+
+    @property
+    def ok(self) -> bool:
+        """Whether neither the solution nor the program's own motion has an error."""
+        return self.verdict.ok and self.program.verdict.ok
+
+
+@dataclass(frozen=True, eq=False)
+class ProgramMotion:
+    """The motion that an NC program in machine coordinates describes: locations inserted to hold the path.
+
+    Parameters
+    ----------
+    motion : what the program's blocks say
+    inserted : locations that the solution doesn't have
+    energy : of the solution's and of each baseline's program, by name
+    verdict : of the checks that don't need a normal
+    """
+
+    motion: Motion
+    inserted: int
+    energy: dict[str, Energy]
+    verdict: Report
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the figures as plain data for JSON."""
+        return {
+            "blocks": len(self.motion),
+            "inserted": self.inserted,
+            "path_tolerance_mm": PATH_TOLERANCE,
+            "energy": {name: energy.as_dict() for name, energy in self.energy.items()},
+            "verification": self.verdict.as_dict(),
+        }
 
 
 def read_job(path: Path) -> Job:
@@ -170,8 +208,25 @@ def run_job(job: Job, progress: Progress | None = None) -> Outcome:
     )
     verdict = verify(solution.motion, machine, toolpath, tilt=job.tilt, cone=job.cone, part=part)
     inputs = [describe_input(p) for p in dict.fromkeys((job.input, part or job.input))]
+    program = program_motion(solution, part)
     document = report_document(solution, verdict.as_dict(), inputs=inputs)
-    return Outcome(job, solution, verdict, document)
+    document["program"] = program.as_dict()
+    return Outcome(job, solution, verdict, program, document)
+
+
+def program_motion(solution: Solution, part: Path | None) -> ProgramMotion:
+    """Work out, and verify, what an NC program in machine coordinates makes of a solution."""
+    machine, toolpath = solution.machine, solution.toolpath
+    rotary = solution.motion.positions[:, machine.rotary_columns]
+    path, motion = fill_in(toolpath, machine, rotary)
+    energy = {RESULT: motion_energy(machine, motion)}
+    for name, baseline in solution.compared.items():
+        angles = baseline.motion.positions[:, machine.rotary_columns]
+        energy[name] = motion_energy(machine, fill_in(toolpath, machine, angles)[1])
+    # An inserted location lies on a chord of the path, and no deeper than a chord may.
+    allowed = Tolerances(gouge=Tolerances().chord_gouge)
+    verdict = verify(motion, machine, path, part=part, tolerances=allowed)
+    return ProgramMotion(motion, len(motion) - len(toolpath), energy, verdict)
 
 
 def part_of(job: Job) -> Path | None:
@@ -205,10 +260,12 @@ def _make_files(outcome: Outcome, folder: Path) -> list[Path]:
         write_report(solution, outcome.document, folder / "report.html"),
         write_preview(solution, folder / "preview.html", part=part_of(job)),
     ]
-    if outcome.verdict.ok:
+    if outcome.ok:
         path = folder / f"program{find_dialect(job.control).suffix}"
         machine, header = solution.machine, _header(outcome)
-        made.append(write_program(solution.motion, path, machine=machine, control=job.control, header=header))
+        made.append(
+            write_program(outcome.program.motion, path, machine=machine, control=job.control, header=header)
+        )
     return made
 
 
@@ -222,7 +279,9 @@ def _header(outcome: Outcome) -> dict[str, str]:
     }
     for number, source in enumerate(outcome.document["inputs"], start=1):
         lines[f"source {number}"] = f"{source['name']} sha256 {source['sha256']}"
-    lines["energy"] = f"{solution.energy.total:.1f} J travel metric of the feed drives"
-    for name, energy in solution.baselines.items():
-        lines[f"baseline {name}"] = f"{energy.total:.1f} J"
+    for name, energy in outcome.program.energy.items():
+        lines[f"energy {name}"] = (
+            f"{energy.total:.1f} J travel metric of the feed drives, in blocks like these"
+        )
+    lines["verification"] = "no errors; shank, holder and machine bodies unchecked"
     return lines

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, get_args
 
@@ -20,7 +20,7 @@ from fiveaxis.contour.sections import section_levels, section_loops
 from fiveaxis.contour.surface import Surface
 from fiveaxis.errors import MeshError, SettingError
 from fiveaxis.geometry import Array, IntArray
-from fiveaxis.toolpath import MoveKind, Tool, Toolpath
+from fiveaxis.toolpath import MoveKind, Tool, Toolpath, divide
 
 if TYPE_CHECKING:
     import trimesh
@@ -28,6 +28,9 @@ if TYPE_CHECKING:
 Direction = Literal["climb", "conventional"]
 Progress = Callable[[int, int], None]
 UNITS = {"stepdown": "mm", "spacing": "mm", "feed_mm_min": "mm/min", "clearance": "mm"}
+# mm: largest distance of locations on a link. The tool leans while it crosses over, and what the axes must do
+# for that is seen at the locations only.
+LINK_SPACING = 2.0
 # Finest stepdown and spacing as a share of the part's extent.
 FINEST_SHARE = 1e-5
 
@@ -178,7 +181,7 @@ def _toolpath(
         np.concatenate(column) for column in zip(*map(_rows, linked), strict=True)
     )
     n = len(pivot)
-    return Toolpath(
+    path = Toolpath(
         tool=tool,
         pivot=pivot,
         contact=contact,
@@ -190,6 +193,10 @@ def _toolpath(
         name=name,
         ignored=dict(sorted(left_out.items())),
     )
+    in_air = path.kind[1:] == MoveKind.LINK
+    parts = np.where(in_air, np.ceil(path.lengths[1:] / LINK_SPACING), 1.0).astype(np.int64)
+    path = divide(path, np.maximum(parts, 1))
+    return replace(path, source=np.arange(1, len(path) + 1))
 
 
 def _rows(linked: LinkedPass) -> tuple[Array, Array, Array, IntArray]:

@@ -1,6 +1,15 @@
 """Axis motion along a path, and its timing."""
 
+from fiveaxis.motion.filling import PATH_TOLERANCE, fill_in, midway_deviation
 from fiveaxis.motion.motion import Motion, follow
 from fiveaxis.motion.timing import STANDSTILL, block_times
 
-__all__ = ["STANDSTILL", "Motion", "block_times", "follow"]
+__all__ = [
+    "PATH_TOLERANCE",
+    "STANDSTILL",
+    "Motion",
+    "block_times",
+    "fill_in",
+    "follow",
+    "midway_deviation",
+]

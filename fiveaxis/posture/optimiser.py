@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
 from fiveaxis.energy import motion_energy
-from fiveaxis.errors import Infeasible
+from fiveaxis.errors import Infeasible, SettingError
 from fiveaxis.findings import Finding, Place, Severity
 from fiveaxis.geometry import Array, IntArray
 from fiveaxis.machine import Machine
@@ -31,6 +32,8 @@ from fiveaxis.toolpath import Toolpath, tilt_bounds
 Progress = Callable[[str, int, int], None]
 
 DEGREE = np.pi / 180.0
+# Links may turn this many times as far as cuts: nothing is touched there.
+LINK_SHARE = 3.0
 # A search looks at no fewer locations than about this.
 LEAST_ROWS = 100
 
@@ -62,11 +65,13 @@ class Budget:
     kept : how many of them, by their cost there, are refined
     level_reach : levels between neighbours of a searched path
     widths : steps of the tubes in which a path is extended to more locations (rad, mm or rad)
-    coarse_iterations, iterations : of the NLP, on some locations and on all
+    coarse_iterations, iterations : of the NLP, on some locations and on all; what converges at all does so
+        sooner
     coarse_barrier, barrier : IPOPT's first barrier parameter, from a searched and from an extended start
     whole : locations up to which the NLP takes a path at once; the windows take a longer one, and one on
         which it didn't converge
     window : locations in a window
+    window_iterations : of the NLP in a window
     """
 
     searches: tuple[Search, ...] = (
@@ -82,12 +87,13 @@ class Budget:
         (1.0 * DEGREE, 0.25),
         (0.5 * DEGREE, 0.12),
     )
-    coarse_iterations: int = 150
-    iterations: int = 200
+    coarse_iterations: int = 100
+    iterations: int = 120
     coarse_barrier: float = 1e-1
     barrier: float = 1e-2
     whole: int = 5000
     window: int = 150
+    window_iterations: int = 150
 
 
 def optimise(
@@ -97,7 +103,7 @@ def optimise(
     tilt: tuple[float, float] | None = None,
     cone: float | None = None,
     up_penalty: float = 0.0,
-    max_turn: float | None = 30.0,
+    max_turn: float | None = 15.0,
     budget: Budget | None = None,
     progress: Progress | None = None,
 ) -> Solution:
@@ -116,8 +122,9 @@ def optimise(
     cone : largest angle between tool axis and programmed axis, **degrees**, in place of `tilt`
     up_penalty : J/mm, extra price of the machine's Z moving up
     max_turn : largest turn of a rotary axis in one cutting move, **degrees**; None for no bound. Without one
-        the travel metric, which knows no rates, may hop over inadmissible postures from one location to the
-        next, which a control driving the axes would not
+        the travel metric, which knows no rates and sees locations only, hops over inadmissible postures from
+        one location to the next, which a control driving the axes would not. Links may turn three times as
+        far, or as far as they like where there is no other way
     budget : how much may be done; the default is meant for everyday use
     progress : called with a stage's name, steps done and steps in all
 
@@ -135,29 +142,49 @@ def optimise(
         A range that is empty or reversed.
     """
     bounds = tilt_bounds(toolpath, tilt, cone)
-    problem = Problem.build(
-        toolpath,
-        machine,
-        bounds,
-        up_penalty=up_penalty,
-        max_turn=None if max_turn is None else float(np.radians(max_turn)),
-    )
+    build = partial(Problem.build, toolpath, machine, bounds, up_penalty=up_penalty)
+    problems = [build(max_turn=turn, link_turn=link) for turn, link in _turn_bounds(max_turn)]
     blocked = unreachable(toolpath, machine, bounds)
     if blocked:
-        raise Infeasible(
-            f"{len(blocked)} of {len(toolpath)} locations have no admissible posture on {machine.name}",
-            blocked,
-        )
+        share = f"{len(blocked)} of {len(toolpath)} locations"
+        raise Infeasible(f"{share} have no admissible posture on {machine.name}", blocked)
     compared, missing = find_baselines(toolpath, machine, bounds)
-    run = _Run(problem, budget or Budget(), progress)
+    stages: list[Stage] = []
     # IPOPT's linear solver works on small blocks: threads of the BLAS under it only wait for each other.
     with threadpool_limits(limits=1):
-        rotary = run.best_path(compared)
-    _require_admissible(problem, rotary, toolpath)
+        rotary = _first_solved(problems, compared, budget or Budget(), toolpath, stages, progress)
     motion = follow(toolpath, machine, rotary)
     energy = motion_energy(machine, motion)
-    stages = tuple(run.stages)
-    return Solution(machine, toolpath, bounds, motion, energy, compared, missing, stages)
+    return Solution(machine, toolpath, bounds, motion, energy, compared, missing, tuple(stages))
+
+
+def _turn_bounds(max_turn: float | None) -> list[tuple[float | None, float | None]]:
+    """Bounds of cutting moves and of links, rad, in the order in which they are tried."""
+    if max_turn is None:
+        return [(None, None)]
+    turn = float(np.radians(max_turn))
+    return [(turn, LINK_SHARE * turn), (turn, None)]
+
+
+def _first_solved(
+    problems: Sequence[Problem],
+    compared: Mapping[str, Baseline],
+    budget: Budget,
+    toolpath: Toolpath,
+    stages: list[Stage],
+    progress: Progress | None,
+) -> Array:
+    """Solve the first of some ever looser problems that has a solution, (n, 2) rad."""
+    for problem in problems:
+        try:
+            rotary = _Run(problem, budget, progress, stages).best_path(compared)
+            _require_admissible(problem, rotary, toolpath)
+        except Infeasible:
+            if problem is problems[-1]:
+                raise
+        else:
+            return rotary
+    raise SettingError("no problem to solve")
 
 
 @dataclass(eq=False)
@@ -167,7 +194,7 @@ class _Run:
     problem: Problem
     budget: Budget
     progress: Progress | None
-    stages: list[Stage] = field(default_factory=list)
+    stages: list[Stage]
 
     def best_path(self, compared: Mapping[str, Baseline]) -> Array:
         """Find the cheapest admissible path, (n, 2) rad, never dearer than an admissible baseline."""
@@ -257,7 +284,11 @@ class _Run:
         if found.status != SOLVED and len(problem) > 2:
             whole = found.cost
             found = refine_windows(
-                problem, found.rotary, size=budget.window, iterations=limit, barrier=barrier
+                problem,
+                found.rotary,
+                size=budget.window,
+                iterations=budget.window_iterations,
+                barrier=barrier,
             )
             self.stages.append(
                 Stage(f"{name}, in windows", found.status, found.iterations, whole, found.cost)

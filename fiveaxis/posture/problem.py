@@ -61,6 +61,7 @@ class Problem:
         *,
         up_penalty: float = 0.0,
         max_turn: float | None = None,
+        link_turn: float | None = None,
     ) -> Problem:
         """Put a path, a machine and bounds together.
 
@@ -68,7 +69,8 @@ class Problem:
         ----------
         toolpath, machine, tilt : what to solve
         up_penalty : J/mm, added to the cost of the machine's Z moving up
-        max_turn : rad, largest step of a rotary axis in a cutting move; None for no bound
+        max_turn, link_turn : rad, largest step of a rotary axis in a cutting move and in any other; None for
+            no bound
 
         Raises
         ------
@@ -85,8 +87,8 @@ class Problem:
             raise SettingError(f"largest rotary step is {np.degrees(max_turn):g} deg; it must be positive")
         plus, minus = travel_costs(machine, toolpath.feed)
         plus[:, machine.column("Z")] += up_penalty
-        bound = np.inf if max_turn is None else max_turn
-        turns = np.where(toolpath.cutting[1:, None], bound, np.inf)
+        bounds = [np.inf if turn is None else turn for turn in (max_turn, link_turn)]
+        turns = np.where(toolpath.cutting[1:, None], *bounds)
         return cls(
             machine=machine,
             pivot=toolpath.pivot,
@@ -173,7 +175,7 @@ class Problem:
         return float(np.sum(self.plus * np.maximum(step, 0.0) - self.minus * np.minimum(step, 0.0)))
 
     def priced(self, rotary: Array) -> float:
-        """Add the price of its violations to the cost of a path, (n, 2) rad: ranks paths that aren't clean; J."""
+        """Add up a path's cost and the price of its violations, J; `rotary` is (n, 2) rad."""
         positions, excess = self.placed(slice(None), rotary)
         turns = np.maximum(np.abs(np.diff(rotary, axis=0)) - self.max_turn, 0.0)
         faults = excess.sum() + self.limit_excess(positions).sum() + turns.sum()

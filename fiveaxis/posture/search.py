@@ -12,7 +12,7 @@ from fiveaxis.posture.lattice import Coordinates, Lattice, fit_turns, tube_latti
 from fiveaxis.posture.problem import Problem
 
 # Locations whose states are worked out at once: enough for numpy, little memory.
-CHUNK = 32
+CHUNK = 8
 
 Layer = tuple[IntArray, IntArray, Array]
 

@@ -1,7 +1,18 @@
 """The tool, the list of cutter locations, and how far the tool may lean there."""
 
+from fiveaxis.toolpath.dividing import divide, divided_rows, interpolate
 from fiveaxis.toolpath.path import MoveKind, Toolpath
 from fiveaxis.toolpath.tilt import TiltBounds, tilt_bounds
 from fiveaxis.toolpath.tool import Tool, parse_tool
 
-__all__ = ["MoveKind", "TiltBounds", "Tool", "Toolpath", "parse_tool", "tilt_bounds"]
+__all__ = [
+    "MoveKind",
+    "TiltBounds",
+    "Tool",
+    "Toolpath",
+    "divide",
+    "divided_rows",
+    "interpolate",
+    "parse_tool",
+    "tilt_bounds",
+]

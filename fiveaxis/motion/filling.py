@@ -1,0 +1,62 @@
+"""Between two locations: blocks inserted so that axes which run linearly keep the tool on its way."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fiveaxis.geometry import Array
+from fiveaxis.kinematics import positions_about, tool_poses
+from fiveaxis.machine import Machine
+from fiveaxis.motion.motion import Motion, follow
+from fiveaxis.toolpath import Toolpath, divide, divided_rows, interpolate
+
+# Largest way of the pivot off its chord between two blocks, mm.
+PATH_TOLERANCE = 0.005
+# Rounds of measuring and inserting; each one divides a deviation by the square of the blocks it inserts.
+MOST_ROUNDS = 6
+
+
+def fill_in(
+    toolpath: Toolpath, machine: Machine, rotary: Array, tolerance: float = PATH_TOLERANCE
+) -> tuple[Toolpath, Motion]:
+    """Insert locations until a control without tool-centre-point control stays on the path.
+
+    In machine coordinates all axes run linearly in time between two blocks, so the pivot (a ball's centre)
+    leaves its chord while the rotary axes turn. Inserted locations lie on the chord, with angles in
+    proportion to the way; they know no normal and no contact.
+
+    Parameters
+    ----------
+    toolpath : n locations
+    machine : two rotary and three linear axes
+    rotary : (n, 2), rad, chain order
+    tolerance : mm, largest deviation of the pivot halfway between two blocks
+
+    Returns
+    -------
+    path : m ≥ n locations, the given ones among them
+    motion : the motion along it
+    """
+    path, angles = toolpath, rotary
+    for _ in range(MOST_ROUNDS):
+        off = midway_deviation(path, machine, angles)
+        # A parabola's height falls with the square of the parts that its chord is cut into.
+        parts = np.maximum(np.ceil(np.sqrt(off / tolerance)), 1.0).astype(np.int64)
+        if (parts == 1).all():
+            break
+        path, angles = divide(path, parts), interpolate(angles, divided_rows(parts))
+    return path, follow(path, machine, angles)
+
+
+def midway_deviation(toolpath: Toolpath, machine: Machine, rotary: Array) -> Array:
+    """Measure how far the pivot is from the middle of its chord when every axis is halfway.
+
+    Returns
+    -------
+    (n − 1,), mm
+    """
+    radius = toolpath.tool.radius
+    positions, _ = positions_about(machine, toolpath.pivot, rotary, radius)
+    tip, axis = tool_poses(machine, (positions[1:] + positions[:-1]) / 2.0)
+    middle = (toolpath.pivot[1:] + toolpath.pivot[:-1]) / 2.0
+    return np.linalg.norm(tip + radius * axis - middle, axis=1)

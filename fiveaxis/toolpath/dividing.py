@@ -1,0 +1,51 @@
+"""Cutting the moves of a path into parts."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from fiveaxis.geometry import Array, IntArray
+from fiveaxis.toolpath.path import Toolpath
+
+
+def divide(toolpath: Toolpath, parts: IntArray) -> Toolpath:
+    """Cut every move into equal parts.
+
+    Inserted locations lie on the straight way of the pivot and know no contact, normal or tool axis. Each
+    belongs to the move that it is part of: kind, feed and source are those of the location at its end.
+
+    Parameters
+    ----------
+    toolpath : n locations
+    parts : (n − 1,), at least 1, of the move from each location to the next
+
+    Returns
+    -------
+    1 + Σ parts locations, the given ones among them
+    """
+    row = divided_rows(parts)
+    owner = np.ceil(row).astype(np.int64)
+    path = toolpath.at(owner)
+    unknown = np.where((row == owner)[:, None], 0.0, np.nan)
+    return replace(
+        path,
+        pivot=interpolate(toolpath.pivot, row),
+        contact=path.contact + unknown,
+        normal=path.normal + unknown,
+        axis=path.axis + unknown,
+    )
+
+
+def divided_rows(parts: IntArray) -> Array:
+    """Number the locations of a divided path in rows of the undivided: 3.25 lies between 3 and 4."""
+    begin = np.repeat(np.arange(len(parts)), parts)
+    share = np.arange(len(begin)) - np.repeat(np.cumsum(parts) - parts, parts)
+    return np.append(begin + share / np.repeat(parts, parts), float(len(parts)))
+
+
+def interpolate(columns: Array, row: Array) -> Array:
+    """Take columns, (n, k), at fractional rows, (m,); linearly, (m, k)."""
+    every = np.arange(len(columns))
+    return np.stack([np.interp(row, every, column) for column in columns.T], axis=1)
