@@ -272,11 +272,7 @@ def _make_files(outcome: Outcome, folder: Path) -> list[Path]:
 def _header(outcome: Outcome) -> dict[str, str]:
     """Say in the program where it comes from and what it costs."""
     solution = outcome.solution
-    lines = {
-        "machine": solution.machine.name,
-        "code": str(solution.machine.code),
-        "tool": str(solution.toolpath.tool),
-    }
+    lines = {"tool": str(solution.toolpath.tool)}
     for number, source in enumerate(outcome.document["inputs"], start=1):
         lines[f"source {number}"] = f"{source['name']} sha256 {source['sha256']}"
     for name, energy in outcome.program.energy.items():

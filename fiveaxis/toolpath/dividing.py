@@ -39,7 +39,7 @@ def divide(toolpath: Toolpath, parts: IntArray) -> Toolpath:
 
 
 def divided_rows(parts: IntArray) -> Array:
-    """Number the locations of a divided path in rows of the undivided: 3.25 lies between 3 and 4."""
+    """Count a divided path's locations in rows of the undivided one: 3.25 lies between 3 and 4."""
     begin = np.repeat(np.arange(len(parts)), parts)
     share = np.arange(len(begin)) - np.repeat(np.cumsum(parts) - parts, parts)
     return np.append(begin + share / np.repeat(parts, parts), float(len(parts)))
