@@ -1,0 +1,136 @@
+"""The postures that a result is measured against."""
+
+import numpy as np
+import pytest
+
+from fiveaxis.energy import motion_energy
+from fiveaxis.kinematics import tool_axes
+from fiveaxis.motion import follow
+from fiveaxis.posture.baselines import (
+    NoBaseline,
+    along_normal,
+    as_programmed,
+    feed_directions,
+    find_baselines,
+    leaned,
+    single_posture,
+)
+from fiveaxis.posture.branches import cheapest_sequence, nearest_turn, postures
+from fiveaxis.toolpath import Tool, Toolpath, tilt_bounds
+
+UP = np.array([0.0, 0.0, 1.0])
+
+
+def test_the_normal_baseline_of_the_vase_is_the_printed_one(hayashi, vase):
+    rotary = along_normal(vase, hayashi, tilt_bounds(vase, (15, 75)))
+    assert motion_energy(hayashi, follow(vase, hayashi, rotary)).total == pytest.approx(11306, abs=1.0)
+
+
+def test_every_baseline_keeps_the_tilt_range_and_the_limits(hayashi, vase):
+    short = vase.at(np.arange(0, 720))
+    bounds = tilt_bounds(short, (15, 75))
+    found, missing = find_baselines(short, hayashi, bounds)
+    assert set(found) == {"normal", "lead-lean", "greedy"}
+    assert "no tool axes" in missing["as-programmed"]
+    assert "no single posture" in missing["fixed"]
+    for baseline in found.values():
+        positions = baseline.motion.positions
+        axis = tool_axes(hayashi, positions[:, hayashi.rotary_columns])
+        tilt = np.degrees(bounds.angles(axis))
+        assert tilt.min() > 15.0 - 1e-6
+        assert tilt.max() < 75.0 + 1e-6
+        assert (positions <= hayashi.high + 1e-9).all()
+        assert (positions >= hayashi.low - 1e-9).all()
+    # Leaning straight up is a lead and lean too, but for rounding.
+    assert found["lead-lean"].energy.total < 1.01 * found["normal"].energy.total
+
+
+def test_greedy_takes_no_dearer_moves_than_standing_still_would(hayashi):
+    # A straight line on a flat floor: the posture may stay, and nothing but X moves.
+    contact = np.stack([np.linspace(0.0, 20.0, 21), np.zeros(21), np.zeros(21)], axis=1)
+    path = Toolpath.from_contacts(contact, np.tile(UP, (21, 1)), Tool.ball(6))
+    found, _ = find_baselines(path, hayashi, tilt_bounds(path, (10, 60)))
+    moved = found["greedy"].energy
+    assert moved.total <= 20.0 * 34.55 * 0.06 + 1e-6
+    assert found["fixed"].energy.total <= 20.0 * 34.55 * 0.06 + 1e-6
+
+
+def test_a_single_posture_is_found_where_one_exists(hayashi):
+    angle = np.linspace(0.0, 2.0 * np.pi, 50)
+    normal = np.stack([0.5 * np.cos(angle), 0.5 * np.sin(angle), np.full(50, np.sqrt(0.75))], axis=1)
+    path = Toolpath.from_contacts(20.0 * normal, normal, Tool.ball(6))
+    bounds = tilt_bounds(path, (0, 60))
+    rotary = single_posture(path, hayashi, bounds)
+    assert np.ptp(rotary, axis=0).max() == 0.0
+    assert bounds.angles(tool_axes(hayashi, rotary)).max() <= bounds.high
+    with pytest.raises(NoBaseline):
+        single_posture(path, hayashi, tilt_bounds(path, (0, 10)))
+
+
+def test_a_programmed_path_is_followed_on_one_branch_without_a_jump(hayashi):
+    turn = np.linspace(0.0, 4.0 * np.pi, 200)
+    lean = np.radians(40.0)
+    axis = np.stack(
+        [np.sin(lean) * np.cos(turn), np.sin(lean) * np.sin(turn), np.full(200, np.cos(lean))], axis=1
+    )
+    path = Toolpath.from_tips(30.0 * axis, axis, Tool.ball(6))
+    rotary = as_programmed(path, hayashi, tilt_bounds(path, cone=10))
+    np.testing.assert_allclose(tool_axes(hayashi, rotary), axis, atol=1e-9)
+    assert np.abs(np.diff(rotary, axis=0)).max() < np.radians(5.0)
+    assert np.ptp(rotary[:, 0]) == pytest.approx(4.0 * np.pi)  # two turns, never wrapped
+
+
+def test_a_programmed_axis_out_of_reach_is_named(hayashi):
+    path = Toolpath.from_tips(np.zeros((3, 3)), [UP, UP, -UP], Tool.ball(6))
+    with pytest.raises(NoBaseline, match="1 locations have a tool axis outside the axis limits"):
+        as_programmed(path, hayashi, tilt_bounds(path, cone=10))
+
+
+def test_the_branches_are_chosen_for_the_whole_path_not_one_by_one(hayashi, vase):
+    """Brute force over the two branches of a few locations, each turn the short way."""
+    import itertools
+
+    short = vase.at(np.arange(0, 3600, 450))
+    axis = np.cos(0.6) * short.normal + np.sin(0.6) * UP
+    axis /= np.linalg.norm(axis, axis=1, keepdims=True)
+    free = hayashi.with_drives_of(hayashi)
+    object.__setattr__(free, "axes", tuple(
+        type(a)(a.letter, drive=a.drive) for a in free.axes
+    ))  # fmt: skip
+    found = postures(free, short, axis)
+    rotary = cheapest_sequence(free, short, found)
+    best = np.inf
+    for branches in itertools.product((0, 1), repeat=len(short)):
+        angles = found.positions[branches, np.arange(len(short))][:, free.rotary_columns]
+        path = np.unwrap(angles, axis=0)
+        best = min(best, motion_energy(free, follow(short, free, path)).total)
+    assert motion_energy(free, follow(short, free, rotary)).total == pytest.approx(best)
+
+
+def test_a_turn_goes_the_short_way_unless_the_limits_forbid_it():
+    low, high = np.array([-np.inf, -2.0]), np.array([np.inf, 2.0])
+    near = nearest_turn(np.array([-3.0, 1.5]), np.array([9.0, -1.9]), low, high)
+    np.testing.assert_allclose(near, [-3.0 + 4.0 * np.pi, 1.5])
+
+
+def test_lead_leans_towards_the_feed_and_lean_sideways():
+    contact = np.stack([np.arange(5.0), np.zeros(5), np.zeros(5)], axis=1)
+    path = Toolpath.from_contacts(contact, np.tile(UP, (5, 1)), Tool.ball(2))
+    forward = feed_directions(path, path.normal)
+    np.testing.assert_allclose(forward, np.tile([1.0, 0.0, 0.0], (5, 1)), atol=1e-12)
+    lead = leaned(path.normal, forward, np.radians(20.0), 0.0)
+    np.testing.assert_allclose(lead[2], [np.sin(np.radians(20)), 0.0, np.cos(np.radians(20))], atol=1e-12)
+    both = leaned(path.normal, forward, np.radians(20.0), np.radians(10.0))
+    np.testing.assert_allclose(np.linalg.norm(both, axis=1), 1.0)
+    assert np.degrees(np.arcsin(abs(both[2, 1]))) == pytest.approx(10.0)
+
+
+def test_the_feed_direction_ignores_the_step_to_another_pass():
+    angle = np.linspace(0.0, 1.0, 20)
+    arc = np.stack([20 * np.cos(angle), 20 * np.sin(angle), np.zeros(20)], axis=1)
+    contact = np.concatenate([arc, arc - 5.0 * UP])
+    normal = np.tile(np.stack([np.cos(angle), np.sin(angle), np.zeros(20)], axis=1), (2, 1))
+    path = Toolpath.from_contacts(contact, normal, Tool.ball(4))
+    forward = feed_directions(path, path.normal)
+    tangent = np.tile(np.stack([-np.sin(angle), np.cos(angle), np.zeros(20)], axis=1), (2, 1))
+    assert np.sum(forward * tangent, axis=1).min() > 0.999

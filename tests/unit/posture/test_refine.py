@@ -1,0 +1,97 @@
+"""The NLP: its derivatives, and that it never makes a path worse."""
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from fiveaxis.machine import load_machine
+from fiveaxis.posture.problem import ALLOWED, Problem
+from fiveaxis.posture.refine import _write, refine, refine_windows
+from fiveaxis.toolpath import Tool, Toolpath, tilt_bounds
+
+RNG = np.random.default_rng(5)
+
+
+@pytest.fixture
+def problem() -> Problem:
+    angle = np.linspace(0.0, 4.0, 40)
+    normal = np.stack([np.cos(angle), np.sin(angle), np.full(40, -0.3)], axis=1)
+    contact = np.stack([20 * np.cos(angle), 15 * np.sin(angle), np.full(40, 10.0)], axis=1)
+    path = Toolpath.from_contacts(contact, normal, Tool.ball(6))
+    return Problem.build(path, load_machine("hayashi-640123"), tilt_bounds(path, (15, 75)), up_penalty=2.0)
+
+
+@pytest.fixture
+def start(problem) -> np.ndarray:
+    """Follow the normals, tool tilted up by 40°, with a wobble that leaves the bounds intact."""
+    turn = np.unwrap(np.arctan2(problem.reference[:, 1], problem.reference[:, 0]))
+    rotary = np.stack([turn - np.pi / 2.0, np.full(40, np.radians(-66.0))], axis=1)
+    return rotary + 0.03 * RNG.standard_normal(rotary.shape)
+
+
+def test_the_lagrangians_gradient_is_that_of_finite_differences(problem, start):
+    nlp = _write(problem).functions
+    x, f, g = nlp["x"], nlp["f"], nlp["g"]
+    multipliers = RNG.standard_normal(g.shape[0])
+    lagrangian = f + ca.dot(multipliers, g)
+    value = ca.Function("value", [x], [lagrangian])
+    gradient = ca.Function("gradient", [x], [ca.gradient(lagrangian, x)])
+    point = np.concatenate([start.ravel(), RNG.random(x.shape[0] - start.size)])
+    found = np.array(gradient(point)).ravel()
+    h = 1e-6
+    for i in RNG.choice(x.shape[0], 60, replace=False):
+        step = h * np.eye(1, len(point), i)[0]
+        expected = (float(value(point + step)) - float(value(point - step))) / (2.0 * h)
+        assert found[i] == pytest.approx(expected, rel=1e-5, abs=1e-4)
+
+
+def test_the_nlps_objective_is_the_cost_of_the_path(problem, start):
+    nlp = _write(problem).functions
+    step = np.diff(problem.positions(slice(None), start), axis=0).ravel()
+    point = np.concatenate([start.ravel(), np.maximum(step, 0), np.maximum(-step, 0)])
+    value = ca.Function("value", [nlp["x"]], [nlp["f"], nlp["g"]])
+    objective, constraints = value(point)
+    assert float(objective) == pytest.approx(problem.cost(problem.positions(slice(None), start)))
+    assert np.abs(np.array(constraints)[: step.size]).max() < 1e-9
+
+
+def test_up_costs_the_penalty_on_top_of_the_drives_cost(problem):
+    z = problem.machine.column("Z")
+    assert problem.plus[0, z] == pytest.approx(612.1 * 0.06 + 2.0)
+    assert problem.minus[0, z] == pytest.approx(427.8 * 0.06)
+
+
+def cost(problem, rotary):
+    return problem.cost(problem.positions(slice(None), rotary))
+
+
+def test_refining_lowers_the_cost_and_stays_within_all_bounds(problem, start):
+    assert problem.violation(start) == 0.0
+    found = refine(problem, start, iterations=200, barrier=1e-1)
+    assert found.status == "Solve_Succeeded"
+    assert found.cost == pytest.approx(cost(problem, found.rotary))
+    assert found.cost < 0.8 * cost(problem, start)
+    assert problem.violation(found.rotary) <= ALLOWED
+
+
+@pytest.mark.parametrize("iterations", [0, 1, 2, 3, 5, 8, 13])
+def test_the_nlp_never_ends_above_its_start(problem, start, iterations):
+    found = refine(problem, start, iterations=iterations, barrier=1e-1)
+    assert found.cost <= cost(problem, start)
+    assert problem.violation(found.rotary) <= ALLOWED
+
+
+def test_held_ends_stay_where_they_are(problem, start):
+    found = refine(problem, start, iterations=200, barrier=1e-1, held=(True, True))
+    np.testing.assert_array_equal(found.rotary[[0, -1]], start[[0, -1]])
+    assert found.cost < cost(problem, start)
+
+
+def test_windows_never_make_a_path_dearer(problem, start):
+    whole = refine(problem, start, iterations=200, barrier=1e-1)
+    windows = refine_windows(problem, start, size=12, iterations=200, barrier=1e-1)
+    assert whole.cost <= windows.cost + 1e-6
+    assert windows.cost < cost(problem, start)
+    assert problem.violation(windows.rotary) <= ALLOWED
+    again = refine_windows(problem, windows.rotary, size=12, iterations=200, barrier=1e-1)
+    assert again.cost <= windows.cost
