@@ -51,17 +51,13 @@ def within_limits(machine: Machine, positions: Array) -> BoolArray:
 
 
 def into_limits(machine: Machine, rotary: Array) -> Array:
-    """Shift angles, (..., 2) rad in chain order, by whole turns to where their limits begin.
-
-    Axes without end, and angles within the limits, stay as they are.
-    """
-    low = machine.low[machine.rotary_columns]
-    high = machine.high[machine.rotary_columns]
-    floor = np.where(np.isfinite(low), low - ON_LIMIT, -np.inf)
-    outside = (rotary < floor) | (rotary > high + ON_LIMIT)
-    with np.errstate(invalid="ignore"):
-        shifted = rotary + TURN * np.ceil((floor - rotary) / TURN)
-    return np.where(outside & np.isfinite(floor), shifted, rotary)
+    """Shift angles, (..., 2) rad in chain order, by whole turns into their limits where that is possible."""
+    columns = machine.rotary_columns
+    low, high = machine.low[columns] - ON_LIMIT, machine.high[columns] + ON_LIMIT
+    floor = np.where(np.isfinite(low), low, -np.pi)
+    shifted = rotary + TURN * np.ceil((floor - rotary) / TURN)
+    outside = (rotary < low) | (rotary > high)
+    return np.where(outside & (shifted <= high), shifted, rotary)
 
 
 def hold_singular(rotary: Array, axis: Array, machine: Machine) -> Array:

@@ -1,0 +1,50 @@
+"""What axes that run linearly do between two locations."""
+
+import numpy as np
+import pytest
+
+from fiveaxis.kinematics import tool_poses
+from fiveaxis.motion import fill_in, follow, midway_deviation
+from fiveaxis.toolpath import Tool, Toolpath, divide
+
+
+def straight_cut(n: int = 4) -> Toolpath:
+    contact = np.stack([np.linspace(30.0, 40.0, n), np.zeros(n), np.full(n, 5.0)], axis=1)
+    return Toolpath.from_contacts(contact, np.tile([0.0, 0.0, 1.0], (n, 1)), Tool.ball(6))
+
+
+def test_inserted_locations_keep_the_ball_on_its_chord(hayashi):
+    path = straight_cut()
+    rotary = np.radians([[0, -20], [8, -20], [16, -30], [46, -50]])
+    assert midway_deviation(path, hayashi, rotary).max() > 0.1
+    filled, motion = fill_in(path, hayashi, rotary, tolerance=0.005)
+    assert len(filled) == len(motion) > len(path)
+    # Sampled finely within every block, axes linear in time: independent of how blocks were inserted.
+    for share in np.linspace(0.0, 1.0, 9):
+        between = (1 - share) * motion.positions[:-1] + share * motion.positions[1:]
+        tip, axis = tool_poses(hayashi, between)
+        ball = tip + 3.0 * axis
+        assert np.abs(ball[:, 1:] - [0.0, 8.0]).max() < 0.006
+    kept = np.flatnonzero(np.isfinite(filled.normal[:, 0]))
+    np.testing.assert_allclose(motion.positions[kept], follow(path, hayashi, rotary).positions, atol=1e-12)
+    np.testing.assert_array_equal(filled.pivot[kept], path.pivot)
+
+
+def test_a_path_with_a_still_posture_needs_no_blocks(hayashi):
+    filled, _ = fill_in(straight_cut(), hayashi, np.tile([0.3, -0.5], (4, 1)))
+    assert len(filled) == 4
+
+
+def test_the_time_of_a_path_doesnt_change_with_its_blocks(hayashi):
+    path = straight_cut()
+    rotary = np.radians([[0, -20], [8, -20], [16, -30], [46, -50]])
+    _, motion = fill_in(path, hayashi, rotary)
+    assert motion.time.sum() == pytest.approx(10.0 / (1000.0 / 60.0))
+
+
+def test_divided_moves_have_equal_parts_and_belong_to_the_move_they_were_in():
+    path = straight_cut(3)
+    divided = divide(path, np.array([2, 3]))
+    np.testing.assert_allclose(divided.pivot[:, 0], [30, 32.5, 35, 35 + 5 / 3, 35 + 10 / 3, 40])
+    assert divided.source.tolist() == [1, 2, 2, 3, 3, 3]
+    assert np.isfinite(divided.normal[:, 2]).tolist() == [True, False, True, False, False, True]

@@ -1,0 +1,174 @@
+"""The whole optimiser: on the cases with known numbers, on laws, and where there is nothing to find."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fiveaxis.errors import Infeasible, MachineError, SettingError, ToolpathError
+from fiveaxis.machine import Machine
+from fiveaxis.posture import optimise
+from fiveaxis.toolpath import Tool, Toolpath
+
+TOLERANCE = 1e-9
+
+
+def ring(n: int = 80, n_z: float = -0.3, radius: float = 20.0) -> Toolpath:
+    """Contacts once round a lobed wall, normals leaning downwards."""
+    angle = np.linspace(0.0, 2.0 * np.pi, n, endpoint=False)
+    flat = np.sqrt(1.0 - n_z**2)
+    normal = np.stack([flat * np.cos(angle), flat * np.sin(angle), np.full(n, n_z)], axis=1)
+    r = radius + 3.0 * np.cos(3.0 * angle)
+    contact = np.stack([r * np.cos(angle), r * np.sin(angle), np.full(n, 10.0)], axis=1)
+    return Toolpath.from_contacts(contact, normal, Tool.ball(6), name="ring")
+
+
+def assert_sound(solution):
+    residuals = solution.residuals()
+    assert residuals["tilt"] <= TOLERANCE
+    assert residuals["limit"] <= TOLERANCE
+    assert residuals["contact"] <= 1e-9
+    for name, energy in solution.baselines.items():
+        assert solution.energy.total <= energy.total * (1 + 1e-9), name
+
+
+@pytest.mark.slow
+def test_the_vase_ends_at_its_best_known_energy_and_does_so_again(hayashi, vase):
+    solution = optimise(vase, hayashi, tilt=(15, 75))
+    assert solution.energy.total <= 7450.0
+    assert_sound(solution)
+    again = optimise(vase, hayashi, tilt=(15, 75))
+    np.testing.assert_array_equal(again.motion.positions, solution.motion.positions)
+    assert [s.after for s in again.stages] == [s.after for s in solution.stages]
+
+
+@pytest.mark.slow
+def test_the_dome_is_solved_with_and_without_a_bound_on_turns(hayashi, dome):
+    free = optimise(dome, hayashi, tilt=(10, 70), max_turn=None)
+    assert free.energy.total < 22_500.0
+    assert_sound(free)
+    bounded = optimise(dome, hayashi, tilt=(10, 70))
+    assert_sound(bounded)
+    turns = np.abs(bounded.motion.moves[:, hayashi.rotary_columns])
+    assert np.degrees(turns.max()) <= 15.0 + 1e-6
+    assert free.energy.total < bounded.energy.total < 33_000.0
+
+
+def test_a_small_path_is_sound_and_says_what_the_solver_did(hayashi):
+    solution = optimise(ring(), hayashi, tilt=(15, 75))
+    assert_sound(solution)
+    names = [stage.name for stage in solution.stages]
+    assert any(name.startswith("search") for name in names)
+    assert names[-1].startswith("refine, all locations")
+    for stage in solution.stages:
+        assert stage.before is None or stage.after <= stage.before or "locations" in stage.name
+
+
+def test_the_posture_may_turn_no_further_than_allowed(hayashi):
+    solution = optimise(ring(), hayashi, tilt=(15, 75), max_turn=6.0)
+    turns = np.degrees(np.abs(solution.motion.moves[:, hayashi.rotary_columns]))
+    assert turns.max() <= 6.0 + 1e-6
+    assert_sound(solution)
+
+
+def scaled(machine: Machine, factor: float) -> Machine:
+    axes = tuple(
+        replace(a, drive=replace(a.drive, plus=a.drive.plus * factor, minus=a.drive.minus * factor))
+        for a in machine.axes
+    )
+    return replace(machine, axes=axes)
+
+
+def test_twice_the_powers_are_twice_the_energy(hayashi):
+    once = optimise(ring(), hayashi, tilt=(15, 75)).energy
+    twice = optimise(ring(), scaled(hayashi, 2.0), tilt=(15, 75)).energy
+    assert twice.total == pytest.approx(2.0 * once.total, rel=1e-4)
+
+
+def test_a_part_turned_about_c_costs_the_same(hayashi):
+    path = ring()
+    c, s = np.cos(0.3), np.sin(0.3)
+    turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    turned = Toolpath.from_contacts(path.contact @ turn.T, path.normal @ turn.T, path.tool)
+    costs = [optimise(p, hayashi, tilt=(15, 75)).energy.total for p in (path, turned)]
+    assert costs[1] == pytest.approx(costs[0], rel=0.02)
+
+
+def test_links_are_bound_by_limits_alone(hayashi):
+    path = ring()
+    links = np.zeros(len(path), dtype=bool)
+    links[30:50] = True
+    solution = optimise(path.with_links(links), hayashi, tilt=(15, 75))
+    assert_sound(solution)
+    whole = optimise(path, hayashi, tilt=(15, 75), max_turn=45.0)
+    assert solution.energy.total <= whole.energy.total * 1.001
+
+
+@pytest.mark.parametrize("n", [1, 2, 3, 5])
+def test_the_shortest_paths_have_a_posture_too(hayashi, n):
+    solution = optimise(ring(200).at(np.arange(n)), hayashi, tilt=(15, 75))
+    assert len(solution.motion) == n
+    assert_sound(solution)
+
+
+def test_standing_still_costs_nothing(hayashi):
+    path = ring().at(np.array([7, 7]))
+    assert optimise(path, hayashi, tilt=(15, 75)).energy.total == pytest.approx(0.0, abs=1e-6)
+
+
+def test_a_limited_c_keeps_its_turn_and_offsets_are_respected(trunnion, hayashi):
+    """C of the simulated trunnion goes ±100 turns, A −50…100, and its axes don't meet."""
+    machine = trunnion.with_drives_of(hayashi)
+    path = ring(n_z=0.3)
+    turned = Toolpath.from_contacts(np.tile(path.contact, (3, 1)), np.tile(path.normal, (3, 1)), path.tool)
+    solution = optimise(turned, machine, tilt=(5, 60))
+    assert_sound(solution)
+    assert np.ptp(solution.motion.positions[:, machine.column("C")]) > 2.0 * 2.0 * np.pi
+
+
+@pytest.mark.parametrize("code", ["650123", "601235", "123045", "102653"])
+def test_other_structures_are_optimised_alike(code, hayashi):
+    bare = Machine.from_code(code)
+    donor = {a.letter: a.drive for a in hayashi.axes}
+    donor["B"] = donor["A"]
+    axes = tuple(replace(a, drive=donor[a.letter]) for a in bare.axes)
+    solution = optimise(ring(n_z=0.2), replace(bare, axes=axes), tilt=(5, 60))
+    assert_sound(solution)
+
+
+def test_a_programmed_path_is_leaned_within_its_cone(hayashi):
+    turn = np.linspace(0.0, 2.0 * np.pi, 90)
+    axis = np.stack([0.5 * np.cos(turn), 0.5 * np.sin(turn), np.full(90, np.sqrt(0.75))], axis=1)
+    solution = optimise(Toolpath.from_tips(30.0 * axis, axis, Tool.ball(6)), hayashi, cone=20)
+    assert_sound(solution)
+    assert solution.energy.total < solution.baselines["as-programmed"].total
+
+
+def test_locations_out_of_reach_are_listed_each_with_its_reason(hayashi):
+    normal = ring().normal.copy()
+    normal[[3, 40]] = [0.0, 0.0, -1.0]  # straight down: A would have to go beyond -120 deg
+    path = Toolpath.from_contacts(ring().contact, normal, Tool.ball(6), name="ring.csv")
+    with pytest.raises(Infeasible, match="2 of 80 locations have no admissible posture") as caught:
+        optimise(path, hayashi, tilt=(15, 50))
+    findings = caught.value.findings
+    assert [f.place.location for f in findings] == [3, 40]
+    assert str(findings[0]).startswith("ring.csv:4, location 3: no tool axis within 15…50 deg of the normal")
+    assert "limit -120 deg" in findings[0].message
+    # 180 − 50 = 130 deg is the least that A would need.
+    assert findings[0].value == pytest.approx(10.0, abs=0.1)
+
+
+def test_what_cannot_be_asked_is_refused(hayashi, trunnion):
+    path = ring()
+    with pytest.raises(SettingError, match=r"75…15 deg is empty, reversed"):
+        optimise(path, hayashi, tilt=(75, 15))
+    with pytest.raises(SettingError, match="give either tilt"):
+        optimise(path, hayashi)
+    with pytest.raises(ToolpathError, match="no programmed tool axes"):
+        optimise(path, hayashi, cone=20)
+    with pytest.raises(MachineError, match="no power for axis"):
+        optimise(path, trunnion, tilt=(15, 75))
+    with pytest.raises(MachineError, match="only spins the tool"):
+        optimise(path, Machine.from_code("401236"), tilt=(15, 75))
+    with pytest.raises(SettingError, match="can't be negative"):
+        optimise(path, hayashi, tilt=(15, 75), up_penalty=-1.0)
