@@ -209,8 +209,8 @@ def run_job(job: Job, progress: Progress | None = None) -> Outcome:
     verdict = verify(solution.motion, machine, toolpath, tilt=job.tilt, cone=job.cone, part=part)
     inputs = [describe_input(p) for p in dict.fromkeys((job.input, part or job.input))]
     program = program_motion(solution, part)
-    document = report_document(solution, verdict.as_dict(), inputs=inputs)
-    document["program"] = program.as_dict()
+    found, driven = verdict.as_dict(), program.as_dict()
+    document = report_document(solution, found, inputs=inputs, program=driven)
     return Outcome(job, solution, verdict, program, document)
 
 

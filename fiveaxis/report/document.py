@@ -34,7 +34,11 @@ UNITS = {
 
 
 def report_document(
-    solution: Solution, verdict: Mapping[str, Any], *, inputs: Sequence[Mapping[str, Any]]
+    solution: Solution,
+    verdict: Mapping[str, Any],
+    *,
+    inputs: Sequence[Mapping[str, Any]],
+    program: Mapping[str, Any] | None = None,
 ) -> dict[str, Any]:
     """Put everything that a run found into one document of plain data.
 
@@ -46,6 +50,9 @@ def report_document(
     verdict : what verification says, as plain data: ``ok``, ``findings``, ``counts`` (by code; may count more
         than are listed), ``figures``, ``checked`` and ``not_checked`` (sentences)
     inputs : the files that the run read, each from `describe_input`
+    program : the NC program's own motion, where one was worked out: ``blocks``, ``inserted``,
+        ``path_tolerance_mm``, ``energy`` by posture and a ``verification`` like `verdict`. The run is sound
+        only if both are; the program's findings join the others.
 
     Returns
     -------
@@ -59,8 +66,9 @@ def report_document(
         "baselines": {name: energy.as_dict() for name, energy in solution.baselines.items()},
         "missing_baselines": dict(solution.missing),
         "savings": {name: _savings(solution.energy, e) for name, e in solution.baselines.items()},
-        "findings": [_portable_finding(f) for f in verdict["findings"]],
-        "verification": {k: verdict[k] for k in ("ok", "counts", "figures", "checked", "not_checked")},
+        "findings": [_portable_finding(f) for f in _all_findings(verdict, program)],
+        "verification": _verification(verdict, program),
+        "program": program and {k: v for k, v in program.items() if k != "verification"},
         "solver": [stage.as_dict() for stage in solution.stages],
         "machine": _machine(solution.machine),
         "tool": str(solution.toolpath.tool),
@@ -70,6 +78,32 @@ def report_document(
         "units": dict(UNITS),
     }
     return {key: _plain(value) for key, value in document.items()}
+
+
+def _all_findings(verdict: Mapping[str, Any], program: Mapping[str, Any] | None) -> list[dict[str, Any]]:
+    """Put the program's findings behind the others; a place in them counts the program's locations."""
+    if program is None:
+        return [dict(f) for f in verdict["findings"]]
+    found = program["verification"]["findings"]
+    between = [{**f, "message": f"in the program's blocks: {f['message']}"} for f in found]
+    return [*(dict(f) for f in verdict["findings"]), *between]
+
+
+def _verification(verdict: Mapping[str, Any], program: Mapping[str, Any] | None) -> dict[str, Any]:
+    keys = ("ok", "counts", "figures", "checked", "not_checked")
+    both = {k: verdict[k] for k in keys}
+    if program is None:
+        return both
+    second = program["verification"]
+    codes = sorted({*both["counts"], *second["counts"]})
+    both["counts"] = {c: both["counts"].get(c, 0) + second["counts"].get(c, 0) for c in codes}
+    both["ok"] = both["ok"] and second["ok"]
+    both["figures"] = {**both["figures"], "program": second["figures"]}
+    blocks = (
+        f"the program's own {program['blocks']} blocks: axis limits, way of the ball, ball against the part"
+    )
+    both["checked"] = [*both["checked"], blocks]
+    return both
 
 
 def describe_input(path: str | Path) -> dict[str, Any]:

@@ -96,6 +96,20 @@ def _saved(document: Mapping[str, Any], baseline: str | None) -> str:
         f"({BOUNDARIES['travel_metric']}).</p>\n"
         f'<div class="cards">\n{cards}\n</div>\n'
         f"{_scroll(tables.baseline_table(document))}\n{_missing(document)}\n{_measures(document)}"
+        f"{_program(document)}"
+    )
+
+
+def _program(document: Mapping[str, Any]) -> str:
+    """Say what the NC program's own moves cost: the figures above see the locations only."""
+    program = document["program"]
+    if program is None:
+        return ""
+    return (
+        "<p>The figures above see the cutter locations only. Between them the axes have to hold the ball on "
+        f"its path: without tool centre point control the program needs {tables.number(program['inserted'])} "
+        f"more blocks for that (tolerance {program['path_tolerance_mm']:g} mm), and its own moves cost:</p>\n"
+        f"{_scroll(tables.program_table(program))}"
     )
 
 

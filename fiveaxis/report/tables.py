@@ -60,6 +60,19 @@ def baseline_table(document: Mapping[str, Any]) -> str:
     return table(heads, rows)
 
 
+def program_table(program: Mapping[str, Any]) -> str:
+    """Compare the programs of the result and of every baseline by their own moves."""
+    heads = ("program", "#travel metric (J)", "#saved", "#power integral (J)", "#saved", "#time (s)")
+    result, *others = program["energy"].items()
+    after, measures = result[1], ("total", "power_integral")
+    rows = [(result[0], number(after["total"]), NOTHING, number(after["power_integral"]), NOTHING)]
+    for name, before in others:
+        saved = [saving(1.0 - after[k] / before[k] if before[k] > 0.0 else None) for k in measures]
+        rows.append((name, number(before["total"]), saved[0], number(before["power_integral"]), saved[1]))
+    times = (number(energy["time"], 1) for energy in program["energy"].values())
+    return table(heads, [(*row, time) for row, time in zip(rows, times, strict=True)])
+
+
 def missing_list(document: Mapping[str, Any]) -> str:
     """Say which baselines don't exist and why, as list items; empty where all exist."""
     items = document["missing_baselines"].items()

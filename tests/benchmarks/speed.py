@@ -1,0 +1,49 @@
+"""Print how quick each step is, as rates on this machine.
+
+Usage: python tests/benchmarks/speed.py
+"""
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+import fiveaxis as fx
+from fiveaxis.kinematics import axis_positions, tool_poses
+
+ROOT = Path(__file__).parents[2]
+DATA = ROOT.parent / "shared" / "data"
+POSES = 1_000_000
+
+
+def rate(what: str, count: int, step: Callable[[], object]) -> None:
+    step()  # compilers and caches
+    started = time.perf_counter()
+    step()
+    print(f"{what:45} {count / (time.perf_counter() - started):12,.0f} /s")
+
+
+def main() -> None:
+    machine = fx.load_machine("linuxcnc-xyzac-trt")
+    positions = np.random.default_rng(0).uniform(-1.0, 1.0, (POSES, 5))
+    tip, axis = tool_poses(machine, positions)
+    rate("forward kinematics, poses", POSES, lambda: tool_poses(machine, positions))
+    rate("inverse kinematics, poses (both branches)", POSES, lambda: axis_positions(machine, tip, axis))
+
+    apt = DATA / "toolpaths" / "nx_ust_a2.cls.gz"
+    tool = fx.Tool.ball(10)
+    rate("APT, GOTO", 20_057, lambda: fx.read_toolpath(apt, tool=tool))
+    part = DATA / "meshes" / "propeller_d.stl"
+    planned = fx.plan_contour(part, fx.Tool.ball(4), stepdown=5)
+    rate("planner, locations", len(planned), lambda: fx.plan_contour(part, fx.Tool.ball(4), stepdown=5))
+
+    vase = fx.read_toolpath(DATA / "cases" / "vase_overhang.csv", tool=tool)
+    hayashi = fx.load_machine("hayashi-640123")
+    rate("optimise, baselines included, locations", 3600, lambda: fx.optimise(vase, hayashi, tilt=(15, 75)))
+    solution = fx.optimise(vase, hayashi, tilt=(15, 75))
+    rate("verify, locations", 3600, lambda: fx.verify(solution.motion, hayashi, vase, tilt=(15, 75)))
+
+
+if __name__ == "__main__":
+    main()
