@@ -11,7 +11,7 @@ from threadpoolctl import threadpool_limits
 
 from fiveaxis.energy import motion_energy
 from fiveaxis.errors import Infeasible, SettingError
-from fiveaxis.findings import Finding, Place, Severity
+from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array, IntArray
 from fiveaxis.machine import Machine
 from fiveaxis.motion import follow
@@ -339,7 +339,7 @@ def _require_admissible(problem: Problem, rotary: Array, toolpath: Toolpath) -> 
             Severity.ERROR,
             "no-posture",
             f"no posture was found that keeps {what} and joins its neighbours; widen the tilt range",
-            Place(int(row), int(toolpath.source[row]), toolpath.name),
+            toolpath.place(int(row)),
         )
         for what, rows in broken.items()
         for row in np.flatnonzero(rows)

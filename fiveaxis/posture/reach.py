@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from fiveaxis.findings import Finding, Place, Severity
+from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array, IntArray, perpendicular
 from fiveaxis.machine import Machine
 from fiveaxis.posture.baselines import INSIDE, nearest_to_reference
@@ -45,7 +45,7 @@ def _blocked(toolpath: Toolpath, machine: Machine, tilt: TiltBounds, rows: IntAr
             f"no tool axis within {np.degrees(tilt.low):g}…{np.degrees(tilt.high):g} deg of the {tilt.name} "
             f"lies inside the axis limits; the nearest needs {axis} ({value}, limit {limit}); widen the "
             "tilt range or set the part up differently",
-            Place(location=int(row), line=int(toolpath.source[row]), file=toolpath.name),
+            toolpath.place(row),
             overrun,
         )
 

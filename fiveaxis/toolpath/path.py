@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from fiveaxis.errors import ToolpathError
+from fiveaxis.findings import Place
 from fiveaxis.geometry import Array, BoolArray, IntArray, normalise
 from fiveaxis.toolpath.tool import Tool
 
@@ -43,6 +44,7 @@ class Toolpath:
     kind : (n,), `MoveKind` values
     source : (n,), line of the source file, or the row of the array (from 1)
     name : file or mesh it came from
+    source_is_line : whether `source` counts lines of the file `name`
     ignored : words of the source that were seen and not used, with their counts
     """
 
@@ -56,6 +58,7 @@ class Toolpath:
     source: IntArray
     name: str = "toolpath"
     ignored: Mapping[str, int] = field(default_factory=dict)
+    source_is_line: bool = False
 
     def __post_init__(self) -> None:
         n = len(self.pivot)
@@ -78,7 +81,7 @@ class Toolpath:
             raise ToolpathError(
                 f"location {row} has {what} ({int(bad.sum())} such locations)",
                 file=self.name,
-                line=int(self.source[row]),
+                line=self.place(row).line,
             )
 
     @classmethod
@@ -119,6 +122,7 @@ class Toolpath:
             feed=np.broadcast_to(np.asarray(feed_mm_min, dtype=float) / 60.0, len(points)).copy(),
             kind=np.full(len(points), MoveKind.CUT, dtype=np.int64),
             source=lines,
+            source_is_line=source is not None,
             name=name,
         )
 
@@ -164,12 +168,18 @@ class Toolpath:
             feed=np.broadcast_to(np.asarray(feed_mm_min, dtype=float) / 60.0, len(points)).copy(),
             kind=np.zeros(len(points), dtype=np.int64) if kind is None else np.asarray(kind, dtype=np.int64),
             source=lines,
+            source_is_line=source is not None,
             name=name,
             ignored={} if ignored is None else dict(sorted(ignored.items())),
         )
 
     def __len__(self) -> int:
         return len(self.pivot)
+
+    def place(self, row: int) -> Place:
+        """Say where a location is, for findings."""
+        line = int(self.source[row]) if self.source_is_line else None
+        return Place(location=int(row), line=line, file=self.name)
 
     @property
     def cutting(self) -> BoolArray:

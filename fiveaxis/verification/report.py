@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from fiveaxis.findings import Finding, Place, Severity
+from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array, IntArray
 from fiveaxis.toolpath import Toolpath
 
@@ -107,6 +107,6 @@ def _list_worst(result: Result, toolpath: Toolpath) -> Iterable[Finding]:
             severity=result.severity,
             code=result.code,
             message=result.message(i),
-            place=Place(row, int(toolpath.source[row]), toolpath.name),
+            place=toolpath.place(row),
             value=value if math.isfinite(value) else None,
         )

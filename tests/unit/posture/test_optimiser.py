@@ -152,7 +152,7 @@ def test_locations_out_of_reach_are_listed_each_with_its_reason(hayashi):
         optimise(path, hayashi, tilt=(15, 50))
     findings = caught.value.findings
     assert [f.place.location for f in findings] == [3, 40]
-    assert str(findings[0]).startswith("ring.csv:4, location 3: no tool axis within 15…50 deg of the normal")
+    assert str(findings[0]).startswith("ring.csv, location 3: no tool axis within 15…50 deg of the normal")
     assert "limit -120 deg" in findings[0].message
     # 180 − 50 = 130 deg is the least that A would need.
     assert findings[0].value == pytest.approx(10.0, abs=0.1)

@@ -245,7 +245,9 @@ def test_what_was_not_checked_is_said(good, hayashi, ring):
 
 def test_the_worst_thousand_are_listed_and_all_are_counted(hayashi):
     n = 1500
-    path = Toolpath.from_tips(np.zeros((n, 3)), [[0.0, 0.0, 1.0]] * n, Tool.ball(10.0), name="long")
+    path = Toolpath.from_tips(
+        np.zeros((n, 3)), [[0.0, 0.0, 1.0]] * n, Tool.ball(10.0), source=np.arange(1, n + 1), name="long"
+    )
     motion = follow(path, hayashi, np.zeros((n, 2)))
     slipped = shifted(motion, hayashi, "X", np.arange(n) * 1e-6 + 2e-6, rows=slice(None))
     report = verify(slipped, hayashi, path)
