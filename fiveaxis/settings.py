@@ -7,11 +7,31 @@ import re
 import tomllib
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TypeVar, get_args
+from typing import TYPE_CHECKING, TypeVar, get_args
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from fiveaxis.errors import InputError
+
+if TYPE_CHECKING:
+    from pydantic_core import ErrorDetails
+
+# Kind of a pydantic fault -> what the value must be; kinds that aren't here keep pydantic's words.
+MUST_BE = {
+    **dict.fromkeys(("float_type", "float_parsing", "int_type", "int_parsing"), "a number"),
+    "finite_number": "a finite number",
+    "greater_than": "above {gt:g}",
+    "greater_than_equal": "at least {ge:g}",
+    "less_than": "below {lt:g}",
+    "less_than_equal": "at most {le:g}",
+    **dict.fromkeys(("string_type", "path_type"), "text in quotes"),
+    **dict.fromkeys(("bool_type", "bool_parsing"), "true or false"),
+    "literal_error": "{expected}",
+    **dict.fromkeys(("tuple_type", "list_type"), "a list in square brackets"),
+    **dict.fromkeys(("model_type", "dict_type"), "a table of keys and values"),
+    "string_too_short": "text that isn't empty",
+    "too_long": "a list of at most {max_length}",
+}
 
 
 class StrictModel(BaseModel):
@@ -40,21 +60,30 @@ def read_settings(path: Path, model: type[Model], error: type[InputError]) -> Mo
     """
     try:
         text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as fault:
-        raise error(f"can't be read: {fault}", file=path) from None
+    except OSError as fault:
+        raise error(f"can't be read: {fault.strerror or fault}", file=path) from None
+    except UnicodeDecodeError:
+        raise error("can't be read: it isn't UTF-8 text", file=path) from None
     try:
         data = tomllib.loads(text)
     except tomllib.TOMLDecodeError as fault:
         found = re.search(r"line (\d+)", str(fault))
-        raise error(f"is not valid TOML: {fault}", file=path, line=int(found[1]) if found else None) from None
+        line = int(found[1]) if found else len(text.splitlines())  # else at the end of the document
+        raise error(f"is not valid TOML: {fault}", file=path, line=line) from None
     try:
         return model.model_validate(data)
     except ValidationError as fault:
-        # A mistyped key shows up twice, as unknown and as missing: the unknown one is the cause.
-        problems = sorted(fault.errors(), key=lambda p: p["type"] != "extra_forbidden")
-        messages = [_explain(p["loc"], p["type"], p["msg"], model) for p in problems]
-        line = line_of(text, problems[0]["loc"])
-        raise error("; ".join(messages), file=path, line=line) from None
+        raise error(explain(fault, model), file=path, line=line_of(text, _faults(fault)[0]["loc"])) from None
+
+
+def explain(fault: ValidationError, model: type[BaseModel]) -> str:
+    """Say in one line what is wrong with settings: each key with its value and what it must be."""
+    return "; ".join(_explain(f, model) for f in _faults(fault))
+
+
+def _faults(fault: ValidationError) -> list[ErrorDetails]:
+    """List the faults, causes first: a mistyped key shows up as unknown and, often, as missing too."""
+    return sorted(fault.errors(), key=lambda f: f["type"] != "extra_forbidden")
 
 
 def line_of(text: str, location: Sequence[str | int]) -> int | None:
@@ -81,24 +110,51 @@ def line_of(text: str, location: Sequence[str | int]) -> int | None:
     return best
 
 
-def _explain(location: Sequence[str | int], kind: str, message: str, model: type[BaseModel]) -> str:
-    name = ".".join(str(part) for part in location)
-    if kind != "extra_forbidden":
-        text = message.removeprefix("Value error, ")
-        return f"{name}: {text}" if name else text
+def _explain(fault: ErrorDetails, model: type[BaseModel]) -> str:
+    name = _shown_key(fault["loc"])
+    if fault["type"] == "extra_forbidden":
+        return _explain_unknown(fault["loc"], model)
+    if fault["type"] == "value_error":
+        text = fault["msg"].removeprefix("Value error, ")
+        return f"{name}: {text}" if name not in text else text
+    if fault["type"] == "missing":
+        return f"{name} is missing"
+    if fault["type"] in MUST_BE:
+        bound = MUST_BE[fault["type"]].format_map(fault.get("ctx", {}))
+        return f"{name} = {fault['input']!r} must be {bound}"
+    return f"{name}: {fault['msg']}" if name else fault["msg"]
+
+
+def _explain_unknown(location: Sequence[str | int], model: type[BaseModel]) -> str:
     known = _known_keys(location[:-1], model)
-    near = difflib.get_close_matches(str(location[-1]), known, n=1, cutoff=0.0)
-    return f"unknown key {name!r}; the nearest known one is {near[0]!r}" if near else f"unknown key {name!r}"
+    wrong = str(location[-1])
+    last = {key.rpartition(".")[-1]: key for key in reversed(known)}
+    near = difflib.get_close_matches(wrong, last, n=1, cutoff=0.6)
+    near = near or difflib.get_close_matches(wrong, known, n=1, cutoff=0.0)
+    what = f"unknown key {_shown_key(location)!r}"
+    return f"{what}; the nearest known one is {last.get(near[0], near[0])!r}" if near else what
+
+
+def _shown_key(location: Sequence[str | int]) -> str:
+    """Write a key as TOML users know it: ``plan.stepdown``, ``tilt[0]``."""
+    return "".join(f"[{p}]" if isinstance(p, int) else f".{p}" for p in location).removeprefix(".")
 
 
 def _known_keys(location: Sequence[str | int], model: type[BaseModel]) -> list[str]:
-    """List the keys that a model knows at a location inside it."""
+    """List the keys that a model knows at a location inside it, its own first, then those of its tables."""
     models = [model]
     for part in location:
         annotations = [m.model_fields[str(part)].annotation for m in models if str(part) in m.model_fields]
         # A key of a free dictionary, or the tag of a union, stays at the models already found.
         models = [found for a in annotations for found in _models_in(a)] or models
-    return sorted({f.alias or n for m in models for n, f in m.model_fields.items()})
+    fields = [(f.alias or n, f.annotation) for m in models for n, f in m.model_fields.items()]
+    inner = [
+        f"{name}.{key}"
+        for name, table in fields
+        if isinstance(table, type) and issubclass(table, BaseModel)
+        for key in table.model_fields
+    ]
+    return [*sorted({name for name, _ in fields}), *sorted(inner)]
 
 
 def _models_in(annotation: object) -> list[type[BaseModel]]:
