@@ -3,29 +3,33 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
-from pydantic import Field, ValidationError
+from pydantic import Field, ValidationError, ValidationInfo, field_validator
 
-from fiveaxis.contour import plan_contour
+from fiveaxis.contour import load_mesh, plan_contour
+from fiveaxis.contour.mesh import SUFFIXES as MESH_SUFFIXES
 from fiveaxis.energy import Energy, motion_energy
-from fiveaxis.errors import JobError
+from fiveaxis.errors import FiveAxisError, InputError, JobError, SettingError
 from fiveaxis.machine import Machine, load_machine
 from fiveaxis.motion import PATH_TOLERANCE, Motion, fill_in
 from fiveaxis.nc import DIALECTS, find_dialect, read_toolpath, write_motion, write_program
+from fiveaxis.nc.formats import READERS
 from fiveaxis.posture import Solution, optimise
 from fiveaxis.report import describe_input, report_document, write_json, write_report
-from fiveaxis.settings import StrictModel, read_settings
+from fiveaxis.settings import StrictModel, explain, line_of, read_settings
 from fiveaxis.toolpath import Tool, Toolpath, parse_tool
 from fiveaxis.verification import Report, Tolerances, verify
 from fiveaxis.viewer import write_preview
 
+if TYPE_CHECKING:
+    import trimesh
+
 # Name of the optimised result beside the baselines'.
 RESULT = "optimised"
-MESH_SUFFIXES = (".stl", ".obj", ".ply", ".off")
 
 Progress = Callable[[str, int, int], None]
 
@@ -33,8 +37,8 @@ Progress = Callable[[str, int, int], None]
 class PlanTable(StrictModel):
     """How passes are laid on a mesh."""
 
-    stepdown: float = Field(1.0, description="distance of the passes in z, mm")
-    spacing: float = Field(0.5, description="largest distance of contact points along a pass, mm")
+    stepdown: float = Field(1.0, gt=0.0, description="distance of the passes in z, mm")
+    spacing: float = Field(0.5, gt=0.0, description="largest distance of contact points along a pass, mm")
     overhang: bool = Field(False, description="overhanging walls only")
     direction: Literal["climb", "conventional"] = "climb"
     allow_open: bool = Field(False, description="plan on a mesh that isn't watertight")
@@ -44,18 +48,37 @@ class Job(StrictModel):
     """What to optimise, for which machine, within which bounds."""
 
     input: Path = Field(description="mesh, CSV or APT file")
-    machine: str = Field(description="name in the library, or a machine file")
+    machine: str | None = Field(None, min_length=1, description="name in the library, or a machine file")
     tool: str = Field(description="ball:10 is a ball end mill of 10 mm diameter")
     tilt: tuple[float, float] | None = Field(None, description="angle to the surface normal, deg")
-    cone: float | None = Field(None, description="angle to the programmed tool axis, deg")
+    cone: float | None = Field(None, gt=0.0, le=180.0, description="angle to the programmed tool axis, deg")
     feed: float | None = Field(None, gt=0.0, description="mm/min; overrides the feed of the input")
     unit: Literal["mm", "inch"] | None = Field(None, description="of an input that doesn't say")
     part: Path | None = Field(None, description="mesh of the part, for the gouge check and the preview")
-    drives: str | None = Field(None, description="machine whose axis powers are taken instead")
+    drives: str | None = Field(None, min_length=1, description="machine whose axis powers are taken instead")
     up_penalty: float = Field(0.0, ge=0.0, description="extra price of moving up against gravity, J/mm")
     max_turn: float = Field(15.0, gt=0.0, description="largest rotary turn in a cutting move, deg")
     control: str = Field("linuxcnc", description="NC dialect")
     plan: PlanTable = PlanTable()
+
+    @field_validator("tilt")
+    @classmethod
+    def _in_order(cls, tilt: tuple[float, float] | None) -> tuple[float, float] | None:
+        if tilt is not None and not 0.0 <= tilt[0] < tilt[1] <= 180.0:
+            raise ValueError(
+                f"tilt range {tilt[0]:g}…{tilt[1]:g} deg is empty, reversed or outside 0…180 deg; "
+                "write the smaller angle first, for example 15:75"
+            )
+        return tilt
+
+    @field_validator("tool", "control")
+    @classmethod
+    def _known(cls, name: str, info: ValidationInfo) -> str:
+        try:
+            parse_tool(name) if info.field_name == "tool" else find_dialect(name)
+        except FiveAxisError as fault:
+            raise ValueError(str(fault)) from None
+        return name
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,13 +125,19 @@ class ProgramMotion:
         }
 
 
-def read_job(path: Path) -> Job:
+def read_job(path: Path, **settings: Any) -> Job:
     """Read a job file; relative paths in it are relative to the file.
+
+    Parameters
+    ----------
+    path : a TOML file
+    settings : as for `make_job`, in place of the file's own
 
     Raises
     ------
     JobError
-        Missing file, not TOML, unknown key (with the nearest known one), wrong value; with its line.
+        Missing file, not TOML, unknown key (with the nearest known one), wrong value, a name that stands for
+        nothing; with its line.
     """
     job = read_settings(path, Job, JobError)
     places: dict[str, Any] = {"input": path.parent / job.input}
@@ -118,10 +147,28 @@ def read_job(path: Path) -> Job:
         value = getattr(job, name)
         if value is not None and value.endswith(".toml"):
             places[name] = str(path.parent / value)
-    return job.model_copy(update=places)
+    own = job.model_copy(update=places)
+    _check_names(own, path, replaced=[name for name, value in settings.items() if value is not None])
+    return make_job(own, **settings)
 
 
-def make_job(base: Job | None, **settings: Any) -> Job:
+def _check_names(job: Job, file: Path, replaced: Collection[str]) -> None:
+    """Look for what a job file names, so that a wrong name is reported on its line."""
+    checks = {"input": require_input, "part": require_file, "machine": load_machine, "drives": load_machine}
+    for key, check in checks.items():
+        value = getattr(job, key)
+        if value is None or key in replaced:
+            continue
+        try:
+            check(value)
+        except InputError as fault:
+            if fault.line is not None:  # inside the file that is named
+                raise
+            line = line_of(file.read_text(encoding="utf-8"), [key])
+            raise JobError(f"{key}: {fault}", file=file, line=line) from None
+
+
+def make_job(base: Job | None = None, **settings: Any) -> Job:
     """Make a job from settings, over those of a base; settings that are None count as not given.
 
     Raises
@@ -131,48 +178,73 @@ def make_job(base: Job | None, **settings: Any) -> Job:
     """
     given = {name: value for name, value in settings.items() if value is not None}
     plan = given.pop("plan", {})
-    values = {} if base is None else base.model_dump()
-    values["plan"] = values.get("plan", {}) | {name: v for name, v in plan.items() if v is not None}
+    # What nobody set stays unset: `load_job_toolpath` refuses settings that would go unused.
+    values = {} if base is None else base.model_dump(exclude_unset=True)
+    laid = values.get("plan", {}) | {name: v for name, v in plan.items() if v is not None}
     # One bound replaces the other: a job's tilt doesn't survive a cone from the command line.
     if "cone" in given:
         values.pop("tilt", None)
     elif "tilt" in given:
         values.pop("cone", None)
     try:
-        return Job.model_validate(values | given)
+        return Job.model_validate(values | given | ({"plan": laid} if laid else {}))
     except ValidationError as fault:
-        messages = (f"{'.'.join(map(str, e['loc']))}: {e['msg']}" for e in fault.errors())
-        raise JobError("; ".join(messages)) from None
+        raise JobError(explain(fault, Job)) from None
 
 
 def load_job_machine(job: Job) -> Machine:
     """Load a job's machine, with the drives of another one where the job asks for it."""
+    if job.machine is None:
+        raise JobError("--machine is missing; `fiveaxis machines` lists the names, and a .toml file will do")
     machine = load_machine(job.machine)
     return machine if job.drives is None else machine.with_drives_of(load_machine(job.drives))
 
 
 def load_job_toolpath(job: Job, progress: Progress | None = None) -> Toolpath:
-    """Plan on the job's mesh, or read its list of cutter locations."""
+    """Plan on the job's mesh, or read its list of cutter locations.
+
+    Raises
+    ------
+    JobError
+        No such file, an unknown suffix, or a setting that the input has no use for.
+    """
+    require_input(job.input)
     tool = parse_tool(job.tool)
     if is_mesh(job.input):
+        if job.unit is not None:
+            raise JobError("unit is for lists of locations; a mesh is in mm (unit)", file=job.input)
         return plan_mesh(job, tool, progress)
+    laid = sorted(job.plan.model_fields_set)
+    if laid:
+        raise JobError(f"{', '.join(laid)} would plan passes on a mesh, and this is none", file=job.input)
     return read_toolpath(job.input, tool=tool, feed_mm_min=job.feed, unit=job.unit)
 
 
+def require_input(path: Path) -> None:
+    """Refuse, with a `JobError`, a folder, a file of an unknown kind, and a missing file."""
+    kind = path.with_suffix("") if path.suffix.lower() == ".gz" else path
+    if not path.is_dir() and kind.suffix.lower() not in (*MESH_SUFFIXES, *READERS):
+        raise JobError(
+            f"unknown suffix {kind.suffix!r}; a mesh ({' '.join(MESH_SUFFIXES)}), a list of locations "
+            f"({' '.join(READERS)}, also with .gz) or a job (.toml) is needed",
+            file=path,
+        )
+    require_file(path)
+
+
+def require_file(path: Path) -> None:
+    """Refuse, with a `JobError`, what isn't a file."""
+    if not path.exists():
+        raise JobError("no such file", file=path)
+    if path.is_dir():
+        raise JobError("is a folder; name a file", file=path)
+
+
 def plan_mesh(job: Job, tool: Tool, progress: Progress | None) -> Toolpath:
-    """Lay waterline passes on the job's mesh."""
+    """Lay waterline passes on a job's mesh."""
     step = None if progress is None else lambda done, total: progress("plan", done, total)
-    return plan_contour(
-        job.input,
-        tool,
-        stepdown=job.plan.stepdown,
-        spacing=job.plan.spacing,
-        overhang=job.plan.overhang,
-        direction=job.plan.direction,
-        allow_open=job.plan.allow_open,
-        feed_mm_min=1000.0 if job.feed is None else job.feed,
-        progress=step,
-    )
+    feed = 1000.0 if job.feed is None else job.feed
+    return plan_contour(job.input, tool, **job.plan.model_dump(), feed_mm_min=feed, progress=step)
 
 
 def is_mesh(path: Path) -> bool:
@@ -193,10 +265,11 @@ def run_job(job: Job, progress: Progress | None = None) -> Outcome:
     FiveAxisError
         Wrong input, or no admissible posture somewhere (`Infeasible`).
     """
-    find_dialect(job.control)  # an unknown control is found out before the work, not after it
     machine = load_job_machine(job)
     toolpath = load_job_toolpath(job, progress)
-    part = part_of(job)
+    # A part that can't be read is found out before the work, not after it.
+    mesh = part_of(job)
+    part = None if mesh is None else load_mesh(mesh, allow_open=True)
     solution = optimise(
         toolpath,
         machine,
@@ -207,14 +280,14 @@ def run_job(job: Job, progress: Progress | None = None) -> Outcome:
         progress=progress,
     )
     verdict = verify(solution.motion, machine, toolpath, tilt=job.tilt, cone=job.cone, part=part)
-    inputs = [describe_input(p) for p in dict.fromkeys((job.input, part or job.input))]
+    inputs = [describe_input(p) for p in dict.fromkeys((job.input, mesh or job.input))]
     program = program_motion(solution, part)
     found, driven = verdict.as_dict(), program.as_dict()
     document = report_document(solution, found, inputs=inputs, program=driven)
     return Outcome(job, solution, verdict, program, document)
 
 
-def program_motion(solution: Solution, part: Path | None) -> ProgramMotion:
+def program_motion(solution: Solution, part: trimesh.Trimesh | None) -> ProgramMotion:
     """Work out, and verify, what an NC program in machine coordinates makes of a solution."""
     machine, toolpath = solution.machine, solution.toolpath
     rotary = solution.motion.positions[:, machine.rotary_columns]
@@ -237,19 +310,58 @@ def part_of(job: Job) -> Path | None:
 def write_outcome(outcome: Outcome, folder: Path) -> list[Path]:
     """Write motion, report, preview and NC program into a folder.
 
-    Everything is made in a temporary folder first, so that a failure leaves the old files as they were. A
-    motion with errors gets no NC program, and one from an earlier run is taken away.
+    Everything is made in a temporary folder first, so that a failure leaves the old files as they were, and
+    no new folder. A motion with errors gets no NC program, and one from an earlier run is taken away.
 
     Returns
     -------
     The files, in order of writing.
+
+    Raises
+    ------
+    SettingError
+        The folder can't be made or written.
     """
+    try:
+        with tempfile.TemporaryDirectory(prefix=".fiveaxis-", dir=require_folder(folder)) as temporary:
+            return _move_in(_make_files(outcome, Path(temporary)), folder)
+    except OSError as fault:
+        raise SettingError(f"can't be written: {fault.strerror or fault}", file=folder) from None
+
+
+def require_folder(folder: Path) -> Path:
+    """Refuse a folder for results that can't be made or written, before any work is done for it.
+
+    Returns
+    -------
+    The folder, or the nearest one above it that exists.
+
+    Raises
+    ------
+    SettingError
+        A file in its place, no permission.
+    """
+    there = next(place for place in (folder, *folder.absolute().parents) if place.exists())
+    if not there.is_dir():
+        raise SettingError("is a file; name a folder for the results", file=there)
+    try:
+        with tempfile.TemporaryDirectory(prefix=".fiveaxis-", dir=there):
+            return there
+    except OSError as fault:
+        raise SettingError(f"can't be written: {fault.strerror or fault}", file=folder) from None
+
+
+def _move_in(made: Sequence[Path], folder: Path) -> list[Path]:
+    """Put finished files into a folder, in place of those of an earlier run."""
+    targets = [folder / path.name for path in made]
+    programs = [folder / f"program{dialect.suffix}" for dialect in DIALECTS.values()]
+    taken = next((path for path in (*targets, *programs) if path.is_dir()), None)
+    if taken is not None:
+        raise SettingError("is a folder, and a file of that name is to be written", file=taken)
     folder.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(prefix=".fiveaxis-", dir=folder) as temporary:
-        made = _make_files(outcome, Path(temporary))
-        for dialect in DIALECTS.values():
-            (folder / f"program{dialect.suffix}").unlink(missing_ok=True)
-        return [path.replace(folder / path.name) for path in made]
+    for path in programs:
+        path.unlink(missing_ok=True)
+    return [path.replace(target) for path, target in zip(made, targets, strict=True)]
 
 
 def _make_files(outcome: Outcome, folder: Path) -> list[Path]:
@@ -276,8 +388,7 @@ def _header(outcome: Outcome) -> dict[str, str]:
     for number, source in enumerate(outcome.document["inputs"], start=1):
         lines[f"source {number}"] = f"{source['name']} sha256 {source['sha256']}"
     for name, energy in outcome.program.energy.items():
-        lines[f"energy {name}"] = (
-            f"{energy.total:.1f} J travel metric of the feed drives, in blocks like these"
-        )
+        joules = f"{energy.total:.1f} J"
+        lines[f"energy {name}"] = f"{joules} travel metric of the feed drives, in blocks like these"
     lines["verification"] = "no errors; shank, holder and machine bodies unchecked"
     return lines
