@@ -7,27 +7,27 @@ fine, 1 verification found an error, 2 wrong input or usage, 3 no feasible postu
 from __future__ import annotations
 
 import json
+import math
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.console import Console
+from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 from fiveaxis.errors import FiveAxisError, Infeasible, SettingError
 
 if TYPE_CHECKING:
+    from fiveaxis.energy import PowerSurface
     from fiveaxis.job import Job, Outcome
     from fiveaxis.machine import Machine
     from fiveaxis.toolpath import Toolpath
-
-# Findings printed to the terminal; the JSON document and the report have them all.
-MOST_LISTED = 1000
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -36,8 +36,8 @@ app = typer.Typer(
     help="Choose the tool posture of a 5-axis path that costs the machine the least energy.",
 )
 # A pipe or a log has no width of its own; tables need more than the usual 80.
-out = Console(width=None if sys.stdout.isatty() else 140)
-err = Console(stderr=True, highlight=False, soft_wrap=True)
+out = Console(width=None if sys.stdout.isatty() else 140, emoji=False)
+err = Console(stderr=True, highlight=False, soft_wrap=True, emoji=False)
 
 Input = Annotated[Path, typer.Argument(help="mesh (.stl .obj .ply .off), CSV, APT/CLSF, or a job .toml")]
 MachineName = Annotated[
@@ -72,7 +72,8 @@ def machines(as_json: AsJson = False) -> None:
             return _print_json([{"name": m.name, "code": str(m.code), "axes": m.letters} for m in loaded])
         table = Table("machine", "code", "axes", "powers", "description", box=None)
         for m in loaded:
-            table.add_row(m.name, str(m.code), m.letters, "yes" if m.has_powers else "no", m.description)
+            powers = "yes" if m.has_powers else "no"
+            table.add_row(m.name, str(m.code), m.letters, powers, escape(m.description))
         out.print(table)
 
 
@@ -83,14 +84,14 @@ def info(machine: Annotated[str, typer.Argument(help="name or .toml file")], as_
 
     with errors_explained(as_json):
         loaded = load_machine(machine)
-        document = _machine_document(loaded)
         if as_json:
-            return _print_json(document)
+            return _print_json(_machine_document(loaded))
         _print_machine(loaded)
 
 
 @app.command()
 def plan(
+    context: typer.Context,
     source: Input,
     tool: ToolName = None,
     stepdown: Stepdown = None,
@@ -107,11 +108,9 @@ def plan(
         from fiveaxis.job import is_mesh, load_job_toolpath
         from fiveaxis.nc import write_toolpath
 
-        laid: dict[str, Any] = dict(stepdown=stepdown, spacing=spacing, overhang=overhang)
-        laid |= dict(direction=direction, allow_open=allow_open)
-        job = _job(source, machine="-", tool=tool, feed=feed, plan=laid)
+        job = _job(context.params)
         if not is_mesh(job.input):
-            raise SettingError(f"{job.input}: passes are planned on a mesh (.stl .obj .ply .off)")
+            raise SettingError("passes are planned on a mesh (.stl .obj .ply .off)", file=job.input)
         with progress_bars() as progress:
             toolpath = load_job_toolpath(job, progress)
         if output is not None:
@@ -125,6 +124,7 @@ def plan(
 
 @app.command()
 def optimise(
+    context: typer.Context,
     source: Input,
     machine: MachineName = None,
     tool: ToolName = None,
@@ -146,25 +146,14 @@ def optimise(
     as_json: AsJson = False,
 ) -> None:
     """Choose the posture of every cutter location, verify it, and write motion, report, preview and NC."""
-    laid: dict[str, Any] = {"stepdown": stepdown, "spacing": spacing, "overhang": overhang}
-    laid |= {"direction": direction, "allow_open": allow_open}
-    chosen: dict[str, Any] = {
-        "machine": machine,
-        "tool": tool,
-        "tilt": tilt,
-        "cone": cone,
-        "feed": feed,
-        "unit": unit,
-    }
-    chosen |= {"part": part, "drives": drives, "up_penalty": up_penalty, "control": control}
-    chosen["max_turn"] = max_turn
     with errors_explained(as_json):
-        from fiveaxis.job import write_outcome
+        from fiveaxis.job import require_folder, write_outcome
 
-        outcome = _run(_job(source, plan=laid, **chosen))
-        written = [] if output is None else write_outcome(outcome, output)
-        for path in written:
-            err.print(f"wrote {path}")
+        if output is not None:
+            require_folder(output)
+        outcome = _run(_job(context.params))
+        for path in [] if output is None else write_outcome(outcome, output):
+            err.print(f"wrote {escape(str(path))}")
         if as_json:
             _print_json(outcome.document)
         else:
@@ -174,33 +163,35 @@ def optimise(
             raise typer.Exit(1)
 
 
-@app.command()
+# Unknown options pass as arguments, since a tip like -10,0,5 looks like one.
+@app.command(context_settings={"ignore_unknown_options": True})
 def surface(
     tip: Annotated[str, typer.Argument(help="where the tool tip is held: X,Y,Z in mm, workpiece frame")],
     machine: MachineName = None,
-    feed: Feed = 1000.0,
+    drives: Drives = None,
+    feed: Annotated[float, typer.Option("--feed", help="mm/min")] = 1000.0,
     step: Annotated[float, typer.Option("--step", help="grid of the rotary angles, deg")] = 10.0,
     output: Annotated[Path | None, typer.Option("--output", "-o", help="CSV file; stdout without it")] = None,
     as_json: AsJson = False,
 ) -> None:
     """Compute the power surface S_W = S_WL + S_WR over the rotary angles at a cutter location."""
     with errors_explained(as_json):
-        import numpy as np
-
         from fiveaxis.energy import power_surface
         from fiveaxis.files import write_atomically
         from fiveaxis.machine import load_machine
 
+        place = _numbers(tip, 3, "X,Y,Z")
+        _require_between("--feed", feed, 1e-3, 1e6, "mm/min")
+        _require_between("--step", step, 0.1, 90.0, "deg")
         loaded = load_machine(_required(machine, "machine"))
+        if drives is not None:
+            loaded = loaded.with_drives_of(load_machine(drives))
         grid = tuple(_angles(loaded, letter, step) for letter in loaded.rotaries[:2])
-        found = power_surface(loaded, _numbers(tip, 3, "X,Y,Z"), feed or 0.0, grid)
-        angles = np.stack(np.meshgrid(found.first, found.second, indexing="ij"), axis=-1)
-        columns = [*np.degrees(angles).reshape(-1, 2).T, found.linear.ravel(), found.rotary.ravel()]
-        rows = np.column_stack([*columns, found.total.ravel()])
-        names = [f"{c}_deg" for c in found.letters] + ["S_WL_J", "S_WR_J", "S_W_J"]
+        columns = _surface_columns(power_surface(loaded, place, feed, grid))
         if as_json:
-            return _print_json({n: column.tolist() for n, column in zip(names, rows.T, strict=True)})
-        text = ",".join(names) + "\n" + "".join(",".join(f"{v:.6f}" for v in row) + "\n" for row in rows)
+            return _print_json(columns)
+        lines = (",".join(f"{v:.6f}" for v in row) for row in zip(*columns.values(), strict=True))
+        text = "\n".join([",".join(columns), *lines]) + "\n"
         if output is None:
             sys.stdout.write(text)
         else:
@@ -209,6 +200,7 @@ def surface(
 
 @app.command()
 def preview(
+    context: typer.Context,
     source: Input,
     machine: MachineName = None,
     tool: ToolName = None,
@@ -218,38 +210,24 @@ def preview(
     unit: Unit = None,
     part: Part = None,
     drives: Drives = None,
+    up_penalty: UpPenalty = None,
     max_turn: MaxTurn = None,
     stepdown: Stepdown = None,
     spacing: Spacing = None,
     overhang: Overhang = None,
+    direction: Direction = None,
     allow_open: AllowOpen = None,
     browser: Annotated[bool, typer.Option(help="open the page in a browser")] = True,
 ) -> None:
     """Optimise and show the result live, on this computer only, until Ctrl-C."""
-    laid: dict[str, Any] = {
-        "stepdown": stepdown,
-        "spacing": spacing,
-        "overhang": overhang,
-        "allow_open": allow_open,
-    }
-    chosen: dict[str, Any] = {
-        "machine": machine,
-        "tool": tool,
-        "tilt": tilt,
-        "cone": cone,
-        "feed": feed,
-        "unit": unit,
-    }
     with errors_explained(False):
         from fiveaxis.job import part_of
         from fiveaxis.viewer import preview as show
 
-        outcome = _run(_job(source, plan=laid, **chosen))
-        viewer = show(outcome.solution, part=part_of(outcome.job), open_browser=browser)
-        err.print(f"preview at {viewer.url()} until Ctrl-C")
-        with _until_interrupted():
-            while True:
-                time.sleep(3600.0)
+        outcome = _run(_job(context.params))
+        with show(outcome.solution, part=part_of(outcome.job), open_browser=browser) as viewer:
+            out.print(f"preview at {viewer.url()} until Ctrl-C")
+            viewer.wait()
 
 
 def main() -> None:
@@ -262,29 +240,17 @@ def errors_explained(as_json: bool) -> Iterator[None]:
     """Turn an error into one clear message on stderr, and its exit code."""
     try:
         yield
-    except Infeasible as fault:
-        err.print(f"[bold red]error:[/] {_plain(str(fault))}")
-        for finding in fault.findings[:MOST_LISTED]:
-            err.print(f"  {_plain(str(finding))}")
-        if len(fault.findings) > MOST_LISTED:
-            err.print(f"  … and {len(fault.findings) - MOST_LISTED} more")
-        if as_json:
-            _print_json({"error": str(fault), "findings": [f.as_dict() for f in fault.findings]})
-        raise typer.Exit(fault.exit_code) from None
     except FiveAxisError as fault:
-        err.print(f"[bold red]error:[/] {_plain(str(fault))}")
+        findings = fault.findings if isinstance(fault, Infeasible) else ()
+        err.print(f"[bold red]error:[/] {escape(str(fault))}")
+        for finding in findings:
+            err.print(f"  {finding}", markup=False)
+        if as_json:
+            _print_json({"error": str(fault), "findings": [f.as_dict() for f in findings]})
         raise typer.Exit(fault.exit_code) from None
     except KeyboardInterrupt:
         err.print("interrupted; nothing was written")
         raise typer.Exit(130) from None
-
-
-@contextmanager
-def _until_interrupted() -> Iterator[None]:
-    try:
-        yield
-    except KeyboardInterrupt:
-        err.print("stopped")
 
 
 @contextmanager
@@ -302,18 +268,18 @@ def progress_bars() -> Iterator[Any]:
         yield step
 
 
-def _job(source: Path, **settings: Any) -> Job:
-    """Make the job of the command line; a job file's own settings give way to options."""
-    from fiveaxis.job import make_job, read_job
+def _job(options: Mapping[str, Any]) -> Job:
+    """Make the job of a verb's options; a job file's own settings give way to them."""
+    from fiveaxis.job import Job, PlanTable, make_job, read_job
 
+    settings = {name: value for name, value in options.items() if name in Job.model_fields}
+    settings["plan"] = {name: value for name, value in options.items() if name in PlanTable.model_fields}
     if settings.get("tilt") is not None:
         settings["tilt"] = tuple(_numbers(settings["tilt"], 2, "MIN:MAX", ":"))
-    base = read_job(source) if source.suffix == ".toml" else None
-    if base is None:
-        for name in ("machine", "tool"):
-            _required(settings.get(name), name)
-        settings["input"] = source
-    return make_job(base, **settings)
+    source = options["source"]
+    if source.suffix.lower() == ".toml":
+        return read_job(source, **settings)
+    return make_job(input=source, **settings | {"tool": _required(settings["tool"], "tool")})
 
 
 def _run(job: Job) -> Outcome:
@@ -337,30 +303,38 @@ def _numbers(text: str, count: int, form: str, separator: str = ",") -> list[flo
         values = [float(part) for part in text.split(separator)]
     except ValueError:
         values = []
-    if len(values) != count:
+    if len(values) != count or not all(map(math.isfinite, values)):
         raise SettingError(f"{text!r} isn't of the form {form} ({count} numbers)")
     return values
+
+
+def _require_between(name: str, value: float, low: float, high: float, unit: str) -> None:
+    if not low <= value <= high:
+        raise SettingError(f"{name} is {value:g} {unit}; it must lie between {low:g} and {high:g} {unit}")
 
 
 def _angles(machine: Machine, letter: str, step: float) -> Any:
     """Grid of a rotary axis over its range, one turn where it has no end; rad."""
     import numpy as np
 
-    if not step > 0.0:
-        raise SettingError(f"--step is {step:g} deg; it must be positive")
     limits = machine.axis(letter).limits
-    bounded = np.isfinite([limits.low, limits.high]).all() and limits.high - limits.low < 2.0 * np.pi
-    low, high = (limits.low, limits.high) if bounded else (-np.pi, np.pi)
+    low, high = (limits.low, limits.high) if limits.high - limits.low < 2.0 * np.pi else (-np.pi, np.pi)
     return np.linspace(low, high, max(2, round(np.degrees(high - low) / step) + 1))
 
 
+def _surface_columns(surface: PowerSurface) -> dict[str, list[float]]:
+    """Lay a surface out as columns, one row per posture, the second angle fastest."""
+    import numpy as np
+
+    first, second = np.meshgrid(surface.first, surface.second, indexing="ij")
+    parts = (np.degrees(first), np.degrees(second), surface.linear, surface.rotary, surface.total)
+    names = (*(f"{c}_deg" for c in surface.letters), "S_WL_J", "S_WR_J", "S_W_J")
+    return {name: part.ravel().tolist() for name, part in zip(names, parts, strict=True)}
+
+
 def _print_json(document: Any) -> None:
-    sys.stdout.write(json.dumps(document, indent=2, ensure_ascii=False) + "\n")
-
-
-def _plain(text: str) -> str:
-    """Keep square brackets of a message from being read as rich's markup."""
-    return text.replace("[", r"\[")
+    """Print a document; in ASCII, which every terminal and pipe can take."""
+    sys.stdout.write(json.dumps(document, indent=2) + "\n")
 
 
 def _machine_document(machine: Machine) -> dict[str, Any]:
@@ -373,36 +347,26 @@ def _machine_document(machine: Machine) -> dict[str, Any]:
         {"figure": p.figure, "value": p.shown, "source": p.source, "assumed": p.assumed}
         for p in machine.provenance
     ]
-    return {
-        "name": machine.name,
-        "code": str(machine.code),
-        "description": machine.description,
-        "axes": machine.letters,
-        "reversed": [a.letter for a in machine.axes if a.reversed],
-        "chain": joints,
-        "figures": figures,
-    }
+    names = {"name": machine.name, "code": str(machine.code), "description": machine.description}
+    axes = {"axes": machine.letters, "reversed": [a.letter for a in machine.axes if a.reversed]}
+    return names | axes | {"chain": joints, "figures": figures}
 
 
 def _print_machine(machine: Machine) -> None:
-    out.print(f"[bold]{machine.name}[/]  {_plain(machine.description)}")
-    chain = ["workpiece", *machine.code.table, "bed", *machine.code.head, "tool"]
-    out.print(f"code {machine.code}: {' - '.join(chain)}")
+    out.print(f"[bold]{machine.name}[/]  {escape(machine.description)}")
+    chain = " - ".join(["workpiece", *machine.code.table, "bed", *machine.code.head, "tool"])
+    out.print(f"code {machine.code}: {chain}")
     table = Table("figure", "value", "source", box=None)
     for p in machine.provenance:
-        table.add_row(p.figure, _plain(p.shown), ("assumed: " if p.assumed else "") + _plain(p.source))
+        table.add_row(p.figure, escape(p.shown), ("assumed: " if p.assumed else "") + escape(p.source))
     out.print(table)
 
 
 def _toolpath_document(toolpath: Toolpath) -> dict[str, Any]:
     cuts = int(toolpath.cutting.sum())
-    return {
-        "locations": len(toolpath),
-        "cutting": cuts,
-        "links": len(toolpath) - cuts,
-        "length_mm": round(float(toolpath.lengths.sum()), 3),
-        "left_out": dict(toolpath.ignored),
-    }
+    counts = {"locations": len(toolpath), "cutting": cuts, "links": len(toolpath) - cuts}
+    length = round(float(toolpath.lengths.sum()), 3)
+    return counts | {"length_mm": length, "left_out": dict(toolpath.ignored)}
 
 
 def _print_outcome(outcome: Outcome) -> None:
@@ -424,11 +388,10 @@ def _print_outcome(outcome: Outcome) -> None:
     out.print(table)
     out.print(f"program: {program.inserted} blocks inserted, so that the ball stays on its path without TCP")
     for name, reason in solution.missing.items():
-        out.print(f"no baseline {name}: {_plain(reason)}")
-    for code, count in outcome.verdict.counts.items():
-        out.print(f"finding {code}: {count}")
-    for code, count in program.verdict.counts.items():
-        out.print(f"finding in the program {code}: {count}")
+        out.print(f"no baseline {name}: {escape(reason)}")
+    for subject, verdict in {"finding": outcome.verdict, "finding in the program": program.verdict}.items():
+        for code, count in verdict.counts.items():
+            out.print(f"{subject} {code}: {count}")
     out.print("verification: " + ("no errors" if outcome.ok else "[bold red]errors[/]"))
 
 
