@@ -258,7 +258,7 @@ def progress_bars() -> Iterator[Any]:
     """Show one bar a stage on stderr; gives the callback (stage, steps done, steps in all)."""
     bars: dict[str, TaskID] = {}
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=err, transient=not err.is_terminal) as shown:
+    with Progress(*columns, console=err, disable=not err.is_terminal) as shown:
 
         def step(stage: str, done: int, total: int) -> None:
             if stage not in bars:

@@ -1,0 +1,488 @@
+"""The command line as its user meets it: answers, files, messages and exit codes."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import trimesh
+from typer.testing import CliRunner
+
+import fiveaxis.job
+import fiveaxis.viewer
+from fiveaxis.cli import app
+from fiveaxis.energy import power_surface
+from fiveaxis.findings import Finding, Place, Severity
+
+PART = Path(__file__).parents[2] / "examples" / "overhang" / "part.stl"
+MACHINE = ("--machine", "hayashi-640123")
+BALL = ("--tool", "ball:10")
+TILT = ("--tilt", "15:75")
+CONE = ("--cone", "20")
+FILES = ["motion.csv", "preview.html", "program.ngc", "report.html", "report.json"]
+HEAVY = ("casadi", "trimesh", "matplotlib", "pinocchio", "numba", "meshcat", "scipy", "numpy")
+
+
+def ring(count: int = 72) -> np.ndarray:
+    """Contacts and normals around a cylinder, the normals pointing slightly down."""
+    angle = np.linspace(0.0, 2.0 * np.pi, count)
+    around = np.stack([np.cos(angle), np.sin(angle), np.zeros(count)], axis=1)
+    normal = np.cos(0.5) * around - np.sin(0.5) * np.array([0.0, 0.0, 1.0])
+    return np.hstack([20.0 * around + [0.0, 0.0, 30.0], normal])
+
+
+def write_table(path: Path, rows: np.ndarray, directions: str = "nx,ny,nz") -> Path:
+    lines = (",".join(f"{value:.9g}" for value in row) for row in rows)
+    path.write_text("\n".join([f"x,y,z,{directions}", *lines]) + "\n")
+    return path
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    return write_table(tmp_path / "ring.csv", ring())
+
+
+def run(*words: object) -> Any:
+    return CliRunner().invoke(app, [str(word) for word in words])
+
+
+def refused(result: Any, code: int = 2) -> str:
+    """The one message of a run that failed cleanly."""
+    assert result.exit_code == code, result.output
+    assert result.exception is None or isinstance(result.exception, SystemExit)
+    lines = [line for line in result.stderr.splitlines() if line.strip()]
+    assert sum(line.startswith("error: ") for line in lines) == 1
+    assert lines[0].startswith("error: ")
+    if code == 2:
+        assert len(lines) == 1
+    return lines[0]
+
+
+@dataclass(frozen=True)
+class Finished:
+    """A run that went well."""
+
+    source: Path
+    folder: Path
+    result: Any
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory: pytest.TempPathFactory) -> Finished:
+    folder = tmp_path_factory.mktemp("finished")
+    source = write_table(folder / "ring.csv", ring())
+    result = run("optimise", source, *MACHINE, *BALL, *TILT, "--json", "-o", folder / "out")
+    assert result.exit_code == 0, result.output
+    return Finished(source, folder / "out", result)
+
+
+# What a good run leaves
+
+
+def test_optimise_leaves_the_five_files_and_nothing_else(finished):
+    assert sorted(p.name for p in finished.folder.iterdir()) == FILES
+
+
+def test_json_is_one_document_on_stdout_and_the_same_as_the_report(finished):
+    document = json.loads(finished.result.stdout)
+    assert document == json.loads((finished.folder / "report.json").read_text())
+
+
+def test_the_document_has_the_keys_of_the_design(finished):
+    document = json.loads(finished.result.stdout)
+    energy = {"total", "by_axis", "base", "time"}
+    assert {"locations", "energy", "baselines", "findings", "solver"} <= document.keys()
+    assert document["locations"] == len(ring())
+    assert all(energy <= record.keys() for record in (document["energy"], *document["baselines"].values()))
+    assert {"normal", "lead-lean", "greedy"} <= document["baselines"].keys()
+    assert list(document["energy"]["by_axis"]) == list("XYZAC")
+    assert sum(document["energy"]["by_axis"].values()) == pytest.approx(document["energy"]["total"])
+    assert document["solver"]
+
+
+def test_the_motion_has_a_row_for_each_location_with_nine_decimals(finished):
+    header, *rows = (finished.folder / "motion.csv").read_text().splitlines()
+    assert header == "X,Y,Z,A,C,feed,time,source"
+    assert [int(row.rsplit(",", 1)[1]) for row in rows] == [*range(2, len(ring()) + 2)]
+    numbers = [field for row in rows for field in row.split(",")[:-1]]
+    assert {len(field.partition(".")[2]) for field in numbers} == {9}
+
+
+def test_a_second_run_gives_the_same_bytes(finished, tmp_path):
+    again = run("optimise", finished.source, *MACHINE, *BALL, *TILT, "--json", "-o", tmp_path / "out")
+    assert again.stdout == finished.result.stdout
+    for name in FILES:
+        assert (tmp_path / "out" / name).read_bytes() == (finished.folder / name).read_bytes(), name
+
+
+def test_without_json_the_table_is_on_stdout_and_the_progress_is_not(path):
+    result = run("optimise", path, *MACHINE, *BALL, *TILT)
+    assert result.exit_code == 0
+    assert "verification: no errors" in result.stdout
+    assert "done in" in result.stderr
+    assert "done in" not in result.stdout
+
+
+def test_a_machine_without_powers_takes_those_of_another(path):
+    trunnion = ("--machine", "linuxcnc-xyzac-trt")
+    message = refused(run("optimise", path, *trunnion, *BALL, *TILT))
+    assert "has no power for axis X, Y, Z, A, C" in message
+    assert "--drives NAME" in message
+    assert run("optimise", path, *trunnion, *BALL, *TILT, "--drives", "hayashi-640123").exit_code == 0
+
+
+# Runs that must not leave anything
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "fault"),
+    [
+        ("empty.csv", "", "empty.csv: is empty"),
+        ("empty.apt", "", "empty.apt: no GOTO"),
+        ("empty.stl", "", "empty.stl: has no triangles"),
+        ("empty.toml", "", "empty.toml: input is missing"),
+        ("nan.csv", "x,y,z,nx,ny,nz\n0,0,0,0,0,1\n1,0,0,nan,0,1\n", "nan.csv:3: nx = nan isn't a finite"),
+        ("zero.csv", "x,y,z,nx,ny,nz\n0,0,0,0,0,0\n", "zero.csv:2: the normal (nx, ny, nz) has length 0"),
+        ("axis.csv", "x,y,z,i,j,k\n0,0,0,0,0,0\n", "axis.csv:2: tool vector (0, 0, 0) has length 0"),
+        ("axis.apt", "GOTO/0,0,0,0,0,0\n", "axis.apt:1: tool vector (0, 0, 0) has length 0"),
+        ("none.apt", "PARTNO/A\nUNITS/MM\nFINI\n", "none.apt: no GOTO"),
+        ("mixed.apt", "UNITS/MM\nGOTO/1,2,3\nUNITS/INCHES\nGOTO/1,2,4\n", "mixed.apt:3: mixed units"),
+        ("part.step", "", "part.step: unknown suffix '.step'; a mesh (.stl"),
+    ],
+)
+def test_a_bad_file_is_one_message_with_file_and_line(tmp_path, name, content, fault):
+    source = tmp_path / name
+    source.write_text(content)
+    message = refused(run("optimise", source, *MACHINE, *BALL, *TILT, "-o", tmp_path / "out"))
+    assert f"error: {tmp_path}/{fault}" in message.replace("\\", "/")
+    assert [p.name for p in tmp_path.iterdir()] == [name]
+
+
+@pytest.mark.parametrize("name", ["gone.csv", "gone.stl", "gone.cls.gz"])
+def test_a_missing_file_is_named(tmp_path, name):
+    message = refused(run("optimise", tmp_path / name, *MACHINE, *BALL, *TILT))
+    assert f"{name}: no such file" in message
+
+
+@pytest.mark.parametrize("name", ["folder", "folder.csv", "folder.stl"])
+def test_a_folder_is_not_an_input(tmp_path, name):
+    (tmp_path / name).mkdir()
+    message = refused(run("optimise", tmp_path / name, *MACHINE, *BALL, *TILT))
+    assert f"{name}: is a folder" in message
+
+
+@pytest.mark.parametrize(
+    ("options", "fault"),
+    [
+        (("--tilt", "75:15"), "tilt range 75…15 deg is empty, reversed"),
+        (("--tilt", "20:20"), "tilt range 20…20 deg is empty"),
+        (("--tilt", "a:b"), "'a:b' isn't of the form MIN:MAX"),
+        (("--tilt", "nan:75"), "'nan:75' isn't of the form MIN:MAX"),
+        (("--tilt", "15"), "'15' isn't of the form MIN:MAX"),
+        (("--cone", "nan"), "cone = nan must be a finite number"),
+        (("--cone", "20"), "has no programmed tool axes, so a cone means nothing"),
+        ((), "give either tilt"),
+        ((*TILT, *CONE), "give either tilt"),
+        ((*TILT, "--control", "linuxcn"), "unknown control 'linuxcn'; did you mean 'linuxcnc'?"),
+        ((*TILT, "--machine", "hayash"), "unknown machine 'hayash'; did you mean hayashi-640123?"),
+        ((*TILT, "--machine", ""), "machine = '' must be text that isn't empty"),
+        ((*TILT, "--tool", "bull:10"), "tool 'bull:10': only ball end mills"),
+        ((*TILT, "--tool", "ball:x"), "'x' is no diameter"),
+        ((*TILT, "--tool", "ball:-1"), "tool diameter is -1 mm"),
+        ((*TILT, "--feed", "0"), "feed = 0.0 must be above 0"),
+        ((*TILT, "--unit", "cm"), "unit = 'cm' must be 'mm' or 'inch'"),
+        ((*TILT, "--max-turn", "0"), "max_turn = 0.0 must be above 0"),
+        ((*TILT, "--stepdown", "2"), "stepdown would plan passes on a mesh"),
+        ((*TILT, "--part", "gone.stl"), "gone.stl: no such file"),
+        ((*TILT, "--drives", "linuxcnc-xyzac-trt"), "has no power for axis"),
+    ],
+)
+def test_a_wrong_option_is_one_message(path, options, fault):
+    out = path.parent / "out"
+    assert fault in refused(run("optimise", path, *MACHINE, *BALL, "-o", out, *options))
+    assert not out.exists()
+
+
+@pytest.mark.parametrize("missing", ["machine", "tool"])
+def test_a_missing_option_is_named(path, missing):
+    options = {"machine": MACHINE, "tool": BALL, "tilt": TILT}
+    del options[missing]
+    words = [word for pair in options.values() for word in pair]
+    assert f"--{missing} is missing" in refused(run("optimise", path, *words))
+
+
+def test_tilt_needs_normals(tmp_path):
+    source = write_table(tmp_path / "axes.csv", ring(), "i,j,k")
+    assert "use cone (--cone 20)" in refused(run("optimise", source, *MACHINE, *BALL, *TILT))
+
+
+def test_a_unit_for_a_mesh_is_refused_instead_of_ignored():
+    result = run("optimise", PART, *MACHINE, "--tool", "ball:8", *TILT, "--unit", "inch")
+    assert "a mesh is in mm" in refused(result)
+
+
+def test_an_error_is_a_json_document_too(path):
+    result = run("optimise", path, *MACHINE, *BALL, "--tilt", "75:15", "--json")
+    assert json.loads(result.stdout)["error"] in refused(result)
+
+
+@pytest.mark.parametrize("inside", ["", "deeper/still"])
+def test_a_file_in_the_place_of_the_folder_is_found_before_the_work(path, monkeypatch, inside):
+    monkeypatch.setattr(fiveaxis.job, "optimise", lambda *_, **__: pytest.fail("too late"))
+    (path.parent / "out").write_text("mine")
+    message = refused(run("optimise", path, *MACHINE, *BALL, *TILT, "-o", path.parent / "out" / inside))
+    assert "out: is a file; name a folder for the results" in message
+    assert (path.parent / "out").read_text() == "mine"
+
+
+def test_a_part_that_cannot_be_read_is_found_before_the_work(path, monkeypatch):
+    monkeypatch.setattr(fiveaxis.job, "optimise", lambda *_, **__: pytest.fail("too late"))
+    (path.parent / "part.stl").write_text("")
+    options = (*MACHINE, *BALL, *TILT, "--part", path.parent / "part.stl")
+    assert "part.stl: has no triangles" in refused(run("optimise", path, *options))
+
+
+def test_a_folder_in_the_place_of_a_file_keeps_the_old_results(path):
+    out = path.parent / "out"
+    (out / "motion.csv").mkdir(parents=True)
+    (out / "program.ngc").write_text("old")
+    message = refused_after_the_work(run("optimise", path, *MACHINE, *BALL, *TILT, "-o", out))
+    assert "motion.csv: is a folder" in message
+    assert sorted(p.name for p in out.iterdir()) == ["motion.csv", "program.ngc"]
+    assert (out / "program.ngc").read_text() == "old"
+
+
+def refused_after_the_work(result: Any) -> str:
+    assert result.exit_code == 2, result.output
+    return next(line for line in result.stderr.splitlines() if line.startswith("error: "))
+
+
+def test_the_open_edges_of_a_mesh_are_counted(data, tmp_path):
+    bunny = data / "meshes" / "bunny_not_watertight.ply"
+    message = refused(run("optimise", bunny, *MACHINE, *BALL, *TILT, "-o", tmp_path / "out"))
+    assert "bunny_not_watertight.ply: not watertight: 273 of its edges" in message
+    assert "--allow-open" in message
+    assert not (tmp_path / "out").exists()
+
+
+def test_allow_open_plans_on_an_open_mesh(tmp_path):
+    tube = trimesh.creation.cylinder(radius=20.0, height=30.0, sections=60)
+    wall = tube.face_normals[:, 2] < 0.9
+    tube.submesh([np.flatnonzero(wall)], append=True).export(tmp_path / "open.stl")
+    options = ("plan", tmp_path / "open.stl", *BALL, "--stepdown", "10")
+    assert "open.stl: not watertight: 60 of its edges" in refused(run(*options))
+    result = run(*options, "--allow-open", "--json")
+    assert result.exit_code == 0, result.output
+    assert json.loads(result.stdout)["cutting"] > 100
+
+
+# Exit code 3
+
+
+@pytest.fixture
+def downward(tmp_path: Path) -> Path:
+    """Tool axes towards −z: A would have to turn by 180°, and its range ends at −120°."""
+    rows = ring(8)
+    rows[:, 3:] = [0.0, 0.0, -1.0]
+    rows[:3, 3:] = [0.0, 0.0, 1.0]
+    return write_table(tmp_path / "down.csv", rows, "i,j,k")
+
+
+def test_every_location_without_a_posture_is_listed_and_nothing_written(downward):
+    result = run("optimise", downward, *MACHINE, *BALL, *CONE, "-o", downward.parent / "out")
+    assert "5 of 8 locations have no admissible posture on hayashi-640123" in refused(result, code=3)
+    _, *listed = result.stderr.splitlines()
+    assert [line.strip().partition(": ")[0] for line in listed] == [
+        f"{downward}:{row + 2}, location {row}" for row in range(3, 8)
+    ]
+    assert all("axis limits" in line for line in listed)
+    assert result.stdout == ""
+    assert [p.name for p in downward.parent.iterdir()] == ["down.csv"]
+
+
+def test_what_is_infeasible_is_a_json_document_too(downward):
+    result = run("optimise", downward, *MACHINE, *BALL, *CONE, "--json")
+    document = json.loads(result.stdout)
+    assert result.exit_code == 3
+    assert document["error"] in refused(result, code=3)
+    assert [f["place"]["location"] for f in document["findings"]] == [3, 4, 5, 6, 7]
+    assert {f["code"] for f in document["findings"]} == {"no-posture"}
+
+
+def test_a_real_path_that_the_machine_cannot_reach_ends_with_exit_code_3(data, tmp_path):
+    source = data / "toolpaths" / "nx_ust_a.cls"
+    result = run("optimise", source, *MACHINE, *BALL, *CONE, "-o", tmp_path / "out", "--json")
+    assert "locations have no admissible posture" in refused(result, code=3)
+    assert len(json.loads(result.stdout)["findings"]) == len(result.stderr.splitlines()) - 1
+    assert not (tmp_path / "out").exists()
+
+
+# Exit code 1, and interruption
+
+
+@pytest.fixture
+def failing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let verification find an error in whatever it looks at."""
+    honest: Callable[..., Any] = fiveaxis.job.verify
+    jump = Finding(Severity.ERROR, "jump", "an axis jumps", Place(3), 1.0)
+
+    def verify(*args: Any, **settings: Any) -> Any:
+        report = honest(*args, **settings)
+        return replace(report, findings=(jump, *report.findings), counts={"jump": 1} | report.counts)
+
+    monkeypatch.setattr(fiveaxis.job, "verify", verify)
+
+
+@pytest.mark.usefixtures("failing")
+def test_a_motion_with_errors_gets_no_program_and_a_stale_one_is_taken_away(path):
+    out = path.parent / "out"
+    out.mkdir()
+    (out / "program.ngc").write_text("stale")
+    (out / "notes.txt").write_text("mine")
+    result = run("optimise", path, *MACHINE, *BALL, *TILT, "--json", "-o", out)
+    assert result.exit_code == 1
+    assert "verification found errors" in result.stderr
+    document = json.loads(result.stdout)
+    assert document["verification"]["ok"] is False
+    assert "jump" in {f["code"] for f in document["findings"]}
+    kept = [name for name in FILES if not name.startswith("program")]
+    assert sorted(p.name for p in out.iterdir()) == sorted([*kept, "notes.txt"])
+
+
+@pytest.mark.parametrize("stage", ["optimise", "write_report"])
+def test_ctrl_c_leaves_nothing(path, monkeypatch, stage):
+    def interrupt(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(fiveaxis.job, stage, interrupt)
+    result = run("optimise", path, *MACHINE, *BALL, *TILT, "-o", path.parent / "out")
+    assert result.exit_code == 130
+    assert "interrupted; nothing was written" in result.stderr
+    assert [p.name for p in path.parent.iterdir()] == ["ring.csv"]
+
+
+# The other verbs
+
+
+def test_machines_and_info_answer_in_json():
+    listed = json.loads(run("machines", "--json").stdout)
+    assert {"name": "hayashi-640123", "code": "640123", "axes": "XYZAC"} in listed
+    shown = json.loads(run("info", "hayashi-640123", "--json").stdout)
+    assert [joint["axis"] for joint in shown["chain"]] == list("CAXYZ")
+    assert all(figure["source"] for figure in shown["figures"])
+
+
+@pytest.mark.parametrize("verb", [("machines",), ("info", "hayashi-640123")])
+def test_machines_and_info_answer_in_words(verb):
+    result = run(*verb)
+    assert result.exit_code == 0
+    assert "hayashi-640123" in result.stdout
+
+
+def test_info_names_the_nearest_machine():
+    assert "did you mean linuxcnc-xyzac-trt?" in refused(run("info", "linuxcnc-xyzac"))
+
+
+def test_a_plan_read_back_is_the_path_planned_in_one_go(tmp_path):
+    planning = ("--tool", "ball:8", "--stepdown", "6", "--overhang")
+    result = run("plan", PART, *planning, "--json", "-o", tmp_path / "path.csv")
+    assert result.exit_code == 0, result.output
+    job = fiveaxis.job.make_job(input=PART, tool="ball:8", plan={"stepdown": 6.0, "overhang": True})
+    planned = fiveaxis.job.load_job_toolpath(job)
+    read = fiveaxis.job.load_job_toolpath(fiveaxis.job.make_job(input=tmp_path / "path.csv", tool="ball:8"))
+    assert json.loads(result.stdout)["locations"] == len(planned) > 100
+    np.testing.assert_allclose(read.pivot, planned.pivot, rtol=0.0, atol=1e-8)
+    np.testing.assert_array_equal(read.kind, planned.kind)
+    np.testing.assert_allclose(read.normal, planned.normal, rtol=0.0, atol=1e-8, equal_nan=True)
+    np.testing.assert_allclose(read.feed, planned.feed)
+
+
+def test_plan_wants_a_mesh(path):
+    assert "ring.csv: passes are planned on a mesh" in refused(run("plan", path, *BALL))
+
+
+@pytest.mark.parametrize("tip", ["10,20,30", "-10,20,30"])
+def test_the_surface_table_is_the_power_surface(hayashi, tmp_path, tip):
+    result = run("surface", tip, *MACHINE, "--step", "30", "-o", tmp_path / "surface.csv")
+    assert result.exit_code == 0, result.output
+    header, *_ = (tmp_path / "surface.csv").read_text().splitlines()
+    assert header == "C_deg,A_deg,S_WL_J,S_WR_J,S_W_J"
+    table = np.loadtxt(tmp_path / "surface.csv", delimiter=",", skiprows=1)
+    first, second = np.unique(table[:, 0]), np.unique(table[:, 1])
+    assert (first[0], first[-1], second[0], second[-1]) == (-180.0, 180.0, -120.0, 30.0)
+    place = [float(part) for part in tip.split(",")]
+    found = power_surface(hayashi, place, 1000.0, (np.radians(first), np.radians(second)))
+    for column, part in zip(table[:, 2:].T, (found.linear, found.rotary, found.total), strict=True):
+        np.testing.assert_allclose(column, part.ravel(), rtol=0.0, atol=1e-6)
+
+
+def test_the_surface_goes_to_stdout_as_a_table_or_as_json():
+    words = ("surface", "1,2,3", *MACHINE, "--step", "45")
+    header, *rows = run(*words).stdout.splitlines()
+    document = json.loads(run(*words, "--json").stdout)
+    assert header.split(",") == list(document)
+    assert {len(column) for column in document.values()} == {len(rows)}
+
+
+@pytest.mark.parametrize(
+    ("words", "fault"),
+    [
+        (("1,2", *MACHINE), "'1,2' isn't of the form X,Y,Z"),
+        (("1,2,nan", *MACHINE), "'1,2,nan' isn't of the form X,Y,Z"),
+        (("1,2,3",), "--machine is missing"),
+        (("1,2,3", *MACHINE, "--step", "0"), "--step is 0 deg; it must lie between"),
+        (("1,2,3", *MACHINE, "--step", "1e-9"), "--step is 1e-09 deg; it must lie between"),
+        (("1,2,3", *MACHINE, "--feed", "inf"), "--feed is inf mm/min; it must lie between"),
+        (("1,2,3", "--machine", "linuxcnc-xyzac-trt"), "--drives NAME"),
+    ],
+)
+def test_a_surface_that_cannot_be_computed_is_one_message(words, fault):
+    assert fault in refused(run("surface", *words))
+
+
+def test_preview_serves_this_computer_only_until_it_is_closed(path, monkeypatch):
+    seen: dict[str, Any] = {}
+
+    def look(viewer: fiveaxis.viewer.Preview) -> None:
+        seen["address"] = viewer._server.server_address[0]
+        seen["thread"] = viewer._thread
+
+    monkeypatch.setattr("fiveaxis.viewer.server.Preview.wait", look)
+    result = run("preview", path, *MACHINE, *BALL, *TILT, "--no-browser")
+    assert result.exit_code == 0, result.output
+    assert "preview at http://127.0.0.1:" in result.stdout
+    assert seen["address"] == "127.0.0.1"
+    assert not seen["thread"].is_alive()
+
+
+# As a program of its own
+
+
+def test_help_comes_without_loading_anything_heavy():
+    code = (
+        "import sys\n"
+        "from typer.testing import CliRunner\n"
+        "from fiveaxis.cli import app\n"
+        "result = CliRunner().invoke(app, ['optimise', '--help'])\n"
+        "assert result.exit_code == 0 and '--tilt' in result.output\n"
+        f"print([name for name in {HEAVY} if name in sys.modules])\n"
+    )
+    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert found.stdout.strip() == "[]"
+
+
+def test_the_program_itself_keeps_stdout_and_the_exit_code(downward):
+    words = ("optimise", str(downward), *MACHINE, *BALL, *CONE, "--json")
+    found = subprocess.run(
+        [sys.executable, "-m", "fiveaxis.cli", *words], capture_output=True, text=True, check=False
+    )
+    assert found.returncode == 3
+    assert len(json.loads(found.stdout)["findings"]) == 5
+    assert "Traceback" not in found.stderr
