@@ -62,14 +62,14 @@ class Lattice:
     spin_column : column of the first coordinate's axis
     period : rad, its wrap-around, 0 for none
     reach : lattice steps to a predecessor, in both coordinates
-    turn_price : J per rad beyond the largest rotary step
+    turns_forbidden : whether a step may not be larger than the largest; else it has the problem's price
     """
 
     states: Callable[[IntArray], tuple[Array, Array]]
     spin_column: int
     period: float
     reach: tuple[int, int]
-    turn_price: float = np.inf
+    turns_forbidden: bool = False
 
 
 def choose_coordinates(problem: Problem) -> Coordinates:
@@ -162,7 +162,8 @@ def level_lattice(
         return _admitted(problem, coordinates, rows, spin, other, possible)
 
     column = machine.rotary_columns[coordinates.spin]
-    return Lattice(states, column, period, (_hops(reach[0], step, spin, period), reach[1]))
+    hops = (_hops(reach[0], step, spin, period), reach[1])
+    return Lattice(states, column, period, hops)
 
 
 def tube_lattice(
@@ -198,7 +199,7 @@ def tube_lattice(
 
     column = problem.machine.rotary_columns[coordinates.spin]
     reach = (strands.shape[1] * len(offsets), len(offsets))
-    return Lattice(states, column, 0.0, reach, VIOLATION_PRICE)
+    return Lattice(states, column, 0.0, reach)
 
 
 def swing(problem: Problem, coordinates: Coordinates, rows: IntArray | slice, spin: Array) -> Swing:

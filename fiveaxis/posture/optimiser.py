@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from functools import partial
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
 from fiveaxis.energy import motion_energy
-from fiveaxis.errors import Infeasible, SettingError
+from fiveaxis.errors import Infeasible
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array, IntArray
 from fiveaxis.machine import Machine
@@ -123,8 +122,8 @@ def optimise(
     up_penalty : J/mm, extra price of the machine's Z moving up
     max_turn : largest turn of a rotary axis in one cutting move, **degrees**; None for no bound. Without one
         the travel metric, which knows no rates and sees locations only, hops over inadmissible postures from
-        one location to the next, which a control driving the axes would not. Links may turn three times as
-        far, or as far as they like where there is no other way
+        one location to the next, which a control driving the axes would not. Links turn three times as far,
+        and farther only where there is no other way
     budget : how much may be done; the default is meant for everyday use
     progress : called with a stage's name, steps done and steps in all
 
@@ -142,49 +141,28 @@ def optimise(
         A range that is empty or reversed.
     """
     bounds = tilt_bounds(toolpath, tilt, cone)
-    build = partial(Problem.build, toolpath, machine, bounds, up_penalty=up_penalty)
-    problems = [build(max_turn=turn, link_turn=link) for turn, link in _turn_bounds(max_turn)]
+    turn = None if max_turn is None else float(np.radians(max_turn))
+    problem = Problem.build(
+        toolpath,
+        machine,
+        bounds,
+        up_penalty=up_penalty,
+        max_turn=turn,
+        link_turn=None if turn is None else LINK_SHARE * turn,
+    )
     blocked = unreachable(toolpath, machine, bounds)
     if blocked:
         share = f"{len(blocked)} of {len(toolpath)} locations"
         raise Infeasible(f"{share} have no admissible posture on {machine.name}", blocked)
     compared, missing = find_baselines(toolpath, machine, bounds)
-    stages: list[Stage] = []
+    run = _Run(problem, budget or Budget(), progress)
     # IPOPT's linear solver works on small blocks: threads of the BLAS under it only wait for each other.
     with threadpool_limits(limits=1):
-        rotary = _first_solved(problems, compared, budget or Budget(), toolpath, stages, progress)
+        rotary = run.best_path(compared)
+    _require_admissible(problem, rotary, toolpath)
     motion = follow(toolpath, machine, rotary)
     energy = motion_energy(machine, motion)
-    return Solution(machine, toolpath, bounds, motion, energy, compared, missing, tuple(stages))
-
-
-def _turn_bounds(max_turn: float | None) -> list[tuple[float | None, float | None]]:
-    """Bounds of cutting moves and of links, rad, in the order in which they are tried."""
-    if max_turn is None:
-        return [(None, None)]
-    turn = float(np.radians(max_turn))
-    return [(turn, LINK_SHARE * turn), (turn, None)]
-
-
-def _first_solved(
-    problems: Sequence[Problem],
-    compared: Mapping[str, Baseline],
-    budget: Budget,
-    toolpath: Toolpath,
-    stages: list[Stage],
-    progress: Progress | None,
-) -> Array:
-    """Solve the first of some ever looser problems that has a solution, (n, 2) rad."""
-    for problem in problems:
-        try:
-            rotary = _Run(problem, budget, progress, stages).best_path(compared)
-            _require_admissible(problem, rotary, toolpath)
-        except Infeasible:
-            if problem is problems[-1]:
-                raise
-        else:
-            return rotary
-    raise SettingError("no problem to solve")
+    return Solution(machine, toolpath, bounds, motion, energy, compared, missing, tuple(run.stages))
 
 
 @dataclass(eq=False)
@@ -194,7 +172,7 @@ class _Run:
     problem: Problem
     budget: Budget
     progress: Progress | None
-    stages: list[Stage]
+    stages: list[Stage] = field(default_factory=list)
 
     def best_path(self, compared: Mapping[str, Baseline]) -> Array:
         """Find the cheapest admissible path, (n, 2) rad, never dearer than an admissible baseline."""
@@ -278,6 +256,7 @@ class _Run:
         if len(problem) == 1:
             return Refinement(start, before, "one location, nothing to refine", 0)
         found = Refinement(start, before, "", 0)
+        problem = problem.eased(start)
         if len(problem) <= budget.whole:
             found = refine(problem, start, iterations=limit, barrier=barrier)
             self.stages.append(Stage(name, found.status, found.iterations, before, found.cost))
@@ -327,12 +306,11 @@ def _require_admissible(problem: Problem, rotary: Array, toolpath: Toolpath) -> 
         Tilt, limit or rotary step broken somewhere by more than rounding.
     """
     positions, excess = problem.placed(slice(None), rotary)
-    turned = np.abs(np.diff(rotary, axis=0, prepend=rotary[:1])).max(axis=1)
-    allowed_turn = np.concatenate([[np.inf], problem.max_turn.min(axis=1)])
+    turned = np.concatenate([[0.0], problem.turn_excess(rotary)])
     broken = {
         "the tilt range": excess > ALLOWED,
         "an axis limit": problem.limit_excess(positions) > ALLOWED,
-        "the largest rotary step": turned > allowed_turn + ALLOWED,
+        "the largest rotary step": turned > ALLOWED,
     }
     findings = [
         Finding(

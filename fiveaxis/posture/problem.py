@@ -21,6 +21,8 @@ ALLOWED = 1e-9
 
 # Price of a violation where it isn't forbidden, J per mm, per rad and per unit of cosine.
 VIOLATION_PRICE = 1e4
+# Price of a cut's turn beyond its bound, J/rad: dearer than any turn of a link.
+CUT_TURN_PRICE = 1e5
 
 Rows = IntArray | slice
 
@@ -41,6 +43,7 @@ class Problem:
     cosines : smallest and largest cosine of the angle between tool axis and reference
     plus, minus : (n − 1, k), J/mm and J/rad of the step from row i to i + 1
     max_turn : (n − 1, 2), rad, largest step of each rotary axis, chain order; infinite where unbounded
+    strict : (n − 1,), whether the step cuts, so that its `max_turn` holds; on links it is a wish with a price
     """
 
     machine: Machine
@@ -51,6 +54,7 @@ class Problem:
     plus: Array
     minus: Array
     max_turn: Array
+    strict: BoolArray
 
     @classmethod
     def build(
@@ -98,6 +102,7 @@ class Problem:
             plus=plus[1:],
             minus=minus[1:],
             max_turn=np.repeat(turns, 2, axis=1),
+            strict=toolpath.cutting[1:],
         )
 
     def __len__(self) -> int:
@@ -126,6 +131,7 @@ class Problem:
             plus=summed(self.plus) / spans,
             minus=summed(self.minus) / spans,
             max_turn=np.where(np.isfinite(turns), np.minimum(turns, longest), np.inf),
+            strict=summed(self.strict[:, None].astype(float))[:, 0] > 0.0,
         )
 
     def between(self, first: int, last: int) -> Problem:
@@ -137,7 +143,14 @@ class Problem:
             plus=self.plus[first:last],
             minus=self.minus[first:last],
             max_turn=self.max_turn[first:last],
+            strict=self.strict[first:last],
         )
+
+    def eased(self, rotary: Array) -> Problem:
+        """Widen the bound of every link that a path, (n, 2) rad, turns too far on, to a bound more than that."""
+        turns = np.abs(np.diff(rotary, axis=0))
+        eased = (turns > self.max_turn + ALLOWED) & ~self.strict[:, None]
+        return replace(self, max_turn=np.where(eased, turns + self.max_turn, self.max_turn))
 
     def positions(self, rows: Rows, rotary: Array) -> Array:
         """Solve axis values; `rotary` is (m, ..., 2) rad for m rows, the answer (m, ..., k)."""
@@ -177,16 +190,25 @@ class Problem:
     def priced(self, rotary: Array) -> float:
         """Add up a path's cost and the price of its violations, J; `rotary` is (n, 2) rad."""
         positions, excess = self.placed(slice(None), rotary)
-        turns = np.maximum(np.abs(np.diff(rotary, axis=0)) - self.max_turn, 0.0)
-        faults = excess.sum() + self.limit_excess(positions).sum() + turns.sum()
-        return self.cost(positions) + VIOLATION_PRICE * float(faults)
+        turns = np.maximum(np.abs(np.diff(rotary, axis=0)) - self.max_turn, 0.0).sum(axis=1)
+        faults = VIOLATION_PRICE * (excess.sum() + self.limit_excess(positions).sum())
+        return self.cost(positions) + float(faults + self.turn_prices @ turns)
+
+    @property
+    def turn_prices(self) -> Array:
+        """(n − 1,), J/rad, price of turning beyond the bound in each step."""
+        return np.where(self.strict, CUT_TURN_PRICE, VIOLATION_PRICE)
 
     def violation(self, rotary: Array) -> float:
         """Find the worst violation of a path, (n, 2) rad: cosine, mm or rad; 0 where all is kept."""
         positions, excess = self.placed(slice(None), rotary)
-        turns = np.abs(np.diff(rotary, axis=0)) - self.max_turn
-        worst = (excess.max(), self.limit_excess(positions).max(), turns.max(initial=0.0))
+        worst = (excess.max(), self.limit_excess(positions).max(), self.turn_excess(rotary).max(initial=0.0))
         return max(0.0, *(float(w) for w in worst))
+
+    def turn_excess(self, rotary: Array) -> Array:
+        """Measure how far cutting steps turn beyond their bound, (n − 1,) rad; 0 on links."""
+        turns = (np.abs(np.diff(rotary, axis=0)) - self.max_turn).max(axis=1)
+        return np.where(self.strict, np.maximum(turns, 0.0), 0.0)
 
 
 def _largest(turns: Array) -> float:

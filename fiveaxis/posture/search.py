@@ -70,7 +70,7 @@ def _step(
         problem.plus[row - 1],
         problem.minus[row - 1],
         max_turn,
-        lattice.turn_price,
+        np.inf if lattice.turns_forbidden else problem.turn_prices[row - 1],
         best,
         back,
     )

@@ -192,8 +192,8 @@ def _surface_caption(solution: Solution, location: int) -> str:
     first, second = solution.machine.rotaries
     return (
         f"Energy of moving from axis zero to location {location}, the middle of the path, for every pair of "
-        f"{first} and {second}. The ball’s centre is held, so the contact stays (S_W, feed drives only). A move "
-        "costs the change between two postures, not the height. Collisions aren’t in this map."
+        f"{first} and {second}. The ball’s centre is held, so the contact stays (S_W, feed drives only). A "
+        "move costs the change between two postures, not the height. Collisions aren’t in this map."
     )
 
 

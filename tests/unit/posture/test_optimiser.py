@@ -172,3 +172,17 @@ def test_what_cannot_be_asked_is_refused(hayashi, trunnion):
         optimise(path, Machine.from_code("401236"), tilt=(15, 75))
     with pytest.raises(SettingError, match="can't be negative"):
         optimise(path, hayashi, tilt=(15, 75), up_penalty=-1.0)
+
+
+def test_a_link_turns_farther_than_it_should_only_where_it_must(hayashi):
+    """Two cuts on opposite sides, joined by a single link location: C has to go half round in two steps."""
+    angle = np.concatenate([np.linspace(0.0, 0.2, 10), [0.2], np.linspace(np.pi, np.pi + 0.2, 10)])
+    normal = np.stack([np.cos(angle), np.sin(angle), np.full(21, -0.3)], axis=1)
+    links = np.zeros(21, dtype=bool)
+    links[10] = True
+    path = Toolpath.from_contacts(20.0 * normal, normal, Tool.ball(6)).with_links(links)
+    solution = optimise(path, hayashi, tilt=(15, 40), max_turn=5.0)
+    assert solution.residuals()["tilt"] <= TOLERANCE
+    turns = np.degrees(np.abs(solution.motion.moves[:, hayashi.rotary_columns])).max(axis=1)
+    assert turns[~links].max() <= 5.0 + 1e-6
+    assert turns[10] > 45.0

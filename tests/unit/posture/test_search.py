@@ -40,7 +40,8 @@ def random_lattice(rng: np.random.Generator, n: int, shape: tuple[int, int, int]
     states = rng.uniform(-3.0, 3.0, (n, *shape, 5))
     states[..., SPIN] = spin[None, :, None, None]
     price = np.where(rng.random((n, *shape)) < 0.25, np.inf, 0.0)
-    return Lattice(lambda rows: (states[rows], price[rows]), SPIN, period, (shape[0], shape[1]))
+    reach = shape[:2]
+    return Lattice(lambda rows: (states[rows], price[rows]), SPIN, period, reach, turns_forbidden=True)
 
 
 def brute_force(problem: Problem, lattice: Lattice) -> float:
