@@ -147,7 +147,7 @@ class Problem:
         )
 
     def eased(self, rotary: Array) -> Problem:
-        """Widen the bound of every link that a path, (n, 2) rad, turns too far on, to a bound more than that."""
+        """Widen the bound of every link that a path, (n, 2) rad, turns too far on, to a little more."""
         turns = np.abs(np.diff(rotary, axis=0))
         eased = (turns > self.max_turn + ALLOWED) & ~self.strict[:, None]
         return replace(self, max_turn=np.where(eased, turns + self.max_turn, self.max_turn))
