@@ -21,7 +21,7 @@ from fiveaxis.nc.formats import READERS
 from fiveaxis.posture import Solution, optimise
 from fiveaxis.report import describe_input, report_document, write_json, write_report
 from fiveaxis.settings import StrictModel, explain, line_of, read_settings
-from fiveaxis.toolpath import Tool, Toolpath, parse_tool
+from fiveaxis.toolpath import Tool, Toolpath, parse_tool, require_range
 from fiveaxis.verification import Report, Tolerances, verify
 from fiveaxis.viewer import write_preview
 
@@ -64,11 +64,11 @@ class Job(StrictModel):
     @field_validator("tilt")
     @classmethod
     def _in_order(cls, tilt: tuple[float, float] | None) -> tuple[float, float] | None:
-        if tilt is not None and not 0.0 <= tilt[0] < tilt[1] <= 180.0:
-            raise ValueError(
-                f"tilt range {tilt[0]:g}…{tilt[1]:g} deg is empty, reversed or outside 0…180 deg; "
-                "write the smaller angle first, for example 15:75"
-            )
+        if tilt is not None:
+            try:
+                require_range(*tilt)
+            except SettingError as fault:
+                raise ValueError(fault.message) from None
         return tilt
 
     @field_validator("tool", "control")

@@ -64,15 +64,17 @@ def power_surface(
     MachineError
         An axis without known power.
     SettingError
-        A feed that isn't positive.
+        A feed that isn't positive; a tip that isn't finite.
 
     References
     ----------
     Hayashi et al. (2018), Eqs. (5)-(8).
     """
     require_orienting(machine)
-    if not feed_mm_min > 0.0:
-        raise SettingError(f"feed is {feed_mm_min:g} mm/min; it must be positive")
+    if not (np.isfinite(feed_mm_min) and feed_mm_min > 0.0):
+        raise SettingError(f"feed is {feed_mm_min:g} mm/min; it must be a positive number")
+    if not np.isfinite(np.asarray(tip, dtype=float)).all():
+        raise SettingError("the tip holds a number that isn't finite; give X, Y, Z in mm")
     first, second = (np.asarray(g, dtype=float) for g in grid)
     angles = np.stack(np.meshgrid(first, second, indexing="ij"), axis=-1)
     points = np.asarray(tip, dtype=float)[..., None, None, :]

@@ -23,6 +23,8 @@ IPOPT: dict[str, Any] = {
 }
 # IPOPT's word for a converged problem.
 SOLVED = "Solve_Succeeded"
+# Its words when a Ctrl-C reached it.
+INTERRUPTED = ("User_Requested_Stop", "NonIpopt_Exception_Thrown")
 # Cosines stay this far inside the tilt range, so that the solver's rounding doesn't carry them out.
 MARGIN = 1e-9
 # An axis that costs nothing would leave its pair of slacks undetermined (J/mm, J/rad).
@@ -82,10 +84,17 @@ def refine(
     guess = np.concatenate([start.ravel(), np.maximum(step, 0.0), np.maximum(-step, 0.0)])
     answer = solver(x0=guess, lbx=nlp.low, ubx=nlp.high, lbg=nlp.least, ubg=nlp.most)
     stats = solver.stats()
+    _require_uninterrupted(str(stats["return_status"]))
     found = np.array(answer["x"])[: start.size, 0].reshape(start.shape)
     kept = _better(problem, found, start)
     cost = problem.cost(problem.positions(slice(None), kept))
     return Refinement(kept, cost, str(stats["return_status"]), int(stats["iter_count"]))
+
+
+def _require_uninterrupted(status: str) -> None:
+    """Pass a Ctrl-C on: CasADi catches it inside the solver and returns as if that were an answer."""
+    if status in INTERRUPTED:
+        raise KeyboardInterrupt(f"IPOPT was interrupted ({status})")
 
 
 def refine_windows(

@@ -2,7 +2,7 @@
 
 from fiveaxis.toolpath.dividing import divide, divided_rows, interpolate
 from fiveaxis.toolpath.path import MoveKind, Toolpath
-from fiveaxis.toolpath.tilt import TiltBounds, tilt_bounds
+from fiveaxis.toolpath.tilt import TiltBounds, require_range, tilt_bounds
 from fiveaxis.toolpath.tool import Tool, parse_tool
 
 __all__ = [
@@ -14,5 +14,6 @@ __all__ = [
     "divided_rows",
     "interpolate",
     "parse_tool",
+    "require_range",
     "tilt_bounds",
 ]

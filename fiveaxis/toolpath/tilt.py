@@ -56,15 +56,26 @@ def tilt_bounds(
         )
     low, high = (0.0, float(cone)) if cone is not None else (float(t) for t in tilt or ())
     name = "tilt" if cone is None else "cone"
+    require_range(low, high, name)
+    _require_reference(toolpath, name)
+    reference = toolpath.normal if cone is None else toolpath.axis
+    what = "normal" if cone is None else "programmed axis"
+    return TiltBounds(reference, math.radians(low), math.radians(high), what)
+
+
+def require_range(low: float, high: float, name: str = "tilt") -> None:
+    """Check a range of angles in degrees.
+
+    Raises
+    ------
+    SettingError
+        Empty, reversed or outside 0…180°.
+    """
     if not 0.0 <= low < high <= 180.0:
         raise SettingError(
             f"{name} range {low:g}…{high:g} deg is empty, reversed or outside 0…180 deg; "
             "write the smaller angle first, for example 15:75"
         )
-    _require_reference(toolpath, name)
-    reference = toolpath.normal if cone is None else toolpath.axis
-    what = "normal" if cone is None else "programmed axis"
-    return TiltBounds(reference, math.radians(low), math.radians(high), what)
 
 
 def _require_reference(toolpath: Toolpath, name: str) -> None:

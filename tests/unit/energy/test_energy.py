@@ -109,5 +109,11 @@ def test_the_surface_over_a_path_is_that_of_its_locations(hayashi):
 def test_a_machine_without_powers_says_what_to_do(trunnion):
     with pytest.raises(MachineError, match=r"no power for axis X, Y, Z, A, C; add \[axes.X.drive\]"):
         travel_costs(trunnion, np.array([1.0]))
-    with pytest.raises(SettingError, match="feed is 0 mm/min"):
-        power_surface(trunnion, np.zeros(3), 0.0, ([0.0], [0.0]))
+
+
+@pytest.mark.parametrize("feed", [0.0, -1.0, np.inf, np.nan])
+def test_a_surface_needs_a_feed_and_a_place(hayashi, feed):
+    with pytest.raises(SettingError, match="must be a positive number"):
+        power_surface(hayashi, np.zeros(3), feed, ([0.0], [0.0]))
+    with pytest.raises(SettingError, match="isn't finite"):
+        power_surface(hayashi, [0.0, np.nan, 0.0], 1000.0, ([0.0], [0.0]))

@@ -95,3 +95,16 @@ def test_windows_never_make_a_path_dearer(problem, start):
     assert problem.violation(windows.rotary) <= ALLOWED
     again = refine_windows(problem, windows.rotary, size=12, iterations=200, barrier=1e-1)
     assert again.cost <= windows.cost
+
+
+def test_a_ctrl_c_inside_the_solver_isnt_taken_for_an_answer(problem, start, monkeypatch):
+    class Interrupted:
+        def __call__(self, **arguments):
+            return {"x": arguments["x0"]}
+
+        def stats(self):
+            return {"return_status": "NonIpopt_Exception_Thrown", "iter_count": 3}
+
+    monkeypatch.setattr(ca, "nlpsol", lambda *arguments: Interrupted())
+    with pytest.raises(KeyboardInterrupt):
+        refine(problem, start, iterations=5, barrier=1e-1)
