@@ -94,7 +94,7 @@ class Outcome:
     @property
     def ok(self) -> bool:
         """Whether neither the solution nor the program's own motion has an error."""
-        return self.verdict.ok and self.program.verdict.ok
+        return self.verdict.ok and self.program.ok
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,6 +114,15 @@ class ProgramMotion:
     energy: dict[str, Energy]
     verdict: Report
 
+    @property
+    def ok(self) -> bool:
+        """Whether the program may be written: no error, and the ball on its path all along.
+
+        A control does what the blocks say, so what is a warning for the solution's locations, the way between
+        them, is an error for a program.
+        """
+        return self.verdict.ok and "tip-deviation" not in self.verdict.counts
+
     def as_dict(self) -> dict[str, Any]:
         """Return the figures as plain data for JSON."""
         return {
@@ -121,7 +130,7 @@ class ProgramMotion:
             "inserted": self.inserted,
             "path_tolerance_mm": PATH_TOLERANCE,
             "energy": {name: energy.as_dict() for name, energy in self.energy.items()},
-            "verification": self.verdict.as_dict(),
+            "verification": self.verdict.as_dict() | {"ok": self.ok},
         }
 
 

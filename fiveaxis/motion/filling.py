@@ -13,7 +13,7 @@ from fiveaxis.toolpath import Toolpath, divide, divided_rows, interpolate
 # Largest way of the pivot off its chord between two blocks, mm.
 PATH_TOLERANCE = 0.005
 # Rounds of measuring and inserting; each one divides a deviation by the square of the blocks it inserts.
-MOST_ROUNDS = 6
+MOST_ROUNDS = 12
 
 
 def fill_in(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from fiveaxis.errors import JobError, MachineError, SettingError
@@ -148,3 +149,19 @@ def test_a_file_in_the_way_of_the_folder_is_named(tmp_path):
     (tmp_path / "a").write_text("")
     with pytest.raises(SettingError, match=r"a: is a file; name a folder"):
         require_folder(tmp_path / "a" / "b")
+
+
+def test_a_program_that_leaves_its_path_isnt_fit_to_be_written(hayashi):
+    from fiveaxis.job import ProgramMotion
+    from fiveaxis.motion import follow
+    from fiveaxis.toolpath import Tool, Toolpath
+    from fiveaxis.verification import verify
+
+    contact = np.array([[30.0, 0.0, 5.0], [40.0, 0.0, 5.0]])
+    path = Toolpath.from_contacts(contact, [[0.0, 0.0, 1.0]] * 2, Tool.ball(6))
+    for turn, fit in ((0.0, True), (0.5, False)):
+        motion = follow(path, hayashi, np.array([[0.0, -0.3], [turn, -0.3]]))
+        program = ProgramMotion(motion, 0, {}, verify(motion, hayashi, path))
+        assert program.verdict.ok
+        assert program.ok is fit
+        assert program.as_dict()["verification"]["ok"] is fit
