@@ -62,6 +62,7 @@ class Lattice:
     spin_column : column of the first coordinate's axis
     period : rad, its wrap-around, 0 for none
     reach : lattice steps to a predecessor, in both coordinates
+    chunk : locations whose states are worked out at once: enough for numpy, little memory
     turns_forbidden : whether a step may not be larger than the largest; else it has the problem's price
     """
 
@@ -69,6 +70,7 @@ class Lattice:
     spin_column: int
     period: float
     reach: tuple[int, int]
+    chunk: int = 8
     turns_forbidden: bool = False
 
 
@@ -199,7 +201,7 @@ def tube_lattice(
 
     column = problem.machine.rotary_columns[coordinates.spin]
     reach = (strands.shape[1] * len(offsets), len(offsets))
-    return Lattice(states, column, 0.0, reach)
+    return Lattice(states, column, 0.0, reach, chunk=256)
 
 
 def swing(problem: Problem, coordinates: Coordinates, rows: IntArray | slice, spin: Array) -> Swing:

@@ -11,9 +11,6 @@ from fiveaxis.posture.kernel import relax_layer
 from fiveaxis.posture.lattice import Coordinates, Lattice, fit_turns, tube_lattice
 from fiveaxis.posture.problem import Problem
 
-# Locations whose states are worked out at once: enough for numpy, little memory.
-CHUNK = 8
-
 Layer = tuple[IntArray, IntArray, Array]
 
 
@@ -36,8 +33,8 @@ def shortest_path(
     n = len(problem)
     layers: list[Layer] = []
     cost = before = np.empty(0)
-    for begin in range(0, n, CHUNK):
-        rows = np.arange(begin, min(begin + CHUNK, n))
+    for begin in range(0, n, lattice.chunk):
+        rows = np.arange(begin, min(begin + lattice.chunk, n))
         for row, states, price in zip(rows, *lattice.states(rows), strict=True):
             cost, back = _step(problem, lattice, int(row), cost, before, states, price)
             before, alive = states, np.flatnonzero(np.isfinite(cost))
