@@ -107,12 +107,15 @@ def spin_angles(problem: Problem, spin: int, step: float) -> tuple[Array, float]
 
 
 def fit_turns(angles: Array, low: float, high: float) -> Array | None:
-    """Shift a wound angle, (n,) rad, by whole turns into its limits; None where they are too narrow."""
-    turns = np.ceil((low - angles.min()) / TURN) if np.isfinite(low) else 0.0
-    if angles.max() + TURN * turns > high and np.isfinite(high):
-        turns = np.floor((high - angles.max()) / TURN)
-    shifted = angles + TURN * turns
-    return shifted if low <= shifted.min() and shifted.max() <= high else None
+    """Shift a wound angle, (n,) rad, by as few whole turns as possible into its limits.
+
+    Returns
+    -------
+    (n,), rad; None where it winds further than the limits are apart
+    """
+    least = np.ceil((low - angles.min()) / TURN)
+    most = np.floor((high - angles.max()) / TURN)
+    return None if least > most else angles + TURN * np.clip(0.0, least, most)
 
 
 def grid_lattice(

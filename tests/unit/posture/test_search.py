@@ -130,6 +130,13 @@ def test_turns_are_shifted_into_the_limits_as_a_whole():
     assert fit_turns(wound, -5.0, 5.0) is None
 
 
+def test_turns_that_fit_already_are_left_alone():
+    """A rotary table of ±100 turns must not unwind to its end before it starts."""
+    wound = np.array([-3.0, 0.0, 40.0])
+    np.testing.assert_array_equal(fit_turns(wound, -628.3, 628.3), wound)
+    np.testing.assert_array_equal(fit_turns(wound, -np.inf, np.inf), wound)
+
+
 def test_thinning_keeps_both_ends_and_both_sides_of_every_link():
     path = ring(30)
     links = np.zeros(30, dtype=bool)
