@@ -126,7 +126,7 @@ class Machine:
         borrowed = tuple(
             replace(p, source=f"taken from {other.name}: {p.source}", assumed=True)
             for p in other.provenance
-            if p.figure.endswith("drive") or p.figure == "base_power"
+            if p.figure.endswith("drive")
         )
         kept = tuple(p for p in self.provenance if not p.figure.endswith("drive"))
-        return replace(self, axes=axes, base_power=other.base_power, provenance=kept + borrowed)
+        return replace(self, axes=axes, provenance=kept + borrowed)

@@ -17,7 +17,9 @@ from fiveaxis.kinematics import linear_positions, tool_axes
 from fiveaxis.machine import Machine
 from fiveaxis.motion import follow
 from fiveaxis.posture.branches import (
+    TURN,
     cheapest_sequence,
+    one_turn_from,
     postures,
     spread_over_links,
     within_limits,
@@ -30,8 +32,9 @@ TILT_STEPS = 61
 LEAN_STEP = np.radians(15.0)
 # Grid of the single posture of `fixed`.
 FIXED_STEP = np.radians(3.0)
-# Ranking many candidates is done on about this many locations; the winner is measured on all.
+# Ranking many candidates is done on about this many locations; the best few are measured on all.
 RANKING_LOCATIONS = 400
+RANKED_KEPT = 6
 # Tool axes stay this far inside the tilt range (rad), so that rounding doesn't carry them out of it.
 INSIDE = 1e-9
 
@@ -131,8 +134,10 @@ def lead_lean(toolpath: Toolpath, machine: Machine, tilt: TiltBounds) -> Array:
     Lead turns the tool from the normal towards the feed direction, lean sideways about it.
     """
     forward = feed_directions(toolpath, tilt.reference)
-    bound = np.flatnonzero(np.isfinite(tilt.reference).all(axis=1))
-    sample = bound[:: max(1, len(bound) // RANKING_LOCATIONS)]
+    bound = np.isfinite(tilt.reference).all(axis=1)
+    cuts = np.flatnonzero(bound)
+    # Links stay in the sample: what a posture costs on the way between passes counts as well.
+    sample = np.union1d(cuts[:: max(1, len(cuts) // RANKING_LOCATIONS)], np.flatnonzero(~bound))
     ranked: list[tuple[float, float, float]] = []
     for lead, lean in _leads_and_leans(tilt):
         axis = leaned(tilt.reference[sample], forward[sample], lead, lean)
@@ -142,12 +147,20 @@ def lead_lean(toolpath: Toolpath, machine: Machine, tilt: TiltBounds) -> Array:
             continue
         motion = follow(toolpath.at(sample), machine, rotary)
         ranked.append((float(move_energies(machine, motion).sum()), lead, lean))
-    for _, lead, lean in sorted(ranked):
+    best: tuple[float, Array] | None = None
+    for number, (_, lead, lean) in enumerate(sorted(ranked)):
+        if number >= RANKED_KEPT and best is not None:
+            break
         try:
-            return follow_axes(toolpath, machine, leaned(tilt.reference, forward, lead, lean))
+            rotary = follow_axes(toolpath, machine, leaned(tilt.reference, forward, lead, lean))
         except NoBaseline:
             continue
-    raise NoBaseline("no constant lead and lean of the tilt range stays within the axis limits")
+        cost = float(move_energies(machine, follow(toolpath, machine, rotary)).sum())
+        if best is None or cost < best[0]:
+            best = cost, rotary
+    if best is None:
+        raise NoBaseline("no constant lead and lean of the tilt range stays within the axis limits")
+    return best[1]
 
 
 def leaned(reference: Array, forward: Array, lead: float, lean: float) -> Array:
@@ -162,8 +175,10 @@ def feed_directions(toolpath: Toolpath, reference: Array) -> Array:
     into, out = steps[:-1], steps[1:]
     before, after = (np.linalg.norm(step, axis=1) for step in (into, out))
     # A step twice as long as the one on the other side is the change to another pass, not the path's way.
-    into = np.where((before > 2.0 * after)[:, None] | ~(before > 0.0)[:, None], 0.0, into)
-    out = np.where((after > 2.0 * before)[:, None] | ~(after > 0.0)[:, None], 0.0, out)
+    # A location given twice has one side only.
+    jumped, jumps = (before > 2.0 * after) & (after > 0.0), (after > 2.0 * before) & (before > 0.0)
+    into = np.where((jumped | ~(before > 0.0))[:, None], 0.0, into)
+    out = np.where((jumps | ~(after > 0.0))[:, None], 0.0, out)
     ahead = into + out
     ahead = ahead - reference * np.sum(ahead * reference, axis=1, keepdims=True)
     still = ~(np.linalg.norm(ahead, axis=1) > 1e-9)
@@ -197,9 +212,11 @@ def single_posture(toolpath: Toolpath, machine: Machine, tilt: TiltBounds) -> Ar
 
 
 def _grid(machine: Machine, column: int) -> Array:
-    low, high = machine.low[column], machine.high[column]
-    if not np.isfinite(high - low) or high - low > 2.0 * np.pi:
-        low, high = -np.pi, np.pi - FIXED_STEP
+    limits = machine.axes[column].limits
+    low, high = limits.low, limits.high
+    if high - low > TURN:
+        low = one_turn_from(limits)
+        high = low + TURN - FIXED_STEP
     return np.linspace(low, high, int(np.ceil((high - low) / FIXED_STEP)) + 1)
 
 

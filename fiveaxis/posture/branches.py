@@ -9,7 +9,7 @@ import numpy as np
 from fiveaxis.energy import travel_costs
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.kinematics import linear_positions, rotary_angles
-from fiveaxis.machine import Machine
+from fiveaxis.machine import Limits, Machine
 from fiveaxis.toolpath import Toolpath
 
 TURN = 2.0 * np.pi
@@ -83,9 +83,23 @@ def cheapest_sequence(machine: Machine, toolpath: Toolpath, found: Postures) -> 
     """
     if not found.allowed.any(axis=0).all():
         return None
-    plus, minus = travel_costs(machine, toolpath.feed)
     columns = machine.rotary_columns
     low, high = machine.low[columns], machine.high[columns]
+    # Which turn an axis with several of them starts on is free: it is wound first and shifted as a whole.
+    winding = high - low >= TURN
+    wound = _cheapest(
+        machine, toolpath, found, np.where(winding, -np.inf, low), np.where(winding, np.inf, high)
+    )
+    fitted = [fit_turns(angles, *limits) for angles, *limits in zip(wound.T, low, high, strict=True)]
+    if all(angles is not None for angles in fitted):
+        return np.stack([angles for angles in fitted if angles is not None], axis=1)
+    return _cheapest(machine, toolpath, found, low, high)
+
+
+def _cheapest(machine: Machine, toolpath: Toolpath, found: Postures, low: Array, high: Array) -> Array:
+    """Choose branches and turns location by location, remembering the cheapest way to each."""
+    plus, minus = travel_costs(machine, toolpath.feed)
+    columns = machine.rotary_columns
     n = found.positions.shape[1]
     cost = np.where(found.allowed[:, 0], 0.0, np.inf)
     here = found.positions[:, 0]
@@ -112,6 +126,23 @@ def nearest_turn(angle: Array, previous: Array, low: Array, high: Array) -> Arra
     return np.where(turned > high + ON_LIMIT, angle, turned)
 
 
+def one_turn_from(limits: Limits) -> float:
+    """Give the lower end, rad, of the whole turn next to 0 within the limits of an axis that has one."""
+    return float(np.clip(-np.pi, limits.low, limits.high - TURN))
+
+
+def fit_turns(angles: Array, low: float, high: float) -> Array | None:
+    """Shift a wound angle, (n,) rad, by as few whole turns as possible into its limits.
+
+    Returns
+    -------
+    (n,), rad; None where it winds further than the limits are apart
+    """
+    least = np.ceil((low - ON_LIMIT - angles.min()) / TURN)
+    most = np.floor((high + ON_LIMIT - angles.max()) / TURN)
+    return None if least > most else angles + TURN * np.clip(0.0, least, most)
+
+
 def _trace(first: Array, came: IntArray, trail: Array, branch: int) -> Array:
     rotary = np.empty((len(came), 2))
     for i in range(len(came) - 1, 0, -1):
@@ -135,4 +166,7 @@ def spread_over_links(toolpath: Toolpath, rows: IntArray, rotary: Array) -> Arra
     (n, 2), rad; before the first and after the last known location the angles are held
     """
     way = np.cumsum(toolpath.lengths)
-    return np.stack([np.interp(way, way[rows], rotary[:, k]) for k in range(2)], axis=1)
+    spread = np.stack([np.interp(way, way[rows], rotary[:, k]) for k in range(2)], axis=1)
+    # Where the pivot stands still, as in an inside corner, several locations share one place on the way.
+    spread[rows] = rotary
+    return spread

@@ -15,9 +15,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from fiveaxis.geometry import Array, BoolArray, IntArray
+from fiveaxis.posture.branches import TURN, one_turn_from
 from fiveaxis.posture.problem import VIOLATION_PRICE, Problem
 
-TURN = 2.0 * np.pi
+# A rotary axis with no more turns than this is searched over its whole range, with its ends; one with more,
+# over one turn, and the path is shifted into the range afterwards.
+MOST_TURNS = 3
 # A linear axis that the other rotary angle moves by less than this (mm) has no levels to choose from.
 SMALLEST_SWING = 1e-3
 
@@ -90,32 +93,20 @@ def choose_coordinates(problem: Problem) -> Coordinates:
 
 
 def spin_angles(problem: Problem, spin: int, step: float) -> tuple[Array, float]:
-    """Sample the range of a rotary axis, one turn of it where it can turn right round.
+    """Sample the range of a rotary axis; of one with many turns, the turn next to 0.
 
     Returns
     -------
     angles : (a,), rad
-    period : rad, the wrap-around; 0 for an axis with less than a turn
+    period : rad, the wrap-around; 0 for an axis that is sampled over its whole range
     """
     column = problem.machine.rotary_columns[spin]
-    low, high = float(problem.machine.low[column]), float(problem.machine.high[column])
-    if high - low < TURN:
-        count = int(np.ceil((high - low) / step)) + 1
-        return np.linspace(low, high, count), 0.0
-    count = int(np.ceil(TURN / step))
-    return np.linspace(-np.pi, np.pi, count, endpoint=False), TURN
-
-
-def fit_turns(angles: Array, low: float, high: float) -> Array | None:
-    """Shift a wound angle, (n,) rad, by as few whole turns as possible into its limits.
-
-    Returns
-    -------
-    (n,), rad; None where it winds further than the limits are apart
-    """
-    least = np.ceil((low - angles.min()) / TURN)
-    most = np.floor((high - angles.max()) / TURN)
-    return None if least > most else angles + TURN * np.clip(0.0, least, most)
+    limits = problem.machine.axes[column].limits
+    if limits.high - limits.low <= MOST_TURNS * TURN:
+        count = int(np.ceil((limits.high - limits.low) / step)) + 1
+        return np.linspace(limits.low, limits.high, count), 0.0
+    low, count = one_turn_from(limits), int(np.ceil(TURN / step))
+    return np.linspace(low, low + TURN, count, endpoint=False), TURN
 
 
 def grid_lattice(
@@ -246,7 +237,7 @@ def other_angle(
     column = problem.machine.rotary_columns[coordinates.other]
     limits = problem.machine.axes[column].limits
     # An axis with a turn or more to go stays near 0; its turns aren't searched.
-    low = limits.low if limits.high - limits.low < TURN else -np.pi
+    low = limits.low if limits.high - limits.low < TURN else one_turn_from(limits)
     return low + np.mod(angles - low, TURN), np.abs(ratio) <= 1.0
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from fiveaxis.energy import motion_energy
-from fiveaxis.errors import Infeasible
+from fiveaxis.errors import Infeasible, ToolpathError
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array, IntArray
 from fiveaxis.machine import Machine
@@ -140,6 +140,8 @@ def optimise(
     SettingError
         A range that is empty or reversed.
     """
+    if not toolpath.cutting.any():
+        raise ToolpathError("has links only; there is no cut to choose a posture for", file=toolpath.name)
     bounds = tilt_bounds(toolpath, tilt, cone)
     turn = None if max_turn is None else float(np.radians(max_turn))
     problem = Problem.build(
@@ -186,7 +188,8 @@ class _Run:
         if best is None:
             raise Infeasible(
                 "no way along the path was found: every location has an admissible posture, but the search "
-                "found no sequence of them; widen the tilt range",
+                "found no sequence of them; allow larger turns between locations (--max-turn), put the "
+                "locations closer together, or widen the tilt range",
                 (),
             )
         return best.rotary
@@ -316,7 +319,8 @@ def _require_admissible(problem: Problem, rotary: Array, toolpath: Toolpath) -> 
         Finding(
             Severity.ERROR,
             "no-posture",
-            f"no posture was found that keeps {what} and joins its neighbours; widen the tilt range",
+            f"no posture was found that keeps {what} and joins its neighbours; allow larger turns "
+            "(--max-turn), put the locations closer together, or widen the tilt range",
             toolpath.place(int(row)),
         )
         for what, rows in broken.items()

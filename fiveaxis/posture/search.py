@@ -7,8 +7,9 @@ from collections.abc import Callable
 import numpy as np
 
 from fiveaxis.geometry import Array, IntArray
+from fiveaxis.posture.branches import fit_turns
 from fiveaxis.posture.kernel import relax_layer
-from fiveaxis.posture.lattice import Coordinates, Lattice, fit_turns, tube_lattice
+from fiveaxis.posture.lattice import Coordinates, Lattice, tube_lattice
 from fiveaxis.posture.problem import Problem
 
 Layer = tuple[IntArray, IntArray, Array]

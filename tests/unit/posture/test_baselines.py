@@ -134,3 +134,40 @@ def test_the_feed_direction_ignores_the_step_to_another_pass():
     forward = feed_directions(path, path.normal)
     tangent = np.tile(np.stack([-np.sin(angle), np.cos(angle), np.zeros(20)], axis=1), (2, 1))
     assert np.sum(forward * tangent, axis=1).min() > 0.999
+
+
+def test_a_location_given_twice_doesnt_change_the_feed_direction():
+    angle = np.linspace(0.0, 1.0, 20)
+    turn = np.insert(angle, 7, angle[7])
+    normal = np.stack([np.cos(turn), np.sin(turn), np.zeros(21)], axis=1)
+    path = Toolpath.from_contacts(20.0 * normal, normal, Tool.ball(4))
+    forward = feed_directions(path, path.normal)
+    tangent = np.stack([-np.sin(turn), np.cos(turn), np.zeros(21)], axis=1)
+    assert np.sum(forward * tangent, axis=1).min() > 0.999
+
+
+def test_an_inside_corner_keeps_every_location_its_own_posture(hayashi):
+    """The ball's centre stands still there while the normal jumps from one wall to the other."""
+    normal = np.array([[0.0, 1.0, 0.0]] * 3 + [[-1.0, 0.0, 0.0]] * 3)
+    centre = np.array([[-2.0, 0, 9], [-1, 0, 9], [0, 0, 9], [0, 0, 9], [0, 1, 9], [0, 2, 9]])
+    path = Toolpath.from_contacts(centre - 3.0 * normal, normal, Tool.ball(6))
+    bounds = tilt_bounds(path, (15, 75))
+    rotary = along_normal(path, hayashi, bounds)
+    tilt = np.degrees(bounds.angles(tool_axes(hayashi, rotary)))
+    np.testing.assert_allclose(tilt, 15.0, atol=1e-6)
+
+
+def test_a_baseline_starts_on_the_turn_that_spares_it_an_unwinding(hayashi):
+    from dataclasses import replace
+
+    from fiveaxis.machine import Limits
+
+    turn = np.linspace(np.radians(100.0), np.radians(604.0), 150)
+    s, c = np.sin(np.radians(40.0)), np.cos(np.radians(40.0))
+    axis = np.stack([s * np.cos(turn), s * np.sin(turn), np.full(150, c)], axis=1)
+    path = Toolpath.from_tips(30.0 * axis, axis, Tool.ball(6))
+    limits = Limits(-2.0 * np.pi, 2.0 * np.pi)
+    axes = tuple(replace(a, limits=limits) if a.letter == "C" else a for a in hayashi.axes)
+    rotary = as_programmed(path, replace(hayashi, axes=axes), tilt_bounds(path, cone=10))
+    assert np.abs(np.diff(rotary[:, 0])).max() < np.radians(10.0)
+    assert np.abs(rotary[:, 0]).max() <= 2.0 * np.pi + 1e-9

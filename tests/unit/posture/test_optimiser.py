@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fiveaxis.errors import Infeasible, MachineError, SettingError, ToolpathError
-from fiveaxis.machine import Machine
+from fiveaxis.machine import Limits, Machine
 from fiveaxis.posture import optimise
 from fiveaxis.toolpath import Tool, Toolpath
 
@@ -189,3 +189,33 @@ def test_a_link_turns_farther_than_it_should_only_where_it_must(hayashi):
     turns = np.degrees(np.abs(solution.motion.moves[:, hayashi.rotary_columns])).max(axis=1)
     assert turns[~links].max() <= 5.0 + 1e-6
     assert turns[10] > 45.0
+
+
+def with_c(machine: Machine, low: float, high: float) -> Machine:
+    limits = Limits(np.radians(low), np.radians(high))
+    axes = tuple(replace(a, limits=limits) if a.letter == "C" else a for a in machine.axes)
+    return replace(machine, axes=axes)
+
+
+@pytest.mark.parametrize("c", [(-7200, 7200), (0, 7200), (-1080, 0), (-180, 540), (200, 3000)])
+def test_where_the_range_of_c_lies_doesnt_matter_as_long_as_it_is_wide(hayashi, c):
+    free = optimise(ring(), hayashi, tilt=(15, 75))
+    bounded = optimise(ring(), with_c(hayashi, *c), tilt=(15, 75))
+    assert_sound(bounded)
+    assert bounded.energy.total == pytest.approx(free.energy.total, rel=0.02)
+    for name, energy in free.baselines.items():
+        assert bounded.baselines[name].total == pytest.approx(energy.total, rel=0.02), name
+
+
+def test_a_path_of_links_only_is_refused_as_such(hayashi):
+    path = ring().with_links(np.ones(80, dtype=bool))
+    with pytest.raises(ToolpathError, match="has links only"):
+        optimise(path, hayashi, tilt=(15, 75))
+
+
+def test_an_unreachable_sequence_names_the_bound_on_turns(hayashi):
+    # 30 deg between neighbours, and at most 15 deg of turn.
+    with pytest.raises(Infeasible) as caught:
+        optimise(ring(12), hayashi, tilt=(15, 75))
+    assert "--max-turn" in " ".join([str(caught.value), *(f.message for f in caught.value.findings)])
+    assert_sound(optimise(ring(12), hayashi, tilt=(15, 75), max_turn=60.0))

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from fiveaxis.machine import load_machine
+from fiveaxis.posture.branches import fit_turns
 from fiveaxis.posture.lattice import (
     Coordinates,
     Lattice,
     choose_coordinates,
-    fit_turns,
     grid_lattice,
     level_lattice,
 )
