@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -201,7 +201,7 @@ class _Run:
             # A short path is searched more densely: a turn of the wall must not fall between the rows.
             stride = min(search.stride, max(1, len(self.problem) // LEAST_ROWS))
             rows = thin(self.problem, stride)
-            candidate = self._search(search, rows, coordinates, number)
+            candidate = self._search(replace(search, stride=stride), rows, coordinates, number)
             if candidate is None:
                 continue
             if stride not in found or candidate.cost < found[stride][1].cost:
@@ -211,13 +211,11 @@ class _Run:
         middle = np.unique(
             np.concatenate([thin(self.problem, self.budget.middle), *(r for r, _ in found.values())])
         )
-        starts = [(self._carried(rows, middle, r, coordinates), r) for rows, r in found.values()]
         denser = self.problem.thinned(middle)
-        starts.sort(key=lambda start: denser.priced(start[0]))
-        halfway = [
-            self._refined(f"refine, {len(middle)} locations", denser, rotary)
-            for rotary, _ in starts[: self.budget.kept]
-        ]
+        starts = [self._carried(rows, middle, r, coordinates) for rows, r in found.values()]
+        starts.sort(key=denser.priced)
+        name = f"refine, {len(middle)} locations"
+        halfway = [self._refined(name, denser, start) for start in starts[: self.budget.kept]]
         best = min(halfway, key=lambda r: denser.priced(r.rotary))
         everywhere = np.arange(len(self.problem))
         rotary = self._carried(middle, everywhere, best, coordinates)

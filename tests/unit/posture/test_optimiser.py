@@ -60,8 +60,10 @@ def test_a_small_path_is_sound_and_says_what_the_solver_did(hayashi):
     names = [stage.name for stage in solution.stages]
     assert any(name.startswith("search") for name in names)
     assert names[-1].startswith("refine, all locations")
-    for stage in solution.stages:
-        assert stage.before is None or stage.after <= stage.before or "locations" in stage.name
+    # A searched path is clean, so refining it never makes it dearer, and here makes it cheaper.
+    searched = [stage for stage in solution.stages if stage.name.startswith("refine") and "deg" in stage.name]
+    assert len(searched) >= 3
+    assert all(stage.after < stage.before for stage in searched)
 
 
 def test_the_posture_may_turn_no_further_than_allowed(hayashi):
