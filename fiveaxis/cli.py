@@ -344,7 +344,7 @@ def _machine_document(machine: Machine) -> dict[str, Any]:
         for j in machine.chain.joints
     ]
     figures = [
-        {"figure": p.figure, "value": p.shown, "source": p.source, "assumed": p.assumed}
+        {"figure": p.figure, "value": p.shown, "source": p.source or p.note, "assumed": p.assumed}
         for p in machine.provenance
     ]
     names = {"name": machine.name, "code": str(machine.code), "description": machine.description}
@@ -358,7 +358,7 @@ def _print_machine(machine: Machine) -> None:
     out.print(f"code {machine.code}: {chain}")
     table = Table("figure", "value", "source", box=None)
     for p in machine.provenance:
-        table.add_row(p.figure, escape(p.shown), ("assumed: " if p.assumed else "") + escape(p.source))
+        table.add_row(p.figure, escape(p.shown), escape(p.origin))
     out.print(table)
 
 

@@ -6,6 +6,7 @@
     ├── InputError               something that the user gave is wrong          (exit code 2)
     │   ├── MachineError         a machine file or its figures
     │   │   ├── CodeError        a form-shaping code
+    │   │   ├── FigureError      a figure of a machine file, with the table it stands in
     │   │   ├── DegenerateChain  a chain that can't reach every position or direction
     │   │   └── UnknownMachine   no machine of that name
     │   ├── ToolError            a tool's dimensions
@@ -70,6 +71,22 @@ class CodeError(MachineError):
     def __init__(self, code: str, message: str) -> None:
         self.code = code
         super().__init__(f"form-shaping code {code!r}: {message}")
+
+
+class FigureError(MachineError):
+    """A figure that contradicts its axis, the code or the other figures of a machine.
+
+    Parameters
+    ----------
+    location : keys of the table, from the top of the file
+    code : stable name of the kind of fault, as in findings
+    message : fact and what to do about it
+    """
+
+    def __init__(self, location: tuple[str | int, ...], code: str, message: str) -> None:
+        self.location = location
+        self.code = code
+        super().__init__(message)
 
 
 class DegenerateChain(MachineError):

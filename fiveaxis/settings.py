@@ -7,7 +7,7 @@ import re
 import tomllib
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar, get_args
+from typing import TYPE_CHECKING, Any, TypeVar, get_args
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
@@ -58,6 +58,22 @@ def read_settings(path: Path, model: type[Model], error: type[InputError]) -> Mo
         Missing file, not TOML, unknown key (with the nearest known one), missing or wrong value; all faults
         of a file are named in one message, the first with its line.
     """
+    text, data = read_document(path, error)
+    return validate_settings(data, text, path, model, error)
+
+
+def read_document(path: Path, error: type[InputError]) -> tuple[str, dict[str, Any]]:
+    """Read a TOML file.
+
+    Returns
+    -------
+    Its text, and what it says.
+
+    Raises
+    ------
+    error
+        Missing file, not UTF-8, not TOML.
+    """
     try:
         text = path.read_text(encoding="utf-8")
     except OSError as fault:
@@ -65,23 +81,36 @@ def read_settings(path: Path, model: type[Model], error: type[InputError]) -> Mo
     except UnicodeDecodeError:
         raise error("can't be read: it isn't UTF-8 text", file=path) from None
     try:
-        data = tomllib.loads(text)
+        return text, tomllib.loads(text)
     except tomllib.TOMLDecodeError as fault:
         found = re.search(r"line (\d+)", str(fault))
         line = int(found[1]) if found else len(text.splitlines())  # else at the end of the document
         raise error(f"is not valid TOML: {fault}", file=path, line=line) from None
+
+
+def validate_settings(
+    data: dict[str, Any], text: str, path: Path, model: type[Model], error: type[InputError]
+) -> Model:
+    """Turn what a TOML file says into a model.
+
+    Raises
+    ------
+    error
+        Unknown key (with the nearest known one), missing or wrong value; with the line of the first fault.
+    """
     try:
         return model.model_validate(data)
     except ValidationError as fault:
-        raise error(explain(fault, model), file=path, line=line_of(text, _faults(fault)[0]["loc"])) from None
+        line = line_of(text, list_faults(fault)[0]["loc"])
+        raise error(explain(fault, model), file=path, line=line) from None
 
 
 def explain(fault: ValidationError, model: type[BaseModel]) -> str:
     """Say in one line what is wrong with settings: each key with its value and what it must be."""
-    return "; ".join(_explain(f, model) for f in _faults(fault))
+    return "; ".join(explain_one(f, model) for f in list_faults(fault))
 
 
-def _faults(fault: ValidationError) -> list[ErrorDetails]:
+def list_faults(fault: ValidationError) -> list[ErrorDetails]:
     """List the faults, causes first: a mistyped key shows up as unknown and, often, as missing too."""
     return sorted(fault.errors(), key=lambda f: f["type"] != "extra_forbidden")
 
@@ -110,7 +139,8 @@ def line_of(text: str, location: Sequence[str | int]) -> int | None:
     return best
 
 
-def _explain(fault: ErrorDetails, model: type[BaseModel]) -> str:
+def explain_one(fault: ErrorDetails, model: type[BaseModel]) -> str:
+    """Say in one line what one fault of settings is."""
     name = _shown_key(fault["loc"])
     if fault["type"] == "extra_forbidden":
         return _explain_unknown(fault["loc"], model)

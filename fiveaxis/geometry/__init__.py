@@ -1,6 +1,12 @@
 """Vectors, rotations and rigid transforms: the few that several rooms need."""
 
-from fiveaxis.geometry.rotations import line_rotation, rotation_matrix, translation
+from fiveaxis.geometry.rotations import (
+    frame_along,
+    inverse_transform,
+    line_rotation,
+    rotation_matrix,
+    translation,
+)
 from fiveaxis.geometry.vectors import Array, BoolArray, IntArray, angle_between, normalise, perpendicular
 
 __all__ = [
@@ -8,6 +14,8 @@ __all__ = [
     "BoolArray",
     "IntArray",
     "angle_between",
+    "frame_along",
+    "inverse_transform",
     "line_rotation",
     "normalise",
     "perpendicular",

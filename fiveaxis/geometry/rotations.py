@@ -51,3 +51,33 @@ def line_rotation(direction: ArrayLike, point: ArrayLike, angle: float) -> Array
     transform[:3, :3] = rotation
     transform[:3, 3] = p - rotation @ p
     return transform
+
+
+def inverse_transform(transform: Array) -> Array:
+    """Invert a rigid transform, (4, 4) mm, without the rounding of a general inverse."""
+    inverse = np.eye(4)
+    inverse[:3, :3] = transform[:3, :3].T
+    inverse[:3, 3] = -transform[:3, :3].T @ transform[:3, 3]
+    return inverse
+
+
+def frame_along(direction: ArrayLike, point: ArrayLike) -> Array:
+    """Place a frame at a point with its z along a direction, turned from the upright frame the short way.
+
+    Parameters
+    ----------
+    direction : (3,), unit vector
+    point : (3,), mm
+
+    Returns
+    -------
+    (4, 4), mm
+    """
+    z = np.asarray(direction, dtype=float)
+    across = np.cross([0.0, 0.0, 1.0], z)
+    sine = float(np.linalg.norm(across))
+    about = across / sine if sine > 0.0 else np.array([1.0, 0.0, 0.0])
+    frame = np.eye(4)
+    frame[:3, :3] = rotation_matrix(about, np.arctan2(sine, z[2]))
+    frame[:3, 3] = point
+    return frame

@@ -1,21 +1,30 @@
-"""The machine: form-shaping code, chain, axes, files."""
+"""The machine: form-shaping code, chain, axes, bodies, setup, files."""
 
-from fiveaxis.machine.axes import Axis, DirectionalDrive, Limits
+from fiveaxis.machine.axes import Axis, DirectionalDrive, Limits, LocationError
+from fiveaxis.machine.bodies import BED, Body, Box, Cylinder, MeshShape
 from fiveaxis.machine.chain import Chain, Joint, Line
 from fiveaxis.machine.code import FormShapingCode, parse_code
 from fiveaxis.machine.files import load_machine, machine_names
 from fiveaxis.machine.model import Machine, Provenance
+from fiveaxis.machine.setup import Setup
 
 __all__ = [
+    "BED",
     "Axis",
+    "Body",
+    "Box",
     "Chain",
+    "Cylinder",
     "DirectionalDrive",
     "FormShapingCode",
     "Joint",
     "Limits",
     "Line",
+    "LocationError",
     "Machine",
+    "MeshShape",
     "Provenance",
+    "Setup",
     "load_machine",
     "machine_names",
     "parse_code",

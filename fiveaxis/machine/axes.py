@@ -41,6 +41,25 @@ class DirectionalDrive:
 
 
 @dataclass(frozen=True)
+class LocationError:
+    """Where an axis really lies, against where it should (ISO 230-7), every axis at 0.
+
+    Parameters
+    ----------
+    offset : (3,), mm, machine frame; of axis C (X0C, Y0C, Z0C)
+    tilt : (3,), rad, rotation vector in the machine frame; of axis C (A0C, B0C, C0C). A rotation about the
+        axis itself would be its zero position, which the control sets: it must be 0
+
+    References
+    ----------
+    ISO 230-7:2015, 3.5 and annex: location errors of an axis of rotation.
+    """
+
+    offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    tilt: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
 class Axis:
     """One axis.
 
@@ -53,6 +72,8 @@ class Axis:
     drive : power by direction, None where unknown
     max_speed, max_acceleration : mm/s, rad/s and per second; None where unknown
     reversed : the control counts this axis the other way; the flip happens where NC is read and written
+    moved_mass : kg that the axis moves, without workpiece and fixture; None where unknown
+    location_error : already contained in the chain's line; kept so that the nominal line can be told
     """
 
     letter: str
@@ -61,6 +82,8 @@ class Axis:
     max_speed: float | None = None
     max_acceleration: float | None = None
     reversed: bool = False
+    moved_mass: float | None = None
+    location_error: LocationError | None = None
 
     @property
     def is_rotary(self) -> bool:

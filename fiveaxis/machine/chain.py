@@ -3,12 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
 from fiveaxis.errors import MachineError
-from fiveaxis.geometry import Array, normalise
+from fiveaxis.geometry import (
+    Array,
+    inverse_transform,
+    line_rotation,
+    normalise,
+    rotation_matrix,
+    translation,
+)
+from fiveaxis.machine.axes import LocationError
 from fiveaxis.machine.code import FormShapingCode
 
 UNIT_DIRECTION = {
@@ -21,6 +30,16 @@ UNIT_DIRECTION = {
 }
 
 Triple = tuple[float, float, float]
+
+# Cosine between a location error's tilt and its axis above which the tilt has a part about the axis itself. A
+# measured tilt is small: turning it by itself moves the line by less than that share of it.
+ABOUT_ITSELF = 0.01
+
+
+def as_triple(vector: Array) -> Triple:
+    """Turn (3,) numbers into a tuple of plain floats."""
+    x, y, z = (float(c) for c in vector)
+    return x, y, z
 
 
 @dataclass(frozen=True)
@@ -40,7 +59,35 @@ class Line:
         direction = np.asarray(self.direction, dtype=float)
         if not np.linalg.norm(direction) > 0.0:
             raise MachineError("an axis has a direction of length 0; give three numbers, not all zero")
-        object.__setattr__(self, "direction", tuple(float(c) for c in normalise(direction)))
+        object.__setattr__(self, "direction", as_triple(normalise(direction)))
+        object.__setattr__(self, "point", as_triple(np.asarray(self.point, dtype=float)))
+
+    def moved(self, transform: Array) -> Line:
+        """Move the line by a rigid transform, (4, 4) mm."""
+        direction = transform[:3, :3] @ np.array(self.direction)
+        return Line(
+            as_triple(direction), as_triple(transform[:3, :3] @ np.array(self.point) + transform[:3, 3])
+        )
+
+    def displaced(self, error: LocationError, sign: float = 1.0) -> Line:
+        """Put the line where it really lies; with the sign −1, back to where it should lie.
+
+        Raises
+        ------
+        MachineError
+            The tilt turns about the axis itself.
+        """
+        tilt = np.asarray(error.tilt, dtype=float)
+        angle = float(np.linalg.norm(tilt))
+        if angle == 0.0:
+            return Line(self.direction, as_triple(np.array(self.point) + sign * np.array(error.offset)))
+        if abs(tilt @ np.array(self.direction)) > ABOUT_ITSELF * angle:
+            raise MachineError(
+                "the tilt of the location error turns about the axis itself, which moves its zero position "
+                "and nothing else; write 0 for that component"
+            )
+        turned = rotation_matrix(tilt / angle, sign * angle) @ np.array(self.direction)
+        return Line(as_triple(turned), as_triple(np.array(self.point) + sign * np.array(error.offset)))
 
 
 @dataclass(frozen=True)
@@ -55,6 +102,12 @@ class Joint:
         """Whether the joint turns."""
         return self.letter in "ABC"
 
+    def motion(self, value: float) -> Array:
+        """Give the factor ``E(value)``, (4, 4) mm, for a value in mm or rad."""
+        if self.is_rotary:
+            return line_rotation(self.line.direction, self.line.point, value)
+        return translation(np.array(self.line.direction) * value)
+
 
 def _identity() -> Array:
     return np.eye(4)
@@ -64,10 +117,13 @@ def _identity() -> Array:
 class Chain:
     """``T(q) = E_1(q_1) … E_k(q_k) · M``: the tool tip's frame in the workpiece.
 
+    Lines and M are given in the workpiece frame with every axis at 0. That is the machine frame, unless the
+    workpiece is set up elsewhere (`seen_from`): the product of exponentials holds in any frame.
+
     Parameters
     ----------
     joints : from the workpiece to the tool
-    tool_home : (4, 4), mm; M, the tool-tip frame in the machine frame with every axis at 0
+    tool_home : (4, 4), mm; M, the tool-tip frame with every axis at 0
     """
 
     joints: tuple[Joint, ...]
@@ -94,3 +150,44 @@ class Chain:
     def linears(self) -> tuple[str, ...]:
         """Letters of the linear axes, from the workpiece to the tool."""
         return tuple(j.letter for j in self.joints if not j.is_rotary)
+
+    @cached_property
+    def linears_adjoin(self) -> bool:
+        """Whether no rotary axis stands between linear ones: they then span the same space in any posture."""
+        kinds = "".join("r" if j.is_rotary else "l" for j in self.joints)
+        return "r" not in kinds.strip("r")
+
+    def seen_from(self, frame: Array) -> Chain:
+        """Express the chain in another frame of the workpiece side.
+
+        Parameters
+        ----------
+        frame : (4, 4), mm, the new workpiece frame in the present one
+
+        Notes
+        -----
+        ``W⁻¹ E_1 … E_k M = (W⁻¹ E_1 W) … (W⁻¹ E_k W) (W⁻¹ M)``, and ``W⁻¹ E W`` is the motion about the line
+        as seen from W.
+        """
+        back = inverse_transform(frame)
+        joints = tuple(replace(j, line=j.line.moved(back)) for j in self.joints)
+        return Chain(joints, back @ self.tool_home)
+
+    def holding(self, letter: str, value: float) -> Chain:
+        """Hold one axis still: the chain of the others.
+
+        What stands behind the held axis, towards the tool, moves rigidly with it.
+
+        Parameters
+        ----------
+        letter : the axis
+        value : mm or rad
+        """
+        place = next(i for i, j in enumerate(self.joints) if j.letter == letter)
+        held = self.joints[place].motion(value)
+        behind = tuple(replace(j, line=j.line.moved(held)) for j in self.joints[place + 1 :])
+        return Chain(self.joints[:place] + behind, held @ self.tool_home)
+
+    def with_tool_length(self, length: float) -> Chain:
+        """Put the tip a length, mm, further out along the tool axis."""
+        return replace(self, tool_home=self.tool_home @ translation((0.0, 0.0, -length)))

@@ -6,12 +6,18 @@ workpiece to the tool: ``640123`` = workpiece, C, A, bed, X, Y, Z, tool (Hayashi
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from fiveaxis.errors import CodeError
 
+DIGITS = "1…6 (X Y Z A B C) and 0 (bed)"
+EXAMPLE = "write for example 640123 (workpiece, C, A, bed, X, Y, Z, tool)"
 LETTERS = {"1": "X", "2": "Y", "3": "Z", "4": "A", "5": "B", "6": "C"}
 AXIS_ORDER = "XYZABC"
+# Neighbours in the chain that may change places: translations among themselves, a rotation with the
+# translation along its own axis.
+COMMUTING = frozenset({frozenset(pair) for pair in ("XY", "XZ", "YZ", "XA", "YB", "ZC")})
 
 
 @dataclass(frozen=True)
@@ -34,6 +40,26 @@ class FormShapingCode:
         """Axis letters from the workpiece to the tool."""
         return self.table + self.head
 
+    @property
+    def kind(self) -> str:
+        """Which side of the bed turns: ``table-table``, ``table-head`` or ``head-head``.
+
+        A third rotary axis, which is redundant, makes ``table-table-head`` and the like; with fewer than two
+        it is ``3-axis`` or ``4-axis``.
+        """
+        sides = ["table"] * _count_rotaries(self.table) + ["head"] * _count_rotaries(self.head)
+        return "-".join(sides) if len(sides) > 1 else f"{len(self.letters)}-axis"
+
+    @property
+    def kinematic_class(self) -> str:
+        """Letters in an order that all codes with the same kinematics share, the bed left out.
+
+        Where the bed stands decides which mass an axis moves, not how the tool moves relative to the
+        workpiece; neither does the order of neighbours that commute. The 1440 codes that lean the tool in
+        two directions fall into 48 classes.
+        """
+        return commutation_class(self.letters)
+
     def __str__(self) -> str:
         return self.text
 
@@ -43,28 +69,67 @@ def parse_code(text: str) -> FormShapingCode:
 
     Parameters
     ----------
-    text : digits, for example ``640123``
+    text : digits, for example ``640123``; all six axes make seven digits, one of them the bed
 
     Raises
     ------
     CodeError
-        Empty; a character that isn't a digit 0…6; no bed or two; an axis named twice; no axis at all.
+        Empty; letters; a character that isn't a digit 0…6; no bed or two; an axis named twice; no axis at
+        all. The message says what to write instead.
     """
     if not text:
-        raise CodeError(text, "is empty; write the digits from workpiece to tool, for example 640123")
+        raise CodeError(text, f"is empty; {EXAMPLE}")
     for position, character in enumerate(text, start=1):
         if character not in LETTERS and character != "0":
-            raise CodeError(
-                text,
-                f"character {position} is {character!r}; only 1…6 (X Y Z A B C) and 0 (bed) mean something",
-            )
+            raise CodeError(text, _explain_character(text, position, character))
     beds = text.count("0")
-    if beds != 1:
+    if beds == 0:
+        raise CodeError(text, f"has no bed; write one 0 where the bed stands, {_with_bed(text)}")
+    if beds > 1:
         raise CodeError(text, f"has {beds} beds; write exactly one 0 where the bed is, for example 640123")
     for digit, letter in LETTERS.items():
         if text.count(digit) > 1:
-            raise CodeError(text, f"names axis {digit} ({letter}) {text.count(digit)} times; once is enough")
+            raise CodeError(text, _explain_repeated(text, digit, letter))
     if len(text) == 1:
-        raise CodeError(text, "has no axis; write for example 640123")
+        raise CodeError(text, f"has no axis; {EXAMPLE}")
     table, head = text.split("0")
     return FormShapingCode(text, tuple(LETTERS[d] for d in table), tuple(LETTERS[d] for d in head))
+
+
+def commutation_class(letters: Sequence[str]) -> str:
+    """Bring a chain's letters into the first, in axis order, of all orders with the same kinematics.
+
+    Letter by letter, the least of those that may move to the front: the normal form of a product whose
+    factors partly commute.
+    """
+    rest, ordered = list(letters), ""
+    while rest:
+        free = [c for i, c in enumerate(rest) if all(frozenset((c, d)) in COMMUTING for d in rest[:i])]
+        ordered += min(free, key=AXIS_ORDER.index)
+        rest.remove(ordered[-1])
+    return ordered
+
+
+def _count_rotaries(letters: Sequence[str]) -> int:
+    return sum(c in "ABC" for c in letters)
+
+
+def _explain_character(text: str, position: int, character: str) -> str:
+    said = f"character {position} is {character!r}; only {DIGITS} mean something"
+    digits = {letter: digit for digit, letter in LETTERS.items()}
+    if set(text.upper()) <= {*digits, *LETTERS, "0"}:
+        said += f": write {''.join(digits.get(c, c) for c in text.upper())}"
+    return said
+
+
+def _explain_repeated(text: str, digit: str, letter: str) -> str:
+    said = f"names axis {digit} ({letter}) {text.count(digit)} times; once is enough"
+    if len(text) > len(LETTERS):
+        said = f"has {len(text)} digits and {said}: one bed and at most six different axes make seven"
+    return said
+
+
+def _with_bed(text: str) -> str:
+    """Put the bed where it most often stands: after the rotary axes that the code begins with."""
+    at = next((i for i, digit in enumerate(text) if LETTERS[digit] not in "ABC"), len(text))
+    return f"for example {text[:at]}0{text[at:]}"

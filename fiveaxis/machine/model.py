@@ -1,27 +1,47 @@
-"""The machine: structure, axes, powers."""
+"""The machine: structure, axes, powers, where the workpiece stands and how long the tool is."""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 
 from fiveaxis.errors import MachineError
-from fiveaxis.geometry import Array
-from fiveaxis.machine.axes import Axis
-from fiveaxis.machine.chain import Chain
+from fiveaxis.geometry import Array, inverse_transform
+from fiveaxis.machine.axes import Axis, LocationError
+from fiveaxis.machine.bodies import Body
+from fiveaxis.machine.chain import Chain, Triple
 from fiveaxis.machine.code import AXIS_ORDER, FormShapingCode, parse_code
+from fiveaxis.machine.setup import Setup
 
 
 @dataclass(frozen=True)
 class Provenance:
-    """Where a figure of a machine comes from: a source, or an assumption with its sentence."""
+    """Where a figure of a machine comes from: a source, or an assumption with its sentence.
+
+    Parameters
+    ----------
+    figure : which, as in a machine file: ``A limits``, ``spindle``
+    shown : its value as in the file
+    source : where it is printed or was measured, empty where nowhere
+    assumed : no source; then `note` says why this value
+    note : a sentence
+    """
 
     figure: str
     shown: str
     source: str
     assumed: bool
+    note: str = ""
+
+    @property
+    def origin(self) -> str:
+        """The source and the sentence beside it."""
+        said = "; ".join(part for part in (self.source, self.note) if part)
+        return f"assumed: {said}" if self.assumed else said
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,10 +52,13 @@ class Machine:
     ----------
     name : short name
     code : form-shaping code
-    chain : joints with their lines, and the tool at home
+    chain : joints with their lines, and the tool at home, as the workpiece sees them
     axes : sorted X Y Z A B C; axis values of a path have their columns in this order
     base_power : W that the machine draws whatever it does, None where unknown
     provenance : every figure with its source
+    bodies : shapes of the links, machine frame, every axis at 0
+    setup : workpiece frame in the machine frame; contained in `chain`
+    tool_length : mm from the spindle's gauge point to the tip; contained in `chain`
     """
 
     name: str
@@ -45,6 +68,9 @@ class Machine:
     base_power: float | None = None
     description: str = ""
     provenance: tuple[Provenance, ...] = field(default=())
+    bodies: tuple[Body, ...] = field(default=())
+    setup: Setup = field(default=Setup())
+    tool_length: float = 0.0
 
     @classmethod
     def from_code(cls, code: str) -> Machine:
@@ -58,6 +84,11 @@ class Machine:
         parsed = parse_code(code)
         letters = sorted(parsed.letters, key=AXIS_ORDER.index)
         return cls(code, parsed, Chain.from_code(parsed), tuple(Axis(c) for c in letters))
+
+    @property
+    def kind(self) -> str:
+        """``table-table``, ``table-head``, ``head-head``, or ``3-axis``, ``4-axis``."""
+        return self.code.kind
 
     @cached_property
     def letters(self) -> str:
@@ -111,6 +142,70 @@ class Machine:
         scale = np.array([180.0 / np.pi if a.is_rotary else 1.0 for a in self.axes])
         return positions * scale
 
+    @property
+    def machine_frame(self) -> Array:
+        """(4, 4), mm, the machine frame in the workpiece frame, every axis at 0."""
+        return inverse_transform(self.setup.frame)
+
+    def with_setup(self, offset: Triple = (0.0, 0.0, 0.0), rotation_deg: Triple = (0.0, 0.0, 0.0)) -> Machine:
+        """Return this machine with the workpiece set up elsewhere, in place of its present setup.
+
+        Parameters
+        ----------
+        offset : (3,), mm, workpiece zero in the machine frame, every axis at 0 (the work offset)
+        rotation_deg : (3,), deg, how the part is turned on the table: about the machine's X, then Y, then Z
+
+        Raises
+        ------
+        MachineError
+            A number that isn't finite.
+        """
+        setup = Setup(offset, rotation_deg)
+        # The chain is seen from the present workpiece frame; the new one lies there at W₀⁻¹ W.
+        return replace(self, setup=setup, chain=self.chain.seen_from(self.machine_frame @ setup.frame))
+
+    def with_tool_length(self, length: float) -> Machine:
+        """Return this machine with a tool of another length, mm from the spindle's gauge point to the tip.
+
+        Raises
+        ------
+        MachineError
+            The length is negative or isn't finite.
+        """
+        if not (math.isfinite(length) and length >= 0.0):
+            raise MachineError(f"tool length is {length:g} mm; it must be 0 or more")
+        return replace(self, tool_length=length, chain=self.chain.with_tool_length(length - self.tool_length))
+
+    def with_location_errors(self, errors: Mapping[str, LocationError]) -> Machine:
+        """Return this machine with axes that lie where they were measured, in place of errors it has.
+
+        The errors are small constant displacements of whole axes (ISO 230-7 location errors); the inverse
+        kinematics accounts for them exactly.
+
+        Parameters
+        ----------
+        errors : by axis letter; an axis that isn't named keeps its own
+
+        Raises
+        ------
+        MachineError
+            The machine has no such axis; a tilt turns about the axis itself.
+        """
+        axes = tuple(replace(a, location_error=errors.get(a.letter, a.location_error)) for a in self.axes)
+        for letter in errors:
+            self.column(letter)
+        # Errors are stated in the machine frame, and so are the lines that they displace.
+        chain = self.chain.seen_from(self.machine_frame)
+        joints = []
+        for joint in chain.joints:
+            line, old = joint.line, self.axis(joint.letter).location_error
+            if joint.letter in errors:
+                nominal = line if old is None else line.displaced(old, -1.0)
+                line = nominal.displaced(errors[joint.letter])
+            joints.append(replace(joint, line=line))
+        moved = replace(chain, joints=tuple(joints)).seen_from(self.setup.frame)
+        return replace(self, axes=axes, chain=moved)
+
     def with_drives_of(self, other: Machine) -> Machine:
         """Return this machine with the axis powers of another one, letter by letter.
 
@@ -124,7 +219,7 @@ class Machine:
         """
         axes = tuple(replace(a, drive=other.axis(a.letter).drive) for a in self.axes)
         borrowed = tuple(
-            replace(p, source=f"taken from {other.name}: {p.source}", assumed=True)
+            replace(p, source="", note=f"taken from {other.name}: {p.origin}", assumed=True)
             for p in other.provenance
             if p.figure.endswith("drive")
         )

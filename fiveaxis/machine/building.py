@@ -1,0 +1,223 @@
+"""From what a machine file says to a `Machine`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from fiveaxis.errors import CodeError, FigureError, MachineError
+from fiveaxis.geometry import frame_along, normalise
+from fiveaxis.machine.axes import Axis, DirectionalDrive, Limits, LocationError
+from fiveaxis.machine.bodies import BED, Body, Box, Cylinder, MeshShape, Shape
+from fiveaxis.machine.chain import UNIT_DIRECTION, Chain, Line, Triple, as_triple
+from fiveaxis.machine.code import AXIS_ORDER, FormShapingCode, parse_code
+from fiveaxis.machine.model import Machine, Provenance
+from fiveaxis.machine.tables import (
+    ANGLE_UNITS,
+    LINEAR_UNITS,
+    AccelerationTable,
+    AxisTable,
+    BodyTable,
+    BoxTable,
+    CylinderTable,
+    DirectionalTable,
+    Figure,
+    LineTable,
+    LocationErrorTable,
+    MachineFile,
+    RateTable,
+)
+
+# The figures of an axis, in the order in which they are shown.
+AXIS_FIGURES = ("limits", "line", "location_error", "drive", "max_speed", "max_acceleration", "moved_mass")
+SIDES = {"workpiece": "table", "tool": "head"}
+
+
+def build_machine(file: MachineFile, folder: Path) -> Machine:
+    """Make the machine that a file describes.
+
+    Parameters
+    ----------
+    file : its tables
+    folder : to which the names of mesh files are relative
+
+    Raises
+    ------
+    FigureError
+        A figure contradicts the code, its axis or the others; `location` names the table.
+    """
+    try:
+        code = parse_code(file.code)
+    except CodeError as fault:
+        raise FigureError(("code",), "invalid-code", fault.message) from None
+    _require_known_axes(file, code)
+    letters = sorted(code.letters, key=AXIS_ORDER.index)
+    tables = {c: file.axes.get(c, AxisTable()) for c in letters}
+    chain = Chain.from_code(code, {c: _line(c, t.line) for c, t in tables.items()})
+    if file.spindle is not None:
+        direction = normalise_triple(file.spindle.direction)
+        chain = Chain(chain.joints, frame_along(direction, file.spindle.point))
+    machine = Machine(
+        name=file.name,
+        code=code,
+        chain=chain,
+        axes=tuple(_axis(c, tables[c]) for c in letters),
+        base_power=None if file.base_power is None else file.base_power.value,
+        description=file.description,
+        provenance=tuple(_provenance(file, tables)),
+        bodies=tuple(_body(i, table, code, folder) for i, table in enumerate(file.bodies)),
+    )
+    return _with_location_errors(machine, tables)
+
+
+def normalise_triple(direction: Triple) -> Triple:
+    """Scale a direction, (3,), to length 1."""
+    return as_triple(normalise(np.array(direction)))
+
+
+def _require_known_axes(file: MachineFile, code: FormShapingCode) -> None:
+    for letter, table in file.axes.items():
+        if letter not in code.letters:
+            raise FigureError(
+                ("axes", letter),
+                "unknown-axis",
+                f"[axes.{letter}] is not an axis of code {code}, which has {', '.join(code.letters)}",
+            )
+        side = "workpiece" if letter in code.table else "tool"
+        if table.carries not in (None, side):
+            raise FigureError(("axes", letter, "carries"), "wrong-side", _explain_side(letter, table, code))
+
+
+def _explain_side(letter: str, table: AxisTable, code: FormShapingCode) -> str:
+    digit = code.text[[*code.table, "0", *code.head].index(letter)]
+    rest = code.text.replace(digit, "")
+    at = rest.index("0")
+    moved = (
+        rest[:at] + digit + rest[at:]
+        if table.carries == "workpiece"
+        else rest[: at + 1] + digit + rest[at + 1 :]
+    )
+    stated, found = SIDES[str(table.carries)], "table" if letter in code.table else "head"
+    return (
+        f"{letter} carries the {table.carries}, so it belongs to the {stated}, and code {code} has it in the "
+        f"{found}; codes are read from the workpiece to the tool, with 0 for the bed: write for example "
+        f"{moved}, or {code.text[::-1]} if the code was written from the tool"
+    )
+
+
+def _with_location_errors(machine: Machine, tables: dict[str, AxisTable]) -> Machine:
+    for letter, table in tables.items():
+        if table.location_error is not None:
+            try:
+                machine = machine.with_location_errors({letter: _location_error(table.location_error)})
+            except MachineError as fault:
+                where = ("axes", letter, "location_error")
+                raise FigureError(where, "invalid-value", f"axis {letter}: {fault.message}") from None
+    return machine
+
+
+def _location_error(table: LocationErrorTable) -> LocationError:
+    unit = 1.0 if table.tilt_unit is None else ANGLE_UNITS[table.tilt_unit]
+    a, b, c = table.tilt
+    return LocationError(table.offset, (a * unit, b * unit, c * unit))
+
+
+def _axis(letter: str, table: AxisTable) -> Axis:
+    limits = table.limits
+    low = high = None
+    if limits is not None and limits.unit is not None:
+        unit = _scale(letter, "limits", limits.unit)
+        low, high = (None if v is None else v * unit for v in (limits.min, limits.max))
+    return Axis(
+        letter=letter,
+        limits=Limits(-math.inf if low is None else low, math.inf if high is None else high),
+        drive=None if table.drive is None else _drive(letter, table.drive),
+        max_speed=_rate(letter, "max_speed", table.max_speed),
+        max_acceleration=_rate(letter, "max_acceleration", table.max_acceleration),
+        reversed=table.reversed,
+        moved_mass=None if table.moved_mass is None else table.moved_mass.value,
+    )
+
+
+def _drive(letter: str, table: DirectionalTable) -> DirectionalDrive:
+    if table.unit == "W":
+        return DirectionalDrive(table.plus, table.minus)
+    # W per (unit/min) at the border is W per (unit/s) inside: 60 times as much, per rad or mm.
+    length = table.unit.removeprefix("W/(").removesuffix("/min)")
+    factor = 60.0 / _scale(letter, "drive", length)
+    return DirectionalDrive(table.plus * factor, table.minus * factor, proportional=True)
+
+
+def _rate(letter: str, key: str, table: RateTable | AccelerationTable | None) -> float | None:
+    if table is None:
+        return None
+    if table.unit == "rpm":
+        return table.value * _scale(letter, key, "rpm") * 2.0 * math.pi / 60.0
+    length, _, per = table.unit.partition("/")
+    return table.value * _scale(letter, key, length) / (60.0 if per == "min" else 1.0)
+
+
+def _line(letter: str, table: LineTable | None) -> Line:
+    nominal = Line(UNIT_DIRECTION[letter])
+    if table is None:
+        return nominal
+    point = table.point if table.point is not None and letter in "ABC" else nominal.point
+    return Line(nominal.direction if table.direction is None else table.direction, point)
+
+
+def _scale(letter: str, key: str, unit: str) -> float:
+    """Give the factor from a file's unit to mm or rad."""
+    rotary = letter in "ABC"
+    units = ANGLE_UNITS | {"rpm": 1.0} if rotary else LINEAR_UNITS
+    if unit not in units:
+        kind, offered = ("rotary", "deg or rad") if rotary else ("linear", "mm or inch")
+        message = f"axis {letter} is {kind}; its unit can't be {unit}, write {offered}"
+        raise FigureError(("axes", letter, key), "wrong-unit", message)
+    return units[unit]
+
+
+def _body(index: int, table: BodyTable, code: FormShapingCode, folder: Path) -> Body:
+    if table.link not in (BED, *code.letters):
+        known = ", ".join((BED, *code.letters))
+        message = f"body {index + 1}: no link {table.link!r}; code {code} has {known}"
+        raise FigureError(("bodies", index), "unknown-link", message)
+    return Body(table.link, _shape(index, table, folder))
+
+
+def _shape(index: int, table: BodyTable, folder: Path) -> Shape:
+    if isinstance(table, BoxTable):
+        return Box(table.size, table.center)
+    if isinstance(table, CylinderTable):
+        return Cylinder(table.radius, table.height, table.center, normalise_triple(table.direction))
+    file = folder / table.file
+    if not file.is_file():
+        raise FigureError(("bodies", index), "no-such-file", f"body {index + 1}: no such file: {file}")
+    return MeshShape(file, table.scale)
+
+
+def _provenance(file: MachineFile, tables: dict[str, AxisTable]) -> Iterator[Provenance]:
+    figures: list[tuple[str, Figure | None]] = [
+        ("structure", file.structure),
+        ("spindle", file.spindle),
+        ("base_power", file.base_power),
+    ]
+    for letter, table in tables.items():
+        figures.extend((f"{letter} {name}", getattr(table, name)) for name in AXIS_FIGURES)
+    figures.extend((f"body {i + 1}", table) for i, table in enumerate(file.bodies))
+    for name, figure in figures:
+        if figure is not None:
+            shown = f"code {file.code}" if figure is file.structure else _shown(figure)
+            yield Provenance(name, shown, figure.source or "", figure.assumed, figure.note or "")
+
+
+def _shown(figure: Figure) -> str:
+    """Write a figure's own values as in the file."""
+    values = figure.model_dump(exclude={"source", "assumed", "note", "model"}, exclude_none=True)
+    return ", ".join(f"{k} {_plain(v)}" for k, v in values.items())
+
+
+def _plain(value: object) -> str:
+    return "(" + ", ".join(f"{v:g}" for v in value) + ")" if isinstance(value, tuple) else str(value)

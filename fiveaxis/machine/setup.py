@@ -1,0 +1,48 @@
+"""Where the workpiece stands on the table."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fiveaxis.errors import MachineError
+from fiveaxis.geometry import Array, rotation_matrix
+from fiveaxis.machine.chain import UNIT_DIRECTION, Triple
+
+
+@dataclass(frozen=True)
+class Setup:
+    """Workpiece frame in the machine frame, every axis at 0: work offset and part rotation.
+
+    Parameters
+    ----------
+    offset : (3,), mm, workpiece zero in the machine frame
+    rotation_deg : (3,), deg, about the machine's X, then its Y, then its Z (fixed axes)
+
+    Raises
+    ------
+    MachineError
+        A number that isn't finite.
+    """
+
+    offset: Triple = (0.0, 0.0, 0.0)
+    rotation_deg: Triple = (0.0, 0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        if not np.isfinite([*self.offset, *self.rotation_deg]).all():
+            raise MachineError(f"setup {self}: three finite lengths in mm and three angles in deg are needed")
+
+    @property
+    def frame(self) -> Array:
+        """(4, 4), mm, the workpiece frame in the machine frame."""
+        frame = np.eye(4)
+        for letter, angle in zip("XYZ", np.radians(self.rotation_deg), strict=True):
+            frame[:3, :3] = rotation_matrix(UNIT_DIRECTION[letter], float(angle)) @ frame[:3, :3]
+        frame[:3, 3] = self.offset
+        return frame
+
+    def __str__(self) -> str:
+        x, y, z = self.offset
+        a, b, c = self.rotation_deg
+        return f"offset ({x:g}, {y:g}, {z:g}) mm, rotation ({a:g}, {b:g}, {c:g}) deg"
