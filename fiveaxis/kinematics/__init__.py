@@ -1,6 +1,7 @@
 """Forward and inverse kinematics of a chain; `symbolic` has the same equations for CasADi."""
 
 from fiveaxis.kinematics.inverse import axis_positions, require_orienting, rotary_angles
+from fiveaxis.kinematics.links import link_poses
 from fiveaxis.kinematics.poses import (
     linear_positions,
     positions_about,
@@ -12,6 +13,7 @@ from fiveaxis.kinematics.poses import (
 __all__ = [
     "axis_positions",
     "linear_positions",
+    "link_poses",
     "positions_about",
     "require_orienting",
     "require_positioning",
