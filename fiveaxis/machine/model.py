@@ -16,6 +16,7 @@ from fiveaxis.machine.bodies import Body
 from fiveaxis.machine.chain import Chain, Triple
 from fiveaxis.machine.code import AXIS_ORDER, FormShapingCode, parse_code
 from fiveaxis.machine.setup import Setup
+from fiveaxis.machine.urdf import write_urdf
 
 
 @dataclass(frozen=True)
@@ -225,3 +226,34 @@ class Machine:
         )
         kept = tuple(p for p in self.provenance if not p.figure.endswith("drive"))
         return replace(self, axes=axes, provenance=kept + borrowed)
+
+    def to_urdf(self, root: str = "workpiece") -> str:
+        """Describe this machine in URDF, for pinocchio, ROS and others: metres and radians.
+
+        Joints are named after the axes and their values are the axis values, whatever the root. Links are
+        ``workpiece``, ``bed``, ``tool`` (the tool tip) and, after the axis that carries them, ``link_C`` and
+        so on, with their bodies to be seen and to collide.
+
+        Parameters
+        ----------
+        root : ``workpiece`` makes one branch from there to the tool, so the placement of ``tool`` is the
+            tool's frame in the workpiece; ``bed`` makes the physical tree, with a branch to the workpiece and
+            one to the tool
+
+        Returns
+        -------
+        The same bytes each time
+
+        Raises
+        ------
+        MachineError
+            Another root.
+
+        Notes
+        -----
+        A rotary axis without limits is ``continuous``. URDF has no open end for the others: a missing one is
+        100 m or 1000 turns from the other, or from 0. A highest speed of 0 means that it isn't known; forces,
+        which URDF asks for, are 0 throughout, and there are no masses. Meshes are file URIs with %20 for a
+        space, which pinocchio doesn't read: for pinocchio, keep them in folders without spaces.
+        """
+        return write_urdf(self, root)

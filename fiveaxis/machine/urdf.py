@@ -1,0 +1,195 @@
+"""A machine as URDF, the robot description that other kinematics and collision programs read.
+
+Lengths are metres and angles radians, as URDF has it; joint values are the machine's axis values, tool
+relative to workpiece, also on the table side.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+from xml.etree import ElementTree
+
+import numpy as np
+
+from fiveaxis.errors import MachineError
+from fiveaxis.geometry import Array, inverse_transform, translation
+from fiveaxis.machine.axes import Axis
+from fiveaxis.machine.bodies import BED, Body, Box, Cylinder, Shape
+from fiveaxis.machine.chain import Joint
+
+if TYPE_CHECKING:
+    from fiveaxis.machine.model import Machine
+
+WORKPIECE, TOOL = "workpiece", "tool"
+ROOTS = (WORKPIECE, BED)
+METRE = 1000.0  # mm
+# URDF wants both ends of every linear axis and of a rotary one that doesn't turn without end: a missing end
+# is put this far from the other, or from 0. No machine tool is as long, and no cable is wound as often.
+FAR_LINEAR, FAR_ROTARY = 100.0 * METRE, 1000.0 * 2.0 * math.pi
+# Decimals of metres, radians and directions: 1e-12 mm. Beyond them is rounding that differs by platform.
+DECIMALS = 15
+
+
+@dataclass(frozen=True)
+class _Branching:
+    """A joint in the tree: which link it moves against which, and whether its axis points the other way."""
+
+    joint: Joint
+    parent: str
+    child: str
+    sign: float
+
+
+def write_urdf(machine: Machine, root: str) -> str:
+    """Describe a machine in URDF; see `Machine.to_urdf`.
+
+    Every link's frame is parallel to the machine frame at home and lies on the line of the joint before it,
+    so joints have plain offsets and all geometry is in their directions.
+    """
+    if root not in ROOTS:
+        raise MachineError(f"no URDF tree with root {root!r}; write {' or '.join(map(repr, ROOTS))}")
+    links = (*machine.code.table, BED, *machine.code.head)
+    chain = machine.chain.seen_from(machine.machine_frame)
+    tree = _tree(chain.joints, links, len(machine.code.table) if root == BED else 0)
+    origins = _origins(links, tree, root)
+    at_first, at_last = (translation(-origins[link]) for link in (links[0], links[-1]))
+    setup = at_first @ machine.setup.frame
+    robot = ElementTree.Element("robot", name=machine.name)
+    ElementTree.SubElement(robot, "link", name=WORKPIECE)
+    robot.extend(_link(link, origins[link], machine.bodies) for link in links)
+    ElementTree.SubElement(robot, "link", name=TOOL)
+    if root == BED:
+        robot.append(_joint("setup", "fixed", links[0], WORKPIECE, setup))
+    else:
+        robot.append(_joint("setup", "fixed", WORKPIECE, links[0], inverse_transform(setup)))
+    robot.extend(_moving(branching, machine.axis(branching.joint.letter), origins) for branching in tree)
+    robot.append(_joint("tool_home", "fixed", links[-1], TOOL, at_last @ chain.tool_home))
+    ElementTree.indent(robot)
+    # A text whose declaration names an encoding is refused by readers that build on lxml.
+    return f'<?xml version="1.0"?>\n{ElementTree.tostring(robot, encoding="unicode")}\n'
+
+
+def _tree(joints: Sequence[Joint], links: Sequence[str], start: int) -> list[_Branching]:
+    """Order the joints from link `start` outwards; joint j is between the links j and j + 1.
+
+    A table axis moves the workpiece, seen from the bed, the opposite way of the tool seen from the workpiece.
+    """
+    towards_workpiece = [_Branching(joints[j], links[j + 1], links[j], -1.0) for j in reversed(range(start))]
+    towards_tool = [_Branching(joints[j], links[j], links[j + 1], 1.0) for j in range(start, len(joints))]
+    return towards_workpiece + towards_tool
+
+
+def _origins(links: Sequence[str], tree: Sequence[_Branching], root: str) -> dict[str, Array]:
+    """Place the links' frames: (3,) mm, machine frame, every axis at 0."""
+    origins = {BED if root == BED else links[0]: np.zeros(3)}
+    for branching in tree:
+        joint, before = branching.joint, origins[branching.parent]
+        origins[branching.child] = np.array(joint.line.point) if joint.is_rotary else before
+    return origins
+
+
+def _moving(branching: _Branching, axis: Axis, origins: Mapping[str, Array]) -> ElementTree.Element:
+    parent, child = branching.parent, branching.child
+    kind = "prismatic"
+    if axis.is_rotary:
+        kind = "continuous" if axis.limits.unlimited else "revolute"
+    element = _joint(axis.letter, kind, parent, child, translation(origins[child] - origins[parent]))
+    direction = branching.sign * np.array(branching.joint.line.direction)
+    ElementTree.SubElement(element, "axis", xyz=_numbers(direction))
+    ElementTree.SubElement(element, "limit", _limit(axis))
+    return element
+
+
+def _limit(axis: Axis) -> dict[str, str]:
+    """Give the attributes of a joint's limit; what isn't known but must stand there is 0."""
+    scale = 1.0 if axis.is_rotary else METRE
+    speed = 0.0 if axis.max_speed is None else axis.max_speed / scale
+    limit = {"effort": "0", "velocity": _number(speed)}
+    if axis.is_rotary and axis.limits.unlimited:
+        return limit
+    low, high = axis.limits.low, axis.limits.high
+    far = FAR_ROTARY if axis.is_rotary else FAR_LINEAR
+    lower = low if math.isfinite(low) else (high if math.isfinite(high) else 0.0) - far
+    upper = high if math.isfinite(high) else (low if math.isfinite(low) else 0.0) + far
+    return {"lower": _number(lower / scale), "upper": _number(upper / scale), **limit}
+
+
+def _link(link: str, origin: Array, bodies: Sequence[Body]) -> ElementTree.Element:
+    element = ElementTree.Element("link", name=_link_name(link))
+    for body in bodies:
+        if body.link == link:
+            element.extend(_body(kind, body, origin) for kind in ("visual", "collision"))
+    return element
+
+
+def _body(kind: str, body: Body, origin: Array) -> ElementTree.Element:
+    element = ElementTree.Element(kind)
+    element.append(_origin(translation(-origin) @ body.shape.frame))
+    ElementTree.SubElement(element, "geometry").append(_geometry(body.shape))
+    return element
+
+
+def _geometry(shape: Shape) -> ElementTree.Element:
+    if isinstance(shape, Box):
+        return ElementTree.Element("box", size=_numbers(np.array(shape.size) / METRE))
+    if isinstance(shape, Cylinder):
+        radius, length = _number(shape.radius / METRE), _number(shape.height / METRE)
+        return ElementTree.Element("cylinder", radius=radius, length=length)
+    scale = _numbers(np.full(3, shape.scale / METRE))
+    return ElementTree.Element("mesh", filename=shape.file.resolve().as_uri(), scale=scale)
+
+
+def _joint(name: str, kind: str, parent: str, child: str, placed: Array) -> ElementTree.Element:
+    """Make a joint; `placed` is the child's frame in the parent's, (4, 4) mm, at the value 0."""
+    element = ElementTree.Element("joint", name=name, type=kind)
+    element.append(_origin(placed))
+    ElementTree.SubElement(element, "parent", link=_link_name(parent))
+    ElementTree.SubElement(element, "child", link=_link_name(child))
+    return element
+
+
+def _link_name(link: str) -> str:
+    """Name a link; an axis's letter alone is its joint's name."""
+    return link if link in (WORKPIECE, BED, TOOL) else f"link_{link}"
+
+
+def _origin(frame: Array) -> ElementTree.Element:
+    xyz, rpy = _numbers(frame[:3, 3] / METRE), _numbers(roll_pitch_yaw(frame[:3, :3]))
+    return ElementTree.Element("origin", xyz=xyz, rpy=rpy)
+
+
+def roll_pitch_yaw(rotation: Array) -> Array:
+    """Split a rotation into ``Rz(yaw) Ry(pitch) Rx(roll)``.
+
+    The yaw is taken off before the other two are measured, so they fit whatever yaw was found: near a pitch
+    of 90°, where yaw and roll turn about the same axis, the product still keeps all digits.
+
+    Parameters
+    ----------
+    rotation : (3, 3)
+
+    Returns
+    -------
+    (3,), rad
+    """
+    # Without the rounding, noise around 0 would choose the yaw at a pitch of 90°.
+    matrix = rotation.round(DECIMALS) + 0.0
+    yaw = math.atan2(matrix[1, 0], matrix[0, 0])
+    cosine, sine = math.cos(yaw), math.sin(yaw)
+    across = cosine * matrix[0] + sine * matrix[1]
+    upright = cosine * matrix[1] - sine * matrix[0]
+    pitch = math.atan2(-matrix[2, 0], across[0])
+    roll = math.atan2(-upright[2], upright[1])
+    return np.array([roll, pitch, yaw])
+
+
+def _numbers(values: Array) -> str:
+    return " ".join(_number(float(v)) for v in values)
+
+
+def _number(value: float) -> str:
+    # Adding 0 turns −0 into 0.
+    return repr(round(value, DECIMALS) + 0.0).removesuffix(".0")
