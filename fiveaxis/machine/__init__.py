@@ -4,6 +4,7 @@ from fiveaxis.machine.axes import Axis, DirectionalDrive, Limits, LocationError
 from fiveaxis.machine.bodies import BED, Body, Box, Cylinder, MeshShape
 from fiveaxis.machine.chain import Chain, Joint, Line
 from fiveaxis.machine.code import FormShapingCode, parse_code
+from fiveaxis.machine.dump import machine_text, save_machine
 from fiveaxis.machine.files import load_machine, machine_names
 from fiveaxis.machine.model import Machine, Provenance
 from fiveaxis.machine.setup import Setup
@@ -27,5 +28,7 @@ __all__ = [
     "Setup",
     "load_machine",
     "machine_names",
+    "machine_text",
     "parse_code",
+    "save_machine",
 ]

@@ -1,0 +1,224 @@
+"""From a `Machine` back to what a machine file says: the inverse of `building`."""
+
+from __future__ import annotations
+
+import math
+import os
+import re
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import tomli_w
+
+from fiveaxis.files import write_atomically
+from fiveaxis.geometry import Array
+from fiveaxis.machine.axes import Axis, DirectionalDrive, LocationError
+from fiveaxis.machine.bodies import Body, Box, Cylinder
+from fiveaxis.machine.chain import UNIT_DIRECTION, Line
+from fiveaxis.machine.model import Machine, Provenance
+
+UNSTATED = "set in code, which doesn't say where it comes from"
+# What a key means that isn't there; such a key is left out of a file.
+DEFAULTS: dict[str, object] = {"source": "", "note": "", "assumed": False, "reversed": False}
+NUMBERS = re.compile(r"\[\n((?:    [-+.e\d]+,\n)+)\]")
+DECIMALS = 12  # mm, or of a direction whose largest part is 1
+RELATIVE = 2e-15  # a few units in the last place: what converting a unit there and back costs
+
+Table = dict[str, Any]
+Origin = Callable[[str], Table]
+
+
+def save_machine(machine: Machine, path: str | Path) -> Path:
+    """Write a machine to a file that `load_machine` reads back as the same machine.
+
+    Parameters
+    ----------
+    machine : its setup and tool length belong to a job and aren't written
+    path : a ``.toml`` file, replaced in one step; mesh files are named relative to its folder where there
+        is a way
+
+    Raises
+    ------
+    SettingError
+        The file can't be written.
+    """
+    return write_atomically(path, machine_text(machine, Path(path).parent))
+
+
+def machine_text(machine: Machine, folder: Path | None = None) -> str:
+    """Write a machine in the format of machine files.
+
+    Parameters
+    ----------
+    machine : its setup and tool length belong to a job and aren't written
+    folder : to which mesh files are named relative; None names them by their whole path
+
+    Returns
+    -------
+    TOML in mm, deg, s, W and kg, without the keys that say what goes without saying
+    """
+    text = tomli_w.dumps(_without_defaults(machine_document(machine, folder)))
+    # tomli_w gives each number of a list its own line.
+    return NUMBERS.sub(lambda found: "[" + ", ".join(found[1].replace(",", " ").split()) + "]", text)
+
+
+def machine_document(machine: Machine, folder: Path | None = None) -> Table:
+    """Say everything that a machine file can say about a machine.
+
+    A key of a file that isn't in the document of the machine loaded from it is one that no loader reads.
+
+    Parameters
+    ----------
+    machine, folder : as for `machine_text`
+
+    Returns
+    -------
+    Tables with every key that applies, defaults included. Each figure has a provenance: one that the machine
+    doesn't know the origin of is marked as assumed.
+    """
+    nominal = _nominal(machine)
+    origin = _origins(machine.provenance)
+    stated = {p.figure for p in machine.provenance}
+    document: Table = {"name": machine.name, "code": str(machine.code), "description": machine.description}
+    if "structure" in stated:
+        document["structure"] = origin("structure")
+    home = nominal.chain.tool_home
+    if "spindle" in stated or not np.allclose(home, np.eye(4), rtol=0.0, atol=10.0**-DECIMALS):
+        places = {"point": _rounded(home[:3, 3]), "direction": _direction(home[:3, 2])}
+        document["spindle"] = places | origin("spindle")
+    if machine.base_power is not None:
+        document["base_power"] = {"value": _neat(machine.base_power), "unit": "W"} | origin("base_power")
+    lines = {j.letter: j.line for j in nominal.chain.joints}
+    table_side = machine.code.table
+    document["axes"] = {
+        a.letter: _axis(a, lines[a.letter], "workpiece" if a.letter in table_side else "tool", stated, origin)
+        for a in machine.axes
+    }
+    document["bodies"] = [
+        _body(body, folder) | origin(f"body {i}") for i, body in enumerate(machine.bodies, start=1)
+    ]
+    return document
+
+
+def _nominal(machine: Machine) -> Machine:
+    """Give the machine of the data sheet: no setup, no tool, every axis where it should be."""
+    erring = {a.letter: LocationError() for a in machine.axes if a.location_error is not None}
+    return machine.with_setup().with_tool_length(0.0).with_location_errors(erring)
+
+
+def _origins(provenance: tuple[Provenance, ...]) -> Origin:
+    known = {p.figure: p for p in provenance}
+
+    def origin(figure: str) -> Table:
+        p = known.get(figure, Provenance(figure, "", "", assumed=True))
+        # What has no source is assumed, whatever the record says: the format knows no third kind.
+        assumed = p.assumed or not p.source
+        return {"source": p.source, "assumed": assumed, "note": p.note or (UNSTATED if assumed else "")}
+
+    return origin
+
+
+def _axis(axis: Axis, line: Line, carries: str, stated: set[str], origin: Origin) -> Table:
+    letter, unit = axis.letter, axis.unit
+    table: Table = {"carries": carries, "reversed": axis.reversed}
+    if not axis.limits.unlimited or f"{letter} limits" in stated:
+        ends = {"min": axis.limits.low, "max": axis.limits.high}
+        shown = {key: _neat(axis.shown(v)) for key, v in ends.items() if math.isfinite(v)}
+        table["limits"] = shown | {"unit": unit} | origin(f"{letter} limits")
+    if f"{letter} line" in stated or not _is_ideal(axis, line):
+        point = {"point": _rounded(line.point)} if axis.is_rotary else {}
+        table["line"] = {"direction": _direction(line.direction)} | point | origin(f"{letter} line")
+    if axis.location_error is not None:
+        error = _location_error(axis.location_error)
+        table["location_error"] = error | origin(f"{letter} location_error")
+    if axis.drive is not None:
+        table["drive"] = _drive(axis, axis.drive) | origin(f"{letter} drive")
+    for key, value, per in (
+        ("max_speed", axis.max_speed, "s"),
+        ("max_acceleration", axis.max_acceleration, "s2"),
+    ):
+        if value is not None:
+            figure = {"value": _neat(axis.shown(value)), "unit": f"{unit}/{per}"}
+            table[key] = figure | origin(f"{letter} {key}")
+    if axis.moved_mass is not None:
+        figure = {"value": _neat(axis.moved_mass), "unit": "kg"}
+        table["moved_mass"] = figure | origin(f"{letter} moved_mass")
+    return table
+
+
+def _is_ideal(axis: Axis, line: Line) -> bool:
+    """Tell whether an axis lies where its letter says, so that a file needn't."""
+    direction = _direction(line.direction) == list(UNIT_DIRECTION[axis.letter])
+    return direction and (not axis.is_rotary or not any(_rounded(line.point)))
+
+
+def _location_error(error: LocationError) -> Table:
+    tilt = [_neat(math.degrees(v)) for v in error.tilt]
+    return {"offset": [_neat(v) for v in error.offset], "tilt": tilt, "tilt_unit": "deg"}
+
+
+def _drive(axis: Axis, drive: DirectionalDrive) -> Table:
+    unit, factor = "W", 1.0
+    if drive.proportional:
+        # W per (unit/s) inside is W per (unit/min) at the border.
+        unit, factor = f"W/({axis.unit}/min)", 1.0 / (60.0 * axis.shown(1.0))
+    powers = {"plus": _neat(drive.plus * factor), "minus": _neat(drive.minus * factor)}
+    return {"model": "directional"} | powers | {"unit": unit}
+
+
+def _body(body: Body, folder: Path | None) -> Table:
+    shape = body.shape
+    if isinstance(shape, Box):
+        size, center = [_neat(v) for v in shape.size], [_neat(v) for v in shape.center]
+        return {"link": body.link, "shape": "box", "size": size, "center": center}
+    if isinstance(shape, Cylinder):
+        lengths = {"radius": _neat(shape.radius), "height": _neat(shape.height)}
+        places = {"center": [_neat(v) for v in shape.center], "direction": _direction(shape.direction)}
+        return {"link": body.link, "shape": "cylinder"} | lengths | places
+    file = _path_from(folder, shape.file)
+    return {"link": body.link, "shape": "mesh", "file": file, "scale": _neat(shape.scale)}
+
+
+def _path_from(folder: Path | None, file: Path) -> str:
+    whole = file.resolve()
+    if folder is None:
+        return whole.as_posix()
+    try:
+        return Path(os.path.relpath(whole, folder.resolve())).as_posix()
+    except ValueError:  # another drive, on Windows
+        return whole.as_posix()
+
+
+def _direction(vector: Array | tuple[float, float, float]) -> list[float]:
+    """Write a direction with its largest part 1: (0, 1, 1) and not (0, 0.7071…, 0.7071…)."""
+    parts = np.asarray(vector, dtype=float)
+    return _rounded(parts / np.abs(parts).max())
+
+
+def _rounded(vector: Array | tuple[float, float, float]) -> list[float]:
+    """Round away what undoing a setup leaves: exact zeros keep the chain's equations short."""
+    return [_plain(round(float(v), DECIMALS)) for v in vector]
+
+
+def _neat(value: float) -> float:
+    """Give the shortest number that is the value: 30 deg come back from radians as 29.999999999999996."""
+    close = (float(f"{value:.{digits}g}") for digits in range(1, 17))
+    return _plain(next((v for v in close if abs(v - value) <= RELATIVE * abs(value)), value))
+
+
+def _plain(value: float) -> float:
+    return int(value) if value.is_integer() else value
+
+
+def _without_defaults(table: Mapping[str, Any]) -> Table:
+    kept: Table = {}
+    for key, value in table.items():
+        if isinstance(value, Mapping):
+            kept[key] = _without_defaults(value)
+        elif value and isinstance(value, list) and isinstance(value[0], Mapping):
+            kept[key] = [_without_defaults(entry) for entry in value]
+        elif value != [] and (key not in DEFAULTS or value != DEFAULTS[key]):
+            kept[key] = value
+    return kept
