@@ -7,8 +7,12 @@ import warnings
 from importlib import import_module
 from typing import Any
 
+import numpy as np
+
 # Identifiers of scene objects follow from this and their name: a scene has the same bytes each time.
 NAMESPACE = uuid.UUID("5d0a4f0e-6c1b-5e55-9a0f-640123000000")
+# meshcat's cylinder stands along y about its middle; this turns it along z.
+UPRIGHT = np.array([[1, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]], dtype=float)
 
 
 def load_meshcat() -> Any:

@@ -74,7 +74,7 @@ def write_preview(
     Raises
     ------
     MeshError
-        The part can't be read.
+        The part or a mesh of the machine can't be read.
     SettingError
         The page can't be written there.
     """
@@ -114,6 +114,8 @@ def _legend(solution: Solution, legend: Legend, title: str) -> str:
         boxes.append(_box(legend.before, "before", False))
     if legend.has_part:
         boxes.append(_box("part", "part", True))
+    if legend.has_machine:
+        boxes.append(_box("machine", "machine", False))
     lines.append(f"<p>{''.join(boxes)}</p>")
     if legend.pace > 1.0:
         lines.append(f"<p>tool shown {legend.pace:.1f} times as fast as programmed</p>")

@@ -9,12 +9,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fiveaxis.contour import load_mesh
-from fiveaxis.geometry import Array, IntArray
+from fiveaxis.geometry import Array, translation
 from fiveaxis.motion import Motion
 from fiveaxis.toolpath import Tool, Toolpath
+from fiveaxis.viewer.bodies import add_bodies
 from fiveaxis.viewer.colours import colour_top, energy_density, move_colours
-from fiveaxis.viewer.library import identify, load_meshcat
-from fiveaxis.viewer.tool_motion import ball_poses, choose_frames, make_animation
+from fiveaxis.viewer.library import UPRIGHT, identify, load_meshcat
+from fiveaxis.viewer.thinning import thin_mesh
+from fiveaxis.viewer.tool_motion import KeyFrames, Poses, ball_poses, choose_frames, make_animation
 
 if TYPE_CHECKING:
     import trimesh
@@ -29,7 +31,6 @@ CAMERA = (1.75, 1.05, 1.75)  # x, up, -y
 SHANK_LENGTH = 4.0  # diameters
 # Paths of contacts are lifted by this share of the tool's radius, or the part would hide half of every line.
 LIFT = 0.04
-MOST_TRIANGLES = 150_000
 PART_COLOUR, TOOL_COLOUR, BEFORE_COLOUR = 0xB8BEC8, 0xAEB6C2, 0xE07A5F
 BACKGROUND = ((0.16, 0.18, 0.22), (0.09, 0.10, 0.12))
 
@@ -43,13 +44,14 @@ class Legend:
     top : J/mm of the last colour
     pace : machine seconds in one second of the show
     before : name of the baseline that is shown, None where there is none
-    has_part : whether the part is in the scene
+    has_part, has_machine : whether the part and the machine's bodies are in the scene
     """
 
     top: float
     pace: float
     before: str | None
     has_part: bool
+    has_machine: bool
 
 
 def build_scene(vis: Any, solution: Solution, part: str | Path | trimesh.Trimesh | None = None) -> Legend:
@@ -58,7 +60,7 @@ def build_scene(vis: Any, solution: Solution, part: str | Path | trimesh.Trimesh
     Parameters
     ----------
     vis : a meshcat visualizer
-    solution : what to show; its baseline stands beside it, hidden at first
+    solution : what to show; its baseline and the machine's bodies stand beside it, hidden at first
     part : mesh of the part in mm, or its file
 
     Returns
@@ -68,7 +70,7 @@ def build_scene(vis: Any, solution: Solution, part: str | Path | trimesh.Trimesh
     Raises
     ------
     MeshError
-        The part can't be read.
+        The part or a mesh of the machine can't be read.
     """
     mesh = load_mesh(part, allow_open=True) if isinstance(part, str | Path) else part
     motions = {"after": solution.motion}
@@ -79,10 +81,13 @@ def build_scene(vis: Any, solution: Solution, part: str | Path | trimesh.Trimesh
     if mesh is not None:
         _add_part(vis, mesh)
     top = _add_paths(vis, solution, motions)
-    pace = _add_tools(vis, solution, motions)
+    frames = choose_frames(solution.motion)
+    moving = _add_tools(vis, solution, motions, frames)
+    moving |= add_bodies(vis, f"{ROOT}/machine", solution.machine, solution.motion.positions[frames.rows])
+    vis.set_animation(make_animation(vis, frames, moving), play=True, repetitions=1000)
     if before is not None:
         vis[f"{ROOT}/before"].set_property("visible", False)
-    return Legend(top, pace, before, mesh is not None)
+    return Legend(top, frames.pace, before, mesh is not None, bool(solution.machine.bodies))
 
 
 def _set_stage(vis: Any, solution: Solution, mesh: trimesh.Trimesh | None) -> None:
@@ -111,38 +116,6 @@ def _add_part(vis: Any, mesh: trimesh.Trimesh) -> None:
     vis[f"{ROOT}/part"].set_object(identify(body, "part"))
 
 
-def thin_mesh(vertices: Array, faces: IntArray, most: int = MOST_TRIANGLES) -> tuple[Array, IntArray]:
-    """Merge neighbouring vertices of a mesh that is too fine to be shown, until few triangles are left.
-
-    Parameters
-    ----------
-    vertices, faces : (v, 3) mm and (f, 3)
-    most : number of triangles to stay below
-
-    Returns
-    -------
-    vertices, faces : the same where the mesh is small enough; else on a grid as fine as `most` allows
-    """
-    cells = 1024
-    thin = vertices, faces
-    while len(thin[1]) > most:
-        thin = _merge_cells(vertices, faces, cells)
-        cells = cells * 3 // 4
-    return thin
-
-
-def _merge_cells(vertices: Array, faces: IntArray, cells: int) -> tuple[Array, IntArray]:
-    low, size = vertices.min(axis=0), float(np.ptp(vertices, axis=0).max())
-    keys = np.round((vertices - low) / size * cells).astype(np.int64)
-    _, first, merged = np.unique(keys, axis=0, return_index=True, return_inverse=True)
-    joined = merged.reshape(-1)[faces]
-    a, b, c = joined.T
-    kept = joined[(a != b) & (b != c) & (c != a)]
-    # Triangles that fell onto each other are shown once.
-    _, once = np.unique(np.sort(kept, axis=1), axis=0, return_index=True)
-    return vertices[first], kept[np.sort(once)]
-
-
 def _add_paths(vis: Any, solution: Solution, motions: dict[str, Motion]) -> float:
     """Add one line object per motion, coloured on one scale; return the scale's top, J/mm."""
     shapes = load_meshcat().geometry
@@ -167,9 +140,10 @@ def shown_points(path: Toolpath) -> Array:
     return np.where(np.isfinite(lifted).all(axis=1, keepdims=True), lifted, path.pivot)
 
 
-def _add_tools(vis: Any, solution: Solution, motions: dict[str, Motion]) -> float:
-    """Add one moving tool per motion; return the pace of the show."""
-    frames = choose_frames(solution.motion)
+def _add_tools(
+    vis: Any, solution: Solution, motions: dict[str, Motion], frames: KeyFrames
+) -> dict[str, Poses]:
+    """Add one tool per motion; return how each moves, by its node."""
     tool = solution.toolpath.tool
     colours = {"after": TOOL_COLOUR, "before": BEFORE_COLOUR}
     tools = {}
@@ -178,8 +152,7 @@ def _add_tools(vis: Any, solution: Solution, motions: dict[str, Motion]) -> floa
         poses = ball_poses(solution.machine, motion, tool.radius, frames.rows)
         vis[f"{ROOT}/{name}/tool"].set_transform(_first_pose(*poses))
         tools[f"{ROOT}/{name}/tool"] = poses
-    vis.set_animation(make_animation(vis, frames, tools), play=True, repetitions=1000)
-    return frames.pace
+    return tools
 
 
 def _add_tool(vis: Any, name: str, tool: Tool, colour: int) -> None:
@@ -190,9 +163,7 @@ def _add_tool(vis: Any, name: str, tool: Tool, colour: int) -> None:
     for part, geometry in parts.items():
         material = shapes.MeshPhongMaterial(color=colour)
         vis[f"{ROOT}/{name}/{part}"].set_object(identify(shapes.Mesh(geometry, material), f"{name}/{part}"))
-    # A cylinder stands along y about its middle.
-    upright = np.array([[1, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, length / 2.0], [0, 0, 0, 1]], dtype=float)
-    vis[f"{ROOT}/{name}/shank"].set_transform(upright)
+    vis[f"{ROOT}/{name}/shank"].set_transform(translation((0.0, 0.0, length / 2.0)) @ UPRIGHT)
 
 
 def _first_pose(centre: Array, quaternion: Array) -> Array:

@@ -102,7 +102,7 @@ def preview(
     Raises
     ------
     MeshError
-        The part can't be read.
+        The part or a mesh of the machine can't be read.
     SettingError
         The port is taken.
     """

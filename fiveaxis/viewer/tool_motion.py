@@ -17,6 +17,8 @@ MOST_FRAMES = 600
 # A longer motion is shown as a time lapse of this length, s.
 LONGEST_SHOW = 60.0
 UP = np.array([0.0, 0.0, 1.0])
+# Where a node of the scene is, key frame by key frame: (f, 3) mm, and quaternions x y z w, (f, 4).
+Poses = tuple[Array, Array]
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +49,7 @@ def choose_frames(motion: Motion) -> KeyFrames:
     return KeyFrames(rows, (clock[rows] - clock[0]) / pace, pace)
 
 
-def ball_poses(machine: Machine, motion: Motion, radius: float, rows: IntArray) -> tuple[Array, Array]:
+def ball_poses(machine: Machine, motion: Motion, radius: float, rows: IntArray) -> Poses:
     """Place the ball's centre and turn the tool at some locations, relative to the workpiece.
 
     Returns
@@ -74,13 +76,13 @@ def transport(axis: Array) -> Array:
     return turned
 
 
-def make_animation(vis: Any, frames: KeyFrames, tools: dict[str, tuple[Array, Array]]) -> Any:
-    """Make meshcat's animation of tools by the path of their scene node: centre and quaternion each."""
+def make_animation(vis: Any, frames: KeyFrames, moving: dict[str, Poses]) -> Any:
+    """Make meshcat's animation of what moves, by the path of its scene node."""
     meshcat = load_meshcat()
     animation = meshcat.animation.Animation()
     # Track times count in frames of the clip; at one frame per second they are seconds.
     times = [float(t) for t in frames.times]
-    for name, (centre, quaternion) in tools.items():
+    for name, (centre, quaternion) in moving.items():
         tracks = {
             "position": _track("position", "vector3", times, centre),
             "quaternion": _track("quaternion", "quaternion", times, quaternion),

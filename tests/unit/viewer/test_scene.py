@@ -13,7 +13,8 @@ from fiveaxis.toolpath import MoveKind
 from fiveaxis.viewer import build_scene
 from fiveaxis.viewer.library import load_meshcat
 from fiveaxis.viewer.page import Recorder
-from fiveaxis.viewer.scene import LIFT, MOST_TRIANGLES, shown_points, thin_mesh
+from fiveaxis.viewer.scene import LIFT, shown_points
+from fiveaxis.viewer.thinning import MOST_TRIANGLES, thin_mesh
 
 
 def scene(solution, part=None) -> tuple[dict[str, dict], list[dict]]:
