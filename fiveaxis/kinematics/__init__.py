@@ -1,7 +1,9 @@
 """Forward and inverse kinematics of a chain; `symbolic` has the same equations for CasADi."""
 
-from fiveaxis.kinematics.inverse import axis_positions, require_orienting, rotary_angles
+from fiveaxis.kinematics.inverse import axis_positions, redundant_axis
+from fiveaxis.kinematics.jacobian import Jacobian, jacobian, orientation_condition, positioning_condition
 from fiveaxis.kinematics.links import link_poses
+from fiveaxis.kinematics.orientation import require_orienting, rotary_angles
 from fiveaxis.kinematics.poses import (
     linear_positions,
     positions_about,
@@ -9,15 +11,27 @@ from fiveaxis.kinematics.poses import (
     tool_axes,
     tool_poses,
 )
+from fiveaxis.kinematics.singularity import hold_singular, singular_angles, singular_direction
+from fiveaxis.kinematics.windings import reachable_positions, within_limits
 
 __all__ = [
+    "Jacobian",
     "axis_positions",
+    "hold_singular",
+    "jacobian",
     "linear_positions",
     "link_poses",
+    "orientation_condition",
+    "positioning_condition",
     "positions_about",
+    "reachable_positions",
+    "redundant_axis",
     "require_orienting",
     "require_positioning",
     "rotary_angles",
+    "singular_angles",
+    "singular_direction",
     "tool_axes",
     "tool_poses",
+    "within_limits",
 ]

@@ -66,6 +66,12 @@ def linear_directions(chain: Chain, cosines: Cosines) -> dict[str, Vector]:
     return directions
 
 
+def linear_determinant(chain: Chain, cosines: Cosines) -> Scalar:
+    """Give the volume that the three linear directions span: 1 at right angles, 0 in one plane."""
+    u, v, w = linear_directions(chain, cosines).values()
+    return dot(u, cross(v, w))
+
+
 def linear_axes(chain: Chain, cosines: Cosines, tip: Vector) -> dict[str, Scalar]:
     """Solve the three linear axes for a tool tip and given rotary angles.
 

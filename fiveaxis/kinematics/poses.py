@@ -11,13 +11,17 @@ from fiveaxis.kinematics.equations import (
     Vector,
     cosines_of,
     linear_axes,
+    linear_determinant,
     linear_directions,
     scale,
     subtract,
     tool_axis,
     tool_tip,
 )
-from fiveaxis.machine import Machine
+from fiveaxis.machine import Chain, Machine
+
+# Volume that three unit directions span, below which they count as lying in one plane.
+FLAT = 1e-9
 
 
 def tool_poses(machine: Machine, positions: Array) -> tuple[Array, Array]:
@@ -72,12 +76,13 @@ def linear_positions(machine: Machine, tip: Array, rotary: Array) -> Array:
 
     Returns
     -------
-    (..., k), mm and rad, columns in the order of `machine.axes`
+    (..., k), mm and rad, columns in the order of `machine.axes`; the linear axes are NaN in postures in which
+    a rotary axis between them turns their directions into one plane
 
     Raises
     ------
     DegenerateChain
-        The three linear directions don't span space.
+        The three linear directions don't span space in any posture.
 
     References
     ----------
@@ -86,7 +91,7 @@ def linear_positions(machine: Machine, tip: Array, rotary: Array) -> Array:
     require_positioning(machine)
     cosines = _cosines(machine, rotary)
     point: Vector = (tip[..., 0], tip[..., 1], tip[..., 2])
-    values = linear_axes(machine.chain, cosines, point)
+    values = _linear_values(machine.chain, cosines, point)
     values |= {c: rotary[..., i] for i, c in enumerate(machine.rotaries)}
     shape = np.broadcast_shapes(tip.shape[:-1], rotary.shape[:-1])
     return _stack([values[a.letter] for a in machine.axes], shape)
@@ -105,14 +110,14 @@ def positions_about(
 
     Returns
     -------
-    positions : (..., k), mm and rad, columns in the order of `machine.axes`
+    positions : (..., k), mm and rad, columns in the order of `machine.axes`; NaN as in `linear_positions`
     axis : (..., 3), unit vectors, workpiece frame
     """
     cosines = _cosines(machine, rotary)
     shape = np.broadcast_shapes(pivot.shape[:-1], rotary.shape[:-1])
     axis = tool_axis(machine.chain, cosines)
     tip = subtract((pivot[..., 0], pivot[..., 1], pivot[..., 2]), scale(pivot_to_tip, axis))
-    values = linear_axes(machine.chain, cosines, tip)
+    values = _linear_values(machine.chain, cosines, tip)
     values |= {c: rotary[..., i] for i, c in enumerate(machine.rotaries)}
     return _stack([values[a.letter] for a in machine.axes], shape), _stack(axis, shape)
 
@@ -128,12 +133,26 @@ def require_positioning(machine: Machine) -> None:
     linears = machine.chain.linears
     if len(linears) != 3:
         raise DegenerateChain(
-            f"machine {machine.name!r} has {len(linears)} linear axes; a tool tip needs X, Y and Z"
+            f"machine {machine.name!r} has {len(linears)} linear axes; a tool tip needs X, Y and Z: "
+            "write all of 1, 2 and 3 into the code, for example 640123"
         )
     home = dict.fromkeys(machine.rotaries, (1.0, 0.0))
     matrix = np.array([*linear_directions(machine.chain, home).values()], dtype=float)
-    if abs(np.linalg.det(matrix)) < 1e-9:
-        raise DegenerateChain(f"machine {machine.name!r}: the directions of X, Y and Z lie in one plane")
+    if abs(np.linalg.det(matrix)) < FLAT:
+        raise DegenerateChain(
+            f"machine {machine.name!r}: the directions of {', '.join(linears)} lie in one plane; give "
+            "each a direction of its own in space"
+        )
+
+
+def _linear_values(chain: Chain, cosines: Cosines, tip: Vector) -> dict[str, Array]:
+    """Solve the linear axes, NaN where their directions lie in one plane."""
+    if chain.linears_adjoin:
+        return linear_axes(chain, cosines, tip)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        values = linear_axes(chain, cosines, tip)
+    flat = np.abs(linear_determinant(chain, cosines)) < FLAT
+    return {letter: np.where(flat, np.nan, value) for letter, value in values.items()}
 
 
 def _cosines(machine: Machine, rotary: Array) -> Cosines:

@@ -11,9 +11,10 @@ from dataclasses import dataclass
 
 from fiveaxis.errors import CodeError
 
-DIGITS = "1…6 (X Y Z A B C) and 0 (bed)"
+MEANINGS = "1…6 (X Y Z A B C) and 0 (bed)"
 EXAMPLE = "write for example 640123 (workpiece, C, A, bed, X, Y, Z, tool)"
 LETTERS = {"1": "X", "2": "Y", "3": "Z", "4": "A", "5": "B", "6": "C"}
+DIGITS = {letter: digit for digit, letter in LETTERS.items()}
 AXIS_ORDER = "XYZABC"
 # Neighbours in the chain that may change places: translations among themselves, a rotation with the
 # translation along its own axis.
@@ -115,10 +116,9 @@ def _count_rotaries(letters: Sequence[str]) -> int:
 
 
 def _explain_character(text: str, position: int, character: str) -> str:
-    said = f"character {position} is {character!r}; only {DIGITS} mean something"
-    digits = {letter: digit for digit, letter in LETTERS.items()}
-    if set(text.upper()) <= {*digits, *LETTERS, "0"}:
-        said += f": write {''.join(digits.get(c, c) for c in text.upper())}"
+    said = f"character {position} is {character!r}; only {MEANINGS} mean something"
+    if set(text.upper()) <= {*DIGITS, *LETTERS, "0"}:
+        said += f": write {''.join(DIGITS.get(c, c) for c in text.upper())}"
     return said
 
 

@@ -14,7 +14,7 @@ from fiveaxis.geometry import Array, inverse_transform
 from fiveaxis.machine.axes import Axis, LocationError
 from fiveaxis.machine.bodies import Body
 from fiveaxis.machine.chain import Chain, Triple
-from fiveaxis.machine.code import AXIS_ORDER, FormShapingCode, parse_code
+from fiveaxis.machine.code import AXIS_ORDER, DIGITS, FormShapingCode, parse_code
 from fiveaxis.machine.setup import Setup
 from fiveaxis.machine.urdf import write_urdf
 
@@ -176,6 +176,29 @@ class Machine:
         if not (math.isfinite(length) and length >= 0.0):
             raise MachineError(f"tool length is {length:g} mm; it must be 0 or more")
         return replace(self, tool_length=length, chain=self.chain.with_tool_length(length - self.tool_length))
+
+    def holding(self, letter: str, value: float) -> Machine:
+        """Return the machine of the other axes, with one axis clamped.
+
+        Parameters
+        ----------
+        letter : the axis, e.g. a redundant rotary axis
+        value : mm or rad
+
+        Raises
+        ------
+        MachineError
+            The machine has no such axis.
+        """
+        self.column(letter)
+        digit = DIGITS[letter]
+        return replace(
+            self,
+            code=parse_code(self.code.text.replace(digit, "")),
+            chain=self.chain.holding(letter, value),
+            axes=tuple(a for a in self.axes if a.letter != letter),
+            bodies=(),  # the links between the clamped axis and the next would have to be joined
+        )
 
     def with_location_errors(self, errors: Mapping[str, LocationError]) -> Machine:
         """Return this machine with axes that lie where they were measured, in place of errors it has.

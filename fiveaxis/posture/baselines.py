@@ -13,16 +13,14 @@ import numpy as np
 from fiveaxis.energy import motion_energy, move_energies, travel_costs
 from fiveaxis.errors import FiveAxisError
 from fiveaxis.geometry import Array, BoolArray, normalise, perpendicular
-from fiveaxis.kinematics import linear_positions, tool_axes
+from fiveaxis.kinematics import linear_positions, tool_axes, within_limits
+from fiveaxis.kinematics.windings import TURN, one_turn_from
 from fiveaxis.machine import Machine
 from fiveaxis.motion import follow
 from fiveaxis.posture.branches import (
-    TURN,
     cheapest_sequence,
-    one_turn_from,
     postures,
     spread_over_links,
-    within_limits,
 )
 from fiveaxis.posture.solution import Baseline
 from fiveaxis.toolpath import TiltBounds, Toolpath

@@ -8,13 +8,10 @@ import numpy as np
 
 from fiveaxis.energy import travel_costs
 from fiveaxis.geometry import Array, BoolArray, IntArray
-from fiveaxis.kinematics import linear_positions, rotary_angles
-from fiveaxis.machine import Limits, Machine
+from fiveaxis.kinematics import hold_singular, linear_positions, rotary_angles, within_limits
+from fiveaxis.kinematics.windings import TURN, fit_turns, into_limits, nearest_turn
+from fiveaxis.machine import Machine
 from fiveaxis.toolpath import Toolpath
-
-TURN = 2.0 * np.pi
-# How far past a limit an axis value may lie and still count as on it (mm, rad): rounding of the inverse.
-ON_LIMIT = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,34 +39,6 @@ def postures(machine: Machine, toolpath: Toolpath, axis: Array) -> Postures:
     rotary = into_limits(machine, rotary)
     positions = linear_positions(machine, toolpath.tips(axis)[None], rotary)
     return Postures(positions, within_limits(machine, positions))
-
-
-def within_limits(machine: Machine, positions: Array) -> BoolArray:
-    """Tell which axis values, (..., k), lie within all limits; NaN doesn't."""
-    inside = (positions >= machine.low - ON_LIMIT) & (positions <= machine.high + ON_LIMIT)
-    return np.all(inside, axis=-1)
-
-
-def into_limits(machine: Machine, rotary: Array) -> Array:
-    """Shift angles, (..., 2) rad in chain order, by whole turns into their limits where that is possible."""
-    columns = machine.rotary_columns
-    low, high = machine.low[columns] - ON_LIMIT, machine.high[columns] + ON_LIMIT
-    floor = np.where(np.isfinite(low), low, -np.pi)
-    shifted = rotary + TURN * np.ceil((floor - rotary) / TURN)
-    outside = (rotary < low) | (rotary > high)
-    return np.where(outside & (shifted <= high), shifted, rotary)
-
-
-def hold_singular(rotary: Array, axis: Array, machine: Machine) -> Array:
-    """Hold the first rotary angle where the tool axis lies along that rotary axis and any angle will do."""
-    direction = next(j.line.direction for j in machine.chain.joints if j.is_rotary)
-    singular = np.linalg.norm(np.cross(direction, axis), axis=1) < ON_LIMIT
-    if not singular.any():
-        return rotary
-    kept = np.where(singular, 0, np.arange(len(axis)))
-    held = rotary.copy()
-    held[..., 0] = rotary[:, np.maximum.accumulate(kept), 0]
-    return held
 
 
 def cheapest_sequence(machine: Machine, toolpath: Toolpath, found: Postures) -> Array | None:
@@ -116,31 +85,6 @@ def _cheapest(machine: Machine, toolpath: Toolpath, found: Postures, low: Array,
         trail[i] = there[..., columns]
         here = there[came[i], [0, 1]]
     return _trace(found.positions[:, 0][:, columns], came, trail, int(np.argmin(cost)))
-
-
-def nearest_turn(angle: Array, previous: Array, low: Array, high: Array) -> Array:
-    """Shift an angle by whole turns next to the previous one, as far as the limits let it."""
-    turned = angle + TURN * np.round((previous - angle) / TURN)
-    turned = np.where(turned > high + ON_LIMIT, turned - TURN, turned)
-    turned = np.where(turned < low - ON_LIMIT, turned + TURN, turned)
-    return np.where(turned > high + ON_LIMIT, angle, turned)
-
-
-def one_turn_from(limits: Limits) -> float:
-    """Give the lower end, rad, of the whole turn next to 0 within the limits of an axis that has one."""
-    return float(np.clip(-np.pi, limits.low, limits.high - TURN))
-
-
-def fit_turns(angles: Array, low: float, high: float) -> Array | None:
-    """Shift a wound angle, (n,) rad, by as few whole turns as possible into its limits.
-
-    Returns
-    -------
-    (n,), rad; None where it winds further than the limits are apart
-    """
-    least = np.ceil((low - ON_LIMIT - angles.min()) / TURN)
-    most = np.floor((high + ON_LIMIT - angles.max()) / TURN)
-    return None if least > most else angles + TURN * np.clip(0.0, least, most)
 
 
 def _trace(first: Array, came: IntArray, trail: Array, branch: int) -> Array:

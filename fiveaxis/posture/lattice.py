@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fiveaxis.geometry import Array, BoolArray, IntArray
-from fiveaxis.posture.branches import TURN, one_turn_from
+from fiveaxis.kinematics.windings import TURN, one_turn_from
 from fiveaxis.posture.problem import VIOLATION_PRICE, Problem
 
 # A rotary axis with no more turns than this is searched over its whole range, with its ends; one with more,

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from fiveaxis.geometry import Array, IntArray
-from fiveaxis.posture.branches import fit_turns
+from fiveaxis.kinematics.windings import fit_turns
 from fiveaxis.posture.kernel import relax_layer
 from fiveaxis.posture.lattice import Coordinates, Lattice, tube_lattice
 from fiveaxis.posture.problem import Problem

@@ -5,6 +5,7 @@ import pytest
 
 from fiveaxis.energy import motion_energy
 from fiveaxis.kinematics import tool_axes
+from fiveaxis.kinematics.windings import nearest_turn
 from fiveaxis.motion import follow
 from fiveaxis.posture.baselines import (
     NoBaseline,
@@ -15,7 +16,7 @@ from fiveaxis.posture.baselines import (
     leaned,
     single_posture,
 )
-from fiveaxis.posture.branches import cheapest_sequence, nearest_turn, postures
+from fiveaxis.posture.branches import cheapest_sequence, postures
 from fiveaxis.toolpath import Tool, Toolpath, tilt_bounds
 
 UP = np.array([0.0, 0.0, 1.0])

@@ -5,8 +5,8 @@ import itertools
 import numpy as np
 import pytest
 
+from fiveaxis.kinematics.windings import fit_turns
 from fiveaxis.machine import load_machine
-from fiveaxis.posture.branches import fit_turns
 from fiveaxis.posture.lattice import (
     Coordinates,
     Lattice,

@@ -145,7 +145,7 @@ def test_an_assumed_figure_of_the_machine_is_marked(
 ) -> None:
     text = page(solution, verdict)
     assert '<td>A limits</td><td>min -120.0, max 30.0, unit deg</td><td class="warning">assumed</td>' in text
-    assert "2 of 7 figures are assumed" in text
+    assert "2 of 8 figures are assumed" in text
 
 
 def test_a_name_cannot_smuggle_markup_into_the_page(
