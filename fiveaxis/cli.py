@@ -77,6 +77,22 @@ def machines(as_json: AsJson = False) -> None:
         out.print(table)
 
 
+@app.command("import")
+def import_machine(
+    source: Annotated[Path, typer.Argument(help="LinuxCNC configuration (.ini)", metavar="MACHINE.ini")],
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="machine .toml; else stdout")] = None,
+) -> None:
+    """Turn a control's configuration into a machine file, to be kept and completed."""
+    with errors_explained(False):
+        from fiveaxis.machine import machine_text, read_linuxcnc, save_machine
+
+        machine = read_linuxcnc(source)
+        if output is None:
+            sys.stdout.write(machine_text(machine))
+        else:
+            err.print(f"wrote {escape(str(save_machine(machine, output)))}")
+
+
 @app.command()
 def info(machine: Annotated[str, typer.Argument(help="name or .toml file")], as_json: AsJson = False) -> None:
     """Show a machine: chain, limits, and every figure with its source."""

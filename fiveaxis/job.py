@@ -15,6 +15,7 @@ from fiveaxis.contour.mesh import SUFFIXES as MESH_SUFFIXES
 from fiveaxis.energy import Energy, motion_energy
 from fiveaxis.errors import FiveAxisError, InputError, JobError, SettingError
 from fiveaxis.machine import Machine, load_machine
+from fiveaxis.machine.files import READERS as MACHINE_READERS
 from fiveaxis.motion import PATH_TOLERANCE, Motion, fill_in
 from fiveaxis.nc import DIALECTS, find_dialect, read_toolpath, write_motion, write_program
 from fiveaxis.nc.formats import READERS
@@ -154,7 +155,7 @@ def read_job(path: Path, **settings: Any) -> Job:
         places["part"] = path.parent / job.part
     for name in ("machine", "drives"):
         value = getattr(job, name)
-        if value is not None and value.endswith(".toml"):
+        if value is not None and Path(value).suffix.lower() in MACHINE_READERS:
             places[name] = str(path.parent / value)
     own = job.model_copy(update=places)
     _check_names(own, path, replaced=[name for name, value in settings.items() if value is not None])
@@ -204,7 +205,7 @@ def make_job(base: Job | None = None, **settings: Any) -> Job:
 def load_job_machine(job: Job) -> Machine:
     """Load a job's machine, with the drives of another one where the job asks for it."""
     if job.machine is None:
-        raise JobError("--machine is missing; `fiveaxis machines` lists the names, and a .toml file will do")
+        raise JobError("--machine is missing; write a name (`fiveaxis machines`), a .toml or an .ini file")
     machine = load_machine(job.machine)
     return machine if job.drives is None else machine.with_drives_of(load_machine(job.drives))
 

@@ -6,6 +6,7 @@ from fiveaxis.machine.chain import Chain, Joint, Line
 from fiveaxis.machine.code import FormShapingCode, parse_code
 from fiveaxis.machine.dump import machine_text, save_machine
 from fiveaxis.machine.files import load_machine, machine_names
+from fiveaxis.machine.linuxcnc import read_linuxcnc
 from fiveaxis.machine.model import Machine, Provenance
 from fiveaxis.machine.setup import Setup
 
@@ -30,5 +31,6 @@ __all__ = [
     "machine_names",
     "machine_text",
     "parse_code",
+    "read_linuxcnc",
     "save_machine",
 ]

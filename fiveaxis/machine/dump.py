@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import tomli_w
 
+from fiveaxis.errors import SettingError
 from fiveaxis.files import write_atomically
 from fiveaxis.geometry import Array
 from fiveaxis.machine.axes import Axis, DirectionalDrive, LocationError
@@ -42,8 +43,10 @@ def save_machine(machine: Machine, path: str | Path) -> Path:
     Raises
     ------
     SettingError
-        The file can't be written.
+        The file can't be written; its name would make it something else than a machine file.
     """
+    if Path(path).suffix.lower() != ".toml":
+        raise SettingError("is not a name for a machine file; let it end in .toml", file=path)
     return write_atomically(path, machine_text(machine, Path(path).parent))
 
 

@@ -1,12 +1,14 @@
-"""Machine files and the library: TOML in, `Machine` out."""
+"""Machine files and the library: a name or a file in, `Machine` out."""
 
 from __future__ import annotations
 
 import difflib
+from collections.abc import Callable
 from pathlib import Path
 
 from fiveaxis.errors import FigureError, MachineError, UnknownMachine
 from fiveaxis.machine.building import build_machine
+from fiveaxis.machine.linuxcnc import read_linuxcnc
 from fiveaxis.machine.model import Machine
 from fiveaxis.machine.tables import MachineFile
 from fiveaxis.settings import line_of, read_document, validate_settings
@@ -17,7 +19,8 @@ def load_machine(name: str | Path) -> Machine:
 
     Parameters
     ----------
-    name : name of a machine in the library (`machine_names`), or the path of a ``.toml`` file
+    name : name of a machine in the library (`machine_names`), or the path of a machine
+        file (``.toml``) or of a LinuxCNC configuration (``.ini``)
 
     Raises
     ------
@@ -26,19 +29,42 @@ def load_machine(name: str | Path) -> Machine:
     MachineError
         The file can't be read or says something impossible; the message has file and line.
     """
-    text = str(name)
     path = Path(name)
-    if path.suffix != ".toml" and len(path.parts) == 1:
-        known = {p.stem: p for p in library_files()}
-        if text not in known:
-            raise UnknownMachine(text, difflib.get_close_matches(text, known, n=3, cutoff=0.4), sorted(known))
-        path = known[text]
+    suffix = path.suffix.lower()
+    if suffix in READERS:
+        return READERS[suffix](path)
+    known = {p.stem: p for p in library_files()}
+    text = str(name)
+    if text in known:
+        return read_machine_file(known[text])
+    if suffix or len(path.parts) > 1:
+        said = f"a suffix {suffix!r} that says nothing" if suffix else "no suffix that says what it is"
+        raise MachineError(f"has {said}; a machine is read from {' or '.join(READERS)}", file=path)
+    raise UnknownMachine(text, difflib.get_close_matches(text, known, n=3, cutoff=0.4), sorted(known))
+
+
+def read_machine_file(path: Path) -> Machine:
+    """Read a machine file.
+
+    Parameters
+    ----------
+    path : TOML; names of mesh files in it are relative to its folder
+
+    Raises
+    ------
+    MachineError
+        The file can't be read or says something impossible; the message has file and line.
+    """
     text, data = read_document(path, MachineError)
     file = validate_settings(data, text, path, MachineFile, MachineError)
     try:
         return build_machine(file, path.parent)
     except FigureError as fault:
         raise MachineError(fault.message, file=path, line=line_of(text, fault.location)) from None
+
+
+# A machine comes from a file by the suffix of its name.
+READERS: dict[str, Callable[[Path], Machine]] = {".toml": read_machine_file, ".ini": read_linuxcnc}
 
 
 def machine_names() -> list[str]:

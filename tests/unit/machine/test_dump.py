@@ -292,6 +292,12 @@ def test_a_folder_in_the_place_of_the_file_is_an_error(tmp_path):
         save_machine(Machine.from_code("640123"), tmp_path / "m.toml")
 
 
+def test_a_machine_is_not_written_over_something_else(tmp_path):
+    with pytest.raises(SettingError, match=r"mill\.ini: is not a name for a machine file"):
+        save_machine(Machine.from_code("640123"), tmp_path / "mill.ini")
+    assert not list(tmp_path.iterdir())
+
+
 NUMBERS = st.floats(-1e4, 1e4, allow_subnormal=False)
 
 
