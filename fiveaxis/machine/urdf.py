@@ -26,8 +26,9 @@ if TYPE_CHECKING:
 WORKPIECE, TOOL = "workpiece", "tool"
 ROOTS = (WORKPIECE, BED)
 METRE = 1000.0  # mm
-# URDF wants both ends of every linear axis and of a rotary one that doesn't turn without end: a missing end
-# is put this far from the other, or from 0. No machine tool is as long, and no cable is wound as often.
+# URDF wants both ends of an axis; a missing one is put this far from the other, or from 0. No machine tool is
+# as long, and no cable is wound as often. An endless rotary axis isn't `continuous` either: readers keep such
+# a joint as a point of the circle and forget its turn, and the turn is part of an axis value.
 FAR_LINEAR, FAR_ROTARY = 100.0 * METRE, 1000.0 * 2.0 * math.pi
 # Decimals of metres, radians and directions: 1e-12 mm. Beyond them is rounding that differs by platform.
 DECIMALS = 15
@@ -93,9 +94,7 @@ def _origins(links: Sequence[str], tree: Sequence[_Branching], root: str) -> dic
 
 def _moving(branching: _Branching, axis: Axis, origins: Mapping[str, Array]) -> ElementTree.Element:
     parent, child = branching.parent, branching.child
-    kind = "prismatic"
-    if axis.is_rotary:
-        kind = "continuous" if axis.limits.unlimited else "revolute"
+    kind = "revolute" if axis.is_rotary else "prismatic"
     element = _joint(axis.letter, kind, parent, child, translation(origins[child] - origins[parent]))
     direction = branching.sign * np.array(branching.joint.line.direction)
     ElementTree.SubElement(element, "axis", xyz=_numbers(direction))
@@ -108,8 +107,6 @@ def _limit(axis: Axis) -> dict[str, str]:
     scale = 1.0 if axis.is_rotary else METRE
     speed = 0.0 if axis.max_speed is None else axis.max_speed / scale
     limit = {"effort": "0", "velocity": _number(speed)}
-    if axis.is_rotary and axis.limits.unlimited:
-        return limit
     low, high = axis.limits.low, axis.limits.high
     far = FAR_ROTARY if axis.is_rotary else FAR_LINEAR
     lower = low if math.isfinite(low) else (high if math.isfinite(high) else 0.0) - far

@@ -45,10 +45,7 @@ def frames(pin, model, machine: Machine, row: np.ndarray) -> dict[str, np.ndarra
     data, q = model.createData(), pin.neutral(model)
     for axis, value in zip(machine.axes, row, strict=True):
         at = model.joints[model.getJointId(axis.letter)].idx_q
-        if axis.is_rotary:
-            q[at : at + 2] = np.cos(value), np.sin(value)
-        else:
-            q[at] = value / 1000.0
+        q[at] = value if axis.is_rotary else value / 1000.0
     pin.framesForwardKinematics(model, data, q)
     poses = {f.name: data.oMf[i].homogeneous.copy() for i, f in enumerate(model.frames)}
     for pose in poses.values():

@@ -94,15 +94,10 @@ def random_positions(machine: Machine, n: int = 20) -> np.ndarray:
 
 
 def configuration(model, machine: Machine, row: np.ndarray) -> np.ndarray:
-    """Axis values as pinocchio takes them: metres, and cosine and sine of a joint that turns without end."""
+    """Axis values as pinocchio takes them: lengths in metres."""
     q = pin.neutral(model)
     for axis, value in zip(machine.axes, row, strict=True):
-        joint = model.joints[model.getJointId(axis.letter)]
-        at = slice(joint.idx_q, joint.idx_q + joint.nq)
-        if joint.nq == 2:
-            q[at] = np.cos(value), np.sin(value)
-        else:
-            q[at] = value if axis.is_rotary else value / 1000.0
+        q[model.joints[model.getJointId(axis.letter)].idx_q] = value if axis.is_rotary else value / 1000.0
     return q
 
 
@@ -205,8 +200,13 @@ def test_limits_and_speeds_are_in_metres_and_radians(trunnion):
     assert float(limit["velocity"]) == pytest.approx(math.radians(30))
 
 
-def test_a_rotary_axis_without_limits_is_continuous_and_an_unknown_speed_is_0(hayashi):
-    assert limits_of(hayashi)["C"] == ("continuous", {"effort": "0", "velocity": "0"})
+def test_a_rotary_axis_without_limits_keeps_its_turn(hayashi):
+    """One number a joint: a `continuous` one would be two for pinocchio, and forget how often it turned."""
+    kind, limit = limits_of(hayashi)["C"]
+    assert kind == "revolute"
+    assert float(limit["upper"]) == -float(limit["lower"]) > 6000.0
+    assert limit["velocity"] == limit["effort"] == "0"
+    assert pin.buildModelFromXML(hayashi.to_urdf()).nq == 5
 
 
 def test_pinocchio_reads_the_limits(trunnion):
