@@ -6,9 +6,10 @@ import numpy as np
 
 from fiveaxis.errors import DegenerateChain
 from fiveaxis.geometry import Array, BoolArray
-from fiveaxis.kinematics.orientation import Held, missed_axes, rotary_angles, why_not_orienting
+from fiveaxis.kinematics.orientation import Held, missed_axes, rotary_angles
 from fiveaxis.kinematics.poses import linear_positions, require_positioning, tool_axes
 from fiveaxis.machine import Machine
+from fiveaxis.machine.freedom import why_not_orienting
 
 # More rotary axes than these are redundant: a tool axis is two numbers.
 ORIENTING = 2
@@ -59,7 +60,7 @@ def redundant_axis(machine: Machine) -> str:
         No two of the rotary axes lean the tool in two directions.
     """
     for letter in reversed(machine.rotaries):
-        if why_not_orienting(machine.holding(letter, 0.0)) is None:
+        if _can_be_spared(machine, letter):
             return letter
     raise DegenerateChain(
         f"machine {machine.name!r}: no two of {', '.join(machine.rotaries)} lean the tool in two directions"
@@ -68,13 +69,16 @@ def redundant_axis(machine: Machine) -> str:
 
 def _around_redundant(machine: Machine, tip: Array, axis: Array, held: Held) -> Array:
     """Solve the other axes with the redundant one held."""
-    named = [c for c in reversed(machine.rotaries) if c in held]
-    spare = next(
-        (c for c in named if why_not_orienting(machine.holding(c, 0.0)) is None), redundant_axis(machine)
-    )
+    named = [c for c in reversed(machine.rotaries) if c in held and _can_be_spared(machine, c)]
+    spare = named[0] if named else redundant_axis(machine)
     value = held.get(spare, 0.0)
     found = axis_positions(machine.holding(spare, value), tip, axis, held=held)
     column = machine.column(spare)
     positions = np.insert(found, column, value, axis=-1)
     positions[np.isnan(found).any(axis=-1)] = np.nan
     return positions
+
+
+def _can_be_spared(machine: Machine, letter: str) -> bool:
+    """Tell whether the other rotary axes lean the tool in two directions."""
+    return why_not_orienting(machine.chain.holding(letter, 0.0)) is None

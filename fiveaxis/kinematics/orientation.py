@@ -10,10 +10,9 @@ import numpy as np
 from fiveaxis.errors import DegenerateChain
 from fiveaxis.geometry import Array, BoolArray, angle_between, rotation_matrix
 from fiveaxis.machine import Machine
+from fiveaxis.machine.freedom import PARALLEL, directions, why_not_orienting
 
-# |sin| of the angle between two directions below which they count as parallel.
-PARALLEL = 1e-9
-# The same for a tool axis along the first rotary axis, where that axis's angle stops mattering.
+# |sin| of the angle between tool axis and first rotary axis below which the angle of that axis stops mattering.
 SINGULAR = 1e-12
 # The Gram determinant of three directions may fall below 0 by this much through rounding alone.
 GRAM_SLACK = 1e-12
@@ -57,7 +56,7 @@ def rotary_angles(machine: Machine, axis: Array, *, held: Held | None = None) ->
     if len(machine.rotaries) == 1:
         return _one_angle(machine, wanted, rest.get(machine.rotaries[0], 0.0))[None, :, None]
     require_orienting(machine)
-    k1, k2 = _rotary_directions(machine)
+    k1, k2 = directions(machine.chain, rotary=True)
     home = machine.chain.tool_home[:3, 2]
     rest_angle = rest.get(machine.rotaries[0], 0.0)
     second = _second_angles(k1, k2, home, wanted)
@@ -73,41 +72,14 @@ def require_orienting(machine: Machine) -> None:
     DegenerateChain
         Not two rotary axes; parallel ones; one that only spins the tool about itself.
     """
-    rotaries = machine.rotaries
-    if len(rotaries) != 2:
-        hint = f"; clamp one: machine.holding({rotaries[-1]!r}, 0.0)" if len(rotaries) > 2 else ""
-        raise DegenerateChain(
-            f"machine {machine.name!r} has {len(rotaries)} rotary axes; choosing a posture needs two{hint}"
-        )
-    reason = why_not_orienting(machine)
+    reason = why_not_orienting(machine.chain)
     if reason is not None:
         raise DegenerateChain(f"machine {machine.name!r}: {reason}")
 
 
-def why_not_orienting(machine: Machine) -> str | None:
-    """Say why two rotary axes don't lean the tool in two directions; None where they do."""
-    first, second = machine.rotaries
-    k1, k2 = _rotary_directions(machine)
-    home = machine.chain.tool_home[:3, 2]
-    if np.linalg.norm(np.cross(k2, home)) < PARALLEL:
-        return (
-            f"{second}, the rotary axis next to the tool, only spins the tool about itself and gives no "
-            f"second orientation freedom; write a code whose last rotary axis is another one, for example "
-            f"640123"
-        )
-    if np.linalg.norm(np.cross(k1, k2)) < PARALLEL:
-        return f"{first} and {second} are parallel, so they lean the tool in one direction only"
-    return None
-
-
-def _rotary_directions(machine: Machine) -> tuple[Array, Array]:
-    first, second = (np.array(j.line.direction) for j in machine.chain.joints if j.is_rotary)
-    return first, second
-
-
 def _one_angle(machine: Machine, wanted: Array, held: float) -> Array:
     """Solve ``R(k, ρ) o0 = o``, (n,) rad."""
-    k = next(np.array(j.line.direction) for j in machine.chain.joints if j.is_rotary)
+    (k,) = directions(machine.chain, rotary=True)
     home = machine.chain.tool_home[:3, 2]
     if np.linalg.norm(np.cross(k, home)) < PARALLEL:
         return np.full(len(wanted), held)
@@ -122,7 +94,7 @@ def missed_axes(reached: Array, wanted: Array) -> BoolArray:
 
 def second_angle_middle(machine: Machine) -> float:
     """Give the angle, rad, about which the two branches of the second rotary axis lie, one either side."""
-    k1, k2 = _rotary_directions(machine)
+    k1, k2 = directions(machine.chain, rotary=True)
     a, b, _ = _second_coefficients(k1, k2, machine.chain.tool_home[:3, 2])
     return math.atan2(b, a)
 

@@ -12,16 +12,13 @@ from fiveaxis.kinematics.equations import (
     cosines_of,
     linear_axes,
     linear_determinant,
-    linear_directions,
     scale,
     subtract,
     tool_axis,
     tool_tip,
 )
 from fiveaxis.machine import Chain, Machine
-
-# Volume that three unit directions span, below which they count as lying in one plane.
-FLAT = 1e-9
+from fiveaxis.machine.freedom import FLAT, why_not_positioning
 
 
 def tool_poses(machine: Machine, positions: Array) -> tuple[Array, Array]:
@@ -130,19 +127,9 @@ def require_positioning(machine: Machine) -> None:
     DegenerateChain
         Fewer than three linear axes, or three whose directions lie in a plane at home.
     """
-    linears = machine.chain.linears
-    if len(linears) != 3:
-        raise DegenerateChain(
-            f"machine {machine.name!r} has {len(linears)} linear axes; a tool tip needs X, Y and Z: "
-            "write all of 1, 2 and 3 into the code, for example 640123"
-        )
-    home = dict.fromkeys(machine.rotaries, (1.0, 0.0))
-    matrix = np.array([*linear_directions(machine.chain, home).values()], dtype=float)
-    if abs(np.linalg.det(matrix)) < FLAT:
-        raise DegenerateChain(
-            f"machine {machine.name!r}: the directions of {', '.join(linears)} lie in one plane; give "
-            "each a direction of its own in space"
-        )
+    reason = why_not_positioning(machine.chain)
+    if reason is not None:
+        raise DegenerateChain(f"machine {machine.name!r}: {reason}")
 
 
 def _linear_values(chain: Chain, cosines: Cosines, tip: Vector) -> dict[str, Array]:

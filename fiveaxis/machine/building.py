@@ -14,6 +14,7 @@ from fiveaxis.machine.axes import Axis, DirectionalDrive, Limits, LocationError
 from fiveaxis.machine.bodies import BED, Body, Box, Cylinder, MeshShape, Shape
 from fiveaxis.machine.chain import UNIT_DIRECTION, Chain, Line, Triple, as_triple
 from fiveaxis.machine.code import AXIS_ORDER, FormShapingCode, parse_code
+from fiveaxis.machine.freedom import why_not_positioning
 from fiveaxis.machine.model import Machine, Provenance
 from fiveaxis.machine.tables import (
     ANGLE_UNITS,
@@ -60,6 +61,9 @@ def build_machine(file: MachineFile, folder: Path) -> Machine:
     if file.spindle is not None:
         direction = normalise_triple(file.spindle.direction)
         chain = Chain(chain.joints, frame_along(direction, file.spindle.point))
+    reason = why_not_positioning(chain) if len(chain.linears) == 3 else None
+    if reason is not None:
+        raise FigureError(("axes", chain.linears[-1], "line"), "flat-axes", reason)
     machine = Machine(
         name=file.name,
         code=code,

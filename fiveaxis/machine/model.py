@@ -274,9 +274,10 @@ class Machine:
 
         Notes
         -----
-        URDF has no open end: a missing one is 100 m or 1000 turns from the other, or from 0. An endless rotary
-        axis is such a one too, and not ``continuous``, which would forget its turn. A highest speed of 0 means that it isn't known; forces,
-        which URDF asks for, are 0 throughout, and there are no masses. Meshes are file URIs with %20 for a
-        space, which pinocchio doesn't read: for pinocchio, keep them in folders without spaces.
+        URDF has no open end: a missing one is 100 m or 1000 turns from the other, or from 0. An endless
+        rotary axis is such a one too, and not ``continuous``, which would forget its turn. A highest speed of
+        0 means that it isn't known; forces, which URDF asks for, are 0 throughout, and there are no masses.
+        Meshes are file URIs with %20 for a space, which pinocchio doesn't read: for pinocchio, keep them in
+        folders without spaces.
         """
         return write_urdf(self, root)

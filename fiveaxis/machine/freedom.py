@@ -1,0 +1,51 @@
+"""What a chain's axes can do: reach every position, lean the tool in two directions."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fiveaxis.geometry import Array
+from fiveaxis.machine.chain import Chain
+
+# Volume that three unit directions span, below which they count as lying in one plane.
+FLAT = 1e-9
+# |sin| of the angle between two directions below which they count as parallel.
+PARALLEL = 1e-9
+
+
+def directions(chain: Chain, *, rotary: bool) -> Array:
+    """Give the directions of the rotary or of the linear axes with every axis at 0, (r, 3), chain order."""
+    return np.array([j.line.direction for j in chain.joints if j.is_rotary is rotary]).reshape(-1, 3)
+
+
+def why_not_positioning(chain: Chain) -> str | None:
+    """Say why the linear axes don't reach every position; None where they do."""
+    linears = chain.linears
+    if len(linears) != 3:
+        return (
+            f"has {len(linears)} linear axes; a tool tip needs X, Y and Z: write all of 1, 2 and 3 into the "
+            "code, for example 640123"
+        )
+    if abs(np.linalg.det(directions(chain, rotary=False))) < FLAT:
+        return (
+            f"the directions of {', '.join(linears)} lie in one plane; give each a direction of its own in "
+            "space"
+        )
+    return None
+
+
+def why_not_orienting(chain: Chain) -> str | None:
+    """Say why the rotary axes aren't two that lean the tool in two directions; None where they are."""
+    rotaries = chain.rotaries
+    if len(rotaries) != 2:
+        hint = f"; clamp one: machine.holding({rotaries[-1]!r}, 0.0)" if len(rotaries) > 2 else ""
+        return f"has {len(rotaries)} rotary axes; choosing a posture needs two{hint}"
+    first, second = directions(chain, rotary=True)
+    if np.linalg.norm(np.cross(second, chain.tool_home[:3, 2])) < PARALLEL:
+        return (
+            f"{rotaries[1]}, the rotary axis next to the tool, only spins the tool about itself and gives no "
+            "second orientation freedom; let another one be the last rotary axis, as in 640123"
+        )
+    if np.linalg.norm(np.cross(first, second)) < PARALLEL:
+        return f"{rotaries[0]} and {rotaries[1]} are parallel, so they lean the tool in one direction only"
+    return None
