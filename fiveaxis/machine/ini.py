@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from fiveaxis.errors import MachineError
@@ -107,11 +107,13 @@ class Hal:
     pins : pin -> the ``setp`` that gives its value
     signals : signal -> the ``sets`` that gives its value
     nets : pin -> the ``net`` that connects it; the entry's value is the signal
+    unread : HAL files of the configuration's own that might set more
     """
 
-    pins: dict[str, Entry]
-    signals: dict[str, Entry]
-    nets: dict[str, Entry]
+    pins: dict[str, Entry] = field(default_factory=dict)
+    signals: dict[str, Entry] = field(default_factory=dict)
+    nets: dict[str, Entry] = field(default_factory=dict)
+    unread: list[str] = field(default_factory=list)
 
     def find(self, pin: str) -> Entry | None:
         """Find what gives a pin its value; None where nothing does and it keeps its module's default.
@@ -127,8 +129,8 @@ class Hal:
             return self.pins.get(pin)
         if net.value not in self.signals:
             raise net.fault(
-                f"{pin} takes its value from the signal {net.value} while the control runs; put the value "
-                f"here instead: HALCMD = sets {net.value} 0, with the length in the place of 0"
+                f"{pin} takes its value from the signal {net.value} while the control runs; in a copy of the "
+                f"configuration, write the value that it has in place of this: setp {pin} VALUE"
             )
         return self.signals[net.value]
 
@@ -147,20 +149,23 @@ def read_configuration(path: Path) -> Configuration:
 def read_hal(configuration: Configuration) -> Hal:
     """Collect what the HAL commands of an ini set: those of its HAL files that lie beside it, and its own.
 
-    HAL files of LinuxCNC's library (``LIB:``) and Tcl scripts aren't read, nor are files that aren't there:
-    an ini is often all that one has.
+    Tcl scripts aren't read, nor are files that aren't there: an ini is often all that one has. HAL files of
+    LinuxCNC's library (``LIB:``) set nothing that belongs to one machine.
     """
-    hal = Hal({}, {}, {})
+    hal = Hal()
     folder = configuration.file.parent
     for key in ("HALFILE", "HALCMD", "POSTGUI_HALFILE"):  # in the order in which LinuxCNC runs them
         for entry in configuration.all("HAL", key):
             if key == "HALCMD":
                 _run(entry, hal, configuration)
                 continue
-            file = folder / (entry.value.split() or [""])[0]
+            name = (entry.value.split() or [""])[0]  # arguments of a script stand behind it
+            file = folder / name
             if file.suffix == ".hal" and file.is_file():
                 for line, text in _lines(file):
                     _run(Entry(text, text, file, line), hal, configuration)
+            elif not name.startswith("LIB:"):
+                hal.unread.append(name)
     return hal
 
 

@@ -276,7 +276,13 @@ def _line(source: Source, letter: str) -> Table:
             else:
                 entries.append(entry)
     said = f"{_places([source.named, *entries])} ({source.module})"
-    return {"point": point, "source": said + (f"; unset, so {', '.join(unset)}" if unset else "")}
+    if not unset:
+        return {"point": point, "source": said}
+    table: Table = {"point": point, "source": f"{said}; unset, so {', '.join(unset)}"}
+    if source.hal.unread:
+        note = f"{', '.join(source.hal.unread)} couldn't be read here and may set more"
+        table |= {"assumed": True, "note": note}
+    return table
 
 
 def _places(entries: list[Entry]) -> str:

@@ -170,6 +170,7 @@ def test_every_figure_names_file_section_and_key(tmp_path):
     )
     assert line.endswith("unset, so y-rot-point 0, z-rot-point 0")
     assert all(p.source for p in machine.provenance)
+    assert [p.figure for p in machine.provenance if p.assumed] == ["structure"]
 
 
 def test_sections_and_keys_are_found_in_any_case_and_the_first_value_counts(tmp_path):
@@ -215,7 +216,10 @@ def test_hal_files_beside_the_ini_are_read_and_look_up_its_keys(tmp_path):
 def test_without_its_hal_file_a_pivot_keeps_the_modules_default(tmp_path):
     machine = read(tmp_path, MAX)
     assert machine.chain.joints[-1].line.point == (0.0, 0.0, 0.666)
-    assert "unset, so pivot-length 0.666" in source(machine, "B line")
+    entry = next(p for p in machine.provenance if p.figure == "B line")
+    assert "unset, so pivot-length 0.666" in entry.source
+    assert entry.assumed
+    assert entry.note == "max.hal couldn't be read here and may set more"
 
 
 def test_included_files_are_read(tmp_path):
