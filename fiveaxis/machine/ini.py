@@ -209,6 +209,8 @@ def _lines(path: Path, includes: bool = False) -> Iterator[tuple[int, str]]:
 def _run(command: Entry, hal: Hal, configuration: Configuration) -> None:
     """Take from a HAL command what it sets or connects; commands that do neither don't matter here."""
     words = [w for w in re.split(r"\s#", command.value)[0].split() if w not in ARROWS]
+    if words[:1] == ["source"]:
+        hal.unread.append(" ".join(words[1:]))
     if len(words) < 3:
         return
     verb, name, *rest = words

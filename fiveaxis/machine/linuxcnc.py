@@ -280,7 +280,7 @@ def _line(source: Source, letter: str) -> Table:
         return {"point": point, "source": said}
     table: Table = {"point": point, "source": f"{said}; unset, so {', '.join(unset)}"}
     if source.hal.unread:
-        note = f"{', '.join(source.hal.unread)} couldn't be read here and may set more"
+        note = f"{', '.join(source.hal.unread)} wasn't read and may set more"
         table |= {"assumed": True, "note": note}
     return table
 

@@ -219,7 +219,13 @@ def test_without_its_hal_file_a_pivot_keeps_the_modules_default(tmp_path):
     entry = next(p for p in machine.provenance if p.figure == "B line")
     assert "unset, so pivot-length 0.666" in entry.source
     assert entry.assumed
-    assert entry.note == "max.hal couldn't be read here and may set more"
+    assert entry.note == "max.hal wasn't read and may set more"
+
+
+def test_a_hal_file_that_calls_for_another_says_so(tmp_path):
+    write(tmp_path, "source lengths.hal\n", "max.hal")
+    entry = next(p for p in read(tmp_path, MAX).provenance if p.figure == "B line")
+    assert entry.note == "lengths.hal wasn't read and may set more"
 
 
 def test_included_files_are_read(tmp_path):
