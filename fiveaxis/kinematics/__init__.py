@@ -1,7 +1,8 @@
 """Forward and inverse kinematics of a chain; `symbolic` has the same equations for CasADi."""
 
+from fiveaxis.kinematics.differential import Jacobian, jacobian, orientation_condition, positioning_condition
 from fiveaxis.kinematics.inverse import axis_positions, redundant_axis
-from fiveaxis.kinematics.jacobian import Jacobian, jacobian, orientation_condition, positioning_condition
+from fiveaxis.kinematics.leaning import Leaning, lean_range
 from fiveaxis.kinematics.links import link_poses
 from fiveaxis.kinematics.orientation import require_orienting, rotary_angles
 from fiveaxis.kinematics.poses import (
@@ -16,9 +17,11 @@ from fiveaxis.kinematics.windings import reachable_positions, within_limits
 
 __all__ = [
     "Jacobian",
+    "Leaning",
     "axis_positions",
     "hold_singular",
     "jacobian",
+    "lean_range",
     "linear_positions",
     "link_poses",
     "orientation_condition",

@@ -12,7 +12,7 @@ from fiveaxis.geometry import Array, BoolArray, angle_between, rotation_matrix
 from fiveaxis.machine import Machine
 from fiveaxis.machine.freedom import PARALLEL, directions, why_not_orienting
 
-# |sin| of the angle between tool axis and first rotary axis below which the angle of that axis stops mattering.
+# |sin| of the angle between tool axis and first rotary axis below which that axis's angle stops mattering.
 SINGULAR = 1e-12
 # The Gram determinant of three directions may fall below 0 by this much through rounding alone.
 GRAM_SLACK = 1e-12
@@ -92,14 +92,7 @@ def missed_axes(reached: Array, wanted: Array) -> BoolArray:
     return ~(angle_between(reached, np.broadcast_to(wanted, reached.shape)) <= AXIS_TOLERANCE)
 
 
-def second_angle_middle(machine: Machine) -> float:
-    """Give the angle, rad, about which the two branches of the second rotary axis lie, one either side."""
-    k1, k2 = directions(machine.chain, rotary=True)
-    a, b, _ = _second_coefficients(k1, k2, machine.chain.tool_home[:3, 2])
-    return math.atan2(b, a)
-
-
-def _second_coefficients(k1: Array, k2: Array, home: Array) -> tuple[float, float, float]:
+def second_coefficients(k1: Array, k2: Array, home: Array) -> tuple[float, float, float]:
     """Give a, b, c of ``k1·o = a cos ρ2 + b sin ρ2 + c``."""
     oblique, offset = float(k1 @ k2), float(k2 @ home)
     return float(k1 @ home) - oblique * offset, float(k1 @ np.cross(k2, home)), oblique * offset
@@ -114,7 +107,7 @@ def _second_angles(k1: Array, k2: Array, home: Array, wanted: Array) -> Array:
     would turn rounding into 1e-8 rad.
     """
     oblique, offset = k1 @ k2, k2 @ home
-    a, b, c = _second_coefficients(k1, k2, home)
+    a, b, c = second_coefficients(k1, k2, home)
     along = wanted @ k1
     across = np.sum(np.cross(k1, wanted) ** 2, axis=1)
     gram = across - oblique**2 - offset**2 + 2.0 * oblique * offset * along

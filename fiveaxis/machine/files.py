@@ -29,14 +29,28 @@ def load_machine(name: str | Path) -> Machine:
     MachineError
         The file can't be read or says something impossible; the message has file and line.
     """
+    path = find_machine(name)
+    return READERS[path.suffix.lower()](path)
+
+
+def find_machine(name: str | Path) -> Path:
+    """Find the file that a machine's name stands for.
+
+    Raises
+    ------
+    UnknownMachine
+        No machine of that name; the nearest names are listed.
+    MachineError
+        A file of a kind that no machine is read from.
+    """
     path = Path(name)
     suffix = path.suffix.lower()
     if suffix in READERS:
-        return READERS[suffix](path)
+        return path
     known = {p.stem: p for p in library_files()}
     text = str(name)
     if text in known:
-        return read_machine_file(known[text])
+        return known[text]
     if suffix or len(path.parts) > 1:
         said = f"a suffix {suffix!r} that says nothing" if suffix else "no suffix that says what it is"
         raise MachineError(f"has {said}; a machine is read from {' or '.join(READERS)}", file=path)

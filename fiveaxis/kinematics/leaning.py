@@ -1,0 +1,103 @@
+"""How far the rotary axes can lean the tool, and where they have a choice."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from fiveaxis.kinematics.orientation import require_orienting, second_coefficients
+from fiveaxis.kinematics.windings import ON_LIMIT, TURN
+from fiveaxis.machine import Machine
+from fiveaxis.machine.freedom import directions
+
+
+@dataclass(frozen=True)
+class Leaning:
+    """Angles between the tool axis and the singular direction, that of the first rotary axis.
+
+    Every lean belongs to two values of the second rotary axis, one either side of a middle: the branches.
+
+    Parameters
+    ----------
+    letter : the second rotary axis
+    middle : rad, its value about which the branches lie
+    reach : rad, least and largest lean of the structure
+    limited : rad, the same within the limits of the second rotary axis
+    both : rad, the leans at which both branches are within them: none, one or two ranges
+    """
+
+    letter: str
+    middle: float
+    reach: tuple[float, float]
+    limited: tuple[float, float]
+    both: tuple[tuple[float, float], ...]
+
+
+def lean_range(machine: Machine) -> Leaning:
+    """Work out how far a machine leans the tool.
+
+    With ``k1·o = h cos(ρ2 − middle) + c`` the lean grows with the distance of ρ2 from the middle, up to half
+    a turn (`rotary_angles`).
+
+    Parameters
+    ----------
+    machine : two rotary axes
+
+    Raises
+    ------
+    DegenerateChain
+        As `require_orienting`.
+    """
+    require_orienting(machine)
+    k1, k2 = directions(machine.chain, rotary=True)
+    a, b, c = second_coefficients(k1, k2, machine.chain.tool_home[:3, 2])
+    middle, height = math.atan2(b, a), math.hypot(a, b)
+
+    def lean(spread: float) -> float:
+        return float(np.arccos(np.clip(height * math.cos(spread) + c, -1.0, 1.0)))
+
+    letter = machine.rotaries[1]
+    limits = machine.axis(letter).limits
+    least, most = _spreads(middle, limits.low, limits.high)
+    return Leaning(
+        letter=letter,
+        middle=middle,
+        reach=(lean(0.0), lean(math.pi)),
+        limited=(lean(least), lean(most)),
+        both=tuple((lean(s), lean(e)) for s, e in _shared_spreads(middle, limits.low, limits.high)),
+    )
+
+
+def _spreads(middle: float, low: float, high: float) -> tuple[float, float]:
+    """Give the least and the largest distance from the middle, of all its turns, within limits."""
+    if high - low >= TURN:
+        return 0.0, math.pi
+    first, last = (abs(math.remainder(end - middle, TURN)) for end in (low, high))
+    through_middle = _narrower_side(middle, low, high) is not None
+    through_opposite = _narrower_side(middle + math.pi, low, high) is not None
+    return (0.0 if through_middle else min(first, last)), (math.pi if through_opposite else max(first, last))
+
+
+def _shared_spreads(middle: float, low: float, high: float) -> list[tuple[float, float]]:
+    """Give the distances from the middle, up to half a turn, that are within limits on both sides.
+
+    Around the middle they reach as far as the nearer limit is; around the opposite likewise, from half a turn
+    down.
+    """
+    if high - low >= TURN:
+        return [(0.0, math.pi)]
+    near = _narrower_side(middle, low, high)
+    far = _narrower_side(middle + math.pi, low, high)
+    if near is not None and far is not None and near + far >= math.pi - ON_LIMIT:
+        return [(0.0, math.pi)]
+    shared = [] if near is None else [(0.0, near)]
+    return shared if far is None else [*shared, (math.pi - far, math.pi)]
+
+
+def _narrower_side(angle: float, low: float, high: float) -> float | None:
+    """Give how far limits reach on both sides of an angle; None where no turn of it is within them."""
+    first = math.ceil((low - ON_LIMIT - angle) / TURN)
+    place = angle + TURN * first
+    return None if place > high + ON_LIMIT else max(0.0, min(place - low, high - place))

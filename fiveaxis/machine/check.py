@@ -1,0 +1,272 @@
+"""Findings about a machine file: what is wrong, what looks like a slip, what isn't known."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from pydantic import ValidationError
+
+from fiveaxis.errors import FigureError, MachineError
+from fiveaxis.findings import Finding, Place, Severity
+from fiveaxis.machine.axes import Axis
+from fiveaxis.machine.building import build_machine
+from fiveaxis.machine.chain import UNIT_DIRECTION
+from fiveaxis.machine.dump import machine_document
+from fiveaxis.machine.files import find_machine, load_machine
+from fiveaxis.machine.freedom import FLAT, why_not_orienting, why_not_positioning
+from fiveaxis.machine.model import Machine
+from fiveaxis.machine.tables import LOOKS_LIKE_RADIANS, AxisTable, LimitsTable, MachineFile
+from fiveaxis.settings import explain_one, line_of, list_faults, read_document
+
+if TYPE_CHECKING:
+    from pydantic_core import ErrorDetails
+
+# What a fault of a key is called, by pydantic's name for it; others have names of their own or are values.
+FAULT_CODES = {"extra_forbidden": "unknown-key", "missing": "missing-key"}
+OWN_FAULTS = ("missing_source", "missing_unit", "reversed_limits", "zero_direction")
+
+# Figures outside these ranges are likelier a slip of the unit than a machine: (lowest, highest, unit, slip).
+PLAUSIBLE = {
+    "travel": (1.0, 10_000.0, "mm", "mm for m, µm or inch"),
+    "max_speed": (1.0, 2_500.0, "mm/s", "mm/min put as mm/s"),
+    "max_acceleration": (10.0, 50_000.0, "mm/s2", "m/s2 put as mm/s2"),
+    "turning_speed": (1.0, 9_000.0, "deg/s", "deg/min or rpm put as deg/s"),
+    "turning_acceleration": (10.0, 200_000.0, "deg/s2", "rad/s2 put as deg/s2"),
+    "base_power": (20.0, 200_000.0, "W", "kW put as W"),
+    "moved_mass": (0.1, 100_000.0, "kg", "g or t put as kg"),
+}
+# rad: a limit above this many turns that is given in rad is likelier in degrees.
+MOST_RADIANS = 20.0 * math.pi
+# deg: linear axes that are further from a right angle aren't just badly squared.
+SQUARE = 0.1
+
+Where = tuple[str | int, ...]
+Located = tuple[Where, Finding]
+
+
+def check_machine(name: str | Path) -> tuple[Finding, ...]:
+    """Look through a machine file, or a machine of the library, for faults and for what looks like one.
+
+    Errors are what keeps the machine from being loaded or used; warnings what is likely a slip; notes what
+    isn't known. An axis's figures are checked one by one, so one check names all faults of a file.
+
+    Parameters
+    ----------
+    name : as for `load_machine`
+
+    Returns
+    -------
+    Findings, errors first, each with the line it is about. Codes: ``unknown-key``, ``missing-key``,
+    ``invalid-value``, ``missing-unit``, ``missing-source``, ``reversed-limits``, ``zero-direction``,
+    ``invalid-code``, ``unknown-axis``, ``wrong-side``, ``wrong-unit``, ``flat-axes``, ``unknown-link``,
+    ``no-such-file``, ``no-orientation``, ``few-axes``, ``unit-slip``, ``non-orthogonal``, ``left-handed``,
+    ``against-letter``, ``unread-key``, ``home-outside``, ``assumed-figure``, ``no-powers``.
+
+    Raises
+    ------
+    UnknownMachine
+        No machine of that name.
+    MachineError
+        The file can't be read, or isn't TOML.
+    """
+    path = find_machine(name)
+    if path.suffix.lower() != ".toml":
+        machine = load_machine(path)
+        said = MachineFile.model_validate(machine_document(machine))
+        return _sorted(replace(f, place=Place(file=str(path))) for _, f in _look_at(machine, said))
+    text, data = read_document(path, MachineError)
+    found = _sorted_out(data, path.parent)
+    return _sorted(replace(f, place=Place(line=line_of(text, where), file=str(path))) for where, f in found)
+
+
+def _sorted(findings: Iterable[Finding]) -> tuple[Finding, ...]:
+    return tuple(sorted(findings, key=lambda f: list(Severity).index(f.severity)))
+
+
+def _sorted_out(data: dict[str, Any], folder: Path) -> list[Located]:
+    """Find what there is to say about the content of a machine file."""
+    try:
+        file = MachineFile.model_validate(data)
+        machine = build_machine(file, folder)
+    except ValidationError as fault:
+        return [_of_key(f) for f in list_faults(fault)]
+    except FigureError as fault:
+        return [_error(fault.code, fault.location, fault.message)]
+    return [*_look_at(machine, file), *_unread(file, machine_document(machine, folder))]
+
+
+def _of_key(fault: ErrorDetails) -> Located:
+    kind = fault["type"]
+    code = kind.replace("_", "-") if kind in OWN_FAULTS else FAULT_CODES.get(kind, "invalid-value")
+    return _error(code, fault["loc"], explain_one(fault, MachineFile))
+
+
+def _error(code: str, where: Where, message: str) -> Located:
+    return where, Finding(Severity.ERROR, code, message)
+
+
+def _warning(code: str, where: Where, message: str, value: float | None = None) -> Located:
+    return where, Finding(Severity.WARNING, code, message, value=value)
+
+
+def _note(code: str, where: Where, message: str) -> Located:
+    return where, Finding(Severity.NOTE, code, message)
+
+
+def _look_at(machine: Machine, file: MachineFile) -> Iterator[Located]:
+    yield from _look_at_freedom(machine)
+    yield from _look_at_directions(machine)
+    yield from _look_at_provenance(machine, file)
+    if file.base_power is not None:
+        yield from _plausible("base_power", file.base_power.value, ("base_power",), "base power")
+    for axis in machine.axes:
+        yield from _look_at_axis(axis, file.axes.get(axis.letter, AxisTable()))
+    if not machine.has_powers:
+        idle = ", ".join(a.letter for a in machine.axes if a.drive is None)
+        yield _note(
+            "no-powers", ("axes",), f"no drive power of {idle}: energies need --drives of another machine"
+        )
+
+
+def _look_at_freedom(machine: Machine) -> Iterator[Located]:
+    reason = why_not_positioning(machine.chain)
+    if reason is not None:
+        yield _warning("few-axes", ("code",), f"code {machine.code} {reason}")
+    rotaries = machine.rotaries
+    if len(rotaries) < 2:
+        yield _note("few-axes", ("code",), f"{len(rotaries)} rotary axes: there is no posture to choose")
+    elif len(rotaries) == 2:
+        reason = why_not_orienting(machine.chain)
+        if reason is not None:
+            yield _error("no-orientation", ("code",), f"code {machine.code}: {reason}")
+
+
+def _look_at_directions(machine: Machine) -> Iterator[Located]:
+    """Compare the directions of the axes with their letters and with one another (ISO 841)."""
+    lines = {j.letter: np.array(j.line.direction) for j in machine.chain.joints}
+    for letter, direction in lines.items():
+        if direction @ np.array(UNIT_DIRECTION[letter]) < -FLAT:
+            yield _warning(
+                "against-letter",
+                ("axes", letter, "line", "direction"),
+                f"{letter} points against its letter's direction in ISO 841; a control that counts the other "
+                "way is reversed = true, with the direction as ISO has it",
+            )
+    linear = [c for c in "XYZ" if c in lines]
+    for one, other in itertools.combinations(linear, 2):
+        off = math.degrees(math.asin(float(np.clip(lines[one] @ lines[other], -1.0, 1.0))))
+        if abs(off) > SQUARE:
+            # The one that leaves its letter's direction is likelier the wrong one.
+            astray = min((one, other), key=lambda c: lines[c] @ np.array(UNIT_DIRECTION[c]))
+            yield _warning(
+                "non-orthogonal",
+                ("axes", astray, "line", "direction"),
+                f"{one} and {other} stand at {90.0 - off:.4g} deg; linear axes stand at 90 deg, and a small "
+                "error of squareness belongs into location_error",
+                abs(off),
+            )
+    if len(linear) == 3 and np.linalg.det(np.array([lines[c] for c in linear])) < 0.0:
+        yield _warning(
+            "left-handed",
+            ("axes", "Z", "line"),
+            "X, Y, Z make a left-handed frame; ISO 841 has a right-handed one",
+        )
+
+
+def _look_at_provenance(machine: Machine, file: MachineFile) -> Iterator[Located]:
+    if file.structure is None:
+        yield _warning(
+            "missing-source",
+            ("code",),
+            f"nothing says where code {machine.code} comes from; write [structure] with a source, or "
+            "assumed = true with a note",
+        )
+    for entry in machine.provenance:
+        if entry.assumed:
+            yield _note("assumed-figure", _table_of(entry.figure), f"{entry.figure} is assumed: {entry.note}")
+
+
+def _table_of(figure: str) -> Where:
+    """Give the place in a file of a figure by its name in the provenance."""
+    first, _, key = figure.partition(" ")
+    if not key:
+        return (first,)
+    return ("bodies", int(key) - 1) if first == "body" else ("axes", first, key)
+
+
+def _look_at_axis(axis: Axis, table: AxisTable) -> Iterator[Located]:
+    where: Where = ("axes", axis.letter)
+    kind = "turning_" if axis.is_rotary else "max_"
+    per = {"max_speed": axis.max_speed, "max_acceleration": axis.max_acceleration}
+    for key, value in per.items():
+        if value is not None:
+            checked = key.replace("max_", kind)
+            yield from _plausible(checked, axis.shown(value), (*where, key), f"{key} of {axis.letter}")
+    if axis.moved_mass is not None:
+        yield from _plausible("moved_mass", axis.moved_mass, (*where, "moved_mass"), f"mass of {axis.letter}")
+    if table.limits is None:
+        return
+    limits = axis.limits
+    if axis.is_rotary:
+        yield from _turns(axis, table.limits)
+    elif math.isfinite(limits.high - limits.low):
+        yield from _plausible(
+            "travel", limits.high - limits.low, (*where, "limits"), f"travel of {axis.letter}"
+        )
+    if not limits.low <= 0.0 <= limits.high:
+        yield _note(
+            "home-outside",
+            (*where, "limits"),
+            f"0 is outside the limits of {axis.letter}, and the chain is described with every axis at 0",
+        )
+
+
+def _turns(axis: Axis, limits: LimitsTable) -> Iterator[Located]:
+    """Look for angles in radians that are put as degrees, and the other way round."""
+    ends = [v for v in (limits.min, limits.max) if v is not None]
+    if not ends:
+        return
+    largest, where = max(map(abs, ends)), ("axes", axis.letter, "limits")
+    shown = " … ".join(f"{v:g}" for v in ends)
+    if limits.unit == "deg" and largest <= LOOKS_LIKE_RADIANS:
+        said = f"limits {shown} deg of {axis.letter} look like radians; write unit = 'rad'"
+        yield _warning("unit-slip", where, said, largest)
+    if limits.unit == "rad" and largest > MOST_RADIANS:
+        said = f"limits {shown} rad of {axis.letter} look like degrees; write unit = 'deg'"
+        yield _warning("unit-slip", where, said, largest)
+
+
+def _plausible(key: str, value: float, where: Where, name: str) -> Iterator[Located]:
+    low, high, unit, slip = PLAUSIBLE[key]
+    if not low <= value <= high:
+        said = f"{name} is {value:.6g} {unit}; machines have {low:g}…{high:g} {unit}: is it {slip}?"
+        yield _warning("unit-slip", where, said, value)
+
+
+def _unread(file: MachineFile, written: dict[str, Any]) -> Iterator[Located]:
+    """Find keys that were accepted and then went nowhere: load, dump, compare."""
+    known = set(_key_paths(written))
+    for where in _key_paths(file.model_dump(exclude_defaults=True, exclude_none=True)):
+        if where not in known:
+            name = ".".join(map(str, where))
+            yield _warning(
+                "unread-key", where, f"{name} is read by nobody: it changes nothing here; remove it"
+            )
+
+
+def _key_paths(document: Any, where: Where = ()) -> Iterator[Where]:
+    """List the places of all values in nested tables."""
+    if isinstance(document, dict):
+        for key, value in document.items():
+            yield from _key_paths(value, (*where, key))
+    elif isinstance(document, list) and document and isinstance(document[0], dict):
+        for i, entry in enumerate(document):
+            yield from _key_paths(entry, (*where, i))
+    else:
+        yield where
