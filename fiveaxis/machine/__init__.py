@@ -3,6 +3,7 @@
 from fiveaxis.machine.axes import Axis, DirectionalDrive, Limits, LocationError
 from fiveaxis.machine.bodies import BED, Body, Box, Cylinder, MeshShape
 from fiveaxis.machine.chain import Chain, Joint, Line
+from fiveaxis.machine.check import check_machine
 from fiveaxis.machine.code import FormShapingCode, parse_code
 from fiveaxis.machine.dump import machine_text, save_machine
 from fiveaxis.machine.files import load_machine, machine_names
@@ -27,6 +28,7 @@ __all__ = [
     "MeshShape",
     "Provenance",
     "Setup",
+    "check_machine",
     "load_machine",
     "machine_names",
     "machine_text",

@@ -137,7 +137,7 @@ def _look_at(machine: Machine, file: MachineFile) -> Iterator[Located]:
 def _look_at_freedom(machine: Machine) -> Iterator[Located]:
     reason = why_not_positioning(machine.chain)
     if reason is not None:
-        yield _warning("few-axes", ("code",), f"code {machine.code} {reason}")
+        yield _warning("few-axes", ("code",), f"code {machine.code}: {reason}")
     rotaries = machine.rotaries
     if len(rotaries) < 2:
         yield _note("few-axes", ("code",), f"{len(rotaries)} rotary axes: there is no posture to choose")

@@ -23,8 +23,8 @@ def why_not_positioning(chain: Chain) -> str | None:
     linears = chain.linears
     if len(linears) != 3:
         return (
-            f"has {len(linears)} linear axes; a tool tip needs X, Y and Z: write all of 1, 2 and 3 into the "
-            "code, for example 640123"
+            f"it has {len(linears)} linear axes, and a tool tip needs X, Y and Z: write all of 1, 2 and 3 into "
+            "the code, for example 640123"
         )
     if abs(np.linalg.det(directions(chain, rotary=False))) < FLAT:
         return (
@@ -39,7 +39,7 @@ def why_not_orienting(chain: Chain) -> str | None:
     rotaries = chain.rotaries
     if len(rotaries) != 2:
         hint = f"; clamp one: machine.holding({rotaries[-1]!r}, 0.0)" if len(rotaries) > 2 else ""
-        return f"has {len(rotaries)} rotary axes; choosing a posture needs two{hint}"
+        return f"it has {len(rotaries)} rotary axes, and choosing a posture needs two{hint}"
     first, second = directions(chain, rotary=True)
     if np.linalg.norm(np.cross(second, chain.tool_home[:3, 2])) < PARALLEL:
         return (

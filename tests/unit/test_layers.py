@@ -26,7 +26,7 @@ ALLOWED = {
     "meshcat": {"viewer"},
     "matplotlib": {"report"},
     "numba": {"contour", "posture"},
-    "typer": {"cli.py"},
+    "typer": {"cli"},
 }
 MODULES = sorted(PACKAGE.rglob("*.py"))
 

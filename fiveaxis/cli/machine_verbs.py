@@ -1,0 +1,183 @@
+"""Verbs about machines."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from rich.markup import escape
+from rich.table import Table
+
+from fiveaxis.cli.options import AsJson
+from fiveaxis.cli.terminal import err, errors_explained, out, print_json
+from fiveaxis.errors import SettingError
+from fiveaxis.findings import Severity
+
+if TYPE_CHECKING:
+    from fiveaxis.machine import FormShapingCode
+
+MachineFileName = Annotated[
+    str, typer.Argument(help="name (`fiveaxis machines`), .toml or LinuxCNC .ini file", metavar="MACHINE")
+]
+
+
+def machines(as_json: AsJson = False) -> None:
+    """List the machines of the library."""
+    from fiveaxis.machine import load_machine, machine_names
+
+    with errors_explained(as_json):
+        loaded = [load_machine(name) for name in machine_names()]
+        if as_json:
+            return print_json([{"name": m.name, "code": str(m.code), "axes": m.letters} for m in loaded])
+        table = Table("machine", "code", "axes", "powers", "description", box=None)
+        for m in loaded:
+            powers = "yes" if m.has_powers else "no"
+            table.add_row(m.name, str(m.code), m.letters, powers, escape(m.description))
+        out.print(table)
+
+
+def import_machine(
+    source: Annotated[Path, typer.Argument(help="LinuxCNC configuration (.ini)", metavar="MACHINE.ini")],
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="machine .toml; else stdout")] = None,
+) -> None:
+    """Turn a control's configuration into a machine file, to be kept and completed."""
+    with errors_explained(False):
+        from fiveaxis.machine import machine_text, read_linuxcnc, save_machine
+
+        machine = read_linuxcnc(source)
+        if output is None:
+            sys.stdout.write(machine_text(machine))
+        else:
+            err.print(f"wrote {escape(str(save_machine(machine, output)))}")
+
+
+def info(
+    machine: Annotated[
+        str | None, typer.Argument(help="name, .toml or LinuxCNC .ini file", show_default=False)
+    ] = None,
+    code: Annotated[
+        str | None, typer.Option("--code", help="form-shaping code, in place of a machine")
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Show a machine: chain, branches, limits, powers, and every figure with its source."""
+    with errors_explained(as_json):
+        from fiveaxis.machine import Machine, load_machine
+        from fiveaxis.report.sheet import describe_machine
+
+        if (machine is None) == (code is None):
+            raise SettingError("name a machine, or give --code; `fiveaxis machines` lists the names")
+        found = Machine.from_code(code) if code is not None else load_machine(str(machine))
+        sheet = describe_machine(found)
+        print_json(sheet) if as_json else _print_sheet(sheet, found.code)
+
+
+def check(machine: MachineFileName, as_json: AsJson = False) -> None:
+    """Look through a machine file for faults, slips of units and what isn't known."""
+    with errors_explained(as_json):
+        from fiveaxis.findings import count_codes, has_errors
+        from fiveaxis.machine import check_machine
+
+        findings = check_machine(machine)
+        if as_json:
+            print_json({"findings": [f.as_dict() for f in findings], "counts": count_codes(findings)})
+        else:
+            for finding in findings:
+                out.print(f"{finding.severity}: {finding}", markup=False, soft_wrap=True)
+            shares = (f"{sum(f.severity is s for f in findings)} {s}s" for s in Severity)
+            out.print(", ".join(shares), markup=False)
+        if has_errors(findings):
+            raise typer.Exit(1)
+
+
+def urdf(
+    machine: MachineFileName,
+    root: Annotated[str, typer.Option("--root", help="workpiece: one branch to the tool; bed: the tree")] = (
+        "workpiece"
+    ),
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="file; stdout without it")] = None,
+) -> None:
+    """Describe a machine for pinocchio, ROS and other programs that read URDF."""
+    with errors_explained(False):
+        from fiveaxis.files import write_atomically
+        from fiveaxis.machine import load_machine
+
+        text = load_machine(machine).to_urdf(root)
+        if output is None:
+            sys.stdout.write(text)
+        else:
+            err.print(f"wrote {escape(str(write_atomically(output, text)))}")
+
+
+def _print_sheet(sheet: dict[str, Any], code: FormShapingCode) -> None:
+    out.print(f"[bold]{escape(sheet['name'])}[/]  {escape(sheet['description'])}")
+    chain = " - ".join(["workpiece", *code.table, "bed", *code.head, "tool"])
+    out.print(f"code {code}: {chain}; {sheet['kind']}, kinematics of class {sheet['kinematic_class']}")
+    for line in _orientation_lines(sheet["orientation"]):
+        out.print(escape(line))
+    out.print(_axis_table(sheet))
+    if sheet["base_power"] is not None:
+        out.print(f"base power {sheet['base_power']:g} W")
+    if sheet["figures"]:
+        table = Table("figure", "value", "source", box=None)
+        for figure in sheet["figures"]:
+            origin = ("assumed: " if figure["assumed"] else "") + figure["source"]
+            table.add_row(figure["figure"], escape(figure["value"]), escape(origin))
+        out.print(table)
+
+
+def _orientation_lines(orientation: dict[str, Any]) -> Iterator[str]:
+    if not orientation["branches"]:
+        yield f"no choice of posture: {orientation['reason']}"
+        return
+    singular, direction = orientation["singular_axis"], _vector(orientation["singular_direction"])
+    letter, middle = orientation["branch_axis"], orientation["branch_middle"]
+    yield f"singular direction {direction}: with the tool along it {singular} turns the part under it"
+    yield f"branches: 2; each lean from there is reached by {letter} = {middle:g} deg ± one angle"
+    both = " and ".join(map(_range, orientation["both_branches_within_limits"])) or "nowhere"
+    yield (
+        f"lean {_range(orientation['lean_reach'])}, within limits "
+        f"{_range(orientation['lean_within_limits'])}, with both branches {both}"
+    )
+
+
+def _axis_table(sheet: dict[str, Any]) -> Table:
+    names = (
+        "axis",
+        "side",
+        "direction",
+        "through, mm",
+        "limits",
+        "speed, 1/s",
+        "power + / -",
+        "control counts",
+    )
+    table = Table(*names, box=None)
+    for joint in sheet["chain"]:
+        letter = joint["axis"]
+        unit = "deg" if letter in "ABC" else "mm"
+        point = _vector(joint["point"]) if "point" in joint else ""
+        speed = "unknown" if sheet["speeds"][letter] is None else f"{sheet['speeds'][letter]:g} {unit}/s"
+        power = sheet["powers"][letter]
+        powers = "unknown" if power is None else f"{power['plus']:g} / {power['minus']:g} {power['unit']}"
+        counted = "the other way" if letter in sheet["reversed"] else ""
+        direction = _vector(joint["direction"])
+        low, high = sheet["limits"][letter]
+        limits = "none" if low is high is None else f"{_end(low)} … {_end(high)} {unit}"
+        table.add_row(letter, joint["side"], direction, point, limits, speed, powers, counted)
+    return table
+
+
+def _vector(numbers: list[float]) -> str:
+    return "(" + ", ".join(f"{v:.6g}" for v in numbers) + ")"
+
+
+def _range(ends: list[float]) -> str:
+    return f"{ends[0]:.4g} … {ends[1]:.4g} deg"
+
+
+def _end(value: float | None) -> str:
+    return "endless" if value is None else f"{value:g}"

@@ -1,0 +1,207 @@
+"""Verbs about tool paths: plan, optimise, preview."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from rich.markup import escape
+from rich.table import Table
+
+from fiveaxis.cli.options import (
+    AllowOpen,
+    AsJson,
+    Cone,
+    Control,
+    Direction,
+    Drives,
+    Feed,
+    Input,
+    MachineName,
+    MaxTurn,
+    Overhang,
+    Part,
+    Spacing,
+    Stepdown,
+    Tilt,
+    ToolName,
+    Unit,
+    UpPenalty,
+)
+from fiveaxis.cli.terminal import (
+    err,
+    errors_explained,
+    out,
+    parse_numbers,
+    print_json,
+    progress_bars,
+    required,
+)
+from fiveaxis.errors import SettingError
+
+if TYPE_CHECKING:
+    from fiveaxis.job import Job, Outcome
+    from fiveaxis.toolpath import Toolpath
+
+
+def plan(
+    context: typer.Context,
+    source: Input,
+    tool: ToolName = None,
+    stepdown: Stepdown = None,
+    spacing: Spacing = None,
+    overhang: Overhang = None,
+    direction: Direction = None,
+    feed: Feed = None,
+    allow_open: AllowOpen = None,
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="CSV file of the locations")] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Plan waterline passes on a mesh."""
+    with errors_explained(as_json):
+        from fiveaxis.job import is_mesh, load_job_toolpath
+        from fiveaxis.nc import write_toolpath
+
+        job = _job(context.params)
+        if not is_mesh(job.input):
+            raise SettingError("passes are planned on a mesh (.stl .obj .ply .off)", file=job.input)
+        with progress_bars() as progress:
+            toolpath = load_job_toolpath(job, progress)
+        if output is not None:
+            write_toolpath(toolpath, output)
+        document = _toolpath_document(toolpath)
+        if as_json:
+            return print_json(document)
+        for name, value in document.items():
+            out.print(f"{name}: {value}")
+
+
+def optimise(
+    context: typer.Context,
+    source: Input,
+    machine: MachineName = None,
+    tool: ToolName = None,
+    tilt: Tilt = None,
+    cone: Cone = None,
+    feed: Feed = None,
+    unit: Unit = None,
+    part: Part = None,
+    drives: Drives = None,
+    up_penalty: UpPenalty = None,
+    max_turn: MaxTurn = None,
+    control: Control = None,
+    stepdown: Stepdown = None,
+    spacing: Spacing = None,
+    overhang: Overhang = None,
+    direction: Direction = None,
+    allow_open: AllowOpen = None,
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="folder for the results")] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Choose the posture of every cutter location, verify it, and write motion, report, preview and NC."""
+    with errors_explained(as_json):
+        from fiveaxis.job import require_folder, write_outcome
+
+        if output is not None:
+            require_folder(output)
+        outcome = _run(_job(context.params))
+        for path in [] if output is None else write_outcome(outcome, output):
+            err.print(f"wrote {escape(str(path))}")
+        if as_json:
+            print_json(outcome.document)
+        else:
+            _print_outcome(outcome)
+        if not outcome.ok:
+            err.print("[bold red]verification found errors[/]: no NC program was written")
+            raise typer.Exit(1)
+
+
+def preview(
+    context: typer.Context,
+    source: Input,
+    machine: MachineName = None,
+    tool: ToolName = None,
+    tilt: Tilt = None,
+    cone: Cone = None,
+    feed: Feed = None,
+    unit: Unit = None,
+    part: Part = None,
+    drives: Drives = None,
+    up_penalty: UpPenalty = None,
+    max_turn: MaxTurn = None,
+    stepdown: Stepdown = None,
+    spacing: Spacing = None,
+    overhang: Overhang = None,
+    direction: Direction = None,
+    allow_open: AllowOpen = None,
+    browser: Annotated[bool, typer.Option(help="open the page in a browser")] = True,
+) -> None:
+    """Optimise and show the result live, on this computer only, until Ctrl-C."""
+    with errors_explained(False):
+        from fiveaxis.job import part_of
+        from fiveaxis.viewer import preview as show
+
+        outcome = _run(_job(context.params))
+        with show(outcome.solution, part=part_of(outcome.job), open_browser=browser) as viewer:
+            out.print(f"preview at {viewer.url()} until Ctrl-C")
+            viewer.wait()
+
+
+def _job(options: Mapping[str, Any]) -> Job:
+    """Make the job of a verb's options; a job file's own settings give way to them."""
+    from fiveaxis.job import Job, PlanTable, make_job, read_job
+
+    settings = {name: value for name, value in options.items() if name in Job.model_fields}
+    settings["plan"] = {name: value for name, value in options.items() if name in PlanTable.model_fields}
+    if settings.get("tilt") is not None:
+        settings["tilt"] = tuple(parse_numbers(settings["tilt"], 2, "MIN:MAX", ":"))
+    source = options["source"]
+    if source.suffix.lower() == ".toml":
+        return read_job(source, **settings)
+    return make_job(input=source, **settings | {"tool": required(settings["tool"], "tool")})
+
+
+def _run(job: Job) -> Outcome:
+    from fiveaxis.job import run_job
+
+    started = time.perf_counter()
+    with progress_bars() as progress:
+        outcome = run_job(job, progress)
+    err.print(f"done in {time.perf_counter() - started:.1f} s")
+    return outcome
+
+
+def _toolpath_document(toolpath: Toolpath) -> dict[str, Any]:
+    cuts = int(toolpath.cutting.sum())
+    counts = {"locations": len(toolpath), "cutting": cuts, "links": len(toolpath) - cuts}
+    length = round(float(toolpath.lengths.sum()), 3)
+    return counts | {"length_mm": length, "left_out": dict(toolpath.ignored)}
+
+
+def _print_outcome(outcome: Outcome) -> None:
+    from fiveaxis.job import RESULT
+
+    solution, program = outcome.solution, outcome.program
+    savings = solution.savings()
+    axes = (f"{c} J" for c in solution.machine.letters)
+    table = Table("posture", "J", *axes, "s", "saved", "program J", "saved", box=None)
+    rows = {RESULT: solution.energy} | solution.baselines
+    for name, energy in rows.items():
+        joules = (f"{joule:.0f}" for joule in energy.by_axis.values())
+        saved = f"{100 * savings[name]:.1f} %" if name in savings else ""
+        driven = program.energy[name].total
+        share = 100.0 * (1.0 - program.energy[RESULT].total / driven) if driven else 0.0
+        programs = f"{driven:.0f}", "" if name == RESULT else f"{share:.1f} %"
+        table.add_row(name, f"{energy.total:.0f}", *joules, f"{energy.time:.1f}", saved, *programs)
+    out.print(f"{len(solution.toolpath)} locations; travel metric of the feed drives (no base load)")
+    out.print(table)
+    out.print(f"program: {program.inserted} blocks inserted, so that the ball stays on its path without TCP")
+    for name, reason in solution.missing.items():
+        out.print(f"no baseline {name}: {escape(reason)}")
+    for subject, verdict in {"finding": outcome.verdict, "finding in the program": program.verdict}.items():
+        for code, count in verdict.counts.items():
+            out.print(f"{subject} {code}: {count}")
+    out.print("verification: " + ("no errors" if outcome.ok else "[bold red]errors[/]"))

@@ -1,0 +1,83 @@
+"""What verbs print and how: answers on stdout, everything else on stderr."""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import typer
+from rich.console import Console
+from rich.markup import escape
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
+
+from fiveaxis.errors import FiveAxisError, Infeasible, SettingError
+
+# A pipe or a log has no width of its own; tables need more than the usual 80.
+out = Console(width=None if sys.stdout.isatty() else 140, emoji=False)
+err = Console(stderr=True, highlight=False, soft_wrap=True, emoji=False)
+
+
+@contextmanager
+def errors_explained(as_json: bool) -> Iterator[None]:
+    """Turn an error into one clear message on stderr, and its exit code."""
+    try:
+        yield
+    except FiveAxisError as fault:
+        findings = fault.findings if isinstance(fault, Infeasible) else ()
+        err.print(f"[bold red]error:[/] {escape(str(fault))}")
+        for finding in findings:
+            err.print(f"  {finding}", markup=False)
+        if as_json:
+            print_json({"error": str(fault), "findings": [f.as_dict() for f in findings]})
+        raise typer.Exit(fault.exit_code) from None
+    except KeyboardInterrupt:
+        err.print("interrupted; nothing was written")
+        raise typer.Exit(130) from None
+
+
+@contextmanager
+def progress_bars() -> Iterator[Any]:
+    """Show one bar a stage on stderr; gives the callback (stage, steps done, steps in all)."""
+    bars: dict[str, TaskID] = {}
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=err, disable=not err.is_terminal) as shown:
+
+        def step(stage: str, done: int, total: int) -> None:
+            if stage not in bars:
+                bars[stage] = shown.add_task(stage, total=total)
+            shown.update(bars[stage], completed=done, total=total)
+
+        yield step
+
+
+def print_json(document: Any) -> None:
+    """Print a document; in ASCII, which every terminal and pipe can take."""
+    sys.stdout.write(json.dumps(document, indent=2) + "\n")
+
+
+def required(value: str | None, name: str) -> str:
+    """Give an option's value, or say that it is missing."""
+    if value is None:
+        raise SettingError(f"--{name} is missing")
+    return value
+
+
+def parse_numbers(text: str, count: int, form: str, separator: str = ",") -> list[float]:
+    """Read an option of several finite numbers; `form` is what it should look like."""
+    try:
+        values = [float(part) for part in text.split(separator)]
+    except ValueError:
+        values = []
+    if len(values) != count or not all(map(math.isfinite, values)):
+        raise SettingError(f"{text!r} isn't of the form {form} ({count} numbers)")
+    return values
+
+
+def require_between(name: str, value: float, low: float, high: float, unit: str) -> None:
+    """Refuse an option outside its range."""
+    if not low <= value <= high:
+        raise SettingError(f"{name} is {value:g} {unit}; it must lie between {low:g} and {high:g} {unit}")

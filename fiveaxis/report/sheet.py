@@ -1,0 +1,119 @@
+"""A machine's data sheet: what `fiveaxis info` tells, as plain data."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from fiveaxis.kinematics import lean_range, singular_direction
+from fiveaxis.machine import Axis, DirectionalDrive, Joint, Machine
+from fiveaxis.machine.freedom import why_not_orienting, why_not_positioning
+
+# rad: a range of leans narrower than this is where the branches meet, and there is no choice.
+TOUCHING = 1e-6
+
+Document = dict[str, Any]
+
+
+def describe_machine(machine: Machine) -> Document:
+    """Say everything about a machine, in mm, deg, s and W.
+
+    Parameters
+    ----------
+    machine : any structure
+
+    Returns
+    -------
+    Plain data: ``chain`` from the workpiece to the tool, ``limits``, ``speeds`` and ``powers`` by axis letter
+    (None where unknown or endless), ``orientation`` with branches and singular direction or with the reason
+    why there are none, ``figures`` with their sources
+    """
+    names = {"name": machine.name, "code": str(machine.code), "description": machine.description}
+    structure = {
+        "kind": machine.kind,
+        "kinematic_class": machine.code.kinematic_class,
+        "axes": machine.letters,
+        "reversed": [a.letter for a in machine.axes if a.reversed],
+    }
+    home = machine.chain.tool_home
+    return (
+        names
+        | structure
+        | {
+            "chain": [_joint(joint, machine) for joint in machine.chain.joints],
+            "spindle": {"point": _numbers(home[:3, 3]), "direction": _numbers(home[:3, 2])},
+            "limits": {a.letter: _limits(a) for a in machine.axes},
+            "speeds": {
+                a.letter: None if a.max_speed is None else _short(a.shown(a.max_speed)) for a in machine.axes
+            },
+            "powers": {a.letter: _power(a) for a in machine.axes},
+            "base_power": machine.base_power,
+            "positioning": why_not_positioning(machine.chain) or "every position",
+            "orientation": _orientation(machine),
+            "bodies": len(machine.bodies),
+            "figures": [
+                {"figure": p.figure, "value": p.shown, "source": p.source or p.note, "assumed": p.assumed}
+                for p in machine.provenance
+            ],
+        }
+    )
+
+
+def _joint(joint: Joint, machine: Machine) -> Document:
+    side = "table" if joint.letter in machine.code.table else "head"
+    place = {"axis": joint.letter, "side": side, "direction": _numbers(joint.line.direction)}
+    return place | ({"point": _numbers(joint.line.point)} if joint.is_rotary else {})
+
+
+def _limits(axis: Axis) -> list[float | None]:
+    ends = (axis.limits.low, axis.limits.high)
+    return [_short(axis.shown(v)) if math.isfinite(v) else None for v in ends]
+
+
+def _speed(axis: Axis) -> float | None:
+    return None if axis.max_speed is None else _short(axis.shown(axis.max_speed))
+
+
+def _power(axis: Axis) -> Document | None:
+    """Give a drive's power while the value grows and falls, as its file has it."""
+    drive: DirectionalDrive | None = axis.drive
+    if drive is None:
+        return None
+    # W per (unit/s) inside is W per (unit/min) at the border.
+    factor = 1.0 / (60.0 * axis.shown(1.0)) if drive.proportional else 1.0
+    unit = f"W/({axis.unit}/min)" if drive.proportional else "W"
+    return {"plus": _short(drive.plus * factor), "minus": _short(drive.minus * factor), "unit": unit}
+
+
+def _orientation(machine: Machine) -> Document:
+    reason = why_not_orienting(machine.chain)
+    if reason is not None:
+        return {"branches": 0, "reason": reason}
+    leaning = lean_range(machine)
+    return {
+        "branches": 2,
+        "singular_axis": machine.rotaries[0],
+        "singular_direction": _numbers(singular_direction(machine)),
+        "branch_axis": leaning.letter,
+        "branch_middle": _short(math.degrees(leaning.middle)),
+        "lean_reach": _degrees(leaning.reach),
+        "lean_within_limits": _degrees(leaning.limited),
+        "both_branches_within_limits": [
+            _degrees(ends) for ends in leaning.both if ends[1] - ends[0] > TOUCHING
+        ],
+    }
+
+
+def _degrees(angles: tuple[float, float]) -> list[float]:
+    return [_short(math.degrees(v)) for v in angles]
+
+
+def _numbers(vector: Any) -> list[float]:
+    return [_short(float(v)) for v in np.asarray(vector)]
+
+
+def _short(value: float) -> float:
+    """Round away what conversions of units leave."""
+    return float(f"{value:.10g}") + 0.0
