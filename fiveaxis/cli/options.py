@@ -20,6 +20,15 @@ Part = Annotated[Path | None, typer.Option("--part", help="mesh for the gouge ch
 Drives = Annotated[str | None, typer.Option("--drives", help="take the axis powers of this machine")]
 MaxTurn = Annotated[float | None, typer.Option("--max-turn", help="largest turn in a cutting move, deg")]
 UpPenalty = Annotated[float | None, typer.Option("--up-penalty", help="extra price of moving up, J/mm")]
+ToolLength = Annotated[
+    float | None, typer.Option("--tool-length", help="spindle's gauge point to tool tip, mm")
+]
+WorkOffset = Annotated[
+    str | None, typer.Option("--work-offset", help="workpiece zero in the machine frame, X,Y,Z in mm")
+]
+PartRotation = Annotated[
+    str | None, typer.Option("--part-rotation", help="part on the table, about machine X,Y,Z in deg")
+]
 Control = Annotated[str | None, typer.Option("--control", help="NC dialect")]
 Stepdown = Annotated[float | None, typer.Option("--stepdown", help="distance of passes in z, mm")]
 Spacing = Annotated[float | None, typer.Option("--spacing", help="distance of contact points, mm")]

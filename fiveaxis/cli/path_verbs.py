@@ -24,12 +24,15 @@ from fiveaxis.cli.options import (
     MaxTurn,
     Overhang,
     Part,
+    PartRotation,
     Spacing,
     Stepdown,
     Tilt,
+    ToolLength,
     ToolName,
     Unit,
     UpPenalty,
+    WorkOffset,
 )
 from fiveaxis.cli.terminal import (
     err,
@@ -92,6 +95,9 @@ def optimise(
     drives: Drives = None,
     up_penalty: UpPenalty = None,
     max_turn: MaxTurn = None,
+    tool_length: ToolLength = None,
+    work_offset: WorkOffset = None,
+    part_rotation: PartRotation = None,
     control: Control = None,
     stepdown: Stepdown = None,
     spacing: Spacing = None,
@@ -132,6 +138,9 @@ def preview(
     drives: Drives = None,
     up_penalty: UpPenalty = None,
     max_turn: MaxTurn = None,
+    tool_length: ToolLength = None,
+    work_offset: WorkOffset = None,
+    part_rotation: PartRotation = None,
     stepdown: Stepdown = None,
     spacing: Spacing = None,
     overhang: Overhang = None,
@@ -155,6 +164,10 @@ def _job(options: Mapping[str, Any]) -> Job:
     from fiveaxis.job import Job, PlanTable, make_job, read_job
 
     settings = {name: value for name, value in options.items() if name in Job.model_fields}
+    setup = {"offset": options.get("work_offset"), "rotation": options.get("part_rotation")}
+    settings["setup"] = {
+        key: tuple(parse_numbers(text, 3, "X,Y,Z")) for key, text in setup.items() if text is not None
+    }
     settings["plan"] = {name: value for name, value in options.items() if name in PlanTable.model_fields}
     if settings.get("tilt") is not None:
         settings["tilt"] = tuple(parse_numbers(settings["tilt"], 2, "MIN:MAX", ":"))

@@ -23,7 +23,7 @@ def why_not_positioning(chain: Chain) -> str | None:
     linears = chain.linears
     if len(linears) != 3:
         return (
-            f"it has {len(linears)} linear axes, and a tool tip needs X, Y and Z: write all of 1, 2 and 3 into "
+            f"it has {len(linears)} linear axes, and a tool tip needs X, Y and Z: write all of 1, 2, 3 into "
             "the code, for example 640123"
         )
     if abs(np.linalg.det(directions(chain, rotary=False))) < FLAT:

@@ -91,6 +91,11 @@ class Machine:
         """``table-table``, ``table-head``, ``head-head``, or ``3-axis``, ``4-axis``."""
         return self.code.kind
 
+    @property
+    def turns_tool(self) -> bool:
+        """Whether a rotary axis carries the tool, so that its length isn't always along one linear axis."""
+        return any(letter in "ABC" for letter in self.code.head)
+
     @cached_property
     def letters(self) -> str:
         """Axis letters in column order, e.g. ``XYZAC``."""

@@ -12,7 +12,7 @@ from fiveaxis.errors import MachineError, ToolpathError
 from fiveaxis.files import write_atomically
 from fiveaxis.geometry import Array, BoolArray
 from fiveaxis.kinematics import linear_positions, tool_poses
-from fiveaxis.machine import Machine
+from fiveaxis.machine import Machine, Setup
 from fiveaxis.motion import STANDSTILL, Motion
 from fiveaxis.nc.comments import comment_lines
 from fiveaxis.nc.dialects import Dialect, find_dialect
@@ -119,7 +119,7 @@ def compose_program(
     lines = [
         *_head(machine, dialect, header or ()),
         *dialect.start,
-        dialect.tool_length[1 if _turns_tool(machine) else 0],
+        dialect.tool_length[1 if _contains_length(machine) else 0],
         *_approach(motion, machine, dialect),
         *_moves(motion, values, moving, dialect),
         *dialect.end,
@@ -169,6 +169,7 @@ def _head(machine: Machine, dialect: Dialect, header: Header) -> list[str]:
         *(f"{name.replace(',', ' ')}: {value}" for name, value in pairs),
         *dialect.notes,
         _zero_note(machine),
+        *_setup_note(machine),
         _length_note(machine),
         "start with the tool clear of part and table: first the rotary axes turn, then X and Y move, then Z",
     ]
@@ -179,21 +180,29 @@ def _head(machine: Machine, dialect: Dialect, header: Header) -> list[str]:
 
 def _zero_note(machine: Machine) -> str:
     home = " ".join(f"{a.letter}0" for a in machine.axes)
-    return f"zero: at {home} of G54 the tool tip is at the workpiece origin, as in the machine model"
+    x, y, z = np.round(machine.chain.tool_home[:3, 3], 6) + 0.0
+    place = "at the workpiece origin" if x == y == z == 0.0 else f"at {x:g} {y:g} {z:g} mm of the workpiece"
+    return f"zero: at {home} of G54 the tool tip is {place}, as in the machine model"
+
+
+def _setup_note(machine: Machine) -> list[str]:
+    return [] if machine.setup == Setup() else [f"setup: workpiece at {machine.setup} in the machine frame"]
 
 
 def _length_note(machine: Machine) -> str:
-    if _turns_tool(machine):
+    if machine.turns_tool:
         return (
-            "tool length: the tool turns with the head, so its length is part of the machine model and the "
-            "words hold for that tool only; the control adds none"
+            f"tool length {machine.tool_length:g} mm: the tool turns with the head, so its length is part of "
+            "the machine model and the words hold for that tool only; the control adds none"
         )
+    if machine.tool_length > 0.0:
+        return f"tool length {machine.tool_length:g} mm is contained in the words; the control adds none"
     return "tool length: Z is the tool tip's; the control adds the length of the loaded tool, so measure it"
 
 
-def _turns_tool(machine: Machine) -> bool:
-    """Tell whether a rotary axis carries the tool, so that its length isn't always along Z."""
-    return any(letter in "ABC" for letter in machine.code.head)
+def _contains_length(machine: Machine) -> bool:
+    """Tell whether the axis positions already contain the tool's length."""
+    return machine.turns_tool or machine.tool_length > 0.0
 
 
 def _approach(motion: Motion, machine: Machine, dialect: Dialect) -> list[str]:

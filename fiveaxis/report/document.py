@@ -170,6 +170,8 @@ def _machine(machine: Machine) -> dict[str, Any]:
         "description": machine.description,
         "axes": machine.letters,
         "base_power": machine.base_power,
+        "setup": {"offset": list(machine.setup.offset), "rotation_deg": list(machine.setup.rotation_deg)},
+        "tool_length": machine.tool_length,
         "figures": figures,
     }
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from html import escape
 from importlib.resources import files
 from pathlib import Path
@@ -233,7 +233,19 @@ def _machine(document: Mapping[str, Any]) -> str:
         if assumed
         else "No figure is assumed."
     )
+    if machine["tool_length"]:
+        text += f" The tool is {machine['tool_length']:g} mm long from the spindle's gauge point to its tip."
+    setup = machine["setup"]
+    if any((*setup["offset"], *setup["rotation_deg"])):
+        text += (
+            f" The workpiece's zero is at {_triple(setup['offset'])} mm of the machine frame, turned by "
+            f"{_triple(setup['rotation_deg'])} deg about the machine's X, Y, Z."
+        )
     return f"<p>{escape(text)}</p>\n{_scroll(tables.machine_table(figures))}"
+
+
+def _triple(numbers: Sequence[float]) -> str:
+    return "(" + ", ".join(f"{v:g}" for v in numbers) + ")"
 
 
 def _figure(content: str, caption: str) -> str:

@@ -235,7 +235,7 @@ def test_an_error_is_a_json_document_too(path):
 
 @pytest.mark.parametrize("inside", ["", "deeper/still"])
 def test_a_file_in_the_place_of_the_folder_is_found_before_the_work(path, monkeypatch, inside):
-    monkeypatch.setattr(fiveaxis.job, "optimise", lambda *_, **__: pytest.fail("too late"))
+    monkeypatch.setattr(fiveaxis.job.stages, "optimise", lambda *_, **__: pytest.fail("too late"))
     (path.parent / "out").write_text("mine")
     message = refused(run("optimise", path, *MACHINE, *BALL, *TILT, "-o", path.parent / "out" / inside))
     assert "out: is a file; name a folder for the results" in message
@@ -243,7 +243,7 @@ def test_a_file_in_the_place_of_the_folder_is_found_before_the_work(path, monkey
 
 
 def test_a_part_that_cannot_be_read_is_found_before_the_work(path, monkeypatch):
-    monkeypatch.setattr(fiveaxis.job, "optimise", lambda *_, **__: pytest.fail("too late"))
+    monkeypatch.setattr(fiveaxis.job.stages, "optimise", lambda *_, **__: pytest.fail("too late"))
     (path.parent / "part.stl").write_text("")
     options = (*MACHINE, *BALL, *TILT, "--part", path.parent / "part.stl")
     assert "part.stl: has no triangles" in refused(run("optimise", path, *options))
@@ -330,14 +330,14 @@ def test_a_real_path_that_the_machine_cannot_reach_ends_with_exit_code_3(data, t
 @pytest.fixture
 def failing(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let verification find an error in whatever it looks at."""
-    honest: Callable[..., Any] = fiveaxis.job.verify
+    honest: Callable[..., Any] = fiveaxis.job.stages.verify
     jump = Finding(Severity.ERROR, "jump", "an axis jumps", Place(3), 1.0)
 
     def verify(*args: Any, **settings: Any) -> Any:
         report = honest(*args, **settings)
         return replace(report, findings=(jump, *report.findings), counts={"jump": 1} | report.counts)
 
-    monkeypatch.setattr(fiveaxis.job, "verify", verify)
+    monkeypatch.setattr(fiveaxis.job.stages, "verify", verify)
 
 
 @pytest.mark.usefixtures("failing")
@@ -356,12 +356,12 @@ def test_a_motion_with_errors_gets_no_program_and_a_stale_one_is_taken_away(path
     assert sorted(p.name for p in out.iterdir()) == sorted([*kept, "notes.txt"])
 
 
-@pytest.mark.parametrize("stage", ["optimise", "write_report"])
-def test_ctrl_c_leaves_nothing(path, monkeypatch, stage):
+@pytest.mark.parametrize(("room", "stage"), [("stages", "optimise"), ("results", "write_report")])
+def test_ctrl_c_leaves_nothing(path, monkeypatch, room, stage):
     def interrupt(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(fiveaxis.job, stage, interrupt)
+    monkeypatch.setattr(getattr(fiveaxis.job, room), stage, interrupt)
     result = run("optimise", path, *MACHINE, *BALL, *TILT, "-o", path.parent / "out")
     assert result.exit_code == 130
     assert "interrupted; nothing was written" in result.stderr

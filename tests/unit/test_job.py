@@ -15,8 +15,8 @@ from fiveaxis.job import (
     part_of,
     read_job,
     require_folder,
-    require_input,
 )
+from fiveaxis.job.description import require_input
 
 POINTS = "x,y,z,nx,ny,nz\n0,0,0,0,0,1\n1,0,0,0,0,1\n"
 LINES = {

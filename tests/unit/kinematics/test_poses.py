@@ -137,7 +137,7 @@ def test_a_tool_axis_out_of_reach_is_nan_in_every_branch():
     ("code", "said"),
     [
         ("401236", "C, the rotary axis next to the tool, only spins the tool"),
-        ("6402", "write all of 1, 2 and 3 into the code"),
+        ("6402", "write all of 1, 2, 3 into the code"),
     ],
 )
 def test_a_chain_without_enough_freedom_is_refused_with_the_reason(code, said):

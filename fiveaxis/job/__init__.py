@@ -1,0 +1,34 @@
+"""One job: from a part or a path to the files that a machine and its programmer need."""
+
+from fiveaxis.job.description import Job, PlanTable, SetupTable, make_job, read_job
+from fiveaxis.job.results import require_folder, write_outcome
+from fiveaxis.job.stages import (
+    RESULT,
+    Outcome,
+    ProgramMotion,
+    is_mesh,
+    load_job_machine,
+    load_job_toolpath,
+    part_of,
+    program_motion,
+    run_job,
+)
+
+__all__ = [
+    "RESULT",
+    "Job",
+    "Outcome",
+    "PlanTable",
+    "ProgramMotion",
+    "SetupTable",
+    "is_mesh",
+    "load_job_machine",
+    "load_job_toolpath",
+    "make_job",
+    "part_of",
+    "program_motion",
+    "read_job",
+    "require_folder",
+    "run_job",
+    "write_outcome",
+]

@@ -1,0 +1,166 @@
+"""What a job asks for: a file or options in, `Job` out."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from pathlib import Path
+from typing import Any, Literal
+
+from pydantic import Field, ValidationError, ValidationInfo, field_validator
+
+from fiveaxis.contour.mesh import SUFFIXES as MESH_SUFFIXES
+from fiveaxis.errors import FiveAxisError, InputError, JobError, SettingError
+from fiveaxis.machine import load_machine
+from fiveaxis.machine.chain import Triple
+from fiveaxis.machine.files import READERS as MACHINE_READERS
+from fiveaxis.nc import find_dialect
+from fiveaxis.nc.formats import READERS
+from fiveaxis.settings import StrictModel, explain, line_of, read_settings
+from fiveaxis.toolpath import parse_tool, require_range
+
+
+class PlanTable(StrictModel):
+    """How passes are laid on a mesh."""
+
+    stepdown: float = Field(1.0, gt=0.0, description="distance of the passes in z, mm")
+    spacing: float = Field(0.5, gt=0.0, description="largest distance of contact points along a pass, mm")
+    overhang: bool = Field(False, description="overhanging walls only")
+    direction: Literal["climb", "conventional"] = "climb"
+    allow_open: bool = Field(False, description="plan on a mesh that isn't watertight")
+
+
+class SetupTable(StrictModel):
+    """Where the workpiece stands on the table, with every axis at 0."""
+
+    offset: Triple = Field((0.0, 0.0, 0.0), description="workpiece zero in the machine frame, mm")
+    rotation: Triple = Field((0.0, 0.0, 0.0), description="about the machine's X, then Y, then Z, deg")
+
+
+class Job(StrictModel):
+    """What to optimise, for which machine, within which bounds."""
+
+    input: Path = Field(description="mesh, CSV or APT file")
+    machine: str | None = Field(None, min_length=1, description="name in the library, or a machine file")
+    tool: str = Field(description="ball:10 is a ball end mill of 10 mm diameter")
+    tilt: tuple[float, float] | None = Field(None, description="angle to the surface normal, deg")
+    cone: float | None = Field(None, gt=0.0, le=180.0, description="angle to the programmed tool axis, deg")
+    feed: float | None = Field(None, gt=0.0, description="mm/min; overrides the feed of the input")
+    unit: Literal["mm", "inch"] | None = Field(None, description="of an input that doesn't say")
+    part: Path | None = Field(None, description="mesh of the part, for the gouge check and the preview")
+    drives: str | None = Field(None, min_length=1, description="machine whose axis powers are taken instead")
+    up_penalty: float = Field(0.0, ge=0.0, description="extra price of moving up against gravity, J/mm")
+    max_turn: float = Field(15.0, gt=0.0, description="largest rotary turn in a cutting move, deg")
+    control: str = Field("linuxcnc", description="NC dialect")
+    tool_length: float | None = Field(
+        None, ge=0.0, description="from the spindle's gauge point to the tip, mm"
+    )
+    setup: SetupTable = SetupTable()
+    plan: PlanTable = PlanTable()
+
+    @field_validator("tilt")
+    @classmethod
+    def _in_order(cls, tilt: tuple[float, float] | None) -> tuple[float, float] | None:
+        if tilt is not None:
+            try:
+                require_range(*tilt)
+            except SettingError as fault:
+                raise ValueError(fault.message) from None
+        return tilt
+
+    @field_validator("tool", "control")
+    @classmethod
+    def _known(cls, name: str, info: ValidationInfo) -> str:
+        try:
+            parse_tool(name) if info.field_name == "tool" else find_dialect(name)
+        except FiveAxisError as fault:
+            raise ValueError(str(fault)) from None
+        return name
+
+
+def read_job(path: Path, **settings: Any) -> Job:
+    """Read a job file; relative paths in it are relative to the file.
+
+    Parameters
+    ----------
+    path : a TOML file
+    settings : as for `make_job`, in place of the file's own
+
+    Raises
+    ------
+    JobError
+        Missing file, not TOML, unknown key (with the nearest known one), wrong value, a name that stands for
+        nothing; with its line.
+    """
+    job = read_settings(path, Job, JobError)
+    places: dict[str, Any] = {"input": path.parent / job.input}
+    if job.part is not None:
+        places["part"] = path.parent / job.part
+    for name in ("machine", "drives"):
+        value = getattr(job, name)
+        if value is not None and Path(value).suffix.lower() in MACHINE_READERS:
+            places[name] = str(path.parent / value)
+    own = job.model_copy(update=places)
+    _check_names(own, path, replaced=[name for name, value in settings.items() if value is not None])
+    return make_job(own, **settings)
+
+
+def _check_names(job: Job, file: Path, replaced: Collection[str]) -> None:
+    """Look for what a job file names, so that a wrong name is reported on its line."""
+    checks = {"input": require_input, "part": require_file, "machine": load_machine, "drives": load_machine}
+    for key, check in checks.items():
+        value = getattr(job, key)
+        if value is None or key in replaced:
+            continue
+        try:
+            check(value)
+        except InputError as fault:
+            if fault.line is not None:  # inside the file that is named
+                raise
+            line = line_of(file.read_text(encoding="utf-8"), [key])
+            raise JobError(f"{key}: {fault}", file=file, line=line) from None
+
+
+def make_job(base: Job | None = None, **settings: Any) -> Job:
+    """Make a job from settings, over those of a base; settings that are None count as not given.
+
+    Raises
+    ------
+    JobError
+        Something is missing or out of range.
+    """
+    given = {name: value for name, value in settings.items() if value is not None}
+    # What nobody set stays unset: `load_job_toolpath` refuses settings that would go unused.
+    values = {} if base is None else base.model_dump(exclude_unset=True)
+    for name in ("plan", "setup"):
+        table = {key: value for key, value in given.pop(name, {}).items() if value is not None}
+        if table:
+            values[name] = values.get(name, {}) | table
+    # One bound replaces the other: a job's tilt doesn't survive a cone from the command line.
+    if "cone" in given:
+        values.pop("tilt", None)
+    elif "tilt" in given:
+        values.pop("cone", None)
+    try:
+        return Job.model_validate(values | given)
+    except ValidationError as fault:
+        raise JobError(explain(fault, Job)) from None
+
+
+def require_input(path: Path) -> None:
+    """Refuse, with a `JobError`, a folder, a file of an unknown kind, and a missing file."""
+    kind = path.with_suffix("") if path.suffix.lower() == ".gz" else path
+    if not path.is_dir() and kind.suffix.lower() not in (*MESH_SUFFIXES, *READERS):
+        raise JobError(
+            f"unknown suffix {kind.suffix!r}; a mesh ({' '.join(MESH_SUFFIXES)}), a list of locations "
+            f"({' '.join(READERS)}, also with .gz) or a job (.toml) is needed",
+            file=path,
+        )
+    require_file(path)
+
+
+def require_file(path: Path) -> None:
+    """Refuse, with a `JobError`, what isn't a file."""
+    if not path.exists():
+        raise JobError("no such file", file=path)
+    if path.is_dir():
+        raise JobError("is a folder; name a file", file=path)

@@ -1,0 +1,100 @@
+"""The files that an outcome leaves in a folder, all of them or none."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+
+from fiveaxis.errors import SettingError
+from fiveaxis.job.stages import Outcome, part_of
+from fiveaxis.nc import DIALECTS, find_dialect, write_motion, write_program
+from fiveaxis.report import write_json, write_report
+from fiveaxis.viewer import write_preview
+
+
+def write_outcome(outcome: Outcome, folder: Path) -> list[Path]:
+    """Write motion, report, preview and NC program into a folder.
+
+    Everything is made in a temporary folder first, so that a failure leaves the old files as they were, and
+    no new folder. A motion with errors gets no NC program, and one from an earlier run is taken away.
+
+    Returns
+    -------
+    The files, in order of writing.
+
+    Raises
+    ------
+    SettingError
+        The folder can't be made or written.
+    """
+    try:
+        with tempfile.TemporaryDirectory(prefix=".fiveaxis-", dir=require_folder(folder)) as temporary:
+            return _move_in(_make_files(outcome, Path(temporary)), folder)
+    except OSError as fault:
+        raise SettingError(f"can't be written: {fault.strerror or fault}", file=folder) from None
+
+
+def require_folder(folder: Path) -> Path:
+    """Refuse a folder for results that can't be made or written, before any work is done for it.
+
+    Returns
+    -------
+    The folder, or the nearest one above it that exists.
+
+    Raises
+    ------
+    SettingError
+        A file in its place, no permission.
+    """
+    there = next(place for place in (folder, *folder.absolute().parents) if place.exists())
+    if not there.is_dir():
+        raise SettingError("is a file; name a folder for the results", file=there)
+    try:
+        with tempfile.TemporaryDirectory(prefix=".fiveaxis-", dir=there):
+            return there
+    except OSError as fault:
+        raise SettingError(f"can't be written: {fault.strerror or fault}", file=folder) from None
+
+
+def _move_in(made: Sequence[Path], folder: Path) -> list[Path]:
+    """Put finished files into a folder, in place of those of an earlier run."""
+    targets = [folder / path.name for path in made]
+    programs = [folder / f"program{dialect.suffix}" for dialect in DIALECTS.values()]
+    taken = next((path for path in (*targets, *programs) if path.is_dir()), None)
+    if taken is not None:
+        raise SettingError("is a folder, and a file of that name is to be written", file=taken)
+    folder.mkdir(parents=True, exist_ok=True)
+    for path in programs:
+        path.unlink(missing_ok=True)
+    return [path.replace(target) for path, target in zip(made, targets, strict=True)]
+
+
+def _make_files(outcome: Outcome, folder: Path) -> list[Path]:
+    job, solution = outcome.job, outcome.solution
+    made = [
+        write_motion(solution.motion, folder / "motion.csv", solution.machine),
+        write_json(outcome.document, folder / "report.json"),
+        write_report(solution, outcome.document, folder / "report.html"),
+        write_preview(solution, folder / "preview.html", part=part_of(job)),
+    ]
+    if outcome.ok:
+        path = folder / f"program{find_dialect(job.control).suffix}"
+        machine, header = solution.machine, _header(outcome)
+        made.append(
+            write_program(outcome.program.motion, path, machine=machine, control=job.control, header=header)
+        )
+    return made
+
+
+def _header(outcome: Outcome) -> dict[str, str]:
+    """Say in the program where it comes from and what it costs."""
+    solution = outcome.solution
+    lines = {"tool": str(solution.toolpath.tool)}
+    for number, source in enumerate(outcome.document["inputs"], start=1):
+        lines[f"source {number}"] = f"{source['name']} sha256 {source['sha256']}"
+    for name, energy in outcome.program.energy.items():
+        joules = f"{energy.total:.1f} J"
+        lines[f"energy {name}"] = f"{joules} travel metric of the feed drives, in blocks like these"
+    lines["verification"] = "no errors; shank, holder and machine bodies unchecked"
+    return lines

@@ -1,0 +1,191 @@
+"""From a job to its outcome: load, plan, optimise, verify."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from fiveaxis.contour import load_mesh, plan_contour
+from fiveaxis.contour.mesh import SUFFIXES as MESH_SUFFIXES
+from fiveaxis.energy import Energy, motion_energy
+from fiveaxis.errors import JobError
+from fiveaxis.job.description import Job, require_input
+from fiveaxis.machine import Machine, load_machine
+from fiveaxis.motion import PATH_TOLERANCE, Motion, fill_in
+from fiveaxis.nc import read_toolpath
+from fiveaxis.posture import Solution, optimise
+from fiveaxis.report import describe_input, report_document
+from fiveaxis.toolpath import Tool, Toolpath, parse_tool
+from fiveaxis.verification import Report, Tolerances, verify
+
+if TYPE_CHECKING:
+    import trimesh
+
+# Name of the optimised result beside the baselines'.
+RESULT = "optimised"
+
+Progress = Callable[[str, int, int], None]
+
+
+@dataclass(frozen=True, eq=False)
+class Outcome:
+    """What a job gave: the solution, the verdict on it, and the report's document."""
+
+    job: Job
+    solution: Solution
+    verdict: Report
+    program: ProgramMotion
+    document: dict[str, Any]
+
+    @property
+    def ok(self) -> bool:
+        """Whether neither the solution nor the program's own motion has an error."""
+        return self.verdict.ok and self.program.ok
+
+
+@dataclass(frozen=True, eq=False)
+class ProgramMotion:
+    """The motion that an NC program in machine coordinates describes: locations inserted to hold the path.
+
+    Parameters
+    ----------
+    motion : what the program's blocks say
+    inserted : locations that the solution doesn't have
+    energy : of the solution's and of each baseline's program, by name
+    verdict : of the checks that don't need a normal
+    """
+
+    motion: Motion
+    inserted: int
+    energy: dict[str, Energy]
+    verdict: Report
+
+    @property
+    def ok(self) -> bool:
+        """Whether the program may be written: no error, and the ball on its path all along.
+
+        A control does what the blocks say, so what is a warning for the solution's locations, the way between
+        them, is an error for a program.
+        """
+        return self.verdict.ok and "tip-deviation" not in self.verdict.counts
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the figures as plain data for JSON."""
+        return {
+            "blocks": len(self.motion),
+            "inserted": self.inserted,
+            "path_tolerance_mm": PATH_TOLERANCE,
+            "energy": {name: energy.as_dict() for name, energy in self.energy.items()},
+            "verification": self.verdict.as_dict() | {"ok": self.ok},
+        }
+
+
+def load_job_machine(job: Job) -> Machine:
+    """Load a job's machine as the job uses it: setup, tool length, drives of another machine if it says so.
+
+    Raises
+    ------
+    JobError
+        No machine; one that turns the tool, and no tool length.
+    """
+    if job.machine is None:
+        raise JobError("--machine is missing; write a name (`fiveaxis machines`), a .toml or an .ini file")
+    machine = load_machine(job.machine)
+    if job.tool_length is None and machine.turns_tool:
+        raise JobError(
+            f"machine {machine.name!r} turns the tool in its head, so the linear axes depend on the "
+            "tool's length: give tool_length, mm from the spindle's gauge point to the tip (--tool-length)"
+        )
+    machine = machine.with_setup(job.setup.offset, job.setup.rotation).with_tool_length(
+        job.tool_length or 0.0
+    )
+    return machine if job.drives is None else machine.with_drives_of(load_machine(job.drives))
+
+
+def load_job_toolpath(job: Job, progress: Progress | None = None) -> Toolpath:
+    """Plan on the job's mesh, or read its list of cutter locations.
+
+    Raises
+    ------
+    JobError
+        No such file, an unknown suffix, or a setting that the input has no use for.
+    """
+    require_input(job.input)
+    tool = parse_tool(job.tool)
+    if is_mesh(job.input):
+        if job.unit is not None:
+            raise JobError("unit is for lists of locations; a mesh is in mm (unit)", file=job.input)
+        return plan_mesh(job, tool, progress)
+    laid = sorted(job.plan.model_fields_set)
+    if laid:
+        raise JobError(f"{', '.join(laid)} would plan passes on a mesh, and this is none", file=job.input)
+    return read_toolpath(job.input, tool=tool, feed_mm_min=job.feed, unit=job.unit)
+
+
+def plan_mesh(job: Job, tool: Tool, progress: Progress | None) -> Toolpath:
+    """Lay waterline passes on a job's mesh."""
+    step = None if progress is None else lambda done, total: progress("plan", done, total)
+    feed = 1000.0 if job.feed is None else job.feed
+    return plan_contour(job.input, tool, **job.plan.model_dump(), feed_mm_min=feed, progress=step)
+
+
+def is_mesh(path: Path) -> bool:
+    """Tell by the suffix whether an input is a mesh."""
+    return path.suffix.lower() in MESH_SUFFIXES
+
+
+def run_job(job: Job, progress: Progress | None = None) -> Outcome:
+    """Take a job through planning or reading, optimisation and verification.
+
+    Parameters
+    ----------
+    job : what to do
+    progress : called with a stage's name, steps done and steps in all
+
+    Raises
+    ------
+    FiveAxisError
+        Wrong input, or no admissible posture somewhere (`Infeasible`).
+    """
+    machine = load_job_machine(job)
+    toolpath = load_job_toolpath(job, progress)
+    # A part that can't be read is found out before the work, not after it.
+    mesh = part_of(job)
+    part = None if mesh is None else load_mesh(mesh, allow_open=True)
+    solution = optimise(
+        toolpath,
+        machine,
+        tilt=job.tilt,
+        cone=job.cone,
+        up_penalty=job.up_penalty,
+        max_turn=job.max_turn,
+        progress=progress,
+    )
+    verdict = verify(solution.motion, machine, toolpath, tilt=job.tilt, cone=job.cone, part=part)
+    inputs = [describe_input(p) for p in dict.fromkeys((job.input, mesh or job.input))]
+    program = program_motion(solution, part)
+    found, driven = verdict.as_dict(), program.as_dict()
+    document = report_document(solution, found, inputs=inputs, program=driven)
+    return Outcome(job, solution, verdict, program, document)
+
+
+def program_motion(solution: Solution, part: trimesh.Trimesh | None) -> ProgramMotion:
+    """Work out, and verify, what an NC program in machine coordinates makes of a solution."""
+    machine, toolpath = solution.machine, solution.toolpath
+    rotary = solution.motion.positions[:, machine.rotary_columns]
+    path, motion = fill_in(toolpath, machine, rotary)
+    energy = {RESULT: motion_energy(machine, motion)}
+    for name, baseline in solution.compared.items():
+        angles = baseline.motion.positions[:, machine.rotary_columns]
+        energy[name] = motion_energy(machine, fill_in(toolpath, machine, angles)[1])
+    # An inserted location lies on a chord of the path, and no deeper than a chord may.
+    allowed = Tolerances(gouge=Tolerances().chord_gouge)
+    verdict = verify(motion, machine, path, part=part, tolerances=allowed)
+    return ProgramMotion(motion, len(motion) - len(toolpath), energy, verdict)
+
+
+def part_of(job: Job) -> Path | None:
+    """Name the part's mesh: the one given, else the one planned on."""
+    return job.part or (job.input if is_mesh(job.input) else None)
