@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -63,7 +63,7 @@ def build_machine(file: MachineFile, folder: Path) -> Machine:
         chain = Chain(chain.joints, frame_along(direction, file.spindle.point))
     reason = why_not_positioning(chain) if len(chain.linears) == 3 else None
     if reason is not None:
-        raise FigureError(("axes", chain.linears[-1], "line"), "flat-axes", reason)
+        raise FigureError(("axes", most_astray(chain, chain.linears), "line"), "flat-axes", reason)
     machine = Machine(
         name=file.name,
         code=code,
@@ -75,6 +75,12 @@ def build_machine(file: MachineFile, folder: Path) -> Machine:
         bodies=tuple(_body(i, table, code, folder) for i, table in enumerate(file.bodies)),
     )
     return _with_location_errors(machine, tables)
+
+
+def most_astray(chain: Chain, letters: Sequence[str]) -> str:
+    """Name the axis that leaves its letter's direction (ISO 841) most: of several, likeliest the wrong one."""
+    along = {j.letter: float(np.dot(j.line.direction, UNIT_DIRECTION[j.letter])) for j in chain.joints}
+    return min(letters, key=lambda letter: along[letter])
 
 
 def normalise_triple(direction: Triple) -> Triple:

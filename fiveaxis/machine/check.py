@@ -15,7 +15,7 @@ from pydantic import ValidationError
 from fiveaxis.errors import FigureError, MachineError
 from fiveaxis.findings import Finding, Place, Severity
 from fiveaxis.machine.axes import Axis
-from fiveaxis.machine.building import build_machine
+from fiveaxis.machine.building import build_machine, most_astray
 from fiveaxis.machine.chain import UNIT_DIRECTION
 from fiveaxis.machine.dump import machine_document
 from fiveaxis.machine.files import find_machine, load_machine
@@ -162,11 +162,9 @@ def _look_at_directions(machine: Machine) -> Iterator[Located]:
     for one, other in itertools.combinations(linear, 2):
         off = math.degrees(math.asin(float(np.clip(lines[one] @ lines[other], -1.0, 1.0))))
         if abs(off) > SQUARE:
-            # The one that leaves its letter's direction is likelier the wrong one.
-            astray = min((one, other), key=lambda c: lines[c] @ np.array(UNIT_DIRECTION[c]))
             yield _warning(
                 "non-orthogonal",
-                ("axes", astray, "line", "direction"),
+                ("axes", most_astray(machine.chain, (one, other)), "line", "direction"),
                 f"{one} and {other} stand at {90.0 - off:.4g} deg; linear axes stand at 90 deg, and a small "
                 "error of squareness belongs into location_error",
                 abs(off),

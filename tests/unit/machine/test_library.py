@@ -107,7 +107,7 @@ def test_the_order_of_the_axes_is_the_published_one(name: str, structure: tuple[
         ("variaxis-630", "A", -120.0, 30.0),
         ("variaxis-730", "A", -120.0, 30.0),
         ("variaxis-730", "C", -9999.0, 9999.0),
-        ("umc-750", "B", -35.0, 120.0),
+        ("umc-750", "B", -35.0, 110.0),
     ],
 )
 def test_the_limits_are_the_printed_ones_in_the_controls_own_sign(name, letter, low, high):
