@@ -32,10 +32,10 @@ def machines(as_json: AsJson = False) -> None:
         loaded = [load_machine(name) for name in machine_names()]
         if as_json:
             return print_json([{"name": m.name, "code": str(m.code), "axes": m.letters} for m in loaded])
-        table = Table("machine", "code", "axes", "powers", "description", box=None)
+        table = Table("machine", "code", "kind", "powers", "description", box=None)
         for m in loaded:
             powers = "yes" if m.has_powers else "no"
-            table.add_row(m.name, str(m.code), m.letters, powers, escape(m.description))
+            table.add_row(m.name, str(m.code), m.kind, powers, escape(m.description))
         out.print(table)
 
 

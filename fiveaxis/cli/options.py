@@ -9,7 +9,7 @@ import typer
 
 Input = Annotated[Path, typer.Argument(help="mesh (.stl .obj .ply .off), CSV, APT/CLSF, or a job .toml")]
 MachineName = Annotated[
-    str | None, typer.Option("--machine", "-m", help="name (`fiveaxis machines`) or .toml file")
+    str | None, typer.Option("--machine", "-m", help="name (`fiveaxis machines`), .toml or .ini file")
 ]
 ToolName = Annotated[str | None, typer.Option("--tool", help="ball:10 is a ball end mill of 10 mm diameter")]
 Tilt = Annotated[str | None, typer.Option("--tilt", help="angle to the surface normal, MIN:MAX, deg")]

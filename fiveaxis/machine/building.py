@@ -78,7 +78,7 @@ def build_machine(file: MachineFile, folder: Path) -> Machine:
 
 
 def most_astray(chain: Chain, letters: Sequence[str]) -> str:
-    """Name the axis that leaves its letter's direction (ISO 841) most: of several, likeliest the wrong one."""
+    """Name the axis that leaves its letter's direction (ISO 841) most: likeliest the wrong one."""
     along = {j.letter: float(np.dot(j.line.direction, UNIT_DIRECTION[j.letter])) for j in chain.joints}
     return min(letters, key=lambda letter: along[letter])
 

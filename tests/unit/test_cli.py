@@ -390,6 +390,75 @@ def test_info_names_the_nearest_machine():
     assert "did you mean linuxcnc-xyzac-trt" in refused(run("info", "linuxcnc-xyzac"))
 
 
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("info", "linuxcnc-xyzac-trt"), ["table-table", "singular direction (0, 0, 1)", "0 … 50 deg"]),
+        (("info", "--code", "650123"), ["C - B - bed", "B = 0 deg ±", "table-table"]),
+        (("info", "--code", "012346"), ["no choice of posture: C, the rotary axis next to the tool"]),
+        (("info", "takisawa-mac-v3"), ["3-axis", "base power 2763.18 W", "it has 0 rotary axes"]),
+        (("info", "dmu50ev"), ["0.707107", "lean 0 … 90 deg"]),
+    ],
+)
+def test_info_tells_structure_branches_and_singular_direction(words, said):
+    result = run(*words)
+    assert result.exit_code == 0
+    text = " ".join(result.stdout.split())
+    assert all(part in text for part in said)
+
+
+def test_info_of_a_code_answers_in_json_too():
+    sheet = json.loads(run("info", "--code", "601235", "--json").stdout)
+    assert sheet["kind"] == "table-head"
+    assert [joint["side"] for joint in sheet["chain"]] == ["table", "head", "head", "head", "head"]
+    assert sheet["orientation"]["branches"] == 2
+    assert sheet["limits"]["C"] == [None, None]
+
+
+@pytest.mark.parametrize("words", [("info",), ("info", "hayashi-640123", "--code", "640123")])
+def test_info_wants_a_machine_or_a_code(words):
+    assert "name a machine, or give --code" in refused(run(*words))
+
+
+def test_check_lists_findings_and_fails_on_errors(tmp_path):
+    path = tmp_path / "m.toml"
+    path.write_text(
+        'name = "m"\ncode = "640123"\n[axes.X]\nlimits = {min = 9, max = 1, unit = "mm", source = "s"}\n'
+    )
+    result = run("check", path)
+    assert result.exit_code == 1
+    assert f"error: {path}:4: axes.X.limits: min 9 mm is not below max 1 mm" in result.stdout
+    assert "1 errors, 0 warnings, 0 notes" in result.stdout
+    document = json.loads(run("check", path, "--json").stdout)
+    assert document["counts"] == {"reversed-limits": 1}
+    sound = run("check", "hayashi-640123")
+    assert sound.exit_code == 0
+    assert "note:" in sound.stdout
+
+
+def test_urdf_writes_what_the_library_does(tmp_path):
+    from fiveaxis.machine import load_machine
+
+    text = load_machine("linuxcnc-max5").to_urdf("bed")
+    assert run("urdf", "linuxcnc-max5", "--root", "bed").stdout == text
+    assert run("urdf", "linuxcnc-max5", "--root", "bed", "-o", tmp_path / "m.urdf").exit_code == 0
+    assert (tmp_path / "m.urdf").read_text() == text
+    assert "no URDF tree with root 'tool'" in refused(run("urdf", "linuxcnc-max5", "--root", "tool"))
+
+
+def test_setup_and_tool_length_reach_the_report_and_the_program(path):
+    out = path.parent / "out"
+    options = ("--work-offset", "10,-5,3", "--part-rotation", "0,0,90", "--tool-length", "70")
+    result = run("optimise", path, *MACHINE, *BALL, *TILT, *options, "-o", out)
+    assert result.exit_code == 0, result.output
+    machine = json.loads((out / "report.json").read_text())["machine"]
+    assert machine["setup"] == {"offset": [10.0, -5.0, 3.0], "rotation_deg": [0.0, 0.0, 90.0]}
+    assert machine["tool_length"] == 70.0
+    program = (out / "program.ngc").read_text()
+    assert "tool length 70 mm is contained in the words" in program
+    assert "70 mm long" in (out / "report.html").read_text()
+
+
 def test_a_plan_read_back_is_the_path_planned_in_one_go(tmp_path):
     planning = ("--tool", "ball:8", "--stepdown", "6", "--overhang")
     result = run("plan", PART, *planning, "--json", "-o", tmp_path / "path.csv")
