@@ -1,0 +1,259 @@
+"""What of an end mill is in the material: cutter, cut, removal rate and engaged surface.
+
+Feed axes: x along the feed F, y to its left L = N × F, z along the surface normal N. The spindle turns
+clockwise seen from above (M3), so material on the left is milled up (conventional), on the right down
+(climb).
+
+The material left to cut lies below ``depth`` (along N, from the lowest point of the cutter) and beside the
+groove of the pass before, which the same cutter made ``width`` further to the free side. At one height the
+cutter's section is a disc of half-chord c: R for a flat end, ``√(R² - (R - height)²)`` for a ball. Its points
+are engaged where they face the feed and lie at most ``width - c`` towards the free side.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from fiveaxis.energy.bounds import require_at_most, require_finite, require_not_negative, require_positive
+from fiveaxis.errors import SettingError, ToolError
+from fiveaxis.geometry import Array, BoolArray, normalise
+
+# Lines each way over the engaged surface, to find its highest point and to integrate its area.
+SURFACE_LINES = 97
+# The engaged surface may touch the ball's equator with this much rounding (sine of the angle).
+TOUCHING = 1e-9
+
+
+@dataclass(frozen=True)
+class EndMill:
+    """A cylindrical or ball end mill that turns clockwise seen from above.
+
+    Parameters
+    ----------
+    shape : ``flat`` or ``ball``
+    diameter : mm
+    teeth : number of cutting edges, equally spaced
+    helix : rad, right-hand positive; a ball has the constant lead of its shank
+
+    Raises
+    ------
+    ToolError
+        Another shape, a diameter or a number of teeth that isn't positive, a helix of 90 degrees or more.
+    """
+
+    shape: Literal["flat", "ball"]
+    diameter: float
+    teeth: int = 2
+    helix: float = 0.0
+
+    def __post_init__(self) -> None:
+        if self.shape not in ("flat", "ball"):
+            raise ToolError(f"end mill shape is {self.shape!r}; take flat or ball")
+        require_positive("tool diameter", self.diameter, "mm", error=ToolError)
+        if not (isinstance(self.teeth, int) and self.teeth >= 1):
+            raise ToolError(f"number of teeth is {self.teeth!r}; give a whole number, at least 1")
+        require_finite("helix angle", self.helix, "rad", error=ToolError)
+        if abs(self.helix) >= np.pi / 2.0:
+            shown = np.degrees(self.helix)
+            raise ToolError(f"helix angle is {shown:g} deg; it must lie between -90 and 90 deg")
+
+    @property
+    def radius(self) -> float:
+        """Half the diameter, mm."""
+        return self.diameter / 2.0
+
+
+@dataclass(frozen=True)
+class Cut:
+    """One steady cut: how an end mill stands in the material and moves.
+
+    Parameters
+    ----------
+    mill : the cutter
+    depth : mm, along the surface normal from the cutter's lowest point
+    width : mm, distance from the pass before; the diameter is a full slot
+    feed : mm/s
+    spindle : rad/s, magnitude
+    milling : ``up``, material on the left of the feed, or ``down``, on its right
+    lead : rad, the tool leans from the normal towards the feed; ball ends only
+    lean : rad, then sideways to the right of the feed; ball ends only
+
+    Raises
+    ------
+    SettingError
+        A figure out of its range, each with its bound; a flat end that leans; a feed per tooth as large as
+        the cutter's radius, which is a unit gone wrong.
+    ToolError
+        A ball that would cut with its shank: the engaged surface passes the equator.
+    """
+
+    mill: EndMill
+    depth: float
+    width: float
+    feed: float
+    spindle: float
+    milling: Literal["up", "down"] = "down"
+    lead: float = 0.0
+    lean: float = 0.0
+
+    def __post_init__(self) -> None:
+        require_not_negative("depth of cut", self.depth, "mm")
+        require_not_negative("width of cut", self.width, "mm")
+        require_at_most(
+            "width of cut", self.width, self.mill.diameter, "mm", "a full slot is one diameter wide"
+        )
+        require_positive("feed", self.feed, "mm/s")
+        require_positive("spindle speed", self.spindle, "rad/s")
+        bite, radius = self.feed_per_tooth, self.mill.radius
+        require_at_most(
+            "feed per tooth", bite, radius, "mm", "check the units of feed (mm/s) and spindle (rad/s)"
+        )
+        if self.milling not in ("up", "down"):
+            raise SettingError(f"milling is {self.milling!r}; take up or down")
+        for name, angle in (("lead", self.lead), ("lean", self.lean)):
+            require_finite(name, angle, "rad")
+            if abs(angle) >= np.pi / 2.0:
+                shown = np.degrees(angle)
+                raise SettingError(f"{name} is {shown:g} deg; it must lie between -90 and 90 deg")
+        if self.mill.shape == "ball":
+            require_at_most("depth of cut", self.depth, radius, "mm", "a ball cuts one radius deep at most")
+            self._refuse_shank()
+        elif self.lead or self.lean:
+            shown = f"lead {np.degrees(self.lead):g} and lean {np.degrees(self.lean):g} deg"
+            raise SettingError(f"a flat end mill has {shown}; only a ball end may lean, set both to 0")
+
+    @property
+    def feed_per_tooth(self) -> float:
+        """Advance from one tooth to the next, mm: ``f_z = 2π v_f / (Z ω)``."""
+        return 2.0 * np.pi * self.feed / (self.mill.teeth * self.spindle)
+
+    @property
+    def tool_axes(self) -> Array:
+        """(3, 3), rows: x, y, z of the tool in feed axes.
+
+        z is the tool axis from tip to holder, x the feed as the tool sees it: its part across z.
+        """
+        axis = np.array(
+            [
+                np.cos(self.lean) * np.sin(self.lead),
+                -np.sin(self.lean),
+                np.cos(self.lean) * np.cos(self.lead),
+            ]
+        )
+        x = normalise(np.array([1.0, 0.0, 0.0]) - axis[0] * axis)
+        return np.stack([x, np.cross(axis, x), axis])
+
+    @property
+    def free_side(self) -> float:
+        """+1 where the pass before lies on the left of the feed (down milling), -1 on its right."""
+        return 1.0 if self.milling == "down" else -1.0
+
+    @property
+    def cap_angle(self) -> float:
+        """Half the opening angle of the ball's cap below the depth, rad."""
+        return float(np.arccos(np.clip(1.0 - self.depth / self.mill.radius, -1.0, 1.0)))
+
+    def _refuse_shank(self) -> None:
+        polar = np.linspace(0.0, self.cap_angle, SURFACE_LINES)[:, None]
+        last = _last_azimuth(self, self.mill.radius * np.sin(polar))
+        azimuth = -np.pi / 2.0 + (last + np.pi / 2.0) * np.linspace(0.0, 1.0, SURFACE_LINES)
+        across = np.sin(polar)
+        normals = np.stack(
+            [
+                across * np.cos(azimuth),
+                self.free_side * across * np.sin(azimuth),
+                -np.cos(polar) + 0.0 * azimuth,
+            ],
+            axis=-1,
+        )
+        highest = float((normals @ self.tool_axes[2]).max())
+        if highest > TOUCHING and self.depth > 0.0 and self.width > 0.0:
+            above = np.degrees(np.arcsin(highest))
+            raise ToolError(
+                f"the cut reaches {above:.3g} deg above the ball's equator, where its shank begins, at depth "
+                f"{self.depth:g} mm, lead {np.degrees(self.lead):g} and lean {np.degrees(self.lean):g} deg; "
+                "lean less, lean back or to the free side, or cut less deep"
+            )
+
+
+def engaged(cut: Cut, normals: Array) -> BoolArray:
+    """Tell which points of the cutter's envelope are in the material.
+
+    Parameters
+    ----------
+    cut : the cut
+    normals : (..., 3), outward unit normals of the envelope, feed axes; on a ball they name the point, on a
+        flat end its angle, and the caller stays below the depth
+
+    Returns
+    -------
+    (...)
+    """
+    facing = normals[..., 0] > 0.0
+    chord = np.sqrt(np.maximum(1.0 - normals[..., 2] ** 2, 0.0))
+    fresh = cut.free_side * normals[..., 1] <= cut.width / cut.mill.radius - chord
+    if cut.mill.shape == "flat":
+        return facing & fresh
+    return facing & fresh & (normals[..., 2] <= cut.depth / cut.mill.radius - 1.0)
+
+
+def removal_rate(cut: Cut) -> float:
+    """Compute the material removal rate: feed times the cut's section across the feed.
+
+    The section is ``depth·width`` for a flat end and ``∫ min(2c, width) dz`` over the depth for a ball, a
+    segment of the circle up to the height where the chord reaches the width and a strip above it. It doesn't
+    depend on how a ball leans.
+
+    Returns
+    -------
+    mm³/s
+
+    References
+    ----------
+    Olteanu, Bîșu, Tănase, Eq. (1): ``a_p a_e v_f``; the ball's section is elementary geometry.
+    """
+    if cut.mill.shape == "flat":
+        return cut.depth * cut.width * cut.feed
+    radius = cut.mill.radius
+    meeting = radius - np.sqrt(radius**2 - (cut.width / 2.0) ** 2)
+    low = min(cut.depth, meeting)
+    segment = radius**2 * np.arccos(1.0 - low / radius) - (radius - low) * np.sqrt(low * (2.0 * radius - low))
+    return float(segment + cut.width * (cut.depth - low)) * cut.feed
+
+
+def swept_surface(cut: Cut) -> float:
+    """Compute the surface that one tooth's edge sweeps in the material in one turn: path times chip width.
+
+    ``R·depth·(arc of engagement)`` for a flat end; on a ball ``R² ∫ sinθ (ψ(θ) + π/2) dθ`` over the polar
+    angle θ from the surface normal, with the azimuth ψ where the groove of the pass before begins. It doesn't
+    depend on how a ball leans.
+
+    Returns
+    -------
+    mm²
+    """
+    radius = cut.mill.radius
+    if cut.mill.shape == "flat":
+        return float(_last_azimuth(cut, np.array(radius)) + np.pi / 2.0) * radius * cut.depth
+    # The groove is met from the angle on where the chord equals the width: a kink, so two smooth pieces.
+    kink = min(cut.cap_angle, float(np.arcsin(cut.width / cut.mill.diameter)))
+    return sum(_zone(cut, low, high) for low, high in ((0.0, kink), (kink, cut.cap_angle)))
+
+
+def _zone(cut: Cut, low: float, high: float) -> float:
+    nodes, weights = np.polynomial.legendre.leggauss(SURFACE_LINES)
+    # θ = low + (high - low) u² takes the square root out of the azimuth's start at the kink.
+    share = (nodes + 1.0) / 2.0
+    polar = low + (high - low) * share**2
+    chord = cut.mill.radius * np.sin(polar)
+    strip = chord * cut.mill.radius * (_last_azimuth(cut, chord) + np.pi / 2.0)
+    return float(np.sum(weights * strip * share)) * (high - low)
+
+
+def _last_azimuth(cut: Cut, chord: Array) -> Array:
+    """Measure the angle from the feed towards the free side where engagement ends, rad; it starts at -π/2."""
+    beyond = np.divide(cut.width, chord, out=np.full_like(chord, np.inf), where=chord > 0.0)
+    return np.arcsin(np.minimum(beyond - 1.0, 1.0))
