@@ -5,6 +5,7 @@ from __future__ import annotations
 import difflib
 import re
 import tomllib
+from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar, get_args
@@ -75,7 +76,7 @@ def read_document(path: Path, error: type[InputError]) -> tuple[str, dict[str, A
         Missing file, not UTF-8, not TOML.
     """
     try:
-        text = path.read_text(encoding="utf-8")
+        text = path.read_text(encoding="utf-8-sig")  # editors on Windows put a mark at the start
     except OSError as fault:
         raise error(f"can't be read: {fault.strerror or fault}", file=path) from None
     except UnicodeDecodeError:
@@ -101,18 +102,42 @@ def validate_settings(
     try:
         return model.model_validate(data)
     except ValidationError as fault:
-        line = line_of(text, list_faults(fault)[0]["loc"])
-        raise error(explain(fault, model), file=path, line=line) from None
+        line = line_of(text, list_faults(fault, data)[0]["loc"])
+        raise error(explain(fault, model, data), file=path, line=line) from None
 
 
-def explain(fault: ValidationError, model: type[BaseModel]) -> str:
+def explain(fault: ValidationError, model: type[BaseModel], data: object = None) -> str:
     """Say in one line what is wrong with settings: each key with its value and what it must be."""
-    return "; ".join(explain_one(f, model) for f in list_faults(fault))
+    return "; ".join(explain_one(f, model) for f in list_faults(fault, data))
 
 
-def list_faults(fault: ValidationError) -> list[ErrorDetails]:
-    """List the faults, causes first: a mistyped key shows up as unknown and, often, as missing too."""
-    return sorted(fault.errors(), key=lambda f: f["type"] != "extra_forbidden")
+def list_faults(fault: ValidationError, data: object = None) -> list[ErrorDetails]:
+    """List the faults, causes first: a mistyped key shows up as unknown and, often, as missing too.
+
+    Parameters
+    ----------
+    data : what was validated; places in it are then named without the tags by which pydantic tells tables of
+        several kinds apart
+    """
+    faults = sorted(fault.errors(), key=lambda f: f["type"] != "extra_forbidden")
+    for found in faults:
+        found["loc"] = _without_tags(found["loc"], data)
+    return faults
+
+
+def _without_tags(location: tuple[str | int, ...], data: object) -> tuple[str | int, ...]:
+    """Leave out what is the value of a key of the table, and no key of it."""
+    kept: list[str | int] = []
+    here = data
+    for part in location:
+        if isinstance(here, dict) and part not in here and part in list(here.values()):
+            continue
+        kept.append(part)
+        if isinstance(here, dict):
+            here = here.get(part)
+        elif isinstance(here, list) and isinstance(part, int) and part < len(here):
+            here = here[part]
+    return tuple(kept)
 
 
 def line_of(text: str, location: Sequence[str | int]) -> int | None:
@@ -122,14 +147,17 @@ def line_of(text: str, location: Sequence[str | int]) -> int | None:
     the table's own key.
     """
     keys = [str(k) for k in location]
-    lines = text.splitlines()
     best: int | None = None
     table: list[str] = []
-    for number, line in enumerate(lines, start=1):
-        header = re.match(r"\s*\[+\s*([^\]]+?)\s*\]+", line)
+    seen: Counter[str] = Counter()
+    for number, line in enumerate(text.splitlines(), start=1):
+        header = re.match(r"\s*(\[+)\s*([^\]]+?)\s*\]+", line)
         key = re.match(r"\s*([\w.-]+)\s*=", line)
         if header:
-            table = header[1].split(".")
+            table = header[2].split(".")
+            if len(header[1]) > 1:  # [[bodies]]: the place of the table in its list is part of its name
+                table = [*table, str(seen[header[2]])]
+                seen[header[2]] += 1
             if keys[: len(table)] == table:
                 best = number
         elif key:
@@ -144,6 +172,8 @@ def explain_one(fault: ErrorDetails, model: type[BaseModel]) -> str:
     name = _shown_key(fault["loc"])
     if fault["type"] == "extra_forbidden":
         return _explain_unknown(fault["loc"], model)
+    if fault["loc"][-1:] == ("[key]",):
+        return f"unknown table {_shown_key(fault['loc'][:-1])!r}: {fault['msg']}"
     if fault["type"] == "value_error":
         text = fault["msg"].removeprefix("Value error, ")
         return f"{name}: {text}" if name not in text else text

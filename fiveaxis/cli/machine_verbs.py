@@ -116,6 +116,8 @@ def _print_sheet(sheet: dict[str, Any], code: FormShapingCode) -> None:
     out.print(f"[bold]{escape(sheet['name'])}[/]  {escape(sheet['description'])}")
     chain = " - ".join(["workpiece", *code.table, "bed", *code.head, "tool"])
     out.print(f"code {code}: {chain}; {sheet['kind']}, kinematics of class {sheet['kinematic_class']}")
+    if sheet["positioning"] != "every position":
+        out.print(escape(f"not every position: {sheet['positioning']}"))
     for line in _orientation_lines(sheet["orientation"]):
         out.print(escape(line))
     out.print(_axis_table(sheet))
@@ -135,7 +137,7 @@ def _orientation_lines(orientation: dict[str, Any]) -> Iterator[str]:
         return
     singular, direction = orientation["singular_axis"], _vector(orientation["singular_direction"])
     letter, middle = orientation["branch_axis"], orientation["branch_middle"]
-    yield f"singular direction {direction}: with the tool along it {singular} turns the part under it"
+    yield f"singular direction {direction}: with the tool along it any angle of {singular} will do"
     yield f"branches: 2; each lean from there is reached by {letter} = {middle:g} deg ± one angle"
     both = " and ".join(map(_range, orientation["both_branches_within_limits"])) or "nowhere"
     yield (
@@ -162,13 +164,22 @@ def _axis_table(sheet: dict[str, Any]) -> Table:
         point = _vector(joint["point"]) if "point" in joint else ""
         speed = "unknown" if sheet["speeds"][letter] is None else f"{sheet['speeds'][letter]:g} {unit}/s"
         power = sheet["powers"][letter]
-        powers = "unknown" if power is None else f"{power['plus']:g} / {power['minus']:g} {power['unit']}"
+        powers = _power(power)
         counted = "the other way" if letter in sheet["reversed"] else ""
         direction = _vector(joint["direction"])
         low, high = sheet["limits"][letter]
-        limits = "none" if low is high is None else f"{_end(low)} … {_end(high)} {unit}"
+        open_ended = "endless" if letter in "ABC" else "unknown"
+        limits = open_ended if low is high is None else f"{_end(low)} … {_end(high)} {unit}"
         table.add_row(letter, joint["side"], direction, point, limits, speed, powers, counted)
     return table
+
+
+def _power(power: dict[str, Any] | None) -> str:
+    if power is None:
+        return "unknown"
+    if power["model"] == "directional":
+        return f"{power['plus']:g} / {power['minus']:g} {power['unit']}"
+    return f"{power['model']} model"
 
 
 def _vector(numbers: list[float]) -> str:

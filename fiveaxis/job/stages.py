@@ -88,19 +88,18 @@ def load_job_machine(job: Job) -> Machine:
     Raises
     ------
     JobError
-        No machine; one that turns the tool, and no tool length.
+        No machine; one that doesn't hold the tool along Z, and no tool length.
     """
     if job.machine is None:
         raise JobError("--machine is missing; write a name (`fiveaxis machines`), a .toml or an .ini file")
     machine = load_machine(job.machine)
-    if job.tool_length is None and machine.turns_tool:
+    if job.tool_length is None and not machine.length_is_along_z:
         raise JobError(
-            f"machine {machine.name!r} turns the tool in its head, so the linear axes depend on the "
+            f"machine {machine.name!r} doesn't always hold the tool along Z, so the other axes depend on the "
             "tool's length: give tool_length, mm from the spindle's gauge point to the tip (--tool-length)"
         )
-    machine = machine.with_setup(job.setup.offset, job.setup.rotation).with_tool_length(
-        job.tool_length or 0.0
-    )
+    machine = machine.with_setup(job.setup.offset, job.setup.rotation)
+    machine = machine.with_tool_length(job.tool_length or 0.0)
     return machine if job.drives is None else machine.with_drives_of(load_machine(job.drives))
 
 

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 
-from fiveaxis.errors import DegenerateChain
+from fiveaxis.errors import DegenerateChain, ToolpathError
 from fiveaxis.geometry import Array, BoolArray
 from fiveaxis.kinematics.orientation import Held, missed_axes, rotary_angles
 from fiveaxis.kinematics.poses import linear_positions, require_positioning, tool_axes
 from fiveaxis.machine import Machine
-from fiveaxis.machine.freedom import why_not_orienting
+from fiveaxis.machine.freedom import spare_axes
 
 # More rotary axes than these are redundant: a tool axis is two numbers.
 ORIENTING = 2
+# How far the squared length of a unit vector may be off: six decimals of a file leave about half of it.
+UNIT_LENGTH = 1e-5
 
 
 def axis_positions(machine: Machine, tip: Array, axis: Array, *, held: Held | None = None) -> Array:
@@ -37,18 +39,35 @@ def axis_positions(machine: Machine, tip: Array, axis: Array, *, held: Held | No
     ------
     DegenerateChain
         The axes can't give every position, or two rotary axes don't give two directions of freedom.
+    MachineError
+        `held` names an axis that the machine doesn't have.
+    ToolpathError
+        Tips and tool axes aren't rows of three, or a tool axis isn't a unit vector; NaN rows are no fault.
     """
     require_positioning(machine)
+    for letter in () if held is None else held:
+        machine.column(letter)
     if len(machine.rotaries) > ORIENTING:
         return _around_redundant(machine, tip, axis, {} if held is None else held)
     wanted = np.asarray(axis, dtype=float)
+    points = np.asarray(tip, dtype=float)
+    _require_rows(points, wanted)
     rotary = rotary_angles(machine, wanted, held=held)
-    positions = linear_positions(machine, np.asarray(tip, dtype=float)[None], rotary)
+    positions = linear_positions(machine, points[None], rotary)
     missing: BoolArray = np.any(np.isnan(positions), axis=-1)
     if len(machine.rotaries) < ORIENTING:
         missing |= missed_axes(tool_axes(machine, rotary), wanted)
     positions[missing] = np.nan
     return positions
+
+
+def _require_rows(tip: Array, axis: Array) -> None:
+    if tip.ndim != 2 or tip.shape[1] != 3 or axis.shape != tip.shape:
+        raise ToolpathError(f"tips {tip.shape} and tool axes {axis.shape} must both be rows of three, (n, 3)")
+    off = np.abs(np.einsum("ij,ij->i", axis, axis) - 1.0)
+    if (off > UNIT_LENGTH).any():
+        row = int(np.nanargmax(off))
+        raise ToolpathError(f"location {row}: the tool axis {axis[row]} isn't a unit vector; normalise it")
 
 
 def redundant_axis(machine: Machine) -> str:
@@ -59,9 +78,9 @@ def redundant_axis(machine: Machine) -> str:
     DegenerateChain
         No two of the rotary axes lean the tool in two directions.
     """
-    for letter in reversed(machine.rotaries):
-        if _can_be_spared(machine, letter):
-            return letter
+    spare = spare_axes(machine.chain)
+    if spare:
+        return spare[0]
     raise DegenerateChain(
         f"machine {machine.name!r}: no two of {', '.join(machine.rotaries)} lean the tool in two directions"
     )
@@ -69,16 +88,13 @@ def redundant_axis(machine: Machine) -> str:
 
 def _around_redundant(machine: Machine, tip: Array, axis: Array, held: Held) -> Array:
     """Solve the other axes with the redundant one held."""
-    named = [c for c in reversed(machine.rotaries) if c in held and _can_be_spared(machine, c)]
-    spare = named[0] if named else redundant_axis(machine)
+    spare = redundant_axis(machine)
+    named = [c for c in held if c in spare_axes(machine.chain)]
+    spare = named[0] if named else spare
     value = held.get(spare, 0.0)
-    found = axis_positions(machine.holding(spare, value), tip, axis, held=held)
+    rest = {letter: angle for letter, angle in held.items() if letter != spare}
+    found = axis_positions(machine.holding(spare, value), tip, axis, held=rest)
     column = machine.column(spare)
     positions = np.insert(found, column, value, axis=-1)
     positions[np.isnan(found).any(axis=-1)] = np.nan
     return positions
-
-
-def _can_be_spared(machine: Machine, letter: str) -> bool:
-    """Tell whether the other rotary axes lean the tool in two directions."""
-    return why_not_orienting(machine.chain.holding(letter, 0.0)) is None

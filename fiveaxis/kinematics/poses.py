@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fiveaxis.errors import DegenerateChain
+from fiveaxis.errors import DegenerateChain, MachineError
 from fiveaxis.geometry import Array
 from fiveaxis.kinematics.equations import (
     Cosines,
@@ -38,10 +38,16 @@ def tool_poses(machine: Machine, positions: Array) -> tuple[Array, Array]:
     ----------
     Hayashi et al. (2018), Eqs. (2) and (3).
     """
-    values = dict(zip(machine.letters, np.asarray(positions, dtype=float).T, strict=True))
+    rows = np.asarray(positions, dtype=float)
+    if rows.shape[-1:] != (len(machine.letters),):
+        raise MachineError(
+            f"axis values {rows.shape}: machine {machine.name!r} has {len(machine.letters)} axes, columns "
+            f"{' '.join(machine.letters)}"
+        )
+    values = dict(zip(machine.letters, rows.T, strict=True))
     cosines = cosines_of({c: values[c] for c in machine.rotaries}, np)
     linear = {c: values[c] for c in machine.chain.linears}
-    shape = np.shape(positions)[:-1]
+    shape = rows.shape[:-1]
     tip = tool_tip(machine.chain, cosines, linear)
     return _stack(tip, shape), _stack(tool_axis(machine.chain, cosines), shape)
 
@@ -57,7 +63,8 @@ def tool_axes(machine: Machine, rotary: Array) -> Array:
     -------
     (..., 3), unit vectors from tip to shank, workpiece frame
     """
-    return _stack(tool_axis(machine.chain, _cosines(machine, rotary)), rotary.shape[:-1])
+    angles = np.asarray(rotary, dtype=float)
+    return _stack(tool_axis(machine.chain, _cosines(machine, angles)), angles.shape[:-1])
 
 
 def linear_positions(machine: Machine, tip: Array, rotary: Array) -> Array:
@@ -86,6 +93,7 @@ def linear_positions(machine: Machine, tip: Array, rotary: Array) -> Array:
     Hayashi et al. (2018), Eqs. (2)-(5).
     """
     require_positioning(machine)
+    tip, rotary = np.asarray(tip, dtype=float), np.asarray(rotary, dtype=float)
     cosines = _cosines(machine, rotary)
     point: Vector = (tip[..., 0], tip[..., 1], tip[..., 2])
     values = _linear_values(machine.chain, cosines, point)

@@ -46,7 +46,8 @@ def reachable_positions(
         found = branches.copy()
         columns = machine.rotary_columns
         low, high = machine.low[columns], machine.high[columns]
-        found[..., columns] = nearest_turn(branches[..., columns], near[..., columns], low, high)
+        target = np.asarray(near, dtype=float)[..., columns]
+        found[..., columns] = nearest_turn(branches[..., columns], target, low, high)
     found[~within_limits(machine, found)] = np.nan
     return found[np.isfinite(found).all(axis=-1).any(axis=-1)]
 
@@ -94,10 +95,10 @@ def into_limits(machine: Machine, rotary: Array) -> Array:
 
 def nearest_turn(angle: Array, previous: Array, low: Array, high: Array) -> Array:
     """Shift an angle by whole turns next to the previous one, as far as the limits let it."""
-    turned = angle + TURN * np.round((previous - angle) / TURN)
-    turned = np.where(turned > high + ON_LIMIT, turned - TURN, turned)
-    turned = np.where(turned < low - ON_LIMIT, turned + TURN, turned)
-    return np.where(turned > high + ON_LIMIT, angle, turned)
+    least = np.ceil((low - ON_LIMIT - angle) / TURN)
+    most = np.floor((high + ON_LIMIT - angle) / TURN)
+    turns = np.clip(np.round((previous - angle) / TURN), least, most)
+    return np.where(least > most, angle, angle + TURN * turns)
 
 
 def one_turn_from(limits: Limits) -> float:

@@ -1,33 +1,39 @@
 """The machine: form-shaping code, chain, axes, bodies, setup, files."""
 
-from fiveaxis.machine.axes import Axis, DirectionalDrive, Limits, LocationError
+from fiveaxis.machine.axes import Axis, Limits, LocationError
 from fiveaxis.machine.bodies import BED, Body, Box, Cylinder, MeshShape
 from fiveaxis.machine.chain import Chain, Joint, Line
 from fiveaxis.machine.check import check_machine
 from fiveaxis.machine.code import FormShapingCode, parse_code
+from fiveaxis.machine.drives import AffineDrive, DirectionalDrive, Drive, FrictionDrive, WeightDrive
 from fiveaxis.machine.dump import machine_text, save_machine
 from fiveaxis.machine.files import load_machine, machine_names
 from fiveaxis.machine.linuxcnc import read_linuxcnc
 from fiveaxis.machine.model import Machine, Provenance
-from fiveaxis.machine.setup import Setup
+from fiveaxis.machine.setup import Load, Setup
 
 __all__ = [
     "BED",
+    "AffineDrive",
     "Axis",
     "Body",
     "Box",
     "Chain",
     "Cylinder",
     "DirectionalDrive",
+    "Drive",
     "FormShapingCode",
+    "FrictionDrive",
     "Joint",
     "Limits",
     "Line",
+    "Load",
     "LocationError",
     "Machine",
     "MeshShape",
     "Provenance",
     "Setup",
+    "WeightDrive",
     "check_machine",
     "load_machine",
     "machine_names",

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 
 from fiveaxis.errors import MachineError
+from fiveaxis.machine.drives import Drive
 
 
 @dataclass(frozen=True)
@@ -26,27 +27,12 @@ class Limits:
 
 
 @dataclass(frozen=True)
-class DirectionalDrive:
-    """Measured power of a feed drive by direction (Hayashi et al. 2018, power table).
-
-    Parameters
-    ----------
-    plus, minus : power while the value grows or falls; W, or W per (rad/s) or (mm/s) if proportional
-    proportional : whether power grows with the axis's own speed; else it is the same at every speed
-    """
-
-    plus: float
-    minus: float
-    proportional: bool = False
-
-
-@dataclass(frozen=True)
 class LocationError:
     """Where an axis really lies, against where it should (ISO 230-7), every axis at 0.
 
     Parameters
     ----------
-    offset : (3,), mm, machine frame; of axis C (X0C, Y0C, Z0C)
+    offset : (3,), mm, machine frame; of axis C (X0C, Y0C, Z0C), measured at the `point` of the axis's line
     tilt : (3,), rad, rotation vector in the machine frame; of axis C (A0C, B0C, C0C). A rotation about the
         axis itself would be its zero position, which the control sets: it must be 0
 
@@ -57,6 +43,10 @@ class LocationError:
 
     offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
     tilt: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        if not all(map(math.isfinite, (*self.offset, *self.tilt))):
+            raise MachineError(f"location error {self.offset} mm, {self.tilt} rad: finite numbers are needed")
 
 
 @dataclass(frozen=True)
@@ -69,20 +59,22 @@ class Axis:
     ----------
     letter : X Y Z A B C
     limits : mm or rad
-    drive : power by direction, None where unknown
+    drive : what its power depends on, None where unknown
     max_speed, max_acceleration : mm/s, rad/s and per second; None where unknown
     reversed : the control counts this axis the other way; the flip happens where NC is read and written
     moved_mass : kg that the axis moves, without workpiece and fixture; None where unknown
+    mass_centre : (3,), mm, of that mass with every axis at 0, machine frame; for gravity on a rotary axis
     location_error : already contained in the chain's line; kept so that the nominal line can be told
     """
 
     letter: str
     limits: Limits = Limits()
-    drive: DirectionalDrive | None = None
+    drive: Drive | None = None
     max_speed: float | None = None
     max_acceleration: float | None = None
     reversed: bool = False
     moved_mass: float | None = None
+    mass_centre: tuple[float, float, float] | None = None
     location_error: LocationError | None = None
 
     @property

@@ -4,32 +4,38 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from fiveaxis.errors import CodeError, FigureError, MachineError
 from fiveaxis.geometry import frame_along, normalise
-from fiveaxis.machine.axes import Axis, DirectionalDrive, Limits, LocationError
+from fiveaxis.machine.axes import Axis, Limits, LocationError
 from fiveaxis.machine.bodies import BED, Body, Box, Cylinder, MeshShape, Shape
 from fiveaxis.machine.chain import UNIT_DIRECTION, Chain, Line, Triple, as_triple
 from fiveaxis.machine.code import AXIS_ORDER, FormShapingCode, parse_code
+from fiveaxis.machine.drives import AffineDrive, DirectionalDrive, Drive, FrictionDrive, WeightDrive
 from fiveaxis.machine.freedom import why_not_positioning
 from fiveaxis.machine.model import Machine, Provenance
 from fiveaxis.machine.tables import (
     ANGLE_UNITS,
     LINEAR_UNITS,
     AccelerationTable,
+    AffineTable,
     AxisTable,
     BodyTable,
     BoxTable,
     CylinderTable,
     DirectionalTable,
+    DriveTable,
     Figure,
+    FrictionTable,
     LineTable,
     LocationErrorTable,
     MachineFile,
     RateTable,
+    WeightTable,
 )
 
 # The figures of an axis, in the order in which they are shown.
@@ -56,7 +62,8 @@ def build_machine(file: MachineFile, folder: Path) -> Machine:
         raise FigureError(("code",), "invalid-code", fault.message) from None
     _require_known_axes(file, code)
     letters = sorted(code.letters, key=AXIS_ORDER.index)
-    tables = {c: file.axes.get(c, AxisTable()) for c in letters}
+    given = {str(letter): table for letter, table in file.axes.items()}
+    tables = {c: given.get(c, AxisTable()) for c in letters}
     chain = Chain.from_code(code, {c: _line(c, t.line) for c, t in tables.items()})
     if file.spindle is not None:
         direction = normalise_triple(file.spindle.direction)
@@ -71,10 +78,12 @@ def build_machine(file: MachineFile, folder: Path) -> Machine:
         axes=tuple(_axis(c, tables[c]) for c in letters),
         base_power=None if file.base_power is None else file.base_power.value,
         description=file.description,
+        vertical=(0.0, 0.0, 1.0) if file.vertical is None else normalise_triple(file.vertical.direction),
         provenance=tuple(_provenance(file, tables)),
         bodies=tuple(_body(i, table, code, folder) for i, table in enumerate(file.bodies)),
     )
-    return _with_location_errors(machine, tables)
+    # The errors' provenance is the file's, though code puts them in.
+    return replace(_with_location_errors(machine, tables), provenance=machine.provenance)
 
 
 def most_astray(chain: Chain, letters: Sequence[str]) -> str:
@@ -136,6 +145,8 @@ def _location_error(table: LocationErrorTable) -> LocationError:
 
 
 def _axis(letter: str, table: AxisTable) -> Axis:
+    _require_masses(letter, table)
+    mass = table.moved_mass
     limits = table.limits
     low = high = None
     if limits is not None and limits.unit is not None:
@@ -148,17 +159,57 @@ def _axis(letter: str, table: AxisTable) -> Axis:
         max_speed=_rate(letter, "max_speed", table.max_speed),
         max_acceleration=_rate(letter, "max_acceleration", table.max_acceleration),
         reversed=table.reversed,
-        moved_mass=None if table.moved_mass is None else table.moved_mass.value,
+        moved_mass=None if mass is None else mass.value,
+        mass_centre=None if mass is None or letter not in "ABC" else mass.centre,
     )
 
 
-def _drive(letter: str, table: DirectionalTable) -> DirectionalDrive:
-    if table.unit == "W":
-        return DirectionalDrive(table.plus, table.minus)
-    # W per (unit/min) at the border is W per (unit/s) inside: 60 times as much, per rad or mm.
-    length = table.unit.removeprefix("W/(").removesuffix("/min)")
-    factor = 60.0 / _scale(letter, "drive", length)
-    return DirectionalDrive(table.plus * factor, table.minus * factor, proportional=True)
+def _drive(letter: str, table: DriveTable) -> Drive:
+    if isinstance(table, DirectionalTable):
+        if table.unit == "W":
+            return DirectionalDrive(table.plus, table.minus)
+        factor = _slope_factor(letter, table.unit)
+        return DirectionalDrive(table.plus * factor, table.minus * factor, proportional=True)
+    if isinstance(table, AffineTable):
+        factor = _slope_factor(letter, table.unit)
+        plus, minus = ((slope * factor, offset) for slope, offset in (table.plus, table.minus))
+        return AffineDrive(plus, minus)
+    if isinstance(table, WeightTable):
+        return WeightDrive(table.a, table.b)
+    # N is J/m: a thousandth per mm, squared where the metre is squared.
+    metre = 1.0 if letter in "ABC" else 1000.0
+    return FrictionDrive(
+        friction=table.friction / metre,
+        viscous=table.viscous / metre**2,
+        counterbalance=table.counterbalance / metre,
+        inertia=table.inertia,
+        efficiency=table.efficiency,
+        regeneration=table.regeneration,
+        copper=table.copper * metre**2,
+        hold=table.hold,
+    )
+
+
+def _slope_factor(letter: str, unit: str) -> float:
+    """Give the factor from W per (unit/min) or (unit/s) of a file to W per (mm/s) or (rad/s)."""
+    length, _, per = unit.removeprefix("W/(").removesuffix(")").partition("/")
+    return (60.0 if per == "min" else 1.0) / _scale(letter, "drive", length)
+
+
+def _require_masses(letter: str, table: AxisTable) -> None:
+    """Refuse a drive whose power needs figures that the axis doesn't have, or has no use for."""
+    where = ("axes", letter, "drive")
+    drive, rotary = table.drive, letter in "ABC"
+    if isinstance(drive, WeightTable) and (rotary or table.moved_mass is None):
+        need = "is for linear axes" if rotary else f"needs [axes.{letter}.moved_mass]"
+        raise FigureError(where, "missing-mass", f"the weight drive of {letter} {need}")
+    if isinstance(drive, FrictionTable) and not rotary:
+        if drive.inertia:
+            message = f"inertia is for a rotary axis; {letter} is linear and has moved_mass"
+            raise FigureError((*where, "inertia"), "wrong-unit", message)
+        if table.moved_mass is None:
+            message = f"the friction drive of {letter} needs [axes.{letter}.moved_mass]"
+            raise FigureError(where, "missing-mass", message)
 
 
 def _rate(letter: str, key: str, table: RateTable | AccelerationTable | None) -> float | None:
@@ -175,7 +226,10 @@ def _line(letter: str, table: LineTable | None) -> Line:
     if table is None:
         return nominal
     point = table.point if table.point is not None and letter in "ABC" else nominal.point
-    return Line(nominal.direction if table.direction is None else table.direction, point)
+    try:
+        return Line(nominal.direction if table.direction is None else table.direction, point)
+    except MachineError as fault:
+        raise FigureError(("axes", letter, "line"), "zero-direction", fault.message) from None
 
 
 def _scale(letter: str, key: str, unit: str) -> float:
@@ -212,6 +266,7 @@ def _provenance(file: MachineFile, tables: dict[str, AxisTable]) -> Iterator[Pro
     figures: list[tuple[str, Figure | None]] = [
         ("structure", file.structure),
         ("spindle", file.spindle),
+        ("vertical", file.vertical),
         ("base_power", file.base_power),
     ]
     for letter, table in tables.items():

@@ -57,6 +57,10 @@ class Line:
 
     def __post_init__(self) -> None:
         direction = np.asarray(self.direction, dtype=float)
+        if not np.isfinite([*self.direction, *self.point]).all():
+            raise MachineError(
+                f"an axis line holds a number that isn't finite: {self.direction} through {self.point}"
+            )
         if not np.linalg.norm(direction) > 0.0:
             raise MachineError("an axis has a direction of length 0; give three numbers, not all zero")
         object.__setattr__(self, "direction", as_triple(normalise(direction)))
@@ -71,6 +75,8 @@ class Line:
 
     def displaced(self, error: LocationError, sign: float = 1.0) -> Line:
         """Put the line where it really lies; with the sign −1, back to where it should lie.
+
+        The tilt turns the line about its own `point`, so that point is where the offset was measured.
 
         Raises
         ------

@@ -17,7 +17,7 @@ from fiveaxis.findings import Finding, Place, Severity
 from fiveaxis.machine.axes import Axis
 from fiveaxis.machine.building import build_machine, most_astray
 from fiveaxis.machine.chain import UNIT_DIRECTION
-from fiveaxis.machine.dump import machine_document
+from fiveaxis.machine.dump import machine_document, nominal_machine
 from fiveaxis.machine.files import find_machine, load_machine
 from fiveaxis.machine.freedom import FLAT, why_not_orienting, why_not_positioning
 from fiveaxis.machine.model import Machine
@@ -39,6 +39,8 @@ PLAUSIBLE = {
     "turning_speed": (1.0, 9_000.0, "deg/s", "deg/min or rpm put as deg/s"),
     "turning_acceleration": (10.0, 200_000.0, "deg/s2", "rad/s2 put as deg/s2"),
     "base_power": (20.0, 200_000.0, "W", "kW put as W"),
+    "error_offset": (0.0, 1.0, "mm", "µm put as mm"),
+    "error_tilt": (0.0, 1.0, "deg", "arcsec put as deg"),
     "moved_mass": (0.1, 100_000.0, "kg", "g or t put as kg"),
 }
 # rad: a limit above this many turns that is given in rad is likelier in degrees.
@@ -54,7 +56,7 @@ def check_machine(name: str | Path) -> tuple[Finding, ...]:
     """Look through a machine file, or a machine of the library, for faults and for what looks like one.
 
     Errors are what keeps the machine from being loaded or used; warnings what is likely a slip; notes what
-    isn't known. An axis's figures are checked one by one, so one check names all faults of a file.
+    isn't known. All faulty keys of a file are named at once; of contradictions among them the first.
 
     Parameters
     ----------
@@ -66,7 +68,7 @@ def check_machine(name: str | Path) -> tuple[Finding, ...]:
     ``invalid-value``, ``missing-unit``, ``missing-source``, ``reversed-limits``, ``zero-direction``,
     ``invalid-code``, ``unknown-axis``, ``wrong-side``, ``wrong-unit``, ``flat-axes``, ``unknown-link``,
     ``no-such-file``, ``no-orientation``, ``few-axes``, ``unit-slip``, ``non-orthogonal``, ``left-handed``,
-    ``against-letter``, ``unread-key``, ``home-outside``, ``assumed-figure``, ``no-powers``.
+    ``against-letter``, ``unread-key``, ``home-outside``, ``no-limits``, ``assumed-figure``, ``no-powers``.
 
     Raises
     ------
@@ -95,14 +97,14 @@ def _sorted_out(data: dict[str, Any], folder: Path) -> list[Located]:
         file = MachineFile.model_validate(data)
         machine = build_machine(file, folder)
     except ValidationError as fault:
-        return [_of_key(f) for f in list_faults(fault)]
+        return [_of_key(f) for f in list_faults(fault, data)]
     except FigureError as fault:
         return [_error(fault.code, fault.location, fault.message)]
     return [*_look_at(machine, file), *_unread(file, machine_document(machine, folder))]
 
 
 def _of_key(fault: ErrorDetails) -> Located:
-    kind = fault["type"]
+    kind = "extra_forbidden" if fault["loc"][-1:] == ("[key]",) else fault["type"]
     code = kind.replace("_", "-") if kind in OWN_FAULTS else FAULT_CODES.get(kind, "invalid-value")
     return _error(code, fault["loc"], explain_one(fault, MachineFile))
 
@@ -121,12 +123,14 @@ def _note(code: str, where: Where, message: str) -> Located:
 
 def _look_at(machine: Machine, file: MachineFile) -> Iterator[Located]:
     yield from _look_at_freedom(machine)
-    yield from _look_at_directions(machine)
+    yield from _look_at_directions(nominal_machine(machine))
+    yield from _look_at_spindle(machine)
     yield from _look_at_provenance(machine, file)
     if file.base_power is not None:
         yield from _plausible("base_power", file.base_power.value, ("base_power",), "base power")
+    tables = {str(letter): table for letter, table in file.axes.items()}
     for axis in machine.axes:
-        yield from _look_at_axis(axis, file.axes.get(axis.letter, AxisTable()))
+        yield from _look_at_axis(axis, tables.get(axis.letter, AxisTable()))
     if not machine.has_powers:
         idle = ", ".join(a.letter for a in machine.axes if a.drive is None)
         yield _note(
@@ -177,6 +181,15 @@ def _look_at_directions(machine: Machine) -> Iterator[Located]:
         )
 
 
+def _look_at_spindle(machine: Machine) -> Iterator[Located]:
+    if machine.chain.tool_home[2, 2] < -FLAT:
+        yield _warning(
+            "against-letter",
+            ("spindle", "direction"),
+            "the spindle points down: its direction is from the tool's tip to its shank, up on most machines",
+        )
+
+
 def _look_at_provenance(machine: Machine, file: MachineFile) -> Iterator[Located]:
     if file.structure is None:
         yield _warning(
@@ -208,7 +221,15 @@ def _look_at_axis(axis: Axis, table: AxisTable) -> Iterator[Located]:
             yield from _plausible(checked, axis.shown(value), (*where, key), f"{key} of {axis.letter}")
     if axis.moved_mass is not None:
         yield from _plausible("moved_mass", axis.moved_mass, (*where, "moved_mass"), f"mass of {axis.letter}")
+    if axis.location_error is not None:
+        offset = float(np.linalg.norm(axis.location_error.offset))
+        tilt = float(np.degrees(np.linalg.norm(axis.location_error.tilt)))
+        place, name = (*where, "location_error"), f"location error of {axis.letter}"
+        yield from _plausible("error_offset", offset, place, f"offset in the {name}")
+        yield from _plausible("error_tilt", tilt, place, f"tilt in the {name}")
     if table.limits is None:
+        if not axis.is_rotary:
+            yield _note("no-limits", where, f"no limits of {axis.letter}: no travel is too long for it")
         return
     limits = axis.limits
     if axis.is_rotary:
@@ -233,10 +254,10 @@ def _turns(axis: Axis, limits: LimitsTable) -> Iterator[Located]:
     largest, where = max(map(abs, ends)), ("axes", axis.letter, "limits")
     shown = " … ".join(f"{v:g}" for v in ends)
     if limits.unit == "deg" and largest <= LOOKS_LIKE_RADIANS:
-        said = f"limits {shown} deg of {axis.letter} look like radians; write unit = 'rad'"
+        said = f"limits {shown} deg of {axis.letter} look like radians: if they are, their unit is rad"
         yield _warning("unit-slip", where, said, largest)
     if limits.unit == "rad" and largest > MOST_RADIANS:
-        said = f"limits {shown} rad of {axis.letter} look like degrees; write unit = 'deg'"
+        said = f"limits {shown} rad of {axis.letter} look like degrees: if they are, their unit is deg"
         yield _warning("unit-slip", where, said, largest)
 
 

@@ -6,18 +6,20 @@ import math
 import os
 import re
 from collections.abc import Callable, Mapping
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import tomli_w
 
-from fiveaxis.errors import SettingError
+from fiveaxis.errors import MachineError, SettingError
 from fiveaxis.files import write_atomically
 from fiveaxis.geometry import Array
-from fiveaxis.machine.axes import Axis, DirectionalDrive, LocationError
+from fiveaxis.machine.axes import Axis, LocationError
 from fiveaxis.machine.bodies import Body, Box, Cylinder
 from fiveaxis.machine.chain import UNIT_DIRECTION, Line
+from fiveaxis.machine.drives import AffineDrive, DirectionalDrive, Drive, WeightDrive
 from fiveaxis.machine.model import Machine, Provenance
 
 UNSTATED = "set in code, which doesn't say where it comes from"
@@ -76,12 +78,20 @@ def machine_document(machine: Machine, folder: Path | None = None) -> Table:
     ----------
     machine, folder : as for `machine_text`
 
+    Raises
+    ------
+    MachineError
+        An axis is clamped (`Machine.holding`).
+
     Returns
     -------
     Tables with every key that applies, defaults included. Each figure has a provenance: one that the machine
     doesn't know the origin of is marked as assumed.
     """
-    nominal = _nominal(machine)
+    if machine.clamped:
+        held = ", ".join(axis.letter for axis, _ in machine.clamped)
+        raise MachineError(f"machine {machine.name!r} has {held} clamped, which a machine file can't say")
+    nominal = nominal_machine(machine)
     origin = _origins(machine.provenance)
     stated = {p.figure for p in machine.provenance}
     document: Table = {"name": machine.name, "code": str(machine.code), "description": machine.description}
@@ -91,6 +101,8 @@ def machine_document(machine: Machine, folder: Path | None = None) -> Table:
     if "spindle" in stated or not np.allclose(home, np.eye(4), rtol=0.0, atol=10.0**-DECIMALS):
         places = {"point": _rounded(home[:3, 3]), "direction": _direction(home[:3, 2])}
         document["spindle"] = places | origin("spindle")
+    if "vertical" in stated or machine.vertical != (0.0, 0.0, 1.0):
+        document["vertical"] = {"direction": _direction(machine.vertical)} | origin("vertical")
     if machine.base_power is not None:
         document["base_power"] = {"value": _neat(machine.base_power), "unit": "W"} | origin("base_power")
     lines = {j.letter: j.line for j in nominal.chain.joints}
@@ -105,7 +117,7 @@ def machine_document(machine: Machine, folder: Path | None = None) -> Table:
     return document
 
 
-def _nominal(machine: Machine) -> Machine:
+def nominal_machine(machine: Machine) -> Machine:
     """Give the machine of the data sheet: no setup, no tool, every axis where it should be."""
     erring = {a.letter: LocationError() for a in machine.axes if a.location_error is not None}
     return machine.with_setup().with_tool_length(0.0).with_location_errors(erring)
@@ -134,7 +146,7 @@ def _axis(axis: Axis, line: Line, carries: str, stated: set[str], origin: Origin
         point = {"point": _rounded(line.point)} if axis.is_rotary else {}
         table["line"] = {"direction": _direction(line.direction)} | point | origin(f"{letter} line")
     if axis.location_error is not None:
-        error = _location_error(axis.location_error)
+        error = _location_error(axis)
         table["location_error"] = error | origin(f"{letter} location_error")
     if axis.drive is not None:
         table["drive"] = _drive(axis, axis.drive) | origin(f"{letter} drive")
@@ -147,6 +159,8 @@ def _axis(axis: Axis, line: Line, carries: str, stated: set[str], origin: Origin
             table[key] = figure | origin(f"{letter} {key}")
     if axis.moved_mass is not None:
         figure = {"value": _neat(axis.moved_mass), "unit": "kg"}
+        if axis.mass_centre is not None:
+            figure["centre"] = [_neat(v) for v in axis.mass_centre]
         table["moved_mass"] = figure | origin(f"{letter} moved_mass")
     return table
 
@@ -157,18 +171,30 @@ def _is_ideal(axis: Axis, line: Line) -> bool:
     return direction and (not axis.is_rotary or not any(_rounded(line.point)))
 
 
-def _location_error(error: LocationError) -> Table:
-    tilt = [_neat(math.degrees(v)) for v in error.tilt]
-    return {"offset": [_neat(v) for v in error.offset], "tilt": tilt, "tilt_unit": "deg"}
+def _location_error(axis: Axis) -> Table:
+    """Write an axis's location error; a linear axis has no place, so an offset of it means nothing."""
+    error = axis.location_error or LocationError()
+    tilt = {"tilt": [_neat(math.degrees(v)) for v in error.tilt], "tilt_unit": "deg"}
+    return {"offset": [_neat(v) for v in error.offset]} | tilt if axis.is_rotary else tilt
 
 
-def _drive(axis: Axis, drive: DirectionalDrive) -> Table:
-    unit, factor = "W", 1.0
-    if drive.proportional:
-        # W per (unit/s) inside is W per (unit/min) at the border.
-        unit, factor = f"W/({axis.unit}/min)", 1.0 / (60.0 * axis.shown(1.0))
-    powers = {"plus": _neat(drive.plus * factor), "minus": _neat(drive.minus * factor)}
-    return {"model": "directional"} | powers | {"unit": unit}
+def _drive(axis: Axis, drive: Drive) -> Table:
+    # W per (unit/s) inside is W per (unit/min) at the border.
+    factor, unit = 1.0 / (60.0 * axis.shown(1.0)), f"W/({axis.unit}/min)"
+    if isinstance(drive, DirectionalDrive):
+        factor, unit = (factor, unit) if drive.proportional else (1.0, "W")
+        powers = {"plus": _neat(drive.plus * factor), "minus": _neat(drive.minus * factor)}
+        return {"model": "directional"} | powers | {"unit": unit}
+    if isinstance(drive, AffineDrive):
+        sides = {"plus": drive.plus, "minus": drive.minus}
+        lines = {side: [_neat(slope * factor), _neat(offset)] for side, (slope, offset) in sides.items()}
+        return {"model": "affine"} | lines | {"unit": unit}
+    if isinstance(drive, WeightDrive):
+        return {"model": "weight", "a": _neat(drive.a), "b": _neat(drive.b)}
+    metre = 1.0 if axis.is_rotary else 1000.0
+    factors = {"friction": metre, "viscous": metre**2, "counterbalance": metre, "copper": 1.0 / metre**2}
+    figures = {f.name: getattr(drive, f.name) * factors.get(f.name, 1.0) for f in fields(drive)}
+    return {"model": "friction"} | {key: _neat(value) for key, value in figures.items()}
 
 
 def _body(body: Body, folder: Path | None) -> Table:

@@ -34,11 +34,19 @@ def why_not_positioning(chain: Chain) -> str | None:
     return None
 
 
+def spare_axes(chain: Chain) -> list[str]:
+    """List the rotary axes, of three, that two others can do without to lean the tool; tool first."""
+    if len(chain.rotaries) != 3:
+        return []
+    return [c for c in reversed(chain.rotaries) if why_not_orienting(chain.holding(c, 0.0)) is None]
+
+
 def why_not_orienting(chain: Chain) -> str | None:
     """Say why the rotary axes aren't two that lean the tool in two directions; None where they are."""
     rotaries = chain.rotaries
     if len(rotaries) != 2:
-        hint = f"; clamp one: machine.holding({rotaries[-1]!r}, 0.0)" if len(rotaries) > 2 else ""
+        spare = spare_axes(chain)
+        hint = f"; clamp one: machine.holding({spare[0]!r}, 0.0)" if spare else ""
         return f"it has {len(rotaries)} rotary axes, and choosing a posture needs two{hint}"
     first, second = directions(chain, rotary=True)
     if np.linalg.norm(np.cross(second, chain.tool_home[:3, 2])) < PARALLEL:

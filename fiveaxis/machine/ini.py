@@ -191,7 +191,7 @@ def _entries(path: Path, depth: int = 0) -> Iterator[tuple[str, str, Entry]]:
 def _lines(path: Path, includes: bool = False) -> Iterator[tuple[int, str]]:
     r"""List the lines that say something, with their numbers; ``\`` at the end of a line continues it."""
     try:
-        text = path.read_text(encoding="utf-8", errors="replace")
+        text = path.read_text(encoding="utf-8-sig", errors="replace")
     except OSError as fault:
         raise MachineError(f"can't be read: {fault.strerror or fault}", file=path) from None
     begun, start = "", 0

@@ -9,13 +9,13 @@ from functools import cached_property
 
 import numpy as np
 
-from fiveaxis.errors import MachineError
+from fiveaxis.errors import CodeError, MachineError
 from fiveaxis.geometry import Array, inverse_transform
 from fiveaxis.machine.axes import Axis, LocationError
 from fiveaxis.machine.bodies import Body
 from fiveaxis.machine.chain import Chain, Triple
 from fiveaxis.machine.code import AXIS_ORDER, DIGITS, FormShapingCode, parse_code
-from fiveaxis.machine.setup import Setup
+from fiveaxis.machine.setup import Load, Setup
 from fiveaxis.machine.urdf import write_urdf
 
 
@@ -39,10 +39,14 @@ class Provenance:
     note: str = ""
 
     @property
-    def origin(self) -> str:
+    def said(self) -> str:
         """The source and the sentence beside it."""
-        said = "; ".join(part for part in (self.source, self.note) if part)
-        return f"assumed: {said}" if self.assumed else said
+        return "; ".join(part for part in (self.source, self.note) if part)
+
+    @property
+    def origin(self) -> str:
+        """The same, with the word that it is an assumption where it is one."""
+        return f"assumed: {self.said}" if self.assumed else self.said
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,6 +64,9 @@ class Machine:
     bodies : shapes of the links, machine frame, every axis at 0
     setup : workpiece frame in the machine frame; contained in `chain`
     tool_length : mm from the spindle's gauge point to the tip; contained in `chain`
+    load : what stands on the table
+    vertical : (3,), unit vector upwards, machine frame
+    clamped : axes that are held still (`holding`), each with its value in mm or rad
     """
 
     name: str
@@ -72,6 +79,9 @@ class Machine:
     bodies: tuple[Body, ...] = field(default=())
     setup: Setup = field(default=Setup())
     tool_length: float = 0.0
+    load: Load = field(default=Load())
+    vertical: Triple = (0.0, 0.0, 1.0)
+    clamped: tuple[tuple[Axis, float], ...] = ()
 
     @classmethod
     def from_code(cls, code: str) -> Machine:
@@ -82,6 +92,8 @@ class Machine:
         CodeError
             The code doesn't name a machine.
         """
+        if not isinstance(code, str):
+            raise CodeError(str(code), "is a number; write the digits in quotes, leading zeros count")
         parsed = parse_code(code)
         letters = sorted(parsed.letters, key=AXIS_ORDER.index)
         return cls(code, parsed, Chain.from_code(parsed), tuple(Axis(c) for c in letters))
@@ -92,9 +104,14 @@ class Machine:
         return self.code.kind
 
     @property
-    def turns_tool(self) -> bool:
-        """Whether a rotary axis carries the tool, so that its length isn't always along one linear axis."""
-        return any(letter in "ABC" for letter in self.code.head)
+    def length_is_along_z(self) -> bool:
+        """Whether a longer tool moves Z and nothing else: no rotary axis carries it, and it points along Z.
+
+        Only then may a control add a tool's length by itself.
+        """
+        along = [j.line.direction for j in self.chain.joints if j.letter == "Z"]
+        upright = bool(along) and float(np.dot(along[0], self.chain.tool_home[:3, 2])) > 1.0 - 1e-12
+        return upright and not any(letter in "ABC" for letter in self.code.head)
 
     @cached_property
     def letters(self) -> str:
@@ -118,9 +135,9 @@ class Machine:
 
     def column(self, letter: str) -> int:
         """Find the column of an axis letter in arrays of axis values."""
-        if letter not in self.letters:
+        if len(letter) != 1 or letter not in self.letters:
             raise MachineError(
-                f"machine {self.name!r} has no axis {letter}; it has {', '.join(self.letters)}"
+                f"machine {self.name!r} has no axis {letter!r}; it has {', '.join(self.letters)}"
             )
         return self.letters.index(letter)
 
@@ -166,7 +183,7 @@ class Machine:
         MachineError
             A number that isn't finite.
         """
-        setup = Setup(offset, rotation_deg)
+        setup = Setup.at(offset, rotation_deg)
         # The chain is seen from the present workpiece frame; the new one lies there at W₀⁻¹ W.
         return replace(self, setup=setup, chain=self.chain.seen_from(self.machine_frame @ setup.frame))
 
@@ -182,6 +199,21 @@ class Machine:
             raise MachineError(f"tool length is {length:g} mm; it must be 0 or more")
         return replace(self, tool_length=length, chain=self.chain.with_tool_length(length - self.tool_length))
 
+    def with_load(self, mass: float, centre: Triple = (0.0, 0.0, 0.0)) -> Machine:
+        """Return this machine with something else on the table: workpiece, vice, fixture.
+
+        Parameters
+        ----------
+        mass : kg
+        centre : (3,), mm, centre of mass, workpiece frame
+
+        Raises
+        ------
+        MachineError
+            A negative mass, or a number that isn't finite.
+        """
+        return replace(self, load=Load(mass, centre))
+
     def holding(self, letter: str, value: float) -> Machine:
         """Return the machine of the other axes, with one axis clamped.
 
@@ -195,13 +227,16 @@ class Machine:
         MachineError
             The machine has no such axis.
         """
-        self.column(letter)
+        axis = self.axis(letter)
+        if not math.isfinite(value):
+            raise MachineError(f"axis {letter} can't be held at {value}; give a finite number of mm or rad")
         digit = DIGITS[letter]
         return replace(
             self,
             code=parse_code(self.code.text.replace(digit, "")),
             chain=self.chain.holding(letter, value),
             axes=tuple(a for a in self.axes if a.letter != letter),
+            clamped=(*self.clamped, (axis, value)),
             bodies=(),  # the links between the clamped axis and the next would have to be joined
         )
 
@@ -218,8 +253,12 @@ class Machine:
         Raises
         ------
         MachineError
-            The machine has no such axis; a tilt turns about the axis itself.
+            The machine has no such axis, or has a clamped one; a tilt turns about the axis itself.
         """
+        if self.clamped and errors:
+            raise MachineError(
+                "location errors are stated with every axis at 0; give them before clamping one"
+            )
         axes = tuple(replace(a, location_error=errors.get(a.letter, a.location_error)) for a in self.axes)
         for letter in errors:
             self.column(letter)
@@ -233,7 +272,8 @@ class Machine:
                 line = nominal.displaced(errors[joint.letter])
             joints.append(replace(joint, line=line))
         moved = replace(chain, joints=tuple(joints)).seen_from(self.setup.frame)
-        return replace(self, axes=axes, chain=moved)
+        told = tuple(p for p in self.provenance if p.figure not in {f"{c} location_error" for c in errors})
+        return replace(self, axes=axes, chain=moved, provenance=told)
 
     def with_drives_of(self, other: Machine) -> Machine:
         """Return this machine with the axis powers of another one, letter by letter.

@@ -1,14 +1,15 @@
-"""Where the workpiece stands on the table."""
+"""Where the workpiece stands on the table, and what it weighs."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from fiveaxis.errors import MachineError
 from fiveaxis.geometry import Array, rotation_matrix
-from fiveaxis.machine.chain import UNIT_DIRECTION, Triple
+from fiveaxis.machine.chain import UNIT_DIRECTION, Triple, as_triple
 
 
 @dataclass(frozen=True)
@@ -33,6 +34,22 @@ class Setup:
         if not np.isfinite([*self.offset, *self.rotation_deg]).all():
             raise MachineError(f"setup {self}: three finite lengths in mm and three angles in deg are needed")
 
+    @classmethod
+    def at(cls, offset: ArrayLike, rotation_deg: ArrayLike = (0.0, 0.0, 0.0)) -> Setup:
+        """Make a setup of two lists or arrays of three numbers.
+
+        Raises
+        ------
+        MachineError
+            Another number of them, or one that isn't finite.
+        """
+        numbers = [np.asarray(v, dtype=float) for v in (offset, rotation_deg)]
+        if any(v.shape != (3,) for v in numbers):
+            raise MachineError(
+                f"setup of offset {offset!r} and rotation {rotation_deg!r}: each is three numbers, mm and deg"
+            )
+        return cls(*(as_triple(v) for v in numbers))
+
     @property
     def frame(self) -> Array:
         """(4, 4), mm, the workpiece frame in the machine frame."""
@@ -46,3 +63,28 @@ class Setup:
         x, y, z = self.offset
         a, b, c = self.rotation_deg
         return f"offset ({x:g}, {y:g}, {z:g}) mm, rotation ({a:g}, {b:g}, {c:g}) deg"
+
+
+@dataclass(frozen=True)
+class Load:
+    """What stands on the table: workpiece, vice, fixture.
+
+    Parameters
+    ----------
+    mass : kg
+    centre : (3,), mm, centre of mass, workpiece frame
+
+    Raises
+    ------
+    MachineError
+        A negative mass, or a number that isn't finite.
+    """
+
+    mass: float = 0.0
+    centre: Triple = (0.0, 0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        if not (np.isfinite(self.mass) and self.mass >= 0.0):
+            raise MachineError(f"the load's mass is {self.mass:g} kg; it must be 0 or more")
+        if not np.isfinite(self.centre).all():
+            raise MachineError(f"the load's centre is {self.centre}; three finite lengths in mm are needed")

@@ -11,6 +11,9 @@ from pydantic_core import PydanticCustomError
 from fiveaxis.machine.chain import Triple
 from fiveaxis.settings import StrictModel
 
+NotNegative = Annotated[float, Field(ge=0.0)]
+Positive = Annotated[float, Field(gt=0.0)]
+
 # Unit of a file -> factor to mm, rad and seconds.
 LINEAR_UNITS = {"mm": 1.0, "inch": 25.4, "m": 1000.0}
 ANGLE_UNITS = {"deg": math.radians(1.0), "rad": 1.0, "arcsec": math.radians(1.0 / 3600.0)}
@@ -51,6 +54,12 @@ class Directed(Figure):
         return self
 
 
+class VerticalTable(Directed):
+    """Which direction is up in the machine frame."""
+
+    direction: Triple = (0.0, 0.0, 1.0)
+
+
 class StructureTable(Figure):
     """Where the structure (the code, with the order of its axes) is published."""
 
@@ -77,7 +86,10 @@ class LimitsTable(Figure):
             if ends and max(map(abs, ends)) <= LOOKS_LIKE_RADIANS:
                 shown = " … ".join(f"{v:g}" for v in ends)
                 degrees = " … ".join(f"{math.degrees(v):.6g}" for v in ends)
-                hint = f"{shown} looks like radians: write unit = 'rad', or {degrees} with unit = 'deg'"
+                hint = (
+                    f"{shown} of a rotary axis looks like radians: write unit = 'rad', or {degrees} with "
+                    "unit = 'deg'; a linear axis has 'mm' or 'inch'"
+                )
             raise fault("missing_unit", f"has no unit; {hint}")
         if self.min is not None and self.max is not None and not self.min < self.max:
             raise fault(
@@ -96,7 +108,7 @@ class LineTable(Directed):
 class LocationErrorTable(Figure):
     """How far an axis lies from where it should, machine frame (ISO 230-7)."""
 
-    offset: Triple = Field((0.0, 0.0, 0.0), description="mm; of axis C: X0C, Y0C, Z0C")
+    offset: Triple = Field((0.0, 0.0, 0.0), description="mm at the line's point; of axis C: X0C, Y0C, Z0C")
     tilt: Triple = Field((0.0, 0.0, 0.0), description="rotation vector; of axis C: A0C, B0C, C0C")
     tilt_unit: Literal["deg", "rad", "arcsec"] | None = None
 
@@ -114,6 +126,37 @@ class DirectionalTable(Figure):
     plus: float = Field(ge=0.0, description="power while the value grows")
     minus: float = Field(ge=0.0, description="power while the value falls")
     unit: Literal["W", "W/(mm/min)", "W/(deg/min)"]
+
+
+class AffineTable(Figure):
+    """Power that grows with speed from an offset."""
+
+    model: Literal["affine"]
+    plus: tuple[NotNegative, NotNegative] = Field(description="slope and offset (W) while the value grows")
+    minus: tuple[NotNegative, NotNegative] = Field(description="slope and offset (W) while the value falls")
+    unit: Literal["W/(m/s)", "W/(mm/min)", "W/(deg/min)", "W/(rad/s)"] = Field(description="of the slopes")
+
+
+class WeightTable(Figure):
+    """Power in proportion to the moved weight; needs moved_mass."""
+
+    model: Literal["weight"]
+    a: float = Field(ge=0.0, description="W per N and (m/s)")
+    b: float = Field(ge=0.0, description="W per N")
+
+
+class FrictionTable(Figure):
+    """Drive from first principles, in N (N·m), m (rad), s, W."""
+
+    model: Literal["friction"]
+    friction: float = Field(0.0, ge=0.0, description="Coulomb friction, N or N·m")
+    viscous: float = Field(0.0, ge=0.0, description="N/(m/s) or N·m/(rad/s)")
+    counterbalance: float = Field(0.0, description="N or N·m, towards growing values")
+    inertia: float = Field(0.0, ge=0.0, description="kg·m2 of a rotary axis; a linear one has moved_mass")
+    efficiency: float = Field(1.0, gt=0.0, le=1.0, description="mechanical over electrical power")
+    regeneration: float = Field(0.0, ge=0.0, le=0.9, description="electrical over mechanical, braking")
+    copper: float = Field(0.0, ge=0.0, description="W/N2 or W/(N·m)2")
+    hold: float = Field(0.0, ge=0.0, description="W, also at standstill")
 
 
 class RateTable(Figure):
@@ -142,6 +185,12 @@ class MassTable(Figure):
 
     value: float = Field(gt=0.0)
     unit: Literal["kg"] = "kg"
+    centre: Triple | None = Field(None, description="mm, machine frame at home; of a rotary axis")
+
+
+DriveTable = Annotated[
+    DirectionalTable | AffineTable | WeightTable | FrictionTable, Field(discriminator="model")
+]
 
 
 class AxisTable(StrictModel):
@@ -150,15 +199,12 @@ class AxisTable(StrictModel):
     limits: LimitsTable | None = None
     line: LineTable | None = None
     location_error: LocationErrorTable | None = None
-    drive: DirectionalTable | None = None
+    drive: DriveTable | None = None
     max_speed: RateTable | None = None
     max_acceleration: AccelerationTable | None = None
     moved_mass: MassTable | None = Field(None, description="without workpiece and fixture")
     carries: Literal["workpiece", "tool"] | None = Field(None, description="checked against the code")
     reversed: bool = Field(False, description="the control counts this axis the other way")
-
-
-Positive = Annotated[float, Field(gt=0.0)]
 
 
 class BoxTable(Figure):
@@ -201,6 +247,7 @@ class MachineFile(StrictModel):
     description: str = ""
     structure: StructureTable | None = None
     spindle: SpindleTable | None = None
+    vertical: VerticalTable | None = None
     base_power: PowerTable | None = None
-    axes: dict[Annotated[str, Field(pattern="^[XYZABC]$")], AxisTable] = Field(default_factory=dict)
+    axes: dict[Literal["X", "Y", "Z", "A", "B", "C"], AxisTable] = Field(default_factory=dict)
     bodies: list[BodyTable] = Field(default_factory=list)

@@ -12,7 +12,7 @@ from fiveaxis.errors import MachineError, ToolpathError
 from fiveaxis.files import write_atomically
 from fiveaxis.geometry import Array, BoolArray
 from fiveaxis.kinematics import linear_positions, tool_poses
-from fiveaxis.machine import Machine, Setup
+from fiveaxis.machine import Axis, Machine, Setup
 from fiveaxis.motion import STANDSTILL, Motion
 from fiveaxis.nc.comments import comment_lines
 from fiveaxis.nc.dialects import Dialect, find_dialect
@@ -170,6 +170,7 @@ def _head(machine: Machine, dialect: Dialect, header: Header) -> list[str]:
         *dialect.notes,
         _zero_note(machine),
         *_setup_note(machine),
+        *_clamped_notes(machine),
         _length_note(machine),
         "start with the tool clear of part and table: first the rotary axes turn, then X and Y move, then Z",
     ]
@@ -189,11 +190,23 @@ def _setup_note(machine: Machine) -> list[str]:
     return [] if machine.setup == Setup() else [f"setup: workpiece at {machine.setup} in the machine frame"]
 
 
+def _clamped_notes(machine: Machine) -> list[str]:
+    return [
+        f"clamped: {axis.letter} at {_counted(axis, value):g} {axis.unit}; these words hold there only"
+        for axis, value in machine.clamped
+    ]
+
+
+def _counted(axis: Axis, value: float) -> float:
+    """Give an axis value as the control counts it, mm or deg."""
+    return (-1.0 if axis.reversed else 1.0) * axis.shown(value) + 0.0
+
+
 def _length_note(machine: Machine) -> str:
-    if machine.turns_tool:
+    if not machine.length_is_along_z:
         return (
-            f"tool length {machine.tool_length:g} mm: the tool turns with the head, so its length is part of "
-            "the machine model and the words hold for that tool only; the control adds none"
+            f"tool length {machine.tool_length:g} mm: it isn't always along Z, so it is part of the machine "
+            "model and the words hold for that tool only; the control adds none"
         )
     if machine.tool_length > 0.0:
         return f"tool length {machine.tool_length:g} mm is contained in the words; the control adds none"
@@ -202,7 +215,7 @@ def _length_note(machine: Machine) -> str:
 
 def _contains_length(machine: Machine) -> bool:
     """Tell whether the axis positions already contain the tool's length."""
-    return machine.turns_tool or machine.tool_length > 0.0
+    return not machine.length_is_along_z or machine.tool_length > 0.0
 
 
 def _approach(motion: Motion, machine: Machine, dialect: Dialect) -> list[str]:
@@ -210,7 +223,9 @@ def _approach(motion: Motion, machine: Machine, dialect: Dialect) -> list[str]:
     way = _clear_way(motion, machine)
     [start, target] = control_values(machine, np.array([first + way, first]))
     rotary = "".join(c for c in machine.letters if c in "ABC")
-    lines = []
+    lines = [
+        dialect.rapid.format(words=_clamped_word(axis, value, dialect)) for axis, value in machine.clamped
+    ]
     for group in (rotary, "XY", "Z"):
         words = format_words(machine.letters, start, dialect.decimals, only=group)
         lines += [dialect.rapid.format(words=words)] if words else []
@@ -221,6 +236,10 @@ def _approach(motion: Motion, machine: Machine, dialect: Dialect) -> list[str]:
         feed = feed_word(length / motion.feed[0], dialect.feed_digits)
         lines.append(dialect.linear.format(words=words, feed=feed))
     return lines
+
+
+def _clamped_word(axis: Axis, value: float, dialect: Dialect) -> str:
+    return f"{axis.letter}{_counted(axis, value):.{dialect.decimals}f}"
 
 
 def _clear_way(motion: Motion, machine: Machine) -> Array:

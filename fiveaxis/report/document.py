@@ -161,7 +161,7 @@ def _share(after: float | None, before: float | None) -> float | None:
 
 def _machine(machine: Machine) -> dict[str, Any]:
     figures = [
-        {"figure": p.figure, "value": p.shown, "source": p.source or p.note, "assumed": p.assumed}
+        {"figure": p.figure, "value": p.shown, "source": p.said, "assumed": p.assumed}
         for p in machine.provenance
     ]
     return {

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
 
 from fiveaxis.kinematics import lean_range, singular_direction
-from fiveaxis.machine import Axis, DirectionalDrive, Joint, Machine
+from fiveaxis.machine import AffineDrive, Axis, DirectionalDrive, FrictionDrive, Joint, Machine, WeightDrive
 from fiveaxis.machine.freedom import why_not_orienting, why_not_positioning
 
 # rad: a range of leans narrower than this is where the branches meet, and there is no choice.
@@ -45,16 +46,14 @@ def describe_machine(machine: Machine) -> Document:
             "chain": [_joint(joint, machine) for joint in machine.chain.joints],
             "spindle": {"point": _numbers(home[:3, 3]), "direction": _numbers(home[:3, 2])},
             "limits": {a.letter: _limits(a) for a in machine.axes},
-            "speeds": {
-                a.letter: None if a.max_speed is None else _short(a.shown(a.max_speed)) for a in machine.axes
-            },
+            "speeds": {a.letter: _speed(a) for a in machine.axes},
             "powers": {a.letter: _power(a) for a in machine.axes},
             "base_power": machine.base_power,
             "positioning": why_not_positioning(machine.chain) or "every position",
             "orientation": _orientation(machine),
             "bodies": len(machine.bodies),
             "figures": [
-                {"figure": p.figure, "value": p.shown, "source": p.source or p.note, "assumed": p.assumed}
+                {"figure": p.figure, "value": p.shown, "source": p.said, "assumed": p.assumed}
                 for p in machine.provenance
             ],
         }
@@ -77,14 +76,18 @@ def _speed(axis: Axis) -> float | None:
 
 
 def _power(axis: Axis) -> Document | None:
-    """Give a drive's power while the value grows and falls, as its file has it."""
-    drive: DirectionalDrive | None = axis.drive
+    """Give a drive's model and figures, power slopes per (mm/min) or (deg/min) as in a machine file."""
+    drive = axis.drive
     if drive is None:
         return None
     # W per (unit/s) inside is W per (unit/min) at the border.
-    factor = 1.0 / (60.0 * axis.shown(1.0)) if drive.proportional else 1.0
-    unit = f"W/({axis.unit}/min)" if drive.proportional else "W"
-    return {"plus": _short(drive.plus * factor), "minus": _short(drive.minus * factor), "unit": unit}
+    slope, unit = 1.0 / (60.0 * axis.shown(1.0)), f"W/({axis.unit}/min)"
+    if isinstance(drive, DirectionalDrive):
+        factor = slope if drive.proportional else 1.0
+        sides = {"plus": _short(drive.plus * factor), "minus": _short(drive.minus * factor)}
+        return {"model": "directional"} | sides | {"unit": unit if drive.proportional else "W"}
+    names = {AffineDrive: "affine", WeightDrive: "weight", FrictionDrive: "friction"}
+    return {"model": names[type(drive)]} | asdict(drive)
 
 
 def _orientation(machine: Machine) -> Document:

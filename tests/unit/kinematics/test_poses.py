@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fiveaxis.errors import DegenerateChain
+from fiveaxis.errors import DegenerateChain, MachineError, ToolpathError
 from fiveaxis.kinematics import axis_positions, linear_positions, rotary_angles, tool_poses
 from fiveaxis.machine import Machine
 
@@ -144,3 +144,33 @@ def test_a_chain_without_enough_freedom_is_refused_with_the_reason(code, said):
     machine = Machine.from_code(code)
     with pytest.raises(DegenerateChain, match=said):
         axis_positions(machine, np.zeros((1, 3)), np.array([[0.0, 0.0, 1.0]]))
+
+
+@pytest.mark.parametrize(
+    ("tip", "axis", "said"),
+    [
+        ([[0.0, 0.0, 0.0]], [[0.0, 0.0, 1.1]], "isn't a unit vector"),
+        ([[0.0, 0.0, 0.0]], [[0.0, 0.0, 0.0]], "isn't a unit vector"),
+        ([0.0, 0.0, 0.0], [0.0, 0.0, 1.0], "rows of three"),
+        ([[0.0, 0.0]], [[0.0, 0.0, 1.0]], "rows of three"),
+    ],
+)
+def test_what_is_no_pose_is_refused(ideal, tip, axis, said):
+    with pytest.raises(ToolpathError, match=said):
+        axis_positions(ideal, tip, axis)
+
+
+def test_a_row_that_is_no_number_has_no_posture_and_spoils_no_other(ideal):
+    axis = np.array([[0.0, 0.6, 0.8], [np.nan] * 3, [0.0, 0.6, 0.8]])
+    found = axis_positions(ideal, np.zeros((3, 3)), axis)
+    assert np.isnan(found[:, 1]).all()
+    np.testing.assert_array_equal(found[:, 0], found[:, 2])
+
+
+def test_lists_are_taken_as_arrays_are(ideal):
+    tip, axis = tool_poses(ideal, [[1, 2, 3, 0, 0]])
+    assert tip.tolist() == [[1.0, 2.0, 3.0]]
+    assert axis_positions(ideal, tip.tolist(), axis.tolist()).shape == (2, 1, 5)
+    assert linear_positions(ideal, [[1, 2, 3]], [[0, 0]])[0].tolist() == [1.0, 2.0, 3.0, 0.0, 0.0]
+    with pytest.raises(MachineError, match="has 5 axes, columns X Y Z A C"):
+        tool_poses(ideal, [[1, 2, 3, 0]])

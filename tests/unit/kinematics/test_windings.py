@@ -73,3 +73,11 @@ def test_a_half_open_axis_takes_the_turn_next_to_its_end():
     tip, axis = tool_poses(machine, np.array([[0.0, 0.0, 0.0, 0.5, 0.1]]))
     found = reachable_positions(machine, tip, axis)
     assert ((found[..., 4] >= 10.0) & (found[..., 4] < 10.0 + TURN)).all()
+
+
+def test_a_posture_many_turns_away_takes_the_last_turn_inside_the_limits():
+    machine = with_limits("640123", C=Limits(-40.0, 40.0))
+    tip, axis = tool_poses(machine, np.array([[0.0, 0.0, 0.0, 0.5, 0.1]]))
+    for far, expected in ((1000.0, 0.1 + 6.0 * TURN), (-1000.0, 0.1 - 6.0 * TURN)):
+        found = reachable_positions(machine, tip, axis, near=[0.0, 0.0, 0.0, 0.5, far])
+        assert np.abs(found[..., 4] - expected).min() < 1e-9

@@ -30,15 +30,15 @@ carries = "workpiece"
 def check(tmp_path: Path, text: str) -> list[Finding]:
     path = tmp_path / "m.toml"
     path.write_text(text, encoding="utf-8")
-    return [f for f in check_machine(path) if f.code != "no-powers"]
+    return [f for f in check_machine(path) if f.code not in ("no-powers", "no-limits")]
 
 
 def test_a_sound_file_has_no_findings_but_the_powers_that_nobody_knows(tmp_path):
     path = tmp_path / "m.toml"
     path.write_text(GOOD)
-    [finding] = check_machine(path)
-    assert finding.code == "no-powers"
-    assert finding.severity is Severity.NOTE
+    findings = check_machine(path)
+    assert [f.code for f in findings] == ["no-limits", "no-limits", "no-powers"]
+    assert {f.severity for f in findings} == {Severity.NOTE}
 
 
 @pytest.mark.parametrize(
@@ -123,8 +123,33 @@ def test_bodies_are_checked_too(tmp_path):
     assert (finding.code, finding.place.line) == ("unknown-link", 18)
     [finding] = check(tmp_path, GOOD + body.format("A", "mesh") + 'file = "no.stl"\n')
     assert finding.code == "no-such-file"
-    [finding] = check(tmp_path, GOOD + body.format("A", "box") + "size = [1, 0, 3]\n")
-    assert finding.code == "invalid-value"
+    faulty = body.format("A", "box") + "size = [1, 0, 3]\n"
+    first, third = check(tmp_path, GOOD + faulty + body.format("A", "box") + box + faulty)
+    assert (first.code, first.place.line, third.place.line) == ("invalid-value", 22, 34)
+    assert "bodies[2].size[1] = 0 must be above 0" in third.message
+
+
+def test_a_squareness_that_stands_where_it_belongs_is_no_slip(tmp_path):
+    square = '[axes.Y.location_error]\ntilt = [0, 0, 0.2]\ntilt_unit = "deg"\nsource = "measured"\n'
+    assert check(tmp_path, GOOD + square) == []
+    [finding] = check(tmp_path, GOOD + square.replace("0.2", "40"))
+    assert (finding.code, finding.severity) == ("unit-slip", Severity.WARNING)
+    assert "arcsec put as deg" in finding.message
+    [finding] = check(tmp_path, GOOD + square.replace("tilt =", "offset = [0.1, 0, 0]\ntilt ="))
+    assert finding.code == "unread-key"
+
+
+def test_a_spindle_that_points_to_the_part_is_found(tmp_path):
+    spindle = '[spindle]\ndirection = [0, 0, -1]\nsource = "s"\n'
+    [finding] = check(tmp_path, GOOD + spindle)
+    assert (finding.code, finding.place.line) == ("against-letter", 18)
+
+
+def test_a_table_of_no_axis_names_the_axes(tmp_path):
+    [finding] = check(tmp_path, GOOD.replace("[axes.A]", "[axes.a]"))
+    assert finding.code == "unknown-key"
+    assert "unknown table 'axes.a'" in finding.message
+    assert "'X', 'Y', 'Z', 'A', 'B' or 'C'" in finding.message
 
 
 @pytest.mark.parametrize("name", machine_names())

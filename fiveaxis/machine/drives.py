@@ -1,0 +1,92 @@
+"""Feed drives as data: what their power depends on, and with which figures.
+
+Inside, a force is J per mm and a torque J per rad, so force times axis speed is W for every axis.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class DirectionalDrive:
+    """Measured power of a feed drive by direction (Hayashi et al. 2018, power table).
+
+    Parameters
+    ----------
+    plus, minus : power while the value grows or falls; W, or W per (rad/s) or (mm/s) if proportional
+    proportional : whether power grows with the axis's own speed; else it is the same at every speed
+    """
+
+    plus: float
+    minus: float
+    proportional: bool = False
+
+
+@dataclass(frozen=True)
+class AffineDrive:
+    """Power that grows with speed from an offset: ``P = slope·|v| + offset`` while the axis moves.
+
+    Parameters
+    ----------
+    plus, minus : (slope, offset) while the value grows or falls; W per (mm/s) or (rad/s), and W
+
+    References
+    ----------
+    Edem & Balogun (2018), Eq. (5), without the base power that it contains.
+    """
+
+    plus: tuple[float, float]
+    minus: tuple[float, float]
+
+
+@dataclass(frozen=True)
+class WeightDrive:
+    """Power in proportion to the moved weight: ``P = a·W·|v| + b·W`` while the axis moves.
+
+    Parameters
+    ----------
+    a : W per N and (m/s): a coefficient of friction over the drive's efficiency
+    b : m/s: W per N that the axis takes at any speed
+
+    References
+    ----------
+    Edem & Balogun (2018), Eq. (1); W is the weight of the axis with workpiece and vice, in N.
+    """
+
+    a: float
+    b: float
+
+
+@dataclass(frozen=True)
+class FrictionDrive:
+    """Drive from first principles: inertia, friction, gravity, losses.
+
+    ``F = m·q̈ + F_c·sgn(q̇) + B·q̇ + G − F_b``; mechanical power ``F·q̇`` is divided by the efficiency when the
+    drive pushes and multiplied by the regeneration when it brakes; ``c·F²`` heats the motor, and ``hold`` is
+    drawn all the time. G, from gravity, is worked out of the machine's masses and posture.
+
+    Parameters
+    ----------
+    friction : F_c, J/mm or J/rad
+    viscous : B, J·s/mm² or J·s/rad²
+    counterbalance : F_b, J/mm or J/rad, in the direction in which the value grows
+    inertia : of a rotary axis, J·s²/rad²; a linear axis has its moved mass
+    efficiency : mechanical over electrical power while driving, in (0, 1]
+    regeneration : electrical power returned over mechanical power while braking, in [0, 0.9]; 0 where a brake
+        resistor burns it
+    copper : c, W per (J/mm)² or (J/rad)²
+    hold : W, also at standstill
+    """
+
+    friction: float = 0.0
+    viscous: float = 0.0
+    counterbalance: float = 0.0
+    inertia: float = 0.0
+    efficiency: float = 1.0
+    regeneration: float = 0.0
+    copper: float = 0.0
+    hold: float = 0.0
+
+
+Drive = DirectionalDrive | AffineDrive | WeightDrive | FrictionDrive

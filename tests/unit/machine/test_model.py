@@ -1,0 +1,101 @@
+"""What can be asked of a machine, and what can't."""
+
+import math
+
+import numpy as np
+import pytest
+
+from fiveaxis.errors import CodeError, MachineError
+from fiveaxis.kinematics import axis_positions, tool_poses
+from fiveaxis.machine import LocationError, Machine, load_machine, machine_text
+from fiveaxis.machine.chain import Line
+from fiveaxis.motion import Motion
+from fiveaxis.nc.program import compose_program
+
+IDEAL = Machine.from_code("640123")
+
+
+@pytest.mark.parametrize(
+    ("ask", "error", "said"),
+    [
+        (lambda: Machine.from_code(640123), CodeError, "is a number; write the digits in quotes"),
+        (lambda: IDEAL.with_setup((1.0, 2.0)), MachineError, "each is three numbers"),
+        (lambda: IDEAL.with_setup((1.0, 2.0, math.nan)), MachineError, "finite"),
+        (lambda: IDEAL.with_tool_length(-1.0), MachineError, "must be 0 or more"),
+        (lambda: IDEAL.with_load(-3.0), MachineError, "mass is -3 kg; it must be 0 or more"),
+        (lambda: IDEAL.holding("XY", 0.0), MachineError, "has no axis 'XY'"),
+        (lambda: IDEAL.holding("B", 0.0), MachineError, "has no axis 'B'; it has X, Y, Z, A, C"),
+        (lambda: IDEAL.holding("A", math.nan), MachineError, "can't be held at nan"),
+        (lambda: IDEAL.axis(""), MachineError, "has no axis ''"),
+        (lambda: IDEAL.with_location_errors({"B": LocationError()}), MachineError, "has no axis 'B'"),
+        (
+            lambda: IDEAL.with_location_errors({"C": LocationError(tilt=(0.0, 0.0, 1e-3))}),
+            MachineError,
+            "turns about the axis itself",
+        ),
+        (
+            lambda: IDEAL.holding("A", 0.3).with_location_errors({"C": LocationError()}),
+            MachineError,
+            "before clamping",
+        ),
+        (lambda: machine_text(IDEAL.holding("A", 0.3)), MachineError, "has A clamped"),
+        (lambda: LocationError((math.nan, 0.0, 0.0)), MachineError, "finite numbers"),
+        (lambda: Line((math.inf, 0.0, 0.0)), MachineError, "isn't finite"),
+        (lambda: Line((0.0, 0.0, 0.0)), MachineError, "length 0"),
+        (
+            lambda: axis_positions(IDEAL, [[0, 0, 0]], [[0, 0, 1]], held={"B": 0.1}),
+            MachineError,
+            "has no axis 'B'",
+        ),
+    ],
+)
+def test_what_cannot_be_is_refused_with_the_reason(ask, error, said):
+    with pytest.raises(error) as caught:
+        ask()
+    assert said in str(caught.value)
+
+
+def test_a_held_axis_leaves_the_machine_of_the_others():
+    machine = load_machine("linuxcnc-bridgemill").with_tool_length(60.0)
+    positions = np.array([[10.0, -20.0, 30.0, 0.7, -0.4], [0.0, 5.0, 9.0, 0.7, 1.9]])
+    held = machine.holding("B", 0.7)
+    assert held.letters == "XYZC"
+    for found, expected in zip(
+        tool_poses(held, positions[:, [0, 1, 2, 4]]), tool_poses(machine, positions), strict=True
+    ):
+        np.testing.assert_allclose(found, expected, atol=1e-12)
+
+
+def test_location_errors_replace_those_before_and_their_provenance():
+    machine = load_machine("linuxcnc-xyzac-trt")
+    first = machine.with_location_errors({"A": LocationError((0.0, 1.0, 0.0), (0.0, 1e-3, 0.0))})
+    second = first.with_location_errors({"A": LocationError((0.0, 0.0, 2.0))})
+    once = machine.with_location_errors({"A": LocationError((0.0, 0.0, 2.0))})
+    positions = np.array([[1.0, 2.0, 3.0, 0.4, 0.5]])
+    np.testing.assert_allclose(tool_poses(second, positions)[0], tool_poses(once, positions)[0], atol=1e-12)
+
+
+def test_a_length_is_left_to_the_control_only_where_it_is_along_z():
+    assert load_machine("linuxcnc-xyzac-trt").length_is_along_z
+    assert not load_machine("linuxcnc-max5").length_is_along_z
+    assert not load_machine("linuxcnc-max5").holding("B", 0.5).length_is_along_z
+    assert load_machine("linuxcnc-max5").holding("B", 0.0).length_is_along_z
+
+
+def test_a_program_of_a_machine_with_a_clamped_axis_puts_it_there_first():
+    machine = load_machine("linuxcnc-max5").holding("B", math.radians(30.0))
+    n = 2
+    motion = Motion(
+        letters=machine.letters,
+        positions=np.array([[0.0, 0.0, 5.0, 0.0], [1.0, 0.0, 5.0, 0.1]]),
+        feed=np.full(n, 10.0),
+        time=np.array([0.0, 0.1]),
+        kind=np.full(n, 1),
+        source=np.arange(n),
+    )
+    lines = compose_program(motion, machine=machine).lines
+    assert any("clamped: B at -30 deg" in line for line in lines)
+    rapids = [line for line in lines if line.startswith("G0")]
+    # This control counts B the other way.
+    assert rapids[0] == "G0 B-30.000000"
+    assert "G49" in lines
