@@ -2,19 +2,152 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from functools import singledispatch
+
 import numpy as np
 
+from fiveaxis.energy.gravity import STANDARD_GRAVITY, gravity_forces, moved_weights
 from fiveaxis.errors import MachineError
 from fiveaxis.geometry import Array
-from fiveaxis.machine import Axis, DirectionalDrive, Machine
+from fiveaxis.machine import (
+    AffineDrive,
+    Axis,
+    DirectionalDrive,
+    Drive,
+    FrictionDrive,
+    Machine,
+    WeightDrive,
+)
+
+
+def drive_power(
+    drive: Drive,
+    speed: Array,
+    *,
+    acceleration: Array | float = 0.0,
+    gravity: Array | float = 0.0,
+    weight: float = 0.0,
+    inertia: float = 0.0,
+) -> Array:
+    """Compute the electrical power of a drive.
+
+    Parameters
+    ----------
+    drive : its model; a table of powers needs the speed alone
+    speed : (n,), mm/s or rad/s, signed; exactly 0 is standstill
+    acceleration : (n,), mm/s² or rad/s²
+    gravity : (n,), J/mm or J/rad, what the axis holds against gravity (`gravity_forces`)
+    weight : N, moved weight of a linear axis
+    inertia : J per (mm/s)², moved mass of a linear axis; a rotary drive has its own
+
+    Returns
+    -------
+    (n,), W; negative where a braking drive returns power
+
+    References
+    ----------
+    Directional: Hayashi et al. (2018), power table. Affine and weight: Edem & Balogun (2018), Eqs. (5) and
+    (1). Friction: the mechanics of `FrictionDrive`.
+    """
+    return _power(drive, _State(speed, acceleration, gravity, weight, inertia))
+
+
+@dataclass(frozen=True, eq=False)
+class _State:
+    """What an axis does and bears, as in `drive_power`."""
+
+    speed: Array
+    acceleration: Array | float
+    gravity: Array | float
+    weight: float
+    inertia: float
+
+
+@singledispatch
+def _power(drive: Drive, state: _State) -> Array:
+    raise TypeError(f"no power model for {type(drive).__name__}")
+
+
+@_power.register
+def _(drive: DirectionalDrive, state: _State) -> Array:
+    level = np.where(state.speed > 0.0, drive.plus, drive.minus)
+    return level * (np.abs(state.speed) if drive.proportional else np.sign(np.abs(state.speed)))
+
+
+@_power.register
+def _(drive: AffineDrive, state: _State) -> Array:
+    (up, up_offset), (down, down_offset) = drive.plus, drive.minus
+    growing = state.speed > 0.0
+    slope, offset = np.where(growing, up, down), np.where(growing, up_offset, down_offset)
+    return np.where(state.speed == 0.0, 0.0, slope * np.abs(state.speed) + offset)
+
+
+@_power.register
+def _(drive: WeightDrive, state: _State) -> Array:
+    metres = np.abs(state.speed) / 1000.0
+    return np.where(state.speed == 0.0, 0.0, state.weight * (drive.a * metres + drive.b))
+
+
+@_power.register
+def _(drive: FrictionDrive, state: _State) -> Array:
+    force = (
+        (state.inertia + drive.inertia) * state.acceleration
+        + drive.friction * np.sign(state.speed)
+        + drive.viscous * state.speed
+        + state.gravity
+        - drive.counterbalance
+    )
+    mechanical = force * state.speed
+    electrical = np.where(mechanical > 0.0, mechanical / drive.efficiency, mechanical * drive.regeneration)
+    return electrical + drive.copper * force**2 + drive.hold
+
+
+def axis_powers(
+    machine: Machine, positions: Array, speeds: Array, accelerations: Array | None = None
+) -> Array:
+    """Compute the electrical power of every feed drive.
+
+    Parameters
+    ----------
+    machine : every axis with a drive
+    positions : (n, k), mm and rad: the posture, on which gravity's torques depend
+    speeds : (n, k), mm/s and rad/s; exactly 0 is standstill
+    accelerations : (n, k), mm/s² and rad/s²; none without it
+
+    Returns
+    -------
+    (n, k), W
+
+    Raises
+    ------
+    MachineError
+        An axis without known power.
+    """
+    drives = [require_drive(machine, axis) for axis in machine.axes]
+    forces = _gravity(machine, drives, positions)
+    weights = moved_weights(machine)
+    powers = np.empty_like(speeds)
+    for i, (drive, axis) in enumerate(zip(drives, machine.axes, strict=True)):
+        powers[:, i] = drive_power(
+            drive,
+            speeds[:, i],
+            acceleration=0.0 if accelerations is None else accelerations[:, i],
+            gravity=forces[:, i],
+            weight=float(weights[i]),
+            inertia=_inertia(axis, float(weights[i])),
+        )
+    return powers
 
 
 def travel_costs(machine: Machine, feed: Array) -> tuple[Array, Array]:
     """Compute the energy per unit of axis travel at a programmed feed.
 
-    ``W = 60·P/v`` with P in W and v in mm/min or deg/min (form-shaping Eq. 1). A drive whose power is
-    proportional to its own speed costs the same at every feed. A rotary axis whose power doesn't depend on
-    its speed takes the programmed number as deg/min, as the equation does.
+    ``W = 60·P/v`` with P in W and v in mm/min or deg/min (form-shaping Eq. 1): what a steady move of that
+    axis alone takes. A rotary axis takes the programmed number as deg/min, as the equation does, also where
+    its power doesn't depend on its speed. For drives from first principles this leaves out acceleration, and
+    what a drive holds at standstill, and takes gravity's torque with every axis at 0: how far the metric is
+    from the power integral is told beside every total (`Energy`).
 
     Parameters
     ----------
@@ -34,29 +167,26 @@ def travel_costs(machine: Machine, feed: Array) -> tuple[Array, Array]:
     ----------
     Hayashi et al. (2018), Eq. (1).
     """
-    drives = [_require_drive(machine, axis) for axis in machine.axes]
-    plus = [_travel_cost(d.plus, d, a, feed) for d, a in zip(drives, machine.axes, strict=True)]
-    minus = [_travel_cost(d.minus, d, a, feed) for d, a in zip(drives, machine.axes, strict=True)]
-    return np.stack(plus, axis=1), np.stack(minus, axis=1)
+    drives = [require_drive(machine, axis) for axis in machine.axes]
+    home = np.zeros((1, len(machine.axes)))
+    forces, weights = _gravity(machine, drives, home)[0], moved_weights(machine)
+    costs = np.empty((2, len(feed), len(drives)))
+    for i, (drive, axis) in enumerate(zip(drives, machine.axes, strict=True)):
+        # The programmed number means deg/min for a rotary axis: feed in mm/s counts as deg/s.
+        speed = np.radians(feed) if axis.is_rotary else np.asarray(feed, dtype=float)
+        for side, sign in enumerate((1.0, -1.0)):
+            costs[side, :, i] = _travel_cost(drive, speed, sign, float(forces[i]), float(weights[i]))
+    return costs[0], costs[1]
 
 
-def drive_power(drive: DirectionalDrive, speed: Array) -> Array:
-    """Compute the electrical power of a drive at an axis speed.
+def require_drive(machine: Machine, axis: Axis) -> Drive:
+    """Give an axis's drive.
 
-    Parameters
-    ----------
-    drive : power by direction
-    speed : (n,), mm/s or rad/s, signed; exactly 0 is standstill
-
-    Returns
-    -------
-    (n,), W
+    Raises
+    ------
+    MachineError
+        Its power isn't known; names all such axes.
     """
-    level = np.where(speed > 0.0, drive.plus, drive.minus)
-    return level * (np.abs(speed) if drive.proportional else np.sign(np.abs(speed)))
-
-
-def _require_drive(machine: Machine, axis: Axis) -> DirectionalDrive:
     if axis.drive is None:
         missing = ", ".join(a.letter for a in machine.axes if a.drive is None)
         raise MachineError(
@@ -66,8 +196,24 @@ def _require_drive(machine: Machine, axis: Axis) -> DirectionalDrive:
     return axis.drive
 
 
-def _travel_cost(power: float, drive: DirectionalDrive, axis: Axis, feed: Array) -> Array:
-    if drive.proportional:
-        return np.full_like(feed, power)
-    # The programmed number means deg/min for a rotary axis: feed in mm/s counts as deg/s.
-    return power / (np.radians(feed) if axis.is_rotary else feed) if power else np.zeros_like(feed)
+def _travel_cost(drive: Drive, speed: Array, sign: float, gravity: float, weight: float) -> Array:
+    if isinstance(drive, DirectionalDrive) and drive.proportional:
+        # Without the division its rounding would differ from feed to feed.
+        return np.full_like(speed, drive.plus if sign > 0.0 else drive.minus)
+    power = drive_power(drive, sign * speed, gravity=gravity, weight=weight)
+    if isinstance(drive, FrictionDrive):
+        # What is drawn at standstill too is no cost of travel.
+        power = power - drive_power(drive, np.zeros_like(speed), gravity=gravity, weight=weight)
+    return np.divide(power, speed, out=np.zeros_like(speed), where=power != 0.0)
+
+
+def _gravity(machine: Machine, drives: list[Drive], positions: Array) -> Array:
+    """Compute gravity's forces where a drive asks for them; the tables need none."""
+    if any(isinstance(drive, FrictionDrive) for drive in drives):
+        return gravity_forces(machine, positions)
+    return np.zeros_like(positions)
+
+
+def _inertia(axis: Axis, weight: float) -> float:
+    """Give the moved mass of a linear axis in J per (mm/s)²."""
+    return 0.0 if axis.is_rotary else weight / STANDARD_GRAVITY * 1e-6

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from fiveaxis.energy.drives import drive_power, travel_costs
+from fiveaxis.energy.drives import axis_powers, travel_costs
 from fiveaxis.geometry import Array
 from fiveaxis.machine import Machine
 from fiveaxis.motion import STANDSTILL, Motion
@@ -75,7 +75,7 @@ def motion_energy(machine: Machine, motion: Motion) -> Energy:
     time = float(motion.time.sum())
     return Energy(
         by_axis={c: float(j) for c, j in zip(machine.letters, travel, strict=True)},
-        power_integral=_power_integral(machine, motion),
+        power_integral=float((move_powers(machine, motion).sum(axis=1) * motion.time).sum()),
         base=None if machine.base_power is None else machine.base_power * time,
         time=time,
     )
@@ -93,12 +93,17 @@ def move_energies(machine: Machine, motion: Motion) -> Array:
     return plus * np.maximum(moves, 0.0) + minus * np.maximum(-moves, 0.0)
 
 
-def _power_integral(machine: Machine, motion: Motion) -> float:
+def move_powers(machine: Machine, motion: Motion) -> Array:
+    """Compute the drives' power in every move, at the move's mean speeds.
+
+    Returns
+    -------
+    (n, k), W, of the move that ends at the row; 0 where a move takes no time
+    """
     moving = motion.time > 0.0
-    moves = np.where(np.abs(motion.moves) > STANDSTILL, motion.moves, 0.0)[moving]
-    times = motion.time[moving]
-    return sum(
-        float(drive_power(a.drive, moves[:, i] / times) @ times)
-        for i, a in enumerate(machine.axes)
-        if a.drive is not None
-    )
+    moves = np.where(np.abs(motion.moves) > STANDSTILL, motion.moves, 0.0)
+    # Half way, so that a torque that changes along the move counts with its middle.
+    middle = motion.positions - motion.moves / 2.0
+    powers = np.zeros_like(moves)
+    powers[moving] = axis_powers(machine, middle[moving], moves[moving] / motion.time[moving, None])
+    return powers

@@ -1,0 +1,81 @@
+"""What gravity does to the axes: forces on linear ones, torques on tilting tables, by posture."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fiveaxis.geometry import Array
+from fiveaxis.kinematics import link_poses
+from fiveaxis.machine import BED, Joint, Machine
+
+# J/mm of a kilogram's weight: g in m/s², a thousandth per mm.
+STANDARD_GRAVITY = 9.80665
+
+
+def gravity_forces(machine: Machine, positions: Array) -> Array:
+    """Compute what each axis has to hold against gravity: the derivative of the potential energy.
+
+    A linear axis lifts its moved mass and, on the table, the load: ``m g d·up``. A rotary axis turns its
+    mass about its line: ``m g (k × (c − p))·up``, which changes with its angle and with those of the axes
+    between it and the bed; likewise the load of a table. Axis values are tool relative to workpiece, so a
+    table moves the other way.
+
+    Parameters
+    ----------
+    machine : with masses; an axis without `moved_mass` weighs nothing, a rotary one without `mass_centre`
+        is balanced
+    positions : (n, k), mm and rad, columns in the order of `machine.axes`
+
+    Returns
+    -------
+    (n, k), J/mm and J/rad: positive where the axis works against gravity while its value grows
+    """
+    values = np.asarray(positions, dtype=float)
+    poses = link_poses(machine, values)
+    # As the bed sees the links: gravity stands still there.
+    from_bed = np.linalg.inv(poses[BED])
+    links = (*machine.code.table, BED, *machine.code.head)
+    to_machine = machine.machine_frame  # the machine frame at home, in the workpiece frame
+    up = to_machine[:3, :3] @ np.array(machine.vertical)
+    load = np.array([*machine.load.centre, 1.0])
+    forces = np.zeros_like(values)
+    for place, joint in enumerate(machine.chain.joints):
+        column = machine.column(joint.letter)
+        axis = machine.axes[column]
+        on_table = joint.letter in machine.code.table
+        # The joint's line moves with the link before it, its mass with the link that it carries.
+        line_pose = from_bed @ poses[links[place]]
+        link_pose = from_bed @ poses[joint.letter]
+        ways = _LineInBed(joint, line_pose)
+        own = axis.moved_mass or 0.0
+        if not joint.is_rotary:
+            forces[:, column] = (own + (machine.load.mass if on_table else 0.0)) * (ways.direction @ up)
+        else:
+            if axis.mass_centre is not None:
+                centre = to_machine @ np.array([*axis.mass_centre, 1.0])
+                forces[:, column] += own * (ways.velocity(link_pose @ centre) @ up)
+            if on_table:
+                forces[:, column] += machine.load.mass * (ways.velocity(from_bed @ load) @ up)
+        forces[:, column] *= (-1.0 if on_table else 1.0) * STANDARD_GRAVITY / 1000.0
+    return forces
+
+
+class _LineInBed:
+    """A joint's line as the bed sees it, for each posture."""
+
+    def __init__(self, joint: Joint, pose: Array) -> None:
+        self.direction = pose[:, :3, :3] @ np.array(joint.line.direction)
+        self.point = (pose @ np.array([*joint.line.point, 1.0]))[:, :3]
+
+    def velocity(self, place: Array) -> Array:
+        """Give the velocity, (n, 3) mm/rad, of places, (n, 4), that turn with the joint."""
+        return np.cross(self.direction, place[:, :3] - self.point)
+
+
+def moved_weights(machine: Machine) -> Array:
+    """Give the weight that each axis moves, (k,) N: its own mass and, on the table, the load."""
+    masses = [
+        (a.moved_mass or 0.0) + (machine.load.mass if a.letter in machine.code.table else 0.0)
+        for a in machine.axes
+    ]
+    return np.array(masses) * STANDARD_GRAVITY

@@ -1,0 +1,153 @@
+"""Drive models against mechanics written out here, and gravity against the change of potential energy."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fiveaxis.energy import axis_powers, drive_power, gravity_forces, moved_weights, travel_costs
+from fiveaxis.geometry import inverse_transform
+from fiveaxis.kinematics import link_poses
+from fiveaxis.machine import AffineDrive, Chain, DirectionalDrive, FrictionDrive, Line, Machine, WeightDrive
+
+RNG = np.random.default_rng(21)
+G = 9.80665
+
+
+def with_axes(machine: Machine, **changes: dict) -> Machine:
+    return replace(machine, axes=tuple(replace(a, **changes.get(a.letter, {})) for a in machine.axes))
+
+
+def test_an_affine_drive_is_a_line_either_way_and_0_at_rest():
+    drive = AffineDrive(plus=(8.54, 88.82), minus=(6.502, 75.12))
+    power = drive_power(drive, np.array([100.0, -100.0, 0.0]))
+    np.testing.assert_allclose(power, [942.82, 725.32, 0.0])
+
+
+def test_a_weight_drive_goes_with_the_weight_and_the_speed_in_metres():
+    """Edem & Balogun Eq. (1): a W v + b W."""
+    power = drive_power(WeightDrive(0.3, 0.05), np.array([500.0 / 60.0, -500.0 / 60.0, 0.0]), weight=3678.0)
+    expected = 3678.0 * (0.3 * 0.5 / 60.0 + 0.05)
+    np.testing.assert_allclose(power, [expected, expected, 0.0])
+
+
+def test_a_friction_drive_pays_for_inertia_friction_and_losses():
+    """In N, m, s: m = 200 kg, F_c = 150 N, B = 400 N/(m/s), efficiency 0.9, copper 1e-4 W/N²."""
+    drive = FrictionDrive(
+        friction=0.15, viscous=400e-6, efficiency=0.9, regeneration=0.5, copper=100.0, hold=12.0
+    )
+    v, a = 0.25, 1.5
+    force = 200.0 * a + 150.0 + 400.0 * v
+    power = drive_power(drive, np.array([1e3 * v]), acceleration=1e3 * a, inertia=200e-6)
+    np.testing.assert_allclose(power, force * v / 0.9 + 1e-4 * force**2 + 12.0)
+    # Braking hard returns half of what the motor takes in.
+    force = 200.0 * -5.0 + 150.0 + 400.0 * v
+    power = drive_power(drive, np.array([1e3 * v]), acceleration=-5e3, inertia=200e-6)
+    np.testing.assert_allclose(power, force * v * 0.5 + 1e-4 * force**2 + 12.0)
+
+
+def test_at_rest_a_friction_drive_holds_what_gravity_asks_and_the_counterbalance_helps():
+    drive = FrictionDrive(copper=100.0, hold=5.0, counterbalance=1.2)
+    np.testing.assert_allclose(drive_power(drive, np.array([0.0]), gravity=1.5), 100.0 * 0.09 + 5.0)
+
+
+def potential(machine: Machine, positions: np.ndarray) -> np.ndarray:
+    """Energy of all masses, J, (n,): where they are over the bed, summed up link by link."""
+    poses = link_poses(machine, positions)
+    home = machine.machine_frame
+    up = home[:3, :3] @ np.array(machine.vertical)
+
+    def height(link: str | None, place: np.ndarray) -> np.ndarray:
+        pose = np.broadcast_to(np.eye(4), (len(positions), 4, 4)) if link is None else poses[link]
+        return (np.linalg.inv(poses["bed"]) @ pose @ np.append(place, 1.0))[:, :3] @ up
+
+    energy = machine.load.mass * height(None, np.array(machine.load.centre))
+    for axis in machine.axes:
+        # A linear axis's mass contains those that it carries; they are left out here.
+        if axis.moved_mass is not None:
+            place = (home @ np.append(axis.mass_centre or (0.0, 0.0, 0.0), 1.0))[:3]
+            energy = energy + axis.moved_mass * height(axis.letter, place)
+    return G / 1000.0 * energy
+
+
+TILTED = {"A": Line((1.0, 0.0, 0.0), (0.0, 20.0, -35.0)), "C": Line((0.0, 0.0, 1.0), (3.0, -4.0, 0.0))}
+
+
+@pytest.mark.parametrize("code", ["640123", "601234", "012364", "361024"])
+@pytest.mark.parametrize("vertical", [(0.0, 0.0, 1.0), (0.0, 1.0, 0.0)])
+def test_gravity_is_the_slope_of_the_potential_energy(code, vertical):
+    parsed = Machine.from_code(code)
+    machine = replace(parsed, chain=Chain.from_code(parsed.code, TILTED), vertical=vertical)
+    # Only the axis nearest the workpiece or the tool has a mass: nothing is carried twice.
+    outermost = {parsed.code.letters[0], parsed.code.letters[-1]} & set("AC")
+    masses = {c: {"moved_mass": 30.0, "mass_centre": (10.0, 25.0, -60.0)} for c in outermost}
+    machine = with_axes(machine, **masses).with_setup((5.0, 6.0, 7.0), (10.0, 20.0, 30.0))
+    machine = machine.with_load(17.0, (40.0, -12.0, 33.0))
+    positions = RNG.uniform(-1.0, 1.0, (6, 5)) * [100.0, 100.0, 100.0, 2.0, 2.0]
+    found, h = gravity_forces(machine, positions), 1e-4
+    for column, axis in enumerate(machine.axes):
+        step = h * np.eye(5)[column]
+        slope = (potential(machine, positions + step) - potential(machine, positions - step)) / (2.0 * h)
+        if axis.letter not in outermost:
+            # What an axis moves is said by its own file entry, and here it says nothing.
+            slope = slope - _carried(machine, positions, column, h)
+        np.testing.assert_allclose(found[:, column], slope, atol=2e-6)
+
+
+def _carried(machine: Machine, positions: np.ndarray, column: int, h: float) -> np.ndarray:
+    """Slope of what the axes' own masses alone do along a column: it isn't the load's."""
+    bare = machine.with_load(0.0)
+    step = h * np.eye(5)[column]
+    return (potential(bare, positions + step) - potential(bare, positions - step)) / (2.0 * h)
+
+
+def test_a_rising_head_bears_its_weight_and_a_rising_table_the_load_too():
+    head = with_axes(Machine.from_code("640123"), Z={"moved_mass": 300.0}).with_load(50.0)
+    table = with_axes(Machine.from_code("364012"), Z={"moved_mass": 300.0}).with_load(50.0)
+    still = np.zeros((1, 5))
+    assert gravity_forces(head, still)[0, 2] == pytest.approx(300.0 * G / 1000.0)
+    # The table goes down while Z, tool relative to workpiece, grows.
+    assert gravity_forces(table, still)[0, 2] == pytest.approx(-350.0 * G / 1000.0)
+    np.testing.assert_allclose(moved_weights(table)[2], 350.0 * G)
+
+
+def test_a_tilting_tables_torque_is_that_of_a_pendulum():
+    """m g (y cos a − z sin a) about A through the origin, with the table turning by −a."""
+    machine = Machine.from_code("640123").with_load(20.0, (0.0, 30.0, 80.0))
+    a = np.linspace(-1.5, 1.5, 7)
+    positions = np.column_stack([np.zeros((7, 3)), a, np.zeros(7)])
+    expected = -20.0 * G / 1000.0 * (30.0 * np.cos(a) + 80.0 * np.sin(a))
+    np.testing.assert_allclose(gravity_forces(machine, positions)[:, 3], expected, atol=1e-12)
+
+
+def test_travel_costs_are_the_power_of_a_steady_move_over_its_speed():
+    machine = Machine.from_code("640123")
+    friction = FrictionDrive(friction=0.2, viscous=1e-4, efficiency=0.8, regeneration=0.3, copper=20.0)
+    drives = {c: {"drive": DirectionalDrive(30.0, 20.0)} for c in "AC"} | {
+        "X": {"drive": WeightDrive(0.2, 0.04), "moved_mass": 300.0},
+        "Y": {"drive": AffineDrive((0.5, 40.0), (0.4, 30.0))},
+        "Z": {"drive": friction, "moved_mass": 100.0},
+    }
+    machine = with_axes(machine, **drives)
+    feed = np.array([10.0, 40.0])
+    costs = travel_costs(machine, feed)
+    still = axis_powers(machine, np.zeros((2, 5)), np.zeros((2, 5)))
+    for column in range(5):
+        unit = np.eye(5)[column] * (np.pi / 180.0 if column > 2 else 1.0)
+        for sign, cost in zip((1.0, -1.0), costs, strict=True):
+            speeds = sign * feed[:, None] * unit
+            power = axis_powers(machine, np.zeros((2, 5)), speeds) - still
+            np.testing.assert_allclose(
+                cost[:, column], power[:, column] / np.abs(speeds[:, column]), rtol=1e-12
+            )
+    assert (costs[0][:, 2] > costs[1][:, 2]).all()
+
+
+def test_a_machine_frame_turned_with_the_setup_leaves_gravity_alone():
+    machine = with_axes(Machine.from_code("640123"), Z={"moved_mass": 100.0})
+    turned = machine.with_setup((1.0, 2.0, 3.0), (30.0, 40.0, 50.0))
+    positions = RNG.uniform(-1.0, 1.0, (4, 5))
+    np.testing.assert_allclose(
+        gravity_forces(turned, positions), gravity_forces(machine, positions), atol=1e-12
+    )
+    assert np.abs(inverse_transform(turned.machine_frame) - turned.setup.frame).max() < 1e-12
