@@ -25,7 +25,7 @@ ALLOWED = {
     "trimesh": {"contour", "verification"},
     "meshcat": {"viewer"},
     "matplotlib": {"report"},
-    "numba": {"contour", "posture"},
+    "numba": {"contour", "motion", "posture"},
     "typer": {"cli"},
 }
 MODULES = sorted(PACKAGE.rglob("*.py"))
