@@ -1,20 +1,87 @@
 """What motion costs: drives, totals, the power surface."""
 
+from fiveaxis.energy.cutting_forces import (
+    CuttingCoefficients,
+    CuttingRecord,
+    cutting_record,
+    mean_cutting_power,
+)
+from fiveaxis.energy.drilling import (
+    Drill,
+    DrillCoefficients,
+    DrillingLoad,
+    auxiliary_power,
+    drilling_load,
+    drilling_power,
+    drilling_removal_rate,
+    idle_power,
+)
+from fiveaxis.energy.drilling_fits import (
+    fit_auxiliary_power,
+    fit_cutting_model,
+    fit_idle_power,
+    fit_removal_model,
+    fit_removal_speed_model,
+)
 from fiveaxis.energy.drives import axis_powers, drive_power, travel_costs
+from fiveaxis.energy.engagement import Cut, EndMill, removal_rate, swept_surface
 from fiveaxis.energy.gravity import gravity_forces, moved_weights
+from fiveaxis.energy.milling import (
+    absolute_sum_power,
+    cutter_positions,
+    net_power,
+    revolution_average,
+    rotation_angles,
+    tooth_positions,
+    tooth_velocities,
+    transport_moment,
+    transport_velocity,
+    wrench_power,
+)
 from fiveaxis.energy.surface import PowerSurface, power_surface
 from fiveaxis.energy.totals import Energy, motion_energy, move_energies, move_powers
 
 __all__ = [
+    "Cut",
+    "CuttingCoefficients",
+    "CuttingRecord",
+    "Drill",
+    "DrillCoefficients",
+    "DrillingLoad",
+    "EndMill",
     "Energy",
     "PowerSurface",
+    "absolute_sum_power",
+    "auxiliary_power",
     "axis_powers",
+    "cutter_positions",
+    "cutting_record",
+    "drilling_load",
+    "drilling_power",
+    "drilling_removal_rate",
     "drive_power",
+    "fit_auxiliary_power",
+    "fit_cutting_model",
+    "fit_idle_power",
+    "fit_removal_model",
+    "fit_removal_speed_model",
     "gravity_forces",
+    "idle_power",
+    "mean_cutting_power",
     "motion_energy",
     "move_energies",
     "move_powers",
     "moved_weights",
+    "net_power",
     "power_surface",
+    "removal_rate",
+    "revolution_average",
+    "rotation_angles",
+    "swept_surface",
+    "tooth_positions",
+    "tooth_velocities",
+    "transport_moment",
+    "transport_velocity",
     "travel_costs",
+    "wrench_power",
 ]
