@@ -111,8 +111,8 @@ def cutting_record(
     """Compute forces, torque and power over one turn of the spindle.
 
     The tooth at angle φ, clockwise from +y, stands at ``(r sinφ, r cosφ, z)``; tooth j lags by ``2πj/Z`` and
-    the edge at height z by ``z·tan(helix)/R``. The power is the spindle's. The feed drives' share, ``F·v_f``, is a
-    percent or two of it; `wrench_power` of force and feed gives it.
+    the edge at height z by ``z·tan(helix)/R``. The power is the spindle's. The feed drives' share,
+    ``F·v_f``, is a percent or two of it; `wrench_power` of force and feed gives it.
 
     Parameters
     ----------

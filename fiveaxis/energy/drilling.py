@@ -6,8 +6,9 @@ power.
 
 The paper's tables reproduce from their own cutting powers (`examples/drilling/reproduce.py`). Its printed
 force coefficients don't give these cutting powers with the printed geometry, since the drill's point isn't
-printed in full: the integral is held to its closed form instead. Two printed fits aren't the least-squares
-fits of the printed data: C0 of the auxiliary power and the rival Model-2.
+printed in full: the integral is held to its closed form instead (the nearest web and point angle stay 3 % off
+the table). Two printed fits aren't the least-squares fits of the printed data: C0 of the auxiliary power and
+the rival Model-2.
 
 References
 ----------
