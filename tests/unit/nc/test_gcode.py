@@ -1,0 +1,116 @@
+"""Blocks of G-code and the words in them."""
+
+from __future__ import annotations
+
+import pytest
+
+from fiveaxis.errors import ToolpathError
+from fiveaxis.nc.gcode import find_tip_control, split_blocks
+from fiveaxis.nc.source import Source
+
+
+def blocks_of(text, **options):
+    return list(split_blocks(Source("part.nc", text.split("\n")), **options))
+
+
+def words_of(text):
+    [block] = blocks_of(text)
+    return dict(block.words)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("X  16.339 Y -25.409", {"X": 16.339, "Y": -25.409}),
+        ("x1y-2z+3", {"X": 1, "Y": -2, "Z": 3}),
+        ("X.5Y-.25Z7.", {"X": 0.5, "Y": -0.25, "Z": 7}),
+        ("X 1 0 . 5", {"X": 10.5}),
+        ("\tX1\tF 100 ", {"X": 1, "F": 100}),
+        ("N10X1", {"X": 1}),
+        ("/X1", {"X": 1}),
+        ("/2 N10 X1", {"X": 1}),
+        ("(to X9) X1 (and Y9)", {"X": 1}),
+        ("X1 ; Y2 (or Z3", {"X": 1}),
+        ("(a ; b) X1", {"X": 1}),
+        ("(#508= (MILL_.25_PROFILE   )) X1", {"X": 1}),
+    ],
+)
+def test_words_come_in_many_forms(text, words):
+    assert words_of(text) == words
+
+
+def test_g_and_m_words_lose_their_leading_zeros_and_keep_their_order():
+    [block] = blocks_of("N5 G01 G43.4 M03 G005 M8")
+    assert block.g == ("G1", "G43.4", "G5")
+    assert block.m == ("M3", "M8")
+    assert block.words == {}
+
+
+def test_lines_without_words_are_no_blocks():
+    # Some posts of NX write the third line for the operator to fill in.
+    text = "%\nO0001 (PART)\nO ENTER OP AND LAST 3 DIGITS\n\n(a comment)\n; another\nN10\nX1\n%"
+    found = blocks_of(text)
+    assert [(b.line, dict(b.words)) for b in found] == [(2, {"O": 1}), (8, {"X": 1})]
+
+
+def test_blocks_after_a_slash_are_skipped_unread_where_asked():
+    found = blocks_of("/#1=5\nX1\n / X2", block_delete=True)
+    assert [b.skipped for b in found] == [True, False, True]
+    assert found[0].words == found[2].words == {}
+
+
+@pytest.mark.parametrize(
+    ("text", "fact"),
+    [
+        ("X1 X2", "X has two values, 1 and 2; write one of them"),
+        ("F1 f2", "F has two values"),
+        ("X", "'X' isn't a word of a letter and a number"),
+        ("X1.2.3", "'.3' isn't a word"),
+        ("X--1", "'X--1' isn't a word"),
+        ("X1,R2", "is a chamfer or a rounding"),
+        ("X#1", "'#' is a variable or an expression"),
+        ("#1=5", "is a variable"),
+        ("G1 X[1+2]", "'[' is a variable"),
+        ("o<move> call", "jumps or repeats"),
+        ("O100 while [1]", "'WHILE' jumps or repeats"),
+        ("IF X1 GOTO 5", "jumps or repeats"),
+        ("G1 X=5", "'=' is of a Sinumerik program"),
+        ("CYCLE800(1)", "'CYCLE800' is a cycle"),
+        ("TRANS X5", "'TRANS' moves the coordinates"),
+        ("0 BEGIN PGM part MM", "Heidenhain"),
+        ("X1 (no end", "opens a comment that isn't closed"),
+        ("X1) Y2", "')' isn't a word"),
+        ("X" + "1" * 50, "isn't a number that a control takes"),
+        # The long s is S in capitals, and this digit is one to Python: to a control neither is anything.
+        ("ſ100", "isn't a word"),
+        ("X١", "isn't a word"),
+    ],
+)
+def test_what_is_no_word_is_refused_with_its_line_and_reason(text, fact):
+    with pytest.raises(ToolpathError) as caught:
+        blocks_of("X0\n" + text)
+    assert str(caught.value).startswith("part.nc:2: ")
+    assert fact in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "word"),
+    [
+        ("G0 G43.4 H1", "G43.4"),
+        ("g 43.5", "G43.5"),
+        ("N5 M428 ; TCP", "M428"),
+        ("TRAORI", "TRAORI"),
+        ("TRAORI(1)", "TRAORI"),
+        ("FUNCTION TCPM F TCP", "TCPM"),
+        ("G141 L2=0", "G141"),
+        ("G234", "G234"),
+        ("M128 F1000", "M128"),
+    ],
+)
+def test_tip_control_is_found_whatever_stands_before_it(text, word):
+    assert find_tip_control(Source("part.nc", ["X=5 what", text])) == (2, word)
+
+
+@pytest.mark.parametrize("text", ["G43 H4", "M429", "M1280", "G43.45", "(M428)", "; TRAORI", "X1 G40"])
+def test_what_only_resembles_tip_control_is_none(text):
+    assert find_tip_control(Source("part.nc", [text])) is None
