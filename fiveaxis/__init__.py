@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from fiveaxis.findings import Finding
     from fiveaxis.machine import Machine, load_machine, machine_names
     from fiveaxis.motion import Motion
-    from fiveaxis.nc import read_toolpath, write_program
+    from fiveaxis.nc import read_program, read_toolpath, write_program
     from fiveaxis.posture import Solution, optimise
     from fiveaxis.toolpath import Tool, Toolpath
     from fiveaxis.verification import Report, verify
@@ -48,6 +48,7 @@ _HOMES = {
     "plan_contour": "contour",
     "power_surface": "energy",
     "preview": "viewer",
+    "read_program": "nc",
     "read_toolpath": "nc",
     "verify": "verification",
     "write_program": "nc",
@@ -70,6 +71,7 @@ __all__ = [
     "plan_contour",
     "power_surface",
     "preview",
+    "read_program",
     "read_toolpath",
     "verify",
     "write_program",

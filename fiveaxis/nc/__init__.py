@@ -5,14 +5,17 @@ from fiveaxis.nc.formats import read_toolpath
 from fiveaxis.nc.motion_table import read_motion, write_motion
 from fiveaxis.nc.point_table import write_toolpath
 from fiveaxis.nc.program import Program, compose_program, write_program
+from fiveaxis.nc.program_reader import ProgramMotion, read_program
 
 __all__ = [
     "DIALECTS",
     "Dialect",
     "Program",
+    "ProgramMotion",
     "compose_program",
     "find_dialect",
     "read_motion",
+    "read_program",
     "read_toolpath",
     "write_motion",
     "write_program",

@@ -1,0 +1,509 @@
+"""Programs of machine-axis words, read as a motion."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import fiveaxis as fx
+from fiveaxis.errors import MachineError, SettingError, ToolpathError
+from fiveaxis.kinematics import tool_poses
+from fiveaxis.machine import Machine, load_machine
+from fiveaxis.motion import PATH_TOLERANCE
+from fiveaxis.nc import compose_program, read_program
+from fiveaxis.toolpath import MoveKind
+
+CUT, RAPID = MoveKind.CUT, MoveKind.RAPID
+MILL = Machine.from_code("0123")
+
+# Table 1 of Edem & Balogun 2018 (../shared/reference/nc_program_energy.md), the Y43 of N16 corrected.
+ZIGZAG = """\
+N01 G01 Z-0.5 F300
+N02 X132 F500
+N03 Y68
+N04 X18
+N05 Y62
+N06 X132
+N07 Y56
+N08 X18
+N09 Y50
+N10 X132
+N11 Y44
+N12 X18
+N13 Y38
+N14 X132
+N15 Y32
+N16 X18
+N17 Y26
+N18 X132
+N19 G00 Z5
+N20 G00 Z50
+G90
+G28
+M30
+"""
+
+
+@pytest.fixture
+def read(tmp_path):
+    def read_text(text, machine=MILL, **options):
+        path = tmp_path / "part.nc"
+        path.write_text(text, encoding="utf-8")
+        options = {"start": dict.fromkeys(machine.letters, 0.0), "rapid_mm_min": 6000.0} | options
+        return read_program(path, machine, **{"unit": "mm"} | options)
+
+    return read_text
+
+
+@pytest.fixture
+def fault(read):
+    """Read a program that has to be refused; give the message behind the place, and the line."""
+
+    def read_badly(text, machine=MILL, **options):
+        with pytest.raises(ToolpathError) as caught:
+            read(text, machine, **options)
+        assert caught.value.file.endswith("part.nc")
+        return caught.value.line, caught.value.message
+
+    return read_badly
+
+
+def rows(motion, machine=MILL):
+    return machine.shown(motion.positions)
+
+
+def codes(motion):
+    return [f.code for f in motion.findings]
+
+
+# What is read of the printed program
+
+
+def test_the_printed_zigzag_takes_the_printed_ways_and_times(read):
+    machine = load_machine("takisawa-mac-v3")
+    motion = read(ZIGZAG, machine, start={"X": 18, "Y": 74, "Z": 0}, rapid_mm_min=10_000)
+    assert motion.source.tolist() == [1, *range(1, 21)]
+    assert motion.kind.tolist() == [RAPID, *[CUT] * 18, RAPID, RAPID]
+    moves = np.abs(motion.moves)
+    np.testing.assert_allclose(moves[2:19:2, 0], 114)
+    np.testing.assert_allclose(moves[3:19:2, 1], 6)
+    # Printed: 0.10, 13.74, 0.72, 0.03, 0.27 and 129.82 s; the 0.06 s a pass are the axes' acceleration.
+    np.testing.assert_allclose(motion.time[[1, 2, 3, 19, 20]], [0.1, 13.68, 0.72, 0.033, 0.27], atol=1e-9)
+    assert motion.time.sum() == pytest.approx(129.82, rel=0.01)
+    np.testing.assert_allclose(motion.feed[[1, 2, 19]] * 60, [300, 500, 10_000])
+
+
+def test_a_reference_without_axes_moves_none_and_says_so(read):
+    # The printed table has no row for its G28, though X and Y are far from 0.
+    motion = read("G1 X1 F100\nG28\n")
+    assert len(motion) == 2
+    assert codes(motion) == ["reference-without-axes"]
+    assert motion.findings[0].place.line == 2
+
+
+# Real programs
+
+
+def test_a_rotary_of_another_name_is_told_with_the_axes_that_there_are(data, hayashi):
+    path = data / "toolpaths" / "nx_haas_vf2tr_machine_inch.nc"
+    with pytest.raises(ToolpathError) as caught:
+        read_program(path, hayashi, unit="inch", rapid_mm_min=15_000)
+    assert caught.value.line == 35
+    assert "B0: machine 'hayashi-640123' has the axes X, Y, Z, A, C and no B" in str(caught.value)
+
+
+def haas_trunnion():
+    """Make the Haas trunnion: A tilts, and B, in spite of its letter, turns about Z on it."""
+    machine = Machine.from_code("540123")
+    joints = tuple(
+        replace(j, line=replace(j.line, direction=(0.0, 0.0, 1.0))) if j.letter == "B" else j
+        for j in machine.chain.joints
+    )
+    chain = replace(machine.chain, joints=joints)
+    # Its control counts B as the table turns: p = Rz(B) Rx(-A) (X, Y, Z), see ../shared/data/README.md.
+    axes = tuple(replace(a, reversed=a.letter == "A") for a in machine.axes)
+    return replace(machine, chain=chain, axes=axes)
+
+
+def test_the_haas_program_is_read_up_to_its_first_cycle(data, tmp_path):
+    path = data / "toolpaths" / "nx_haas_vf2tr_machine_inch.nc"
+    machine = haas_trunnion()
+    with pytest.raises(ToolpathError, match=r":906: G73 is a cycle, which isn't expanded"):
+        read_program(path, machine, unit="inch", rapid_mm_min=15_000)
+    milling = tmp_path / "milling.nc"
+    milling.write_text("\n".join(path.read_text(encoding="utf-8").split("\n")[:900]), encoding="utf-8")
+    motion = read_program(milling, machine, unit="inch", rapid_mm_min=15_000)
+    assert motion.source[0] == 35
+    assert motion.ignored["M6"] == 4
+    assert sorted(codes(motion)) == ["approach-unknown", "long-turn", "zero-assumed"]
+    # Line 545: X-.6366 Y1.2554 Z1.5688 A-.531 B287.786.
+    [row] = np.flatnonzero(motion.source == 545)
+    x, a, b = np.array([-0.6366, 1.2554, 1.5688]), np.radians(0.531), np.radians(287.786)
+    tilt = np.array([[1, 0, 0], [0, np.cos(a), -np.sin(a)], [0, np.sin(a), np.cos(a)]])
+    turn = np.array([[np.cos(b), -np.sin(b), 0], [np.sin(b), np.cos(b), 0], [0, 0, 1]])
+    tip, _ = tool_poses(machine, motion.positions[row : row + 1])
+    np.testing.assert_allclose(tip[0], turn @ tilt @ x * 25.4, atol=1e-9)
+    assert motion.feed[row] * 60 == pytest.approx(9.8 * 25.4)
+
+
+def test_a_turn_back_through_zero_is_found_because_controls_differ(data, tmp_path):
+    # From B359.857 to B7.501 in one feed move: most controls take 7.644 deg, the words say 352.356.
+    path = data / "toolpaths" / "nx_haas_vf2tr_machine_inch.nc"
+    lines = path.read_text(encoding="utf-8").split("\n")[:600]
+    milling = tmp_path / "milling.nc"
+    milling.write_text("\n".join(lines), encoding="utf-8")
+    motion = read_program(milling, haas_trunnion(), unit="inch", rapid_mm_min=15_000)
+    [turn] = [f for f in motion.findings if f.code == "long-turn"]
+    assert turn.place.line == 555
+    assert turn.value == pytest.approx(352.356)
+
+
+@pytest.mark.parametrize(
+    ("name", "line", "word"),
+    [
+        ("linuxcnc_impeller_xyzac.ngc", 4, "M428"),
+        ("linuxcnc_boat_xyzac.ngc", 2, "M428"),
+        ("nx_dmu70_840d_traori_inch.mpf", 17, "TRAORI"),
+        ("nx_nmv5000_fanuc_mm.nc", 350, "G43.4"),
+        ("nx_dmc160u_millplus.nc", 56, "G141"),
+    ],
+)
+def test_programs_of_the_tools_tip_are_refused_as_such(data, trunnion, name, line, word):
+    with pytest.raises(ToolpathError) as caught:
+        read_program(data / "toolpaths" / name, trunnion)
+    assert caught.value.line == line
+    assert caught.value.message.startswith(f"{word} switches tool centre point control on")
+
+
+# Ways
+
+
+def test_words_stay_in_force(read):
+    motion = read("g1 x1 f60\ny2\n\nN40 z-3\nG0 X0\nY0\n")
+    np.testing.assert_allclose(rows(motion)[1:], [[1, 0, 0], [1, 2, 0], [1, 2, -3], [0, 2, -3], [0, 0, -3]])
+    assert motion.kind.tolist()[1:] == [CUT] * 3 + [RAPID] * 2
+    assert motion.source.tolist() == [1, 1, 2, 4, 5, 6]
+
+
+def test_increments_add_to_where_the_axes_are(read):
+    motion = read("G1 G91 X1 F60\nX1 Y1\nG90 X5\nG91 Y-1\n")
+    np.testing.assert_allclose(rows(motion)[1:], [[1, 0, 0], [2, 1, 0], [5, 1, 0], [5, 0, 0]])
+
+
+@pytest.mark.parametrize(("word", "scale"), [("G20", 25.4), ("G70", 25.4), ("G21", 1), ("G71", 1)])
+def test_the_unit_scales_lengths_and_feeds_but_no_angles(read, hayashi, word, scale):
+    motion = read(f"{word} G1 X1 A2 F60\nA3\n", hayashi, unit=None)
+    np.testing.assert_allclose(hayashi.shown(motion.positions)[1], [scale, 0, 0, 2, 0])
+    np.testing.assert_allclose(motion.feed[1:], [scale, 1])
+    np.testing.assert_allclose(motion.time[1:], 1)
+    assert codes(motion) == []
+
+
+def test_a_unit_that_nobody_states_is_assumed_and_said(read):
+    motion = read("G1 X1 F60\n", unit=None)
+    assert rows(motion)[1, 0] == 1
+    assert codes(motion) == ["unit-assumed"]
+    assert rows(read("G1 X1 F60\n", unit="inch"))[1, 0] == 25.4
+
+
+def test_axes_that_the_control_counts_otherwise_change_their_sign(read, trunnion):
+    motion = read("G1 X1 A2 C-3 F60\n", trunnion)
+    np.testing.assert_allclose(trunnion.shown(motion.positions)[1], [1, 0, 0, -2, 3])
+
+
+def test_machine_coordinates_count_from_the_programs_zero(read):
+    # The control shows Z-300 in machine coordinates at Z0 of the program.
+    text = "G0 Z10\nG53 Z0\nZ20\nG28 Z30\n"
+    motion = read(text, program_zero={"Z": -300})
+    assert rows(motion)[:, 2].tolist() == [-300, -290, 0, -280, -270, 0]
+    assert codes(motion) == []
+    assumed = read(text)
+    assert rows(assumed)[:, 2].tolist() == [0, 10, 0, 20, 30, 0]
+    assert codes(assumed) == ["zero-assumed"]
+    assert assumed.findings[0].place.line == 2
+
+
+def test_a_reference_is_reached_through_the_place_that_is_named(read, hayashi):
+    motion = read("G0 X5 Y6 A7\nG28 X9 A1\nG91 G28 Y0\n", hayashi)
+    np.testing.assert_allclose(
+        hayashi.shown(motion.positions)[2:], [[9, 6, 0, 1, 0], [0, 6, 0, 0, 0], [0, 0, 0, 0, 0]], atol=1e-12
+    )
+    assert (motion.kind == RAPID).all()
+
+
+def test_the_motion_begins_where_the_first_rapid_moves_lead(read, hayashi):
+    motion = read("G0 A1 C2\nX3 Y4\nZ5\nG1 Z0 F60\n", hayashi, start=None)
+    np.testing.assert_allclose(hayashi.shown(motion.positions), [[3, 4, 5, 1, 2], [3, 4, 0, 1, 2]])
+    assert motion.source.tolist() == [3, 4]
+    assert motion.time.tolist() == [0, 5]
+    assert motion.feed.tolist() == [1, 1]
+    assert codes(motion) == ["approach-unknown"]
+    assert motion.findings[0].message.startswith("3 rapid moves before")
+
+
+def test_an_increment_to_the_reference_tells_where_an_axis_is(read):
+    # How programs for Fanuc controls begin; without it Z would stay unknown.
+    motion = read("G91 G28 Z0\nG90 G0 X1 Y2\nG1 Z-1 F60\n", start=None)
+    np.testing.assert_allclose(rows(motion), [[1, 2, 0], [1, 2, -1]])
+
+
+def test_start_places_the_axes_that_a_program_never_names(read, trunnion):
+    text = "G0 X1 Y2 Z3\nG1 X2 F60\n"
+    motion = read(text, trunnion, start={"A": 10, "C": -20})
+    # As the program would write it: this control counts A and C the other way.
+    np.testing.assert_allclose(trunnion.shown(motion.positions)[0], [1, 2, 3, -10, 20])
+
+
+# Arcs
+
+
+@pytest.mark.parametrize(
+    "text", ["G2 X10 Y10 I10 J0 F600", "G2 X10 Y10 R10 F600", "G02 G91 X10 Y10 I10 F600"]
+)
+def test_an_arc_becomes_chords_within_the_tolerance(read, text):
+    motion = read(text)
+    points = rows(motion)
+    np.testing.assert_allclose(np.linalg.norm(points[:, :2] - [10, 0], axis=1), 10, atol=1e-12)
+    assert points[-1].tolist() == [10, 10, 0]
+    middles = (points[1:] + points[:-1]) / 2
+    off = 10 - np.linalg.norm(middles[:, :2] - [10, 0], axis=1)
+    assert 0.5 * PATH_TOLERANCE < off.max() <= PATH_TOLERANCE
+    # F counts along the arc, not along the chords.
+    assert motion.time.sum() == pytest.approx(np.pi / 2 * 10 / 10, rel=1e-12)
+    np.testing.assert_allclose(motion.feed, 10)
+    assert set(motion.source) == {1}
+    assert set(motion.kind[1:]) == {CUT}
+
+
+@pytest.mark.parametrize(
+    ("plane", "words", "quarter"),
+    [
+        # Seen against the third axis, G3 turns the plane's first axis towards its second.
+        ("G17", "X0 Y10 I-10", [5, 5, 0]),
+        ("G18", "Z0 X10 K-10", [5, 0, 5]),
+        ("G19", "Y0 Z10 J-10", [0, 5, 5]),
+    ],
+)
+def test_each_plane_has_its_first_and_second_axis(read, plane, words, quarter):
+    first = {"G17": "X", "G18": "Z", "G19": "Y"}[plane]
+    motion = read(f"{plane} G0 {first}10\nG3 {words} F600\n")
+    middle = rows(motion)[1:].mean(axis=0)
+    # The mean of a quarter lies on its bisector, beyond the chord.
+    on = np.array(quarter) > 0
+    assert (middle[on] > 5).all()
+    np.testing.assert_allclose(middle[~on], 0, atol=1e-12)
+
+
+def test_an_arc_may_climb_and_turn_as_it_goes(read, hayashi):
+    motion = read("G0 X10\nG3 I-10 Z6.28 C36 F600\n", hayashi)
+    points = hayashi.shown(motion.positions)[1:]
+    share = np.linspace(0, 1, len(points))
+    np.testing.assert_allclose(points[:, 2], 6.28 * share, atol=1e-12)
+    np.testing.assert_allclose(points[:, 4], 36 * share, atol=1e-12)
+    np.testing.assert_allclose(points[-1, :2], [10, 0], atol=1e-12)
+    assert points[:, 0].min() == pytest.approx(-10, abs=0.01)
+    assert motion.time[2:].sum() == pytest.approx(np.hypot(20 * np.pi, 6.28) / 10)
+
+
+def test_arcs_in_inches_and_by_inverse_time(read):
+    motion = read("G20 G93 G3 X2 Y0 I1 F30\n", unit=None)
+    np.testing.assert_allclose(rows(motion)[-1], [50.8, 0, 0])
+    assert rows(motion)[:, 1].min() == pytest.approx(-25.4, abs=0.01)
+    assert motion.time.sum() == pytest.approx(2)
+    np.testing.assert_allclose(motion.feed[1:], np.pi * 25.4 / 2)
+
+
+# Times
+
+
+def test_feed_counts_along_the_linear_axes_if_any_moves_else_in_degrees(read, hayashi):
+    motion = read("G1 X3 Y4 A90 F60\nA87 C4\n", hayashi)
+    np.testing.assert_allclose(motion.time, [0, 5, 5])
+    np.testing.assert_allclose(motion.feed[1:], 1)
+
+
+def test_inverse_time_is_the_duration_of_each_block(read):
+    motion = read("G93 G1 X5 F60\nX6 F30\nG94 X7 F60\n")
+    np.testing.assert_allclose(motion.time, [0, 1, 2, 1])
+    np.testing.assert_allclose(motion.feed[1:], [5, 0.5, 1])
+
+
+def test_feed_per_revolution_takes_the_spindles_speed(read):
+    motion = read("S600 M3\nG95 G1 X5 F0.1\n")
+    assert motion.feed[1] == pytest.approx(1)
+    assert motion.time[1] == pytest.approx(5)
+
+
+def test_a_rapid_move_takes_as_long_as_its_slowest_axis(read, trunnion):
+    # X 166.67 mm/s and A 30 deg/s are in the machine's file, see LinuxCNC's xyzac-trt.ini.
+    speeds = [axis.shown(axis.max_speed) for axis in trunnion.axes]
+    motion = read("G0 X100 A2\nA50\n", trunnion, rapid_mm_min=None)
+    assert motion.time[1] == pytest.approx(max(100 / speeds[0], 2 / speeds[3]))
+    assert motion.feed[1] == pytest.approx(100 / motion.time[1])
+    assert motion.feed[2] == pytest.approx(speeds[3])
+
+
+def test_a_rapid_speed_serves_axes_without_one_only(read, hayashi):
+    fast = replace(
+        hayashi, axes=tuple(replace(a, max_speed=10.0 if a.letter == "X" else None) for a in hayashi.axes)
+    )
+    motion = read("G0 X100\nY100\nC100\n", fast, rapid_mm_min=1200)
+    np.testing.assert_allclose(motion.time, [0, 10, 5, 5])
+
+
+def test_a_dwell_is_a_row_at_its_place(read):
+    motion = read("G1 X1 F60\nG4 P0.5\nX2\n")
+    assert motion.time.tolist() == [0, 1, 0.5, 1]
+    assert rows(motion)[:, 0].tolist() == [0, 1, 1, 2]
+    assert motion.kind.tolist() == [RAPID, CUT, CUT, CUT]
+    first = read("G4 P2\nG1 X1 F60\n")
+    assert first.time.tolist() == [0, 2, 1]
+    assert first.feed.tolist() == [1, 1, 1]
+
+
+def test_a_dwell_that_may_be_meant_in_milliseconds_is_found(read):
+    motion = read("G1 X1 F60\nG4 P500\n")
+    assert motion.time.sum() == 501
+    assert codes(motion) == ["long-dwell"]
+
+
+# What isn't used is counted
+
+
+def test_words_without_effect_are_counted(read):
+    text = "O1\nG40 G49 G80\nT1 M6\nG43 H1\nS1000 M3\nG64 P0.01\nG1 X1 F60 M8\nX1\n/Y2\nM30\nX9\nY9\n"
+    motion = read(text, block_delete=True)
+    assert motion.ignored == {
+        "/": 1, "G40": 1, "G43": 1, "G49": 1, "G64": 1, "G80": 1, "H": 1, "M3": 1, "M6": 1, "M8": 1, "O": 1,
+        "S": 1, "T": 1, "lines after the end": 2, "no move": 1,
+    }  # fmt: skip
+    assert len(motion) == 2
+
+
+def test_blocks_after_a_slash_move_unless_they_are_to_be_skipped(read):
+    assert len(read("G1 X1 F60\n/X2\n")) == 3
+    assert len(read("G1 X1 F60\n/X2\n", block_delete=True)) == 2
+
+
+# What is refused
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "fact"),
+    [
+        ("G1 X1\n", 1, "no F in force"),
+        ("G1 F0 X1\n", 1, "F0; a feed must be above 0"),
+        ("F-5\n", 1, "F-5; a feed must be above 0"),
+        ("G1 X1 F60\nG93 X2\n", 2, "G93 needs one in each"),
+        ("G93 G1 X1 F60\nX2\n", 2, "G93 needs one in each"),
+        ("G1 X1 F60\nG95 X2 S100\n", 2, "no F in force for G95"),
+        ("G95 G1 X1 F1\n", 1, "no S above 0"),
+        ("X1\n", 1, "none of G0, G1, G2, G3 is in force"),
+        ("G0 X1\nG80\nX2\n", 3, "none of G0, G1, G2, G3 is in force"),
+        ("G0 G1 X1\n", 1, "G0 and G1 in one block"),
+        ("G1 G90 G91 X1 F1\n", 1, "G90 and G91 in one block"),
+        ("G0 B1\n", 1, "B1: machine '0123' has the axes X, Y, Z and no B"),
+        ("G0 U1\n", 1, "and no U"),
+        ("G0 X1 I5\n", 1, "I5: belongs to an arc"),
+        ("G2 I1 F1\nG28 X0 I5\n", 2, "I5: belongs to an arc"),
+        ("G0 X1 Q5\n", 1, "Q5: doesn't belong to anything"),
+        ("G0 X1E3\n", 1, "have no exponent"),
+        ("G0 X1000001\n", 1, "beyond 1e+06"),
+        ("G41 D1 G1 X1 F1\n", 1, "G41 shifts the way by the tool's radius"),
+        ("G0 Z1\nG81 X1 Z-1 R1 F1\n", 2, "G81 is a cycle"),
+        ("G68 X0 Y0 R45\n", 1, "G68 shifts, turns or scales"),
+        ("G92 X0\n", 1, "G92 shifts"),
+        ("M98 P100\n", 1, "M98 calls or ends a subprogram"),
+        ("G65 P1\n", 1, "G65 calls"),
+        ("G30 Z0\n", 1, "G30 goes to a second reference"),
+        ("G1234 X1\n", 1, "G1234 isn't known"),
+        ("G54 G0 X1\nG55 X2\n", 2, "G55 here and G54 since line 1"),
+        ("G0 X1\nG55 X2\n", 2, "G55 here and G54 before"),
+        ("G4 X1\n", 1, "G4 is read as a dwell of P seconds"),
+        ("G4 P-1\n", 1, "can't be negative"),
+        ("G91 G53 G0 X1\n", 1, "G53 needs G0 or G1, and G90"),
+        ("G2 X1 F1\n", 1, "an arc in G17 needs I or J, or R alone, and has none"),
+        ("G2 X1 K1 F1\n", 1, "and has K"),
+        ("G2 X1 I1 R1 F1\n", 1, "and has I, R"),
+        ("G2 X1 I5 F1\n", 1, "begins 5 mm from its centre and ends 4 mm"),
+        ("G2 X10 R1 F1\n", 1, "R1 is too small"),
+        ("G2 X0 R1 F1\n", 1, "may lie anywhere"),
+        ("G2 X1 I.5 J9999999 F1\n", 1, "an arc of more than 1e+06 mm"),
+        ("G2 X2 I1\n", 1, "no F in force"),
+        ("O1\nG1 X1 F1\nO2\n", 3, "a second program begins"),
+        ("", None, "no block moves an axis"),
+        ("G0 X0\nM30\nX1\n", None, "no block moves an axis"),
+    ],
+)
+def test_what_would_change_the_motion_is_refused_with_its_line(fault, text, line, fact):
+    found, message = fault(text)
+    assert (found, fact in message) == (line, True), message
+
+
+def test_units_may_not_change_in_a_program(fault):
+    assert fault("G0 X1\nG20\nX2\n") == (
+        2,
+        "the file is in inch, and unit=mm was asked for; leave unit out",
+    )
+    assert fault("G20\nG0 X1\nG21\nX2\n", unit=None) == (
+        3,
+        "mixed units: mm here, and inch from line 1 on; write one file for each unit",
+    )
+
+
+@pytest.mark.parametrize(
+    ("text", "fact"),
+    [
+        ("G1 X1 F60\n", "the place of X, Y, Z isn't in the program up to here; give start"),
+        ("G0 X0 Y0\nG1 Z1 F60\n", "the place of Z isn't"),
+        ("G91 G0 X1\n", "X by an increment (G91)"),
+        ("G0 X1\n", "never gives the place of Y, Z"),
+        ("G0 X1 Y1 Z1\n", "only goes to where it begins"),
+    ],
+)
+def test_a_move_from_nowhere_is_refused(fault, text, fact):
+    assert fact in fault(text, start=None)[1]
+
+
+def test_a_rapid_move_of_unknown_speed_is_refused_with_axis_and_remedy(fault, hayashi):
+    line, message = fault("G1 X1 F1\nG0 C5\n", hayashi, rapid_mm_min=None)
+    assert line == 2
+    assert message == (
+        "a rapid move of C, whose highest speed machine 'hayashi-640123' doesn't tell, has no duration; give "
+        "rapid_mm_min, or max_speed in the machine file"
+    )
+
+
+def test_options_are_checked(read, hayashi):
+    with pytest.raises(SettingError, match="unknown unit 'cm'"):
+        read("G0 X1\n", unit="cm")
+    with pytest.raises(SettingError, match="rapid -1 mm/min"):
+        read("G0 X1\n", rapid_mm_min=-1)
+    with pytest.raises(SettingError, match="start of X is nan"):
+        read("G0 X1\n", start={"X": float("nan")})
+    with pytest.raises(MachineError, match="no axis 'B'"):
+        read("G0 X1\n", hayashi, program_zero={"B": 1})
+
+
+# The whole
+
+
+def test_a_program_read_is_a_motion_for_everything_else(read, trunnion):
+    text = "G0 X0 Y0 Z10 A0 C0\nG1 Z0 F600\nX10 A-20 C30\nM30\n"
+    motion = read(text, trunnion, start=None, rapid_mm_min=None)
+    assert isinstance(motion, fx.Motion)
+    program = compose_program(motion, machine=trunnion)
+    assert program.lines[-5] == "G1 X10.000000 Y0.000000 Z0.000000 A-20.000000 C30.000000 F60"
+    assert fx.read_program is read_program
+
+
+def test_twenty_thousand_blocks_take_seconds_at_most(read, trunnion):
+    lines = [f"N{i} G1 X{i % 90}.125 Y-.5 Z{i % 7} A{i % 30}. C{i % 300}.5 F1000" for i in range(20_000)]
+    text = "\n".join(lines)
+    began = time.perf_counter()
+    motion = read(text, trunnion)
+    assert len(motion) == 20_001
+    assert time.perf_counter() - began < 5.0
