@@ -8,7 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from fiveaxis.errors import DegenerateChain
-from fiveaxis.geometry import Array, BoolArray, angle_between, rotation_matrix
+from fiveaxis.geometry import Array, BoolArray, angle_between, perpendicular
 from fiveaxis.machine import Machine
 from fiveaxis.machine.freedom import PARALLEL, directions, why_not_orienting
 
@@ -56,12 +56,7 @@ def rotary_angles(machine: Machine, axis: Array, *, held: Held | None = None) ->
     if len(machine.rotaries) == 1:
         return _one_angle(machine, wanted, rest.get(machine.rotaries[0], 0.0))[None, :, None]
     require_orienting(machine)
-    k1, k2 = directions(machine.chain, rotary=True)
-    home = machine.chain.tool_home[:3, 2]
-    rest_angle = rest.get(machine.rotaries[0], 0.0)
-    second = _second_angles(k1, k2, home, wanted)
-    first = np.stack([_first_angles(k1, k2, home, wanted, angle, rest_angle) for angle in second])
-    return np.stack([first, second], axis=-1)
+    return _two_angles(machine, wanted, rest.get(machine.rotaries[0], 0.0))
 
 
 def require_orienting(machine: Machine) -> None:
@@ -98,41 +93,42 @@ def second_coefficients(k1: Array, k2: Array, home: Array) -> tuple[float, float
     return float(k1 @ home) - oblique * offset, float(k1 @ np.cross(k2, home)), oblique * offset
 
 
-def _second_angles(k1: Array, k2: Array, home: Array, wanted: Array) -> Array:
+def _two_angles(machine: Machine, wanted: Array, held: float) -> Array:
+    """Solve ``R(k1, ρ1) R(k2, ρ2) o0 = o``, (2, n, 2) rad, NaN where there is no solution.
+
+    Everything is measured along k1 and along two directions e1, e2 across it, so that ρ1 is a difference of
+    two angles in that plane and no vectors are needed per location.
+    """
+    k1, k2 = directions(machine.chain, rotary=True)
+    home = machine.chain.tool_home[:3, 2]
+    e1 = perpendicular(k1)
+    e2 = np.cross(k1, e1)
+    end_x, end_y, along = wanted @ e1, wanted @ e2, wanted @ k1
+    across = end_x**2 + end_y**2
+    second = _second_angles(k1, k2, home, along, across)
+    cosine, sine = np.cos(second), np.sin(second)
+    fixed, quarter = k2 * (k2 @ home), np.cross(k2, home)
+    start_x, start_y = (fixed @ e + cosine * ((home - fixed) @ e) + sine * (quarter @ e) for e in (e1, e2))
+    first = _principal(np.arctan2(end_y, end_x) - np.arctan2(start_y, start_x))
+    first = np.where((across < SINGULAR**2) & ~np.isnan(second), held, first)
+    return np.stack([first, second], axis=-1)
+
+
+def _second_angles(k1: Array, k2: Array, home: Array, along: Array, across: Array) -> Array:
     """Solve ``a cos ρ2 + b sin ρ2 = d``, (2, n) rad, NaN where there is no solution.
 
     The spread of the branches about ``atan2(b, a)`` has the cosine ``d/h`` and the sine ``√(h² − d²)/h``,
-    ``h² = a² + b²``. ``h² − d²`` is the Gram determinant of k1, k2 and the tool axis; written with
-    ``|k1×o|²`` for ``1 − (k1·o)²`` it keeps its digits next to the singular direction, where an arc cosine
-    would turn rounding into 1e-8 rad.
+    ``h² = a² + b²``. ``h² − d²`` is the Gram determinant of k1, k2 and the tool axis; written with the
+    squared part ``across`` k1 for ``1 − (k1·o)²`` it keeps its digits next to the singular direction, where
+    an arc cosine would turn rounding into 1e-8 rad.
     """
     oblique, offset = k1 @ k2, k2 @ home
     a, b, c = second_coefficients(k1, k2, home)
-    along = wanted @ k1
-    across = np.sum(np.cross(k1, wanted) ** 2, axis=1)
     gram = across - oblique**2 - offset**2 + 2.0 * oblique * offset * along
     sine = np.sqrt(np.where(gram < -GRAM_SLACK, np.nan, np.maximum(gram, 0.0)))
     spread = np.arctan2(sine, along - c)
     middle = math.atan2(b, a)
     return _principal(np.stack([middle + spread, middle - spread]))
-
-
-def _first_angles(k1: Array, k2: Array, home: Array, wanted: Array, second: Array, held: float) -> Array:
-    """Solve ρ1 that turns ``R(k2, ρ2) o0`` to the wanted axis, (n,) rad."""
-    turned = _turn_rows(k2, home, second)
-    start = turned - np.outer(turned @ k1, k1)
-    end = wanted - np.outer(wanted @ k1, k1)
-    angle = np.arctan2(np.cross(start, end) @ k1, np.sum(start * end, axis=1))
-    singular = np.linalg.norm(end, axis=1) < SINGULAR
-    return np.where(np.isnan(second), np.nan, np.where(singular, held, angle))
-
-
-def _turn_rows(direction: Array, vector: Array, angles: Array) -> Array:
-    """Turn one vector about one direction by many angles, (n, 3)."""
-    along = direction * (direction @ vector)
-    across = vector - along
-    quarter = rotation_matrix(direction, math.pi / 2.0) @ across
-    return along + np.outer(np.cos(angles), across) + np.outer(np.sin(angles), quarter)
 
 
 def _principal(angles: Array) -> Array:
