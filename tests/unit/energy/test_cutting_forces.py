@@ -10,6 +10,7 @@ from fiveaxis.energy.cutting_forces import CuttingCoefficients, cutting_record, 
 from fiveaxis.energy.engagement import Cut, EndMill, removal_rate, swept_surface
 from fiveaxis.energy.milling import net_power, revolution_average, wrench_power
 from fiveaxis.errors import SettingError, ToolError
+from fiveaxis.posture.baselines import leaned
 
 # Figures of the size of a titanium alloy's; no paper's.
 STEEL = CuttingCoefficients(1800.0, 700.0, 300.0, 20.0, 15.0, 5.0)
@@ -78,6 +79,18 @@ def test_the_helix_moves_forces_in_time_and_leaves_their_mean(cut):
     size = np.linalg.norm(straight.mean_force)
     np.testing.assert_allclose(helical.mean_force, straight.mean_force, atol=SPREAD * size)
     assert np.abs(helical.power - straight.power).max() > 0.01 * straight.mean_power
+
+
+def test_a_right_hand_helix_lets_the_higher_edge_enter_later():
+    """One disc, at half the depth, lags by depth/2·tan(helix)/R: here just over ten samples of half a degree."""
+    helix = np.arctan(10.3 * 0.5 * DEGREE * 5.0 / 1.0)
+    records = [
+        cutting_record(Cut(EndMill("flat", 10.0, 1, angle), 2.0, 4.0, 5.0, 500.0), STEEL, discs=1)
+        for angle in (0.0, helix, -helix)
+    ]
+    straight, late, early = (int(np.flatnonzero(r.power)[0]) for r in records)
+    assert late - straight == pytest.approx(10.3, abs=1.0)
+    assert straight - early == pytest.approx(10.3, abs=1.0)
 
 
 @every_cut
@@ -163,10 +176,34 @@ def test_leaning_a_ball_changes_its_mean_force_and_leaves_its_mean_power():
     assert change > 0.2 * np.linalg.norm(first.mean_force)
 
 
-def test_a_ball_that_leans_sideways_is_the_mirror_image_of_the_other_milling():
-    """Mirroring the scene swaps sides and the sense of rotation: powers agree where forces can't."""
-    left = replace(CUTS["ball tilted"], milling="up", lean=-CUTS["ball tilted"].lean)
-    assert mean_cutting_power(left, STEEL) == pytest.approx(mean_cutting_power(CUTS["ball tilted"], STEEL))
+def test_lead_and_lean_are_those_of_the_posture_baselines():
+    """In feed axes: feed x, normal z; both rooms must mean the same by the two angles."""
+    cut = CUTS["ball tilted"]
+    normal, feed = np.array([[0.0, 0.0, 1.0]]), np.array([[1.0, 0.0, 0.0]])
+    np.testing.assert_allclose(cut.tool_axes[2], leaned(normal, feed, cut.lead, cut.lean)[0], atol=1e-15)
+    np.testing.assert_allclose(cut.tool_axes @ cut.tool_axes.T, np.eye(3), atol=1e-15)
+    assert np.linalg.det(cut.tool_axes) == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("milling", ["up", "down"])
+def test_the_torque_is_the_moment_of_the_forces_about_the_tool_axis(milling):
+    """One tooth, one disc: all force acts at (R sinφ, R cosφ)."""
+    record = cutting_record(
+        Cut(EndMill("flat", 10.0, teeth=1), 2.0, 4.0, 5.0, 500.0, milling), STEEL, discs=1
+    )
+    x, y = 5.0 * np.sin(record.angle), 5.0 * np.cos(record.angle)
+    np.testing.assert_allclose(x * record.force[:, 1] - y * record.force[:, 0], record.torque, atol=1e-9)
+
+
+@pytest.mark.parametrize("shape", ["flat", "ball"])
+def test_up_milling_works_on_the_left_of_the_feed_and_down_milling_on_its_right(shape):
+    """A clockwise tooth is on the left until 90 deg; the centre of its work lies as far on either side."""
+    mill, centre = EndMill(shape, 10.0, teeth=1), {}
+    for milling in ("up", "down"):
+        record = cutting_record(Cut(mill, 1.0, 1.0, 5.0, 500.0, milling), SHARP)
+        centre[milling] = np.sum(record.angle * record.power) / np.sum(record.power) / DEGREE
+    assert centre["up"] < 60.0
+    assert centre["up"] + centre["down"] == pytest.approx(180.0, abs=0.5)
 
 
 @every_cut
