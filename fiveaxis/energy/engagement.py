@@ -13,6 +13,7 @@ are engaged where they face the feed and lie at most ``width - c`` towards the f
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 from typing import Literal
 
 import numpy as np
@@ -244,13 +245,19 @@ def swept_surface(cut: Cut) -> float:
 
 
 def _zone(cut: Cut, low: float, high: float) -> float:
-    nodes, weights = np.polynomial.legendre.leggauss(SURFACE_LINES)
+    nodes, weights = _gauss()
     # θ = low + (high - low) u² takes the square root out of the azimuth's start at the kink.
     share = (nodes + 1.0) / 2.0
     polar = low + (high - low) * share**2
     chord = cut.mill.radius * np.sin(polar)
     strip = chord * cut.mill.radius * (_last_azimuth(cut, chord) + np.pi / 2.0)
     return float(np.sum(weights * strip * share)) * (high - low)
+
+
+@cache
+def _gauss() -> tuple[Array, Array]:
+    """Find the rule's nodes once: they take longer than everything that a cut does with them."""
+    return np.polynomial.legendre.leggauss(SURFACE_LINES)
 
 
 def _last_azimuth(cut: Cut, chord: Array) -> Array:

@@ -82,7 +82,7 @@ def test_the_helix_moves_forces_in_time_and_leaves_their_mean(cut):
 
 
 def test_a_right_hand_helix_lets_the_higher_edge_enter_later():
-    """One disc, at half the depth, lags by depth/2·tan(helix)/R: here just over ten samples of half a degree."""
+    """One disc, at half the depth, lags by depth/2·tan(helix)/R: here 10.3 samples of half a degree."""
     helix = np.arctan(10.3 * 0.5 * DEGREE * 5.0 / 1.0)
     records = [
         cutting_record(Cut(EndMill("flat", 10.0, 1, angle), 2.0, 4.0, 5.0, 500.0), STEEL, discs=1)
