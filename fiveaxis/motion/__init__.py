@@ -2,14 +2,22 @@
 
 from fiveaxis.motion.filling import PATH_TOLERANCE, fill_in, midway_deviation
 from fiveaxis.motion.motion import Motion, follow
+from fiveaxis.motion.profiles import Profile, block_profiles, move_profiles
+from fiveaxis.motion.time_law import Samples, TimeLaw, time_motion
 from fiveaxis.motion.timing import STANDSTILL, block_times
 
 __all__ = [
     "PATH_TOLERANCE",
     "STANDSTILL",
     "Motion",
+    "Profile",
+    "Samples",
+    "TimeLaw",
+    "block_profiles",
     "block_times",
     "fill_in",
     "follow",
     "midway_deviation",
+    "move_profiles",
+    "time_motion",
 ]

@@ -11,6 +11,7 @@ import numpy as np
 
 import fiveaxis as fx
 from fiveaxis.kinematics import axis_positions, tool_poses
+from fiveaxis.motion import time_motion
 from fiveaxis.posture.baselines import find_baselines
 from fiveaxis.toolpath import tilt_bounds
 
@@ -48,6 +49,7 @@ def main() -> None:
         "vase: baselines, search and NLP, locations", 3600, lambda: fx.optimise(vase, hayashi, tilt=(15, 75))
     )
     solution = fx.optimise(vase, hayashi, tilt=(15, 75))
+    rate("time law, locations", 3600, lambda: time_motion(solution.motion, machine, corners=0.01))
     rate("verify, locations", 3600, lambda: fx.verify(solution.motion, hayashi, vase, tilt=(15, 75)))
 
 

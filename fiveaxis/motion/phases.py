@@ -1,0 +1,236 @@
+"""A path in time: from speeds at nodes to phases in which the pace changes evenly."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from fiveaxis.geometry import Array, IntArray
+from fiveaxis.motion.bounds import AxisBounds
+from fiveaxis.motion.reachability import highest_speeds
+from fiveaxis.motion.rounding import RoundedPath
+
+# mm: nodes nearer to each other are one.
+ONE_NODE = 1e-9
+# s: shorter phases are rounding, and nothing can be found within them.
+BRIEFEST = 1e-12
+# Intervals in the way on which the axes brake from the feed: the kink of quickest speeds is lost within one.
+NODES_PER_BRAKING = 8.0
+# Of a parabola: at least, per unit of |d₂ − d₁| (slopes must change little in an interval), at most.
+FEWEST_NODES, NODES_PER_TURN, MOST_NODES = 2, 16.0, 32
+# Ratio of an axis's slopes at the ends of an interval up to which each end has its own speed bound.
+FARTHEST_RATIO = 1.5
+
+
+@dataclass(frozen=True, eq=False)
+class Phases:
+    """Stretches of time in which the pace u̇ of the station changes evenly, in order.
+
+    Parameters
+    ----------
+    station : (p,), mm, at the start of each
+    pace : (p,), mm/s, at the start
+    push : (p,), mm/s², its change
+    duration : (p,), s
+    block : (p,), row of the motion in whose move it lies
+    """
+
+    station: Array
+    pace: Array
+    push: Array
+    duration: Array
+    block: IntArray
+
+    def __len__(self) -> int:
+        return len(self.duration)
+
+    @cached_property
+    def start(self) -> Array:
+        """(p,), s."""
+        return np.cumsum(self.duration) - self.duration
+
+    @property
+    def end_pace(self) -> Array:
+        """(p,), mm/s."""
+        return np.maximum(self.pace + self.push * self.duration, 0.0)
+
+    @property
+    def end_station(self) -> Array:
+        """(p,), mm."""
+        return self.station + (self.pace + 0.5 * self.push * self.duration) * self.duration
+
+    def at(self, time: Array) -> tuple[Array, Array, Array]:
+        """Compute station, pace and push at times, (s,), s; at rest before the start and after the end."""
+        if len(self) == 0:
+            return np.zeros_like(time), np.zeros_like(time), np.zeros_like(time)
+        phase = np.clip(np.searchsorted(self.start, time, side="right") - 1, 0, None)
+        into = np.clip(time - self.start[phase], 0.0, self.duration[phase])
+        push = self.push[phase]
+        pace = np.maximum(self.pace[phase] + push * into, 0.0)
+        station = self.station[phase] + (self.pace[phase] + 0.5 * push * into) * into
+        running = (time >= 0.0) & (time <= self.start[-1] + self.duration[-1])
+        return station, np.where(running, pace, 0.0), np.where(running, push, 0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class _Grid:
+    """A path cut into intervals, each within one block and on one straight side or one half of a parabola.
+
+    ``side``, ``blend`` and ``bend`` (s,) are those of `highest_speeds`; ``ceiling`` (s + 1,) is the highest
+    squared pace at each node, ``top`` (s,) within each straight piece; ``block`` (s,) counts rows.
+    """
+
+    node: Array
+    side: IntArray
+    blend: Array
+    bend: Array
+    block: IntArray
+    top: Array
+    ceiling: Array
+
+
+def run_phases(path: RoundedPath, station: Array, pace: Array, dwelling: Array, bounds: AxisBounds) -> Phases:
+    """Run along a path as quickly as its bounds allow.
+
+    Parameters
+    ----------
+    path : l mm long
+    station : (n,), mm, of the rows
+    pace : (n,), mm/s, at the feed of each block; NaN where nothing moves
+    dwelling : (n,), s, how long to rest at each row; 0 for no stop
+    bounds : of k axes
+
+    Returns
+    -------
+    Phases of positive duration
+    """
+    if path.length == 0.0:
+        return _with_dwells(_no_phases(), station, dwelling)
+    grid = _cut(path, station, pace, bounds)
+    speeds = highest_speeds(
+        path.directions,
+        grid.side,
+        grid.blend,
+        grid.bend,
+        np.diff(grid.node),
+        grid.ceiling,
+        bounds.acceleration,
+    )
+    return _with_dwells(_phases(path, grid, speeds, bounds), station, dwelling)
+
+
+def _cut(path: RoundedPath, station: Array, pace: Array, bounds: AxisBounds) -> _Grid:
+    node = _nodes(path, station, pace, bounds)
+    middle = (node[1:] + node[:-1]) / 2.0
+    corner = path.nearest(middle)
+    arm = path.arm[corner]
+    curved = np.abs(middle - path.station[corner]) < arm
+    twice = np.where(curved, 2.0 * arm, 1.0)
+    side = np.where(curved, corner - 1, path.side(middle))
+    ends = np.stack([node[:-1], node[1:]])
+    blends = np.where(curved, np.clip((ends - path.station[corner] + arm) / twice, 0.0, 1.0), 0.0)
+    # Row by row the first at or after an interval's middle: rows that stand still share a station.
+    block = np.searchsorted(station, middle)
+    first, second = path.directions[side], path.directions[np.minimum(side + 1, len(path.directions) - 1)]
+    slopes = first + blends[:, :, None] * (second - first)
+    top = np.minimum(pace[block] ** 2, _speed_ceilings(slopes, bounds.speed))
+    ceiling = np.minimum(np.append(top[0], 0.0), np.append(0.0, top[1]))
+    if not bounds.accelerates_at_once:
+        stops = path.station[path.arm == 0.0]
+        ceiling[np.searchsorted(node, stops - ONE_NODE)] = 0.0
+    return _Grid(node, side, blends[0], np.where(curved, 1.0 / twice, 0.0), block, top[0], ceiling)
+
+
+def _speed_ceilings(slopes: Array, speed: Array) -> Array:
+    """Bound the squared pace at both ends of intervals so that no axis is too quick within.
+
+    An axis runs at ``g √x`` with g and x both linear. If both ends were at its bound v, with slopes of
+    ratio r, it would reach ``g² x = v² · 4 (r² + r + 1)³ / (27 r² (r + 1)²)`` at ``(2 r + 1) / (3 r + 3)`` of
+    the interval: hardly more than v² while r is near 1, so both ends are lowered by that. Where r is far
+    from 1 the steeper end bounds both.
+
+    Parameters
+    ----------
+    slopes : (2, s, k), q' at start and end
+    speed : (k,)
+
+    Returns
+    -------
+    (2, s), (mm/s)²
+    """
+    steep, flat = np.abs(slopes).max(axis=0), np.abs(slopes).min(axis=0)
+    with np.errstate(divide="ignore", invalid="ignore"):  # an axis that stands sets no bound
+        r = steep / flat
+        near = (slopes[0] * slopes[1] > 0.0) & (r < FARTHEST_RATIO)
+        room = np.where(near, 27.0 * r**2 * (r + 1.0) ** 2 / (4.0 * (r**2 + r + 1.0) ** 3), 1.0)
+        return (room * (speed / np.where(near, np.abs(slopes), steep)) ** 2).min(axis=2)
+
+
+def _nodes(path: RoundedPath, station: Array, pace: Array, bounds: AxisBounds) -> Array:
+    """Stations at which anything changes, and enough of them on the parabolas."""
+    inner = np.flatnonzero(path.arm > 0.0)
+    arm, first, second = path.arm[inner], path.directions[inner - 1], path.directions[inner]
+    moving = np.flatnonzero(np.isfinite(pace))
+    row = np.searchsorted(station[moving], path.station[inner])
+    feed = np.minimum(pace[moving[row]], pace[moving[row + 1]])
+    turn = np.abs(second - first).max(axis=1, initial=0.0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        push = (bounds.acceleration / np.maximum(np.abs(first), np.abs(second))).min(axis=1, initial=np.inf)
+        braking = 4.0 * arm * push / feed**2 * NODES_PER_BRAKING
+    braking = np.where(np.isfinite(braking), braking, 0.0)
+    wanted = np.clip(np.maximum(braking, NODES_PER_TURN * turn), FEWEST_NODES, MOST_NODES)
+    parts = 2 * np.ceil(wanted / 2.0).astype(np.int64)  # even: the corner itself ends a block
+    owner = np.repeat(np.arange(len(inner)), parts + 1)
+    part = np.arange(len(owner)) - np.repeat(np.cumsum(parts + 1) - parts - 1, parts + 1)
+    share = 2.0 * part / parts[owner] - 1.0
+    nodes = np.unique(
+        np.concatenate([station, path.station, path.station[inner][owner] + share * arm[owner]])
+    )
+    return nodes[np.diff(nodes, prepend=-np.inf) > ONE_NODE]
+
+
+def _phases(path: RoundedPath, grid: _Grid, speeds: Array, bounds: AxisBounds) -> Phases:
+    """Three phases on a straight side (speeding up, cruising, braking), one on a piece of a parabola."""
+    length, straight = np.diff(grid.node), grid.bend == 0.0
+    start, end = speeds[:-1], speeds[1:]
+    with np.errstate(divide="ignore"):
+        push = (bounds.acceleration / np.abs(path.directions[grid.side])).min(axis=1)
+    peak = np.minimum(grid.top, 0.5 * (start + end) + push * length)
+    peak = np.where(straight, np.maximum(peak, np.maximum(start, end)), start)
+    rising, falling = ((peak - x) / (2.0 * push) for x in (start, end))
+    ways = np.stack([rising, length - rising - falling, falling], axis=1)
+    ways = np.where(straight[:, None], np.maximum(ways, 0.0), np.stack([length, 0 * length, 0 * length], 1))
+    marks = np.sqrt(np.stack([start, peak, peak, end], axis=1))
+    marks[~straight, 1:] = marks[~straight, 3:]
+    return _timed(grid, ways, marks)
+
+
+def _timed(grid: _Grid, ways: Array, marks: Array) -> Phases:
+    used = ways > 0.0
+    station = (grid.node[:-1, None] + np.cumsum(ways, axis=1) - ways)[used]
+    way, pace, after = ways[used], marks[:, :-1][used], marks[:, 1:][used]
+    duration = 2.0 * way / (pace + after)
+    block = np.broadcast_to(grid.block[:, None], ways.shape)[used]
+    push = (after - pace) / duration
+    long = duration > BRIEFEST
+    return Phases(station[long], pace[long], push[long], duration[long], block[long])
+
+
+def _no_phases() -> Phases:
+    none = np.zeros(0)
+    return Phases(none, none, none, none, np.zeros(0, dtype=np.int64))
+
+
+def _with_dwells(phases: Phases, station: Array, dwelling: Array) -> Phases:
+    """Insert rests at the rows that have them."""
+    rows = np.flatnonzero(dwelling)
+    place = np.searchsorted(phases.station, station[rows] - ONE_NODE)
+    return Phases(
+        station=np.insert(phases.station, place, station[rows]),
+        pace=np.insert(phases.pace, place, 0.0),
+        push=np.insert(phases.push, place, 0.0),
+        duration=np.insert(phases.duration, place, dwelling[rows]),
+        block=np.insert(phases.block, place, rows),
+    )

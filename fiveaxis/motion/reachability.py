@@ -1,0 +1,154 @@
+"""Highest speeds along a path from which every bound can still be met, compiled.
+
+The unknown is ``x = u̇²``, the squared speed of the station u along the path; its slope is twice ``w = ü``.
+Axis a runs at ``q'ₐ u̇`` and accelerates at ``q'ₐ w + q''ₐ x``: linear in (w, x), so that in each interval of
+the path two-variable linear programs tell all (TOPP-RA). Here w is constant in an interval, hence x is linear
+there, and so is q', since the path is made of straight lines and parabolas; the acceleration is then linear
+too, and what holds at both ends of an interval holds within it.
+
+References
+----------
+Pham & Pham (2018), A new approach to time-optimal path parameterization based on reachability analysis, IEEE
+Transactions on Robotics 34(3), 645-659.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from fiveaxis.geometry import Array, IntArray
+
+# Steps of Newton's method on a convex function made of a few straight pieces; it takes two or three.
+MOST_STEPS = 50
+
+
+@njit(cache=True)  # type: ignore[untyped-decorator]
+def highest_speeds(
+    directions: Array,
+    before: IntArray,
+    blend: Array,
+    bend: Array,
+    length: Array,
+    ceiling: Array,
+    acceleration: Array,
+) -> Array:
+    """Find the highest squared speeds at the nodes of a path from rest to rest.
+
+    Backwards: the speeds from which the rest of the path can be run within bounds (from 0 to a highest one,
+    as standing still is always allowed). Forwards: as quick as these allow.
+
+    Parameters
+    ----------
+    directions : (m, k), per mm, q' on the straight sides of the path
+    before : (s,), the side on which, or after which, each interval lies
+    blend : (s,), how far q' has gone from that side's to the next one's at the interval's start, 0 … 1
+    bend : (s,), 1/mm, how fast it goes there; 0 on a straight side
+    length : (s,), mm
+    ceiling : (s + 1,), (mm/s)², bound at the nodes from feed, axis speeds and stops
+    acceleration : (k,), mm/s² and rad/s²; infinite for no bound
+
+    Returns
+    -------
+    (s + 1,), (mm/s)²
+    """
+    n = len(length)
+    reached = ceiling.copy()
+    last = len(directions) - 1
+    for i in range(n - 1, -1, -1):
+        first, second = directions[before[i]], directions[min(before[i] + 1, last)]
+        if bend[i] == 0.0:
+            within = reached[i + 1] + 2.0 * _along_side(first, acceleration) * length[i]
+            reached[i] = min(reached[i], within)
+        else:
+            reached[i] = _controllable(
+                first, second, blend[i], bend[i], length[i], acceleration, reached[i], reached[i + 1]
+            )
+    for i in range(n):
+        first, second = directions[before[i]], directions[min(before[i] + 1, last)]
+        if bend[i] == 0.0:
+            most = _along_side(first, acceleration)
+        else:
+            _, _, most, _ = _range_at(
+                reached[i], first, second, blend[i], bend[i], length[i], acceleration, reached[i + 1]
+            )
+        reached[i + 1] = min(reached[i + 1], max(reached[i] + 2.0 * most * length[i], 0.0))
+    return reached
+
+
+@njit(cache=True)  # type: ignore[untyped-decorator]
+def _along_side(direction: Array, acceleration: Array) -> float:
+    """Highest acceleration along a straight side, which all axes share."""
+    most = np.inf
+    for a in range(len(direction)):
+        if direction[a] != 0.0:
+            most = min(most, acceleration[a] / abs(direction[a]))
+    return most
+
+
+@njit(cache=True)  # type: ignore[untyped-decorator]
+def _controllable(
+    first: Array,
+    second: Array,
+    blend: float,
+    bend: float,
+    length: float,
+    acceleration: Array,
+    ceiling: float,
+    following: float,
+) -> float:
+    """Highest x at an interval's start from which some w leads to at most `following` at its end.
+
+    The lower end of the range of w is convex in x and the upper one concave, and at x = 0 the range contains
+    0: Newton's method from the right runs down to the highest x at which they meet, and ends there exactly.
+    """
+    x = ceiling
+    for a in range(len(first)):
+        change = second[a] - first[a]
+        if change != 0.0 and first[a] + blend * change == 0.0:
+            x = min(x, acceleration[a] / abs(bend * change))
+    for _ in range(MOST_STEPS):
+        low, low_slope, high, high_slope = _range_at(
+            x, first, second, blend, bend, length, acceleration, following
+        )
+        # Slopes come closer than rounding only where the bounds hold anyway.
+        if low <= high or not low_slope > high_slope:
+            break
+        x -= (low - high) / (low_slope - high_slope)
+    return max(x, 0.0)
+
+
+@njit(cache=True)  # type: ignore[untyped-decorator]
+def _range_at(
+    x: float,
+    first: Array,
+    second: Array,
+    blend: float,
+    bend: float,
+    length: float,
+    acceleration: Array,
+    following: float,
+) -> tuple[float, float, float, float]:
+    """Range of w at squared speed x, and how both of its ends change with x.
+
+    At the start an axis accelerates at ``g w + f x`` with ``g = q'``, ``f = q''``. At the end of the interval
+    of length h, ``q' + h q''`` and ``x + 2 h w`` take their places, which makes ``g = q' + 3 h q''``.
+    """
+    low, low_slope = -x / (2.0 * length), -0.5 / length
+    high, high_slope = (following - x) / (2.0 * length), -0.5 / length
+    for a in range(len(first)):
+        if acceleration[a] == np.inf:
+            continue
+        f = bend * (second[a] - first[a])
+        start = first[a] + blend * (second[a] - first[a])
+        for g in (start, start + 3.0 * length * f):
+            if g == 0.0:
+                continue
+            # g w + f x ≤ A and ≥ −A: for g < 0 the two change places.
+            bound = acceleration[a] / abs(g)
+            slope = -f / g
+            if slope * x - bound > low:
+                low, low_slope = slope * x - bound, slope
+            if slope * x + bound < high:
+                high, high_slope = slope * x + bound, slope
+    return low, low_slope, high, high_slope

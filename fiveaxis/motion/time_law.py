@@ -1,0 +1,238 @@
+"""The quickest run of a motion that feed, axis speeds and axis accelerations allow."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from fiveaxis.errors import SettingError
+from fiveaxis.geometry import Array, IntArray
+from fiveaxis.machine import Machine
+from fiveaxis.motion.bounds import AxisBounds, axis_bounds, require_motion
+from fiveaxis.motion.motion import Motion
+from fiveaxis.motion.phases import Phases, run_phases
+from fiveaxis.motion.rounding import RoundedPath, round_corners
+
+# mm: a corner that its widest rounding passes nearer than this is a point of a sampled curve.
+SMOOTH = 0.01
+# mm per rad: lever on which deviations of rotary axes count, about a cutter's radius.
+LEVER = 10.0
+# A row on which no axis moves by more (mm, rad) and that takes longer (s) is a dwell; less is rounding.
+NO_MOVE, SHORTEST_DWELL = 1e-9, 1e-3
+# s: blocks don't take less, and what limits for less isn't told.
+INSTANT = 1e-9
+# Gauss's two points in an interval from 0 to 1: exact for powers up to the third degree in time.
+GAUSS_POINTS = 0.5 + np.array([-0.5, 0.5]) / math.sqrt(3.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Samples:
+    """A time law at moments whose weighted sum is the integral over time.
+
+    Parameters
+    ----------
+    time : (s,), s, ascending
+    weight : (s,), s; adds up to the whole time, by blocks to the blocks' times
+    block : (s,), row of the motion in whose move the moment lies
+    position, speed, acceleration : (s, k), mm and rad, per s, per s²
+    """
+
+    time: Array
+    weight: Array
+    block: IntArray
+    position: Array
+    speed: Array
+    acceleration: Array
+
+
+@dataclass(frozen=True, eq=False)
+class TimeLaw:
+    """How a motion runs in time: station along its path, in phases of constant second derivative.
+
+    Parameters
+    ----------
+    motion : with the times of this law
+    path : where the axes run, corners rounded
+    phases : when
+    feed_pace : (n,), mm/s of station in each block at its feed; NaN where nothing moves
+    bounds : what the axes may do
+    """
+
+    motion: Motion
+    path: RoundedPath
+    phases: Phases
+    feed_pace: Array
+    bounds: AxisBounds
+
+    @property
+    def total(self) -> float:
+        """Time of the whole motion, s."""
+        return float(self.motion.time.sum())
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """What may limit: ``feed``, ``X speed`` …, ``X acceleration`` …, ``dwell``, in `limiting`'s count."""
+        letters = self.motion.letters
+        speeds, accelerations = (tuple(f"{c} {what}" for c in letters) for what in ("speed", "acceleration"))
+        return ("feed", *speeds, *accelerations, "dwell")
+
+    @cached_property
+    def rates(self) -> Array:
+        """(n, k), mm/s and rad/s: speed of every axis at the end of each block."""
+        phases = self.phases
+        last = np.searchsorted(phases.block, np.arange(len(self.motion)), side="right") - 1
+        if len(phases) == 0:
+            return np.zeros_like(self.motion.positions)
+        held = np.maximum(last, 0)
+        pace = np.where(last < 0, 0.0, phases.end_pace[held])
+        # A hair before the end: at a corner taken without rounding the slope of the block itself counts.
+        _, slope, _ = self.path.at(phases.end_station[held] - 1e-9)
+        return slope * pace[:, None]
+
+    def at(self, time: ArrayLike) -> tuple[Array, Array, Array]:
+        """Compute axis values, speeds and accelerations at given times.
+
+        Parameters
+        ----------
+        time : (s,) or one, s from the start; before it and after the end the motion stays at its ends
+
+        Returns
+        -------
+        q, qd, qdd : (s, k), mm and rad, per s, per s²
+        """
+        station, pace, push = self.phases.at(np.atleast_1d(np.asarray(time, dtype=float)))
+        position, slope, bend = self.path.at(station)
+        speed, acceleration = pace[:, None] * slope, push[:, None] * slope + (pace**2)[:, None] * bend
+        return position, speed, acceleration
+
+    @cached_property
+    def samples(self) -> Samples:
+        """Two moments in every phase, for integrals of a power P(v, a) over time."""
+        phases = self.phases
+        time = (phases.start[:, None] + phases.duration[:, None] * GAUSS_POINTS).ravel()
+        block, weight = np.repeat(phases.block, 2), np.repeat(phases.duration / 2.0, 2)
+        return Samples(time, weight, block, *self.at(time))
+
+    @cached_property
+    def usage(self) -> Array:
+        """(s, 2 k + 2): how far each of the samples uses each bound, 1 at the bound, in order of `names`."""
+        samples = self.samples
+        _, pace, _ = self.phases.at(samples.time)
+        feed = np.nan_to_num(pace / self.feed_pace[samples.block])
+        dwell = (~np.isfinite(self.feed_pace[samples.block])).astype(float)
+        speeds = np.abs(samples.speed) / self.bounds.speed
+        accelerations = np.abs(samples.acceleration) / self.bounds.acceleration
+        return np.column_stack([feed, speeds, accelerations, dwell])
+
+    @cached_property
+    def limiting(self) -> IntArray:
+        """(n,): index in `names` of what limits each block for the longest time; −1 where it takes none."""
+        spent = np.zeros((len(self.motion), len(self.names)))
+        np.add.at(spent, (self.samples.block, self.usage.argmax(axis=1)), self.samples.weight)
+        return np.where(spent.any(axis=1), spent.argmax(axis=1), -1)
+
+    @cached_property
+    def shares(self) -> dict[str, float]:
+        """How long each bound is the one that limits, s; those that never do are left out."""
+        spent = np.bincount(self.usage.argmax(axis=1), self.samples.weight, len(self.names))
+        return {name: float(t) for name, t in zip(self.names, spent, strict=True) if t > INSTANT}
+
+
+def time_motion(
+    motion: Motion,
+    machine: Machine,
+    *,
+    corners: Literal["exact-stop"] | float = "exact-stop",
+    smooth: float = SMOOTH,
+    lever: float = LEVER,
+) -> TimeLaw:
+    """Find the quickest run of a motion, looking ahead over all its blocks.
+
+    Axes run straight from row to row and pass corners on a parabola (`round_corners`). On one of arm a
+    between the unit directions d₁ and d₂ axis j accelerates at ``(d₂ − d₁)_j u̇² / (2 a)`` when the pace u̇ is
+    steady, and ``a = 4 ε / |d₂ − d₁|`` passes the corner at the tolerance ε. So a corner with long sides is
+    passed at the pace
+
+        u̇² = min_j  8 ε A_j / (|d₂ − d₁| · |d₂ − d₁|_j),
+
+    which for one A in all directions and a turn by δ is ``u̇² = 2 ε A / sin²(δ/2)``. Along the path the
+    squared pace is found by reachability analysis (`highest_speeds`). Bounds hold all along the rounded path,
+    not only at its nodes, but for rounding (1e-6); jerk isn't bounded. The motion starts and ends at rest and
+    rests in dwells.
+
+    Parameters
+    ----------
+    motion : n rows with their times at the programmed feed, as `follow` gives them; a law's own motion
+        would be slowed twice
+    machine : highest speeds and accelerations; what an axis doesn't state sets no bound, and without any
+        acceleration the times are those of `block_times`
+    corners : ``exact-stop`` stops at every real corner (G61); a number is the tolerance in mm to pass it
+        (G64 P)
+    smooth : mm, a corner passed nearer than this by its widest rounding is part of a curve, not a real one
+    lever : mm per rad by which rotary axes' deviations count
+
+    Returns
+    -------
+    The time law; its motion has the new times
+
+    Raises
+    ------
+    ToolpathError, MachineError
+        Numbers that aren't finite, a move without a time; axes that the machine hasn't, limits not above 0.
+    SettingError
+        A tolerance below 0 or another word for corners.
+
+    References
+    ----------
+    Pham & Pham (2018) for the analysis; LinuxCNC's G64 P and G61 for what corners mean.
+    """
+    require_motion(motion, machine)
+    tolerance = _tolerance(corners)
+    _require_length("smooth", smooth, least=0.0)
+    _require_length("lever", lever)
+    bounds = axis_bounds(machine)
+    if bounds.accelerates_at_once:
+        tolerance = smooth = 0.0  # axes that can jump in speed need no rounding
+    still = (np.abs(motion.moves) <= NO_MOVE).all(axis=1)
+    dwells = still & (motion.time > SHORTEST_DWELL)
+    levers = np.array([lever if axis.is_rotary else 1.0 for axis in machine.axes])
+    path, station = round_corners(motion.positions, levers, dwells, tolerance=tolerance, smooth=smooth)
+    pace = _feed_pace(station, np.where(dwells, 0.0, motion.time))
+    dwelling = np.where(dwells, motion.time, 0.0)
+    phases = run_phases(path, station, pace, dwelling, bounds)
+    times = np.zeros(len(motion))
+    np.add.at(times, phases.block, phases.duration)
+    return TimeLaw(replace(motion, time=times), path, phases, pace, bounds)
+
+
+def _feed_pace(station: Array, times: Array) -> Array:
+    """Pace of station in each block at its feed, (n,), mm/s; NaN where nothing moves."""
+    steps = np.diff(station, prepend=station[:1])
+    moving = np.flatnonzero(steps > 0.0)
+    # Rows that stand still lie on the row before them; their instants belong to the next move.
+    spent = np.diff(np.cumsum(times)[moving], prepend=0.0)
+    pace = np.full(len(station), np.nan)
+    pace[moving] = steps[moving] / np.maximum(spent, INSTANT)
+    return pace
+
+
+def _tolerance(corners: str | float) -> float:
+    if isinstance(corners, str):
+        if corners != "exact-stop":
+            raise SettingError(f"corners is {corners!r}; it must be 'exact-stop' or a tolerance in mm")
+        return 0.0
+    _require_length("corners", corners, least=0.0)
+    return float(corners)
+
+
+def _require_length(name: str, value: float, least: float | None = None) -> None:
+    fine = math.isfinite(value) and (value > 0.0 if least is None else value >= least)
+    if not fine:
+        raise SettingError(
+            f"{name} is {value:g} mm; it must be {'above 0' if least is None else '0 or more'}"
+        )
