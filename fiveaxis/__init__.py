@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from fiveaxis.energy import Energy, PowerSurface, power_surface
     from fiveaxis.errors import FiveAxisError
     from fiveaxis.findings import Finding
+    from fiveaxis.job import program_energy
     from fiveaxis.machine import Machine, load_machine, machine_names
     from fiveaxis.motion import Motion
     from fiveaxis.nc import read_program, read_toolpath, write_program
@@ -48,6 +49,7 @@ _HOMES = {
     "plan_contour": "contour",
     "power_surface": "energy",
     "preview": "viewer",
+    "program_energy": "job",
     "read_program": "nc",
     "read_toolpath": "nc",
     "verify": "verification",
@@ -71,6 +73,7 @@ __all__ = [
     "plan_contour",
     "power_surface",
     "preview",
+    "program_energy",
     "read_program",
     "read_toolpath",
     "verify",

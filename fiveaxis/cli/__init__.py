@@ -6,6 +6,7 @@ fine, 1 verification or a check found an error, 2 wrong input or usage, 3 no fea
 
 import typer
 
+from fiveaxis.cli.energy_verb import energy
 from fiveaxis.cli.machine_verbs import check, import_machine, info, machines, urdf
 from fiveaxis.cli.path_verbs import optimise, plan, preview
 from fiveaxis.cli.surface_verb import surface
@@ -21,6 +22,7 @@ app.command()(info)
 app.command()(check)
 app.command("import")(import_machine)
 app.command()(urdf)
+app.command()(energy)
 app.command()(plan)
 app.command()(optimise)
 # Unknown options pass as arguments, since a tip like -10,0,5 looks like one.

@@ -39,7 +39,7 @@ from fiveaxis.energy.milling import (
     wrench_power,
 )
 from fiveaxis.energy.surface import PowerSurface, power_surface
-from fiveaxis.energy.totals import Energy, motion_energy, move_energies, move_powers
+from fiveaxis.energy.totals import Energy, law_energies, motion_energy, move_energies, move_powers
 
 __all__ = [
     "Cut",
@@ -68,6 +68,7 @@ __all__ = [
     "gravity_forces",
     "idle_power",
     "mean_cutting_power",
+    "law_energies",
     "motion_energy",
     "move_energies",
     "move_powers",

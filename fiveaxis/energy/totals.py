@@ -10,7 +10,7 @@ import numpy as np
 from fiveaxis.energy.drives import axis_powers, travel_costs
 from fiveaxis.geometry import Array
 from fiveaxis.machine import Machine
-from fiveaxis.motion import STANDSTILL, Motion
+from fiveaxis.motion import STANDSTILL, Motion, TimeLaw
 
 
 @dataclass(frozen=True)
@@ -26,13 +26,13 @@ class Energy:
     Parameters
     ----------
     by_axis : travel metric by axis letter, J
-    power_integral : ∫P dt of the feed drives, J
+    integral_by_axis : ∫P dt of each feed drive, J
     base : base power × time, J; None where the machine's base power is unknown
     time : duration of the motion, s
     """
 
     by_axis: dict[str, float]
-    power_integral: float
+    integral_by_axis: dict[str, float]
     base: float | None
     time: float
 
@@ -40,6 +40,16 @@ class Energy:
     def total(self) -> float:
         """Travel metric of all axes, J."""
         return sum(self.by_axis.values())
+
+    @property
+    def power_integral(self) -> float:
+        """∫P dt of all feed drives, J."""
+        return sum(self.integral_by_axis.values())
+
+    @property
+    def metric_error(self) -> float | None:
+        """How far the travel metric is from the power integral, as a share of it; None where that is 0."""
+        return self.total / self.power_integral - 1.0 if self.power_integral else None
 
     @property
     def with_base(self) -> float | None:
@@ -52,19 +62,23 @@ class Energy:
             "total": self.total,
             "by_axis": dict(self.by_axis),
             "power_integral": self.power_integral,
+            "integral_by_axis": dict(self.integral_by_axis),
+            "metric_error": self.metric_error,
             "base": self.base,
             "with_base": self.with_base,
             "time": self.time,
         }
 
 
-def motion_energy(machine: Machine, motion: Motion) -> Energy:
+def motion_energy(machine: Machine, motion: Motion, integral: Array | None = None) -> Energy:
     """Add up what a motion costs.
 
     Parameters
     ----------
     machine : every axis with a drive
     motion : axis values and times
+    integral : (n, k), J, ∫P dt by move and axis, where it is known better than from mean speeds
+        (`law_energies`)
 
     Raises
     ------
@@ -72,10 +86,13 @@ def motion_energy(machine: Machine, motion: Motion) -> Energy:
         An axis without known power.
     """
     travel = move_energies(machine, motion).sum(axis=0)
+    if integral is None:
+        integral = move_powers(machine, motion) * motion.time[:, None]
+    spent = integral.sum(axis=0)
     time = float(motion.time.sum())
     return Energy(
         by_axis={c: float(j) for c, j in zip(machine.letters, travel, strict=True)},
-        power_integral=float((move_powers(machine, motion).sum(axis=1) * motion.time).sum()),
+        integral_by_axis={c: float(j) for c, j in zip(machine.letters, spent, strict=True)},
         base=None if machine.base_power is None else machine.base_power * time,
         time=time,
     )
@@ -107,3 +124,17 @@ def move_powers(machine: Machine, motion: Motion) -> Array:
     powers = np.zeros_like(moves)
     powers[moving] = axis_powers(machine, middle[moving], moves[moving] / motion.time[moving, None])
     return powers
+
+
+def law_energies(machine: Machine, law: TimeLaw) -> Array:
+    """Integrate the drives' power over a time law: over real speeds and accelerations.
+
+    Returns
+    -------
+    (n, k), J: ∫P dt of the move that ends at the row, by axis
+    """
+    samples = law.samples
+    powers = axis_powers(machine, samples.position, samples.speed, samples.acceleration)
+    energies = np.zeros((len(law.motion), powers.shape[1]))
+    np.add.at(energies, samples.block, powers * samples.weight[:, None])
+    return energies

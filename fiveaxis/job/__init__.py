@@ -1,6 +1,7 @@
 """One job: from a part or a path to the files that a machine and its programmer need."""
 
 from fiveaxis.job.description import Job, PlanTable, SetupTable, make_job, read_job
+from fiveaxis.job.programs import ProgramEnergy, program_energy
 from fiveaxis.job.results import require_folder, write_outcome
 from fiveaxis.job.stages import (
     RESULT,
@@ -19,6 +20,7 @@ __all__ = [
     "Job",
     "Outcome",
     "PlanTable",
+    "ProgramEnergy",
     "ProgramMotion",
     "SetupTable",
     "is_mesh",
@@ -26,6 +28,7 @@ __all__ = [
     "load_job_toolpath",
     "make_job",
     "part_of",
+    "program_energy",
     "program_motion",
     "read_job",
     "require_folder",

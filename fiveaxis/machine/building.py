@@ -18,6 +18,7 @@ from fiveaxis.machine.code import AXIS_ORDER, FormShapingCode, parse_code
 from fiveaxis.machine.drives import AffineDrive, DirectionalDrive, Drive, FrictionDrive, WeightDrive
 from fiveaxis.machine.freedom import why_not_positioning
 from fiveaxis.machine.model import Machine, Provenance
+from fiveaxis.machine.setup import Load
 from fiveaxis.machine.tables import (
     ANGLE_UNITS,
     LINEAR_UNITS,
@@ -78,6 +79,7 @@ def build_machine(file: MachineFile, folder: Path) -> Machine:
         axes=tuple(_axis(c, tables[c]) for c in letters),
         base_power=None if file.base_power is None else file.base_power.value,
         description=file.description,
+        load=Load() if file.load is None else Load(file.load.mass, file.load.centre),
         vertical=(0.0, 0.0, 1.0) if file.vertical is None else normalise_triple(file.vertical.direction),
         provenance=tuple(_provenance(file, tables)),
         bodies=tuple(_body(i, table, code, folder) for i, table in enumerate(file.bodies)),
@@ -268,6 +270,7 @@ def _provenance(file: MachineFile, tables: dict[str, AxisTable]) -> Iterator[Pro
         ("spindle", file.spindle),
         ("vertical", file.vertical),
         ("base_power", file.base_power),
+        ("load", file.load),
     ]
     for letter, table in tables.items():
         figures.extend((f"{letter} {name}", getattr(table, name)) for name in AXIS_FIGURES)

@@ -105,6 +105,9 @@ def machine_document(machine: Machine, folder: Path | None = None) -> Table:
         document["vertical"] = {"direction": _direction(machine.vertical)} | origin("vertical")
     if machine.base_power is not None:
         document["base_power"] = {"value": _neat(machine.base_power), "unit": "W"} | origin("base_power")
+    if machine.load.mass:
+        load = {"mass": _neat(machine.load.mass), "centre": [_neat(v) for v in machine.load.centre]}
+        document["load"] = load | origin("load")
     lines = {j.letter: j.line for j in nominal.chain.joints}
     table_side = machine.code.table
     document["axes"] = {

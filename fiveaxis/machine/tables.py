@@ -193,6 +193,13 @@ DriveTable = Annotated[
 ]
 
 
+class LoadTable(Figure):
+    """What stands on the table when a job doesn't say: vice, fixture, workpiece."""
+
+    mass: float = Field(ge=0.0, description="kg")
+    centre: Triple = Field((0.0, 0.0, 0.0), description="mm, centre of mass, machine frame at home")
+
+
 class AxisTable(StrictModel):
     """Everything a machine file says about one axis."""
 
@@ -249,5 +256,6 @@ class MachineFile(StrictModel):
     spindle: SpindleTable | None = None
     vertical: VerticalTable | None = None
     base_power: PowerTable | None = None
+    load: LoadTable | None = None
     axes: dict[Literal["X", "Y", "Z", "A", "B", "C"], AxisTable] = Field(default_factory=dict)
     bodies: list[BodyTable] = Field(default_factory=list)

@@ -13,7 +13,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fiveaxis.errors import SettingError
+from fiveaxis.errors import MachineError, SettingError
 from fiveaxis.kinematics import tool_poses
 from fiveaxis.machine import (
     Axis,
@@ -310,3 +310,61 @@ def test_any_limits_and_speeds_come_back_to_the_last_digits(tmp_path_factory, en
         assert axis.limits.low == pytest.approx(ends[0], rel=1e-14, abs=1e-300)
         assert axis.limits.high == pytest.approx(ends[1], rel=1e-14, abs=1e-300)
         assert math.isclose(axis.max_acceleration, speed, rel_tol=1e-14)
+
+
+DRIVES = {
+    "directional": 'model = "directional"\nplus = 3.5\nminus = 2\nunit = "W"\n',
+    "affine": 'model = "affine"\nplus = [8540, 88.82]\nminus = [6502, 75.12]\nunit = "W/(m/s)"\n',
+    "weight": 'model = "weight"\na = 0.7752\nb = 0.099\n',
+    "friction": 'model = "friction"\nfriction = 190\nviscous = 3900\ncounterbalance = -20\nefficiency = 0.9\n'
+    "regeneration = 0.3\ncopper = 0.0001\nhold = 12\n",
+    "turning": 'model = "friction"\nfriction = 4\nviscous = 0.5\ninertia = 0.08\n',
+}
+
+
+@pytest.mark.parametrize("name", DRIVES)
+def test_every_drive_model_comes_back(tmp_path, name):
+    letter = "C" if name == "turning" else "X"
+    mass = f'[axes.{letter}.moved_mass]\nvalue = 300\nsource = "s"\n' + (
+        "centre = [1, 2, 3]\n" if letter == "C" else ""
+    )
+    text = (
+        'name = "m"\ncode = "640123"\nstructure = { source = "s" }\n[vertical]\ndirection = [0, 1, 0]\n'
+        'source = "s"\n[load]\nmass = 60\ncentre = [0, 0, 30]\nsource = "s"\n'
+        f'{mass}[axes.{letter}.drive]\n{DRIVES[name]}source = "s"\n'
+    )
+    path = tmp_path / "m.toml"
+    path.write_text(text)
+    machine = load_machine(path)
+    (tmp_path / "again.toml").write_text(machine_text(machine))
+    again = load_machine(tmp_path / "again.toml")
+    assert_same(again, machine)
+    assert (again.vertical, again.load) == (machine.vertical, machine.load)
+    assert_flat(again.axis(letter).drive, machine.axis(letter).drive)
+
+
+def test_the_figures_of_a_friction_drive_are_in_newton_and_metre(tmp_path):
+    path = tmp_path / "m.toml"
+    mass = '[axes.X.moved_mass]\nvalue = 300\nsource = "s"\n'
+    path.write_text(f'name = "m"\ncode = "640123"\n{mass}[axes.X.drive]\n{DRIVES["friction"]}source = "s"\n')
+    drive = load_machine(path).axis("X").drive
+    assert drive.friction == pytest.approx(0.190)  # J/mm
+    assert drive.viscous == pytest.approx(3900e-6)  # J s/mm²
+    assert drive.copper == pytest.approx(100.0)  # W/(J/mm)²
+
+
+@pytest.mark.parametrize(
+    ("axis", "drive", "said"),
+    [
+        ("X", "weight", "the weight drive of X needs [axes.X.moved_mass]"),
+        ("X", "friction", "the friction drive of X needs [axes.X.moved_mass]"),
+        ("C", "weight", "the weight drive of C is for linear axes"),
+        ("X", "turning", "inertia is for a rotary axis"),
+    ],
+)
+def test_a_drive_without_the_figures_it_needs_is_refused(tmp_path, axis, drive, said):
+    path = tmp_path / "m.toml"
+    path.write_text(f'name = "m"\ncode = "640123"\n[axes.{axis}.drive]\n{DRIVES[drive]}source = "s"\n')
+    with pytest.raises(MachineError) as caught:
+        load_machine(path)
+    assert said in str(caught.value)

@@ -145,11 +145,11 @@ def test_speeds_and_masses_reach_the_inside_in_its_units():
     assert load_machine("variaxis-730").axis("Z").max_speed == pytest.approx(40000.0 / 60.0)
 
 
-def test_the_takisawa_has_its_measured_base_power_and_masses_and_no_drives_yet():
+def test_the_takisawa_has_its_measured_base_power_and_masses():
     machine = load_machine("takisawa-mac-v3")
     assert machine.base_power == 2763.18
     assert [machine.axis(c).moved_mass for c in "XYZ"] == [315.0, 750.0, None]
-    assert not any(a.drive for a in machine.axes)
+    assert machine.load.mass == 60.0  # vice and workpiece
 
 
 def test_the_head_of_the_bridge_mill_turns_250_mm_above_its_gauge_point():

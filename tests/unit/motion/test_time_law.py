@@ -136,6 +136,16 @@ def test_bounds_hold_all_along_random_polygons(seed, n, corners, fast):
     assert pace.max() < 1.0 + ROUNDING
 
 
+@pytest.mark.parametrize("seed", range(6))
+def test_bounds_hold_where_axes_start_to_move_in_a_corner(seed):
+    """One axis at a time: at each parabola's start an axis has no speed but already accelerates."""
+    rng = np.random.default_rng(seed)
+    steps = np.zeros((40, 5))
+    steps[np.arange(40), rng.integers(0, 5, 40)] = rng.choice([-1.0, 1.0], 40) * rng.uniform(0.02, 3.0, 40)
+    law = time_motion(motion_of(np.cumsum(steps * [1, 1, 1, 0.1, 0.1], axis=0)), TRUNNION, corners=1.0)
+    assert overrun(law) < ROUNDING
+
+
 @settings(max_examples=15, deadline=None)
 @given(st.integers(0, 10_000), st.integers(30, 400), st.sampled_from([1.0, 10.0]))
 def test_bounds_hold_all_along_random_curves(seed, n, more_speed):
@@ -355,6 +365,12 @@ def test_repeated_rows_take_no_time_and_change_nothing():
     repeated = time_motion(with_speed(again, 10.0), TRUNNION, corners=0.05)
     assert repeated.total == pytest.approx(plain.total, rel=1e-9)
     assert repeated.motion.time.reshape(30, 3)[:, 1:].max() == 0.0
+
+
+def test_many_tiny_steps_are_a_move():
+    whole = motion_of([[0.0], [1e-3], [10.0]], [0.0, 1e-3, 1.0])
+    tiny = motion_of([*np.linspace([0.0], [1e-3], 3001), [10.0]], [0.0, *[1e-3 / 3000] * 3000, 1.0])
+    assert time_motion(tiny, TRUNNION).total == pytest.approx(time_motion(whole, TRUNNION).total, rel=1e-6)
 
 
 def test_a_dwell_is_a_stop_of_its_time():

@@ -1,0 +1,150 @@
+"""The verb about the energy of NC programs."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import typer
+from rich.markup import escape
+from rich.table import Table
+
+from fiveaxis.cli.options import AsJson, Drives, MachineName
+from fiveaxis.cli.terminal import err, errors_explained, out, print_json, required
+from fiveaxis.errors import SettingError
+
+if TYPE_CHECKING:
+    from fiveaxis.job import ProgramEnergy
+    from fiveaxis.machine import Machine
+
+
+def energy(
+    programs: Annotated[
+        list[Path], typer.Argument(help="NC programs of machine-axis words", metavar="PROGRAM…")
+    ],
+    machine: MachineName = None,
+    drives: Drives = None,
+    load: Annotated[float | None, typer.Option("--load", help="mass on the table, kg")] = None,
+    corners: Annotated[
+        str,
+        typer.Option("--corners", help="programmed times, exact-stop, or a tolerance in mm (axis limits)"),
+    ] = "programmed",
+    unit: Annotated[
+        Literal["mm", "inch"] | None, typer.Option("--unit", help="of a program that doesn't say")
+    ] = None,
+    start: Annotated[
+        str | None, typer.Option("--start", help="where axes stand before: X18,Y74,Z0 in mm and deg")
+    ] = None,
+    rapid: Annotated[float | None, typer.Option("--rapid", help="mm/min, of axes without a speed")] = None,
+    table: Annotated[Path | None, typer.Option("--csv", help="file for the blocks, one row each")] = None,
+    figure: Annotated[
+        Path | None, typer.Option("--figure", help="SVG: power over time, energy by axis")
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Tell what NC programs cost the feed drives, block by block and by axis; several are compared."""
+    with errors_explained(as_json):
+        from fiveaxis.files import write_atomically
+        from fiveaxis.job import program_energy
+        from fiveaxis.report.program_figure import program_figure
+
+        used = _machine(required(machine, "machine"), drives, load)
+        found = [
+            program_energy(
+                path, used, corners=_corners(corners), unit=unit, start=_start(start), rapid_mm_min=rapid
+            )
+            for path in programs
+        ]
+        if table is not None:
+            write_atomically(table, _csv(found))
+        if figure is not None:
+            write_atomically(
+                figure,
+                program_figure(
+                    [p.motion.name for p in found],
+                    [p.energy for p in found],
+                    [p.motion.time for p in found],
+                    [p.by_block for p in found],
+                ),
+            )
+        for program in found:
+            for finding in program.findings:
+                err.print(f"{program.motion.name}: {finding.severity}: {finding}", markup=False)
+        if as_json:
+            return print_json(found[0].as_dict() if len(found) == 1 else [p.as_dict() for p in found])
+        if len(found) == 1:
+            _print_blocks(found[0])
+        _print_totals(found)
+
+
+def _machine(name: str, drives: str | None, load: float | None) -> Machine:
+    from fiveaxis.machine import load_machine
+
+    machine = load_machine(name)
+    if drives is not None:
+        machine = machine.with_drives_of(load_machine(drives))
+    return machine if load is None else machine.with_load(load, machine.load.centre)
+
+
+def _corners(text: str) -> Any:
+    try:
+        return float(text)
+    except ValueError:
+        return text
+
+
+def _start(text: str | None) -> dict[str, float] | None:
+    """Read places of axes, ``X18,Y74,Z0``."""
+    if text is None:
+        return None
+    try:
+        return {part.strip()[0].upper(): float(part.strip()[1:]) for part in text.split(",")}
+    except (ValueError, IndexError):
+        raise SettingError(f"--start {text!r} isn't of the form X18,Y74,Z0") from None
+
+
+def _csv(found: Sequence[ProgramEnergy]) -> str:
+    """Lay the blocks of all programs out as one table."""
+    text = io.StringIO()
+    rows = [{"program": p.motion.name} | row for p in found for row in p.rows]
+    writer = csv.DictWriter(text, fieldnames=list(rows[0]), lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    return text.getvalue()
+
+
+def _print_blocks(program: ProgramEnergy) -> None:
+    letters = program.machine.letters
+    shown = Table("line", "block", "s", "mm/min", *(f"{c} J" for c in letters), "J", box=None)
+    for row in program.rows:
+        joules = (f"{row[c]:.2f}" for c in letters)
+        cells = (f"{row['time']:.3f}", f"{row['feed_mm_min']:.0f}", *joules, f"{row['energy']:.2f}")
+        shown.add_row(str(row["line"]), escape(row["block"]), *cells)
+    out.print(shown)
+
+
+def _print_totals(found: Sequence[ProgramEnergy]) -> None:
+    """Print one line a program; savings are against the first."""
+    letters = found[0].machine.letters
+    axes = (f"{c} J" for c in letters)
+    shown = Table("program", "s", *axes, "drives J", "base J", "with base J", "against the first", box=None)
+    first = found[0].energy.power_integral
+    for program in found:
+        spent = program.energy
+        joules = (f"{spent.integral_by_axis[c]:.2f}" for c in letters)
+        base, total = (("unknown" if v is None else f"{v:.2f}") for v in (spent.base, spent.with_base))
+        share = f"{100.0 * (spent.power_integral / first - 1.0):+.1f} %" if program is not found[0] else ""
+        shown.add_row(
+            escape(program.motion.name),
+            f"{spent.time:.2f}",
+            *joules,
+            f"{spent.power_integral:.2f}",
+            base,
+            total,
+            share,
+        )
+    out.print(shown)
+    out.print(f"{found[0].machine.name}: power integral of the feed drives; base power apart")

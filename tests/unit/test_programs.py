@@ -1,0 +1,167 @@
+"""Energy of NC programs: the printed one, the paper's strategies, and totals that add up."""
+
+import csv
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import fiveaxis as fx
+from fiveaxis.cli import app
+from fiveaxis.errors import MachineError, SettingError, ToolpathError
+from fiveaxis.machine import load_machine
+
+EXAMPLE = Path(__file__).parents[2] / "examples" / "pocket" / "reproduce.py"
+# Edem & Balogun (2018), the zigzag program of Table 1; N16 is misprinted there (Y43).
+ZIGZAG = (
+    """G90 G21
+G00 X18 Y74 Z0
+N01 G01 Z-0.5 F300
+N02 X132 F500
+"""
+    + "".join(f"Y{74 - 6 * (i + 1)}\nX{18 if i % 2 == 0 else 132}\n" for i in range(8))
+    + "N19 G00 Z5\nN20 G00 Z50\nM30\n"
+)
+PRINTED_J, PRINTED_S = 51044.30, 129.82
+
+
+@pytest.fixture
+def zigzag(tmp_path: Path) -> Path:
+    path = tmp_path / "zigzag.nc"
+    path.write_text(ZIGZAG)
+    return path
+
+
+@pytest.fixture(scope="module")
+def takisawa() -> fx.Machine:
+    return load_machine("takisawa-mac-v3")
+
+
+def run(*words: object):
+    return CliRunner().invoke(app, [str(w) for w in words])
+
+
+def test_the_printed_program_takes_the_printed_energy_and_time(zigzag, takisawa):
+    found = fx.program_energy(zigzag, takisawa)
+    assert found.energy.power_integral == pytest.approx(PRINTED_J, rel=0.01)
+    assert found.energy.total == pytest.approx(PRINTED_J, rel=0.01)
+    assert found.energy.time == pytest.approx(PRINTED_S, rel=0.01)
+    rows = {row["block"]: row for row in found.rows}
+    assert rows["N02 X132 F500"]["X"] == pytest.approx(5328.65, rel=0.005)
+    assert rows["Y68"]["Y"] == pytest.approx(340.58, rel=0.001)
+    assert rows["N01 G01 Z-0.5 F300"]["Z"] == pytest.approx(11.21, rel=0.05)
+
+
+def test_blocks_add_up_to_the_totals(zigzag, takisawa):
+    found = fx.program_energy(zigzag, takisawa)
+    assert sum(row["energy"] for row in found.rows) == pytest.approx(found.energy.power_integral)
+    assert sum(row["time"] for row in found.rows) == pytest.approx(found.energy.time)
+    assert sum(row["base"] for row in found.rows) == pytest.approx(found.energy.base)
+    assert found.energy.base == pytest.approx(2763.18 * found.energy.time)
+    for letter, joules in found.energy.integral_by_axis.items():
+        assert sum(row[letter] for row in found.rows) == pytest.approx(joules)
+
+
+def test_a_heavier_vice_costs_in_proportion_to_the_moved_weight(zigzag, takisawa):
+    light = fx.program_energy(zigzag, takisawa.with_load(0.0)).energy.integral_by_axis
+    heavy = fx.program_energy(zigzag, takisawa.with_load(315.0)).energy.integral_by_axis
+    assert heavy["X"] == pytest.approx(2.0 * light["X"])
+    assert heavy["Z"] == light["Z"]
+
+
+def test_stops_and_accelerations_cost_time_and_the_energy_follows_the_time_law(zigzag, takisawa):
+    from dataclasses import replace
+
+    axes = tuple(replace(a, max_acceleration=500.0) for a in takisawa.axes)
+    limited = replace(takisawa, axes=axes)
+    programmed = fx.program_energy(zigzag, limited)
+    stopping = fx.program_energy(zigzag, limited, corners="exact-stop")
+    assert stopping.energy.time > programmed.energy.time
+    # A pass of 114 mm from stop to stop: D/v + v/a.
+    passes = [row["time"] for row in stopping.rows if row["block"] == "X18"]
+    feed = 500.0 / 60.0
+    assert passes == pytest.approx([114.0 / feed + feed / 500.0] * len(passes), rel=1e-6)
+    assert stopping.by_block.sum() == pytest.approx(stopping.energy.power_integral)
+
+
+def test_the_papers_strategies_are_ranked_as_measured():
+    printed = subprocess.run([sys.executable, EXAMPLE], capture_output=True, text=True, check=True).stdout
+    rows = {line.split()[0]: line.split()[1:] for line in printed.splitlines() if line.strip()}
+    # The last rows of zag and zigzag are shares of the contour: energy, paper's, time, paper's, in percent.
+    for name in ("zag", "zigzag"):
+        energy, energy_paper, time, time_paper = (float(v) for v in rows[name] if v != "%")
+        assert energy > 0.0
+        assert abs(energy - energy_paper) < 3.0
+        assert abs(time - time_paper) < 3.0
+    x, x_paper, y, y_paper, time, time_paper = map(float, rows["contour"])
+    assert y > x
+    assert (x, y) == pytest.approx((x_paper, y_paper), rel=0.02)
+    assert time == pytest.approx(time_paper, rel=0.01)
+
+
+def test_the_machine_file_holds_what_the_example_fits(takisawa):
+    printed = subprocess.run([sys.executable, EXAMPLE], capture_output=True, text=True, check=True).stdout
+    for letter in "XY":
+        words = next(line for line in printed.splitlines() if line.startswith(f"{letter}: a")).split()
+        drive = takisawa.axis(letter).drive
+        assert (drive.a, drive.b) == (float(words[3]), float(words[8]))
+
+
+def test_the_verb_writes_table_figure_and_json(zigzag, tmp_path):
+    table, figure = tmp_path / "blocks.csv", tmp_path / "energy.svg"
+    result = run("energy", zigzag, "-m", "takisawa-mac-v3", "--csv", table, "--figure", figure, "--json")
+    assert result.exit_code == 0
+    document = json.loads(result.stdout)
+    assert document["energy"]["power_integral"] == pytest.approx(PRINTED_J, rel=0.01)
+    rows = list(csv.DictReader(table.read_text().splitlines()))
+    assert len(rows) == len(document["blocks"]) == 20
+    assert sum(float(row["energy"]) for row in rows) == pytest.approx(document["energy"]["power_integral"])
+    assert figure.read_text().startswith("<svg")
+    words = run("energy", zigzag, zigzag, "-m", "takisawa-mac-v3").stdout
+    assert "+0.0 %" in words
+
+
+def test_a_written_program_costs_what_its_motion_did(tmp_path, hayashi):
+    """The optimiser's own motion, written as NC and read back, has the same power integral."""
+    from fiveaxis.energy import motion_energy
+    from fiveaxis.motion import Motion
+
+    turn = np.linspace(0.0, 1.0, 30)
+    positions = np.column_stack([30.0 * np.cos(turn), 30.0 * np.sin(turn), 5.0 * turn, -0.3 * turn, turn])
+    time = np.full(30, 0.2)
+    time[0] = 0.0
+    motion = Motion("XYZAC", positions, np.full(30, 5.0), time, np.zeros(30, int), np.arange(30))
+    path = fx.write_program(motion, tmp_path / "p.ngc", machine=hayashi)
+    found = fx.program_energy(path, hayashi, rapid_mm_min=5000.0)
+    expected = motion_energy(hayashi, motion)
+    # Before them is the approach.
+    assert found.by_block[-29:].sum() == pytest.approx(expected.power_integral, rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("text", "error", "said"),
+    [
+        ("G90 G21\nG00 X0 Y0 Z0\nG01 X10\n", ToolpathError, "F"),
+        ("G90 G21\nG00 X0 Y0 Z0\nG01 X10 F0\n", ToolpathError, "F"),
+        ("G90 G21\nG01 X10 F100\n", ToolpathError, "start"),
+        ("G90 G21\nG00 X0 Y0 Z0 B5\n", ToolpathError, "B"),
+    ],
+)
+def test_a_program_that_says_too_little_is_refused_with_its_line(tmp_path, takisawa, text, error, said):
+    path = tmp_path / "p.nc"
+    path.write_text(text)
+    with pytest.raises(error, match=said) as caught:
+        fx.program_energy(path, takisawa)
+    assert str(caught.value).startswith(f"{path}:")
+
+
+def test_a_machine_without_powers_and_unknown_corners_are_refused(zigzag, takisawa):
+    with pytest.raises(MachineError, match="no power for axis"):
+        fx.program_energy(zigzag, fx.Machine.from_code("1203"), rapid_mm_min=1000.0)
+    with pytest.raises(SettingError, match="write programmed, exact-stop, or a tolerance"):
+        fx.program_energy(zigzag, takisawa, corners="smooth")
+    assert run("energy", zigzag, "-m", "takisawa-mac-v3", "--start", "X=3").exit_code == 2
