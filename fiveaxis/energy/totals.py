@@ -62,11 +62,11 @@ class Energy:
             "total": self.total,
             "by_axis": dict(self.by_axis),
             "power_integral": self.power_integral,
-            "integral_by_axis": dict(self.integral_by_axis),
-            "metric_error": self.metric_error,
             "base": self.base,
             "with_base": self.with_base,
             "time": self.time,
+            "integral_by_axis": dict(self.integral_by_axis),
+            "metric_error": self.metric_error,
         }
 
 

@@ -36,7 +36,8 @@ KEYS = [
 def test_the_document_has_its_keys_in_a_fixed_order(solution: Solution, verdict: dict[str, Any]) -> None:
     document = report_document(solution, verdict, inputs=[])
     assert list(document) == KEYS
-    assert list(document["energy"]) == ["total", "by_axis", "power_integral", "base", "with_base", "time"]
+    measures = ["total", "by_axis", "power_integral", "base", "with_base", "time"]
+    assert list(document["energy"]) == [*measures, "integral_by_axis", "metric_error"]
     assert list(document["energy"]["by_axis"]) == list("XYZAC")
 
 
