@@ -9,7 +9,6 @@ import numpy as np
 
 from fiveaxis.geometry import Array, IntArray
 from fiveaxis.motion.bounds import AxisBounds
-from fiveaxis.motion.reachability import highest_speeds
 from fiveaxis.motion.rounding import RoundedPath
 
 # mm: nodes nearer to each other are one.
@@ -108,6 +107,8 @@ def run_phases(path: RoundedPath, station: Array, pace: Array, dwelling: Array, 
     """
     if path.length == 0.0:
         return _with_dwells(_no_phases(), station, dwelling)
+    from fiveaxis.motion.reachability import highest_speeds  # numba is slow to load
+
     grid = _cut(path, station, pace, bounds)
     speeds = highest_speeds(
         path.directions,

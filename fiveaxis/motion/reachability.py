@@ -21,6 +21,8 @@ from fiveaxis.geometry import Array, IntArray
 
 # Steps of Newton's method on a convex function made of a few straight pieces; it takes two or three.
 MOST_STEPS = 50
+# A slope that is less, of the change of q' in a corner, is 0: A / g would drown all digits of w.
+NO_SLOPE = 1e-9
 
 
 @njit(cache=True)  # type: ignore[untyped-decorator]
@@ -104,9 +106,12 @@ def _controllable(
     """
     x = ceiling
     for a in range(len(first)):
-        change = second[a] - first[a]
-        if change != 0.0 and first[a] + blend * change == 0.0:
-            x = min(x, acceleration[a] / abs(bend * change))
+        # Where an axis turns back, w doesn't move it, and x alone must keep within its bound.
+        f = bend * (second[a] - first[a])
+        start = first[a] + blend * (second[a] - first[a])
+        none = NO_SLOPE * abs(second[a] - first[a])
+        if f != 0.0 and (abs(start) <= none or abs(start + 3.0 * length * f) <= none):
+            x = min(x, acceleration[a] / abs(f))
     for _ in range(MOST_STEPS):
         low, low_slope, high, high_slope = _range_at(
             x, first, second, blend, bend, length, acceleration, following
@@ -141,8 +146,9 @@ def _range_at(
             continue
         f = bend * (second[a] - first[a])
         start = first[a] + blend * (second[a] - first[a])
+        none = NO_SLOPE * abs(second[a] - first[a])
         for g in (start, start + 3.0 * length * f):
-            if g == 0.0:
+            if abs(g) <= none:
                 continue
             # g w + f x ≤ A and ≥ −A: for g < 0 the two change places.
             bound = acceleration[a] / abs(g)

@@ -14,7 +14,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.motion.timing import STANDSTILL
@@ -157,14 +156,14 @@ def _shares(sides: Array) -> Array:
     return np.minimum((sides - near)[:-1], near[1:])
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
 def _moving_rows(scaled: Array) -> IntArray:
     """Rows that lie off the row kept before them; a row that stands still is its predecessor again."""
-    kept = np.zeros(len(scaled), dtype=np.int64)
-    count = 1
-    for row in range(1, len(scaled)):
+    steps = np.linalg.norm(np.diff(scaled, axis=0), axis=1)
+    # The row kept before is within STANDSTILL of the row before, so these are off both.
+    kept = np.concatenate([[True], steps > 2.0 * STANDSTILL])
+    last = 0
+    for row in np.flatnonzero(~kept).tolist():
         # Measured from the last kept row, not row by row: many tiny steps are a move.
-        if np.linalg.norm(scaled[row] - scaled[kept[count - 1]]) > STANDSTILL:
-            kept[count] = row
-            count += 1
-    return kept[:count]
+        last = row - 1 if kept[row - 1] else last
+        kept[row] = np.linalg.norm(scaled[row] - scaled[last]) > STANDSTILL
+    return np.flatnonzero(kept)
