@@ -6,6 +6,7 @@ fine, 1 verification or a check found an error, 2 wrong input or usage, 3 no fea
 
 import typer
 
+from fiveaxis.cli.calibration_verb import calibrate
 from fiveaxis.cli.energy_verb import energy
 from fiveaxis.cli.machine_verbs import check, import_machine, info, machines, urdf
 from fiveaxis.cli.path_verbs import optimise, plan, preview
@@ -28,6 +29,7 @@ app.command()(optimise)
 # Unknown options pass as arguments, since a tip like -10,0,5 looks like one.
 app.command(context_settings={"ignore_unknown_options": True})(surface)
 app.command()(preview)
+app.command()(calibrate)
 
 
 def main() -> None:

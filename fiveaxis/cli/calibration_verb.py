@@ -1,0 +1,119 @@
+"""The verb that fits a drive to a log."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.markup import escape
+from rich.table import Table
+
+from fiveaxis.cli.options import AsJson
+from fiveaxis.cli.terminal import err, errors_explained, out, print_json
+
+if TYPE_CHECKING:
+    from fiveaxis.energy.calibration_record import Calibration
+
+
+def calibrate(
+    log: Annotated[
+        Path, typer.Argument(help="CSV file; its first line names the columns", metavar="LOG.csv")
+    ],
+    axis: Annotated[str, typer.Option("--axis", help="letter")],
+    model: Annotated[str, typer.Option("--model", help="friction, affine, weight or directional")],
+    power: Annotated[str, typer.Option("--power", help="column of the drive's own power", metavar="COLUMN")],
+    velocity: Annotated[str | None, typer.Option("--velocity", help="column; else from position")] = None,
+    acceleration: Annotated[
+        str | None, typer.Option("--acceleration", help="column; else from velocity")
+    ] = None,
+    position: Annotated[str | None, typer.Option("--position", help="column")] = None,
+    time: Annotated[str | None, typer.Option("--time", help="column, in s")] = None,
+    rate: Annotated[float | None, typer.Option("--rate", help="rows per second, in place of --time")] = None,
+    power_unit: Annotated[str, typer.Option("--power-unit", help="W or kW")] = "W",
+    length_unit: Annotated[
+        str | None, typer.Option("--length-unit", help="mm, inch or deg, per s and s²; mm or deg by default")
+    ] = None,
+    moved_mass: Annotated[float | None, typer.Option("--moved-mass", help="kg, all that moves")] = None,
+    gravity: Annotated[
+        float | None, typer.Option("--gravity", help="N or N·m held while the value grows (friction)")
+    ] = None,
+    max_acceleration: Annotated[
+        float | None, typer.Option("--max-acceleration", help="drop rows above it, length unit per s²")
+    ] = None,
+    standstill: Annotated[
+        float | None, typer.Option("--standstill", help="speed that counts as 0; 0.5 % of the highest")
+    ] = None,
+    efficiency: Annotated[
+        float, typer.Option("--efficiency", help="given, not fitted: only force over efficiency shows")
+    ] = 1.0,
+    terms: Annotated[
+        str | None,
+        typer.Option("--terms", help="of a friction drive: friction,viscous,counterbalance,copper,hold, …"),
+    ] = None,
+    proportional: Annotated[
+        bool, typer.Option("--proportional/--constant", help="directional: W per speed, or W")
+    ] = False,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="TOML block for the machine file; else stdout")
+    ] = None,
+    figure: Annotated[Path | None, typer.Option("--figure", help="residuals, .png or .svg")] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Fit an axis's drive to a log of its speed and power, for the machine file."""
+    with errors_explained(as_json):
+        from fiveaxis.energy.calibration import calibrate_drive
+        from fiveaxis.files import write_atomically
+
+        if figure is not None:
+            from fiveaxis.report.calibration_figure import require_figure_suffix, write_calibration_figure
+
+            require_figure_suffix(figure)
+        found = calibrate_drive(
+            log,
+            axis=axis,
+            model=model,
+            power=power,
+            velocity=velocity,
+            acceleration=acceleration,
+            position=position,
+            time=time,
+            rate=rate,
+            power_unit=power_unit,
+            length_unit=length_unit,
+            moved_mass=moved_mass,
+            gravity=gravity,
+            max_acceleration=max_acceleration,
+            standstill=standstill,
+            efficiency=efficiency,
+            terms=None if terms is None else [name.strip() for name in terms.split(",")],
+            proportional=proportional,
+        )
+        written = [] if output is None else [write_atomically(output, found.block)]
+        written += [] if figure is None else [write_calibration_figure(found, figure)]
+        for path in written:
+            err.print(f"wrote {escape(str(path))}")
+        if as_json:
+            print_json(found.document())
+        else:
+            _print_calibration(found, with_block=output is None)
+
+
+def _print_calibration(found: Calibration, *, with_block: bool) -> None:
+    table = Table("coefficient", "value", "95 % from", "to", "unit", box=None)
+    for c in found.coefficients:
+        table.add_row(c.name, f"{c.value:.4g}", f"{c.low:.4g}", f"{c.high:.4g}", c.unit)
+    out.print(f"axis {found.axis}, {found.model} model, {found.rows} rows of {escape(found.source)}")
+    out.print(table)
+    out.print(
+        f"R² {found.r_squared:.4f} ({found.r_squared_moving:.4f} of the rows in motion); "
+        f"residual {found.residual_rms:.3g} W rms, {found.noise:.3g} W robust"
+    )
+    for reason, count in found.dropped.items():
+        out.print(f"dropped {count} rows: {reason}")
+    if found.note:
+        out.print(escape(found.note))
+    if with_block:
+        out.print()
+        # Not through the console, which would break long lines.
+        typer.echo(found.block, nl=False)

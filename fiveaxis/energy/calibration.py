@@ -1,0 +1,240 @@
+"""Calibration: a drive's coefficients out of a log of its speed and power, and the machine file's block.
+
+Only the drive's own power belongs in the column: a log of the whole machine has its base power in it, which
+the models of travel don't know.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from fiveaxis.energy.axis_facts import AxisFacts, choose_model, require_facts
+from fiveaxis.energy.calibration_record import Calibration, Coefficient
+from fiveaxis.energy.drive_fits import Record, RobustFit, fit_model
+from fiveaxis.energy.drive_terms import DriveModel
+from fiveaxis.energy.gravity import STANDARD_GRAVITY
+from fiveaxis.energy.motion_log import AxisLog, LogColumns, length_factor, read_axis_log
+from fiveaxis.errors import InputError, SettingError
+from fiveaxis.geometry import Array
+
+STANDSTILL = "standstill"
+# Of the highest speed: what a scale at rest or a differentiated position shows as motion.
+STILL_SHARE = 0.005
+ROWS_PER_TERM = 10
+DIGITS = 6  # of a coefficient in the machine file; its interval is far wider
+
+
+def calibrate_drive(
+    log: str | Path,
+    *,
+    axis: str,
+    model: str,
+    power: str,
+    velocity: str | None = None,
+    acceleration: str | None = None,
+    position: str | None = None,
+    time: str | None = None,
+    rate: float | None = None,
+    power_unit: str = "W",
+    length_unit: str | None = None,
+    moved_mass: float | None = None,
+    gravity: float | None = None,
+    max_acceleration: float | None = None,
+    standstill: float | None = None,
+    efficiency: float = 1.0,
+    terms: Sequence[str] | None = None,
+    proportional: bool = False,
+) -> Calibration:
+    """Fit a drive model to a log of an axis.
+
+    Of a friction drive, ``P = F v / η + c F² + P_h`` with ``F = m a + F_c sgn v + B v + G − F_b``, only F/η
+    shows in P: η is given, not fitted, and with η = 1 the forces are as they seem at the motor's supply.
+
+    Parameters
+    ----------
+    log : CSV file
+    axis : its letter
+    model : friction, affine, weight or directional
+    power, velocity, acceleration, position : names of columns; what has none is derived (`read_axis_log`)
+    time, rate : name of the column in s, or rows per second
+    power_unit : W or kW
+    length_unit : unit of position, of velocity per s and of acceleration per s²; mm or deg by default
+    moved_mass : kg, everything that the linear axis moves, with workpiece and fixture; the weight model needs
+        it, and so does friction unless `max_acceleration` leaves steady rows alone
+    gravity : N or N·m that the axis holds while its value grows, for friction: of a Z that lifts its mass
+        9.81 N per kg. Needed for Z, 0 for the others by default
+    max_acceleration : rows that accelerate more are dropped; length unit per s²
+    standstill : speed that counts as standstill, length unit per s; 0.5 % of the highest by default
+    efficiency : η, of a friction drive
+    terms : of a friction drive; by default friction and viscous, counterbalance where there is gravity, and
+        inertia of a rotary axis without `max_acceleration`. Copper, hold and regeneration only if named
+    proportional : whether a directional table is W per speed instead of W
+
+    Returns
+    -------
+    With the drive and its coefficients; a friction drive lacks the terms that the rows can't tell
+
+    Raises
+    ------
+    SettingError
+        An option out of its range, or one that the model needs and that is missing.
+    InputError
+        The log: file, line and column of what is wrong, too few rows, no change in speed or power, terms
+        that can't be told apart.
+
+    References
+    ----------
+    Directional: Hayashi et al. (2018), power table. Affine and weight: Edem & Balogun (2018), Eqs. (5) and
+    (1). Fit and intervals: `drive_fits`.
+    """
+    given = AxisFacts(
+        axis,
+        model,
+        moved_mass,
+        gravity,
+        max_acceleration,
+        standstill,
+        efficiency,
+        None if terms is None else tuple(terms),
+        proportional,
+    )
+    require_facts(given)
+    unit = length_factor(length_unit, rotary=given.rotary)
+    columns = LogColumns(power, velocity, acceleration, position, time, rate, power_unit, length_unit)
+    rows = _usable_rows(read_axis_log(log, columns, rotary=given.rotary), given, unit)
+    record, fitted = _record(rows, given), choose_model(given)
+    _require_content(rows, fitted)
+    fit = fit_model(fitted, record)
+    left_out: tuple[str, ...] = ()
+    while fit.unidentified:
+        if model != "friction":
+            raise InputError(_untold(fit, fitted), file=rows.file)
+        left_out += fit.unidentified
+        fitted = fitted.without(fit.unidentified)
+        fit = fit_model(fitted, record)
+    return _assess(rows, record, fitted, fit, left_out, given)
+
+
+def _usable_rows(rows: AxisLog, given: AxisFacts, unit: float) -> AxisLog:
+    """Leave out the rows that the model has nothing to say about."""
+    if given.max_acceleration is not None or given.dynamic:
+        if rows.acceleration is None:
+            raise SettingError(
+                "the acceleration is needed: name its column, or the time's, or give the rate in Hz"
+            )
+        if given.max_acceleration is not None:
+            hasty = np.abs(rows.acceleration) > given.max_acceleration * unit
+            rows = rows.without(hasty, "acceleration above the bound")
+    highest = float(np.abs(rows.speed).max(initial=0.0))
+    if highest == 0.0:
+        raise InputError(
+            "the axis stands still in every row that is left; log moves of this axis", file=rows.file
+        )
+    still = STILL_SHARE * highest if given.standstill is None else given.standstill * unit
+    at_rest = np.abs(rows.speed) <= still
+    if at_rest.all():
+        raise InputError(
+            f"every row is at standstill, the fastest at {highest / unit:g} per s; lower that speed",
+            file=rows.file,
+        )
+    if given.model == "friction":
+        return replace(rows, speed=np.where(at_rest, 0.0, rows.speed))
+    # At rest the tables of power say 0 whatever their coefficients.
+    return rows.without(at_rest, STANDSTILL)
+
+
+def _record(rows: AxisLog, given: AxisFacts) -> Record:
+    mass = given.moved_mass or 0.0
+    return Record(
+        speed=rows.speed,
+        power=rows.power,
+        acceleration=rows.acceleration if given.dynamic and rows.acceleration is not None else 0.0,
+        gravity=(given.gravity or 0.0) / (1.0 if given.rotary else 1000.0),
+        weight=mass * STANDARD_GRAVITY,
+        inertia=mass * 1e-6,
+    )
+
+
+def _require_content(rows: AxisLog, model: DriveModel) -> None:
+    """Refuse a log that can't tell the coefficients, whatever they are."""
+    least = ROWS_PER_TERM * len(model.terms)
+    if len(rows) < least:
+        lost = "".join(f"; {count} dropped: {reason}" for reason, count in rows.dropped.items())
+        raise InputError(
+            f"{len(rows)} rows are too few for {len(model.terms)} coefficients, which need {least}{lost}",
+            file=rows.file,
+        )
+    for quantity, values in {"velocity": rows.speed, "power": rows.power}.items():
+        if np.ptp(values) <= 1e-12 * np.abs(values).max():
+            raise InputError(
+                f"the {quantity} is the same in all {len(rows)} rows that are left; log moves of different "
+                "speeds both ways",
+                file=rows.file,
+            )
+
+
+def _untold(fit: RobustFit, model: DriveModel) -> str:
+    return (
+        f"the rows can't tell {' and '.join(fit.unidentified)} from the other coefficients "
+        f"({', '.join(t.name for t in model.terms)}); log several speeds in both directions"
+    )
+
+
+def _assess(
+    rows: AxisLog,
+    record: Record,
+    model: DriveModel,
+    fit: RobustFit,
+    left_out: tuple[str, ...],
+    given: AxisFacts,
+) -> Calibration:
+    values = [float(f"{value:.{DIGITS}g}") for value in fit.values]
+    drive = model.drive(values)
+    fitted = record.predict(drive)
+    coefficients = tuple(
+        Coefficient(t.name, value, t.unit, max(value - half, t.low), min(value + half, t.high))
+        for t, value, half in zip(model.terms, values, map(float, fit.half_widths), strict=True)
+    )
+    moving = record.moving
+    return Calibration(
+        axis=given.axis,
+        model=given.model,
+        drive=drive,
+        coefficients=coefficients,
+        left_out=left_out,
+        r_squared=_r_squared(record.power, fitted),
+        r_squared_moving=_r_squared(record.power[moving], fitted[moving]),
+        residual_rms=float(np.sqrt(np.mean((record.power - fitted) ** 2))),
+        noise=fit.scale,
+        rows=len(rows),
+        dropped=rows.dropped,
+        source=f"{Path(rows.file).name} (sha256 {rows.sha256})",
+        note=_note(given, left_out),
+        lines=rows.lines,
+        speed=record.speed,
+        power=record.power,
+        fitted=fitted,
+    )
+
+
+def _r_squared(power: Array, fitted: Array) -> float:
+    return float(1.0 - np.sum((power - fitted) ** 2) / np.sum((power - power.mean()) ** 2))
+
+
+def _note(given: AxisFacts, left_out: tuple[str, ...]) -> str:
+    """Say what the coefficients rest on and wasn't fitted."""
+    said = []
+    if given.moved_mass is not None and given.model in ("weight", "friction"):
+        said.append(f"moved mass given as {given.moved_mass:g} kg, workpiece and fixture included")
+    if given.model == "friction":
+        said.append(f"efficiency given as {given.efficiency:g}")
+        said += (
+            [f"gravity given as {given.gravity:g} {'N·m' if given.rotary else 'N'}"] if given.gravity else []
+        )
+        said += [] if given.dynamic else ["steady rows, without the axis's inertia"]
+    said += [f"not told by these rows: {', '.join(left_out)}"] if left_out else []
+    return "; ".join(said)

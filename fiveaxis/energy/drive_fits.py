@@ -1,0 +1,186 @@
+r"""Robust fits of the drive models, in the units of a machine file, with confidence intervals.
+
+What is fitted is `drive_power` itself, so that a model and its fit can't part ways. Minimised is
+``Σ ρ(r_i / s)`` with ``ρ(u) = 2 (sqrt(1 + u²) − 1)``, quadratic for small residuals r and linear for outliers
+(SciPy's soft L1); the scale s is 1.4826 times the median of \|r\| over the rows in motion, by iteration.
+
+The covariance of the optimum is the sandwich of Huber's estimators, ``A⁻¹ B A⁻¹`` with
+``A = Σ ψ'(u_i) J_i J_iᵀ`` and ``B = Σ g_i g_iᵀ``, ``g_i = s ψ(u_i) J_i / (1 − h_i)``, ψ = ρ'/2: no constant
+variance is taken for granted. Logs are series in time, whose neighbours err alike, so the covariance is also
+computed with products of neighbours (Bartlett's weights), and the wider interval of the two holds.
+
+References
+----------
+Huber & Ronchetti (2009), Robust Statistics, chapter 7. MacKinnon & White (1985), J. Econometrics 29, 305 (the
+correction by leverages h, HC3). Newey & West (1987), Econometrica 55, 703; lags 4 (n/100)^(2/9).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from fiveaxis.energy.drive_terms import DriveModel
+from fiveaxis.energy.drives import drive_power
+from fiveaxis.geometry import Array, BoolArray
+from fiveaxis.machine import Drive
+
+CONFIDENCE = 0.95
+NORMAL_MAD = 1.4826  # standard deviation of normal noise over its median absolute value
+ROUNDS = 12  # of fit and scale; they settle in three or four
+SETTLED = 1e-3
+# A column of the Jacobian with a smaller share of its own is made of the others: the log can't tell them.
+OWN_SHARE = 1e-3
+
+
+@dataclass(frozen=True, eq=False)
+class Record:
+    """What an axis did and drew, as `drive_power` wants it; (n,) each, scalars for the whole log."""
+
+    speed: Array
+    power: Array
+    acceleration: Array | float = 0.0
+    gravity: float = 0.0
+    weight: float = 0.0
+    inertia: float = 0.0
+
+    @property
+    def moving(self) -> BoolArray:
+        """Rows in motion, (n,)."""
+        return self.speed != 0.0
+
+    def predict(self, drive: Drive) -> Array:
+        """Compute what a drive would have drawn, (n,) W."""
+        return drive_power(
+            drive,
+            self.speed,
+            acceleration=self.acceleration,
+            gravity=self.gravity,
+            weight=self.weight,
+            inertia=self.inertia,
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class RobustFit:
+    """An optimum.
+
+    Parameters
+    ----------
+    values : (p,), in the units of the terms
+    half_widths : (p,), of the 95 % confidence intervals
+    scale : W, of the residuals
+    unidentified : names of terms that the rows can't tell from those before them
+    """
+
+    values: Array
+    half_widths: Array
+    scale: float
+    unidentified: tuple[str, ...]
+
+
+def fit_model(model: DriveModel, record: Record) -> RobustFit:
+    """Fit a model's terms to a record within their bounds.
+
+    Parameters
+    ----------
+    model : its terms
+    record : more rows than terms
+
+    Returns
+    -------
+    Where terms are unidentified their intervals mean nothing: leave them out and fit again.
+    """
+    from scipy.optimize import least_squares
+
+    def residuals(values: Array) -> Array:
+        return record.predict(model.drive(values)) - record.power
+
+    bounds = np.array([(t.low, t.high) for t in model.terms]).T
+    values = _start(model, record)
+    floor = 1e-9 * float(np.abs(record.power).max())
+    scale = _scale(record.power - np.median(record.power[record.moving]), record, floor)
+    for _ in range(ROUNDS):
+        found = least_squares(
+            lambda v, s=scale: residuals(v) / s,
+            values,
+            jac="3-point",
+            bounds=bounds,
+            loss="soft_l1",
+            x_scale="jac",
+        )
+        values, before = found.x, scale
+        scale = _scale(residuals(values), record, floor)
+        if abs(scale - before) <= SETTLED * before:
+            break
+    jacobian = _jacobian(residuals, values)
+    unidentified = tuple(model.terms[i].name for i in _made_of_others(jacobian))
+    if unidentified:
+        return RobustFit(values, np.full(len(values), np.inf), scale, unidentified)
+    return RobustFit(values, _half_widths(jacobian, residuals(values), scale), scale, ())
+
+
+def _start(model: DriveModel, record: Record) -> Array:
+    """Let each term alone make its share of the power: the right order of magnitude in any unit."""
+    values = np.zeros(len(model.terms))
+    share = np.sqrt(np.mean(record.power**2)) / len(values)
+    for i, term in enumerate(model.terms):
+        step = np.where(np.arange(len(values)) == i, 1.0, 0.0)
+        change = record.predict(model.drive(values + step)) - record.predict(model.drive(values))
+        size = float(np.sqrt(np.mean(change**2)))
+        if np.isfinite(term.low) and size > 0.0:
+            values[i] = min(share / size, 0.5 * term.high)
+    return values
+
+
+def _scale(residuals: Array, record: Record, floor: float) -> float:
+    # At standstill everybody is right, so those rows would make the noise look small.
+    return max(NORMAL_MAD * float(np.median(np.abs(residuals[record.moving]))), floor)
+
+
+def _jacobian(residuals: Callable[[Array], Array], values: Array) -> Array:
+    """Differentiate by central differences, (n, p); SciPy's own has the loss worked into it."""
+    steps = np.where(values == 0.0, 1e-6, 1e-6 * np.abs(values))
+    rows = [(residuals(values + h) - residuals(values - h)) / (2.0 * h.sum()) for h in np.diag(steps)]
+    return np.stack(rows, axis=1)
+
+
+def _made_of_others(jacobian: Array) -> list[int]:
+    """Find columns that are zero or a combination of those before them."""
+    kept: list[Array] = []
+    found = []
+    for i, column in enumerate(jacobian.T):
+        size = float(np.linalg.norm(column))
+        own = column.copy()
+        for direction in kept:
+            own -= (own @ direction) * direction
+        if np.linalg.norm(own) <= OWN_SHARE * size:
+            found.append(i)
+        else:
+            kept.append(own / np.linalg.norm(own))
+    return found
+
+
+def _half_widths(jacobian: Array, residuals: Array, scale: float) -> Array:
+    """Compute the half-widths of the confidence intervals, (p,), as the module says."""
+    from scipy.special import stdtrit
+
+    n, p = jacobian.shape
+    # Columns of unit size: the inverse below then doesn't depend on units.
+    size = np.linalg.norm(jacobian, axis=0)
+    columns = jacobian / size
+    u = residuals / scale
+    slope = (1.0 + u**2) ** -1.5
+    bread = np.linalg.inv((columns * slope[:, None]).T @ columns)
+    leverage = np.minimum(slope * np.einsum("ij,jk,ik->i", columns, bread, columns), 0.5)
+    scores = columns * (scale * u / np.sqrt(1.0 + u**2) / (1.0 - leverage))[:, None]
+    alone = scores.T @ scores
+    together = alone.copy()
+    lags = int(4.0 * (n / 100.0) ** (2.0 / 9.0))
+    for lag in range(1, min(lags, n - 1) + 1):
+        products = scores[lag:].T @ scores[:-lag]
+        together += (1.0 - lag / (lags + 1.0)) * (products + products.T)
+    variance = np.maximum(*(np.diag(bread @ middle @ bread) for middle in (alone, together)))
+    return float(stdtrit(n - p, 0.5 + CONFIDENCE / 2.0)) * np.sqrt(variance) / size
