@@ -46,6 +46,7 @@ from fiveaxis.cli.terminal import (
 from fiveaxis.errors import SettingError
 
 if TYPE_CHECKING:
+    from fiveaxis.energy import Budget
     from fiveaxis.job import Job, Outcome
     from fiveaxis.toolpath import Toolpath
 
@@ -212,9 +213,21 @@ def _print_outcome(outcome: Outcome) -> None:
     out.print(f"{len(solution.toolpath)} locations; travel metric of the feed drives (no base load)")
     out.print(table)
     out.print(f"program: {program.inserted} blocks inserted, so that the ball stays on its path without TCP")
+    _print_budget(outcome.budget)
     for name, reason in solution.missing.items():
         out.print(f"no baseline {name}: {escape(reason)}")
     for subject, verdict in {"finding": outcome.verdict, "finding in the program": program.verdict}.items():
         for code, count in verdict.counts.items():
             out.print(f"{subject} {code}: {count}")
     out.print("verification: " + ("no errors" if outcome.ok else "[bold red]errors[/]"))
+
+
+def _print_budget(budget: Budget) -> None:
+    """Print what the whole job takes; what isn't known is left to the report."""
+    known = [share for share in budget.shares if share.energy is not None]
+    parts = ", ".join(f"{share.name} {share.energy:.0f} J ({share.basis})" for share in known)
+    money = "" if budget.cost is None else f"; {budget.cost:.4f} {budget.factors.currency}"
+    emitted = "" if budget.co2 is None else f"; {1000.0 * budget.co2:.1f} g CO2"
+    unknown = [share.name for share in budget.shares if share.energy is None]
+    rest = f"; not known: {', '.join(unknown)}" if unknown else ""
+    out.print(f"whole job {budget.total:.0f} J: {parts}{money}{emitted}{rest}", markup=False, soft_wrap=True)

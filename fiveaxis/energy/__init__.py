@@ -1,5 +1,6 @@
 """What motion costs: drives, totals, the power surface."""
 
+from fiveaxis.energy.budget import Budget, Factors, Process, Share, cutting_energy, job_budget
 from fiveaxis.energy.cutting_forces import (
     CuttingCoefficients,
     CuttingRecord,
@@ -42,6 +43,7 @@ from fiveaxis.energy.surface import PowerSurface, power_surface
 from fiveaxis.energy.totals import Energy, law_energies, motion_energy, move_energies, move_powers
 
 __all__ = [
+    "Budget",
     "Cut",
     "CuttingCoefficients",
     "CuttingRecord",
@@ -50,11 +52,15 @@ __all__ = [
     "DrillingLoad",
     "EndMill",
     "Energy",
+    "Factors",
     "PowerSurface",
+    "Process",
+    "Share",
     "absolute_sum_power",
     "auxiliary_power",
     "axis_powers",
     "cutter_positions",
+    "cutting_energy",
     "cutting_record",
     "drilling_load",
     "drilling_power",
@@ -67,8 +73,9 @@ __all__ = [
     "fit_removal_speed_model",
     "gravity_forces",
     "idle_power",
-    "mean_cutting_power",
+    "job_budget",
     "law_energies",
+    "mean_cutting_power",
     "motion_energy",
     "move_energies",
     "move_powers",

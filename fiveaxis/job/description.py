@@ -36,6 +36,29 @@ class SetupTable(StrictModel):
     rotation: Triple = Field((0.0, 0.0, 0.0), description="about the machine's X, then Y, then Z, deg")
 
 
+class ProcessTable(StrictModel):
+    """The cut, the same all along the path: for the energy of the whole job."""
+
+    spindle_rpm: float = Field(gt=0.0)
+    teeth: int = Field(ge=1)
+    helix: float = Field(0.0, gt=-90.0, lt=90.0, description="deg")
+    depth: float = Field(ge=0.0, description="along the surface normal, mm")
+    width: float = Field(ge=0.0, description="distance of the passes, mm")
+    tangential: float = Field(gt=0.0, description="cutting coefficient K_tc, N/mm2")
+    tangential_edge: float = Field(0.0, ge=0.0, description="edge coefficient K_te, N/mm")
+    basis: Literal["measured", "fitted", "assumed"] = Field(description="of the coefficients")
+    source: str = Field(min_length=1, description="where the coefficients come from, or why assumed")
+
+
+class FactorsTable(StrictModel):
+    """What a kWh costs and emits."""
+
+    price: float | None = Field(None, ge=0.0, description="of 1 kWh")
+    currency: str = "EUR"
+    co2: float | None = Field(None, ge=0.0, description="kg of CO2 per kWh")
+    source: str = Field(min_length=1, description="where price and factor come from")
+
+
 class Job(StrictModel):
     """What to optimise, for which machine, within which bounds."""
 
@@ -55,6 +78,9 @@ class Job(StrictModel):
         None, ge=0.0, description="from the spindle's gauge point to the tip, mm"
     )
     setup: SetupTable = SetupTable()
+    load: float | None = Field(None, ge=0.0, description="mass of workpiece, vice and fixture, kg")
+    process: ProcessTable | None = None
+    factors: FactorsTable | None = None
     plan: PlanTable = PlanTable()
 
     @field_validator("tilt")

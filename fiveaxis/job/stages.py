@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,8 +10,18 @@ from typing import TYPE_CHECKING, Any
 
 from fiveaxis.contour import load_mesh, plan_contour
 from fiveaxis.contour.mesh import SUFFIXES as MESH_SUFFIXES
-from fiveaxis.energy import Energy, motion_energy
-from fiveaxis.errors import JobError
+from fiveaxis.energy import (
+    Budget,
+    Cut,
+    CuttingCoefficients,
+    EndMill,
+    Energy,
+    Factors,
+    Process,
+    job_budget,
+    motion_energy,
+)
+from fiveaxis.errors import JobError, SettingError, ToolError
 from fiveaxis.job.description import Job, require_input
 from fiveaxis.machine import Machine, load_machine
 from fiveaxis.motion import PATH_TOLERANCE, Motion, fill_in
@@ -37,6 +48,7 @@ class Outcome:
     solution: Solution
     verdict: Report
     program: ProgramMotion
+    budget: Budget
     document: dict[str, Any]
 
     @property
@@ -100,7 +112,55 @@ def load_job_machine(job: Job) -> Machine:
         )
     machine = machine.with_setup(job.setup.offset, job.setup.rotation)
     machine = machine.with_tool_length(job.tool_length or 0.0)
+    if job.load is not None:
+        machine = machine.with_load(job.load, machine.load.centre)
     return machine if job.drives is None else machine.with_drives_of(load_machine(job.drives))
+
+
+def load_process(job: Job) -> Process | None:
+    """Make the engagement of a job's cut; None where it doesn't say.
+
+    Raises
+    ------
+    JobError
+        An engagement that can't be.
+    """
+    table = job.process
+    if table is None:
+        return None
+    edge = table.tangential_edge
+    try:
+        return Process(
+            mill=EndMill("ball", parse_tool(job.tool).diameter, table.teeth, math.radians(table.helix)),
+            depth=table.depth,
+            width=table.width,
+            spindle=table.spindle_rpm * 2.0 * math.pi / 60.0,
+            coefficients=CuttingCoefficients(table.tangential, tangential_edge=edge),
+            basis=table.basis,
+            said=table.source,
+        )
+    except (SettingError, ToolError) as fault:
+        raise JobError(f"process: {fault.message}") from None
+
+
+def require_cut(process: Process, feed: float) -> None:
+    """Refuse, before any work, an engagement that can't be at the path's highest feed, mm/s.
+
+    Raises
+    ------
+    JobError
+        What the cut says against it.
+    """
+    try:
+        Cut(process.mill, process.depth, process.width, feed, process.spindle)
+    except (SettingError, ToolError) as fault:
+        raise JobError(f"process: {fault.message}") from None
+
+
+def load_factors(job: Job) -> Factors | None:
+    """Give a job's price and emission of a kWh; None where it doesn't say."""
+    table = job.factors
+    return None if table is None else Factors(table.price, table.currency, table.co2)
 
 
 def load_job_toolpath(job: Job, progress: Progress | None = None) -> Toolpath:
@@ -149,7 +209,10 @@ def run_job(job: Job, progress: Progress | None = None) -> Outcome:
         Wrong input, or no admissible posture somewhere (`Infeasible`).
     """
     machine = load_job_machine(job)
+    process, factors = load_process(job), load_factors(job)
     toolpath = load_job_toolpath(job, progress)
+    if process is not None:
+        require_cut(process, float(toolpath.feed.max()))
     # A part that can't be read is found out before the work, not after it.
     mesh = part_of(job)
     part = None if mesh is None else load_mesh(mesh, allow_open=True)
@@ -166,8 +229,9 @@ def run_job(job: Job, progress: Progress | None = None) -> Outcome:
     inputs = [describe_input(p) for p in dict.fromkeys((job.input, mesh or job.input))]
     program = program_motion(solution, part)
     found, driven = verdict.as_dict(), program.as_dict()
-    document = report_document(solution, found, inputs=inputs, program=driven)
-    return Outcome(job, solution, verdict, program, document)
+    budget = job_budget(machine, program.motion, process, factors)
+    document = report_document(solution, found, inputs=inputs, program=driven, budget=budget.as_dict())
+    return Outcome(job, solution, verdict, program, budget, document)
 
 
 def program_motion(solution: Solution, part: trimesh.Trimesh | None) -> ProgramMotion:

@@ -36,6 +36,7 @@ from fiveaxis.machine.tables import (
     LocationErrorTable,
     MachineFile,
     RateTable,
+    SpindleIdleTable,
     WeightTable,
 )
 
@@ -79,6 +80,8 @@ def build_machine(file: MachineFile, folder: Path) -> Machine:
         axes=tuple(_axis(c, tables[c]) for c in letters),
         base_power=None if file.base_power is None else file.base_power.value,
         description=file.description,
+        spindle_idle=None if file.spindle_idle is None else _idle(file.spindle_idle),
+        auxiliary=None if file.auxiliary is None else (file.auxiliary.linear, file.auxiliary.quadratic),
         load=Load() if file.load is None else Load(file.load.mass, file.load.centre),
         vertical=(0.0, 0.0, 1.0) if file.vertical is None else normalise_triple(file.vertical.direction),
         provenance=tuple(_provenance(file, tables)),
@@ -127,6 +130,11 @@ def _explain_side(letter: str, table: AxisTable, code: FormShapingCode) -> str:
         f"{found}; codes are read from the workpiece to the tool, with 0 for the bed: write for example "
         f"{moved}, or {code.text[::-1]} if the code was written from the tool"
     )
+
+
+def _idle(table: SpindleIdleTable) -> Triple:
+    turn = 60.0 / (2.0 * math.pi)  # rev/min of 1 rad/s
+    return table.constant, table.linear * turn, table.quadratic * turn**2
 
 
 def _with_location_errors(machine: Machine, tables: dict[str, AxisTable]) -> Machine:
@@ -270,6 +278,8 @@ def _provenance(file: MachineFile, tables: dict[str, AxisTable]) -> Iterator[Pro
         ("spindle", file.spindle),
         ("vertical", file.vertical),
         ("base_power", file.base_power),
+        ("spindle_idle", file.spindle_idle),
+        ("auxiliary", file.auxiliary),
         ("load", file.load),
     ]
     for letter, table in tables.items():

@@ -105,6 +105,15 @@ def machine_document(machine: Machine, folder: Path | None = None) -> Table:
         document["vertical"] = {"direction": _direction(machine.vertical)} | origin("vertical")
     if machine.base_power is not None:
         document["base_power"] = {"value": _neat(machine.base_power), "unit": "W"} | origin("base_power")
+    if machine.spindle_idle is not None:
+        turn = 2.0 * math.pi / 60.0  # rad/s of 1 rev/min
+        names = ("constant", "linear", "quadratic")
+        idle = enumerate(zip(names, machine.spindle_idle, strict=True))
+        terms = {name: _neat(value * turn**power) for power, (name, value) in idle}
+        document["spindle_idle"] = terms | origin("spindle_idle")
+    if machine.auxiliary is not None:
+        linear, quadratic = machine.auxiliary
+        document["auxiliary"] = {"linear": linear, "quadratic": quadratic} | origin("auxiliary")
     if machine.load.mass:
         load = {"mass": _neat(machine.load.mass), "centre": [_neat(v) for v in machine.load.centre]}
         document["load"] = load | origin("load")

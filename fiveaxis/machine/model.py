@@ -66,6 +66,8 @@ class Machine:
     tool_length : mm from the spindle's gauge point to the tip; contained in `chain`
     load : what stands on the table
     vertical : (3,), unit vector upwards, machine frame
+    spindle_idle : W, W/(rad/s), W/(rad/s)²: power of the turning spindle without a cut, beyond the base power
+    auxiliary : W/W, 1/W: load loss that comes with a cut
     clamped : axes that are held still (`holding`), each with its value in mm or rad
     """
 
@@ -82,6 +84,8 @@ class Machine:
     load: Load = field(default=Load())
     vertical: Triple = (0.0, 0.0, 1.0)
     clamped: tuple[tuple[Axis, float], ...] = ()
+    spindle_idle: Triple | None = None
+    auxiliary: tuple[float, float] | None = None
 
     @classmethod
     def from_code(cls, code: str) -> Machine:

@@ -180,6 +180,21 @@ class PowerTable(Figure):
     unit: Literal["W"] = "W"
 
 
+class SpindleIdleTable(Figure):
+    """Power of the turning spindle without a cut, on top of the base power: a quadratic of its speed."""
+
+    constant: float = Field(0.0, ge=0.0, description="W")
+    linear: float = Field(0.0, description="W per rev/min")
+    quadratic: float = Field(0.0, description="W per (rev/min)2")
+
+
+class AuxiliaryTable(Figure):
+    """Load loss that comes with a cut: linear and quadratic in its power."""
+
+    linear: float = Field(0.0, ge=0.0, description="W/W")
+    quadratic: float = Field(0.0, ge=0.0, description="1/W")
+
+
 class MassTable(Figure):
     """A mass in kg."""
 
@@ -256,6 +271,8 @@ class MachineFile(StrictModel):
     spindle: SpindleTable | None = None
     vertical: VerticalTable | None = None
     base_power: PowerTable | None = None
+    spindle_idle: SpindleIdleTable | None = None
+    auxiliary: AuxiliaryTable | None = None
     load: LoadTable | None = None
     axes: dict[Literal["X", "Y", "Z", "A", "B", "C"], AxisTable] = Field(default_factory=dict)
     bodies: list[BodyTable] = Field(default_factory=list)

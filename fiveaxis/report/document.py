@@ -39,6 +39,7 @@ def report_document(
     *,
     inputs: Sequence[Mapping[str, Any]],
     program: Mapping[str, Any] | None = None,
+    budget: Mapping[str, Any] | None = None,
 ) -> dict[str, Any]:
     """Put everything that a run found into one document of plain data.
 
@@ -53,6 +54,7 @@ def report_document(
     program : the NC program's own motion, where one was worked out: ``blocks``, ``inserted``,
         ``path_tolerance_mm``, ``energy`` by posture and a ``verification`` like `verdict`. The run is sound
         only if both are; the program's findings join the others.
+    budget : the electricity of the whole job by consumer, where it was added up
 
     Returns
     -------
@@ -69,6 +71,7 @@ def report_document(
         "findings": [_portable_finding(f) for f in _all_findings(verdict, program)],
         "verification": _verification(verdict, program),
         "program": program and {k: v for k, v in program.items() if k != "verification"},
+        "budget": budget and dict(budget),
         "solver": [stage.as_dict() for stage in solution.stages],
         "machine": _machine(solution.machine),
         "tool": str(solution.toolpath.tool),

@@ -64,6 +64,7 @@ def compose_page(solution: Solution, document: Mapping[str, Any]) -> str:
         **verdict_section(document),
         saved=_saved(document, baseline),
         energy=_energy(solution, document, baseline),
+        budget=_budget(document),
         motion=_motion(solution, baseline),
         posture=_posture(solution, baseline),
         findings=_findings(document),
@@ -148,6 +149,21 @@ def _energy(solution: Solution, document: Mapping[str, Any], baseline: str | Non
             spending_lines(solution, baseline), "The same energy, added up along the path; feed drives only."
         )
     )
+
+
+def _budget(document: Mapping[str, Any]) -> str:
+    """Tell the electricity of the whole job, where it was added up."""
+    budget = document["budget"]
+    if budget is None:
+        return ""
+    text = f"Together {tables.number(budget['total'])} J ({budget['kWh']:.4f} kWh) in {budget['time']:.1f} s"
+    text += "" if budget["complete"] else ", without the consumers that aren’t known"
+    if budget["cost"] is not None:
+        text += f"; {budget['cost']:.4f} {budget['currency']}"
+    if budget["co2_kg"] is not None:
+        text += f"; {1000.0 * budget['co2_kg']:.1f} g CO₂"
+    heading = "<h2>What the whole job takes</h2>"
+    return f"<section>\n{heading}\n{_scroll(tables.budget_table(budget))}\n<p>{escape(text)}.</p>\n</section>"
 
 
 def _motion(solution: Solution, baseline: str | None) -> str:

@@ -134,6 +134,19 @@ def solver_table(stages: Sequence[Mapping[str, Any]]) -> str:
     return table(("stage", "status", "#iterations", "#objective before (J)", "#after (J)"), rows)
 
 
+def budget_table(budget: Mapping[str, Any]) -> str:
+    """List a job's consumers with their shares, and on what each figure rests."""
+    total = budget["total"]
+    rows = []
+    for share in budget["shares"]:
+        joules = share["energy"]
+        part = "" if joules is None or not total else f"{100.0 * joules / total:.1f}{THIN_SPACE}%"
+        basis = share["basis"]
+        shown = Cell(basis, "warning") if basis in ("assumed", "unknown") else basis
+        rows.append((share["name"], number(joules), part, shown, share["said"]))
+    return table(("consumer", "#J", "#share", "basis", "source, or why"), rows)
+
+
 def machine_table(figures: Sequence[Mapping[str, Any]]) -> str:
     """List the machine's figures with their sources, assumptions marked."""
     rows = [

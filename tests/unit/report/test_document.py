@@ -23,6 +23,7 @@ KEYS = [
     "findings",
     "verification",
     "program",
+    "budget",
     "solver",
     "machine",
     "tool",

@@ -1,0 +1,222 @@
+"""The electricity of a whole job: base, spindle, feed drives, cut and losses in one table."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from fiveaxis.energy.cutting_forces import CuttingCoefficients, mean_cutting_power
+from fiveaxis.energy.drilling import auxiliary_power, idle_power
+from fiveaxis.energy.engagement import Cut, EndMill
+from fiveaxis.energy.totals import motion_energy
+from fiveaxis.errors import SettingError
+from fiveaxis.machine import Machine, Provenance
+from fiveaxis.motion import Motion
+
+JOULES_PER_KWH = 3.6e6
+# Significant digits of a feed: cuts whose feeds differ by less share one cutting power.
+FEED_DIGITS = 4
+
+
+@dataclass(frozen=True)
+class Process:
+    """What the cutter does in the material, the same all along the path.
+
+    Parameters
+    ----------
+    mill : the cutter
+    depth : mm, along the surface normal
+    width : mm, distance of the passes
+    spindle : rad/s
+    coefficients : of cutter and material
+    basis, said : ``measured``, ``fitted`` or ``assumed``, and where the coefficients come from
+    """
+
+    mill: EndMill
+    depth: float
+    width: float
+    spindle: float
+    coefficients: CuttingCoefficients
+    basis: str = "assumed"
+    said: str = ""
+
+
+@dataclass(frozen=True)
+class Factors:
+    """What a kWh costs and emits.
+
+    Parameters
+    ----------
+    price : of 1 kWh
+    currency : of the price
+    co2 : kg of CO₂ per kWh
+    """
+
+    price: float | None = None
+    currency: str = "EUR"
+    co2: float | None = None
+
+
+@dataclass(frozen=True)
+class Share:
+    """One consumer's part of a job.
+
+    Parameters
+    ----------
+    name : consumer
+    energy : J; None where it isn't known
+    basis : ``measured``, ``fitted``, ``assumed`` or ``unknown``
+    said : source, or why it is unknown
+    """
+
+    name: str
+    energy: float | None
+    basis: str
+    said: str
+
+
+@dataclass(frozen=True)
+class Budget:
+    """The electricity of a job by consumer.
+
+    Parameters
+    ----------
+    shares : consumers; unknown ones stand there too, without energy
+    time : s
+    factors : price and emission of a kWh
+    """
+
+    shares: tuple[Share, ...]
+    time: float
+    factors: Factors = Factors()
+
+    @property
+    def total(self) -> float:
+        """Sum of what is known, J."""
+        return sum(s.energy for s in self.shares if s.energy is not None)
+
+    @property
+    def complete(self) -> bool:
+        """Whether every consumer is known."""
+        return all(s.energy is not None for s in self.shares)
+
+    @property
+    def cost(self) -> float | None:
+        """Price of the total, None without a price of a kWh."""
+        return None if self.factors.price is None else self.total / JOULES_PER_KWH * self.factors.price
+
+    @property
+    def co2(self) -> float | None:
+        """Emission of the total, kg; None without a factor."""
+        return None if self.factors.co2 is None else self.total / JOULES_PER_KWH * self.factors.co2
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the table as plain data for JSON."""
+        shares = [{"name": s.name, "energy": s.energy, "basis": s.basis, "said": s.said} for s in self.shares]
+        kwh = self.total / JOULES_PER_KWH
+        totals = {"total": self.total, "complete": self.complete, "kWh": kwh, "time": self.time}
+        money = {"cost": self.cost, "currency": self.factors.currency, "co2_kg": self.co2}
+        return {"shares": shares} | totals | money
+
+
+def job_budget(
+    machine: Machine, motion: Motion, process: Process | None = None, factors: Factors | None = None
+) -> Budget:
+    """Add up the electricity of a job: base, spindle idle, feed drives, cut, auxiliary.
+
+    Feed drives are the power integral of the motion. The spindle idles all the time; the cut takes the mean
+    power of the engagement at each cutting move's feed; the drive's load loss comes with the cut.
+
+    Parameters
+    ----------
+    machine : every axis with a drive; base, idle and auxiliary power as far as its file has them
+    motion : axis values and times
+    process : the engagement; without it spindle, cut and auxiliary are unknown
+    factors : price and emission of a kWh
+
+    Raises
+    ------
+    MachineError
+        An axis without known power.
+    SettingError, ToolError
+        An engagement that can't be.
+
+    References
+    ----------
+    Wang et al. (2019): ``P = P_idle(n) + P_cutting + P_aux``; Olteanu et al., Eq. (1), for the cut.
+    """
+    energy = motion_energy(machine, motion)
+    told = {p.figure: p for p in machine.provenance}
+    drives = [told[f"{c} drive"] for c in machine.letters if f"{c} drive" in told]
+    said = "; ".join(sorted({p.said for p in drives}))
+    shares = [
+        _known("base", energy.base, told.get("base_power"), "the machine's base power isn't known"),
+        Share("feed drives", energy.power_integral, _worst(drives), said),
+        *_spindle_shares(machine, motion, process, told),
+    ]
+    return Budget(tuple(shares), energy.time, factors or Factors())
+
+
+def cutting_energy(motion: Motion, process: Process) -> tuple[float, float]:
+    """Integrate the cutting power over the cutting moves of a motion.
+
+    Returns
+    -------
+    J, and the integral of the squared power, W²·s, which a quadratic load loss needs
+    """
+    cutting = motion.cutting & (motion.time > 0.0)
+    feeds = np.array([float(f"{f:.{FEED_DIGITS}g}") for f in motion.feed[cutting]])
+    times = motion.time[cutting]
+    energy = squared = 0.0
+    for feed in np.unique(feeds):
+        cut = Cut(process.mill, process.depth, process.width, float(feed), process.spindle)
+        power, spent = mean_cutting_power(cut, process.coefficients), float(times[feeds == feed].sum())
+        energy += power * spent
+        squared += power**2 * spent
+    return energy, squared
+
+
+def _spindle_shares(
+    machine: Machine, motion: Motion, process: Process | None, told: dict[str, Provenance]
+) -> list[Share]:
+    if process is None:
+        why = "the job says nothing about the cut ([process])"
+        return [Share(name, None, "unknown", why) for name in ("spindle idle", "cutting", "auxiliary")]
+    if process.spindle <= 0.0:
+        raise SettingError(f"spindle speed is {process.spindle:g} rad/s; it must be above 0")
+    time = float(motion.time.sum())
+    energy, squared = cutting_energy(motion, process)
+    idle = loss = None
+    if machine.spindle_idle is not None:
+        idle = float(idle_power(process.spindle, machine.spindle_idle)) * time
+    if machine.auxiliary is not None:
+        linear, quadratic = machine.auxiliary
+        loss = float(auxiliary_power(energy, linear)) + quadratic * squared
+    return [
+        _known("spindle idle", idle, told.get("spindle_idle"), "the machine's idle power isn't known"),
+        Share("cutting", energy, process.basis, process.said),
+        _known("auxiliary", loss, told.get("auxiliary"), "the machine's load loss isn't known"),
+    ]
+
+
+def _known(name: str, energy: float | None, source: Provenance | None, why: str) -> Share:
+    if energy is None:
+        return Share(name, None, "unknown", why)
+    if source is None:
+        return Share(name, energy, "assumed", "set in code")
+    return Share(name, energy, basis_of(source), source.said)
+
+
+def basis_of(source: Provenance) -> str:
+    """Tell whether a figure was measured, fitted or assumed, from what its file says."""
+    if source.assumed:
+        return "assumed"
+    return "fitted" if "fitted" in source.said.lower() else "measured"
+
+
+def _worst(sources: list[Provenance]) -> str:
+    """Give the weakest basis of several figures; of none, assumed."""
+    found = {basis_of(p) for p in sources}
+    return next((b for b in ("assumed", "fitted", "measured") if b in found), "assumed")
