@@ -109,6 +109,7 @@ def _print_calibration(found: Calibration, *, with_block: bool) -> None:
         f"R² {found.r_squared:.4f} ({found.r_squared_moving:.4f} of the rows in motion); "
         f"residual {found.residual_rms:.3g} W rms, {found.noise:.3g} W robust"
     )
+    out.print("intervals hold all coefficients together with 95 % confidence")
     for reason, count in found.dropped.items():
         out.print(f"dropped {count} rows: {reason}")
     if found.note:

@@ -19,7 +19,7 @@ class Coefficient:
     name : as in a machine file, with the side in front where there are two
     value : in the machine file's unit
     unit : of the machine file
-    low, high : ends of the 95 % confidence interval, cut at the coefficient's bounds
+    low, high : ends of its confidence interval, cut at its bounds; 95 % for all coefficients together
     """
 
     name: str
@@ -40,7 +40,8 @@ class Calibration:
     drive : what was fitted
     coefficients : in the order of the model
     left_out : terms that were asked for and that these rows can't tell from the others
-    r_squared : 1 − Σ r² / Σ (P − mean P)² over the rows used, outliers included
+    r_squared : 1 − Σ r² / Σ (P − mean P)² over the rows used, outliers included; means little where P hardly
+        varies
     r_squared_moving : the same over the rows in motion alone; rows at standstill are easily right
     residual_rms : W, over the rows used
     noise : W, robust scale of the residuals in motion

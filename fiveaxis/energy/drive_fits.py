@@ -7,7 +7,9 @@ What is fitted is `drive_power` itself, so that a model and its fit can't part w
 The covariance of the optimum is the sandwich of Huber's estimators, ``A⁻¹ B A⁻¹`` with
 ``A = Σ ψ'(u_i) J_i J_iᵀ`` and ``B = Σ g_i g_iᵀ``, ``g_i = s ψ(u_i) J_i / (1 − h_i)``, ψ = ρ'/2: no constant
 variance is taken for granted. Logs are series in time, whose neighbours err alike, so the covariance is also
-computed with products of neighbours (Bartlett's weights), and the wider interval of the two holds.
+computed with products of neighbours (Bartlett's weights), and the wider interval of the two holds. A drive is
+used with all its coefficients at once, so the 95 % are those of all p intervals together: each alone has
+``1 − 0.05 / p`` (Bonferroni), and Student's t of n − p degrees of freedom.
 
 References
 ----------
@@ -33,6 +35,7 @@ ROUNDS = 12  # of fit and scale; they settle in three or four
 SETTLED = 1e-3
 # A column of the Jacobian with a smaller share of its own is made of the others: the log can't tell them.
 OWN_SHARE = 1e-3
+STEP = 1e-6  # of differences, in proportion
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +73,7 @@ class RobustFit:
     Parameters
     ----------
     values : (p,), in the units of the terms
-    half_widths : (p,), of the 95 % confidence intervals
+    half_widths : (p,), of the intervals that hold all coefficients together with 95 % confidence
     scale : W, of the residuals
     unidentified : names of terms that the rows can't tell from those before them
     """
@@ -99,7 +102,7 @@ def fit_model(model: DriveModel, record: Record) -> RobustFit:
         return record.predict(model.drive(values)) - record.power
 
     bounds = np.array([(t.low, t.high) for t in model.terms]).T
-    values = _start(model, record)
+    start = values = _start(model, record)
     floor = 1e-9 * float(np.abs(record.power).max())
     scale = _scale(record.power - np.median(record.power[record.moving]), record, floor)
     for _ in range(ROUNDS):
@@ -115,7 +118,7 @@ def fit_model(model: DriveModel, record: Record) -> RobustFit:
         scale = _scale(residuals(values), record, floor)
         if abs(scale - before) <= SETTLED * before:
             break
-    jacobian = _jacobian(residuals, values)
+    jacobian = _jacobian(residuals, values, np.maximum(np.abs(values), start))
     unidentified = tuple(model.terms[i].name for i in _made_of_others(jacobian))
     if unidentified:
         return RobustFit(values, np.full(len(values), np.inf), scale, unidentified)
@@ -140,11 +143,12 @@ def _scale(residuals: Array, record: Record, floor: float) -> float:
     return max(NORMAL_MAD * float(np.median(np.abs(residuals[record.moving]))), floor)
 
 
-def _jacobian(residuals: Callable[[Array], Array], values: Array) -> Array:
+def _jacobian(residuals: Callable[[Array], Array], values: Array, sizes: Array) -> Array:
     """Differentiate by central differences, (n, p); SciPy's own has the loss worked into it."""
-    steps = np.where(values == 0.0, 1e-6, 1e-6 * np.abs(values))
-    rows = [(residuals(values + h) - residuals(values - h)) / (2.0 * h.sum()) for h in np.diag(steps)]
-    return np.stack(rows, axis=1)
+    # A value at its bound is too small for a step in proportion; its usual size isn't.
+    steps = STEP * np.where(sizes > 0.0, sizes, 1.0)
+    columns = [(residuals(values + h) - residuals(values - h)) / (2.0 * h.sum()) for h in np.diag(steps)]
+    return np.stack(columns, axis=1)
 
 
 def _made_of_others(jacobian: Array) -> list[int]:
@@ -183,4 +187,5 @@ def _half_widths(jacobian: Array, residuals: Array, scale: float) -> Array:
         products = scores[lag:].T @ scores[:-lag]
         together += (1.0 - lag / (lags + 1.0)) * (products + products.T)
     variance = np.maximum(*(np.diag(bread @ middle @ bread) for middle in (alone, together)))
-    return float(stdtrit(n - p, 0.5 + CONFIDENCE / 2.0)) * np.sqrt(variance) / size
+    tail = (1.0 - CONFIDENCE) / (2.0 * p)
+    return float(stdtrit(n - p, 1.0 - tail)) * np.sqrt(variance) / size
