@@ -19,11 +19,12 @@ from fiveaxis.energy.drive_terms import DriveModel
 from fiveaxis.energy.gravity import STANDARD_GRAVITY
 from fiveaxis.energy.motion_log import AxisLog, LogColumns, length_factor, read_axis_log
 from fiveaxis.errors import InputError, SettingError
-from fiveaxis.geometry import Array
+from fiveaxis.geometry import Array, BoolArray
 
 STANDSTILL = "standstill"
 # Of the highest speed: what a scale at rest or a differentiated position shows as motion.
 STILL_SHARE = 0.005
+IDLE_NOISE = 3.0  # times the noise: less of it at standstill is nothing
 ROWS_PER_TERM = 10
 DIGITS = 6  # of a coefficient in the machine file; its interval is far wider
 
@@ -105,7 +106,13 @@ def calibrate_drive(
     require_facts(given)
     unit = length_factor(length_unit, rotary=given.rotary)
     columns = LogColumns(power, velocity, acceleration, position, time, rate, power_unit, length_unit)
-    rows = _usable_rows(read_axis_log(log, columns, rotary=given.rotary), given, unit)
+    rows = _steady_rows(read_axis_log(log, columns, rotary=given.rotary), given, unit)
+    at_rest = _rows_at_rest(rows, given, unit)
+    idle = float(np.median(rows.power[at_rest])) if at_rest.any() else None
+    rows = replace(rows, speed=np.where(at_rest, 0.0, rows.speed))
+    if model != "friction":
+        # At rest the tables of power say 0 whatever their coefficients.
+        rows = rows.without(at_rest, STANDSTILL)
     record, fitted = _record(rows, given), choose_model(given)
     _require_content(rows, fitted)
     fit = fit_model(fitted, record)
@@ -116,35 +123,38 @@ def calibrate_drive(
         left_out += fit.unidentified
         fitted = fitted.without(fit.unidentified)
         fit = fit_model(fitted, record)
-    return _assess(rows, record, fitted, fit, left_out, given)
+    return _assess(rows, record, fitted, fit, left_out, idle, given)
 
 
-def _usable_rows(rows: AxisLog, given: AxisFacts, unit: float) -> AxisLog:
-    """Leave out the rows that the model has nothing to say about."""
-    if given.max_acceleration is not None or given.dynamic:
-        if rows.acceleration is None:
-            raise SettingError(
-                "the acceleration is needed: name its column, or the time's, or give the rate in Hz"
-            )
-        if given.max_acceleration is not None:
-            hasty = np.abs(rows.acceleration) > given.max_acceleration * unit
-            rows = rows.without(hasty, "acceleration above the bound")
+def _steady_rows(rows: AxisLog, given: AxisFacts, unit: float) -> AxisLog:
+    """Leave out the rows that accelerate more than the caller wants, and require what inertia needs."""
+    if given.max_acceleration is None and not given.dynamic:
+        return rows
+    if rows.acceleration is None:
+        raise SettingError(
+            "the acceleration is needed: name its column, or the time's, or give the rate in Hz"
+        )
+    if given.max_acceleration is None:
+        return rows
+    hasty = np.abs(rows.acceleration) > given.max_acceleration * unit
+    return rows.without(hasty, "acceleration above the bound")
+
+
+def _rows_at_rest(rows: AxisLog, given: AxisFacts, unit: float) -> BoolArray:
+    """Tell which rows are at standstill, (n,)."""
     highest = float(np.abs(rows.speed).max(initial=0.0))
-    if highest == 0.0:
+    if highest == 0.0 and len(rows):
         raise InputError(
             "the axis stands still in every row that is left; log moves of this axis", file=rows.file
         )
     still = STILL_SHARE * highest if given.standstill is None else given.standstill * unit
     at_rest = np.abs(rows.speed) <= still
-    if at_rest.all():
+    if at_rest.all() and len(rows):
         raise InputError(
             f"every row is at standstill, the fastest at {highest / unit:g} per s; lower that speed",
             file=rows.file,
         )
-    if given.model == "friction":
-        return replace(rows, speed=np.where(at_rest, 0.0, rows.speed))
-    # At rest the tables of power say 0 whatever their coefficients.
-    return rows.without(at_rest, STANDSTILL)
+    return at_rest
 
 
 def _record(rows: AxisLog, given: AxisFacts) -> Record:
@@ -162,10 +172,12 @@ def _record(rows: AxisLog, given: AxisFacts) -> Record:
 def _require_content(rows: AxisLog, model: DriveModel) -> None:
     """Refuse a log that can't tell the coefficients, whatever they are."""
     least = ROWS_PER_TERM * len(model.terms)
-    if len(rows) < least:
+    moving = int(np.count_nonzero(rows.speed))
+    if moving < least:
         lost = "".join(f"; {count} dropped: {reason}" for reason, count in rows.dropped.items())
         raise InputError(
-            f"{len(rows)} rows are too few for {len(model.terms)} coefficients, which need {least}{lost}",
+            f"{moving} rows in motion are too few for {len(model.terms)} coefficients, which need "
+            f"{least}{lost}",
             file=rows.file,
         )
     for quantity, values in {"velocity": rows.speed, "power": rows.power}.items():
@@ -190,6 +202,7 @@ def _assess(
     model: DriveModel,
     fit: RobustFit,
     left_out: tuple[str, ...],
+    idle: float | None,
     given: AxisFacts,
 ) -> Calibration:
     values = [float(f"{value:.{DIGITS}g}") for value in fit.values]
@@ -210,10 +223,11 @@ def _assess(
         r_squared_moving=_r_squared(record.power[moving], fitted[moving]),
         residual_rms=float(np.sqrt(np.mean((record.power - fitted) ** 2))),
         noise=fit.scale,
+        standstill_power=idle,
         rows=len(rows),
         dropped=rows.dropped,
         source=f"{Path(rows.file).name} (sha256 {rows.sha256})",
-        note=_note(given, left_out),
+        note=_note(given, left_out, _unexplained(idle, model, fit)),
         lines=rows.lines,
         speed=record.speed,
         power=record.power,
@@ -222,10 +236,18 @@ def _assess(
 
 
 def _r_squared(power: Array, fitted: Array) -> float:
-    return float(1.0 - np.sum((power - fitted) ** 2) / np.sum((power - power.mean()) ** 2))
+    spread = float(np.sum((power - power.mean()) ** 2))
+    # Where nothing varies, nothing of it is explained.
+    return 1.0 - float(np.sum((power - fitted) ** 2)) / spread if spread > 0.0 else 0.0
 
 
-def _note(given: AxisFacts, left_out: tuple[str, ...]) -> str:
+def _unexplained(idle: float | None, model: DriveModel, fit: RobustFit) -> float:
+    """Give the power at standstill that the model has no term for, W; 0 within the noise."""
+    explained = any(term.name in ("hold", "copper") for term in model.terms)
+    return 0.0 if idle is None or explained or abs(idle) <= IDLE_NOISE * fit.scale else idle
+
+
+def _note(given: AxisFacts, left_out: tuple[str, ...], idle: float) -> str:
     """Say what the coefficients rest on and wasn't fitted."""
     said = []
     if given.moved_mass is not None and given.model in ("weight", "friction"):
@@ -237,4 +259,5 @@ def _note(given: AxisFacts, left_out: tuple[str, ...]) -> str:
         )
         said += [] if given.dynamic else ["steady rows, without the axis's inertia"]
     said += [f"not told by these rows: {', '.join(left_out)}"] if left_out else []
+    said += [f"{idle:.4g} W at standstill aren't in the model, base power or hold?"] if idle else []
     return "; ".join(said)

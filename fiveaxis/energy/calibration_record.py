@@ -45,6 +45,7 @@ class Calibration:
     r_squared_moving : the same over the rows in motion alone; rows at standstill are easily right
     residual_rms : W, over the rows used
     noise : W, robust scale of the residuals in motion
+    standstill_power : W, median of the rows at standstill; None where the axis never rests
     rows : used
     dropped : reason → rows of the log that weren't used
     source : the log's name, with its digest
@@ -62,6 +63,7 @@ class Calibration:
     r_squared_moving: float
     residual_rms: float
     noise: float
+    standstill_power: float | None
     rows: int
     dropped: Mapping[str, int]
     source: str
@@ -100,6 +102,7 @@ class Calibration:
             "r_squared_moving": self.r_squared_moving,
             "residual_rms_W": self.residual_rms,
             "noise_W": self.noise,
+            "standstill_power_W": self.standstill_power,
             "rows": self.rows,
             "dropped": dict(self.dropped),
             "source": self.source,

@@ -278,6 +278,25 @@ def test_rows_at_standstill_are_dropped_where_a_table_says_nothing_about_them(tm
     assert found.rows == int((speed != 0.0).sum())
 
 
+def test_a_power_at_standstill_that_the_model_does_not_know_is_told(tmp_path):
+    """A column with the machine's base power in it: 300 W lie in the offsets, and the block says so."""
+    drive, options, _ = CASES["affine"]
+    speed, still = strokes("Y", np.random.default_rng(9))
+    power = draw(drive, options, speed, still) + 300.0 + np.random.default_rng(10).standard_normal(len(speed))
+    log = write_log(tmp_path / "log.csv", v=speed, P=power)
+    found = calibrate_drive(log, **BASIC, **options)
+    assert found.standstill_power == pytest.approx(300.0, abs=0.5)
+    assert "W at standstill aren't in the model" in found.block
+    assert "standstill" not in exact(tmp_path, "affine").block
+
+
+def test_an_acceleration_bound_that_leaves_nothing_says_so(tmp_path):
+    speed = np.linspace(-50.0, 50.0, 80)
+    log = write_log(tmp_path / "log.csv", v=speed, a=100.0 + speed, P=np.abs(speed))
+    with pytest.raises(InputError, match=r"0 rows in motion are .*80 dropped: acceleration above the bound"):
+        calibrate_drive(log, **BASIC, acceleration="a", axis="Y", model="affine", max_acceleration=1.0)
+
+
 def test_the_same_log_gives_the_same_bytes(tmp_path):
     first, second = (synthetic(tmp_path, "friction", seed=6) for _ in range(2))
     assert first.document() == second.document()
@@ -305,7 +324,11 @@ BAD_LOGS: dict[str, tuple[Callable[[], str], dict, str]] = {
     "short row": (lambda: lines(r20="1.8,30"), {}, r":20: has 2 fields, the header 3"),
     "clock set back": (lambda: lines(r30="0.2,30,6"), {"time": "t"}, r":30: t goes from 2.7 to 0.2 s"),
     "mostly empty": (lambda: HEADER + "\n" + "0,1,\n" * 40 + "\n".join(ROWS[:30]), {}, r"40 of 70 .*'P'"),
-    "too few rows": (lambda: "\n".join([HEADER, *ROWS[:9]]), {}, r"9 rows are too few for 4 .* need 40"),
+    "too few rows": (
+        lambda: "\n".join([HEADER, *ROWS[:9]]),
+        {},
+        r"9 rows in motion are too few for 4 .* need 40",
+    ),
     "nothing in it": (lambda: "\n\n", {}, r"log.csv: is empty"),
     "header alone": (lambda: HEADER + "\n", {}, r":1: has a header but no rows"),
     "all standstill": (
