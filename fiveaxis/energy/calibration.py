@@ -26,6 +26,8 @@ STANDSTILL = "standstill"
 STILL_SHARE = 0.005
 IDLE_NOISE = 3.0  # times the noise: less of it at standstill is nothing
 ROWS_PER_TERM = 10
+# Of an interval's half-width: the solver stays inside the bounds by a hair, which is no figure to print.
+AT_BOUND = 1e-6
 DIGITS = 6  # of a coefficient in the machine file; its interval is far wider
 
 
@@ -205,7 +207,10 @@ def _assess(
     idle: float | None,
     given: AxisFacts,
 ) -> Calibration:
-    values = [float(f"{value:.{DIGITS}g}") for value in fit.values]
+    values = [
+        t.low if value - t.low <= AT_BOUND * half else float(f"{value:.{DIGITS}g}")
+        for t, value, half in zip(model.terms, fit.values, fit.half_widths, strict=True)
+    ]
     drive = model.drive(values)
     fitted = record.predict(drive)
     coefficients = tuple(

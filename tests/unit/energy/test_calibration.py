@@ -271,6 +271,14 @@ def test_terms_that_the_rows_cannot_tell_are_left_out_and_named(tmp_path):
     assert found.coefficients[0].value == pytest.approx(400.0, rel=1e-3)
 
 
+def test_a_coefficient_at_its_bound_is_the_bound(tmp_path):
+    """Power below its line at low speed asks for a negative offset: 0 is written, not 1e-14."""
+    speed = np.tile(np.linspace(10.0, 100.0, 30), 4) * np.repeat([1.0, -1.0], 60)
+    log = write_log(tmp_path / "log.csv", v=speed, P=0.01 * speed**2)
+    found = calibrate_drive(log, **BASIC, axis="X", model="affine")
+    assert [c.value for c in found.coefficients if "offset" in c.name] == [0.0, 0.0]
+
+
 def test_rows_at_standstill_are_dropped_where_a_table_says_nothing_about_them(tmp_path):
     found = exact(tmp_path, "affine")
     speed, _ = strokes("Y", np.random.default_rng(3))
