@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from fiveaxis.contour import plan_contour
-    from fiveaxis.energy import Energy, PowerSurface, power_surface
+    from fiveaxis.energy import Energy, PowerSurface, calibrate_drive, power_surface
     from fiveaxis.errors import FiveAxisError
     from fiveaxis.findings import Finding
     from fiveaxis.job import program_energy
@@ -43,6 +43,7 @@ _HOMES = {
     "Solution": "posture",
     "Tool": "toolpath",
     "Toolpath": "toolpath",
+    "calibrate_drive": "energy",
     "load_machine": "machine",
     "machine_names": "machine",
     "optimise": "posture",
@@ -67,6 +68,7 @@ __all__ = [
     "Solution",
     "Tool",
     "Toolpath",
+    "calibrate_drive",
     "load_machine",
     "machine_names",
     "optimise",

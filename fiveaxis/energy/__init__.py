@@ -1,6 +1,8 @@
 """What motion costs: drives, totals, the power surface."""
 
 from fiveaxis.energy.budget import Budget, Factors, Process, Share, cutting_energy, job_budget
+from fiveaxis.energy.calibration import calibrate_drive
+from fiveaxis.energy.calibration_record import Calibration
 from fiveaxis.energy.cutting_forces import (
     CuttingCoefficients,
     CuttingRecord,
@@ -44,6 +46,7 @@ from fiveaxis.energy.totals import Energy, law_energies, motion_energy, move_ene
 
 __all__ = [
     "Budget",
+    "Calibration",
     "Cut",
     "CuttingCoefficients",
     "CuttingRecord",
@@ -60,6 +63,7 @@ __all__ = [
     "auxiliary_power",
     "axis_powers",
     "cutter_positions",
+    "calibrate_drive",
     "cutting_energy",
     "cutting_record",
     "drilling_load",
