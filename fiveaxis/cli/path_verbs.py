@@ -212,6 +212,12 @@ def _print_outcome(outcome: Outcome) -> None:
         table.add_row(name, f"{energy.total:.0f}", *joules, f"{energy.time:.1f}", saved, *programs)
     out.print(f"{len(solution.toolpath)} locations; travel metric of the feed drives (no base load)")
     out.print(table)
+    error = solution.energy.metric_error
+    if error is not None:
+        integral = f"{solution.energy.power_integral:.0f} J"
+        out.print(
+            f"power integral of the result: {integral}; the travel metric differs by {100.0 * error:+.1f} %"
+        )
     out.print(f"program: {program.inserted} blocks inserted, so that the ball stays on its path without TCP")
     _print_budget(outcome.budget)
     for name, reason in solution.missing.items():

@@ -132,11 +132,17 @@ def _measures(document: Mapping[str, Any]) -> str:
         if base is None
         else f"With base power: the power integral plus {tables.number(base)} W over the cycle time."
     )
+    error = document["energy"]["metric_error"]
+    difference = (
+        ""
+        if error is None
+        else f"For the result the metric differs from the integral by {100.0 * error:+.1f}{tables.THIN_SPACE}%. "
+    )
     return (
         '<p class="small">Travel metric: every axis is charged for its travel at the programmed feed '
         "(Σ W|Δq|). Power integral: ∫P dt of the feed drives over the duration of each move; a drive with "
         "constant power pays for the whole move, however short its own travel. Spindle, coolant and cutting "
-        f"power are in none of them. {with_base}</p>"
+        f"power are in none of them. {difference}{with_base}</p>"
     )
 
 
