@@ -136,7 +136,7 @@ def _measures(document: Mapping[str, Any]) -> str:
     difference = (
         ""
         if error is None
-        else f"For the result the metric differs from the integral by {100.0 * error:+.1f}{tables.THIN_SPACE}%. "
+        else f"For the result the metric is off the integral by {100.0 * error:+.1f}{tables.THIN_SPACE}%. "
     )
     return (
         '<p class="small">Travel metric: every axis is charged for its travel at the programmed feed '
