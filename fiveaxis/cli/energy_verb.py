@@ -38,6 +38,12 @@ def energy(
     start: Annotated[
         str | None, typer.Option("--start", help="where axes stand before: X18,Y74,Z0 in mm and deg")
     ] = None,
+    program_zero: Annotated[
+        str | None, typer.Option("--program-zero", help="G54 in machine coordinates: X100,Y50,Z-20")
+    ] = None,
+    block_delete: Annotated[
+        bool, typer.Option("--block-delete", help="skip blocks that begin with /")
+    ] = False,
     rapid: Annotated[float | None, typer.Option("--rapid", help="mm/min, of axes without a speed")] = None,
     table: Annotated[Path | None, typer.Option("--csv", help="file for the blocks, one row each")] = None,
     figure: Annotated[
@@ -51,25 +57,32 @@ def energy(
         from fiveaxis.job import program_energy
         from fiveaxis.report.program_figure import program_figure
 
+        if figure is not None and figure.suffix.lower() != ".svg":
+            raise SettingError("the figure is an SVG; let its name end in .svg", file=figure)
         used = _machine(required(machine, "machine"), drives, load)
         found = [
             program_energy(
-                path, used, corners=_corners(corners), unit=unit, start=_start(start), rapid_mm_min=rapid
+                path,
+                used,
+                corners=_corners(corners),
+                unit=unit,
+                start=_places("--start", start),
+                program_zero=_places("--program-zero", program_zero),
+                rapid_mm_min=rapid,
+                block_delete=block_delete,
             )
             for path in programs
         ]
-        if table is not None:
-            write_atomically(table, _csv(found))
+        files = {} if table is None else {table: _csv(found)}
         if figure is not None:
-            write_atomically(
-                figure,
-                program_figure(
-                    [p.motion.name for p in found],
-                    [p.energy for p in found],
-                    [p.motion.time for p in found],
-                    [p.by_block for p in found],
-                ),
+            files[figure] = program_figure(
+                [p.motion.name for p in found],
+                [p.energy for p in found],
+                [p.motion.time for p in found],
+                [p.by_block for p in found],
             )
+        for path, text in files.items():
+            err.print(f"wrote {escape(str(write_atomically(path, text)))}")
         for program in found:
             for finding in program.findings:
                 err.print(f"{program.motion.name}: {finding.severity}: {finding}", markup=False)
@@ -96,14 +109,17 @@ def _corners(text: str) -> Any:
         return text
 
 
-def _start(text: str | None) -> dict[str, float] | None:
+def _places(name: str, text: str | None) -> dict[str, float] | None:
     """Read places of axes, ``X18,Y74,Z0``."""
     if text is None:
         return None
     try:
-        return {part.strip()[0].upper(): float(part.strip()[1:]) for part in text.split(",")}
+        pairs = [(part.strip()[0].upper(), float(part.strip()[1:])) for part in text.split(",")]
     except (ValueError, IndexError):
-        raise SettingError(f"--start {text!r} isn't of the form X18,Y74,Z0") from None
+        raise SettingError(f"{name} {text!r} isn't of the form X18,Y74,Z0") from None
+    if len(dict(pairs)) < len(pairs):
+        raise SettingError(f"{name} {text!r} names an axis twice")
+    return dict(pairs)
 
 
 def _csv(found: Sequence[ProgramEnergy]) -> str:
@@ -147,4 +163,7 @@ def _print_totals(found: Sequence[ProgramEnergy]) -> None:
             share,
         )
     out.print(shown)
-    out.print(f"{found[0].machine.name}: power integral of the feed drives; base power apart")
+    for program in found:
+        error = program.energy.metric_error
+        told = "" if error is None else f"; the travel metric is {100.0 * error:+.1f} % off it"
+        out.print(f"{escape(program.motion.name)}: power integral of the feed drives{told}; base power apart")

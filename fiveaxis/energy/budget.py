@@ -11,13 +11,12 @@ from fiveaxis.energy.cutting_forces import CuttingCoefficients, mean_cutting_pow
 from fiveaxis.energy.drilling import auxiliary_power, idle_power
 from fiveaxis.energy.engagement import Cut, EndMill
 from fiveaxis.energy.totals import motion_energy
-from fiveaxis.errors import SettingError
-from fiveaxis.machine import Machine, Provenance
-from fiveaxis.motion import Motion
+from fiveaxis.errors import MachineError, SettingError
+from fiveaxis.kinematics import tool_poses
+from fiveaxis.machine import FrictionDrive, Machine, Provenance, WeightDrive
+from fiveaxis.motion import STANDSTILL, Motion
 
 JOULES_PER_KWH = 3.6e6
-# Significant digits of a feed: cuts whose feeds differ by less share one cutting power.
-FEED_DIGITS = 4
 
 
 @dataclass(frozen=True)
@@ -149,7 +148,7 @@ def job_budget(
     """
     energy = motion_energy(machine, motion)
     told = {p.figure: p for p in machine.provenance}
-    drives = [told[f"{c} drive"] for c in machine.letters if f"{c} drive" in told]
+    drives = [told[name] for name in _drive_figures(machine) if name in told]
     said = "; ".join(sorted({p.said for p in drives}))
     shares = [
         _known("base", energy.base, told.get("base_power"), "the machine's base power isn't known"),
@@ -159,23 +158,38 @@ def job_budget(
     return Budget(tuple(shares), energy.time, factors or Factors())
 
 
-def cutting_energy(motion: Motion, process: Process) -> tuple[float, float]:
+def cutting_energy(machine: Machine, motion: Motion, process: Process) -> tuple[float, float]:
     """Integrate the cutting power over the cutting moves of a motion.
+
+    The feed of a move is the way of the ball's centre, or of a flat end's tip, over the time that it takes:
+    an axis at its highest speed stretches the move, and the chips get thinner. Where nothing moves nothing is
+    cut. The mean power is a straight function of the feed, ``K_tc MRR + K_te A Zω/2π`` with MRR in proportion
+    to it, so two feeds tell it for all.
 
     Returns
     -------
     J, and the integral of the squared power, W²·s, which a quadratic load loss needs
+
+    References
+    ----------
+    Olteanu et al., Eq. (1); `mean_cutting_power`.
     """
-    cutting = motion.cutting & (motion.time > 0.0)
-    feeds = np.array([float(f"{f:.{FEED_DIGITS}g}") for f in motion.feed[cutting]])
-    times = motion.time[cutting]
-    energy = squared = 0.0
-    for feed in np.unique(feeds):
-        cut = Cut(process.mill, process.depth, process.width, float(feed), process.spindle)
-        power, spent = mean_cutting_power(cut, process.coefficients), float(times[feeds == feed].sum())
-        energy += power * spent
-        squared += power**2 * spent
-    return energy, squared
+    tip, axis = tool_poses(machine, motion.positions)
+    centre = tip + (process.mill.radius if process.mill.shape == "ball" else 0.0) * axis
+    way = np.linalg.norm(np.diff(centre, axis=0, prepend=centre[:1]), axis=1)
+    cutting = motion.cutting & (motion.time > 0.0) & (way > STANDSTILL)
+    if not cutting.any():
+        return 0.0, 0.0
+    feeds, times = way[cutting] / motion.time[cutting], motion.time[cutting]
+    high = float(feeds.max())
+    ends = [
+        mean_cutting_power(
+            Cut(process.mill, process.depth, process.width, feed, process.spindle), process.coefficients
+        )
+        for feed in (high / 2.0, high)
+    ]
+    power = ends[1] + (ends[1] - ends[0]) * (feeds - high) / (high / 2.0)
+    return float(power @ times), float(power**2 @ times)
 
 
 def _spindle_shares(
@@ -187,10 +201,16 @@ def _spindle_shares(
     if process.spindle <= 0.0:
         raise SettingError(f"spindle speed is {process.spindle:g} rad/s; it must be above 0")
     time = float(motion.time.sum())
-    energy, squared = cutting_energy(motion, process)
+    energy, squared = cutting_energy(machine, motion, process)
     idle = loss = None
     if machine.spindle_idle is not None:
-        idle = float(idle_power(process.spindle, machine.spindle_idle)) * time
+        power = float(idle_power(process.spindle, machine.spindle_idle))
+        if power < 0.0:
+            raise MachineError(
+                f"spindle_idle of machine {machine.name!r} gives {power:g} W at {process.spindle:g} rad/s; a "
+                "power isn't negative: check its coefficients and the range of speeds they were fitted in"
+            )
+        idle = power * time
     if machine.auxiliary is not None:
         linear, quadratic = machine.auxiliary
         loss = float(auxiliary_power(energy, linear)) + quadratic * squared
@@ -209,11 +229,18 @@ def _known(name: str, energy: float | None, source: Provenance | None, why: str)
     return Share(name, energy, basis_of(source), source.said)
 
 
+def _drive_figures(machine: Machine) -> list[str]:
+    """Name the figures that the drives' power rests on."""
+    names = [f"{c} drive" for c in machine.letters]
+    weighing = [a.letter for a in machine.axes if isinstance(a.drive, WeightDrive | FrictionDrive)]
+    return names + [f"{c} moved_mass" for c in weighing] + (["load"] if weighing else [])
+
+
 def basis_of(source: Provenance) -> str:
     """Tell whether a figure was measured, fitted or assumed, from what its file says."""
     if source.assumed:
         return "assumed"
-    return "fitted" if "fitted" in source.said.lower() else "measured"
+    return "fitted" if source.fitted else "measured"
 
 
 def _worst(sources: list[Provenance]) -> str:

@@ -24,6 +24,7 @@ from fiveaxis.geometry import Array, BoolArray
 STANDSTILL = "standstill"
 # Of the highest speed: what a scale at rest or a differentiated position shows as motion.
 STILL_SHARE = 0.005
+WORST_FIT = -0.1  # R² below this is no fit; about 0 where the power hardly varies
 IDLE_NOISE = 3.0  # times the noise: less of it at standstill is nothing
 ROWS_PER_TERM = 10
 # Of an interval's half-width: the solver stays inside the bounds by a hair, which is no figure to print.
@@ -125,7 +126,7 @@ def calibrate_drive(
         left_out += fit.unidentified
         fitted = fitted.without(fit.unidentified)
         fit = fit_model(fitted, record)
-    return _assess(rows, record, fitted, fit, left_out, idle, given)
+    return _require_fit(_assess(rows, record, fitted, fit, left_out, idle, given), rows.file)
 
 
 def _steady_rows(rows: AxisLog, given: AxisFacts, unit: float) -> AxisLog:
@@ -238,6 +239,25 @@ def _assess(
         power=record.power,
         fitted=fitted,
     )
+
+
+def _require_fit(found: Calibration, file: str) -> Calibration:
+    """Refuse a fit that explains the power worse than its mean does: its coefficients mean nothing.
+
+    Raises
+    ------
+    InputError
+        R² is below `WORST_FIT`.
+    """
+    if found.r_squared < WORST_FIT:
+        idle = found.standstill_power
+        rest = "" if idle is None else f" ({idle:.4g} W at standstill are in the column)"
+        raise InputError(
+            f"the {found.model} model explains the power worse than its mean: R² is {found.r_squared:.3g}"
+            f"{rest}; log the drive's own power, without the machine's base power, or fit other terms",
+            file=file,
+        )
+    return found
 
 
 def _r_squared(power: Array, fitted: Array) -> float:

@@ -79,7 +79,7 @@ class Calibration:
         # A machine around the drive, so that the format is written in one place.
         bare = Machine.from_code("650123" if self.axis == "B" else "640123")
         axes = tuple(replace(a, drive=self.drive) if a.letter == self.axis else a for a in bare.axes)
-        origin = Provenance(f"{self.axis} drive", "", self._said, False, self.note)
+        origin = Provenance(f"{self.axis} drive", "", self._said, False, self.note, fitted=True)
         header = f"[axes.{self.axis}.drive]\n"
         text = machine_text(replace(bare, axes=axes, provenance=(origin,)))
         return header + text.partition(header)[2].partition("\n[")[0].strip() + "\n"

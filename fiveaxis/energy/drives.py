@@ -85,6 +85,8 @@ def _(drive: AffineDrive, state: _State) -> Array:
 
 @_power.register
 def _(drive: WeightDrive, state: _State) -> Array:
+    if not state.weight > 0.0:
+        raise MachineError(f"a weight drive needs the moved weight; {state.weight:g} N was given")
     metres = np.abs(state.speed) / 1000.0
     return np.where(state.speed == 0.0, 0.0, state.weight * (drive.a * metres + drive.b))
 
@@ -123,6 +125,10 @@ def axis_powers(
     ------
     MachineError
         An axis without known power.
+
+    References
+    ----------
+    As `drive_power`.
     """
     drives = [require_drive(machine, axis) for axis in machine.axes]
     forces = _gravity(machine, drives, positions)
@@ -185,13 +191,18 @@ def require_drive(machine: Machine, axis: Axis) -> Drive:
     Raises
     ------
     MachineError
-        Its power isn't known; names all such axes.
+        Its power isn't known, which names all such axes; its drive needs a mass that isn't known.
     """
     if axis.drive is None:
         missing = ", ".join(a.letter for a in machine.axes if a.drive is None)
         raise MachineError(
             f"machine {machine.name!r} has no power for axis {missing}; add [axes.{axis.letter}.drive] "
             "to its file or take the powers of another machine (--drives NAME)"
+        )
+    if isinstance(axis.drive, WeightDrive | FrictionDrive) and not axis.is_rotary and axis.moved_mass is None:
+        raise MachineError(
+            f"the drive of {axis.letter} of machine {machine.name!r} goes with the moved mass, which isn't "
+            f"known; add [axes.{axis.letter}.moved_mass] to its file"
         )
     return axis.drive
 

@@ -29,6 +29,10 @@ def gravity_forces(machine: Machine, positions: Array) -> Array:
     Returns
     -------
     (n, k), J/mm and J/rad: positive where the axis works against gravity while its value grows
+
+    References
+    ----------
+    Mechanics (the derivative of ``Σ m g h``); no paper among those reproduced has it.
     """
     values = np.asarray(positions, dtype=float)
     poses = link_poses(machine, values)
@@ -37,7 +41,7 @@ def gravity_forces(machine: Machine, positions: Array) -> Array:
     links = (*machine.code.table, BED, *machine.code.head)
     to_machine = machine.machine_frame  # the machine frame at home, in the workpiece frame
     up = to_machine[:3, :3] @ np.array(machine.vertical)
-    load = np.array([*machine.load.centre, 1.0])
+    load = to_machine @ np.array([*machine.load.centre, 1.0])
     forces = np.zeros_like(values)
     for place, joint in enumerate(machine.chain.joints):
         column = machine.column(joint.letter)

@@ -8,9 +8,14 @@ from typing import Any
 import numpy as np
 
 from fiveaxis.energy.drives import axis_powers, travel_costs
-from fiveaxis.geometry import Array
-from fiveaxis.machine import Machine
+from fiveaxis.geometry import Array, IntArray
+from fiveaxis.machine import FrictionDrive, Machine
 from fiveaxis.motion import STANDSTILL, Motion, TimeLaw
+
+# rad: gravity's torque on a tilting table is taken as steady over turns up to this.
+TORQUE_STEP = np.radians(3.0)
+# Gauss's two points of a part of a time law, in parts from its middle: exact to the third degree in time.
+GAUSS_POINTS = (-0.5 / np.sqrt(3.0), 0.5 / np.sqrt(3.0))
 
 
 @dataclass(frozen=True)
@@ -104,6 +109,10 @@ def move_energies(machine: Machine, motion: Motion) -> Array:
     Returns
     -------
     (n, k), J: ``W⁺Δq⁺ + W⁻Δq⁻`` of the move that ends at the row, 0 for the first
+
+    References
+    ----------
+    Hayashi et al. (2018), Eqs. (1), (6)-(8).
     """
     plus, minus = travel_costs(machine, motion.feed)
     moves = motion.moves
@@ -116,14 +125,36 @@ def move_powers(machine: Machine, motion: Motion) -> Array:
     Returns
     -------
     (n, k), W, of the move that ends at the row; 0 where a move takes no time
+
+    References
+    ----------
+    Drive models as in `drive_power`; no paper has the integral over moves.
     """
     moving = motion.time > 0.0
     moves = np.where(np.abs(motion.moves) > STANDSTILL, motion.moves, 0.0)
-    # Half way, so that a torque that changes along the move counts with its middle.
-    middle = motion.positions - motion.moves / 2.0
+    parts = _parts(machine, np.where(moving[:, None], motion.moves, 0.0)) * moving
+    row, share = _spread(parts)
+    # The middle of each part: a torque that changes along the move counts as it is there.
+    places = motion.positions[row] - (1.0 - share[:, None]) * motion.moves[row]
+    speeds = moves[row] / motion.time[row, None]
     powers = np.zeros_like(moves)
-    powers[moving] = axis_powers(machine, middle[moving], moves[moving] / motion.time[moving, None])
+    np.add.at(powers, row, axis_powers(machine, places, speeds) / parts[row, None])
     return powers
+
+
+def _parts(machine: Machine, moves: Array) -> IntArray:
+    """Say into how many parts moves, (n, k), are cut so that gravity's torque hardly changes in one, (n,)."""
+    if not any(isinstance(axis.drive, FrictionDrive) for axis in machine.axes):
+        return np.ones(len(moves), dtype=np.int64)
+    turns = np.abs(moves[:, machine.rotary_columns]).max(axis=1, initial=0.0)
+    return np.maximum(1, np.ceil(turns / TORQUE_STEP)).astype(np.int64)
+
+
+def _spread(parts: IntArray) -> tuple[IntArray, Array]:
+    """Give for each part of each row its row, (m,), and where its middle lies in the row, (m,), 0…1."""
+    row = np.repeat(np.arange(len(parts)), parts)
+    first = np.repeat(np.cumsum(parts) - parts, parts)
+    return row, (np.arange(len(row)) - first + 0.5) / parts[row]
 
 
 def law_energies(machine: Machine, law: TimeLaw) -> Array:
@@ -132,9 +163,19 @@ def law_energies(machine: Machine, law: TimeLaw) -> Array:
     Returns
     -------
     (n, k), J: ∫P dt of the move that ends at the row, by axis
+
+    References
+    ----------
+    Drive models as in `drive_power`; no paper has the integral over a time law.
     """
-    samples = law.samples
-    powers = axis_powers(machine, samples.position, samples.speed, samples.acceleration)
-    energies = np.zeros((len(law.motion), powers.shape[1]))
-    np.add.at(energies, samples.block, powers * samples.weight[:, None])
+    phases = law.phases
+    start, _, _ = law.at(phases.start)
+    end, _, _ = law.at(phases.start + phases.duration)
+    phase, share = _spread(_parts(machine, end - start))
+    part = phases.duration[phase] / np.bincount(phase, minlength=len(phases))[phase]
+    middle = phases.start[phase] + share * phases.duration[phase]
+    energies = np.zeros((len(law.motion), len(machine.axes)))
+    for point in GAUSS_POINTS:
+        powers = axis_powers(machine, *law.at(middle + point * part))
+        np.add.at(energies, phases.block[phase], powers * part[:, None] / len(GAUSS_POINTS))
     return energies

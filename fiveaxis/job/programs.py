@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, Literal
 
+import numpy as np
+
 from fiveaxis.energy import Energy, law_energies, motion_energy, move_powers
 from fiveaxis.errors import SettingError
-from fiveaxis.findings import Finding
-from fiveaxis.geometry import Array
+from fiveaxis.findings import Finding, Place, Severity
+from fiveaxis.geometry import Array, IntArray
 from fiveaxis.machine import Machine
 from fiveaxis.motion import TimeLaw, time_motion
 from fiveaxis.nc import ProgramMotion, read_program
@@ -19,6 +22,8 @@ from fiveaxis.toolpath import MoveKind
 
 # Findings and text shown of a block are cut at this length.
 BLOCK_TEXT = 60
+# Share of an axis's highest speed that rounding of a program's words may exceed.
+OVER = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,19 +51,24 @@ class ProgramEnergy:
 
     @property
     def rows(self) -> list[dict[str, Any]]:
-        """One row a block, as plain data: line, text, kind, s, mm/min, J by axis and of the base power."""
+        """One row a block, as plain data: line, text, kind, s, mm/min, J by axis and of the base power.
+
+        An arc's chords are one block.
+        """
         base = self.machine.base_power
         rows = []
-        for i in range(1, len(self.motion)):
-            time = float(self.motion.time[i])
-            axes = {c: float(j) for c, j in zip(self.machine.letters, self.by_block[i], strict=True)}
+        for first, last in _runs(self.motion.source[1:]):
+            block = slice(first + 1, last + 1)
+            time = float(self.motion.time[block].sum())
+            spent = self.by_block[block].sum(axis=0)
+            axes = {c: float(j) for c, j in zip(self.machine.letters, spent, strict=True)}
             rows.append(
                 {
-                    "line": int(self.motion.source[i]),
-                    "block": self.texts[i],
-                    "kind": MoveKind(int(self.motion.kind[i])).name.lower(),
+                    "line": int(self.motion.source[first + 1]),
+                    "block": self.texts[first + 1],
+                    "kind": MoveKind(int(self.motion.kind[first + 1])).name.lower(),
                     "time": time,
-                    "feed_mm_min": float(self.motion.feed[i]) * 60.0,
+                    "feed_mm_min": float(self.motion.feed[first + 1]) * 60.0,
                     "energy": sum(axes.values()),
                     **axes,
                     "base": None if base is None else base * time,
@@ -129,4 +139,45 @@ def program_energy(
     lines = load_source(path).lines
     texts = tuple(lines[line - 1].strip()[:BLOCK_TEXT] if line > 0 else "" for line in motion.source)
     energy = motion_energy(machine, motion, by_block)
-    return ProgramEnergy(machine, motion, by_block, energy, law, texts, motion.findings)
+    findings = (*motion.findings, *_speeding(machine, motion), *_unlimited(machine, law))
+    return ProgramEnergy(machine, motion, by_block, energy, law, texts, findings)
+
+
+def _runs(source: IntArray) -> list[tuple[int, int]]:
+    """Give first and last + 1 of runs of rows that come from one line."""
+    ends = np.flatnonzero(np.diff(source)) + 1
+    return list(pairwise([0, *ends.tolist(), len(source)])) if len(source) else []
+
+
+def _speeding(machine: Machine, motion: ProgramMotion) -> Iterator[Finding]:
+    """Find blocks that ask more of an axis than its highest speed: the machine would be slower."""
+    moving = motion.time > 0.0
+    for column, axis in enumerate(machine.axes):
+        if axis.max_speed is None:
+            continue
+        speed = np.zeros(len(motion))
+        speed[moving] = np.abs(motion.moves[moving, column]) / motion.time[moving]
+        over = speed > axis.max_speed * (1.0 + OVER)
+        if over.any():
+            worst = int(np.argmax(speed))
+            asked, most = axis.shown(float(speed[worst])), axis.shown(axis.max_speed)
+            yield Finding(
+                Severity.WARNING,
+                "feed-over",
+                f"{int(over.sum())} blocks move {axis.letter} faster than its {most:g} {axis.unit}/s, up to "
+                f"{asked:.5g}: the machine takes longer than told here; --corners counts that",
+                Place(line=int(motion.source[worst]), file=motion.name),
+                asked,
+            )
+
+
+def _unlimited(machine: Machine, law: TimeLaw | None) -> Iterator[Finding]:
+    """Say which axes change their speed at once in a time law, since nobody knows better."""
+    unknown = [a.letter for a in machine.axes if a.max_acceleration is None]
+    if law is not None and unknown:
+        yield Finding(
+            Severity.WARNING,
+            "no-acceleration",
+            f"machine {machine.name!r} states no max_acceleration of {', '.join(unknown)}: they change "
+            "speed at once here, and stops cost no time",
+        )

@@ -288,12 +288,14 @@ def _provenance(file: MachineFile, tables: dict[str, AxisTable]) -> Iterator[Pro
     for name, figure in figures:
         if figure is not None:
             shown = f"code {file.code}" if figure is file.structure else _shown(figure)
-            yield Provenance(name, shown, figure.source or "", figure.assumed, figure.note or "")
+            yield Provenance(
+                name, shown, figure.source or "", figure.assumed, figure.note or "", figure.fitted
+            )
 
 
 def _shown(figure: Figure) -> str:
     """Write a figure's own values as in the file."""
-    values = figure.model_dump(exclude={"source", "assumed", "note", "model"}, exclude_none=True)
+    values = figure.model_dump(exclude={"source", "assumed", "fitted", "note", "model"}, exclude_none=True)
     return ", ".join(f"{k} {_plain(v)}" for k, v in values.items())
 
 

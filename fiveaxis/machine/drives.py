@@ -64,7 +64,8 @@ class FrictionDrive:
 
     ``F = m·q̈ + F_c·sgn(q̇) + B·q̇ + G − F_b``; mechanical power ``F·q̇`` is divided by the efficiency when the
     drive pushes and multiplied by the regeneration when it brakes; ``c·F²`` heats the motor, and ``hold`` is
-    drawn all the time. G, from gravity, is worked out of the machine's masses and posture.
+    drawn all the time. G, from gravity, is worked out of the machine's masses and posture; the moment of
+    inertia of a part on a rotary table isn't added to the table's own.
 
     Parameters
     ----------

@@ -24,7 +24,7 @@ from fiveaxis.machine.model import Machine, Provenance
 
 UNSTATED = "set in code, which doesn't say where it comes from"
 # What a key means that isn't there; such a key is left out of a file.
-DEFAULTS: dict[str, object] = {"source": "", "note": "", "assumed": False, "reversed": False}
+DEFAULTS: dict[str, object] = {"source": "", "note": "", "assumed": False, "fitted": False, "reversed": False}
 NUMBERS = re.compile(r"\[\n((?:    [-+.e\d]+,\n)+)\]")
 DECIMALS = 12  # mm, or of a direction whose largest part is 1
 RELATIVE = 2e-15  # a few units in the last place: what converting a unit there and back costs
@@ -142,7 +142,12 @@ def _origins(provenance: tuple[Provenance, ...]) -> Origin:
         p = known.get(figure, Provenance(figure, "", "", assumed=True))
         # What has no source is assumed, whatever the record says: the format knows no third kind.
         assumed = p.assumed or not p.source
-        return {"source": p.source, "assumed": assumed, "note": p.note or (UNSTATED if assumed else "")}
+        return {
+            "source": p.source,
+            "assumed": assumed,
+            "note": p.note or (UNSTATED if assumed else ""),
+            "fitted": p.fitted,
+        }
 
     return origin
 

@@ -30,6 +30,7 @@ class Provenance:
     source : where it is printed or was measured, empty where nowhere
     assumed : no source; then `note` says why this value
     note : a sentence
+    fitted : worked out of measurements, not read off them
     """
 
     figure: str
@@ -37,6 +38,7 @@ class Provenance:
     source: str
     assumed: bool
     note: str = ""
+    fitted: bool = False
 
     @property
     def said(self) -> str:
@@ -209,7 +211,7 @@ class Machine:
         Parameters
         ----------
         mass : kg
-        centre : (3,), mm, centre of mass, workpiece frame
+        centre : (3,), mm, centre of mass, machine frame with every axis at 0
 
         Raises
         ------

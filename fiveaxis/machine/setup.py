@@ -72,7 +72,7 @@ class Load:
     Parameters
     ----------
     mass : kg
-    centre : (3,), mm, centre of mass, workpiece frame
+    centre : (3,), mm, centre of mass, machine frame with every axis at 0: a work offset doesn't move it
 
     Raises
     ------

@@ -31,6 +31,7 @@ class Figure(StrictModel):
 
     source: str | None = Field(None, description="where the figure is printed or was measured")
     assumed: bool = Field(False, description="no source; then `note` says why this value")
+    fitted: bool = Field(False, description="worked out of measurements, which the source names")
     note: str | None = Field(None, description="a sentence")
 
     @model_validator(mode="after")

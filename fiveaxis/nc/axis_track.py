@@ -154,7 +154,7 @@ class AxisTrack:
             letter = self.machine.letters[column]
             raise self.source.error(
                 f"a rapid move of {letter}, whose highest speed machine {self.machine.name!r} doesn't tell, "
-                "has no duration; give rapid_mm_min, or max_speed in the machine file",
+                "has no duration; give rapid_mm_min (--rapid), or max_speed in the machine file",
                 line,
             )
         return step / speed

@@ -259,6 +259,6 @@ class Interpreter:
                 Severity.WARNING,
                 "zero-assumed",
                 f"{word} counts from the machine's zero, which is taken to be the program's; if it isn't, "
-                "give program_zero",
+                "give program_zero (--program-zero)",
                 line,
             )

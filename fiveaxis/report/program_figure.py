@@ -57,10 +57,14 @@ def _draw_power(axes: Axes, name: str, letters: Sequence[str], time: Array, joul
 
 
 def _draw_energies(axes: Axes, names: Sequence[str], energies: Sequence[Energy]) -> None:
-    left = np.zeros(len(names))
+    # Programs of one name have a bar each; what an axis gives back stands left of 0.
+    places = np.arange(len(names))
+    spent, returned = np.zeros(len(names)), np.zeros(len(names))
     for letter in energies[0].integral_by_axis:
         widths = np.array([energy.integral_by_axis[letter] for energy in energies])
-        axes.barh(list(names), widths, left=left, color=COLOURS[letter], label=letter)
-        left = left + widths
+        left = np.where(widths < 0.0, returned, spent)
+        axes.barh(places, widths, left=left, color=COLOURS[letter], label=letter)
+        spent, returned = spent + np.maximum(widths, 0.0), returned + np.minimum(widths, 0.0)
+    axes.set_yticks(places, list(names))
     axes.invert_yaxis()
     label_axes(axes, "energy of the feed drives (J)", "program", "by axis, without base power")

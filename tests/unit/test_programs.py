@@ -165,3 +165,36 @@ def test_a_machine_without_powers_and_unknown_corners_are_refused(zigzag, takisa
     with pytest.raises(SettingError, match="write programmed, exact-stop, or a tolerance"):
         fx.program_energy(zigzag, takisawa, corners="smooth")
     assert run("energy", zigzag, "-m", "takisawa-mac-v3", "--start", "X=3").exit_code == 2
+
+
+def test_a_program_faster_than_its_axes_is_told(tmp_path, takisawa):
+    path = tmp_path / "fast.nc"
+    path.write_text("G90 G21\nG00 X0 Y0 Z0\nG01 X100 F50000\nG01 X0 F500\n")
+    found = fx.program_energy(path, takisawa)
+    [speeding] = [f for f in found.findings if f.code == "feed-over"]
+    assert speeding.place.line == 3
+    assert "1 blocks move X faster than its 166.667 mm/s" in speeding.message
+    stopping = fx.program_energy(path, takisawa, corners="exact-stop")
+    assert "no-acceleration" in {f.code for f in stopping.findings}
+    assert stopping.energy.time > found.energy.time
+
+
+def test_an_arc_is_one_block_of_the_table(tmp_path, takisawa):
+    path = tmp_path / "arc.nc"
+    path.write_text("G90 G21\nG00 X0 Y0 Z0\nG02 X20 Y0 I10 J0 F500\nG01 X0\n")
+    found = fx.program_energy(path, takisawa)
+    assert [row["line"] for row in found.rows] == [3, 4]
+    assert found.rows[0]["time"] == pytest.approx(10.0 * np.pi / (500.0 / 60.0), rel=1e-3)
+    assert sum(row["energy"] for row in found.rows) == pytest.approx(found.energy.power_integral)
+
+
+def test_options_of_the_verb_are_the_librarys(tmp_path):
+    path = tmp_path / "p.nc"
+    path.write_text("G90 G21\nG53 G00 Z0\nG00 X0 Y0 Z-5\n/G01 X50 F500\nG01 X10 F500\n")
+    machine = ("-m", "takisawa-mac-v3", "--json")
+    zero = ("--program-zero", "X1,Y2,Z-3")
+    plain = json.loads(run("energy", path, *machine, *zero).stdout)
+    skipped = json.loads(run("energy", path, *machine, *zero, "--block-delete").stdout)
+    assert skipped["energy"]["time"] < plain["energy"]["time"]
+    assert "names an axis twice" in run("energy", path, *machine[:2], "--start", "X1,X2").stderr
+    assert "let its name end in .svg" in run("energy", path, *machine[:2], "--figure", "x.png").stderr

@@ -19,7 +19,7 @@ from fiveaxis.energy import (
     mean_cutting_power,
     motion_energy,
 )
-from fiveaxis.errors import JobError
+from fiveaxis.errors import JobError, MachineError
 from fiveaxis.job import make_job, read_job
 from fiveaxis.job.stages import load_process, require_cut
 from fiveaxis.machine import Machine, Provenance
@@ -37,7 +37,7 @@ PROCESS = Process(
 def machine(hayashi: Machine) -> Machine:
     told = (
         Provenance("base_power", "value 500", "meter", False),
-        Provenance("spindle_idle", "…", "fitted to a log", False),
+        Provenance("spindle_idle", "…", "a log of the spindle", False, fitted=True),
         Provenance("auxiliary", "…", "", True, "as on another machine"),
     )
     idle = (80.0, 0.0524 / TURN, 0.0003 / TURN**2)
@@ -192,3 +192,29 @@ def test_an_engagement_that_cannot_be_is_refused_before_the_work(tmp_path):
     with pytest.raises(JobError, match="process: width of cut is 7 mm"):
         require_cut(process, 1000.0 / 60.0)
     assert load_process(make_job(input="x.csv", tool="ball:6")) is None
+
+
+def test_an_axis_that_slows_the_move_makes_the_chips_thinner_and_not_the_cut_dearer(machine, motion):
+    """Without edge forces the work is K_tc times the volume removed, whatever time that takes."""
+    slow = replace(motion, time=motion.time * 4.0)
+    spent = [shares_of(job_budget(machine, m, PROCESS))["cutting"][0] for m in (motion, slow)]
+    assert spent[1] == pytest.approx(spent[0])
+
+
+def test_a_dwell_cuts_nothing(machine, motion):
+    positions = np.insert(motion.positions, 2, motion.positions[1], axis=0)
+    dwelling = Motion(
+        letters="XYZAC",
+        positions=positions,
+        feed=np.insert(motion.feed, 2, 10.0),
+        time=np.insert(motion.time, 2, 20.0),
+        kind=np.insert(motion.kind, 2, MoveKind.CUT),
+        source=np.arange(5),
+    )
+    spent = [shares_of(job_budget(machine, m, PROCESS))["cutting"][0] for m in (motion, dwelling)]
+    assert spent[1] == pytest.approx(spent[0])
+
+
+def test_an_idle_power_below_0_is_refused(machine, motion):
+    with pytest.raises(MachineError, match="a power isn't negative"):
+        job_budget(replace(machine, spindle_idle=(0.0, -1.0, 0.0)), motion, PROCESS)

@@ -409,3 +409,15 @@ def test_a_bad_option_is_refused(tmp_path, name):
 def test_a_log_that_is_not_there_is_refused(tmp_path):
     with pytest.raises(FiveAxisError, match=r"none.csv: No such file"):
         calibrate_drive(tmp_path / "none.csv", axis="X", model="affine", power="P", velocity="v")
+
+
+def test_a_fit_worse_than_the_mean_is_refused_and_names_the_power_at_rest(tmp_path):
+    """A log of the whole machine: 100 W of base power hide what the drive takes."""
+    rng = np.random.default_rng(5)
+    speed = np.repeat([0.0, 10.0, -10.0, 20.0, -20.0], 40)
+    power = 100.0 + 0.02 * np.abs(speed) + rng.normal(0.0, 0.05, 200)
+    log = write_log(tmp_path / "log.csv", v=speed, a=np.zeros(200), p=power)
+    with pytest.raises(InputError, match=r"worse than its mean: R² is -.*W at standstill are in the column"):
+        calibrate_drive(
+            log, axis="X", model="friction", power="p", velocity="v", acceleration="a", moved_mass=10.0
+        )

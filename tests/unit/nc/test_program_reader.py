@@ -473,7 +473,7 @@ def test_a_rapid_move_of_unknown_speed_is_refused_with_axis_and_remedy(fault, ha
     assert line == 2
     assert message == (
         "a rapid move of C, whose highest speed machine 'hayashi-640123' doesn't tell, has no duration; give "
-        "rapid_mm_min, or max_speed in the machine file"
+        "rapid_mm_min (--rapid), or max_speed in the machine file"
     )
 
 
