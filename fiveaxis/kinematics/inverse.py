@@ -88,9 +88,8 @@ def redundant_axis(machine: Machine) -> str:
 
 def _around_redundant(machine: Machine, tip: Array, axis: Array, held: Held) -> Array:
     """Solve the other axes with the redundant one held."""
-    spare = redundant_axis(machine)
     named = [c for c in held if c in spare_axes(machine.chain)]
-    spare = named[0] if named else spare
+    spare = named[0] if named else redundant_axis(machine)
     value = held.get(spare, 0.0)
     rest = {letter: angle for letter, angle in held.items() if letter != spare}
     found = axis_positions(machine.holding(spare, value), tip, axis, held=rest)

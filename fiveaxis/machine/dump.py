@@ -78,15 +78,15 @@ def machine_document(machine: Machine, folder: Path | None = None) -> Table:
     ----------
     machine, folder : as for `machine_text`
 
-    Raises
-    ------
-    MachineError
-        An axis is clamped (`Machine.holding`).
-
     Returns
     -------
     Tables with every key that applies, defaults included. Each figure has a provenance: one that the machine
     doesn't know the origin of is marked as assumed.
+
+    Raises
+    ------
+    MachineError
+        An axis is clamped (`Machine.holding`).
     """
     if machine.clamped:
         held = ", ".join(axis.letter for axis, _ in machine.clamped)
