@@ -165,5 +165,7 @@ def _print_totals(found: Sequence[ProgramEnergy]) -> None:
     out.print(shown)
     for program in found:
         error = program.energy.metric_error
-        told = "" if error is None else f"; the travel metric is {100.0 * error:+.1f} % off it"
+        told = (
+            "" if error is None else f"; the travel metric is {round(100.0 * error, 1) + 0.0:+.1f} % off it"
+        )
         out.print(f"{escape(program.motion.name)}: power integral of the feed drives{told}; base power apart")

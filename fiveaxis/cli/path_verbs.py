@@ -216,7 +216,7 @@ def _print_outcome(outcome: Outcome) -> None:
     if error is not None:
         integral = f"{solution.energy.power_integral:.0f} J"
         out.print(
-            f"power integral of the result: {integral}; the travel metric differs by {100.0 * error:+.1f} %"
+            f"power integral of the result: {integral}; the travel metric differs by {round(100.0 * error, 1) + 0.0:+.1f} %"
         )
     out.print(f"program: {program.inserted} blocks inserted, so that the ball stays on its path without TCP")
     _print_budget(outcome.budget)
