@@ -214,10 +214,9 @@ def _print_outcome(outcome: Outcome) -> None:
     out.print(table)
     error = solution.energy.metric_error
     if error is not None:
+        percent = round(100.0 * error, 1) + 0.0
         integral = f"{solution.energy.power_integral:.0f} J"
-        out.print(
-            f"power integral of the result: {integral}; the travel metric differs by {round(100.0 * error, 1) + 0.0:+.1f} %"
-        )
+        out.print(f"power integral of the result: {integral}; the travel metric differs by {percent:+.1f} %")
     out.print(f"program: {program.inserted} blocks inserted, so that the ball stays on its path without TCP")
     _print_budget(outcome.budget)
     for name, reason in solution.missing.items():
