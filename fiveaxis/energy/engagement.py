@@ -235,6 +235,10 @@ def swept_surface(cut: Cut) -> float:
     Returns
     -------
     mm²
+
+    References
+    ----------
+    Own derivation for `mean_cutting_power`; Olteanu et al., Eq. (1), has the removal rate only.
     """
     radius = cut.mill.radius
     if cut.mill.shape == "flat":

@@ -77,7 +77,12 @@ class _LineInBed:
 
 
 def moved_weights(machine: Machine) -> Array:
-    """Give the weight that each axis moves, (k,) N: its own mass and, on the table, the load."""
+    """Give the weight that each axis moves, (k,) N: its own mass and, on the table, the load.
+
+    References
+    ----------
+    Edem & Balogun (2018), Eq. (1): W, the moved weight of axis, workpiece and vice.
+    """
     masses = [
         (a.moved_mass or 0.0) + (machine.load.mass if a.letter in machine.code.table else 0.0)
         for a in machine.axes

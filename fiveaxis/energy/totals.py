@@ -11,11 +11,10 @@ from fiveaxis.energy.drives import axis_powers, travel_costs
 from fiveaxis.geometry import Array, IntArray
 from fiveaxis.machine import FrictionDrive, Machine
 from fiveaxis.motion import STANDSTILL, Motion, TimeLaw
+from fiveaxis.toolpath import part_places
 
 # rad: gravity's torque on a tilting table is taken as steady over turns up to this.
 TORQUE_STEP = np.radians(3.0)
-# Gauss's two points of a part of a time law, in parts from its middle: exact to the third degree in time.
-GAUSS_POINTS = (-0.5 / np.sqrt(3.0), 0.5 / np.sqrt(3.0))
 
 
 @dataclass(frozen=True)
@@ -89,6 +88,10 @@ def motion_energy(machine: Machine, motion: Motion, integral: Array | None = Non
     ------
     MachineError
         An axis without known power.
+
+    References
+    ----------
+    Hayashi et al. (2018), Eq. (1), for the travel metric.
     """
     travel = move_energies(machine, motion).sum(axis=0)
     if integral is None:
@@ -133,9 +136,10 @@ def move_powers(machine: Machine, motion: Motion) -> Array:
     moving = motion.time > 0.0
     moves = np.where(np.abs(motion.moves) > STANDSTILL, motion.moves, 0.0)
     parts = _parts(machine, np.where(moving[:, None], motion.moves, 0.0)) * moving
-    row, share = _spread(parts)
+    row, begin = part_places(parts)
     # The middle of each part: a torque that changes along the move counts as it is there.
-    places = motion.positions[row] - (1.0 - share[:, None]) * motion.moves[row]
+    rest = 1.0 - begin - 0.5 / parts[row]
+    places = motion.positions[row] - rest[:, None] * motion.moves[row]
     speeds = moves[row] / motion.time[row, None]
     powers = np.zeros_like(moves)
     np.add.at(powers, row, axis_powers(machine, places, speeds) / parts[row, None])
@@ -148,13 +152,6 @@ def _parts(machine: Machine, moves: Array) -> IntArray:
         return np.ones(len(moves), dtype=np.int64)
     turns = np.abs(moves[:, machine.rotary_columns]).max(axis=1, initial=0.0)
     return np.maximum(1, np.ceil(turns / TORQUE_STEP)).astype(np.int64)
-
-
-def _spread(parts: IntArray) -> tuple[IntArray, Array]:
-    """Give for each part of each row its row, (m,), and where its middle lies in the row, (m,), 0…1."""
-    row = np.repeat(np.arange(len(parts)), parts)
-    first = np.repeat(np.cumsum(parts) - parts, parts)
-    return row, (np.arange(len(row)) - first + 0.5) / parts[row]
 
 
 def law_energies(machine: Machine, law: TimeLaw) -> Array:
@@ -171,11 +168,8 @@ def law_energies(machine: Machine, law: TimeLaw) -> Array:
     phases = law.phases
     start, _, _ = law.at(phases.start)
     end, _, _ = law.at(phases.start + phases.duration)
-    phase, share = _spread(_parts(machine, end - start))
-    part = phases.duration[phase] / np.bincount(phase, minlength=len(phases))[phase]
-    middle = phases.start[phase] + share * phases.duration[phase]
+    samples = law.sampled(_parts(machine, end - start))
+    powers = axis_powers(machine, samples.position, samples.speed, samples.acceleration)
     energies = np.zeros((len(law.motion), len(machine.axes)))
-    for point in GAUSS_POINTS:
-        powers = axis_powers(machine, *law.at(middle + point * part))
-        np.add.at(energies, phases.block[phase], powers * part[:, None] / len(GAUSS_POINTS))
+    np.add.at(energies, samples.block, powers * samples.weight[:, None])
     return energies

@@ -165,6 +165,10 @@ def block_profiles(motion: Motion, machine: Machine) -> Profile:
     ------
     ToolpathError, MachineError
         Numbers that aren't finite; axes that the machine hasn't; limits that aren't positive.
+
+    References
+    ----------
+    Edem & Balogun (2018), Eqs. (2)-(3), for one axis.
     """
     require_motion(motion, machine)
     moves = np.abs(motion.moves)

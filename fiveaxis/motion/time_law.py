@@ -17,6 +17,7 @@ from fiveaxis.motion.bounds import AxisBounds, axis_bounds, require_motion
 from fiveaxis.motion.motion import Motion
 from fiveaxis.motion.phases import Phases, run_phases
 from fiveaxis.motion.rounding import RoundedPath, round_corners
+from fiveaxis.toolpath import part_places
 
 # mm: a corner that its widest rounding passes nearer than this is a point of a sampled curve.
 SMOOTH = 0.01
@@ -113,9 +114,20 @@ class TimeLaw:
     @cached_property
     def samples(self) -> Samples:
         """Two moments in every phase, for integrals of a power P(v, a) over time."""
+        return self.sampled(np.ones(len(self.phases), dtype=np.int64))
+
+    def sampled(self, parts: IntArray) -> Samples:
+        """Take two moments in every part of every phase, for a power that depends on the place too.
+
+        Parameters
+        ----------
+        parts : (p,), at least 1, into how many equal times each phase is cut
+        """
         phases = self.phases
-        time = (phases.start[:, None] + phases.duration[:, None] * GAUSS_POINTS).ravel()
-        block, weight = np.repeat(phases.block, 2), np.repeat(phases.duration / 2.0, 2)
+        phase, begin = part_places(parts)
+        start, length = phases.start[phase] + begin * phases.duration[phase], (phases.duration / parts)[phase]
+        time = (start[:, None] + length[:, None] * GAUSS_POINTS).ravel()
+        block, weight = np.repeat(phases.block[phase], 2), np.repeat(length / 2.0, 2)
         return Samples(time, weight, block, *self.at(time))
 
     @cached_property

@@ -40,9 +40,15 @@ def divide(toolpath: Toolpath, parts: IntArray) -> Toolpath:
 
 def divided_rows(parts: IntArray) -> Array:
     """Count a divided path's locations in rows of the undivided one: 3.25 lies between 3 and 4."""
-    begin = np.repeat(np.arange(len(parts)), parts)
-    share = np.arange(len(begin)) - np.repeat(np.cumsum(parts) - parts, parts)
-    return np.append(begin + share / np.repeat(parts, parts), float(len(parts)))
+    row, share = part_places(parts)
+    return np.append(row + share, float(len(parts)))
+
+
+def part_places(parts: IntArray) -> tuple[IntArray, Array]:
+    """Give for each part of each row its row, (m,), and where in the row it begins, (m,), in [0, 1)."""
+    row = np.repeat(np.arange(len(parts)), parts)
+    order = np.arange(len(row)) - np.repeat(np.cumsum(parts) - parts, parts)
+    return row, order / parts[row]
 
 
 def interpolate(columns: Array, row: Array) -> Array:

@@ -88,8 +88,13 @@ def test_stops_and_accelerations_cost_time_and_the_energy_follows_the_time_law(z
     assert stopping.by_block.sum() == pytest.approx(stopping.energy.power_integral)
 
 
-def test_the_papers_strategies_are_ranked_as_measured():
-    printed = subprocess.run([sys.executable, EXAMPLE], capture_output=True, text=True, check=True).stdout
+@pytest.fixture(scope="module")
+def printed() -> str:
+    """What the example prints."""
+    return subprocess.run([sys.executable, EXAMPLE], capture_output=True, text=True, check=True).stdout
+
+
+def test_the_papers_strategies_are_ranked_as_measured(printed):
     rows = {line.split()[0]: line.split()[1:] for line in printed.splitlines() if line.strip()}
     # The last rows of zag and zigzag are shares of the contour: energy, paper's, time, paper's, in percent.
     for name in ("zag", "zigzag"):
@@ -103,8 +108,7 @@ def test_the_papers_strategies_are_ranked_as_measured():
     assert time == pytest.approx(time_paper, rel=0.01)
 
 
-def test_the_machine_file_holds_what_the_example_fits(takisawa):
-    printed = subprocess.run([sys.executable, EXAMPLE], capture_output=True, text=True, check=True).stdout
+def test_the_machine_file_holds_what_the_example_fits(printed, takisawa):
     for letter in "XY":
         words = next(line for line in printed.splitlines() if line.startswith(f"{letter}: a")).split()
         drive = takisawa.axis(letter).drive

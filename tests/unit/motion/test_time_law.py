@@ -277,7 +277,7 @@ def test_toppra_takes_as_long_on_smooth_paths(seed, n, more_speed):
     """Measured: 0.9997 to 1.0065 times as long as toppra 0.6.10 on four times as many grid points."""
     toppra = pytest.importorskip("toppra")
     positions = smooth_path(n, seed)
-    law = time_motion(motion_of(positions), with_limits(TRUNNION, more_speed), smooth=10.0)
+    law = time_motion(motion_of(positions), with_limits(TRUNNION, more_speed))
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         theirs = toppra_time(toppra, positions, SPEED * more_speed)
