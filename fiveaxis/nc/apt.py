@@ -17,10 +17,11 @@ import numpy as np
 
 from fiveaxis.errors import ToolpathError
 from fiveaxis.nc.feedrate import Feeds
+from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.rows import parse_number, require_finite, scale_positions, unit_axes
 from fiveaxis.nc.source import Source
 from fiveaxis.nc.units import Units
-from fiveaxis.toolpath import MoveKind, Tool, Toolpath
+from fiveaxis.toolpath import MoveKind, Toolpath
 
 _ARC = "is an arc or a curve, and a chord would be wrong; let the CAM system write it as GOTO points"
 _CYCLE = "is a cycle, which isn't expanded; let the CAM system write its moves as GOTO points"
@@ -75,7 +76,7 @@ class Rows:
     lines: list[int] = field(default_factory=list)
 
 
-def read_apt(source: Source, tool: Tool, feed_mm_min: float | None, unit: str | None) -> Toolpath:
+def read_apt(source: Source, options: ReadOptions) -> Toolpath:
     """Read a toolpath from APT statements.
 
     A location before the first ``FEDRAT`` takes the feed of that first one, a rapid move the feed in force;
@@ -84,9 +85,7 @@ def read_apt(source: Source, tool: Tool, feed_mm_min: float | None, unit: str | 
     Parameters
     ----------
     source : the file
-    tool : the cutter
-    feed_mm_min : one feed for all locations, in place of the file's
-    unit : of lengths, where the file has no ``UNITS``
+    options : tool, feed and unit
 
     Raises
     ------
@@ -94,7 +93,7 @@ def read_apt(source: Source, tool: Tool, feed_mm_min: float | None, unit: str | 
         With file and line: no ``GOTO``, a statement that can't be understood, one that moves the tool in a
         way that isn't read, mixed units or frames.
     """
-    reader = _Reader(source, Units(source, unit), Feeds(source, feed_mm_min))
+    reader = _Reader(source, Units(source, options.unit), Feeds(source, options.feed_mm_min))
     for statement in statements(source):
         reader.take(statement)
     rows = reader.rows
@@ -106,7 +105,7 @@ def read_apt(source: Source, tool: Tool, feed_mm_min: float | None, unit: str | 
     return Toolpath.from_tips(
         scale_positions(positions, reader.units.settle(), lines, source),
         unit_axes(np.array(rows.vectors), lines, source),
-        tool,
+        options.tool_or(None, source),
         feed_mm_min=reader.feeds.fill(rows.feeds),
         kind=np.array(rows.kinds),
         source=lines,

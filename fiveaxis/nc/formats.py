@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Literal
 
-from fiveaxis.errors import SettingError, ToolpathError
+from fiveaxis.errors import ToolpathError
+from fiveaxis.machine import Machine
 from fiveaxis.nc.apt import read_apt
-from fiveaxis.nc.rows import MILLIMETRES
+from fiveaxis.nc.options import Positions, ReadOptions
 from fiveaxis.nc.source import Source, load_source
 from fiveaxis.nc.table import read_points
 from fiveaxis.toolpath import Tool, Toolpath
 
-Reader = Callable[[Source, Tool, float | None, str | None], Toolpath]
+Reader = Callable[[Source, ReadOptions], Toolpath]
 
 READERS: dict[str, Reader] = {
     ".csv": read_points,
@@ -29,9 +29,16 @@ READERS: dict[str, Reader] = {
 def read_toolpath(
     path: str | Path,
     *,
-    tool: Tool,
+    tool: Tool | None = None,
     feed_mm_min: float | None = None,
     unit: Literal["mm", "inch"] | None = None,
+    machine: Machine | None = None,
+    positions: Positions = "table",
+    start: Mapping[str, float] | None = None,
+    program_zero: Mapping[str, float] | None = None,
+    rapid_mm_min: float | None = None,
+    block_delete: bool = False,
+    columns: tuple[str, ...] | None = None,
 ) -> Toolpath:
     """Read a toolpath; the suffix says how, and ``.gz`` after it that the file is packed.
 
@@ -39,29 +46,44 @@ def read_toolpath(
     ----------
     path : ``.csv`` (see `fiveaxis.nc.table`), or APT: ``.apt .cls .clsf .ncl .aptsource`` (see
         `fiveaxis.nc.apt`)
-    tool : the cutter; what a file says about tools isn't used
+    tool : the cutter, in place of what the file says about it; by default the file's
     feed_mm_min : one feed for every location, *in place of* what the file says. By default the file's feeds
         are used, and 1000 mm/min where it has none.
     unit : length unit of positions in a file that doesn't state it; mm by default
+    machine : that an NC program was written for: its rotary words are angles of this machine
+    positions : of the tip in an NC program, while the control places it: in a frame that turns with the table
+        (``table``) or in one that stays with the machine (``machine``)
+    start, program_zero, rapid_mm_min, block_delete : of an NC program, as for `read_program`
+    columns : names of the columns of a list of points without header
 
     Returns
     -------
-    The path; `Toolpath.source` holds lines of the file, and `Toolpath.ignored` counts the words that were
-    seen and not used.
+    The path; `Toolpath.source` holds lines of the file, `Toolpath.ignored` counts the words that were seen
+    and not used, and `Toolpath.findings` says what was assumed.
 
     Raises
     ------
     SettingError
         A feed that isn't positive, an unknown unit.
+    ToolError
+        Neither the caller nor the file names the tool.
     ToolpathError
         An unknown suffix; a file that can't be read completely. The message has file and line.
     """
-    if feed_mm_min is not None and not (math.isfinite(feed_mm_min) and feed_mm_min > 0.0):
-        raise SettingError(f"feed {feed_mm_min:g} mm/min must be a positive number")
-    if unit is not None and unit not in MILLIMETRES:
-        raise SettingError(f"unknown unit {unit!r}; known: {', '.join(MILLIMETRES)}")
+    options = ReadOptions(
+        tool=tool,
+        feed_mm_min=feed_mm_min,
+        unit=unit,
+        machine=machine,
+        positions=positions,
+        start=start or {},
+        program_zero=program_zero,
+        rapid_mm_min=rapid_mm_min,
+        block_delete=block_delete,
+        columns=columns,
+    )
     reader = _find_reader(Path(path))
-    return reader(load_source(path), tool, feed_mm_min, unit)
+    return reader(load_source(path), options)
 
 
 def _find_reader(path: Path) -> Reader:

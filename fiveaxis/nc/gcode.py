@@ -9,9 +9,9 @@ refused with its reason: a program is read completely or not at all.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterator
 
+from fiveaxis.nc.block import Block
 from fiveaxis.nc.source import Source
 
 WORD = re.compile(r"([A-Z])([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+))")
@@ -42,25 +42,6 @@ NOT_WORDS: tuple[tuple[re.Pattern[str], str], ...] = tuple(
 TIP_CONTROL = re.compile(
     r"TRAORI|TCPM|G0*43\.[45](?![0-9])|G0*(?:141|234)(?![0-9.])|M0*(?:128|428|430)(?![0-9.])"
 )
-
-
-@dataclass(frozen=True, slots=True)
-class Block:
-    """One block.
-
-    Parameters
-    ----------
-    line : of the file, counted from 1
-    g, m : its G and M words without leading zeros, in order: ``G1``, ``G43.4``, ``M30``
-    words : the numbers of its other words by letter, without the block number
-    skipped : it begins with ``/``, and such blocks are to be skipped; then nothing of it was read
-    """
-
-    line: int
-    g: tuple[str, ...] = ()
-    m: tuple[str, ...] = ()
-    words: Mapping[str, float] = field(default_factory=dict)
-    skipped: bool = False
 
 
 def split_blocks(source: Source, *, block_delete: bool = False) -> Iterator[Block]:

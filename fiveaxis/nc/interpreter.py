@@ -11,7 +11,7 @@ from fiveaxis.findings import Finding, Place, Severity
 from fiveaxis.motion import PATH_TOLERANCE
 from fiveaxis.nc.arcs import Arc, arc_about, arc_of_radius
 from fiveaxis.nc.axis_track import NO_MOVE, AxisTrack
-from fiveaxis.nc.gcode import Block
+from fiveaxis.nc.block import Block
 from fiveaxis.nc.modal import END, HARMLESS, PARAMETERS, Modes
 from fiveaxis.nc.rows import LARGEST_POSITION, MILLIMETRES
 from fiveaxis.nc.source import Source

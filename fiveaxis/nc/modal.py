@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from fiveaxis.nc.gcode import Block
+from fiveaxis.nc.block import Block
 from fiveaxis.nc.rows import MILLIMETRES
 from fiveaxis.nc.source import Source
 from fiveaxis.nc.units import Units

@@ -15,6 +15,7 @@ import numpy as np
 
 from fiveaxis.errors import ToolpathError
 from fiveaxis.geometry import Array, BoolArray, IntArray
+from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.rows import (
     DEFAULT_FEED,
     first_row,
@@ -26,7 +27,7 @@ from fiveaxis.nc.rows import (
     unit_normals,
 )
 from fiveaxis.nc.source import Source
-from fiveaxis.toolpath import Tool, Toolpath
+from fiveaxis.toolpath import Toolpath
 
 POSITION = ("x", "y", "z")
 NORMAL = ("nx", "ny", "nz")
@@ -36,15 +37,13 @@ KNOWN = (*POSITION, *NORMAL, *AXIS, FEED, CUT)
 HEADERS = "x,y,z,nx,ny,nz[,feed][,cut] (contact and normal) or x,y,z,i,j,k[,feed][,cut] (tip and tool axis)"
 
 
-def read_points(source: Source, tool: Tool, feed_mm_min: float | None, unit: str | None) -> Toolpath:
+def read_points(source: Source, options: ReadOptions) -> Toolpath:
     """Read a toolpath from comma-separated points.
 
     Parameters
     ----------
     source : the file
-    tool : the cutter
-    feed_mm_min : one feed for all rows, in place of the file's column
-    unit : of x, y, z; mm by default
+    options : the tool; one feed for all rows, in place of the file's column; the unit of x, y, z
 
     Raises
     ------
@@ -55,11 +54,14 @@ def read_points(source: Source, tool: Tool, feed_mm_min: float | None, unit: str
     _check_header(header, source, line=_first_line(source))
     require_finite(values, header, lines, source)
     column = {name: values[:, i] for i, name in enumerate(header)}
-    position = scale_positions(np.column_stack([column[c] for c in POSITION]), unit or "mm", lines, source)
+    position = scale_positions(
+        np.column_stack([column[c] for c in POSITION]), options.unit or "mm", lines, source
+    )
     feed = column.get(FEED, np.full(len(lines), DEFAULT_FEED))
     require_positive_feeds(feed, lines, source)
-    if feed_mm_min is not None:
-        feed = np.full(len(lines), feed_mm_min)
+    if options.feed_mm_min is not None:
+        feed = np.full(len(lines), options.feed_mm_min)
+    tool = options.tool_or(None, source)
     cuts = _cuts(column.get(CUT, np.ones(len(lines))), lines, source)
     if NORMAL[0] in column:
         normal = unit_normals(np.column_stack([column[c] for c in NORMAL]), lines, source)

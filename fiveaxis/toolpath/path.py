@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from fiveaxis.errors import ToolpathError
-from fiveaxis.findings import Place
+from fiveaxis.findings import Finding, Place
 from fiveaxis.geometry import Array, BoolArray, IntArray, normalise
 from fiveaxis.toolpath.tool import Tool
 
@@ -46,6 +46,7 @@ class Toolpath:
     name : file or mesh it came from
     source_is_line : whether `source` counts lines of the file `name`
     ignored : words of the source that were seen and not used, with their counts
+    findings : what was assumed or left out while it was read, with its place
     """
 
     tool: Tool
@@ -59,6 +60,7 @@ class Toolpath:
     name: str = "toolpath"
     ignored: Mapping[str, int] = field(default_factory=dict)
     source_is_line: bool = False
+    findings: tuple[Finding, ...] = ()
 
     def __post_init__(self) -> None:
         n = len(self.pivot)
@@ -138,6 +140,7 @@ class Toolpath:
         source: ArrayLike | None = None,
         name: str = "toolpath",
         ignored: Mapping[str, int] | None = None,
+        findings: tuple[Finding, ...] = (),
     ) -> Toolpath:
         """Make a path from tool tips and tool axes; the surface stays unknown.
 
@@ -171,6 +174,7 @@ class Toolpath:
             source_is_line=source is not None,
             name=name,
             ignored={} if ignored is None else dict(sorted(ignored.items())),
+            findings=findings,
         )
 
     def __len__(self) -> int:
