@@ -27,10 +27,12 @@ class TriangleTree:
     ----------
     triangles : (leaves * `LEAF`, 3, 3), mm, in the order of the leaves; filled up with repetitions
     boxes : (2 * leaves, 2, 3), mm; node 1 is the root, node i has the children 2i and 2i + 1
+    order : (leaves * `LEAF`,), place of each of these triangles in the array that the tree was built from
     """
 
     triangles: Array
     boxes: Array
+    order: IntArray
 
     @classmethod
     def build(cls, triangles: Array) -> TriangleTree:
@@ -46,13 +48,35 @@ class TriangleTree:
             order = _sort_by_longest(order.reshape(parts, -1), centres).reshape(-1)
             parts *= 2
         ordered = triangles[order]
-        return cls(np.ascontiguousarray(ordered), _boxes(ordered, leaves))
+        return cls(np.ascontiguousarray(ordered), _boxes(ordered, leaves), order)
 
     def distances(self, points: Array, bound: float = np.inf) -> Array:
         """Distance of points to the nearest triangle, at most `bound`: (n, 3) mm → (n,) mm."""
         from fiveaxis.contour import kernels
 
         return kernels.nearest_all(np.ascontiguousarray(points), self.triangles, self.boxes, bound)
+
+    def nearest(self, points: Array, bound: float = np.inf) -> tuple[Array, IntArray, Array]:
+        """Find the nearest point of the surface.
+
+        Parameters
+        ----------
+        points : (n, 3), mm
+        bound : mm, only what is nearer than this is found
+
+        Returns
+        -------
+        foot : (n, 3), mm, on the surface; NaN where nothing is within `bound`
+        triangle : (n,), its place in the array that the tree was built from (a mesh's own face); −1 there.
+            A foot on an edge belongs to several: one of them is given.
+        distance : (n,), mm; infinite there
+        """
+        from fiveaxis.contour import kernels
+
+        feet, rows, distances = kernels.feet_all(
+            np.ascontiguousarray(points), self.triangles, self.boxes, bound
+        )
+        return feet, np.where(rows >= 0, self.order[rows], -1), distances
 
     def reach(self, start: Array, end: Array, limit: float, finest: float) -> float:
         """How far, mm, a point gets from start to end at least `limit` away from all triangles."""

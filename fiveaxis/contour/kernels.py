@@ -11,7 +11,7 @@ from typing import ParamSpec, TypeVar, cast
 import numba
 import numpy as np
 
-from fiveaxis.geometry import Array
+from fiveaxis.geometry import Array, IntArray
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -110,6 +110,101 @@ def nearest_all(points: Array, triangles: Array, boxes: Array, bound: float) -> 
     for i in range(len(points)):
         gaps[i] = nearest(points[i], triangles, boxes, bound)
     return gaps
+
+
+@compiled
+def foot_on_segment(p: Array, a: Array, b: Array) -> Array:
+    """Nearest point to p on the segment from a to b, (3,) mm."""
+    along = 0.0
+    length = 0.0
+    for k in range(3):
+        along += (p[k] - a[k]) * (b[k] - a[k])
+        length += (b[k] - a[k]) ** 2
+    t = 0.0 if length == 0.0 else min(max(along / length, 0.0), 1.0)
+    return a + t * (b - a)
+
+
+@compiled
+def foot_on_triangle(p: Array, triangle: Array) -> Array:
+    """Nearest point to p on a triangle, (3, 3) → (3,) mm; the cases of `triangle_gap`."""
+    a, b, c = triangle[0], triangle[1], triangle[2]
+    u, v, w = b - a, c - a, p - a
+    n = np.array([u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]])
+    area2 = n[0] * n[0] + n[1] * n[1] + n[2] * n[2]
+    if area2 > 0.0:
+        s = (w[1] * v[2] - w[2] * v[1]) * n[0] + (w[2] * v[0] - w[0] * v[2]) * n[1]
+        s += (w[0] * v[1] - w[1] * v[0]) * n[2]
+        t = (u[1] * w[2] - u[2] * w[1]) * n[0] + (u[2] * w[0] - u[0] * w[2]) * n[1]
+        t += (u[0] * w[1] - u[1] * w[0]) * n[2]
+        if s >= 0.0 and t >= 0.0 and s + t <= area2:
+            return a + (s / area2) * u + (t / area2) * v
+    best = foot_on_segment(p, a, b)
+    gap = np.sum((p - best) ** 2)
+    for one, other in ((b, c), (c, a)):
+        foot = foot_on_segment(p, one, other)
+        here = np.sum((p - foot) ** 2)
+        if here < gap:
+            best, gap = foot, here
+    return best
+
+
+@compiled
+def nearest_triangle(p: Array, triangles: Array, boxes: Array, bound: float) -> int:
+    """Row of the nearest triangle in the tree's order, −1 if there is none nearer than `bound`.
+
+    Of triangles at the same distance (p is nearest to an edge or corner they share) the first one that is
+    met in the tree is told.
+
+    Parameters
+    ----------
+    p : (3,), mm
+    triangles, boxes, bound : as in `nearest`
+    """
+    leaves = len(boxes) // 2
+    width = len(triangles) // leaves
+    best = bound * bound
+    found = -1
+    waiting = np.empty(STACK, np.int64)
+    waiting[0] = 1
+    count = 1
+    while count > 0:
+        count -= 1
+        node = waiting[count]
+        if box_gap(p, boxes[node]) >= best:
+            continue
+        if node >= leaves:
+            for k in range((node - leaves) * width, (node - leaves + 1) * width):
+                gap = triangle_gap(p, triangles[k])
+                if gap < best:
+                    best, found = gap, k
+            continue
+        swap = box_gap(p, boxes[2 * node]) < box_gap(p, boxes[2 * node + 1])
+        waiting[count] = 2 * node + 1 if swap else 2 * node
+        waiting[count + 1] = 2 * node if swap else 2 * node + 1
+        count += 2
+    return found
+
+
+@compiled
+def feet_all(points: Array, triangles: Array, boxes: Array, bound: float) -> tuple[Array, IntArray, Array]:
+    """Nearest point of the surface to each row of points.
+
+    Returns
+    -------
+    feet : (n, 3), mm, NaN where nothing is nearer than `bound`
+    rows : (n,), triangle in the tree's order, −1 there
+    distances : (n,), mm, infinite there
+    """
+    feet = np.full((len(points), 3), np.nan)
+    rows = np.empty(len(points), np.int64)
+    gaps = np.full(len(points), np.inf)
+    for i in range(len(points)):
+        row = nearest_triangle(points[i], triangles, boxes, bound)
+        rows[i] = row
+        if row >= 0:
+            feet[i] = foot_on_triangle(points[i], triangles[row])
+            gaps[i] = np.sqrt(np.sum((points[i] - feet[i]) ** 2))
+    return feet, rows, gaps
 
 
 @compiled

@@ -38,6 +38,44 @@ def test_a_bound_cuts_distances_off(tree):
     assert tree.distances(np.zeros((1, 3)), bound=2.0) == pytest.approx(2.0)
 
 
+def test_the_nearest_point_agrees_with_trimesh(torus, tree):
+    points = np.random.default_rng(2).uniform(-30.0, 30.0, (300, 3))
+    expected, gaps, _ = trimesh.proximity.closest_point(torus, points)
+    foot, triangle, distance = tree.nearest(points)
+    np.testing.assert_allclose(foot, expected, atol=1e-9)
+    np.testing.assert_allclose(distance, gaps, atol=1e-12)
+    np.testing.assert_allclose(np.linalg.norm(points - foot, axis=1), distance, atol=1e-12)
+    # The index is the mesh's own: the foot lies on that very face.
+    own = trimesh.triangles.closest_point(torus.triangles[triangle], points)
+    np.testing.assert_allclose(own, foot, atol=1e-9)
+
+
+@pytest.mark.parametrize("count", [1, 2, 4, 5, 17])
+def test_the_nearest_triangle_of_a_tree_of_any_size_is_the_one_brute_force_finds(count):
+    rng = np.random.default_rng(count)
+    triangles, points = rng.normal(size=(count, 3, 3)), rng.normal(size=(60, 3))
+    gaps = np.stack([TriangleTree.build(triangles[k : k + 1]).distances(points) for k in range(count)])
+    _, triangle, distance = TriangleTree.build(triangles).nearest(points)
+    np.testing.assert_array_equal(triangle, gaps.argmin(axis=0))
+    np.testing.assert_allclose(distance, gaps.min(axis=0), atol=1e-12)
+
+
+def test_nothing_within_the_bound_is_told_apart_from_a_foot(tree):
+    foot, triangle, distance = tree.nearest(np.array([[0.0, 0.0, 0.0], [27.0, 0.0, 0.0]]), bound=2.0)
+    assert np.isnan(foot[0]).all()
+    assert triangle[0] == -1
+    assert distance[0] == np.inf
+    assert distance[1] == pytest.approx(1.0, abs=0.05)
+    assert triangle[1] >= 0
+
+
+def test_the_nearest_point_of_a_triangle_without_area_is_on_its_line():
+    line = np.array([[[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [1.0, 0.0, 0.0]]])
+    foot, triangle, distance = TriangleTree.build(line).nearest(np.array([[1.5, 3.0, 4.0]]))
+    np.testing.assert_allclose(foot, [[1.5, 0.0, 0.0]])
+    assert (triangle[0], distance[0]) == (0, pytest.approx(5.0))
+
+
 def test_a_ball_goes_as_far_as_the_wall_lets_it(tree):
     space = BallSpace(tree, radius=3.0)
     reached = space.reach(np.zeros(3), np.array([30.0, 0.0, 0.0]))
