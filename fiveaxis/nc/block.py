@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
+from fiveaxis.findings import Finding
 from fiveaxis.geometry import Array
 
 Triple = tuple[float, float, float]
@@ -45,6 +46,9 @@ class Block:
     centre : centre of an arc by letter of its axis, absolute in the program's frame and unit
     frame : how the block changes the frame of the program's coordinates
     ignored : words that were seen and have no effect on the path, to be counted
+    increments, absolutes : letters of words that are increments, or absolute, whatever G90 and G91 say
+    turns : full circles that an arc makes beside the part that its end tells, a helix
+    findings : what reading the block assumed; the first of each code is enough
     """
 
     line: int
@@ -58,3 +62,7 @@ class Block:
     centre: Mapping[str, float] | None = None
     frame: FrameChange | None = None
     ignored: tuple[str, ...] = ()
+    increments: str = ""
+    absolutes: str = ""
+    turns: int = 0
+    findings: tuple[Finding, ...] = ()
