@@ -41,7 +41,7 @@ from fiveaxis.energy.milling import (
     transport_velocity,
     wrench_power,
 )
-from fiveaxis.energy.surface import PowerSurface, power_surface
+from fiveaxis.energy.surface import PowerSurface, posture_costs, power_surface
 from fiveaxis.energy.totals import Energy, law_energies, motion_energy, move_energies, move_powers
 
 __all__ = [
@@ -85,6 +85,7 @@ __all__ = [
     "move_powers",
     "moved_weights",
     "net_power",
+    "posture_costs",
     "power_surface",
     "removal_rate",
     "revolution_average",

@@ -79,8 +79,7 @@ def power_surface(
     angles = np.stack(np.meshgrid(first, second, indexing="ij"), axis=-1)
     points = np.asarray(tip, dtype=float)[..., None, None, :]
     positions = linear_positions(machine, points, angles)
-    plus, minus = travel_costs(machine, np.array([feed_mm_min / 60.0]))
-    costs = plus[0] * np.maximum(positions, 0.0) + minus[0] * np.maximum(-positions, 0.0)
+    costs = posture_costs(machine, positions, feed_mm_min)
     return PowerSurface(
         letters=machine.rotaries,
         first=first,
@@ -88,3 +87,19 @@ def power_surface(
         linear=costs[..., machine.linear_columns].sum(axis=-1),
         rotary=costs[..., machine.rotary_columns].sum(axis=-1),
     )
+
+
+def posture_costs(machine: Machine, positions: Array, feed_mm_min: float) -> Array:
+    """Compute what each axis takes from its zero to a position (Eqs. 6-8).
+
+    Parameters
+    ----------
+    positions : (..., k), mm and rad
+    feed_mm_min : programmed feed, mm/min
+
+    Returns
+    -------
+    (..., k), J
+    """
+    plus, minus = travel_costs(machine, np.array([feed_mm_min / 60.0]))
+    return plus[0] * np.maximum(positions, 0.0) + minus[0] * np.maximum(-positions, 0.0)

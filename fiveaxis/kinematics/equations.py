@@ -94,6 +94,25 @@ def linear_axes(chain: Chain, cosines: Cosines, tip: Vector) -> dict[str, Scalar
     return {a: dot(way, vw) / determinant, b: dot(way, wu) / determinant, c: dot(way, uv) / determinant}
 
 
+def leaning_tip(pivot: Vector, axis: Vector, height: float, offset: float, normal: Vector) -> Vector:
+    """Place the tip of a tool that leans about its contact, ``pivot − b·o + a·e`` (`toolpath.cutter`).
+
+    Parameters
+    ----------
+    pivot, axis : mm, unit vector
+    height, offset : mm, b and a of the cutter's zone
+    normal : unit vector; zero where it is unknown, then the axis passes through the pivot
+    """
+    tip = subtract(pivot, scale(height, axis))
+    if offset == 0.0:
+        return tip
+    cosine = dot(normal, axis)
+    # Along the normal there is no direction across it: infinite there, and no posture that is allowed.
+    length = (1.0 - cosine * cosine) ** 0.5
+    across = subtract(normal, scale(cosine, axis))
+    return add(tip, scale(offset / length, across))
+
+
 def turn(joint: Joint, cosines: Cosines, vector: Vector) -> Vector:
     """Turn a vector about a joint's direction ``k`` (Rodrigues): ``v c + k×v s + k (k·v)(1 − c)``."""
     cosine, sine = cosines[joint.letter]

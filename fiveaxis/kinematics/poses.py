@@ -10,15 +10,15 @@ from fiveaxis.kinematics.equations import (
     Cosines,
     Vector,
     cosines_of,
+    leaning_tip,
     linear_axes,
     linear_determinant,
-    scale,
-    subtract,
     tool_axis,
     tool_tip,
 )
 from fiveaxis.machine import Chain, Machine
 from fiveaxis.machine.freedom import FLAT, why_not_positioning
+from fiveaxis.toolpath import Zone
 
 
 def tool_poses(machine: Machine, positions: Array) -> tuple[Array, Array]:
@@ -95,23 +95,23 @@ def linear_positions(machine: Machine, tip: Array, rotary: Array) -> Array:
     require_positioning(machine)
     tip, rotary = np.asarray(tip, dtype=float), np.asarray(rotary, dtype=float)
     cosines = _cosines(machine, rotary)
-    point: Vector = (tip[..., 0], tip[..., 1], tip[..., 2])
-    values = _linear_values(machine.chain, cosines, point)
+    values = _linear_values(machine.chain, cosines, _vector(tip))
     values |= {c: rotary[..., i] for i, c in enumerate(machine.rotaries)}
     shape = np.broadcast_shapes(tip.shape[:-1], rotary.shape[:-1])
     return _stack([values[a.letter] for a in machine.axes], shape)
 
 
 def positions_about(
-    machine: Machine, pivot: Array, rotary: Array, pivot_to_tip: float
+    machine: Machine, pivot: Array, rotary: Array, zone: Zone, normal: Array | None = None
 ) -> tuple[Array, Array]:
-    """Solve the linear axes for a tool that leans about a point of its own.
+    """Solve the linear axes for a tool that leans about its contact.
 
     Parameters
     ----------
     pivot : (..., 3), mm, workpiece frame; stays where it is, e.g. a ball's centre
     rotary : (..., 2), rad, chain order; broadcast against `pivot`
-    pivot_to_tip : mm; the tip is ``pivot − pivot_to_tip·o``
+    zone : the part of the cutter's profile whose centre the pivot is
+    normal : (..., 3), unit vectors out of the material; zero where unknown, and not needed for a ball
 
     Returns
     -------
@@ -121,7 +121,9 @@ def positions_about(
     cosines = _cosines(machine, rotary)
     shape = np.broadcast_shapes(pivot.shape[:-1], rotary.shape[:-1])
     axis = tool_axis(machine.chain, cosines)
-    tip = subtract((pivot[..., 0], pivot[..., 1], pivot[..., 2]), scale(pivot_to_tip, axis))
+    given = np.zeros(3) if normal is None else normal
+    with np.errstate(divide="ignore", invalid="ignore"):
+        tip = leaning_tip(_vector(pivot), axis, zone.height, zone.offset, _vector(given))
     values = _linear_values(machine.chain, cosines, tip)
     values |= {c: rotary[..., i] for i, c in enumerate(machine.rotaries)}
     return _stack([values[a.letter] for a in machine.axes], shape), _stack(axis, shape)
@@ -152,6 +154,10 @@ def _linear_values(chain: Chain, cosines: Cosines, tip: Vector) -> dict[str, Arr
 
 def _cosines(machine: Machine, rotary: Array) -> Cosines:
     return cosines_of({c: rotary[..., i] for i, c in enumerate(machine.rotaries)}, np)
+
+
+def _vector(columns: Array) -> Vector:
+    return columns[..., 0], columns[..., 1], columns[..., 2]
 
 
 def _stack(columns: Vector | list[Array], shape: tuple[int, ...]) -> Array:

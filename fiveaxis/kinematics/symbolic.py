@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import casadi as ca
 
-from fiveaxis.kinematics.equations import cosines_of, linear_axes, tool_axis
+from fiveaxis.kinematics.equations import cosines_of, leaning_tip, linear_axes, tool_axis
 from fiveaxis.kinematics.poses import require_positioning
 from fiveaxis.machine import Machine
+from fiveaxis.toolpath import Zone
 
 
-def linear_axes_of_posture(machine: Machine, pivot: ca.SX, rotary: ca.SX, pivot_to_tip: float) -> ca.SX:
+def linear_axes_of_posture(
+    machine: Machine, pivot: ca.SX, rotary: ca.SX, zone: Zone, normal: ca.SX | None = None
+) -> ca.SX:
     """Write the linear axis values as an expression of the rotary angles.
 
     Parameters
@@ -17,7 +20,8 @@ def linear_axes_of_posture(machine: Machine, pivot: ca.SX, rotary: ca.SX, pivot_
     machine : three linear axes
     pivot : (3,), mm, workpiece frame; the point about which the tool leans
     rotary : (r,), rad, chain order
-    pivot_to_tip : mm; the tip is ``pivot − pivot_to_tip·o`` (a ball's radius)
+    zone : the part of the cutter's profile whose centre the pivot is
+    normal : (3,), unit vector out of the material; zero where unknown, and not needed for a ball
 
     Returns
     -------
@@ -31,7 +35,8 @@ def linear_axes_of_posture(machine: Machine, pivot: ca.SX, rotary: ca.SX, pivot_
     require_positioning(machine)
     cosines = _cosines(machine, rotary)
     axis = tool_axis(machine.chain, cosines)
-    tip = tuple(pivot[i] - pivot_to_tip * axis[i] for i in range(3))
+    point, given = (tuple(v[i] for i in range(3)) for v in (pivot, ca.SX(3, 1) if normal is None else normal))
+    tip = leaning_tip(point, axis, zone.height, zone.offset, given)
     values = linear_axes(machine.chain, cosines, tip)
     return ca.vertcat(*(values[machine.letters[i]] for i in machine.linear_columns))
 

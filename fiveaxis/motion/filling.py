@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from fiveaxis.geometry import Array
-from fiveaxis.kinematics import positions_about, tool_poses
+from fiveaxis.kinematics import positions_about, tool_axes, tool_poses
 from fiveaxis.machine import Machine
 from fiveaxis.motion.motion import Motion, follow
 from fiveaxis.toolpath import Toolpath, divide, divided_rows, interpolate
@@ -21,16 +21,17 @@ def fill_in(
 ) -> tuple[Toolpath, Motion]:
     """Insert locations until a control without tool-centre-point control stays on the path.
 
-    In machine coordinates all axes run linearly in time between two blocks, so the pivot (a ball's centre)
-    leaves its chord while the rotary axes turn. Inserted locations lie on the chord, with angles in
-    proportion to the way; they know no normal and no contact.
+    In machine coordinates all axes run linearly in time between two blocks, so the tool's centre (a ball's,
+    else the point of the tool's axis at the height of the arc that touches) leaves its chord while the rotary
+    axes turn. Inserted locations lie on the chord, with angles in proportion to the way; they know no normal
+    and no contact.
 
     Parameters
     ----------
     toolpath : n locations
     machine : two rotary and three linear axes
     rotary : (n, 2), rad, chain order
-    tolerance : mm, largest deviation of the pivot halfway between two blocks
+    tolerance : mm, largest deviation of the centre halfway between two blocks
 
     Returns
     -------
@@ -44,19 +45,22 @@ def fill_in(
         parts = np.maximum(np.ceil(np.sqrt(off / tolerance)), 1.0).astype(np.int64)
         if (parts == 1).all():
             break
-        path, angles = divide(path, parts), interpolate(angles, divided_rows(parts))
+        centre = path.centres(tool_axes(machine, angles))
+        path, angles = divide(path, parts, centre), interpolate(angles, divided_rows(parts))
     return path, follow(path, machine, angles)
 
 
 def midway_deviation(toolpath: Toolpath, machine: Machine, rotary: Array) -> Array:
-    """Measure how far the pivot is from the middle of its chord when every axis is halfway.
+    """Measure how far the tool's centre is from the middle of its chord when every axis is halfway.
 
     Returns
     -------
     (n − 1,), mm
     """
-    radius = toolpath.tool.radius
-    positions, _ = positions_about(machine, toolpath.pivot, rotary, radius)
+    zone = toolpath.zone
+    normal = np.nan_to_num(toolpath.normal)
+    positions, axes = positions_about(machine, toolpath.pivot, rotary, zone, normal)
     tip, axis = tool_poses(machine, (positions[1:] + positions[:-1]) / 2.0)
-    middle = (toolpath.pivot[1:] + toolpath.pivot[:-1]) / 2.0
-    return np.linalg.norm(tip + radius * axis - middle, axis=1)
+    centre = toolpath.centres(axes)
+    middle = (centre[1:] + centre[:-1]) / 2.0
+    return np.linalg.norm(tip + zone.height * axis - middle, axis=1)

@@ -34,7 +34,7 @@ def write_toolpath(toolpath: Toolpath, path: str | Path) -> Path:
         raise ToolpathError("has no surface normals to write", file=toolpath.name)
     cuts = toolpath.cutting
     normal = np.where(cuts[:, None], toolpath.normal, [0.0, 0.0, 1.0])
-    point = np.where(cuts[:, None], toolpath.contact, toolpath.pivot - toolpath.tool.radius * normal)
+    point = np.where(cuts[:, None], toolpath.contact, toolpath.pivot - toolpath.zone.radius * normal)
     columns = np.column_stack([point, normal, toolpath.feed * 60.0])
     rows = (
         ",".join([*(format_number(v, DECIMALS) for v in row), str(int(cut))])

@@ -274,14 +274,16 @@ def greedy(toolpath: Toolpath, machine: Machine, tilt: TiltBounds) -> Array:
 
 
 def _positions_at(toolpath: Toolpath, machine: Machine, rotary: Array, row: int) -> Array:
-    tips = toolpath.pivot[row] - toolpath.tool.radius * tool_axes(machine, rotary)
+    tips = toolpath.zone.tip(toolpath.pivot[row], toolpath.normal[row], tool_axes(machine, rotary))
     return linear_positions(machine, tips, rotary)
 
 
 def _admitted(machine: Machine, tilt: TiltBounds, rotary: Array, positions: Array, row: int) -> BoolArray:
-    cosine = tool_axes(machine, rotary) @ tilt.reference[row]
-    inside = np.isnan(cosine) | ((cosine >= np.cos(tilt.high)) & (cosine <= np.cos(tilt.low)))
-    return inside & within_limits(machine, positions)
+    inside = within_limits(machine, positions)
+    for bound in tilt.all:
+        cosine = tool_axes(machine, rotary) @ bound.reference[row]
+        inside &= np.isnan(cosine) | ((cosine >= bound.cosines[0]) & (cosine <= bound.cosines[1]))
+    return inside
 
 
 def follow_axes(toolpath: Toolpath, machine: Machine, axis: Array) -> Array:

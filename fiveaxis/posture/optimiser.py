@@ -26,7 +26,7 @@ from fiveaxis.posture.reach import unreachable
 from fiveaxis.posture.refine import SOLVED, Refinement, refine, refine_windows
 from fiveaxis.posture.search import refill, shortest_path, thin
 from fiveaxis.posture.solution import Baseline, Solution, Stage
-from fiveaxis.toolpath import Toolpath, tilt_bounds
+from fiveaxis.toolpath import Toolpath, for_tilt, tilt_bounds
 
 Progress = Callable[[str, int, int], None]
 
@@ -137,11 +137,15 @@ def optimise(
         Some locations have no admissible posture; each is listed with its reason.
     MachineError
         The machine has no powers, or too few axes.
+    ToolError, ToolpathError
+        The cutter doesn't touch with one part of its profile over the range; the path lacks the direction
+        that the range refers to.
     SettingError
         A range that is empty or reversed.
     """
     if not toolpath.cutting.any():
         raise ToolpathError("has links only; there is no cut to choose a posture for", file=toolpath.name)
+    toolpath = for_tilt(toolpath, tilt, cone)
     bounds = tilt_bounds(toolpath, tilt, cone)
     turn = None if max_turn is None else float(np.radians(max_turn))
     problem = Problem.build(

@@ -11,7 +11,7 @@ from fiveaxis.errors import SettingError
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.kinematics import positions_about, require_orienting, require_positioning
 from fiveaxis.machine import Machine
-from fiveaxis.toolpath import TiltBounds, Toolpath
+from fiveaxis.toolpath import TiltBounds, Toolpath, Zone
 
 # Where rotary steps are bounded, no step of a thinned path is larger than this (or than the bound itself):
 # a longer turn would hop over postures that the path has to pass through and that nobody has looked at.
@@ -38,9 +38,12 @@ class Problem:
     ----------
     machine : two rotary and three linear axes
     pivot : (n, 3), mm, workpiece frame; the tool leans about it
-    pivot_to_tip : mm
+    normal : (n, 3), unit vectors out of the material, zero where unknown
+    zone : the part of the cutter's profile whose centre the pivot is
     reference : (n, 3), unit vectors; NaN rows (links) are bound by the axis limits alone
     cosines : smallest and largest cosine of the angle between tool axis and reference
+    leans : the same to the surface normal, where the zone touches at some angles only and nothing else keeps
+        to them
     plus, minus : (n − 1, k), J/mm and J/rad of the step from row i to i + 1
     max_turn : (n − 1, 2), rad, largest step of each rotary axis, chain order; infinite where unbounded
     strict : (n − 1,), whether the step cuts, so that its `max_turn` holds; on links it is a wish with a price
@@ -48,9 +51,11 @@ class Problem:
 
     machine: Machine
     pivot: Array
-    pivot_to_tip: float
+    normal: Array
+    zone: Zone
     reference: Array
     cosines: tuple[float, float]
+    leans: tuple[float, float] | None
     plus: Array
     minus: Array
     max_turn: Array
@@ -96,9 +101,11 @@ class Problem:
         return cls(
             machine=machine,
             pivot=toolpath.pivot,
-            pivot_to_tip=toolpath.tool.radius,
+            normal=np.nan_to_num(toolpath.normal),
+            zone=toolpath.zone,
             reference=tilt.reference,
-            cosines=(float(np.cos(tilt.high)), float(np.cos(tilt.low))),
+            cosines=tilt.cosines,
+            leans=None if tilt.touching is None else tilt.touching.cosines,
             plus=plus[1:],
             minus=minus[1:],
             max_turn=np.repeat(turns, 2, axis=1),
@@ -127,6 +134,7 @@ class Problem:
         return replace(
             self,
             pivot=self.pivot[rows],
+            normal=self.normal[rows],
             reference=self.reference[rows],
             plus=summed(self.plus) / spans,
             minus=summed(self.minus) / spans,
@@ -139,6 +147,7 @@ class Problem:
         return replace(
             self,
             pivot=self.pivot[first : last + 1],
+            normal=self.normal[first : last + 1],
             reference=self.reference[first : last + 1],
             plus=self.plus[first:last],
             minus=self.minus[first:last],
@@ -170,12 +179,15 @@ class Problem:
         excess : (m, ...), cosine past its bound, 0 where admitted or nothing binds
         """
         between = (1,) * (rotary.ndim - 2)
-        pivot = self.pivot[rows].reshape(-1, *between, 3)
-        reference = self.reference[rows].reshape(-1, *between, 3)
-        positions, axis = positions_about(self.machine, pivot, rotary, self.pivot_to_tip)
-        cosine = np.sum(axis * reference, axis=-1)
-        low, high = self.cosines
-        return positions, np.nan_to_num(np.maximum(np.maximum(low - cosine, cosine - high), 0.0))
+        pivot, normal, reference = (
+            column[rows].reshape(-1, *between, 3) for column in (self.pivot, self.normal, self.reference)
+        )
+        positions, axis = positions_about(self.machine, pivot, rotary, self.zone, normal)
+        excess = np.nan_to_num(_past(np.sum(axis * reference, axis=-1), self.cosines))
+        if self.leans is not None:
+            lean = _past(np.sum(axis * normal, axis=-1), self.leans)
+            excess = np.maximum(excess, np.where(normal.any(axis=-1), lean, 0.0))
+        return positions, excess
 
     def limit_excess(self, positions: Array) -> Array:
         """Add up how far axis values, (..., k), lie past their limits (mm, rad)."""
@@ -209,6 +221,12 @@ class Problem:
         """Measure how far cutting steps turn beyond their bound, (n − 1,) rad; 0 on links."""
         turns = (np.abs(np.diff(rotary, axis=0)) - self.max_turn).max(axis=1)
         return np.where(self.strict, np.maximum(turns, 0.0), 0.0)
+
+
+def _past(cosine: Array, bounds: tuple[float, float]) -> Array:
+    """Measure how far cosines lie outside their bounds; NaN stays."""
+    low, high = bounds
+    return np.maximum(np.maximum(low - cosine, cosine - high), 0.0)
 
 
 def _largest(turns: Array) -> float:

@@ -146,13 +146,14 @@ def _write(problem: Problem) -> _Nlp:
     n, k = len(problem), len(machine.axes)
     rotary, grow, fall = ca.MX.sym("rotary", 2, n), ca.MX.sym("grow", k, n - 1), ca.MX.sym("fall", k, n - 1)
     reference = np.nan_to_num(problem.reference.T)
-    positions, cosine = _location(problem).map(n)(problem.pivot.T, reference, rotary)
+    values = _location(problem).map(n)(problem.pivot.T, problem.normal.T, reference, rotary)
+    positions, cosine, lean = values
     constraints = [(ca.vec(positions[:, 1:] - positions[:, :-1] - grow + fall), 0.0, 0.0)]
     bound = np.flatnonzero(problem.bound_rows).tolist()
-    low, high = problem.cosines
-    # A range from 0 has no upper cosine to keep: it would cut off the reference itself.
-    most = high - MARGIN if high < 1.0 else np.inf
-    constraints.append((ca.vec(cosine[bound]), low + MARGIN, most))
+    constraints.append((ca.vec(cosine[bound]), *_inside(problem.cosines)))
+    if problem.leans is not None:
+        touching = np.flatnonzero(problem.normal.any(axis=1)).tolist()
+        constraints.append((ca.vec(lean[touching]), *_inside(problem.leans)))
     for column in machine.linear_columns:
         limits = machine.axes[column].limits
         if not limits.unlimited:
@@ -175,16 +176,25 @@ def _write(problem: Problem) -> _Nlp:
     )
 
 
+def _inside(cosines: tuple[float, float]) -> tuple[float, float]:
+    """Give the bounds of a cosine, a margin inside its range."""
+    low, high = cosines
+    # A range from 0 has no upper cosine to keep: it would cut off the reference itself.
+    return low + MARGIN, high - MARGIN if high < 1.0 else np.inf
+
+
 def _location(problem: Problem) -> ca.Function:
-    """Write one location: (pivot, reference, rotary) → (axis values, cosine of the tilt)."""
+    """Write one location: (pivot, normal, reference, rotary) → (axis values, cosines to both directions)."""
     machine = problem.machine
-    pivot, reference, rotary = ca.SX.sym("pivot", 3), ca.SX.sym("reference", 3), ca.SX.sym("rotary", 2)
-    linear = linear_axes_of_posture(machine, pivot, rotary, problem.pivot_to_tip)
+    pivot, normal, reference = (ca.SX.sym(name, 3) for name in ("pivot", "normal", "reference"))
+    rotary = ca.SX.sym("rotary", 2)
+    linear = linear_axes_of_posture(machine, pivot, rotary, problem.zone, normal)
     values = dict(zip(machine.linear_columns, ca.vertsplit(linear), strict=True))
     values |= dict(zip(machine.rotary_columns, ca.vertsplit(rotary), strict=True))
     positions = ca.vertcat(*(values[column] for column in range(len(machine.axes))))
-    cosine = ca.dot(tool_axis_of_posture(machine, rotary), reference)
-    return ca.Function("location", [pivot, reference, rotary], [positions, cosine])
+    axis = tool_axis_of_posture(machine, rotary)
+    cosines = ca.dot(axis, reference), ca.dot(axis, normal)
+    return ca.Function("location", [pivot, normal, reference, rotary], [positions, *cosines])
 
 
 def _better(problem: Problem, found: Array, start: Array) -> Array:

@@ -92,16 +92,17 @@ class Solution:
         between the pivot wanted and the pivot that the axis values give, mm.
         """
         tip, axis = tool_poses(self.machine, self.motion.positions)
-        reached = tip + self.toolpath.tool.radius * axis
-        tilt = self.tilt.angles(axis)
-        overrun = np.maximum(tilt - self.tilt.high, self.tilt.low - tilt)
+        path = self.toolpath
+        reached = path.zone.pivot_of_tip(tip, path.normal, axis)
+        leans = [(bound, bound.angles(axis)) for bound in self.tilt.all]
+        overrun = np.concatenate([np.maximum(lean - b.high, b.low - lean) for b, lean in leans])
         limit = np.maximum(
             self.motion.positions - self.machine.high, self.machine.low - self.motion.positions
         )
         return {
             "tilt": _worst(overrun),
             "limit": _worst(limit),
-            "contact": float(np.linalg.norm(reached - self.toolpath.pivot, axis=1).max()),
+            "contact": float(np.linalg.norm(reached - path.pivot, axis=1).max()),
         }
 
 

@@ -1,19 +1,19 @@
 """What the machine would pay for the postures that were not chosen: the data behind the maps.
 
-Both maps hold the *ball's centre* where it is, because that is what stays when a posture changes (the contact
-stays with it). `energy.power_surface` holds the tool tip; so it is given a machine whose tool ends at the
-ball's centre. Its axis values are those of the real machine, exactly.
+Both maps hold the *contact* where it is, because that is what stays when a posture changes, and a ball's
+centre stays with it. `energy.power_surface` holds the tool tip; so the same costs are computed for the tip
+that each posture needs.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from fiveaxis.energy import power_surface
-from fiveaxis.geometry import Array, BoolArray, IntArray, translation
+from fiveaxis.energy import posture_costs
+from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.kinematics import linear_positions, tool_axes
 from fiveaxis.machine import Axis, Machine
 from fiveaxis.posture import Solution
@@ -30,7 +30,7 @@ CHUNK = 16
 
 @dataclass(frozen=True, eq=False)
 class Surface:
-    """Power surface at one location, ball centre held.
+    """Power surface at one location, contact held.
 
     Parameters
     ----------
@@ -95,12 +95,6 @@ def shown_range(axis: Axis) -> tuple[float, float]:
     return (low, high) if high - low < FULL_TURN else (-math.pi, math.pi)
 
 
-def ball_centre_machine(machine: Machine, radius: float) -> Machine:
-    """Return the machine whose tool ends at the ball's centre, `radius` mm behind the tip."""
-    home = machine.chain.tool_home @ translation((0.0, 0.0, radius))
-    return replace(machine, chain=replace(machine.chain, tool_home=home))
-
-
 def _grid(machine: Machine, *steps: float) -> tuple[Array, Array]:
     """Lay a grid over the shown ranges with steps of about so many degrees."""
     first, second = (
@@ -123,12 +117,13 @@ def _least(solution: Solution, locations: IntArray, grid: tuple[Array, Array]) -
 
 def _evaluate(solution: Solution, locations: IntArray, grid: tuple[Array, Array]) -> tuple[Array, BoolArray]:
     """Compute S_W, (m, g, h) J, and where it is admissible, at some locations."""
-    machine = ball_centre_machine(solution.machine, solution.toolpath.tool.radius)
-    pivots = solution.toolpath.pivot[locations]
-    cost = power_surface(machine, pivots, feed_mm_min(solution), grid).total
+    machine, path = solution.machine, solution.toolpath.at(locations)
     angles = np.stack(np.meshgrid(*grid, indexing="ij"), axis=-1)
-    upright = _tilt_holds(solution, locations, tool_axes(machine, angles))
-    return cost, upright & _limits_hold(machine, pivots, angles)
+    axes = tool_axes(machine, angles)
+    tips = path.zone.tip(path.pivot[:, None, None], path.normal[:, None, None], axes)
+    positions = linear_positions(machine, tips, angles)
+    cost = np.sum(posture_costs(machine, positions, feed_mm_min(solution)), axis=-1)
+    return cost, _tilt_holds(solution, locations, axes) & _limits_hold(machine, positions)
 
 
 def feed_mm_min(solution: Solution) -> float:
@@ -138,15 +133,16 @@ def feed_mm_min(solution: Solution) -> float:
 
 def _tilt_holds(solution: Solution, locations: IntArray, axes: Array) -> BoolArray:
     """Compare cosines, which need no cross product; a location without reference allows everything."""
-    reference = solution.tilt.reference[locations]
-    cosine = np.einsum("ghk,mk->mgh", axes, reference)
-    inside = (cosine <= math.cos(solution.tilt.low)) & (cosine >= math.cos(solution.tilt.high))
-    return inside | np.isnan(cosine)
+    holds = np.ones((len(locations), *axes.shape[:2]), dtype=bool)
+    for bound in solution.tilt.all:
+        cosine = np.einsum("ghk,mk->mgh", axes, bound.reference[locations])
+        holds &= np.isnan(cosine) | ((cosine >= bound.cosines[0]) & (cosine <= bound.cosines[1]))
+    return holds
 
 
-def _limits_hold(machine: Machine, pivots: Array, angles: Array) -> BoolArray:
+def _limits_hold(machine: Machine, positions: Array) -> BoolArray:
     """Check the linear axes: the grid itself stays inside the limits of the rotary ones."""
     columns = machine.linear_columns
-    values = linear_positions(machine, pivots[:, None, None, :], angles)[..., columns]
+    values = positions[..., columns]
     inside = (values >= machine.low[columns]) & (values <= machine.high[columns])
     return np.all(inside, axis=-1)

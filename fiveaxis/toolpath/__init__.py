@@ -1,17 +1,24 @@
 """The tool, the list of cutter locations, and how far the tool may lean there."""
 
+from fiveaxis.toolpath.cutter import Cutter, Zone, across
 from fiveaxis.toolpath.dividing import divide, divided_rows, interpolate, part_places
 from fiveaxis.toolpath.path import MoveKind, Toolpath
-from fiveaxis.toolpath.tilt import TiltBounds, require_range, tilt_bounds
-from fiveaxis.toolpath.tool import Tool, parse_tool
+from fiveaxis.toolpath.tilt import TiltBounds, for_tilt, require_range, tilt_bounds
+from fiveaxis.toolpath.tool import Holder, Section, Tool, parse_tool
 
 __all__ = [
+    "Cutter",
+    "Holder",
     "MoveKind",
+    "Section",
     "TiltBounds",
     "Tool",
     "Toolpath",
+    "Zone",
+    "across",
     "divide",
     "divided_rows",
+    "for_tilt",
     "interpolate",
     "parse_tool",
     "part_places",

@@ -10,16 +10,18 @@ from fiveaxis.geometry import Array, IntArray
 from fiveaxis.toolpath.path import Toolpath
 
 
-def divide(toolpath: Toolpath, parts: IntArray) -> Toolpath:
+def divide(toolpath: Toolpath, parts: IntArray, along: Array | None = None) -> Toolpath:
     """Cut every move into equal parts.
 
-    Inserted locations lie on the straight way of the pivot and know no contact, normal or tool axis. Each
-    belongs to the move that it is part of: kind, feed and source are those of the location at its end.
+    Inserted locations lie on the straight way of the pivot, or of another point of the tool's axis, and know
+    no contact, normal or tool axis. Each belongs to the move that it is part of: kind, feed and source are
+    those of the location at its end.
 
     Parameters
     ----------
     toolpath : n locations
     parts : (n − 1,), at least 1, of the move from each location to the next
+    along : (n, 3), mm, workpiece frame: the points between which inserted locations lie; by default pivots
 
     Returns
     -------
@@ -28,10 +30,12 @@ def divide(toolpath: Toolpath, parts: IntArray) -> Toolpath:
     row = divided_rows(parts)
     owner = np.ceil(row).astype(np.int64)
     path = toolpath.at(owner)
-    unknown = np.where((row == owner)[:, None], 0.0, np.nan)
+    given = (row == owner)[:, None]
+    unknown = np.where(given, 0.0, np.nan)
+    way = interpolate(toolpath.pivot if along is None else along, row)
     return replace(
         path,
-        pivot=interpolate(toolpath.pivot, row),
+        pivot=np.where(given, path.pivot, way),
         contact=path.contact + unknown,
         normal=path.normal + unknown,
         axis=path.axis + unknown,

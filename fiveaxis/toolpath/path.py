@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from fiveaxis.errors import ToolpathError
 from fiveaxis.findings import Finding, Place
 from fiveaxis.geometry import Array, BoolArray, IntArray, normalise
+from fiveaxis.toolpath.cutter import Zone, across
 from fiveaxis.toolpath.tool import Tool
 
 # A direction shorter than this says nothing about where it points.
@@ -30,13 +31,15 @@ class MoveKind(IntEnum):
 class Toolpath:
     """Cutter locations in the workpiece frame, one row each.
 
-    What stays where it is while the tool leans is the *pivot*: a ball end mill turns about its centre, so the
-    contact with the surface stays. Rows that don't know something hold NaN there.
+    What stays where it is while the tool leans is the *pivot*: the centre of that arc of the cutter's profile
+    which touches the surface, so the contact stays. A ball's is its centre. Rows that don't know something
+    hold NaN there.
 
     Parameters
     ----------
     tool : the cutter
-    pivot : (n, 3), mm, workpiece frame; the ball's centre
+    pivot : (n, 3), mm, workpiece frame; the centre of the arc that touches. Where the normal is unknown the
+        tool axis passes through it
     contact : (n, 3), mm, workpiece frame; cutter contact point, NaN where unknown or in the air
     normal : (n, 3), unit vectors out of the material, NaN where unknown or in the air
     axis : (n, 3), unit vectors from tip to shank as programmed, NaN where none was
@@ -47,6 +50,7 @@ class Toolpath:
     source_is_line : whether `source` counts lines of the file `name`
     ignored : words of the source that were seen and not used, with their counts
     findings : what was assumed or left out while it was read, with its place
+    touching : the zone of the cutter's profile that touches; the one that is meant to cut by default
     """
 
     tool: Tool
@@ -61,6 +65,7 @@ class Toolpath:
     ignored: Mapping[str, int] = field(default_factory=dict)
     source_is_line: bool = False
     findings: tuple[Finding, ...] = ()
+    touching: Zone | None = None
 
     def __post_init__(self) -> None:
         n = len(self.pivot)
@@ -117,7 +122,7 @@ class Toolpath:
         normals = _directions(_rows(normal, "normal", name), "normal", lines, name)
         return cls(
             tool=tool,
-            pivot=points + tool.radius * normals,
+            pivot=tool.zone.pivot(points, normals),
             contact=points,
             normal=normals,
             axis=np.full_like(points, np.nan),
@@ -164,7 +169,7 @@ class Toolpath:
         unknown = np.full_like(points, np.nan)
         return cls(
             tool=tool,
-            pivot=points + tool.radius * axes,
+            pivot=tool.zone.pivot_of_tip(points, unknown, axes),
             contact=unknown,
             normal=unknown.copy(),
             axis=axes,
@@ -184,6 +189,11 @@ class Toolpath:
         """Say where a location is, for findings."""
         line = int(self.source[row]) if self.source_is_line else None
         return Place(location=int(row), line=line, file=self.name)
+
+    @property
+    def zone(self) -> Zone:
+        """The part of the cutter's profile that touches."""
+        return self.tool.zone if self.touching is None else self.touching
 
     @property
     def cutting(self) -> BoolArray:
@@ -207,8 +217,49 @@ class Toolpath:
         return np.concatenate([[0.0], steps])
 
     def tips(self, axis: Array) -> Array:
-        """Place the tool tip for given tool axes, (n, 3) unit vectors: ``pivot − R·o``, (n, 3) mm."""
-        return self.pivot - self.tool.radius * axis
+        """Place the tip for tool axes, (n, 3) unit vectors, so that the contact stays; (n, 3) mm."""
+        return self.zone.tip(self.pivot, self.normal, axis)
+
+    def centres(self, axis: Array) -> Array:
+        """Place the point of the tool's axis at the height of the arc that touches, (n, 3) mm.
+
+        A ball's is its centre, whatever its axis, (n, 3) unit vectors.
+        """
+        return self.pivot + self.zone.offset * across(self.normal, axis) if self.zone.offset else self.pivot
+
+    def touching_at(self, normal: Array) -> Toolpath:
+        """Return the path with surface normals for tips that are programmed: each stays where it is.
+
+        Parameters
+        ----------
+        normal : (n, 3), unit vectors out of the material; NaN where nothing is touched
+
+        Raises
+        ------
+        ToolError
+            The cutter has no single contact at some angle between axis and normal.
+        """
+        tip = self.tips(self.axis)
+        touching = np.isfinite(normal).all(axis=1)
+        zone = self.zone
+        contact = np.full_like(tip, np.nan)
+        contact[touching] = self.tool.cutter.contacts(tip[touching], normal[touching], self.axis[touching])
+        return replace(
+            self, pivot=zone.pivot_of_tip(tip, normal, self.axis), contact=contact, normal=np.array(normal)
+        )
+
+    def in_zone(self, zone: Zone) -> Toolpath:
+        """Return the path with another part of the cutter's profile on the same contacts.
+
+        Rows without a contact keep the tip of their programmed axis, and their pivot where there is none.
+        """
+        if zone == self.zone:
+            return self
+        free = zone.pivot_of_tip(self.tips(self.axis), self.normal, self.axis)
+        pivot = np.where(np.isfinite(free), free, self.pivot)
+        touched = np.isfinite(self.contact) & np.isfinite(self.normal)
+        pivot = np.where(touched, zone.pivot(self.contact, self.normal), pivot)
+        return replace(self, pivot=pivot, touching=zone)
 
     def at(self, rows: IntArray) -> Toolpath:
         """Return the path through some of its locations, given by their indices in order."""

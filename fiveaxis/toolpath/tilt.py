@@ -19,12 +19,25 @@ class TiltBounds:
     reference : (n, 3), unit vectors in the workpiece frame; NaN where the location binds nothing (links)
     low, high : rad, 0 ≤ low < high ≤ π
     name : what the reference is: ``normal`` or ``programmed axis``
+    touching : the angles to the surface normal at which the cutter touches with the part of its profile that
+        the path is made for; None where the reference is the normal, or the cutter turns about one point
     """
 
     reference: Array
     low: float
     high: float
     name: str
+    touching: TiltBounds | None = None
+
+    @property
+    def all(self) -> tuple[TiltBounds, ...]:
+        """Every bound that holds at once."""
+        return (self,) if self.touching is None else (self, self.touching)
+
+    @property
+    def cosines(self) -> tuple[float, float]:
+        """Smallest and largest cosine of the angle."""
+        return math.cos(self.high), math.cos(self.low)
 
     def angles(self, axis: Array) -> Array:
         """Measure the tilt of tool axes, (n, 3) unit vectors; (n,) rad, NaN where nothing binds."""
@@ -48,7 +61,48 @@ def tilt_bounds(
         Neither or both given; a range that is empty, reversed or outside 0…180°.
     ToolpathError
         The path lacks the direction that the range refers to.
+    ToolError
+        The cutter doesn't touch with one part of its profile over the range (`for_tilt` chooses the part).
     """
+    _, low, high = _asked(toolpath, tilt, cone)
+    if cone is None:
+        return TiltBounds(toolpath.normal, low, high, "normal")
+    zone = toolpath.zone
+    if zone.offset == 0.0 and len(toolpath.tool.cutter.zones) == 1:
+        return TiltBounds(toolpath.axis, low, high, "programmed axis")
+    touching = TiltBounds(toolpath.normal, zone.least, zone.high, "normal")
+    return TiltBounds(toolpath.axis, low, high, "programmed axis", touching)
+
+
+def for_tilt(
+    toolpath: Toolpath, tilt: tuple[float, float] | None = None, cone: float | None = None
+) -> Toolpath:
+    """Return the path with the part of the cutter's profile that touches where the bounds let the tool lean.
+
+    For a tilt range it is the part that touches all over the range; for a cone, the one that touches at the
+    programmed axes. Arguments as for `tilt_bounds`, which raises the same.
+    """
+    what, low, high = _asked(toolpath, tilt, cone)
+    cutter = toolpath.tool.cutter
+    if what == "tilt":
+        return toolpath.in_zone(cutter.zone_for(low, high))
+    if cutter.zones[0].offset == 0.0 and len(cutter.zones) == 1:
+        return toolpath
+    cuts = toolpath.cutting
+    if not toolpath.has_normals:
+        raise ToolpathError(
+            f"has no surface normals, and {toolpath.tool} has to be moved about its contact as it leans; say "
+            "which surface it cuts (part, --part)",
+            file=toolpath.name,
+        )
+    angle = angle_between(toolpath.axis[cuts], toolpath.normal[cuts])
+    return toolpath.in_zone(cutter.zone_for(float(angle.min()), float(angle.max())))
+
+
+def _asked(
+    toolpath: Toolpath, tilt: tuple[float, float] | None, cone: float | None
+) -> tuple[str, float, float]:
+    """Check what the caller asks for; name it, and give its range in rad."""
     if (tilt is None) == (cone is None):
         raise SettingError(
             "give either tilt (angle to the surface normal, --tilt 15:75) or cone (angle to the programmed "
@@ -58,9 +112,7 @@ def tilt_bounds(
     name = "tilt" if cone is None else "cone"
     require_range(low, high, name)
     _require_reference(toolpath, name)
-    reference = toolpath.normal if cone is None else toolpath.axis
-    what = "normal" if cone is None else "programmed axis"
-    return TiltBounds(reference, math.radians(low), math.radians(high), what)
+    return name, math.radians(low), math.radians(high)
 
 
 def require_range(low: float, high: float, name: str = "tilt") -> None:

@@ -1,62 +1,196 @@
-"""The cutter."""
+"""The tool: cutter, shank and holder."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
 
 from fiveaxis.errors import ToolError
+from fiveaxis.geometry import Array
+from fiveaxis.toolpath import shapes
+from fiveaxis.toolpath.cutter import Cutter, Zone
+
+
+@dataclass(frozen=True)
+class Section:
+    """A cylinder or cone of a holder.
+
+    Parameters
+    ----------
+    length, diameter : mm, along the axis and at the lower end
+    upper_diameter : mm, at the upper end; None for a cylinder
+    """
+
+    length: float
+    diameter: float
+    upper_diameter: float | None = None
+
+    def __post_init__(self) -> None:
+        figures = {"length": self.length, "diameter": self.diameter}
+        if self.upper_diameter is not None:
+            figures["upper_diameter"] = self.upper_diameter
+        for name, value in figures.items():
+            if not (math.isfinite(value) and value > 0.0):
+                raise ToolError(f"holder section: {name} is {value:g} mm; it must be a number above 0")
+
+
+@dataclass(frozen=True)
+class Holder:
+    """Cylinders and cones stacked upwards from the face into which the tool is clamped.
+
+    Parameters
+    ----------
+    stick_out : mm, from the tool's tip to that face
+    sections : from the face upwards
+    """
+
+    stick_out: float
+    sections: tuple[Section, ...]
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.stick_out) and self.stick_out > 0.0):
+            raise ToolError(f"holder: stick-out is {self.stick_out:g} mm; it must be a number above 0")
+        if not self.sections:
+            raise ToolError("holder: it has no sections; give at least one, from its face upwards")
 
 
 @dataclass(frozen=True)
 class Tool:
-    """A ball end mill.
+    """A cutter with its shank and holder.
 
-    The cutter reference point is the tool tip; the ball's centre lies ``radius`` behind it along the tool
-    axis. Turning the tool about the ball's centre leaves the contact with the surface where it is.
+    The cutter reference point is the tool tip. What stays where it is while the tool leans is the contact
+    (`fiveaxis.toolpath.cutter`); for a ball that is the same as keeping its centre.
 
     Parameters
     ----------
-    diameter : mm
+    cutter : its profile
+    shank_diameter : mm, above the cutting edges; None where nobody has said
+    holder : None where nobody has said
     """
 
-    diameter: float
+    cutter: Cutter
+    shank_diameter: float | None = None
+    holder: Holder | None = None
 
     def __post_init__(self) -> None:
-        if not (math.isfinite(self.diameter) and self.diameter > 0.0):
-            raise ToolError(f"tool diameter is {self.diameter:g} mm; it must be a positive length")
+        shank, holder = self.shank_diameter, self.holder
+        if shank is not None and not (math.isfinite(shank) and shank > 0.0):
+            raise ToolError(f"tool {self}: shank diameter is {shank:g} mm; it must be a number above 0")
+        top = self.cutter.outline()[-1, 1]
+        if holder is not None and holder.stick_out < top:
+            raise ToolError(
+                f"tool {self}: stick-out {holder.stick_out:g} mm must be at least {top:g} mm, or the holder "
+                "covers cutting edges"
+            )
 
     @classmethod
-    def ball(cls, diameter: float) -> Tool:
-        """Make a ball end mill of a diameter in mm."""
-        return cls(diameter=float(diameter))
+    def ball(cls, diameter: float, **parts: Any) -> Tool:
+        """Make a ball end mill of a diameter in mm; parts as for `Tool`."""
+        return cls(shapes.ball(float(diameter)), **parts)
+
+    @classmethod
+    def flat(cls, diameter: float, **parts: Any) -> Tool:
+        """Make a square end mill of a diameter in mm."""
+        return cls(shapes.flat(float(diameter)), **parts)
+
+    @classmethod
+    def bull(cls, diameter: float, corner_radius: float, **parts: Any) -> Tool:
+        """Make a bull-nose end mill, mm."""
+        return cls(shapes.bull(float(diameter), float(corner_radius)), **parts)
+
+    @classmethod
+    def lollipop(cls, diameter: float, neck_diameter: float, **parts: Any) -> Tool:
+        """Make a ball on a thinner neck, mm."""
+        return cls(shapes.lollipop(float(diameter), float(neck_diameter)), **parts)
+
+    @classmethod
+    def taper(cls, tip_diameter: float, half_angle: float, diameter: float, **parts: Any) -> Tool:
+        """Make a tapered ball end mill: diameters of the ball and of the cone's upper end, mm; degrees."""
+        return cls(shapes.taper(float(tip_diameter), float(half_angle), float(diameter)), **parts)
+
+    @classmethod
+    def barrel(cls, diameter: float, barrel_radius: float, nose_radius: float, **parts: Any) -> Tool:
+        """Make a tangential barrel with a ball nose, mm."""
+        return cls(shapes.barrel(float(diameter), float(barrel_radius), float(nose_radius)), **parts)
+
+    @property
+    def diameter(self) -> float:
+        """Largest diameter of the cutter, mm."""
+        return self.cutter.diameter
 
     @property
     def radius(self) -> float:
-        """Radius of the ball, mm."""
-        return self.diameter / 2.0
+        """Half of `diameter`, mm: a ball's radius."""
+        return self.cutter.diameter / 2.0
+
+    @property
+    def zone(self) -> Zone:
+        """The part of the profile that is meant to cut."""
+        return self.cutter.zones[self.cutter.main]
+
+    def outline(self) -> Array:
+        """Sample the profile of cutter, shank and holder from the tip upwards.
+
+        Returns
+        -------
+        (m, 2), mm: distance from the axis, height above the tip. Where the tool widens or narrows at one
+        height two rows stand at it. A shank reaches to the holder, or ends with the cutting edges.
+        """
+        rows = [self.cutter.outline()]
+        height = float(rows[0][-1, 1])
+        if self.holder is not None:
+            radius = (self.shank_diameter or 2.0 * float(rows[0][-1, 0])) / 2.0
+            rows.append(np.array([[radius, height], [radius, self.holder.stick_out]]))
+            height = self.holder.stick_out
+            for section in self.holder.sections:
+                upper = section.diameter if section.upper_diameter is None else section.upper_diameter
+                rows.append(np.array([[section.diameter, height], [upper, height + section.length]]))
+                rows[-1][:, 0] /= 2.0
+                height += section.length
+        return np.vstack(rows)
 
     def __str__(self) -> str:
-        return f"ball:{self.diameter:g}"
+        return str(self.cutter)
 
 
 def parse_tool(text: str) -> Tool:
-    """Read a tool from its short form.
+    """Read a tool from its short form, or from a file.
 
     Parameters
     ----------
-    text : ``ball:10`` is a ball end mill of 10 mm diameter
+    text : ``ball:10``, ``flat:10``, ``bull:16:4`` (diameter, corner radius), ``lollipop:8:5`` (ball, neck),
+        ``taper:4:5:10`` (ball, half angle in degrees, upper diameter), ``barrel:16:85:3`` (diameter, barrel
+        radius, nose radius), ``drill:8:118`` (diameter, point angle in degrees), mm; or a ``.toml`` file as
+        described in `fiveaxis.toolpath.tool_file`
 
     Raises
     ------
     ToolError
-        Another shape, or a diameter that isn't a positive number.
+        Another shape, figures that are missing or impossible, a file that can't be read.
     """
-    shape, _, size = text.partition(":")
-    if shape.strip().lower() != "ball":
-        raise ToolError(f"tool {text!r}: only ball end mills are offered; write for example ball:10 (mm)")
+    if text.lower().endswith(".toml"):
+        from fiveaxis.toolpath.tool_file import load_tool
+
+        return load_tool(Path(text))
+    shape, *figures = (part.strip() for part in text.split(":"))
+    if shape.lower() not in shapes.SHAPES:
+        forms = ", ".join(":".join([s, *names]) for s, (_, names) in shapes.SHAPES.items())
+        raise ToolError(f"tool {text!r}: write {forms} (mm, deg), or a .toml file; for example ball:10")
+    make, names = shapes.SHAPES[shape.lower()]
+    if len(figures) != len(names):
+        raise ToolError(
+            f"tool {text!r}: {len(figures)} figures where {shape} has {len(names)}; write "
+            f"{':'.join([shape, *names])}"
+        )
+    return Tool(make(*(_figure(f, name, text) for f, name in zip(figures, names, strict=True))))
+
+
+def _figure(field: str, name: str, text: str) -> float:
     try:
-        diameter = float(size)
+        return float(field)
     except ValueError:
-        raise ToolError(f"tool {text!r}: {size!r} is no diameter in mm; write for example ball:10") from None
-    return Tool.ball(diameter)
+        raise ToolError(f"tool {text!r}: {field!r} is no {name}; write for example ball:10 (mm)") from None

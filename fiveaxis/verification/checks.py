@@ -8,6 +8,7 @@ import numpy as np
 
 from fiveaxis.findings import Severity
 from fiveaxis.geometry import Array
+from fiveaxis.toolpath import across
 from fiveaxis.verification.report import Result
 from fiveaxis.verification.subject import Subject
 
@@ -76,14 +77,15 @@ def _limit_sentences(subject: Subject) -> dict[str, tuple[str, ...]]:
 
 
 def check_contact(subject: Subject) -> Result:
-    """Check that the axis values put ball centre and contact where the path wants them.
+    """Check that the axis values put the tool's centre and its contact where the path wants them.
 
-    The reached centre is ``tip + R·o``; the reached contact ``centre − R·n``. Where the contact is unknown
-    the centre alone counts.
+    The reached centre is ``tip + b·o``, the reached contact ``centre − a·e − r·n``, with the figures of the
+    zone that touches (a ball's centre and radius). Where the contact is unknown the centre alone counts.
     """
-    path = subject.toolpath
-    at_centre = np.linalg.norm(subject.centre - path.pivot, axis=1)
-    touched = subject.centre - path.tool.radius * path.normal
+    path, zone = subject.toolpath, subject.toolpath.zone
+    at_centre = np.linalg.norm(subject.centre - path.centres(subject.axis), axis=1)
+    pivot = subject.centre - zone.offset * across(path.normal, subject.axis)
+    touched = pivot - zone.radius * path.normal
     at_contact = np.linalg.norm(touched - path.contact, axis=1)
     error = np.fmax(at_centre, at_contact)
     rows = np.flatnonzero(error > subject.tolerances.contact)
@@ -101,36 +103,42 @@ def check_contact(subject: Subject) -> Result:
         values=error[rows],
         message=message,
         figures={"contact_error_mm": largest(error)},
-        checked=("ball centre and contact reached at every location, with pinocchio's kinematics",),
+        checked=("tool centre and contact reached at every location, with pinocchio's kinematics",),
     )
 
 
 def check_tilt(subject: Subject) -> Result:
-    """Check the angle between tool axis and reference at every location that has one."""
-    bounds = subject.bounds
-    if bounds is None:
+    """Check the angle between tool axis and reference at every location that has one.
+
+    A cutter that touches with one part of its profile only has a second reference, the surface normal.
+    """
+    if subject.bounds is None:
         return _tilt_left_out()
-    angle = bounds.angles(subject.axis)
-    overrun = np.maximum(angle - bounds.high, bounds.low - angle)
+    every = subject.bounds.all
+    angles = np.array([bounds.angles(subject.axis) for bounds in every])
+    lows, highs = np.array([[bounds.low, bounds.high] for bounds in every]).T
+    overruns = np.nan_to_num(np.maximum(angles - highs[:, None], lows[:, None] - angles), nan=-np.inf)
+    overrun, worst = overruns.max(axis=0), overruns.argmax(axis=0)
     rows = np.flatnonzero(overrun > subject.tolerances.angle)
 
     def message(i: int) -> str:
-        value = angle[rows[i]]
+        bounds, value = every[worst[rows[i]]], angles[worst[rows[i]], rows[i]]
         side, bound = ("above", bounds.high) if value > bounds.high else ("below", bounds.low)
         return (
             f"tool axis at {math.degrees(value):.6g} deg to the {bounds.name} is {side} the bound "
             f"{math.degrees(bound):g} deg; optimise again or widen the range"
         )
 
-    low, high = math.degrees(bounds.low), math.degrees(bounds.high)
+    tilt = np.degrees(angles[0])
+    ranges = [f"{b.name} within {math.degrees(b.low):g}…{math.degrees(b.high):g} deg" for b in every]
     return Result(
         code="tilt",
         severity=Severity.ERROR,
         rows=rows,
         values=np.degrees(overrun[rows]),
         message=message,
-        figures={"tilt_min_deg": smallest(np.degrees(angle)), "tilt_max_deg": largest(np.degrees(angle))},
-        checked=(f"angle between tool axis and {bounds.name} within {low:g}…{high:g} deg at every location",),
+        figures={"tilt_min_deg": smallest(tilt), "tilt_max_deg": largest(tilt)},
+        checked=tuple(f"angle between tool axis and {text} at every location" for text in ranges),
     )
 
 

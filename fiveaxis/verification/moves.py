@@ -119,13 +119,13 @@ def chord_deviations(subject: Subject) -> Array:
     (n,), mm; NaN where no cut ends or an axis value is unknown
     """
     ends = np.flatnonzero(subject.cutting)
-    positions, pivot = subject.positions, subject.toolpath.pivot
+    positions, wanted = subject.positions, subject.toolpath.centres(subject.axis)
     before, after = positions[ends - 1], positions[ends]
     worst = np.zeros(len(ends))
     for share in SAMPLES:
         tip, axis = tool_poses(subject.machine, before + share * (after - before))
-        centre = tip + subject.toolpath.tool.radius * axis
-        worst = np.maximum(worst, segment_distances(centre, pivot[ends - 1], pivot[ends]))
+        centre = tip + subject.toolpath.zone.height * axis
+        worst = np.maximum(worst, segment_distances(centre, wanted[ends - 1], wanted[ends]))
     deviation = np.full(len(positions), np.nan)
     deviation[ends] = worst
     return deviation

@@ -68,8 +68,8 @@ class Subject:
 
     @property
     def centre(self) -> Array:
-        """(n, 3), mm, workpiece frame: where the axis values put the ball's centre."""
-        return self.tip + self.toolpath.tool.radius * self.axis
+        """(n, 3), mm, workpiece frame: where the axis values put the tool's centre (`Toolpath.centres`)."""
+        return self.tip + self.toolpath.zone.height * self.axis
 
     @property
     def steps(self) -> Array:

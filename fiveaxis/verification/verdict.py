@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Motion
-from fiveaxis.toolpath import Toolpath, tilt_bounds
+from fiveaxis.toolpath import Toolpath, for_tilt, tilt_bounds
 from fiveaxis.verification.checks import check_contact, check_finite, check_limits, check_tilt
 from fiveaxis.verification.gouging import check_gouge
 from fiveaxis.verification.moves import check_deviation, check_jumps, check_speeds
@@ -65,7 +65,10 @@ def verify(
     MissingDependency
         pinocchio isn't installed.
     """
-    bounds = None if tilt is None and cone is None else tilt_bounds(toolpath, tilt=tilt, cone=cone)
+    bounds = None
+    if tilt is not None or cone is not None:
+        toolpath = for_tilt(toolpath, tilt, cone)
+        bounds = tilt_bounds(toolpath, tilt, cone)
     subject = make_subject(motion, machine, toolpath, bounds, tolerances)
     results = (
         check_finite(subject),

@@ -24,7 +24,10 @@ from fiveaxis.kinematics import (
 from fiveaxis.kinematics.symbolic import linear_axes_of_posture, tool_axis_of_posture
 from fiveaxis.machine import Chain, FormShapingCode, Line, LocationError, Machine, parse_code
 from fiveaxis.machine.code import commutation_class
+from fiveaxis.toolpath import Tool
 from fiveaxis.verification import tool_poses as pinocchio_poses
+
+BALL = Tool.ball(10).zone
 
 TOLERANCE = 1e-9  # mm, rad and 1
 POSES = 8
@@ -153,7 +156,7 @@ def test_casadis_equations_are_numpys(codes):
         symbolic = ca.Function(
             "posture",
             [pivot, rotary],
-            [linear_axes_of_posture(machine, pivot, rotary, 5.0), tool_axis_of_posture(machine, rotary)],
+            [linear_axes_of_posture(machine, pivot, rotary, BALL), tool_axis_of_posture(machine, rotary)],
         )
         position = random_positions(machine, rng, 1)
         tip, axis = tool_poses(machine, position)

@@ -7,6 +7,7 @@ import pytest
 from fiveaxis.kinematics import linear_positions, tool_axes
 from fiveaxis.kinematics.symbolic import linear_axes_of_posture, tool_axis_of_posture
 from fiveaxis.machine import Machine, load_machine
+from fiveaxis.toolpath import Tool
 
 RNG = np.random.default_rng(7)
 RADIUS = 5.0
@@ -14,7 +15,7 @@ RADIUS = 5.0
 
 def functions(machine: Machine) -> tuple[ca.Function, ca.Function]:
     pivot, rotary = ca.SX.sym("pivot", 3), ca.SX.sym("rotary", 2)
-    linear = linear_axes_of_posture(machine, pivot, rotary, RADIUS)
+    linear = linear_axes_of_posture(machine, pivot, rotary, Tool.ball(2.0 * RADIUS).zone)
     axis = tool_axis_of_posture(machine, rotary)
     return ca.Function("linear", [pivot, rotary], [linear]), ca.Function("axis", [rotary], [axis])
 
@@ -34,7 +35,7 @@ def test_the_symbolic_equations_are_the_numeric_ones(code):
 
 def test_the_jacobian_of_the_linear_axes_is_that_of_finite_differences(trunnion):
     pivot, rotary = ca.SX.sym("pivot", 3), ca.SX.sym("rotary", 2)
-    linear = linear_axes_of_posture(trunnion, pivot, rotary, RADIUS)
+    linear = linear_axes_of_posture(trunnion, pivot, rotary, Tool.ball(2.0 * RADIUS).zone)
     jacobian = ca.Function("jacobian", [pivot, rotary], [ca.jacobian(linear, rotary)])
     p, r, h = RNG.uniform(-50, 50, 3), np.array([0.3, -0.8]), 1e-6
     for k in range(2):

@@ -12,7 +12,6 @@ from fiveaxis.machine import Axis, Limits, Machine
 from fiveaxis.posture import Solution
 from fiveaxis.report.landscape import (
     MOST_LOCATIONS,
-    ball_centre_machine,
     modulo_turn,
     posture_map,
     shown_range,
@@ -35,15 +34,6 @@ def cost_from_zero(solution: Solution, location: int, first: float, second: floa
     values = linear_positions(machine, tip, rotary)[0]
     plus, minus = (side[location] for side in travel_costs(machine, toolpath.feed))
     return float(plus @ np.maximum(values, 0.0) + minus @ np.maximum(-values, 0.0))
-
-
-def test_a_tool_that_ends_at_the_balls_centre_has_the_same_axis_values(any_solution: Solution) -> None:
-    machine = ball_centre_machine(any_solution.machine, any_solution.toolpath.tool.radius)
-    positions = any_solution.motion.positions
-    rotary = positions[:, machine.rotary_columns]
-    np.testing.assert_allclose(
-        linear_positions(machine, any_solution.toolpath.pivot, rotary), positions, atol=1e-9
-    )
 
 
 def test_the_surface_holds_the_contact_not_the_tip(any_solution: Solution) -> None:

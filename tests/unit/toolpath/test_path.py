@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fiveaxis.errors import SettingError, ToolError, ToolpathError
+from fiveaxis.errors import SettingError, ToolpathError
 from fiveaxis.toolpath import Tool, Toolpath, parse_tool, tilt_bounds
 
 UP = np.array([0.0, 0.0, 1.0])
@@ -48,21 +48,6 @@ def test_a_bad_location_is_named_with_its_line(contact, normal, said):
 def test_a_feed_that_isnt_positive_is_refused():
     with pytest.raises(ToolpathError, match="no positive feed"):
         Toolpath.from_contacts([[0.0, 0, 0]], [[0.0, 0, 1]], BALL, feed_mm_min=0.0)
-
-
-@pytest.mark.parametrize(
-    ("text", "said"),
-    [
-        ("flat:10", "only ball end mills"),
-        ("ball:x", "'x' is no diameter"),
-        ("ball", "'' is no diameter"),
-        ("ball:-3", "must be a positive length"),
-        ("ball:inf", "must be a positive length"),
-    ],
-)
-def test_a_tool_that_isnt_one_is_refused(text, said):
-    with pytest.raises(ToolError, match=said):
-        parse_tool(text)
 
 
 def test_a_tool_survives_its_short_form():

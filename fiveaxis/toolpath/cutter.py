@@ -1,0 +1,218 @@
+"""The cutter's profile, and where it touches a surface.
+
+A cutter is a body of revolution. Its profile is a chain of arcs (a sharp corner is an arc of radius 0) with
+straight lines between them, and on a convex profile the angle φ between the tool axis *o* and the surface
+normal *n* says which of them touches. With an arc's radius r, its centre at radius a and height b above the
+tip, and ``e`` the unit vector along the part of *n* across *o*, which points from the contact to the axis::
+
+    contact = tip + b·o − a·e − r·n
+
+A ball has a = 0 and b = r, so turning it about its centre keeps the contact; every other cutter has to be
+moved as it leans. That is the cutter contact - cutter location relation of generalised (APT) cutters.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from fiveaxis.errors import ToolError
+from fiveaxis.geometry import Array, angle_between
+
+# rad: where a cutter stands nearly upright on a flat bottom, its contact may be anywhere on that.
+LEAST_LEAN = math.radians(1.0)
+
+# rad: angles past the end of a zone by less are rounding.
+ROUNDING = 1e-9
+
+# rad, largest turn between points of an outline.
+OUTLINE_STEP = math.radians(5.0)
+
+
+@dataclass(frozen=True)
+class Zone:
+    """One arc of a cutter's profile.
+
+    Parameters
+    ----------
+    name : ``ball``, ``corner``, ``edge``, ``barrel``…
+    radius : mm, of the arc; 0 for an edge
+    offset : mm, of the arc's centre from the tool axis; negative where it lies beyond it (barrels)
+    height : mm, of the arc's centre above the tip
+    low, high : rad, angle between tool axis and surface normal at which the arc touches
+    """
+
+    name: str
+    radius: float
+    offset: float
+    height: float
+    low: float
+    high: float
+
+    @property
+    def least(self) -> float:
+        """Smallest angle, rad, at which the contact is one point: beside a flat bottom the tool must lean."""
+        return max(self.low, LEAST_LEAN) if self.offset else self.low
+
+    def holds(self, low: float, high: float) -> bool:
+        """Tell whether a range of angles, rad, lies within the zone."""
+        return self.least - ROUNDING <= low and high <= self.high + ROUNDING
+
+    def pivot(self, contact: Array, normal: Array) -> Array:
+        """Place the arc's centre over contacts, (n, 3) mm: ``contact + r·n``."""
+        return contact + self.radius * normal
+
+    def tip(self, pivot: Array, normal: Array, axis: Array) -> Array:
+        """Place the tool tip: ``pivot − b·o + a·e``, (..., 3) mm.
+
+        Parameters
+        ----------
+        pivot : (..., 3), mm, the arc's centre
+        normal, axis : (..., 3), unit vectors; where the normal is NaN the axis passes through the pivot
+        """
+        return pivot - self.height * axis + self.offset * across(normal, axis)
+
+    def pivot_of_tip(self, tip: Array, normal: Array, axis: Array) -> Array:
+        """Undo `tip`: ``tip + b·o − a·e``, (..., 3) mm."""
+        return tip + self.height * axis - self.offset * across(normal, axis)
+
+    def outline(self) -> Array:
+        """Sample the arc from its lower end, (m, 2) mm: distance from the axis, height above the tip."""
+        parts = max(1, math.ceil((self.high - self.low) / OUTLINE_STEP)) if self.radius else 0
+        # The widest place, where the surface stands upright, is among the samples.
+        widest = [math.pi / 2.0] if self.low < math.pi / 2.0 < self.high and self.radius else []
+        angle = np.union1d(np.linspace(self.low, self.high, parts + 1), widest)
+        along = self.offset + self.radius * np.sin(angle), self.height - self.radius * np.cos(angle)
+        return np.column_stack(along)
+
+
+@dataclass(frozen=True)
+class Cutter:
+    """A cutter's profile, from the tip upwards.
+
+    Parameters
+    ----------
+    shape : its name in `fiveaxis.toolpath.shapes.SHAPES`
+    figures : what describes the shape, in the order of its short form
+    diameter : mm, the largest
+    zones : by rising angle; one's end is the next one's begin
+    main : which of them is meant to cut
+    length : mm, from the tip to the upper end of the cutting edges; None where nobody has said
+    """
+
+    shape: str
+    figures: tuple[float, ...]
+    diameter: float
+    zones: tuple[Zone, ...]
+    main: int = 0
+    length: float | None = None
+
+    def __post_init__(self) -> None:
+        for figure in (*self.figures, self.diameter):
+            if not math.isfinite(figure):
+                raise ToolError(f"tool {self}: {figure:g} isn't a finite number")
+        top = self.outline()[-1, 1]
+        if self.length is not None and not (math.isfinite(self.length) and self.length >= top - 1e-9):
+            raise ToolError(
+                f"tool {self}: cutting length {self.length:g} mm must be at least {top:g} mm, where its "
+                "profile ends"
+            )
+
+    def __str__(self) -> str:
+        return ":".join([self.shape, *(f"{figure:g}" for figure in self.figures)])
+
+    @property
+    def is_ball(self) -> bool:
+        """Whether the tool turns about one point in all of its zones: a ball's centre."""
+        return len(self.zones) == 1 and self.zones[0].offset == 0.0 and self.zones[0].radius > 0.0
+
+    def zone_for(self, low: float, high: float) -> Zone:
+        """Find the zone that touches over a range of angles between tool axis and normal, rad.
+
+        Raises
+        ------
+        ToolError
+            The range reaches over several zones, or none touches there.
+        """
+        # The zone that is meant to cut comes first: at a shared end either would do.
+        zones = [self.zones[self.main], *self.zones]
+        zone = next((z for z in zones if z.holds(low, high)), None)
+        if zone is None:
+            known = ", ".join(
+                f"{math.degrees(z.least):.4g}…{math.degrees(z.high):.4g} deg ({z.name})" for z in self.zones
+            )
+            raise ToolError(
+                f"tool {self} touches with one part of its profile within {known}; the tilt range "
+                f"{math.degrees(low):.4g}…{math.degrees(high):.4g} deg isn't within one of them; narrow it "
+                "or take another cutter"
+            )
+        return zone
+
+    def zones_at(self, angle: Array) -> tuple[Array, Array, Array]:
+        """Look up radius, offset and height, (n,) mm each, of the zone that touches at angles, (n,) rad.
+
+        Raises
+        ------
+        ToolError
+            No zone touches at one of the angles, or the cutter stands on its flat bottom.
+        """
+        figures = np.full((3, len(angle)), np.nan)
+        for zone in (*self.zones, self.zones[self.main]):
+            here = (angle >= zone.least - ROUNDING) & (angle <= zone.high + ROUNDING)
+            figures[:, here] = np.array([zone.radius, zone.offset, zone.height])[:, None]
+        bad = np.flatnonzero(np.isnan(figures[0]) & ~np.isnan(angle))
+        if len(bad):
+            least, most = self.zones[0].least, self.zones[-1].high
+            raise ToolError(
+                f"tool {self} has no single contact at {math.degrees(angle[bad[0]]):.4g} deg between its "
+                f"axis and the surface normal (row {bad[0]}, {len(bad)} such rows); it touches at "
+                f"{math.degrees(least):.4g}…{math.degrees(most):.4g} deg"
+            )
+        return figures[0], figures[1], figures[2]
+
+    def tips(self, contact: Array, normal: Array, axis: Array) -> Array:
+        """Place the tip over contacts: each with the zone that touches at its angle.
+
+        Parameters
+        ----------
+        contact : (n, 3), mm
+        normal, axis : (n, 3), unit vectors
+
+        Returns
+        -------
+        (n, 3), mm
+
+        Raises
+        ------
+        ToolError
+            As for `zones_at`.
+        """
+        radius, offset, height = self.zones_at(angle_between(axis, normal))
+        across_axis = across(normal, axis)
+        pivot = contact + radius[:, None] * normal
+        return pivot - height[:, None] * axis + offset[:, None] * across_axis
+
+    def contacts(self, tip: Array, normal: Array, axis: Array) -> Array:
+        """Find where the cutter touches surfaces of given normals; the inverse of `tips`, (n, 3) mm."""
+        return tip + (tip - self.tips(tip, normal, axis))
+
+    def outline(self) -> Array:
+        """Sample the profile from the tip upwards, (m, 2) mm: distance from the axis, height."""
+        points = np.vstack([np.zeros((1, 2)), *(zone.outline() for zone in self.zones)])
+        if self.length is not None and self.length > points[-1, 1]:
+            points = np.vstack([points, [points[-1, 0], self.length]])
+        new = np.append(True, np.linalg.norm(np.diff(points, axis=0), axis=1) > 1e-9)
+        return np.asarray(points[new])
+
+
+def across(normal: Array, axis: Array) -> Array:
+    """Give the unit vector along the part of the normal across the tool axis, (..., 3).
+
+    Zero where the normal is unknown (NaN) or lies along the axis.
+    """
+    rest = normal - np.sum(normal * axis, axis=-1, keepdims=True) * axis
+    length = np.linalg.norm(rest, axis=-1, keepdims=True)
+    found = length > 1e-12  # false for NaN
+    return np.divide(rest, length, out=np.zeros_like(rest), where=np.broadcast_to(found, rest.shape))

@@ -1,0 +1,90 @@
+"""Tools as TOML files.
+
+::
+
+    shape = "bull"            # ball, flat, bull, lollipop, taper, barrel or drill
+    diameter = 16             # mm; the figures of the shape
+    corner_radius = 4
+    length = 30               # mm, of the cutting edges; optional
+    shank_diameter = 16       # mm; optional
+
+    [holder]                  # optional
+    stick_out = 60            # mm, from the tip to the holder's face
+    sections = [              # from the face upwards: cylinders, or cones with an upper_diameter
+      { length = 20, diameter = 32 },
+      { length = 40, diameter = 50, upper_diameter = 63 },
+    ]
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Literal
+
+from pydantic import Field
+
+from fiveaxis.errors import ToolError
+from fiveaxis.settings import StrictModel, read_settings
+from fiveaxis.toolpath import shapes
+from fiveaxis.toolpath.tool import Holder, Section, Tool
+
+
+class SectionTable(StrictModel):
+    """A cylinder or cone of the holder."""
+
+    length: float = Field(gt=0.0, description="mm, along the axis")
+    diameter: float = Field(gt=0.0, description="mm, at the lower end")
+    upper_diameter: float | None = Field(None, gt=0.0, description="mm, at the upper end")
+
+
+class HolderTable(StrictModel):
+    """The holder, from its face upwards."""
+
+    stick_out: float = Field(gt=0.0, description="mm, from the tip to the holder's face")
+    sections: list[SectionTable] = Field(min_length=1, description="from the face upwards")
+
+
+class ToolTable(StrictModel):
+    """A tool file; the figures that belong to the shape are those of its short form."""
+
+    shape: Literal["ball", "flat", "bull", "lollipop", "taper", "barrel", "drill"]
+    diameter: float | None = Field(None, gt=0.0, description="mm, the largest")
+    corner_radius: float | None = Field(None, gt=0.0, description="mm")
+    neck_diameter: float | None = Field(None, gt=0.0, description="mm")
+    tip_diameter: float | None = Field(None, gt=0.0, description="mm, of the ball at the tip")
+    half_angle: float | None = Field(None, gt=0.0, lt=90.0, description="deg, of the cone to the axis")
+    barrel_radius: float | None = Field(None, gt=0.0, description="mm")
+    nose_radius: float | None = Field(None, gt=0.0, description="mm")
+    point_angle: float | None = Field(None, gt=0.0, lt=180.0, description="deg")
+    length: float | None = Field(None, gt=0.0, description="mm, of the cutting edges, from the tip")
+    shank_diameter: float | None = Field(None, gt=0.0, description="mm")
+    holder: HolderTable | None = None
+
+
+FIGURES = sorted({name for _, names in shapes.SHAPES.values() for name in names})
+
+
+def load_tool(path: Path) -> Tool:
+    """Read a tool file.
+
+    Raises
+    ------
+    ToolError
+        Missing file, unknown key, a figure that is missing, doesn't belong to the shape or is impossible.
+    """
+    table = read_settings(path, ToolTable, ToolError)
+    make, names = shapes.SHAPES[table.shape]
+    missing = [name for name in names if getattr(table, name) is None]
+    foreign = [n for n in FIGURES if n not in names and getattr(table, n) is not None]
+    if missing or foreign:
+        facts = [f"lacks {', '.join(missing)}"] * bool(missing)
+        facts += [f"has {', '.join(foreign)}, which it doesn't use"] * bool(foreign)
+        raise ToolError(f"shape {table.shape!r} {' and '.join(facts)}; it has {', '.join(names)}", file=path)
+    holder = table.holder
+    try:
+        cutter = make(*(getattr(table, name) for name in names), length=table.length)
+        sections = [] if holder is None else [Section(**s.model_dump()) for s in holder.sections]
+        held = None if holder is None else Holder(holder.stick_out, tuple(sections))
+        return Tool(cutter, table.shank_diameter, held)
+    except ToolError as fault:
+        raise ToolError(fault.message, file=path) from None
