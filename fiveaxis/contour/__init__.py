@@ -2,5 +2,6 @@
 
 from fiveaxis.contour.mesh import load_mesh
 from fiveaxis.contour.planner import plan_contour
+from fiveaxis.contour.touching import find_contacts
 
-__all__ = ["load_mesh", "plan_contour"]
+__all__ = ["find_contacts", "load_mesh", "plan_contour"]

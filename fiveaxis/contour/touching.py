@@ -1,0 +1,229 @@
+"""Where a programmed path touches the part: surface normals for paths that came without."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fiveaxis.contour.distance import TriangleTree
+from fiveaxis.contour.mesh import check_mesh, load_mesh
+from fiveaxis.contour.surface import facet_normals
+from fiveaxis.errors import SettingError, ToolpathError
+from fiveaxis.findings import Finding, Severity
+from fiveaxis.geometry import Array, BoolArray, IntArray, angle_between, perpendicular
+from fiveaxis.toolpath import MoveKind, Toolpath, Zone
+from fiveaxis.toolpath.cutter import ROUNDING
+
+if TYPE_CHECKING:
+    import trimesh
+
+# Places around the tool axis that are tried first, and how often the best of them is then narrowed down.
+RING, ROUNDS, NARROWING = 32, 6, 4
+
+# mm: of the surface nearer than this to a pivot, the facet's own normal says more than the way to it.
+AT_SURFACE = 1e-6
+
+# mm: added to the gap of a zone that doesn't touch at the angle of its own nearest place.
+FOREIGN = 1e6
+
+
+def find_contacts(
+    toolpath: Toolpath, part: str | Path | trimesh.Trimesh, *, tolerance: float = 0.05
+) -> Toolpath:
+    """Find the surface normal at every cut of a programmed path, on the part that it cuts.
+
+    The contact is where the cutter, at its programmed tip and axis, comes nearest to the part. A ball's
+    normal points from there to its centre: at an edge that is the direction in which the ball leans on it,
+    not a mean of the faces. Of any other cutter the place around the axis is searched first. A feed move that
+    ends farther than the tolerance from the surface touches nothing: it becomes a link.
+
+    Parameters
+    ----------
+    toolpath : with tool axes
+    part : mesh file, or mesh, in mm and in the workpiece frame
+    tolerance : mm, largest gap or depth between cutter and part that counts as touching
+
+    Returns
+    -------
+    The path with contacts and normals at its cuts. Its findings tell ``off-surface`` (moves beyond the
+    tolerance, with the worst), ``sunk`` (cuts deeper in the part than the tolerance) and
+    ``no-single-contact`` (cuts on the flat bottom, or with another part of the profile).
+
+    Raises
+    ------
+    MeshError
+        The part can't be read or has no area.
+    SettingError
+        A tolerance that isn't positive.
+    ToolpathError
+        No tool axes; no cut touches the part.
+    """
+    if not (np.isfinite(tolerance) and tolerance > 0.0):
+        raise SettingError(f"surface tolerance is {tolerance:g} mm; it must be a number above 0")
+    if not toolpath.has_axes:
+        raise ToolpathError("has no tool axes, so where it touches isn't known", file=toolpath.name)
+    rows = np.flatnonzero(toolpath.cutting)
+    touch = _touches(toolpath.at(rows), _Surface.of(_mesh(part)))
+    apart = touch.gap > tolerance
+    several = ~apart & ~touch.single
+    sunk = ~apart & (touch.gap < -tolerance)
+    touched = ~apart & touch.single
+    if not touched.any():
+        raise ToolpathError(
+            f"no cut touches the part within {tolerance:g} mm (the nearest is {np.abs(touch.gap).min():.4g} "
+            "mm off it); check zero, unit and tool, or allow more (surface_tolerance)",
+            file=toolpath.name,
+        )
+    normal = np.full_like(toolpath.axis, np.nan)
+    normal[rows[touched]] = touch.normal[touched]
+    kind = toolpath.kind.copy()
+    kind[rows[~touched]] = MoveKind.LINK
+    known = replace(toolpath, kind=kind).touching_at(normal)
+    texts = {
+        "off-surface": (apart, f"feed moves end more than {tolerance:g} mm off the part, up to {{:.4g}} mm; "
+                        "they are taken as links"),
+        "sunk": (sunk, f"cuts reach more than {tolerance:g} mm into the part, up to {{:.4g}} mm; check zero, "
+                 "unit and tool"),
+        "no-single-contact": (several, "cuts touch with more than one point, or with none that the cutter's "
+                              "profile has; they are taken as links"),
+    }  # fmt: skip
+    found = [
+        _finding(toolpath, code, text, rows[bad], np.abs(touch.gap[bad]))
+        for code, (bad, text) in texts.items()
+        if bad.any()
+    ]
+    return replace(known, findings=(*toolpath.findings, *found))
+
+
+def _finding(toolpath: Toolpath, code: str, text: str, rows: IntArray, off: Array) -> Finding:
+    worst = int(rows[np.argmax(off)])
+    message = f"{len(rows)} {text}".format(off.max())
+    return Finding(Severity.WARNING, code, message, toolpath.place(worst), float(off.max()))
+
+
+@dataclass(frozen=True, eq=False)
+class _Surface:
+    """The part: its mesh, the tree of its triangles, and their normals."""
+
+    mesh: trimesh.Trimesh
+    tree: TriangleTree
+    facets: Array
+
+    @classmethod
+    def of(cls, mesh: trimesh.Trimesh) -> _Surface:
+        triangles = np.asarray(mesh.triangles, dtype=float)
+        return cls(mesh, TriangleTree.build(triangles), facet_normals(triangles))
+
+    def nearest(self, points: Array) -> tuple[Array, Array]:
+        """Find normals and signed distances, (n, 3) and (n,) mm, negative inside the part."""
+        foot, triangle, distance = self.tree.nearest(points)
+        way, facet = points - foot, self.facets[triangle]
+        behind = np.flatnonzero(np.einsum("ij,ij->i", way, facet) < 0.0)
+        # Outside a sharp edge one of its two facets also has the point behind it.
+        if self.mesh.is_watertight and len(behind):
+            behind = behind[np.asarray(self.mesh.contains(points[behind]))]
+        signed = distance.copy()
+        signed[behind] *= -1.0
+        far = distance > AT_SURFACE
+        towards = way / np.where(far, signed, 1.0)[:, None]
+        return np.where(far[:, None], towards, facet), signed
+
+
+def _mesh(part: str | Path | trimesh.Trimesh) -> trimesh.Trimesh:
+    if isinstance(part, str | Path):
+        return load_mesh(part, allow_open=True)
+    return check_mesh(part, name="part", allow_open=True)
+
+
+@dataclass(frozen=True, eq=False)
+class _Touch:
+    """Where cutters come nearest to the part.
+
+    Parameters
+    ----------
+    normal : (n, 3), unit vectors
+    gap : (n,), mm, negative where the cutter is inside the part
+    single : (n,), whether the cutter has one contact at the angle of that normal
+    """
+
+    normal: Array
+    gap: Array
+    single: BoolArray
+
+
+def _touches(path: Toolpath, surface: _Surface) -> _Touch:
+    """Try every zone of the profile: of those whose own angles fit, the one that comes nearest touches."""
+    found = [_touch(path, zone, surface) for zone in path.tool.cutter.zones]
+    rank = np.array([np.where(touch.single, touch.gap, touch.gap + FOREIGN) for touch in found])
+    best = rank.argmin(axis=0)[None]
+    return _Touch(
+        np.take_along_axis(np.array([t.normal for t in found]), best[..., None], axis=0)[0],
+        np.take_along_axis(np.array([t.gap for t in found]), best, axis=0)[0],
+        np.take_along_axis(np.array([t.single for t in found]), best, axis=0)[0],
+    )
+
+
+def _touch(path: Toolpath, zone: Zone, surface: _Surface) -> _Touch:
+    tip = path.tips(path.axis)
+    if zone.offset < 0.0:
+        normal, gap = _nearest_on_barrel(tip, path.axis, zone, surface)
+    else:
+        centre = tip + zone.height * path.axis
+        pivot = centre if zone.offset == 0.0 else _nearest_on_ring(centre, path.axis, zone, surface)
+        normal, distance = surface.nearest(pivot)
+        gap = distance - zone.radius
+    angle = angle_between(path.axis, normal)
+    single = (angle >= zone.least - ROUNDING) & (angle <= zone.high + ROUNDING)
+    return _Touch(normal, gap, single)
+
+
+def _nearest_on_ring(centre: Array, axis: Array, zone: Zone, surface: _Surface) -> Array:
+    """Find the place of an arc's centre, on its circle about the tool axis, that is nearest to the part."""
+    rows = np.arange(len(centre))
+    best, step = np.zeros(len(centre)), 2.0 * np.pi / RING
+    offsets = step * np.arange(RING)
+    for _ in range(ROUNDS):
+        angle = best[:, None] + offsets
+        points = centre[:, None] + zone.offset * _around(axis, angle)
+        _, distance = surface.nearest(points.reshape(-1, 3))
+        best = angle[rows, distance.reshape(angle.shape).argmin(axis=1)]
+        offsets = step / NARROWING * np.arange(-NARROWING, NARROWING + 1)
+        step /= NARROWING
+    return centre + zone.offset * _around(axis, best[:, None])[:, 0]
+
+
+def _nearest_on_barrel(tip: Array, axis: Array, zone: Zone, surface: _Surface) -> tuple[Array, Array]:
+    """Find normals and gaps of an arc whose centre lies beyond the axis: over its height and around the axis.
+
+    The nearest place to the arc's centre says nothing here: most of its circle isn't part of the cutter.
+    """
+    rows = np.arange(len(tip))
+    turn, step = np.zeros(len(tip)), 2.0 * np.pi / RING
+    lean, rise = np.full(len(tip), (zone.low + zone.high) / 2.0), (zone.high - zone.low) / NARROWING
+    turns = np.repeat(step * np.arange(RING), 2 * NARROWING + 1)
+    leans = np.tile(rise / 2.0 * np.arange(-NARROWING, NARROWING + 1), RING)
+    for _ in range(ROUNDS):
+        angle = turn[:, None] + turns
+        phi = np.clip(lean[:, None] + leans, zone.low, zone.high)
+        radius = zone.offset + zone.radius * np.sin(phi)
+        height = zone.height - zone.radius * np.cos(phi)
+        points = tip[:, None] + height[..., None] * axis[:, None] + radius[..., None] * _around(axis, angle)
+        _, distance = surface.nearest(points.reshape(-1, 3))
+        least = distance.reshape(angle.shape).argmin(axis=1)
+        turn, lean = angle[rows, least], phi[rows, least]
+        around, along = np.meshgrid(*2 * [np.arange(-NARROWING, NARROWING + 1) / NARROWING])
+        turns, leans = step * around.ravel(), rise * along.ravel()
+        step, rise = step / NARROWING, rise / NARROWING
+    touched = _around(axis, turn[:, None])[:, 0]
+    own = np.cos(lean)[:, None] * axis - np.sin(lean)[:, None] * touched
+    return own, distance.reshape(len(tip), -1)[rows, least]
+
+
+def _around(axis: Array, angle: Array) -> Array:
+    """Give directions across tool axes, (n, 3), at angles about them, (n, m) rad; (n, m, 3)."""
+    u = perpendicular(axis)
+    v = np.cross(axis, u)
+    return np.cos(angle)[..., None] * u[:, None] + np.sin(angle)[..., None] * v[:, None]

@@ -1,0 +1,110 @@
+"""Normals of programmed paths from the part that they cut."""
+
+import numpy as np
+import pytest
+import trimesh
+
+from fiveaxis.contour import find_contacts
+from fiveaxis.errors import MeshError, SettingError, ToolpathError
+from fiveaxis.geometry import normalise
+from fiveaxis.toolpath import Tool, Toolpath, parse_tool
+
+SPHERE = trimesh.creation.icosphere(subdivisions=5, radius=20.0)
+BOX = trimesh.creation.box((40.0, 40.0, 20.0))
+
+
+def on_sphere(tool, n=60, lean=0.6, seed=0):
+    """Tips of a tool that touches a sphere of radius 20 at random places, leaning by an angle."""
+    rng = np.random.default_rng(seed)
+    normal = normalise(rng.normal(size=(n, 3)))
+    side = normalise(np.cross(normal, rng.normal(size=(n, 3))))
+    axis = np.cos(lean) * normal + np.sin(lean) * side
+    tip = tool.cutter.tips(20.0 * normal, normal, axis)
+    return Toolpath.from_tips(tip, axis, tool), normal
+
+
+@pytest.mark.parametrize(
+    ("text", "lean"),
+    [("ball:6", 0.6), ("bull:6:1", 0.6), ("flat:6", 0.6), ("taper:4:5:10", 0.6), ("barrel:16:85:3", 1.4)],
+)
+def test_normals_of_a_sphere_point_from_its_centre(text, lean):
+    path, normal = on_sphere(parse_tool(text), lean=lean)
+    found = find_contacts(path, SPHERE, tolerance=0.02)
+    assert not found.findings
+    # An icosphere of 20 480 facets: their normals are up to 0.02 rad off, and a small ball's less.
+    assert np.linalg.norm(found.normal - normal, axis=1).max() < 0.03
+    assert np.abs(np.linalg.norm(found.contact, axis=1) - 20.0).max() < 0.02
+    np.testing.assert_allclose(found.tips(found.axis), path.tips(path.axis), atol=1e-9)
+
+
+def test_an_edge_gives_the_way_to_the_balls_centre_and_no_mean_normal():
+    tool = Tool.ball(10)
+    lean = normalise(np.array([[0.9, 0.0, 0.1], [0.1, 0.0, 0.9]]))
+    centre = np.array([20.0, 0.0, 10.0]) + 5.0 * lean
+    path = Toolpath.from_tips(centre - 5.0 * lean, lean, tool)
+    np.testing.assert_allclose(find_contacts(path, BOX).normal, lean, atol=1e-12)
+
+
+def test_a_thin_edge_is_seen_from_outside():
+    wedge = trimesh.Trimesh(
+        [[0, -1, -9], [0, 1, -9], [0, 0, 0], [9, -1, -9], [9, 1, -9], [9, 0, 0]],
+        [[0, 2, 1], [3, 4, 5], [0, 3, 5], [0, 5, 2], [1, 2, 5], [1, 5, 4], [0, 1, 4], [0, 4, 3]],
+    )
+    assert wedge.is_watertight
+    path = Toolpath.from_tips([[4.0, 0.0, 0.0]], [[0.0, 0.0, 1.0]], Tool.ball(4))
+    np.testing.assert_allclose(find_contacts(path, wedge).normal, [[0.0, 0.0, 1.0]], atol=1e-12)
+
+
+def test_moves_off_the_part_become_links_and_are_told():
+    path, _ = on_sphere(Tool.ball(6), n=10)
+    lifted = Toolpath.from_tips(
+        path.tips(path.axis) + np.where(np.arange(10)[:, None] == 3, 2.0 * path.axis, 0.0),
+        path.axis,
+        path.tool,
+        source=100 + np.arange(10),
+        name="p.ngc",
+    )
+    found = find_contacts(lifted, SPHERE)
+    assert found.cutting.tolist() == [i != 3 for i in range(10)]
+    (finding,) = found.findings
+    assert finding.code == "off-surface"
+    assert finding.place.line == 103
+    assert str(finding).startswith("p.ngc:103, location 3: 1 feed moves end more than 0.05 mm off the part")
+
+
+def test_cuts_deep_in_the_part_are_told_with_their_depth():
+    path, _ = on_sphere(Tool.ball(6), n=10)
+    deeper = Toolpath.from_tips(0.98 * path.tips(path.axis), path.axis, path.tool)
+    (finding,) = find_contacts(deeper, SPHERE).findings
+    assert finding.code == "sunk"
+    assert 0.3 < finding.value < 0.5
+    # Also where the ball's centre is in the part, and the nearest surface on its other side.
+    buried = Toolpath.from_tips([[0.0, 0.0, 5.0], [0.0, 0.0, 10.0]], [[0.0, 0.0, 1.0]] * 2, Tool.ball(2))
+    (finding,) = find_contacts(buried, BOX).findings
+    assert finding.value == pytest.approx(5.0)
+
+
+def test_a_tool_on_its_flat_bottom_is_told_and_not_guessed():
+    tips, axes = [[0.0, 0.0, 10.0], [25.0, 0.0, 0.0]], [[0.0, 0.0, 1.0]] * 2
+    found = find_contacts(Toolpath.from_tips(tips, axes, Tool.flat(10)), BOX)
+    assert [f.code for f in found.findings] == ["no-single-contact"]
+    assert found.cutting.tolist() == [False, True]
+    np.testing.assert_allclose(found.normal[1], [1.0, 0.0, 0.0], atol=1e-9)
+
+
+def test_a_path_of_another_part_is_refused():
+    path, _ = on_sphere(Tool.ball(6))
+    far = Toolpath.from_tips(path.tips(path.axis) + 100.0, path.axis, path.tool)
+    with pytest.raises(ToolpathError, match=r"no cut touches the part within 0\.05 mm"):
+        find_contacts(far, SPHERE)
+
+
+def test_a_tolerance_that_isnt_positive_and_a_missing_part_are_refused():
+    path, _ = on_sphere(Tool.ball(6))
+    with pytest.raises(SettingError, match="surface tolerance is 0 mm"):
+        find_contacts(path, SPHERE, tolerance=0.0)
+    with pytest.raises(MeshError, match="no such file"):
+        find_contacts(path, "missing.stl")
+    blind = Toolpath.from_contacts([[0.0, 0, 0]], [[0.0, 0, 1]], Tool.ball(6))
+    with pytest.raises(ToolpathError, match="no tool axes"):
+        find_contacts(blind, SPHERE)
