@@ -1,0 +1,100 @@
+"""The vocabulary of Sinumerik 840D as tables: what a word is in ISO, what has no effect, what is refused.
+
+After the *NC Programming Manual* of SINUMERIK 840D sl (Siemens 6FC5398-2BP40-3BA1), tables of G commands and
+statements. A word that is in no table is refused: it may be a subprogram or a cycle of the machine's builder.
+"""
+
+from __future__ import annotations
+
+import re
+
+# G commands that mean the same in ISO 6983, or are one word there.
+SAME_IN_ISO = {
+    **{n: f"G{n}" for n in (0, 1, 2, 3, 4, 17, 18, 19, 40, 41, 42, 54, 55, 56, 57, 90, 91, 93, 94, 95)},
+    **dict.fromkeys((70, 700), "G20"),
+    **dict.fromkeys((71, 710), "G21"),
+    97: "G95",
+    971: "G94",
+}
+
+# G53, G153 and SUPA suppress all frames for one block: machine coordinates.
+MACHINE_COORDINATES = (53, 153)
+
+# G commands without effect on where the tool goes: corners, exact stop, approach for a radius that is off.
+IGNORED_G = frozenset(
+    (9, 60, 62, 64, 290, 601, 602, 603, 621, 641, 642, 643, 644, 645, 646, 140, 141, 142, 143)
+) | frozenset((340, 341, 450, 451, 460, 461, 462))
+
+REFUSED_G = {
+    **dict.fromkeys((33, 34, 35, 63, 331, 332), "cuts a thread, whose feed isn't read"),
+    **dict.fromkeys((58, 59), "shifts the coordinates; write TRANS or ATRANS"),
+    **dict.fromkeys((110, 111, 112), "sets a pole; polar coordinates aren't read"),
+    **dict.fromkeys((96, 961, 962, 973), "makes the spindle's speed depend on X, which isn't read"),
+    **dict.fromkeys((147, 148, 247, 248, 347, 348), "is a soft approach, whose moves the control makes"),
+    291: "switches to ISO words; post the program in one language",
+}
+
+_IGNORED = """
+ORIWKS ORIMKS ORIAXES ORIVECT ORIPLANE ORIEULER ORIRPY ORIRPY2 ORIVIRT1 ORIVIRT2 ORISON ORISOF ORIS ORIC
+ORID ORICONTO ORIPATH ORIPATHS COMPON COMPOF COMPCAD COMPCURV COMPSURF COMPPATH UPATH SPATH CPRECON
+CPRECOF SOFT BRISK DRIVE SOFTA BRISKA DRIVEA JERKLIM JERKLIMA VELOLIM VELOLIMA ACCLIMA FFWON FFWOF
+DYNNORM DYNPOS DYNROUGH DYNSEMIFIN DYNFINISH DYNPREC FNORM FLIN FCUB FPO CFC CFTCP CFIN FGROUP FGREF
+FENDNORM FTOCON FTOCOF CDON CDOF CDOF2 CUT2D CUT2DF CUT2DD CUT2DFD CUT3DC CUT3DF CUT3DFF CUT3DFS CUT3DCC
+CUT3DCCD CUT3DCD CUTCONOF CUTMOD NORM KONT KONTC KONTT STOPRE MSG DISPLAY GROUP_BEGIN GROUP_END
+GROUP_ADDEND WORKPIECE SETMS SPCON SPCOF SPOS SPOSA WAITS WALIMON WALIMOF STARTFIFO STOPFIFO STOPFIFOALL
+FIFOCTRL SBLON SBLOF DISPLOF DISPLON ACTBLOCNO SAVE PROC EXTERN DIAMOF DIAMCYCOF TCARR TCOABS TCOFR
+TOROTOF PAROTOF TOFRAMEOF TLIFT SD TMON TMOF CYCLE832 COLLPAIR GETD RELEASE GET WAITMC CLEARM SETM
+LIFTFAST TOFFOF TOFFON ROTSOF GFRAME0 GWPSON GWPSOF
+"""
+_SETTINGS = """
+ADIS ADISPOS CTOL OTOL ATOL OVR OVRRAP OVRA ACC FL FA FGREF LIMS SPOS SPOSA DL SPI VC FPR SCC
+"""
+
+# Words and functions without effect on where the tool goes; brackets after them, if any, belong to them.
+IGNORED = frozenset(_IGNORED.split())
+
+# Names before ``=`` of the same kind, with an index or without.
+IGNORED_SETTINGS = frozenset(_SETTINGS.split())
+
+_CYCLE = "is a cycle, which isn't expanded; let the CAM system write its moves"
+_JUMP = "jumps, repeats or calls, which isn't run; post one program with all moves in plain words"
+_TURN = "turns the coordinates in a way that isn't read; write ROT, AROT or CYCLE800"
+_KINEMATICS = "is a transformation that isn't read; TRAORI is"
+_POLAR = "is a polar coordinate or an angle, which isn't read; write X, Y and Z"
+_EXTRA = "adds a chamfer or a rounding, which isn't read; let the CAM system write its moves"
+_CURVE = "is a curve that isn't read; let the CAM system write G1, G2 and G3"
+_SIDE = "moves axes beside the path, which isn't read; write G0 or G1"
+_ANGLES = "gives the tool's direction by angles whose meaning the machine's data decide; write A3, B3, C3"
+
+# The first pattern that fits a whole name gives the reason.
+REFUSED: tuple[tuple[re.Pattern[str], str], ...] = tuple(
+    (re.compile(pattern), reason)
+    for pattern, reason in (
+        (r"CYCLE[0-9]+|POCKET[0-9]*|SLOT[0-9]|HOLES[0-9]|LONGHOLE", _CYCLE),
+        (r"IF|ELSE|ENDIF|GOTO[BFCS]?|WHILE|ENDWHILE|FOR|ENDFOR|LOOP|ENDLOOP|REPEATB?|UNTIL|CASE", _JUMP),
+        (r"P?CALL|EXTCALL|ISOCALL|SPRINT|INIT|START|REPOS[A-Z]*", _JUMP),
+        (r"A?ROTS|CROTS?|TO(ROT|FRAME)[XYZ]?|PAROT", _TURN),
+        (r"A?SCALE|A?MIRROR", "scales or mirrors the coordinates, which isn't read; post without it"),
+        (r"TRANSMIT|TRACYL|TRAANG|TRACON|TRAFOON|TRAORI_.*", _KINEMATICS),
+        (r"AP|RP|ANG[12]?|AR", _POLAR),
+        (r"CHF|CHR|RNDM?", _EXTRA),
+        (r"[ABC]SPLINE|POLY|CIP|CT|INVCW|INVCCW|PO|PL|[IJK]1", _CURVE),
+        (r"POSA?|POSP|FXS|MEAS?|MEAW|MOV|OSCILL|PUNCH.*", _SIDE),
+        (r"[ABC][267]|THETA|LEAD|TILT|PSI|NUT|ORIRESET|ORICON[A-Z]*|ORICURVE|[XYZ]H", _ANGLES),
+        (r"OFFN|TOFFL|TOFFR|TOFF", "shifts the tool beside its path, which isn't read; post without it"),
+        (r"FB|FZ|FRC|FRCM|FD", "is a feed of one block or one tooth, which isn't read; write F"),
+        (r"DIAMON|DIAM90", "makes X a diameter, as lathes count; post for a mill"),
+        (r"\$.*", "is a variable of the control itself, whose effect isn't known here; take it out"),
+    )
+)
+
+
+def refusal(name: str) -> str:
+    """Say why a name isn't read."""
+    for pattern, reason in REFUSED:
+        if pattern.fullmatch(name):
+            return f"{name} {reason}"
+    return (
+        f"{name} isn't a word that is read, and may be a subprogram or an axis; post one program with all "
+        "moves in plain words"
+    )
