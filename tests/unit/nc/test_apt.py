@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import gzip
-import time
 
 import numpy as np
 import pytest
 
 from fiveaxis.errors import ToolpathError
+from fiveaxis.findings import Severity
 from fiveaxis.nc import read_toolpath
 from fiveaxis.toolpath import MoveKind, Tool
 
@@ -91,6 +91,7 @@ def test_a_feed_that_the_caller_gives_replaces_all(read):
         ("FEDRAT/10", 254),
         ("FEDRAT/10,PERMIN", 254),
         ("SPINDL/12000,RPM,CLW\nFEDRAT/0.01,MMPR", 120),
+        ("SPINDL/RPM,-12000,CCLW,RANGE,2\nFEDRAT/0.01,MMPR", 120),
         ("SPINDL/RPM,500\nSPINDL/ON\nFEDRAT/IPR,.002", 25.4),
     ],
 )
@@ -119,8 +120,7 @@ def test_unused_words_are_counted(read):
         "FINI\n"
     )
     assert path.ignored == {
-        "COOLNT": 2, "CYCLE": 1, "FINI": 1, "MSYS": 1, "PARTNO": 1, "PPRINT": 2, "SPINDL": 1, "TLDATA": 1,
-        "TOOL PATH": 1,
+        "COOLNT": 2, "FINI": 1, "MSYS": 1, "PARTNO": 1, "PPRINT": 2, "SPINDL": 1, "TOOL PATH": 1,
     }  # fmt: skip
 
 
@@ -144,11 +144,18 @@ def test_unused_words_are_counted(read):
         ("GOTO/1,2,3,0,0,inf\n", 1, "k = inf isn't a finite number"),
         ("GOTO/1,2,3\nGOTO/1,$\n\n", 2, "the file ends inside the statement 'GOTO/1,'"),
         ("P1) GOTO/1,2,3\n", 1, "isn't understood; write GOTO/x,y,z"),
-        ("GOTO/1,2,3\nCIRCLE/1,2,3,0,0,1\n", 2, "'CIRCLE/1,2,3,0,0,1' is an arc or a curve"),
-        ("INDIRV/1,0,0\n", 1, "is an arc or a curve"),
-        ("TLON,GOFWD/ (CIRCLE/1,2,3,4)\n", 1, "is an arc or a curve"),
-        ("CYCLE/DRILL,5,MMPM\n", 1, "is a cycle, which isn't expanded"),
-        ("GODLTA/0,0,5\n", 1, "moves by increments"),
+        ("TLLFT,GOFWD/ (CIRCLE/1,2,3,4)\n", 1, "is a curve that isn't read"),
+        ("NURBS/\n", 1, "is a curve that isn't read"),
+        ("GODLTA/0,0,5\n", 1, "'GODLTA/0,0,5' has no location before it"),
+        ("GOTO/1,2,3\nGODLTA/0,5\n", 2, "has 2 numbers; it needs 1, 3 or 6"),
+        ("GOTO/1,2,3\nGOMILL/5\n", 2, "isn't understood"),
+        ("GOTO/1,2,3\n 4,5,6\n", 2, "'4,5,6' has no word; continue a statement with [$]"),
+        ("ROTABL/90,CLW\n", 1, "turns or moves what coordinates count from"),
+        ("SET/MODE,INCR\n", 1, "turns or moves what coordinates count from"),
+        ("RETRCT\n", 1, "moves the tool to a height that isn't stated"),
+        ("CALSUB/1\n", 1, "repeats or moves other statements"),
+        ("TLAXIS/NORMPS\n", 1, "isn't a number"),
+        ("TLAXIS/0,1\n", 1, "needs a tool vector of 3 numbers"),
         ("COPY/1,TRANSL,1,0,0,3\n", 1, "repeats or moves other statements"),
         ("FEDRAT/0\n", 1, "feed = 0 mm/min; it must be a number above 0"),
         ("FEDRAT/-5,MMPM\n", 1, "feed = -5 mm/min"),
@@ -159,6 +166,7 @@ def test_unused_words_are_counted(read):
         ("FEDRAT/1,INVERS\n", 1, "'INVERS' isn't known; known: MMPM"),
         ("SPINDL/OFF\nFEDRAT/0.1,MMPR\n", 2, "counts per revolution, and no SPINDL before it gives rev/min"),
         ("SPINDL/100,SFM\nFEDRAT/0.1,MMPR\n", 2, "counts per revolution"),
+        ("SPINDL/RPM,100,200,CLW\nFEDRAT/0.1,MMPR\n", 2, "counts per revolution"),
         ("UNITS/FEET\n", 1, "UNITS/FEET isn't known"),
         ("UNITS\n", 1, "isn't known"),
         ("GOTO/1,2,3\nUNITS/INCHES\n", 2, "mixed units: inch here, and mm from line 1 on"),
@@ -211,14 +219,78 @@ def _plain_lines(path):
     return (gzip.decompress(data) if path.suffix == ".gz" else data).decode("ascii").splitlines()
 
 
-def test_a_file_with_arcs_is_refused_at_its_first_arc(data):
-    with pytest.raises(ToolpathError, match=r"solidworks_boss_3axis\.apt:37: 'CIRCLE/95\.,44\.249705,-3"):
-        read_toolpath(data / "toolpaths" / "solidworks_boss_3axis.apt", tool=BALL)
+def test_a_solidworks_file_is_read_completely(data):
+    # Counted with grep: 9 814 GOTO, of which 775 come after RAPID and 1 026 after CIRCLE; 8 CSYS, 162 CUTCOM.
+    name = data / "toolpaths" / "solidworks_boss_3axis.apt"
+    path = read_toolpath(name)
+    lines = _plain_lines(name)
+    gotos = [n for n, line in enumerate(lines, start=1) if line.startswith("GOTO")]
+    assert len(gotos) == 9814
+    assert sorted(set(path.source.tolist())) == gotos, "every GOTO is a row, and nothing else is"
+    last = np.append(path.source[1:] != path.source[:-1], True)
+    own = [[float(f) for f in lines[n - 1][5:].split(",")[:3]] for n in gotos]
+    np.testing.assert_allclose(tips(path)[last], own, atol=1e-9)
+    assert int((path.kind == RAPID).sum()) == 775
+    arcs = [n for n in gotos if lines[n - 2].startswith("CIRCLE")]
+    assert len(arcs) == 1026
+    assert set(path.source[~last].tolist()) <= set(arcs), "only arcs have points in between"
+    assert str(path.tool) == "flat:6"
+    assert path.ignored["CSYS"] == 8
+    assert path.ignored["CUTCOM"] == 162
+    assert path.axis[-1].tolist() == [1, 0, 0]
 
 
-def test_a_hundred_thousand_locations_are_read_in_a_second(read):
-    text = "".join(f"GOTO/{i}.1234,222.5552,-111.5714,0.0,0.0,1.0\n" for i in range(100_000))
-    start = time.perf_counter()
-    assert len(read(text)) == 100_000
-    # 0.5 s measured; the bound leaves room for a busy machine.
-    assert time.perf_counter() - start < 3.0
+def test_the_negative_control_says_that_it_has_no_simultaneous_motion(data):
+    path = read_toolpath(data / "toolpaths" / "solidworks_boss_3axis.apt")
+    (finding,) = [f for f in path.findings if f.code == "no-simultaneous-path"]
+    assert finding.severity is Severity.NOTE
+    assert finding.value == 2
+    assert "3+2 path" in finding.message
+    for name in ("nx_ust_a.cls", "nx_ust_a2.cls.gz"):
+        others = read_toolpath(data / "toolpaths" / name).findings
+        assert "no-simultaneous-path" not in [f.code for f in others]
+
+
+def codes(path):
+    return sorted(f.code for f in path.findings)
+
+
+def test_increments_start_at_the_last_location(read):
+    path = read("GOTO/1,2,3,0,1,0\nGODLTA/1,1,1\nRAPID\nGODLTA/5\nGODLTA/0,0,1,1,0,0\n")
+    np.testing.assert_allclose(tips(path), [[1, 2, 3], [2, 3, 4], [2, 8, 4], [2, 8, 5]])
+    assert path.kind.tolist() == [CUT, CUT, RAPID, CUT]
+    assert path.axis[-1].tolist() == [1, 0, 0]
+
+
+def test_a_home_position_is_a_rapid_move(read):
+    path = read("GOTO/1,2,3\nGOHOME/1,2,50\nGOHOME\n")
+    np.testing.assert_allclose(tips(path), [[1, 2, 3], [1, 2, 50]])
+    assert path.kind.tolist() == [CUT, RAPID]
+    assert path.ignored == {"GOHOME": 1}
+
+
+def test_tlaxis_is_the_vector_of_what_is_not_multiaxis(read):
+    path = read("TLAXIS/0,1,0\nGOTO/1,2,3\nMULTAX\nGOTO/1,2,3,1,0,0\nGOTO/1,2,4\nMULTAX/OFF\nGOTO/1,2,5\n")
+    np.testing.assert_array_equal(path.axis, [[0, 1, 0], [1, 0, 0], [1, 0, 0], [0, 1, 0]])
+
+
+def test_exponents_are_read(read):
+    np.testing.assert_allclose(tips(read("GOTO/1.5E-3,-2e+2,3.E0\n")), [[0.0015, -200, 3]])
+
+
+def test_what_is_assumed_is_a_finding(read):
+    path = read("GOTO/1,2,3\nGOTO/1,2,4\nFEDRAT/100,MMPM\nGOTO/1,2,5,1,0,0\nGOTO/1,2,6,0,1,0\n")
+    assert codes(path) == ["axis-assumed", "feed-assumed", "unit-assumed"]
+    by_code = {f.code: f for f in path.findings}
+    assert by_code["feed-assumed"].message.startswith("2 cuts have no FEDRAT before them; 100 mm/min")
+    assert by_code["feed-assumed"].place.line == 1
+    assert by_code["axis-assumed"].message.startswith("2 locations come before the first tool vector")
+    stated = read("UNITS/MM\nFEDRAT/100,MMPM\nGOTO/1,2,5,1,0,0\nGOTO/1,2,6,0,1,0\n")
+    assert codes(stated) == []
+
+
+def test_cutter_compensation_is_remarked_on_once(read):
+    path = read("GOTO/1,2,3,0,0,1\nCUTCOM/LEFT\nGOTO/1,2,4,0,1,0\nCUTCOM/OFF\nCUTCOM/RIGHT\n")
+    assert codes(path).count("cutter-compensation") == 1
+    assert path.ignored["CUTCOM"] == 3
+    assert "cutter-compensation" not in codes(read("CUTCOM/OFF\nGOTO/1,2,3\n"))

@@ -1,0 +1,61 @@
+"""Words of APT that move the tool, or what it counts from, in a way that isn't read: they are refused."""
+
+from __future__ import annotations
+
+from fiveaxis.nc.apt_statements import CREO, Statement
+from fiveaxis.nc.source import Source
+
+_CURVE = "is a curve that isn't read, and a chord would be wrong; let the CAM system write GOTO points"
+_COPY = "repeats or moves other statements, which isn't expanded; let the CAM system write GOTO points"
+_TABLE = "turns or moves what coordinates count from, which isn't read; let the CAM system write tool vectors"
+_PLANE = "moves the tool to a height that isn't stated; let the CAM system write GOTO points"
+
+REFUSED = {
+    **dict.fromkeys(("ARC", "HELIX", "HELICAL"), _CURVE),
+    **dict.fromkeys(
+        ("GOFWD", "GOBACK", "GOLFT", "GORGT", "GOUP", "GODOWN", "TLON", "TLLFT", "TLRGT"), _CURVE
+    ),
+    **dict.fromkeys(
+        ("NURBS", "SPLINE", "BSPLIN", "BSPLINE", "POLYNOMIAL", "POCKET", "SCURV", "THREAD"), _CURVE
+    ),
+    **dict.fromkeys(
+        ("COPY", "TRACUT", "CALL", "CALSUB", "DEFSUB", "MACRO", "LOOPST", "INDEX", "MIRROR"), _COPY
+    ),
+    **dict.fromkeys(("ROTATE", "ROTABL", "ROTHED", "SET", "HEAD"), _TABLE),
+    **dict.fromkeys(("RETRCT", "GOCLER", "PROBE"), _PLANE),
+}
+
+# SET/HOLDER and others of its kind only name things; SET/MODE,INCR changes all that follows.
+_SETTING_MODE = "MODE"
+
+
+def require_harmless(statement: Statement, source: Source) -> None:
+    """Refuse a statement without an action if leaving it out would lose or change a move.
+
+    Raises
+    ------
+    ToolpathError
+        With the reason, and what to do.
+    """
+    word = statement.word
+    if word.startswith(CREO):
+        return
+    if word[:1] in set("0123456789+-."):
+        raise statement.error(
+            source, "has no word; continue a statement with $ at the end of the line before"
+        )
+    for part in word.split(","):
+        reason = REFUSED.get(part)
+        if reason is not None and not _is_usual(part, statement):
+            raise statement.error(source, reason)
+    if "GOTO" in word or word.startswith(("GO", "MOVE", "MOVARC")) or "CIRCLE" in word:
+        raise statement.error(source, "isn't understood; write GOTO/x,y,z or GOTO/x,y,z,i,j,k")
+
+
+def _is_usual(word: str, statement: Statement) -> bool:
+    """Tell whether a word that may change moves only confirms what holds anyway."""
+    minors = statement.minors
+    if word == "SET":
+        return minors[:1] != [_SETTING_MODE] or minors[1:] == ["ABSOL"]
+    # Turned back to zero, or off: as most heads of programs have it.
+    return word == "HEAD" or minors in (["OFF"], ["NOMORE"])
