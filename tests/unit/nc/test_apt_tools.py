@@ -1,0 +1,113 @@
+"""Tools that APT files state."""
+
+from __future__ import annotations
+
+import pytest
+
+from fiveaxis.errors import ToolError
+from fiveaxis.findings import Severity
+from fiveaxis.nc import read_toolpath
+from fiveaxis.toolpath import Tool
+
+
+@pytest.fixture
+def read(tmp_path):
+    def read_text(text, **options):
+        path = tmp_path / "part.apt"
+        path.write_text(text, encoding="utf-8")
+        return read_toolpath(path, **options)
+
+    return read_text
+
+
+def tool_findings(path):
+    return [f for f in path.findings if f.code.startswith("tool-")]
+
+
+@pytest.mark.parametrize(
+    ("statement", "tool"),
+    [
+        ("CUTTER/6.,0,3.,0,0,0,51.", "flat:6"),
+        ("CUTTER/ 10.000000,  5.000000,  0.000000,  5.000000,  0.000000,$\n  0.000000, 50.000000", "ball:10"),
+        ("CUTTER/10,2,3,2,0,0,50", "bull:10:2"),
+        ("CUTTER/10,2,0,0,0,0,50", "bull:10:2"),
+        ("CUTTER/10,5", "ball:10"),
+        ("CUTTER/10", "flat:10"),
+        ("$$-> CUTTER / 10.000000", "flat:10"),
+        ("$$->CUTTER / 10.0, 5.0", "ball:10"),
+        ("TLDATA/MILL,32.0000,5.0000,75.0000,0.0000,0.0000", "bull:32:5"),
+        ("TLDATA/MILL,30.0000,15.0000,75.0000,0.0000,0.0000", "ball:30"),
+        ("TLDATA/MILL,25.0000,0.0000,75.0000,0.0000,0.0000", "flat:25"),
+        ("TLDATA/DRILL,MILL,63.0000,0.0000,239.0000,178.0000,35.0000", "drill:63:178"),
+        ("TLDATA/MILL,30.0000,0.0000,30.0000,0.0000,45.0000", "drill:30:90"),
+        ("UNITS/INCHES\nCUTTER/1,.5,0,.5,0,0,4", "ball:25.4"),
+    ],
+)
+def test_the_file_brings_its_tool(read, statement, tool):
+    path = read(f"{statement}\nGOTO/1,2,3\n")
+    assert str(path.tool) == tool
+    assert tool_findings(path) == []
+
+
+def test_the_last_tool_before_the_first_location_counts(read):
+    path = read("CUTTER/20\nCUTTER/10,5\nLOADTL/1\nGOTO/1,2,3\nCUTTER/10,5\nLOADTL/1\nGOTO/1,2,4\n")
+    assert str(path.tool) == "ball:10"
+    assert tool_findings(path) == []
+
+
+def test_the_callers_tool_wins_and_the_difference_is_said(read):
+    path = read("LOADTL/1\nCUTTER/10,2\nGOTO/1,2,3\n", tool=Tool.ball(8))
+    assert str(path.tool) == "ball:8"
+    (finding,) = tool_findings(path)
+    assert finding.code == "tool-differs"
+    assert finding.severity is Severity.WARNING
+    assert "bull:10:2" in finding.message
+    assert "ball:8" in finding.message
+    assert finding.place.line == 2
+    assert tool_findings(read("CUTTER/8,4,0,4,0,0,60\nGOTO/1,2,3\n", tool=Tool.ball(8))) == []
+
+
+@pytest.mark.parametrize(
+    ("change", "line"),
+    [
+        ("CUTTER/20,5", 4),
+        ("LOADTL/2,1", 4),
+        ("LOAD/TOOL,2,ADJUST,2", 4),
+        ("LOAD/TOOL,2\nCUTTER/20,5", 5),
+        ("CUTTER/20,5\nLOAD/TOOL,2", 4),
+        ("TLDATA/BARREL,MILL,10,2", 4),
+    ],
+)
+def test_another_tool_in_mid_file_is_a_warning(read, change, line):
+    path = read(f"CUTTER/10,5\nLOADTL/1\nGOTO/1,2,3\n{change}\nGOTO/1,2,4\n")
+    found = tool_findings(path)
+    assert [f.code for f in found] == ["tool-change"] * len(found)
+    assert found[-1].place.line == line
+    assert str(path.tool) == "ball:10"
+    assert "all of the path is read with the one of line 1" in found[0].message
+
+
+@pytest.mark.parametrize(
+    ("statement", "fault"),
+    [
+        ("PARTNO/1", "the file states no tool; say which with tool"),
+        ("CUTTER/10,2,9,2,0,0,50", "'CUTTER/10,2,9,2,0,0,50': .* no cutter of these figures is offered"),
+        ("CUTTER/0", "'CUTTER/0': .*must be a number above 0"),
+        ("CUTTER/10,2,3", "'CUTTER/10,2,3' isn't a cutter that is understood"),
+        ("CUTTER/D10", "'CUTTER/D10' isn't a cutter that is understood"),
+        ("CUTTER/nan", "isn't a cutter that is understood"),
+        ("TLDATA/TCUTTER,MILL,32,5", "isn't a cutter that is understood"),
+        ("TLDATA/MILL,32,5,75,0,0,1,2", "isn't a cutter that is understood"),
+        ("TLDATA/DRILL,MILL,10,1,80,118,35", "isn't a cutter that is understood"),
+        ("TLDATA/MILL,10,2,40,5,0", "no cutter of these figures is offered"),
+    ],
+)
+def test_a_tool_that_is_not_understood_must_come_from_the_caller(read, statement, fault):
+    text = f"{statement}\nGOTO/1,2,3\n"
+    with pytest.raises(ToolError, match=fault) as caught:
+        read(text)
+    assert caught.value.file.endswith("part.apt")
+    path = read(text, tool=Tool.ball(8))
+    assert str(path.tool) == "ball:8"
+    codes = [f.code for f in tool_findings(path)]
+    assert codes == ([] if statement.startswith("PARTNO") else ["tool-unread"])
