@@ -17,7 +17,7 @@ from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from fiveaxis.contour import plan_contour
+    from fiveaxis.contour import find_contacts, plan_contour
     from fiveaxis.energy import Energy, PowerSurface, calibrate_drive, power_surface
     from fiveaxis.errors import FiveAxisError
     from fiveaxis.findings import Finding
@@ -44,6 +44,7 @@ _HOMES = {
     "Tool": "toolpath",
     "Toolpath": "toolpath",
     "calibrate_drive": "energy",
+    "find_contacts": "contour",
     "load_machine": "machine",
     "machine_names": "machine",
     "optimise": "posture",
@@ -69,6 +70,7 @@ __all__ = [
     "Tool",
     "Toolpath",
     "calibrate_drive",
+    "find_contacts",
     "load_machine",
     "machine_names",
     "optimise",

@@ -12,8 +12,8 @@ import typer
 from rich.markup import escape
 from rich.table import Table
 
-from fiveaxis.cli.options import AsJson, Drives, MachineName
-from fiveaxis.cli.terminal import err, errors_explained, out, print_json, required
+from fiveaxis.cli.options import AsJson, Drives, MachineName, ProgramZero, Rapid, Start
+from fiveaxis.cli.terminal import err, errors_explained, out, parse_places, print_json, required
 from fiveaxis.errors import SettingError
 
 if TYPE_CHECKING:
@@ -35,16 +35,12 @@ def energy(
     unit: Annotated[
         Literal["mm", "inch"] | None, typer.Option("--unit", help="of a program that doesn't say")
     ] = None,
-    start: Annotated[
-        str | None, typer.Option("--start", help="where axes stand before: X18,Y74,Z0 in mm and deg")
-    ] = None,
-    program_zero: Annotated[
-        str | None, typer.Option("--program-zero", help="G54 in machine coordinates: X100,Y50,Z-20")
-    ] = None,
+    start: Start = None,
+    program_zero: ProgramZero = None,
     block_delete: Annotated[
         bool, typer.Option("--block-delete", help="skip blocks that begin with /")
     ] = False,
-    rapid: Annotated[float | None, typer.Option("--rapid", help="mm/min, of axes without a speed")] = None,
+    rapid: Rapid = None,
     table: Annotated[Path | None, typer.Option("--csv", help="file for the blocks, one row each")] = None,
     figure: Annotated[
         Path | None, typer.Option("--figure", help="SVG: power over time, energy by axis")
@@ -66,8 +62,8 @@ def energy(
                 used,
                 corners=_corners(corners),
                 unit=unit,
-                start=_places("--start", start),
-                program_zero=_places("--program-zero", program_zero),
+                start=parse_places("--start", start),
+                program_zero=parse_places("--program-zero", program_zero),
                 rapid_mm_min=rapid,
                 block_delete=block_delete,
             )
@@ -107,19 +103,6 @@ def _corners(text: str) -> Any:
         return float(text)
     except ValueError:
         return text
-
-
-def _places(name: str, text: str | None) -> dict[str, float] | None:
-    """Read places of axes, ``X18,Y74,Z0``."""
-    if text is None:
-        return None
-    try:
-        pairs = [(part.strip()[0].upper(), float(part.strip()[1:])) for part in text.split(",")]
-    except (ValueError, IndexError):
-        raise SettingError(f"{name} {text!r} isn't of the form X18,Y74,Z0") from None
-    if len(dict(pairs)) < len(pairs):
-        raise SettingError(f"{name} {text!r} names an axis twice")
-    return dict(pairs)
 
 
 def _csv(found: Sequence[ProgramEnergy]) -> str:

@@ -2,21 +2,51 @@
 
 from __future__ import annotations
 
+import inspect
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any, TypeVar, get_type_hints
 
 import typer
 
-Input = Annotated[Path, typer.Argument(help="mesh (.stl .obj .ply .off), CSV, APT/CLSF, or a job .toml")]
+Verb = TypeVar("Verb", bound=Callable[..., None])
+
+Input = Annotated[
+    Path, typer.Argument(help="mesh (.stl .obj .ply .off), points, APT/CLSF, NC program, or a job .toml")
+]
 MachineName = Annotated[
     str | None, typer.Option("--machine", "-m", help="name (`fiveaxis machines`), .toml or .ini file")
 ]
-ToolName = Annotated[str | None, typer.Option("--tool", help="ball:10 is a ball end mill of 10 mm diameter")]
+ToolName = Annotated[
+    str | None, typer.Option("--tool", help="ball:10, bull:16:4, a .toml file; else what the input says")
+]
 Tilt = Annotated[str | None, typer.Option("--tilt", help="angle to the surface normal, MIN:MAX, deg")]
 Cone = Annotated[float | None, typer.Option("--cone", help="angle to the programmed tool axis, deg")]
 Feed = Annotated[float | None, typer.Option("--feed", help="mm/min, in place of the input's")]
 Unit = Annotated[str | None, typer.Option("--unit", help="mm or inch, for an input that doesn't say")]
-Part = Annotated[Path | None, typer.Option("--part", help="mesh for the gouge check and the preview")]
+Part = Annotated[
+    Path | None, typer.Option("--part", help="mesh: missing normals, gouge check and preview come from it")
+]
+SurfaceTolerance = Annotated[
+    float | None, typer.Option("--surface-tolerance", help="gap to the part that counts as touching, mm")
+]
+WrittenFor = Annotated[
+    str | None, typer.Option("--written-for", help="machine of an NC program, if it isn't --machine")
+]
+Positions = Annotated[
+    str | None, typer.Option("--positions", help="table or machine: where tip positions of a program stay")
+]
+ProgramZero = Annotated[
+    str | None, typer.Option("--program-zero", help="G54 in machine coordinates: X100,Y50,Z-20")
+]
+Start = Annotated[
+    str | None, typer.Option("--start", help="where axes stand before: X18,Y74,Z0 in mm and deg")
+]
+Rapid = Annotated[float | None, typer.Option("--rapid", help="mm/min, of axes without a speed")]
+BlockDelete = Annotated[bool | None, typer.Option("--block-delete", help="skip blocks that begin with /")]
+Columns = Annotated[
+    str | None, typer.Option("--columns", help="of points without header: x,y,z,nx,ny,nz or x,y,z,i,j,k")
+]
 Drives = Annotated[str | None, typer.Option("--drives", help="take the axis powers of this machine")]
 MaxTurn = Annotated[float | None, typer.Option("--max-turn", help="largest turn in a cutting move, deg")]
 UpPenalty = Annotated[float | None, typer.Option("--up-penalty", help="extra price of moving up, J/mm")]
@@ -36,3 +66,66 @@ Overhang = Annotated[bool | None, typer.Option("--overhang/--all-walls", help="w
 Direction = Annotated[str | None, typer.Option("--direction", help="climb or conventional")]
 AllowOpen = Annotated[bool | None, typer.Option("--allow-open", help="accept an open mesh")]
 AsJson = Annotated[bool, typer.Option("--json", help="print one JSON document and nothing else")]
+
+# What several verbs take, by the name of the setting; each is None where nobody says it.
+PLANNING: Mapping[str, Any] = {
+    "tool": ToolName,
+    "feed": Feed,
+    "stepdown": Stepdown,
+    "spacing": Spacing,
+    "overhang": Overhang,
+    "direction": Direction,
+    "allow_open": AllowOpen,
+}
+READING: Mapping[str, Any] = {
+    "unit": Unit,
+    "columns": Columns,
+    "written_for": WrittenFor,
+    "positions": Positions,
+    "program_zero": ProgramZero,
+    "start": Start,
+    "rapid": Rapid,
+    "block_delete": BlockDelete,
+}
+POSTURE: Mapping[str, Any] = {
+    "machine": MachineName,
+    "tilt": Tilt,
+    "cone": Cone,
+    "part": Part,
+    "surface_tolerance": SurfaceTolerance,
+    "drives": Drives,
+    "up_penalty": UpPenalty,
+    "max_turn": MaxTurn,
+    "tool_length": ToolLength,
+    "work_offset": WorkOffset,
+    "part_rotation": PartRotation,
+}
+
+
+def takes(*groups: Mapping[str, Any]) -> Callable[[Verb], Verb]:
+    """Give a verb the options of some groups, behind its arguments and before its own options.
+
+    Typer reads a verb's options from its signature; the verb finds those of the groups in its context.
+
+    Parameters
+    ----------
+    groups : annotated types by name
+    """
+    options = {name: kind for group in groups for name, kind in group.items()}
+
+    def extend(verb: Verb) -> Verb:
+        signature = inspect.signature(verb)
+        kinds = get_type_hints(verb, include_extras=True)
+        every = [p.replace(annotation=kinds[p.name]) for p in signature.parameters.values()]
+        own = [p for p in every if p.kind is not p.VAR_KEYWORD]
+        first = [p for p in own if p.default is p.empty]
+        shared = [
+            inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=None, annotation=kind)
+            for name, kind in options.items()
+        ]
+        last = [p.replace(kind=p.KEYWORD_ONLY) for p in own if p.default is not p.empty]
+        verb.__signature__ = signature.replace(parameters=[*first, *shared, *last])  # type: ignore[attr-defined]
+        verb.__annotations__ |= options
+        return verb
+
+    return extend

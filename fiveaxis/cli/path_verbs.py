@@ -11,39 +11,19 @@ import typer
 from rich.markup import escape
 from rich.table import Table
 
-from fiveaxis.cli.options import (
-    AllowOpen,
-    AsJson,
-    Cone,
-    Control,
-    Direction,
-    Drives,
-    Feed,
-    Input,
-    MachineName,
-    MaxTurn,
-    Overhang,
-    Part,
-    PartRotation,
-    Spacing,
-    Stepdown,
-    Tilt,
-    ToolLength,
-    ToolName,
-    Unit,
-    UpPenalty,
-    WorkOffset,
-)
+from fiveaxis.cli.options import PLANNING, POSTURE, READING, AsJson, Control, Input, takes
 from fiveaxis.cli.terminal import (
     err,
     errors_explained,
     out,
     parse_numbers,
+    parse_places,
     print_json,
     progress_bars,
-    required,
 )
 from fiveaxis.errors import SettingError
+
+PLACES = ("start", "program_zero")
 
 if TYPE_CHECKING:
     from fiveaxis.energy import Budget
@@ -51,18 +31,13 @@ if TYPE_CHECKING:
     from fiveaxis.toolpath import Toolpath
 
 
+@takes(PLANNING)
 def plan(
     context: typer.Context,
     source: Input,
-    tool: ToolName = None,
-    stepdown: Stepdown = None,
-    spacing: Spacing = None,
-    overhang: Overhang = None,
-    direction: Direction = None,
-    feed: Feed = None,
-    allow_open: AllowOpen = None,
     output: Annotated[Path | None, typer.Option("--output", "-o", help="CSV file of the locations")] = None,
     as_json: AsJson = False,
+    **_: Any,
 ) -> None:
     """Plan waterline passes on a mesh."""
     with errors_explained(as_json):
@@ -83,30 +58,14 @@ def plan(
             out.print(f"{name}: {value}")
 
 
+@takes(POSTURE, PLANNING, READING)
 def optimise(
     context: typer.Context,
     source: Input,
-    machine: MachineName = None,
-    tool: ToolName = None,
-    tilt: Tilt = None,
-    cone: Cone = None,
-    feed: Feed = None,
-    unit: Unit = None,
-    part: Part = None,
-    drives: Drives = None,
-    up_penalty: UpPenalty = None,
-    max_turn: MaxTurn = None,
-    tool_length: ToolLength = None,
-    work_offset: WorkOffset = None,
-    part_rotation: PartRotation = None,
     control: Control = None,
-    stepdown: Stepdown = None,
-    spacing: Spacing = None,
-    overhang: Overhang = None,
-    direction: Direction = None,
-    allow_open: AllowOpen = None,
     output: Annotated[Path | None, typer.Option("--output", "-o", help="folder for the results")] = None,
     as_json: AsJson = False,
+    **_: Any,
 ) -> None:
     """Choose the posture of every cutter location, verify it, and write motion, report, preview and NC."""
     with errors_explained(as_json):
@@ -126,28 +85,12 @@ def optimise(
             raise typer.Exit(1)
 
 
+@takes(POSTURE, PLANNING, READING)
 def preview(
     context: typer.Context,
     source: Input,
-    machine: MachineName = None,
-    tool: ToolName = None,
-    tilt: Tilt = None,
-    cone: Cone = None,
-    feed: Feed = None,
-    unit: Unit = None,
-    part: Part = None,
-    drives: Drives = None,
-    up_penalty: UpPenalty = None,
-    max_turn: MaxTurn = None,
-    tool_length: ToolLength = None,
-    work_offset: WorkOffset = None,
-    part_rotation: PartRotation = None,
-    stepdown: Stepdown = None,
-    spacing: Spacing = None,
-    overhang: Overhang = None,
-    direction: Direction = None,
-    allow_open: AllowOpen = None,
     browser: Annotated[bool, typer.Option(help="open the page in a browser")] = True,
+    **_: Any,
 ) -> None:
     """Optimise and show the result live, on this computer only, until Ctrl-C."""
     with errors_explained(False):
@@ -170,12 +113,29 @@ def _job(options: Mapping[str, Any]) -> Job:
         key: tuple(parse_numbers(text, 3, "X,Y,Z")) for key, text in setup.items() if text is not None
     }
     settings["plan"] = {name: value for name, value in options.items() if name in PlanTable.model_fields}
+    settings["program"] = _program(options)
+    if settings.get("columns") is not None:
+        settings["columns"] = tuple(name.strip() for name in settings["columns"].split(","))
     if settings.get("tilt") is not None:
         settings["tilt"] = tuple(parse_numbers(settings["tilt"], 2, "MIN:MAX", ":"))
     source = options["source"]
     if source.suffix.lower() == ".toml":
         return read_job(source, **settings)
-    return make_job(input=source, **settings | {"tool": required(settings["tool"], "tool")})
+    return make_job(input=source, **settings)
+
+
+def _program(options: Mapping[str, Any]) -> dict[str, Any]:
+    """Sort out what says how a program is read."""
+    places = {name: parse_places(f"--{name.replace('_', '-')}", options.get(name)) for name in PLACES}
+    return {
+        "machine": options.get("written_for"),
+        "positions": options.get("positions"),
+        "start": places["start"],
+        "zero": places["program_zero"],
+        "rapid": options.get("rapid"),
+        # A flag that isn't set says nothing: a job file may set it.
+        "block_delete": options.get("block_delete") or None,
+    }
 
 
 def _run(job: Job) -> Outcome:
@@ -199,6 +159,8 @@ def _print_outcome(outcome: Outcome) -> None:
     from fiveaxis.job import RESULT
 
     solution, program = outcome.solution, outcome.program
+    for finding in solution.toolpath.findings:
+        err.print(f"{finding.severity}: {finding}", markup=False)
     savings = solution.savings()
     axes = (f"{c} J" for c in solution.machine.letters)
     table = Table("posture", "J", *axes, "s", "saved", "program J", "saved", box=None)

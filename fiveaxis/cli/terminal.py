@@ -77,6 +77,19 @@ def parse_numbers(text: str, count: int, form: str, separator: str = ",") -> lis
     return values
 
 
+def parse_places(name: str, text: str | None) -> dict[str, float] | None:
+    """Read places of axes, ``X18,Y74,Z0``."""
+    if text is None:
+        return None
+    try:
+        pairs = [(part.strip()[0].upper(), float(part.strip()[1:])) for part in text.split(",")]
+    except (ValueError, IndexError):
+        raise SettingError(f"{name} {text!r} isn't of the form X18,Y74,Z0") from None
+    if len(dict(pairs)) < len(pairs):
+        raise SettingError(f"{name} {text!r} names an axis twice")
+    return dict(pairs)
+
+
 def require_between(name: str, value: float, low: float, high: float, unit: str) -> None:
     """Refuse an option outside its range."""
     if not low <= value <= high:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from pathlib import Path
 from typing import Any, Literal
 
@@ -18,6 +18,8 @@ from fiveaxis.nc.formats import READERS
 from fiveaxis.settings import StrictModel, explain, line_of, read_settings
 from fiveaxis.toolpath import parse_tool, require_range
 
+TOOL_FILE = ".toml"
+
 
 class PlanTable(StrictModel):
     """How passes are laid on a mesh."""
@@ -27,6 +29,23 @@ class PlanTable(StrictModel):
     overhang: bool = Field(False, description="overhanging walls only")
     direction: Literal["climb", "conventional"] = "climb"
     allow_open: bool = Field(False, description="plan on a mesh that isn't watertight")
+
+
+class ProgramTable(StrictModel):
+    """How an NC program is read that is the job's input."""
+
+    machine: str | None = Field(
+        None, min_length=1, description="that it was written for, by name or file; else the job's"
+    )
+    positions: Literal["table", "machine"] = Field(
+        "table", description="whether tip positions turn with the table or stay with the machine"
+    )
+    start: dict[str, float] = Field({}, description="where axes stand before it, by letter, mm and deg")
+    zero: dict[str, float] | None = Field(
+        None, description="its zero (G54) in machine coordinates, by letter, mm and deg"
+    )
+    rapid: float | None = Field(None, gt=0.0, description="mm/min, of axes whose speed isn't known")
+    block_delete: bool = Field(False, description="skip blocks that begin with /")
 
 
 class SetupTable(StrictModel):
@@ -62,14 +81,22 @@ class FactorsTable(StrictModel):
 class Job(StrictModel):
     """What to optimise, for which machine, within which bounds."""
 
-    input: Path = Field(description="mesh, CSV or APT file")
+    input: Path = Field(description="mesh, list of points, APT file or NC program")
     machine: str | None = Field(None, min_length=1, description="name in the library, or a machine file")
-    tool: str = Field(description="ball:10 is a ball end mill of 10 mm diameter")
+    tool: str | None = Field(
+        None, description="ball:10, bull:16:4, a tool file…; by default what the input says"
+    )
     tilt: tuple[float, float] | None = Field(None, description="angle to the surface normal, deg")
     cone: float | None = Field(None, gt=0.0, le=180.0, description="angle to the programmed tool axis, deg")
     feed: float | None = Field(None, gt=0.0, description="mm/min; overrides the feed of the input")
     unit: Literal["mm", "inch"] | None = Field(None, description="of an input that doesn't say")
-    part: Path | None = Field(None, description="mesh of the part, for the gouge check and the preview")
+    columns: tuple[str, ...] | None = Field(None, description="of a list of points without header")
+    part: Path | None = Field(
+        None, description="mesh of the part: for normals that the input lacks, the gouge check, the preview"
+    )
+    surface_tolerance: float = Field(
+        0.05, gt=0.0, description="gap between cutter and part that counts as touching, mm"
+    )
     drives: str | None = Field(None, min_length=1, description="machine whose axis powers are taken instead")
     up_penalty: float = Field(0.0, ge=0.0, description="extra price of moving up against gravity, J/mm")
     max_turn: float = Field(15.0, gt=0.0, description="largest rotary turn in a cutting move, deg")
@@ -82,6 +109,7 @@ class Job(StrictModel):
     process: ProcessTable | None = None
     factors: FactorsTable | None = None
     plan: PlanTable = PlanTable()
+    program: ProgramTable = ProgramTable()
 
     @field_validator("tilt")
     @classmethod
@@ -95,7 +123,9 @@ class Job(StrictModel):
 
     @field_validator("tool", "control")
     @classmethod
-    def _known(cls, name: str, info: ValidationInfo) -> str:
+    def _known(cls, name: str | None, info: ValidationInfo) -> str | None:
+        if name is None or (info.field_name == "tool" and name.lower().endswith(TOOL_FILE)):
+            return name  # a file is read when its folder is known
         try:
             parse_tool(name) if info.field_name == "tool" else find_dialect(name)
         except FiveAxisError as fault:
@@ -121,10 +151,16 @@ def read_job(path: Path, **settings: Any) -> Job:
     places: dict[str, Any] = {"input": path.parent / job.input}
     if job.part is not None:
         places["part"] = path.parent / job.part
+    if job.tool is not None and job.tool.lower().endswith(TOOL_FILE):
+        places["tool"] = str(path.parent / job.tool)
     for name in ("machine", "drives"):
         value = getattr(job, name)
         if value is not None and Path(value).suffix.lower() in MACHINE_READERS:
             places[name] = str(path.parent / value)
+    written_for = job.program.machine
+    if written_for is not None and Path(written_for).suffix.lower() in MACHINE_READERS:
+        beside = {"machine": str(path.parent / written_for)}
+        places["program"] = job.program.model_copy(update=beside)
     own = job.model_copy(update=places)
     _check_names(own, path, replaced=[name for name, value in settings.items() if value is not None])
     return make_job(own, **settings)
@@ -132,7 +168,13 @@ def read_job(path: Path, **settings: Any) -> Job:
 
 def _check_names(job: Job, file: Path, replaced: Collection[str]) -> None:
     """Look for what a job file names, so that a wrong name is reported on its line."""
-    checks = {"input": require_input, "part": require_file, "machine": load_machine, "drives": load_machine}
+    checks: dict[str, Callable[[Any], object]] = {
+        "input": require_input,
+        "part": require_file,
+        "machine": load_machine,
+        "drives": load_machine,
+        "tool": parse_tool,
+    }
     for key, check in checks.items():
         value = getattr(job, key)
         if value is None or key in replaced:
@@ -157,7 +199,7 @@ def make_job(base: Job | None = None, **settings: Any) -> Job:
     given = {name: value for name, value in settings.items() if value is not None}
     # What nobody set stays unset: `load_job_toolpath` refuses settings that would go unused.
     values = {} if base is None else base.model_dump(exclude_unset=True)
-    for name in ("plan", "setup"):
+    for name in ("plan", "program", "setup"):
         table = {key: value for key, value in given.pop(name, {}).items() if value is not None}
         if table:
             values[name] = values.get(name, {}) | table

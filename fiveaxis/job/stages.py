@@ -6,9 +6,9 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
-from fiveaxis.contour import load_mesh, plan_contour
+from fiveaxis.contour import find_contacts, load_mesh, plan_contour
 from fiveaxis.contour.mesh import SUFFIXES as MESH_SUFFIXES
 from fiveaxis.energy import (
     Budget,
@@ -117,8 +117,8 @@ def load_job_machine(job: Job) -> Machine:
     return machine if job.drives is None else machine.with_drives_of(load_machine(job.drives))
 
 
-def load_process(job: Job) -> Process | None:
-    """Make the engagement of a job's cut; None where it doesn't say.
+def load_process(job: Job, tool: Tool) -> Process | None:
+    """Make the engagement of a job's cut with the path's tool; None where it doesn't say.
 
     Raises
     ------
@@ -129,9 +129,12 @@ def load_process(job: Job) -> Process | None:
     if table is None:
         return None
     edge = table.tangential_edge
+    shape: Literal["ball", "flat"] = "ball" if tool.cutter.shape == "ball" else "flat"
+    if tool.cutter.shape != shape:
+        raise JobError(f"process: cutting forces are known for ball and flat ends, and the tool is {tool}")
     try:
         return Process(
-            mill=EndMill("ball", parse_tool(job.tool).diameter, table.teeth, math.radians(table.helix)),
+            mill=EndMill(shape, tool.diameter, table.teeth, math.radians(table.helix)),
             depth=table.depth,
             width=table.width,
             spindle=table.spindle_rpm * 2.0 * math.pi / 60.0,
@@ -172,19 +175,53 @@ def load_job_toolpath(job: Job, progress: Progress | None = None) -> Toolpath:
         No such file, an unknown suffix, or a setting that the input has no use for.
     """
     require_input(job.input)
-    tool = parse_tool(job.tool)
+    tool = None if job.tool is None else parse_tool(job.tool)
     if is_mesh(job.input):
-        if job.unit is not None:
-            raise JobError("unit is for lists of locations; a mesh is in mm (unit)", file=job.input)
         return plan_mesh(job, tool, progress)
     laid = sorted(job.plan.model_fields_set)
     if laid:
         raise JobError(f"{', '.join(laid)} would plan passes on a mesh, and this is none", file=job.input)
-    return read_toolpath(job.input, tool=tool, feed_mm_min=job.feed, unit=job.unit)
+    toolpath = read_toolpath(
+        job.input,
+        tool=tool,
+        feed_mm_min=job.feed,
+        unit=job.unit,
+        machine=program_machine(job),
+        positions=job.program.positions,
+        start=job.program.start,
+        program_zero=job.program.zero,
+        rapid_mm_min=job.program.rapid,
+        block_delete=job.program.block_delete,
+        columns=job.columns,
+    )
+    if job.part is None or toolpath.has_normals:
+        return toolpath
+    return find_contacts(toolpath, job.part, tolerance=job.surface_tolerance)
 
 
-def plan_mesh(job: Job, tool: Tool, progress: Progress | None) -> Toolpath:
-    """Lay waterline passes on a job's mesh."""
+def program_machine(job: Job) -> Machine | None:
+    """Load the machine that an input program was written for: bare, as its words know no setup of the job."""
+    name = job.program.machine or job.machine
+    return None if name is None else load_machine(name)
+
+
+def plan_mesh(job: Job, tool: Tool | None, progress: Progress | None) -> Toolpath:
+    """Lay passes on a job's mesh.
+
+    Raises
+    ------
+    JobError
+        No tool, or a setting that a mesh has no use for.
+    """
+    if tool is None:
+        raise JobError("tool is missing: passes on a mesh need one; give for example ball:10", file=job.input)
+    foreign = sorted(job.model_fields_set & {"unit", "columns"}) + ["program"] * bool(
+        job.program.model_fields_set
+    )
+    if foreign:
+        raise JobError(
+            f"{', '.join(foreign)} is for lists of locations and programs; a mesh is in mm", file=job.input
+        )
     step = None if progress is None else lambda done, total: progress("plan", done, total)
     feed = 1000.0 if job.feed is None else job.feed
     return plan_contour(job.input, tool, **job.plan.model_dump(), feed_mm_min=feed, progress=step)
@@ -209,8 +246,8 @@ def run_job(job: Job, progress: Progress | None = None) -> Outcome:
         Wrong input, or no admissible posture somewhere (`Infeasible`).
     """
     machine = load_job_machine(job)
-    process, factors = load_process(job), load_factors(job)
     toolpath = load_job_toolpath(job, progress)
+    process, factors = load_process(job, toolpath.tool), load_factors(job)
     if process is not None:
         require_cut(process, float(toolpath.feed.max()))
     # A part that can't be read is found out before the work, not after it.
@@ -225,6 +262,8 @@ def run_job(job: Job, progress: Progress | None = None) -> Outcome:
         max_turn=job.max_turn,
         progress=progress,
     )
+    # The solution's own path knows which part of the cutter touches.
+    toolpath = solution.toolpath
     verdict = verify(solution.motion, machine, toolpath, tilt=job.tilt, cone=job.cone, part=part)
     inputs = [describe_input(p) for p in dict.fromkeys((job.input, mesh or job.input))]
     program = program_motion(solution, part)

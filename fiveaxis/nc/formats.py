@@ -18,6 +18,7 @@ Reader = Callable[[Source, ReadOptions], Toolpath]
 
 READERS: dict[str, Reader] = {
     ".csv": read_points,
+    ".txt": read_points,
     ".apt": read_apt,
     ".cls": read_apt,
     ".clsf": read_apt,
@@ -44,7 +45,7 @@ def read_toolpath(
 
     Parameters
     ----------
-    path : ``.csv`` (see `fiveaxis.nc.table`), or APT: ``.apt .cls .clsf .ncl .aptsource`` (see
+    path : ``.csv`` or ``.txt`` (see `fiveaxis.nc.table`), or APT: ``.apt .cls .clsf .ncl .aptsource`` (see
         `fiveaxis.nc.apt`)
     tool : the cutter, in place of what the file says about it; by default the file's
     feed_mm_min : one feed for every location, *in place of* what the file says. By default the file's feeds

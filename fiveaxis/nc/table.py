@@ -5,6 +5,9 @@ normal out of the material, ``x,y,z,i,j,k`` a tool tip with the tool axis from t
 ``feed``, always in mm/min, and ``cut``, 0 where the move that ends at the row only links two passes: the
 tool's place is that of the row, but nothing is touched there. Blank lines and lines that start with ``#`` are
 skipped.
+
+Lists that other programs write often have no header, and fields apart by blanks. What their columns are is
+then for the caller to say (``columns``): ``x y z nx ny nz`` and ``x y z i j k`` look the same.
 """
 
 from __future__ import annotations
@@ -50,8 +53,14 @@ def read_points(source: Source, options: ReadOptions) -> Toolpath:
     ToolpathError
         With file and line: whatever isn't a complete table of finite numbers and directions.
     """
-    header, values, lines = read_table(source)
-    _check_header(header, source, line=_first_line(source))
+    if options.columns is None:
+        _require_header(source)
+        header, values, lines = read_table(source)
+        _check_header(header, source, line=_first_line(source))
+    else:
+        header = [name.strip().lower() for name in options.columns]
+        _check_header(header, source, line=None)
+        values, lines = _read_headless(header, source)
     require_finite(values, header, lines, source)
     column = {name: values[:, i] for i, name in enumerate(header)}
     position = scale_positions(
@@ -109,6 +118,20 @@ def read_table(source: Source) -> tuple[list[str], Array, IntArray]:
     return header, _parse_rows([text for _, text in filled[1:]], len(header), lines, source), lines
 
 
+def _read_headless(header: list[str], source: Source) -> tuple[Array, IntArray]:
+    """Read numbers apart by commas or blanks; as for `read_table`, without a header."""
+    filled = [
+        (number, text)
+        for number, line in enumerate(source.lines, start=1)
+        if (text := line.strip()) and text[0] != "#"
+    ]
+    if not filled:
+        raise source.error("is empty; rows of numbers are needed")
+    lines = np.array([number for number, _ in filled], dtype=np.int64)
+    rows = [text if "," in text else ",".join(text.split()) for _, text in filled]
+    return _parse_rows(rows, len(header), lines, source), lines
+
+
 def _parse_rows(rows: list[str], width: int, lines: IntArray, source: Source) -> Array:
     try:
         values = np.loadtxt(rows, delimiter=",", comments=None, ndmin=2)
@@ -134,12 +157,12 @@ def _parse_row(text: str, width: int, line: int, source: Source) -> list[float]:
     return values
 
 
-def _first_line(source: Source) -> int:
-    """Find the line of the header."""
-    return next(n for n, t in enumerate(source.lines, start=1) if t.strip() and t.strip()[0] != "#")
+def _first_line(source: Source) -> int | None:
+    """Find the line of the header, None in an empty file."""
+    return next((n for n, t in enumerate(source.lines, start=1) if t.strip() and t.strip()[0] != "#"), None)
 
 
-def _check_header(header: list[str], source: Source, line: int) -> None:
+def _check_header(header: list[str], source: Source, line: int | None) -> None:
     for name in header:
         if name not in KNOWN:
             raise _unknown_column(name, source, line)
@@ -155,10 +178,23 @@ def _check_header(header: list[str], source: Source, line: int) -> None:
         raise source.error(f"the header lacks {', '.join(missing)}; write {HEADERS}", line)
 
 
-def _unknown_column(name: str, source: Source, line: int) -> ToolpathError:
+def _unknown_column(name: str, source: Source, line: int | None) -> ToolpathError:
+    near = difflib.get_close_matches(name, KNOWN, n=1, cutoff=0.0)[0]
+    return source.error(f"unknown column {name!r}; the nearest known one is {near!r}", line)
+
+
+def _require_header(source: Source) -> None:
+    """Refuse a list that starts with numbers: what they are is nothing to guess."""
+    line = _first_line(source)
+    if line is None:
+        return
     try:
-        parse_number(name)
+        for field in source.lines[line - 1].replace(",", " ").split():
+            parse_number(field)
     except ValueError:
-        near = difflib.get_close_matches(name, KNOWN, n=1, cutoff=0.0)[0]
-        return source.error(f"unknown column {name!r}; the nearest known one is {near!r}", line)
-    return source.error(f"starts with numbers; the first line must be a header: {HEADERS}", line)
+        return
+    raise source.error(
+        f"starts with numbers; the first line must be a header ({HEADERS}), or say what the columns are "
+        "(columns, --columns x,y,z,nx,ny,nz)",
+        line,
+    )

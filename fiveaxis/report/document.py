@@ -16,7 +16,7 @@ from fiveaxis.errors import InputError
 from fiveaxis.files import write_atomically
 from fiveaxis.machine import Machine
 from fiveaxis.posture import Solution
-from fiveaxis.toolpath import TiltBounds
+from fiveaxis.toolpath import TiltBounds, Toolpath
 
 # What people expect to be compared with, best first; any other baseline stands in where both are missing.
 PREFERRED_BASELINES = ("as-programmed", "normal")
@@ -68,7 +68,7 @@ def report_document(
         "baselines": {name: energy.as_dict() for name, energy in solution.baselines.items()},
         "missing_baselines": dict(solution.missing),
         "savings": {name: _savings(solution.energy, e) for name, e in solution.baselines.items()},
-        "findings": [_portable_finding(f) for f in _all_findings(verdict, program)],
+        "findings": [_portable_finding(f) for f in _all_findings(solution.toolpath, verdict, program)],
         "verification": _verification(verdict, program),
         "program": program and {k: v for k, v in program.items() if k != "verification"},
         "budget": budget and dict(budget),
@@ -83,13 +83,16 @@ def report_document(
     return {key: _plain(value) for key, value in document.items()}
 
 
-def _all_findings(verdict: Mapping[str, Any], program: Mapping[str, Any] | None) -> list[dict[str, Any]]:
-    """Put the program's findings behind the others; a place in them counts the program's locations."""
-    if program is None:
-        return [dict(f) for f in verdict["findings"]]
-    found = program["verification"]["findings"]
-    between = [{**f, "message": f"in the program's blocks: {f['message']}"} for f in found]
-    return [*(dict(f) for f in verdict["findings"]), *between]
+def _all_findings(
+    toolpath: Toolpath, verdict: Mapping[str, Any], program: Mapping[str, Any] | None
+) -> list[dict[str, Any]]:
+    """Put what was found while reading first, and the program's findings last.
+
+    A place in the program's counts its own locations.
+    """
+    first = [*(f.as_dict() for f in toolpath.findings), *(dict(f) for f in verdict["findings"])]
+    found = [] if program is None else program["verification"]["findings"]
+    return [*first, *({**f, "message": f"in the program's blocks: {f['message']}"} for f in found)]
 
 
 def _verification(verdict: Mapping[str, Any], program: Mapping[str, Any] | None) -> dict[str, Any]:

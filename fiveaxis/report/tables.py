@@ -109,7 +109,8 @@ def findings_table(findings: Sequence[Mapping[str, Any]]) -> str:
 def count_findings(document: Mapping[str, Any]) -> dict[tuple[str, str], int]:
     """Count findings by severity and code, worst first; those that verification didn't list included."""
     severities = {f["code"]: f["severity"] for f in document["findings"]}
-    counts = document["verification"]["counts"]
+    # What reading the input found is listed in full, and isn't among verification's counts.
+    counts = Counter(f["code"] for f in document["findings"]) | Counter(document["verification"]["counts"])
     ranked = sorted(severities.items(), key=lambda item: (SEVERITIES.index(item[1]), item[0]))
     return {(severity, code): counts[code] for code, severity in ranked}
 

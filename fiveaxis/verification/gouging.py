@@ -33,7 +33,9 @@ def check_gouge(subject: Subject, part: str | Path | trimesh.Trimesh | None) -> 
         The part can't be read.
     """
     if part is None:
-        return _gouge_left_out()
+        return _gouge_left_out("no mesh of the part was given")
+    if not subject.toolpath.tool.cutter.is_ball:
+        return _gouge_left_out("only balls are checked against a mesh")
     mesh = load_mesh(part, allow_open=True) if isinstance(part, str | Path) else part
     tolerances = subject.tolerances
     here, way = gouge_depths(subject, mesh)
@@ -121,7 +123,7 @@ def _sink_enclosed(
     here[sunk] = 2.0 * radius - here[sunk]
 
 
-def _gouge_left_out() -> Result:
+def _gouge_left_out(reason: str) -> Result:
     return Result(
         code="gouge",
         severity=Severity.ERROR,
@@ -129,5 +131,5 @@ def _gouge_left_out() -> Result:
         values=np.empty(0),
         message=str,
         figures={"gouge_depth_mm": None},
-        not_checked=("gouges: no mesh of the part was given",),
+        not_checked=(f"gouges: {reason}",),
     )

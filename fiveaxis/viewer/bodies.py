@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from fiveaxis.contour import load_mesh
-from fiveaxis.geometry import Array
+from fiveaxis.geometry import Array, IntArray
 from fiveaxis.kinematics import link_poses
 from fiveaxis.machine import Body, Box, Cylinder, FormShapingCode, Machine, MeshShape
 from fiveaxis.viewer.library import UPRIGHT, identify, load_meshcat
@@ -88,3 +88,29 @@ def _split(poses: Array) -> Poses:
     from scipy.spatial.transform import Rotation
 
     return poses[:, :3, 3], Rotation.from_matrix(poses[:, :3, :3]).as_quat()
+
+
+def revolve(outline: Array, sectors: int = 36) -> tuple[Array, IntArray]:
+    """Turn an outline about the z axis into a closed body.
+
+    Parameters
+    ----------
+    outline : (m, 2), mm, distance from the axis and height, from the bottom up
+    sectors : of a turn
+
+    Returns
+    -------
+    vertices : (v, 3), mm
+    faces : (f, 3), indices of vertices, anticlockwise seen from outside
+    """
+    closed = np.vstack([outline, [[0.0, outline[-1, 1]]]])
+    turn = np.linspace(0.0, 2.0 * np.pi, sectors, endpoint=False)
+    ring = np.column_stack([np.cos(turn), np.sin(turn)])
+    sides = closed[:, None, :1] * ring
+    heights = np.repeat(closed[:, 1], sectors).reshape(len(closed), sectors, 1)
+    vertices = np.concatenate([sides, heights], axis=2).reshape(-1, 3)
+    level, sector = np.meshgrid(np.arange(len(closed) - 1), np.arange(sectors), indexing="ij")
+    here, after = level * sectors + sector, level * sectors + (sector + 1) % sectors
+    lower = np.stack([here, after, after + sectors], axis=-1).reshape(-1, 3)
+    upper = np.stack([here, after + sectors, here + sectors], axis=-1).reshape(-1, 3)
+    return vertices, np.concatenate([lower, upper])

@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fiveaxis.contour import load_mesh
-from fiveaxis.geometry import Array, translation
+from fiveaxis.geometry import Array
 from fiveaxis.motion import Motion
 from fiveaxis.toolpath import Tool, Toolpath
-from fiveaxis.viewer.bodies import add_bodies
+from fiveaxis.viewer.bodies import add_bodies, revolve
 from fiveaxis.viewer.colours import colour_top, energy_density, move_colours
-from fiveaxis.viewer.library import UPRIGHT, identify, load_meshcat
+from fiveaxis.viewer.library import identify, load_meshcat
 from fiveaxis.viewer.thinning import thin_mesh
-from fiveaxis.viewer.tool_motion import KeyFrames, Poses, ball_poses, choose_frames, make_animation
+from fiveaxis.viewer.tool_motion import KeyFrames, Poses, choose_frames, make_animation, tool_frames
 
 if TYPE_CHECKING:
     import trimesh
@@ -149,21 +149,23 @@ def _add_tools(
     tools = {}
     for name, motion in motions.items():
         _add_tool(vis, f"{name}/tool", tool, colours[name])
-        poses = ball_poses(solution.machine, motion, tool.radius, frames.rows)
+        poses = tool_frames(solution.machine, motion, frames.rows)
         vis[f"{ROOT}/{name}/tool"].set_transform(_first_pose(*poses))
         tools[f"{ROOT}/{name}/tool"] = poses
     return tools
 
 
 def _add_tool(vis: Any, name: str, tool: Tool, colour: int) -> None:
-    """Add ball and shank about the ball's centre, the shank along +z."""
+    """Add cutter, shank and holder as one body of revolution, its tip at 0 and its axis along +z."""
     shapes = load_meshcat().geometry
-    length = SHANK_LENGTH * tool.diameter
-    parts = {"ball": shapes.Sphere(tool.radius), "shank": shapes.Cylinder(length, tool.radius)}
-    for part, geometry in parts.items():
-        material = shapes.MeshPhongMaterial(color=colour)
-        vis[f"{ROOT}/{name}/{part}"].set_object(identify(shapes.Mesh(geometry, material), f"{name}/{part}"))
-    vis[f"{ROOT}/{name}/shank"].set_transform(translation((0.0, 0.0, length / 2.0)) @ UPRIGHT)
+    outline = tool.outline()
+    if tool.holder is None:
+        shank = (tool.shank_diameter or 2.0 * float(outline[-1, 0])) / 2.0
+        top = outline[-1, 1] + SHANK_LENGTH * tool.diameter
+        outline = np.vstack([outline, [[shank, outline[-1, 1]], [shank, top]]])
+    body = shapes.TriangularMeshGeometry(*revolve(outline))
+    material = shapes.MeshPhongMaterial(color=colour, flatShading=False)
+    vis[f"{ROOT}/{name}/body"].set_object(identify(shapes.Mesh(body, material), f"{name}/body"))
 
 
 def _first_pose(centre: Array, quaternion: Array) -> Array:

@@ -49,16 +49,16 @@ def choose_frames(motion: Motion) -> KeyFrames:
     return KeyFrames(rows, (clock[rows] - clock[0]) / pace, pace)
 
 
-def ball_poses(machine: Machine, motion: Motion, radius: float, rows: IntArray) -> Poses:
-    """Place the ball's centre and turn the tool at some locations, relative to the workpiece.
+def tool_frames(machine: Machine, motion: Motion, rows: IntArray) -> Poses:
+    """Place the tip and turn the tool at some locations, relative to the workpiece.
 
     Returns
     -------
-    centre : (f, 3), mm, workpiece frame
+    tip : (f, 3), mm, workpiece frame
     quaternion : (f, 4), x y z w, turns +z into the tool axis; each the shortest way from the one before
     """
     tip, axis = tool_poses(machine, motion.positions[rows])
-    return tip + radius * axis, transport(axis)
+    return tip, transport(axis)
 
 
 def transport(axis: Array) -> Array:

@@ -133,3 +133,27 @@ def test_a_fault_late_in_a_long_file_is_still_named(read):
     row = "1,2,3,0,0,1\n"
     with pytest.raises(ToolpathError, match=r"points\.csv:50002: 'x' isn't a number"):
         read(NORMALS + row * 50_000 + "x,2,3,0,0,1\n" + row)
+
+
+def test_a_list_without_header_is_read_with_the_columns_that_the_caller_names(data):
+    columns = ("x", "y", "z", "nx", "ny", "nz")
+    path = read_toolpath(data / "toolpaths" / "guoxin_waypoints.txt", tool=BALL, columns=columns)
+    assert len(path) == 7593
+    assert path.source[-1] == 7593
+    tilt = np.degrees(np.arccos(path.normal[:, 2]))
+    assert (round(tilt.min()), round(tilt.max())) == (29, 144)
+
+
+def test_a_list_without_header_is_not_guessed(data):
+    with pytest.raises(ToolpathError, match=r"guoxin_waypoints.txt:1: .*say what the columns are"):
+        read_toolpath(data / "toolpaths" / "guoxin_waypoints.txt", tool=BALL)
+
+
+def test_blanks_and_commas_part_the_fields_of_a_list_without_header(tmp_path):
+    path = tmp_path / "points.txt"
+    path.write_text("# by hand\n1 2\t3 0 0 1\n\n4, 5, 6, 0, 0, 1\n")
+    read = read_toolpath(path, tool=BALL, columns=("x", "y", "z", "i", "j", "k"))
+    np.testing.assert_allclose(read.tips(read.axis), [[1, 2, 3], [4, 5, 6]], atol=1e-12)
+    assert read.source.tolist() == [2, 4]
+    with pytest.raises(ToolpathError, match=r"points.txt:2: 6 fields where the header has 7"):
+        read_toolpath(path, tool=BALL, columns=("x", "y", "z", "i", "j", "k", "feed"))

@@ -9,8 +9,9 @@ import umsgpack
 
 from fiveaxis.errors import MeshError
 from fiveaxis.kinematics import tool_poses
-from fiveaxis.toolpath import MoveKind
+from fiveaxis.toolpath import MoveKind, parse_tool
 from fiveaxis.viewer import build_scene
+from fiveaxis.viewer.bodies import revolve
 from fiveaxis.viewer.library import load_meshcat
 from fiveaxis.viewer.page import Recorder
 from fiveaxis.viewer.scene import LIFT, shown_points
@@ -32,9 +33,7 @@ def floats(attribute: dict) -> np.ndarray:
 def test_the_scene_has_part_paths_and_tools_and_few_objects(solution, part):
     objects, _ = scene(solution, part)
     root = "/meshcat/fiveaxis/"
-    names = {"zero", "part"} | {
-        f"{m}/{x}" for m in ("after", "before") for x in ("path", "tool/ball", "tool/shank")
-    }
+    names = {"zero", "part"} | {f"{m}/{x}" for m in ("after", "before") for x in ("path", "tool/body")}
     assert set(objects) == {root + name for name in names}
 
 
@@ -75,9 +74,8 @@ def test_the_tool_stands_where_the_motion_puts_it(solution):
     clips = {a["path"]: {t["name"]: t["keys"] for t in a["clip"]["tracks"]} for a in animation["animations"]}
     tracks = clips["/meshcat/fiveaxis/after/tool"]
     tip, axis = tool_poses(solution.machine, solution.motion.positions)
-    centre = tip + solution.toolpath.tool.radius * axis
-    for key, row in ((0, 0), (-1, len(centre) - 1)):
-        np.testing.assert_allclose(tracks[".position"][key]["value"], centre[row], atol=1e-9)
+    for key, row in ((0, 0), (-1, len(tip) - 1)):
+        np.testing.assert_allclose(tracks[".position"][key]["value"], tip[row], atol=1e-9)
         np.testing.assert_allclose(axis_of(tracks[".quaternion"][key]["value"]), axis[row], atol=1e-9)
     assert tracks[".position"][0]["time"] == 0.0
 
@@ -119,3 +117,14 @@ def test_a_mesh_too_fine_to_be_shown_is_thinned_and_keeps_its_shape():
     assert 1000 < len(faces) <= MOST_TRIANGLES
     np.testing.assert_allclose(np.linalg.norm(vertices, axis=1), 50.0, atol=1e-6)
     assert trimesh.Trimesh(vertices, faces).area == pytest.approx(fine.area, rel=0.02)
+
+
+def test_a_turned_outline_is_a_closed_body_of_its_volume():
+    outline = parse_tool("bull:16:4").outline()
+    vertices, faces = revolve(np.vstack([outline, [[8.0, 30.0]]]), sectors=360)
+    body = trimesh.Trimesh(vertices, faces)
+    body.update_faces(body.nondegenerate_faces())  # at the axis a ring is one point
+    assert body.is_volume
+    disc, corner = np.pi * 64.0 * 26.0, np.pi * 16.0 * 4.0
+    ring = 2.0 * np.pi * (np.pi * 16.0 / 4.0) * (4.0 + 4.0 * 4.0 / (3.0 * np.pi))
+    assert body.volume == pytest.approx(disc + corner + ring, rel=2e-3)
