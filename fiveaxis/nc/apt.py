@@ -19,7 +19,7 @@ from fiveaxis.geometry import Array, IntArray
 from fiveaxis.nc.apt_frames import FRAME_WORDS, Frames
 from fiveaxis.nc.apt_moves import Moves
 from fiveaxis.nc.apt_remarks import assumed_axis, assumed_feeds, assumed_unit, doubtful_arcs, note
-from fiveaxis.nc.apt_statements import CREO, Statement, statements
+from fiveaxis.nc.apt_statements import CREO, LONGEST_SHOWN, Statement, statements
 from fiveaxis.nc.apt_tools import Tools
 from fiveaxis.nc.apt_words import require_harmless
 from fiveaxis.nc.feedrate import Feeds
@@ -87,7 +87,7 @@ class _Reader:
         else:
             action(self, statement)
         if action is None or word in COUNTED:
-            self.ignored[word] += 1
+            self.ignored[word[:LONGEST_SHOWN]] += 1
 
     def set_axis(self, statement: Statement) -> None:
         """Take ``TLAXIS``, the tool vector of what isn't multi-axis."""

@@ -18,13 +18,16 @@ import numpy as np
 
 from fiveaxis.geometry import Array
 from fiveaxis.motion import PATH_TOLERANCE
-from fiveaxis.nc.apt_statements import Statement, part_minors
+from fiveaxis.nc.apt_statements import LONGEST_SHOWN, Statement, part_minors
 from fiveaxis.nc.arcs import LARGEST_DIFFERENCE, LARGEST_SHARE, ROUNDING, Arc, arc_about
-from fiveaxis.nc.rows import UNIT_TOLERANCE
+from fiveaxis.nc.rows import LARGEST_POSITION, UNIT_TOLERANCE
 from fiveaxis.nc.source import Source
 
 # rad: so much may MOVARC's angle differ from that between its ends.
 ANGLE_TOLERANCE = math.radians(1.0)
+
+# rad, 100 turns: no helix of a toolpath has more, and each becomes hundreds of points.
+LARGEST_ANGLE = 100.0 * math.tau
 
 # CIRCLE with more numbers than centre, axis and radius is NX's.
 LONGEST_RIGHT_HANDED = 7
@@ -76,8 +79,7 @@ def read_circle(statement: Statement, source: Source, scale: float) -> Turn:
         raise statement.error(
             source, "isn't understood; write the centre, the axis and the radius: x,y,z,i,j,k,r"
         )
-    if not np.isfinite(numbers).all():
-        raise statement.error(source, "has a number that isn't finite; correct it")
+    require_reachable(np.array(numbers[:6]) * scale, statement, source)
     axis = _unit(np.array(numbers[3:6]), statement, source)
     radius = numbers[6] * scale if len(numbers) > 6 else None
     angle = None
@@ -88,8 +90,16 @@ def read_circle(statement: Statement, source: Source, scale: float) -> Turn:
     return Turn(statement, np.array(numbers[:3]) * scale, axis, radius, angle)
 
 
+def require_reachable(point: Array, statement: Statement, source: Source) -> None:
+    """Refuse a point of an arc, (n,) mm, that isn't finite or that no machine reaches."""
+    if not np.all(np.abs(point) <= LARGEST_POSITION):
+        raise statement.error(
+            source, f"has a number that isn't finite or is beyond {LARGEST_POSITION:g} mm; correct it"
+        )
+
+
 def _unit(vector: Array, statement: Statement, source: Source) -> Array:
-    length = float(np.linalg.norm(vector))
+    length = math.hypot(*vector)
     if not abs(length - 1.0) <= UNIT_TOLERANCE:
         raise statement.error(source, f"has an axis of length {length:g}; give a unit vector")
     return vector / length
@@ -194,7 +204,7 @@ def _with_turns(turn: Turn, arc: Arc, source: Source) -> Arc:
     """Add the full turns of an arc that states its angle."""
     if turn.angle is None:
         return arc
-    turns = round((turn.angle - arc.sweep) / math.tau)
+    turns = round((turn.angle - arc.sweep) / math.tau) if abs(turn.angle) <= LARGEST_ANGLE else -1
     if not (turns >= 0 and abs(arc.sweep + turns * math.tau - turn.angle) <= ANGLE_TOLERANCE):
         raise turn.statement.error(
             source,
@@ -252,8 +262,9 @@ def read_tlon(
 def _figures(text: str, count: int, statement: Statement, source: Source) -> Array:
     parts = part_minors([p.strip() for p in text.split(",")])
     numbers = [p for p in parts if isinstance(p, float)]
-    if len(parts) != count or len(numbers) != count or not np.isfinite(numbers).all():
-        raise statement.error(source, f"has {text.strip()!r} where {count} numbers are needed")
+    if len(parts) != count or len(numbers) != count or not np.all(np.abs(numbers) <= LARGEST_POSITION):
+        shown = text.strip()[:LONGEST_SHOWN]
+        raise statement.error(source, f"has {shown!r} where {count} numbers are needed")
     return np.array(numbers)
 
 

@@ -162,7 +162,7 @@ def hole_points(cycle: Cycle, point: list[float], vector: list[float]) -> list[t
     point, vector : the place that the hole's ``GOTO`` names, unit of the file, and the tool vector
     """
     axis = np.array(vector)
-    length = float(np.linalg.norm(axis))
+    length = math.hypot(*vector)
     # A vector that is no direction is kept for the reader's own check of all vectors.
     axis = axis / length if length > 0.0 else axis
     clear, bottom, back = cycle.heights()

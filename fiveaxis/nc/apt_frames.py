@@ -16,6 +16,7 @@ from fiveaxis.findings import Finding
 from fiveaxis.geometry import Array, inverse_transform
 from fiveaxis.nc.apt_remarks import note
 from fiveaxis.nc.apt_statements import CATIA_FRAME, CREO, Statement
+from fiveaxis.nc.rows import LARGEST_POSITION
 from fiveaxis.nc.source import Source
 
 # So far may the axes of a frame be from unit length and from a right angle: files write at least 4 decimals.
@@ -123,6 +124,8 @@ def _transform(statement: Statement) -> Array | None:
         numbers = np.array([float(m) for m in statement.minors])
     except ValueError:
         return None
+    if not np.all(np.abs(numbers) <= LARGEST_POSITION):
+        return None
     frame = np.eye(4)
     if statement.word == "MSYS" and len(numbers) == 9:
         frame[:3, 3] = numbers[:3]
@@ -140,7 +143,7 @@ def _transform(statement: Statement) -> Array | None:
 def _is_rigid(frame: Array) -> bool:
     """Tell whether a transform turns and moves only; its axes are made exact if it does."""
     rotation = frame[:3, :3]
-    if not (np.isfinite(frame).all() and np.linalg.det(rotation) > 0.0):
+    if not (np.abs(rotation).max() < 2.0 and np.linalg.det(rotation) > 0.0):
         return False
     if np.abs(rotation @ rotation.T - np.eye(3)).max() > FRAME_TOLERANCE:
         return False

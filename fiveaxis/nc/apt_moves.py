@@ -9,13 +9,22 @@ import numpy as np
 
 from fiveaxis.findings import Finding
 from fiveaxis.geometry import Array
-from fiveaxis.nc.apt_arcs import Turn, agreement, arc_points, arc_vectors, read_circle, read_tlon, sweep_to
+from fiveaxis.nc.apt_arcs import (
+    Turn,
+    agreement,
+    arc_points,
+    arc_vectors,
+    read_circle,
+    read_tlon,
+    require_reachable,
+    sweep_to,
+)
 from fiveaxis.nc.apt_cycles import Cycle, hole_points, read_cycle, remark_on_cycle
 from fiveaxis.nc.apt_frames import Frames
 from fiveaxis.nc.apt_rows import AptRows
 from fiveaxis.nc.apt_statements import Statement
 from fiveaxis.nc.feedrate import Feeds
-from fiveaxis.nc.rows import MILLIMETRES
+from fiveaxis.nc.rows import LARGEST_POSITION, MILLIMETRES
 from fiveaxis.nc.source import Source
 from fiveaxis.nc.units import Units
 from fiveaxis.toolpath import MoveKind
@@ -165,7 +174,7 @@ class Moves:
     def set_direction(self, statement: Statement) -> None:
         """Take ``INDIRV``."""
         numbers = statement.numbers(self.source)
-        if len(numbers) != 3 or not np.isfinite(numbers).all():
+        if len(numbers) != 3 or not 0.0 < max(map(abs, numbers)) <= LARGEST_POSITION:
             raise statement.error(self.source, "needs a direction of 3 numbers")
         self.direction = np.array(numbers)
 
@@ -174,6 +183,7 @@ class Moves:
         if self.cycle is not None or self.turn is not None:
             raise statement.error(self.source, "can't end an arc or follow CYCLE; write a GOTO, or CYCLE/OFF")
         begin = self._here(statement) * self.scale
+        require_reachable(begin, statement, self.source)
         turn, end = read_tlon(statement, self.direction, begin, self.source, self.scale)
         self.direction = None
         self._add_arc(turn, begin, end, self._begin_move(), statement.line)
@@ -182,15 +192,16 @@ class Moves:
         """Add the points of an arc that ends at a place, in the unit of the file."""
         begin, end = self._here(turn.statement) * self.scale, np.array(place) * self.scale
         self.turn = None
-        if not np.isfinite(end).all():
-            raise statement.error(self.source, "has a number that isn't finite; correct it")
+        require_reachable(end, statement, self.source)
+        require_reachable(begin, turn.statement, self.source)
         sweep = sweep_to(turn, begin, end) if self.creo else None
         if self.step is not None and (sweep is None or sweep > LONGER_STEP * self.step):
             self.step = None
             self.rows.add(place, self.vector, kind, self.feeds.now, statement.line)
             return
-        if self.step is None and len(self.rows) > 1:
-            fit = agreement(turn, np.array(self.rows.positions[-6:-3]) * self.scale, begin)
+        before = np.array(self.rows.positions[-6:-3]) * self.scale
+        if self.step is None and len(before) and np.all(np.abs(before) <= LARGEST_POSITION):
+            fit = agreement(turn, before, begin)
             self.along += fit > TANGENT
             self.against += fit < -TANGENT
         self._add_arc(turn, begin, end, kind, statement.line)

@@ -1,0 +1,85 @@
+"""Files that aren't the APT they should be: one error each, with file, line and text."""
+
+from __future__ import annotations
+
+import pytest
+
+from fiveaxis.errors import ToolpathError
+from fiveaxis.nc import read_toolpath
+from fiveaxis.toolpath import Tool
+
+
+def fail(path):
+    with pytest.raises(ToolpathError) as caught:
+        read_toolpath(path, tool=Tool.ball(10))
+    assert caught.value.file == str(path)
+    assert len(str(caught.value)) < 600, "a message for people"
+    return caught.value
+
+
+@pytest.fixture
+def fault(tmp_path):
+    def read_text(text):
+        path = tmp_path / "part.apt"
+        path.write_text(text, encoding="utf-8")
+        return fail(path)
+
+    return read_text
+
+
+def test_a_file_cut_off_within_a_number_is_told_by_its_last_line(data, tmp_path):
+    whole = (data / "toolpaths" / "nx_ust_a.cls").read_text(encoding="ascii")
+    cut = whole.index("GOTO/784.0000,3.6875,-97.5000")
+    path = tmp_path / "cut.cls"
+    path.write_text(whole[: cut + len("GOTO/784.0000,3.6")], encoding="ascii")
+    error = fail(path)
+    assert error.line == whole[:cut].count("\n") + 1
+    assert "'GOTO/784.0000,3.6' has 2 numbers" in error.message
+
+
+def test_a_file_cut_off_within_a_statement_is_refused(fault):
+    error = fault("GOTO/1,2,3\nGOTO/1,2,$\n")
+    assert error.line == 2
+    assert "the file ends inside the statement 'GOTO/1,2,'" in error.message
+
+
+def test_an_arc_cut_off_before_its_end_is_refused(fault):
+    assert fault("GOTO/10,0,0\nCIRCLE/0,0,0,0,0,1\n").line == 2
+
+
+def test_a_binary_file_is_refused(tmp_path):
+    path = tmp_path / "part.cls"
+    path.write_bytes(b"\x7fELF\x02\x01" + bytes(1000))
+    assert "isn't a text file" in fail(path).message
+
+
+@pytest.mark.parametrize("text", ["X" * 10_000_000, "GOTO/" + "1," * 5_000_000, "GOTO/" + "1" * 10_000_000])
+def test_a_line_of_ten_megabytes_is_refused_or_has_no_moves(fault, text):
+    error = fault("GOTO/1,2,3\n" + text + "\nGOTO/0,0,nan\n")
+    assert error.line in (2, 3)
+
+
+def test_a_statement_of_a_million_lines_is_refused(fault):
+    error = fault("GOTO/1,2,3\nGOTO/" + "1,$\n" * 1_000_000 + "1\n")
+    assert error.line == 2
+    assert "has 1000001 numbers" in error.message
+
+
+def test_a_change_of_unit_in_mid_file_is_refused(fault):
+    error = fault("UNITS/MM\nGOTO/1,2,3\nUNITS/INCHES\nGOTO/1,2,3\n")
+    assert error.line == 3
+    assert "mixed units" in error.message
+
+
+def test_a_vector_that_is_none_is_refused(fault):
+    assert fault("GOTO/1,2,3,0,0,1.0005\nGOTO/1,2,3,0,0,1.002\n").line == 2
+
+
+def test_an_arc_with_two_radii_is_refused(fault):
+    error = fault("GOTO/10,0,0\nCIRCLE/0,0,0,0,0,1\nGOTO/0,12,0\n")
+    assert error.line == 2
+    assert "'CIRCLE/0,0,0,0,0,1' begins 10 mm from its centre and ends 12 mm from it" in error.message
+
+
+def test_a_program_of_g_code_is_no_apt(fault):
+    assert "no GOTO" in fault("G90 G94\nG1 X1 Y2 Z3 F100\nM30\n").message
