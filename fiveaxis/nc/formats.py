@@ -10,11 +10,19 @@ from fiveaxis.errors import ToolpathError
 from fiveaxis.machine import Machine
 from fiveaxis.nc.apt import read_apt
 from fiveaxis.nc.options import Positions, ReadOptions
+from fiveaxis.nc.program_toolpath import read_program_path
 from fiveaxis.nc.source import Source, load_source
 from fiveaxis.nc.table import read_points
 from fiveaxis.toolpath import Tool, Toolpath
 
 Reader = Callable[[Source, ReadOptions], Toolpath]
+
+# NC programs; which control's language one is written in is told by its content.
+PROGRAM_SUFFIXES = (
+    *(".nc", ".ngc", ".tap", ".gcode", ".cnc", ".eia", ".ptp", ".min", ".iso"),
+    *(".mpf", ".spf", ".arc"),
+    *(".h", ".i"),
+)
 
 READERS: dict[str, Reader] = {
     ".csv": read_points,
@@ -24,6 +32,7 @@ READERS: dict[str, Reader] = {
     ".clsf": read_apt,
     ".ncl": read_apt,
     ".aptsource": read_apt,
+    **dict.fromkeys(PROGRAM_SUFFIXES, read_program_path),
 }
 
 

@@ -2,8 +2,9 @@
 
 Read are the forms in which ISO 6983 and RS274/NGC programs come: small or capital letters, blanks anywhere,
 numbers without leading zero or sign, comments ``( )``, also nested, and ``;``, lines of ``%``, block numbers
-``N``, program numbers ``O``, ``/`` before blocks that a switch at the machine skips. Whatever isn't a word is
-refused with its reason: a program is read completely or not at all.
+``N``, program numbers ``O``, ``/`` before blocks that a switch at the machine skips, variables ``#1`` that
+were given a value before, and brackets to calculate in. Whatever isn't a word is refused with its reason: a
+program is read completely or not at all.
 """
 
 from __future__ import annotations
@@ -11,26 +12,36 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from fiveaxis.nc.block import Block
+from fiveaxis.nc.block import NO_WORDS, Block
+from fiveaxis.nc.macro import Macro
 from fiveaxis.nc.source import Source
+from fiveaxis.nc.tilted_plane import PLANE_WORDS, set_plane
+from fiveaxis.nc.tip_control import TipSwitch
 
 WORD = re.compile(r"([A-Z])([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+))")
 
 # More digits than this aren't a number that a control takes, and long ones are slow to convert.
 LONGEST_WORD = 40
 
+# The words of most lines, that need no second look: one block, G0 or G1 or neither.
+_LETTER = re.compile("([A-Z])")
+_PLAIN_G = {0.0: ("G0",), 1.0: ("G1",)}
+
 _PLAIN = "post the program with plain numbers"
-_SINUMERIK = "is of a Sinumerik program; words of a letter and a number are read (Fanuc, Haas, LinuxCNC)"
+_SINUMERIK = "is of a Sinumerik program, and the program's other words are of ISO (Fanuc, Haas, LinuxCNC)"
 
 # What a line that isn't made of words may be; the first that fits gives the reason.
 NOT_WORDS: tuple[tuple[re.Pattern[str], str], ...] = tuple(
     (re.compile(pattern), reason)
     for pattern, reason in (
-        (r"BEGINPGM|BLKFORM|TOOLCALL|FMAX", "is of a Heidenhain program, which isn't read"),
+        (r"BEGINPGM|BLKFORM|TOOLCALL|FMAX", "is of a Heidenhain program, and the others aren't"),
         (r"M?CYCLE[0-9]*|MCALL", "is a cycle, which isn't expanded; let the CAM system write its moves"),
         (r"A?ROTS?|A?TRANS|A?MIRROR|A?SCALE", "moves the coordinates, which isn't read; post without it"),
         (r"TRAFOOF|SUPA|DEF|MSG", _SINUMERIK),
-        (r"IF|WHILE|GOTO|REPEAT|FOR|ENDFOR|CALL|SUB", f"jumps or repeats, which isn't run; {_PLAIN}"),
+        (
+            r"IF|WHILE|GOTO|REPEAT|FOR|ENDFOR|CALL|SUB|DO[0-9]|END[0-9]",
+            f"jumps or repeats, which isn't run; {_PLAIN}",
+        ),
         (r"[#\[<]", f"is a variable or an expression, which isn't evaluated; {_PLAIN}"),
         (r"=", _SINUMERIK),
         (r"[(]", "opens a comment that isn't closed on its line"),
@@ -38,13 +49,8 @@ NOT_WORDS: tuple[tuple[re.Pattern[str], str], ...] = tuple(
     )
 )
 
-# Words that make the control place the tool's tip on the workpiece, whatever the rotary axes do.
-TIP_CONTROL = re.compile(
-    r"TRAORI|TCPM|G0*43\.[45](?![0-9])|G0*(?:141|234)(?![0-9.])|M0*(?:128|428|430)(?![0-9.])"
-)
 
-
-def split_blocks(source: Source, *, block_delete: bool = False) -> Iterator[Block]:
+def split_blocks(source: Source, *, block_delete: bool = False, quickly: bool = True) -> Iterator[Block]:
     """Cut a program into blocks, one after the other; empty lines, comments and ``%`` give none.
 
     A line of ``O`` and text, which some CAM systems write for the operator to fill in, is taken as a comment.
@@ -53,37 +59,25 @@ def split_blocks(source: Source, *, block_delete: bool = False) -> Iterator[Bloc
     ----------
     source : the file
     block_delete : whether blocks that begin with ``/`` are skipped
+    quickly : whether plain blocks take the short way; the blocks are the same either way
 
     Raises
     ------
     ToolpathError
-        With file, line and text: something that isn't a word; a second value for a word.
+        With file, line and text: something that isn't a word; a second value for a word; a variable without
+        value.
     """
+    macro, tip = Macro(source), TipSwitch()
     for line, text in enumerate(source.lines, start=1):
-        code = compact_code(text)
-        if not code or code[0] == "%" or _is_title(text, code):
-            continue
-        if code[0] == "/":
-            if block_delete:
-                yield Block(line, skipped=True)
+        block = _plain_block(line, text) if quickly else None
+        if block is None:
+            block = _any_block(source, line, text, macro, block_delete)
+            if block is None:
                 continue
-            code = re.sub("^/[1-9]?", "", code)
-        block = _parse_block(source, line, code)
-        if block.g or block.m or block.words:
-            yield block
-
-
-def find_tip_control(source: Source) -> tuple[int, str] | None:
-    """Find the first word that switches tool centre point control on, with its line; None if there is none.
-
-    Such a program gives positions of the tool's tip on the workpiece, not of the machine's axes, so this is
-    worth knowing before anything else about it.
-    """
-    for line, text in enumerate(source.lines, start=1):
-        found = TIP_CONTROL.search(compact_code(text))
-        if found is not None:
-            return line, found[0]
-    return None
+            if block.g or block.m:
+                block = block._replace(tip_control=tip.take(block))
+                block = block if PLANE_WORDS.isdisjoint(block.g) else set_plane(block, source)
+        yield block
 
 
 def compact_code(text: str) -> str:
@@ -94,6 +88,46 @@ def compact_code(text: str) -> str:
     code = text if "(" not in text and ";" not in text else _without_comments(text)
     # Capitals of signs like the long s are ASCII letters: only what is ASCII already may become a word.
     return "".join(code.upper().split()) if code.isascii() else "".join(code.split())
+
+
+def _plain_block(line: int, text: str) -> Block | None:
+    """Cut a block of one word a letter, G0 or G1 among them; None where it takes a second look.
+
+    The numbers are those that Python takes for floats, which are those of `WORD` once small letters,
+    underscores and signs of other alphabets are out; a comment or a slash is no number.
+    """
+    if not (text.isascii() and text.isupper()) or "_" in text:
+        return None
+    parts = _LETTER.split(text)
+    letters, numbers = parts[1::2], parts[2::2]
+    try:
+        words = dict(zip(letters, map(float, numbers), strict=True))
+    except ValueError:
+        return None
+    if len(words) != len(letters) or parts[0].strip() or "M" in words or "O" in words:
+        return None
+    if len(text) > LONGEST_WORD and max(map(len, numbers)) > LONGEST_WORD:
+        return None
+    words.pop("N", None)
+    g = words.pop("G", None)
+    if g is None:
+        return Block(line, (), (), words) if words else None
+    plain = _PLAIN_G.get(g)
+    return None if plain is None else Block(line, plain, (), words)
+
+
+def _any_block(source: Source, line: int, text: str, macro: Macro, block_delete: bool) -> Block | None:
+    code = compact_code(text)
+    if not code or code[0] == "%" or _is_title(text, code):
+        return None
+    if code[0] == "/":
+        if block_delete:
+            return Block(line, skipped=True)
+        code = re.sub("^/[1-9]?", "", code)
+    if "#" in code or "[" in code:
+        code = macro.take(code, line)
+    block = _parse_block(source, line, code)
+    return block if block.g or block.m or block.words else None
 
 
 def _without_comments(text: str) -> str:
@@ -132,7 +166,7 @@ def _parse_block(source: Source, line: int, code: str) -> Block:
             raise source.error(f"{letter}{number[:LONGEST_WORD]}… isn't a number that a control takes", line)
         value = float(number)
         if letter == "G":
-            g.append(f"G{value:g}")
+            g.append(f"G{value + 0.0:g}")
         elif letter == "M":
             m.append(f"M{value:g}")
         elif letter in words:
@@ -142,7 +176,7 @@ def _parse_block(source: Source, line: int, code: str) -> Block:
         else:
             words[letter] = value
     words.pop("N", None)
-    return Block(line, tuple(g), tuple(m), words)
+    return Block(line, tuple(g), tuple(m), words or NO_WORDS)
 
 
 def _explain(code: str, text: str) -> str:

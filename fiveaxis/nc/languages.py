@@ -16,7 +16,8 @@ from fiveaxis.nc.source import Source
 class Splitter(Protocol):
     """What cuts a program into blocks; see `fiveaxis.nc.gcode.split_blocks`."""
 
-    def __call__(self, source: Source, *, block_delete: bool = False) -> Iterator[Block]: ...
+    def __call__(self, source: Source, *, block_delete: bool = False) -> Iterator[Block]:
+        """Cut a program into blocks."""
 
 
 @dataclass(frozen=True)
@@ -82,6 +83,9 @@ LANGUAGES = (KLARTEXT, MILLPLUS, SINUMERIK, ISO)
 # A program shows its language in its first lines; a look at all of a million takes a second.
 HEAD = 2000
 
+# Lines of numbers only, which are most, hold no sign of a language.
+_WORTH_A_LOOK = re.compile(r"=|[A-Z_]{3}")
+
 # In a Sinumerik program a bracket after a name holds values, elsewhere all brackets hold comments.
 _BRACKET = re.compile(r"([A-Z_]{3,}[0-9]* *)?\([^()]*\)|;.*")
 
@@ -94,8 +98,8 @@ def find_language(source: Source) -> Language:
     source : the file
     """
     patterns = [(language, re.compile("|".join(language.signs))) for language in LANGUAGES if language.signs]
-    for text in source.lines[:HEAD]:
-        code = _BRACKET.sub(lambda found: f"{found[1]}(" if found[1] else "", text.upper())
+    for text in filter(_WORTH_A_LOOK.search, map(str.upper, source.lines[:HEAD])):
+        code = _BRACKET.sub(lambda found: f"{found[1]}(" if found[1] else "", text)
         for language, pattern in patterns:
             if pattern.search(code):
                 return language

@@ -1,4 +1,4 @@
-"""Programs of machine-axis words, read as a motion: G-code as Fanuc, Haas and LinuxCNC controls take it.
+"""Programs of machine-axis words, read as a motion.
 
 The words are positions of the machine's axes in the control's own sign; what `write_program` writes is read
 back as the same motion. A program in which the control places the tool's tip (G43.4, M428, TRAORI) isn't one
@@ -11,8 +11,6 @@ and no feed move is stretched to the axes' highest speeds: whether it keeps them
 
 from __future__ import annotations
 
-import math
-from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -20,18 +18,16 @@ from typing import Literal
 
 import numpy as np
 
-from fiveaxis.errors import SettingError
 from fiveaxis.findings import Finding, Place, Severity
-from fiveaxis.geometry import Array
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Motion
-from fiveaxis.nc.axis_track import AxisTrack
-from fiveaxis.nc.gcode import find_tip_control, split_blocks
+from fiveaxis.nc.axis_track import Columns
 from fiveaxis.nc.interpreter import Interpreter
-from fiveaxis.nc.modal import REFUSED, Modes
+from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.rows import MILLIMETRES
-from fiveaxis.nc.source import Source, load_source
-from fiveaxis.nc.units import Units
+from fiveaxis.nc.running import note_assumptions, run_program, why_nothing_moves
+from fiveaxis.nc.source import load_source
+from fiveaxis.nc.travel import motion_times
 from fiveaxis.toolpath import MoveKind
 
 # deg: a rotary axis that counts from 0 to 360 turns by no more.
@@ -100,98 +96,48 @@ def read_program(
         With file and line: whatever can't be read completely, a program in which the control places the
         tool's tip, a feed move before all axes are known, a rapid move of unknown speed.
     """
-    if unit is not None and unit not in MILLIMETRES:
-        raise SettingError(f"unknown unit {unit!r}; known: {', '.join(MILLIMETRES)}")
-    if rapid_mm_min is not None and not (math.isfinite(rapid_mm_min) and rapid_mm_min > 0.0):
-        raise SettingError(f"rapid {rapid_mm_min:g} mm/min must be a positive number")
-    source = load_source(path)
-    _refuse_tip_control(source)
-    interpreter = _set_up(source, machine, unit, start, program_zero, rapid_mm_min)
-    for block in split_blocks(source, block_delete=block_delete):
-        if interpreter.take(block):
-            _count_rest(source, block.line, interpreter.ignored)
-            break
-    return _finish(interpreter, machine)
-
-
-def _refuse_tip_control(source: Source) -> None:
-    found = find_tip_control(source)
-    if found is not None:
-        line, word = found
-        name = word if word.isalpha() else f"{word[0]}{word[1:].lstrip('0')}"
-        raise source.error(f"{name} {REFUSED[name]}", line)
-
-
-def _set_up(
-    source: Source,
-    machine: Machine,
-    unit: str | None,
-    start: Mapping[str, float] | None,
-    program_zero: Mapping[str, float] | None,
-    rapid_mm_min: float | None,
-) -> Interpreter:
-    zero = _by_column(program_zero, machine, "program_zero")
-    offsets = [0.0 if v is None else v for v in zero]
-    now = [
-        None if v is None else v + z
-        for v, z in zip(_by_column(start, machine, "start"), offsets, strict=True)
-    ]
-    ignored: Counter[str] = Counter()
-    speed = None if rapid_mm_min is None else rapid_mm_min / 60.0
-    return Interpreter(
-        source,
-        Modes(source, Units(source, unit)),
-        AxisTrack(source, machine, now, speed, ignored),
-        None if program_zero is None else offsets,
-        ignored,
+    options = ReadOptions(
+        unit=unit,
+        machine=machine,
+        start=start or {},
+        program_zero=program_zero,
+        rapid_mm_min=rapid_mm_min,
+        block_delete=block_delete,
     )
+    interpreter = run_program(load_source(path), machine, options, for_motion=True)
+    return _finish(interpreter, machine, None if rapid_mm_min is None else rapid_mm_min / 60.0)
 
 
-def _by_column(values: Mapping[str, float] | None, machine: Machine, option: str) -> list[float | None]:
-    """Sort values by letter into the machine's columns, (k,), None where there is none."""
-    columns: list[float | None] = [None] * len(machine.axes)
-    for letter, value in ({} if values is None else values).items():
-        if not math.isfinite(value):
-            raise SettingError(f"{option} of {letter} is {value:g}; it must be a finite number, mm or deg")
-        columns[machine.column(letter)] = float(value)
-    return columns
-
-
-def _count_rest(source: Source, end: int, ignored: Counter[str]) -> None:
-    """Count what stands after the program's end, which no control runs."""
-    rest = sum(1 for text in source.lines[end:] if text.strip() not in ("", "%"))
-    if rest:
-        ignored["lines after the end"] += rest
-
-
-def _finish(interpreter: Interpreter, machine: Machine) -> ProgramMotion:
+def _finish(interpreter: Interpreter, machine: Machine, rapid: float | None) -> ProgramMotion:
     track, source = interpreter.track, interpreter.source
-    if all(f is None for f in track.feeds):
-        raise source.error(_why_nothing_moves(track))
-    positions = track.positions()
-    _note_assumptions(interpreter)
-    _note_turns(interpreter, machine.shown(positions))
+    if len(track.rows) < 2:
+        raise source.error(why_nothing_moves(track))
+    columns = track.columns()
+    scale = MILLIMETRES[interpreter.modes.units.now]
+    time, feed = motion_times(columns, scale, rapid, source)
+    note_assumptions(interpreter)
+    _note_turns(interpreter, columns)
     return ProgramMotion(
         letters=machine.letters,
-        positions=positions,
-        feed=np.array(track.filled_feeds()),
-        time=np.array(track.times),
-        kind=np.array(track.kinds, dtype=np.int64),
-        source=np.array(track.lines, dtype=np.int64),
+        positions=columns.positions(),
+        feed=feed,
+        time=time,
+        kind=columns.kinds,
+        source=columns.lines,
         name=source.name,
         ignored=dict(sorted((word, n) for word, n in interpreter.ignored.items() if n)),
         findings=tuple(interpreter.findings),
     )
 
 
-def _note_turns(interpreter: Interpreter, shown: Array) -> None:
-    """Name the feed moves, (n, k) mm and deg, in which a rotary axis turns by more than half a turn.
+def _note_turns(interpreter: Interpreter, columns: Columns) -> None:
+    """Name the feed move in which a rotary axis turns most, if it is by more than half a turn.
 
     The words say so, but a control that counts an axis from 0 to 360 takes the shorter way.
     """
     track = interpreter.track
-    turns = np.abs(np.diff(shown[:, track.rotary], axis=0))
-    turns[np.array(track.kinds[1:]) != MoveKind.CUT] = 0.0
+    turns = np.abs(np.diff(columns.values[:, track.rotary], axis=0))
+    turns[columns.kinds[1:] != MoveKind.CUT] = 0.0
     long = np.flatnonzero((turns > HALF_TURN).any(axis=1))
     if len(long) == 0:
         return
@@ -203,37 +149,7 @@ def _note_turns(interpreter: Interpreter, shown: Array) -> None:
             "long-turn",
             f"{letter} turns by {turns[move, column]:.1f} deg in a feed move, the most of {len(long)} beyond "
             f"{HALF_TURN:g} deg; a control that takes the shorter way moves otherwise than is read here",
-            Place(location=int(move) + 1, line=track.lines[move + 1], file=interpreter.source.name),
+            Place(location=int(move) + 1, line=int(columns.lines[move + 1]), file=interpreter.source.name),
             value=float(turns[move, column]),
         )
     )
-
-
-def _why_nothing_moves(track: AxisTrack) -> str:
-    if track.approach and track.unknown:
-        return f"the program never gives the place of {track.unknown}, so no move is determined; give start"
-    if track.approach:
-        return "the program only goes to where it begins, and nothing moves from there; give start"
-    return "no block moves an axis; it isn't a program, or one of other words than G and axis letters"
-
-
-def _note_assumptions(interpreter: Interpreter) -> None:
-    """Say what the program didn't: its unit, and where its first moves came from."""
-    units, track = interpreter.modes.units, interpreter.track
-    if units.stated is None and units.asked is None:
-        interpreter.note(
-            Severity.WARNING,
-            "unit-assumed",
-            "the program doesn't state its unit (G20, G21); mm is taken, say unit=inch if it isn't",
-            track.lines[0],
-        )
-    if track.approach:
-        interpreter.findings.append(
-            Finding(
-                Severity.NOTE,
-                "approach-unknown",
-                f"{track.approach} rapid moves before this place start where the program doesn't tell; they "
-                "aren't in the motion (start says where)",
-                Place(location=0, line=track.lines[0], file=interpreter.source.name),
-            )
-        )

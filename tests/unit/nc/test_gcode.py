@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from fiveaxis.errors import ToolpathError
-from fiveaxis.nc.gcode import find_tip_control, split_blocks
+from fiveaxis.nc.gcode import split_blocks
 from fiveaxis.nc.source import Source
 
 
@@ -68,9 +68,12 @@ def test_blocks_after_a_slash_are_skipped_unread_where_asked():
         ("X1.2.3", "'.3' isn't a word"),
         ("X--1", "'X--1' isn't a word"),
         ("X1,R2", "is a chamfer or a rounding"),
-        ("X#1", "'#' is a variable or an expression"),
-        ("#1=5", "is a variable"),
-        ("G1 X[1+2]", "'[' is a variable"),
+        ("X#1", "#1 has no value up to here"),
+        ("#1=#2", "#2 has no value"),
+        ("X[1+]", "']' stands where a number"),
+        ("X[1/0]", "'[1/0]' has no value"),
+        ("X#1+2", "'#' is a variable or an expression"),
+        ("#1=5 X2", "'=' is of a Sinumerik program"),
         ("o<move> call", "jumps or repeats"),
         ("O100 while [1]", "'WHILE' jumps or repeats"),
         ("IF X1 GOTO 5", "jumps or repeats"),
@@ -93,24 +96,30 @@ def test_what_is_no_word_is_refused_with_its_line_and_reason(text, fact):
     assert fact in str(caught.value)
 
 
+def switches_of(text):
+    return [b.tip_control for b in blocks_of(text)]
+
+
 @pytest.mark.parametrize(
-    ("text", "word"),
+    ("on", "off"),
     [
-        ("G0 G43.4 H1", "G43.4"),
-        ("g 43.5", "G43.5"),
-        ("N5 M428 ; TCP", "M428"),
-        ("TRAORI", "TRAORI"),
-        ("TRAORI(1)", "TRAORI"),
-        ("FUNCTION TCPM F TCP", "TCPM"),
-        ("G141 L2=0", "G141"),
-        ("G234", "G234"),
-        ("M128 F1000", "M128"),
+        ("G0 G43.4 H1", "G49"),
+        ("g 43.5", "G43 H2"),
+        ("N5 M428 ; TCP", "M429"),
+        ("G141", "G40"),
+        ("G234", "G49"),
+        ("M128 F1000", "M129"),
     ],
 )
-def test_tip_control_is_found_whatever_stands_before_it(text, word):
-    assert find_tip_control(Source("part.nc", ["X=5 what", text])) == (2, word)
+def test_each_control_has_its_words_for_tip_control(on, off):
+    assert switches_of(f"{on}\nX1\n{off}") == [True, None, False]
 
 
-@pytest.mark.parametrize("text", ["G43 H4", "M429", "M1280", "G43.45", "(M428)", "; TRAORI", "X1 G40"])
+def test_words_that_switch_off_on_one_control_mean_something_else_on_another():
+    # LinuxCNC: G43 and G49 are the tool's length, whatever the kinematics.
+    assert switches_of("M428\nG43 H1\nG49\nM429") == [True, None, None, False]
+
+
+@pytest.mark.parametrize("text", ["G43 H4", "M1280", "G43.45", "X1 (M428)", "X1 ; TRAORI", "X1 G40"])
 def test_what_only_resembles_tip_control_is_none(text):
-    assert find_tip_control(Source("part.nc", [text])) is None
+    assert switches_of(text) == [None]

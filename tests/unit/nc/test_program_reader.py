@@ -162,18 +162,17 @@ def test_a_turn_back_through_zero_is_found_because_controls_differ(data, tmp_pat
 
 
 @pytest.mark.parametrize(
-    ("name", "line", "word"),
+    ("name", "code", "line", "word"),
     [
-        ("linuxcnc_impeller_xyzac.ngc", 4, "M428"),
-        ("linuxcnc_boat_xyzac.ngc", 2, "M428"),
-        ("nx_dmu70_840d_traori_inch.mpf", 17, "TRAORI"),
-        ("nx_nmv5000_fanuc_mm.nc", 350, "G43.4"),
-        ("nx_dmc160u_millplus.nc", 56, "G141"),
+        ("linuxcnc_impeller_xyzac.ngc", "640123", 4, "M428"),
+        ("linuxcnc_boat_xyzac.ngc", "640123", 2, "M428"),
+        ("nx_dmu70_840d_traori_inch.mpf", "650123", 17, "the block"),
+        ("nx_dmc160u_millplus.nc", "650123", 56, "G141"),
     ],
 )
-def test_programs_of_the_tools_tip_are_refused_as_such(data, trunnion, name, line, word):
+def test_programs_of_the_tools_tip_are_refused_as_such(data, name, code, line, word):
     with pytest.raises(ToolpathError) as caught:
-        read_program(data / "toolpaths" / name, trunnion)
+        read_program(data / "toolpaths" / name, Machine.from_code(code), rapid_mm_min=1000, start={"Z": 0})
     assert caught.value.line == line
     assert caught.value.message.startswith(f"{word} switches tool centre point control on")
 
