@@ -4,7 +4,8 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from fiveaxis.kinematics import linear_positions, tool_axes
+from fiveaxis.geometry import normalise
+from fiveaxis.kinematics import linear_positions, positions_about, tool_axes
 from fiveaxis.kinematics.symbolic import linear_axes_of_posture, tool_axis_of_posture
 from fiveaxis.machine import Machine, load_machine
 from fiveaxis.toolpath import Tool
@@ -47,3 +48,19 @@ def test_the_jacobian_of_the_linear_axes_is_that_of_finite_differences(trunnion)
         np.testing.assert_allclose(
             np.array(jacobian(p, r))[:, k], (ends[0] - ends[1]) / (2 * h), rtol=1e-7, atol=1e-6
         )
+
+
+def test_a_tool_that_turns_about_its_contact_has_the_same_equations_in_both(trunnion):
+    tool = Tool.bull(16, 4)
+    pivot, normal, rotary = (ca.SX.sym(*name) for name in (("pivot", 3), ("normal", 3), ("rotary", 2)))
+    linear = linear_axes_of_posture(trunnion, pivot, rotary, tool.zone, normal)
+    function = ca.Function("linear", [pivot, normal, rotary], [linear])
+    n = normalise(RNG.normal(size=(20, 3)))
+    n[3] = 0.0  # a link: nothing is touched
+    p, r = RNG.uniform(-50, 50, (20, 3)), RNG.uniform(-1.4, 1.4, (20, 2))
+    positions, axis = positions_about(trunnion, p, r, tool.zone, n)
+    for i in range(20):
+        found = np.array(function(p[i], n[i], r[i])).ravel()
+        np.testing.assert_allclose(found, positions[i, trunnion.linear_columns], atol=1e-9)
+    tips = tool.zone.tip(p, np.where(n == 0.0, np.nan, n), axis)
+    np.testing.assert_allclose(positions, linear_positions(trunnion, tips, r), atol=1e-9)

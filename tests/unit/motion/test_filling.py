@@ -1,5 +1,7 @@
 """What axes that run linearly do between two locations."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -48,3 +50,22 @@ def test_divided_moves_have_equal_parts_and_belong_to_the_move_they_were_in():
     np.testing.assert_allclose(divided.pivot[:, 0], [30, 32.5, 35, 35 + 5 / 3, 35 + 10 / 3, 40])
     assert divided.source.tolist() == [1, 2, 2, 3, 3, 3]
     assert np.isfinite(divided.normal[:, 2]).tolist() == [True, False, True, False, False, True]
+
+
+def test_a_bull_noses_centre_keeps_to_its_chord_and_its_contacts_stay(hayashi):
+    tool = Tool.bull(8, 1)
+    path = straight_cut()
+    path = Toolpath.from_contacts(path.contact, path.normal, tool)
+    rotary = np.radians([[0, -20], [8, -20], [16, -30], [46, -50]])
+    filled, motion = fill_in(path, hayashi, rotary, tolerance=0.005)
+    assert len(filled) > len(path)
+    tip, axis = tool_poses(hayashi, motion.positions)
+    kept = np.flatnonzero(np.isfinite(filled.normal[:, 0]))
+    touched = tool.cutter.contacts(tip[kept], path.normal, axis[kept])
+    np.testing.assert_allclose(touched, path.contact, atol=1e-9)
+    # The centre, 1 mm above the tip, runs straight from location to location: no jump where blocks begin.
+    centre = tip + 1.0 * axis
+    for first, last in pairwise(kept):
+        way = (centre[last] - centre[first]) / np.linalg.norm(centre[last] - centre[first])
+        off = np.cross(centre[first : last + 1] - centre[first], way)
+        np.testing.assert_allclose(off, 0.0, atol=1e-9)

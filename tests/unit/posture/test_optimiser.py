@@ -8,7 +8,9 @@ import pytest
 from fiveaxis.errors import Infeasible, MachineError, SettingError, ToolpathError
 from fiveaxis.machine import Limits, Machine
 from fiveaxis.posture import optimise
-from fiveaxis.toolpath import Tool, Toolpath
+from fiveaxis.toolpath import Tool, Toolpath, parse_tool
+from fiveaxis.verification import tool_poses as pinocchio_poses
+from fiveaxis.verification import verify
 
 TOLERANCE = 1e-9
 
@@ -221,3 +223,34 @@ def test_an_unreachable_sequence_names_the_bound_on_turns(hayashi):
         optimise(ring(12), hayashi, tilt=(15, 75))
     assert "--max-turn" in " ".join([str(caught.value), *(f.message for f in caught.value.findings)])
     assert_sound(optimise(ring(12), hayashi, tilt=(15, 75), max_turn=60.0))
+
+
+@pytest.mark.parametrize(
+    ("text", "tilt"), [("bull:6:1", (15, 75)), ("flat:6", (5, 60)), ("taper:3:4:8", (15, 75))]
+)
+def test_any_cutter_keeps_the_contacts_that_the_path_asks_for(hayashi, text, tilt):
+    path, tool = ring(), parse_tool(text)
+    solution = optimise(Toolpath.from_contacts(path.contact, path.normal, tool), hayashi, tilt=tilt)
+    assert_sound(solution)
+    tip, axis = pinocchio_poses(hayashi, solution.motion.positions)
+    touched = tool.cutter.contacts(tip, path.normal, axis)
+    np.testing.assert_allclose(touched, path.contact, atol=1e-8)
+    assert verify(solution.motion, hayashi, solution.toolpath, tilt=tilt).ok
+
+
+def test_a_cone_about_the_programmed_axis_keeps_a_bull_nose_on_its_corner(hayashi):
+    path, tool = ring(), Tool.bull(6, 1)
+    side = np.cross(path.normal, [0.0, 0.0, 1.0])
+    side = side / np.linalg.norm(side, axis=1, keepdims=True)
+    lean = np.radians(82.0)
+    axis = np.cos(lean) * path.normal + np.sin(lean) * np.cross(side, path.normal)
+    tip = tool.cutter.tips(path.contact, path.normal, axis)
+    programmed = Toolpath.from_tips(tip, axis, tool).touching_at(path.normal)
+    solution = optimise(programmed, hayashi, cone=20)
+    assert_sound(solution)
+    _, found = pinocchio_poses(hayashi, solution.motion.positions)
+    # The cone alone would let the tool lean to 102 deg, where a bull nose doesn't touch with its corner.
+    assert np.sum(found * path.normal, axis=1).min() >= -1e-9
+    assert np.degrees(np.arccos(np.sum(found * axis, axis=1).clip(-1, 1))).max() <= 20.0 + 1e-6
+    touched = tool.cutter.contacts(solution.toolpath.tips(found), path.normal, found)
+    np.testing.assert_allclose(touched, path.contact, atol=1e-8)
