@@ -1,7 +1,8 @@
-"""Waterline finishing of walls with a ball end mill: from a mesh to passes of contact points."""
+"""Finishing passes of a ball end mill on a mesh, and the contacts of programmed paths."""
 
 from fiveaxis.contour.mesh import load_mesh
 from fiveaxis.contour.planner import plan_contour
+from fiveaxis.contour.quality import PlanReport, path_quality
 from fiveaxis.contour.touching import find_contacts
 
-__all__ = ["find_contacts", "load_mesh", "plan_contour"]
+__all__ = ["PlanReport", "find_contacts", "load_mesh", "path_quality", "plan_contour"]

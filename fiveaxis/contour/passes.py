@@ -11,12 +11,9 @@ from numpy.typing import NDArray
 from fiveaxis.contour.contacts import Contacts
 from fiveaxis.contour.distance import BallSpace
 from fiveaxis.contour.surface import SHARP_EDGE
+from fiveaxis.contour.walls import Walls
 from fiveaxis.geometry import Array, IntArray, angle_between
 
-# A wall's normal is at least this far from the vertical; flatter places are not finished by waterlines.
-FLATTEST_WALL = np.radians(10.0)
-# A wall overhangs where its normal points at least this far below the horizontal.
-LEAST_OVERHANG = np.radians(1.0)
 FEWEST_CONTACTS = 3
 
 
@@ -49,6 +46,11 @@ class Pass:
         rows = np.arange(first, last + 1)
         return Pass(self.contacts.take(rows, closed=False), self.centres[rows])
 
+    def reversed(self) -> Pass:
+        """Return the pass followed the other way."""
+        rows = np.arange(len(self))[::-1]
+        return Pass(self.contacts.take(rows, closed=self.contacts.closed), self.centres[rows])
+
     def started_at(self, row: int) -> Pass:
         """Return the pass opened at a row; a closed one comes back to it at its end."""
         if not self.contacts.closed:
@@ -58,7 +60,7 @@ class Pass:
 
 
 def split_passes(
-    contacts: Contacts, space: BallSpace, *, spacing: float, overhang: bool
+    contacts: Contacts, space: BallSpace, walls: Walls, *, spacing: float, min_length: float = 0.0
 ) -> tuple[list[Pass], Counter[str]]:
     """Keep the contacts on walls that the ball can touch, and split where it can't go on.
 
@@ -66,13 +68,20 @@ def split_passes(
     between them is clear, and, where contacts between them were taken out, the ball's centre moves no
     farther than `spacing`: the facets of a fillet then don't tear a pass apart, but an inner corner does.
 
+    Parameters
+    ----------
+    contacts : along one section curve
+    space : where the ball can be
+    walls : which contacts are wanted
+    spacing, min_length : mm, of contacts and of the shortest pass that is kept
+
     Returns
     -------
     passes : in the order of the curve
     left_out : what was taken out, with counts
     """
     centres = contacts.points + space.radius * contacts.normals
-    wall = _is_wall(contacts.normals[:, 2], overhang=overhang) | contacts.rolling
+    wall = walls.keep(contacts.normals) | contacts.rolling
     kept = wall & space.fits(centres)
     left_out = Counter({"contacts where the ball would gouge": int((wall & ~kept & ~contacts.rolling).sum())})
     rows = np.flatnonzero(kept)
@@ -84,17 +93,14 @@ def split_passes(
     runs = [rows] if closed else _runs(rows, joined, contacts.rolling)
     passes = []
     for run in runs:
-        if _is_long(contacts.points[run], contacts.rolling[run], spacing):
-            passes.append(Pass(contacts.take(run, closed=closed), centres[run]))
-        else:
+        length = _length(contacts.points[run], closed=closed)
+        if (~contacts.rolling[run]).sum() < FEWEST_CONTACTS or length < spacing:
             left_out["passes shorter than 3 contacts or the spacing"] += 1
+        elif length < min_length:
+            left_out["passes shorter than the minimum length"] += 1
+        else:
+            passes.append(Pass(contacts.take(run, closed=closed), centres[run]))
     return passes, left_out
-
-
-def _is_wall(upward: Array, *, overhang: bool) -> NDArray[np.bool_]:
-    highest = -np.sin(LEAST_OVERHANG) if overhang else np.cos(FLATTEST_WALL)
-    wall: NDArray[np.bool_] = (upward >= -np.cos(FLATTEST_WALL)) & (upward <= highest)
-    return wall
 
 
 def _joined(
@@ -121,7 +127,6 @@ def _runs(rows: IntArray, joined: NDArray[np.bool_], rolling: NDArray[np.bool_])
     return [run[cut[0] : cut[-1] + 1] for run, cut in touching if len(cut)]
 
 
-def _is_long(points: Array, rolling: NDArray[np.bool_], spacing: float) -> bool:
-    if (~rolling).sum() < FEWEST_CONTACTS:
-        return False
-    return float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum()) >= spacing
+def _length(points: Array, *, closed: bool) -> float:
+    steps = np.diff(points, axis=0, append=points[:1] if closed else points[-1:])
+    return float(np.linalg.norm(steps, axis=1).sum())

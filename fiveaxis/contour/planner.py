@@ -1,70 +1,98 @@
-"""The waterline planner: sections, contacts, passes, links, in this order."""
+"""The planner: sections, contacts, passes, links, in this order."""
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal, get_args
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fiveaxis.contour.contacts import sample_loop
 from fiveaxis.contour.distance import BallSpace, TriangleTree
-from fiveaxis.contour.linking import LinkedPass, Linker, link_passes
+from fiveaxis.contour.levels import scallop_levels, section_levels
+from fiveaxis.contour.linking import LinkedPass, Linking, open_passes, shorten_links
 from fiveaxis.contour.mesh import check_mesh, load_mesh
+from fiveaxis.contour.options import Direction, Order, PlanOptions, Strategy
+from fiveaxis.contour.ordering import Queue, by_levels, in_order, islands
 from fiveaxis.contour.passes import Pass, split_passes
-from fiveaxis.contour.sections import section_levels, section_loops
+from fiveaxis.contour.sections import section_loops
 from fiveaxis.contour.surface import Surface
-from fiveaxis.errors import MeshError, SettingError
+from fiveaxis.contour.walls import Walls
+from fiveaxis.contour.ways import Linker
+from fiveaxis.errors import MeshError
 from fiveaxis.geometry import Array, IntArray
 from fiveaxis.toolpath import MoveKind, Tool, Toolpath, divide
 
 if TYPE_CHECKING:
     import trimesh
 
-Direction = Literal["climb", "conventional"]
 Progress = Callable[[int, int], None]
-UNITS = {"stepdown": "mm", "spacing": "mm", "feed_mm_min": "mm/min", "clearance": "mm"}
 # mm: largest distance of locations on a link. The tool leans while it crosses over, and what the axes must do
 # for that is seen at the locations only.
 LINK_SPACING = 2.0
-# Finest stepdown and spacing as a share of the part's extent.
-FINEST_SHARE = 1e-5
+# An order by islands is improved so often.
+RETRIES = 2
 
 
 def plan_contour(
     part: str | Path | trimesh.Trimesh,
     tool: Tool,
     *,
-    stepdown: float = 1.0,
+    strategy: Strategy = "waterline",
+    stepdown: float | None = None,
+    stepover: float | None = None,
+    scallop: float | None = None,
+    raster_angle: float | None = None,
     spacing: float = 0.5,
     overhang: bool = False,
-    feed_mm_min: float = 1000.0,
+    spiral: bool = False,
     direction: Direction = "climb",
+    order: Order = "levels",
+    lead_in: float = 0.0,
+    lead_out: float = 0.0,
+    min_length: float = 0.0,
+    feed_mm_min: float = 1000.0,
     clearance: float = 5.0,
     allow_open: bool = False,
     progress: Progress | None = None,
 ) -> Toolpath:
-    """Plan waterline passes over a part's walls with a ball end mill.
+    """Plan finishing passes over a part's walls with a ball end mill.
 
-    The contacts lie on horizontal sections of the mesh. At each the ball stays out of the mesh but for
-    0.01 mm, and so it does on the links, which go from pass to pass through the air; contacts where it can't
-    are taken out and the pass is split there. Around a sharp convex edge the ball rolls without cutting,
-    as a link. Only the ball is looked at: shank, holder, table and fixture are for `collision`. The postures
-    are chosen later, so the path has no tool axes.
+    The contacts lie on plane sections of the mesh: horizontal ones (waterlines), or upright parallel ones
+    (a raster), which also cut floors. At each contact the ball stays out of the mesh but for 0.01 mm, and so
+    it does on the links, which go from pass to pass through the air; contacts where it can't are taken out
+    and the pass is split there. Around a sharp convex edge the ball rolls without cutting, as a link. Only
+    the ball is looked at, not shank, holder, table or fixture. The postures are chosen later, so the path has
+    no tool axes.
 
     Parameters
     ----------
     part : mesh file, or mesh, in mm and in the workpiece frame with z up
-    tool : the ball end mill
-    stepdown : mm, between sections
+    tool : a ball end mill or a lollipop
+    strategy : ``waterline`` or ``raster``. A face within 10 degrees of its section planes is left out, and
+        so is one that looks straight down
+    stepdown : mm, between a waterline's sections; 1 mm unless `scallop` is given
+    stepover : mm, between a raster's sections; 1 mm unless `scallop` is given
+    scallop : mm, highest ridge between neighbouring passes: sections lie as near to each other as the slope
+        and the curvature of the walls ask for (`fiveaxis.contour.levels`), and no farther apart than stepdown
+        or stepover, if one is given too
+    raster_angle : **degrees**, direction of a raster's passes, from x towards y; 0 by default
     spacing : mm, largest distance between contacts along a section
     overhang : only walls whose normals point downward
+    spiral : join closed waterlines of one wall into one that descends without a link
+    direction : ``climb`` or ``conventional`` for a spindle that turns clockwise, or ``zigzag``: open passes
+        are followed either way, whichever link is shorter. A climbing waterline has the material right of
+        the feed seen from above
+    order : ``levels`` cuts every section before the next; ``islands`` goes down one wall as long as that
+        makes the links shorter, never before the passes above it are done
+    lead_in, lead_out : mm, radius of the arcs that lead to and from passes, tangential, in the plane of feed
+        and normal; 0 for none. Where a half or a quarter of it has no room either, the ball comes along the
+        normal, and that is counted
+    min_length : mm, shorter passes are left out
     feed_mm_min : mm/min, cuts and links alike
-    direction : ``climb`` keeps the material right of the feed seen from above, ``conventional`` left
     clearance : mm, between the ball and the part's top while it crosses over; also how far it leaves the
         surface along the normal, where there is room and the ball's diameter is no less
     allow_open : go on with a mesh that isn't watertight
@@ -72,57 +100,34 @@ def plan_contour(
 
     Returns
     -------
-    Toolpath; `ignored` counts what was left out and why
+    Toolpath; `ignored` counts what was left out and why. `path_quality` measures its ridges and chords
 
     Raises
     ------
     MeshError
         A mesh that can't be read or planned on; no walls, or none that the ball can reach.
     SettingError
-        An option outside its range.
+        An option outside its range, or that doesn't go with another.
+    ToolError
+        A cutter that isn't a ball.
     """
-    settings = _Settings(stepdown, spacing, overhang, feed_mm_min, direction, clearance)
+    options = PlanOptions(
+        strategy, stepdown, stepover, scallop, raster_angle, spacing, overhang, spiral, direction, order,
+        lead_in, lead_out, min_length, feed_mm_min, clearance,
+    )  # fmt: skip
+    options.check_tool(tool)
     name, mesh = _mesh(part, allow_open)
     surface = Surface.from_mesh(mesh)
-    settings.check_size(float(np.ptp(surface.bounds, axis=0).max()))
+    options.check_size(float(np.ptp(surface.bounds, axis=0).max()), tool.radius)
     space = BallSpace(TriangleTree.build(surface.triangles), tool.radius)
-    levels, left_out = _cut_levels(surface, space, settings, progress)
-    linked, unlinked = link_passes(levels, Linker(space, surface.bounds, clearance))
-    left_out += unlinked
+    levels, left_out = _cut_levels(surface, space, options, progress)
+    linker = Linker(space, surface.bounds, clearance)
+    opened = _opened(levels, linker, options)
+    linked = opened.joined()
+    left_out += opened.left_out
     if not linked:
         raise MeshError(_nothing_left(surface, left_out, tool, overhang=overhang), file=name)
-    return _toolpath(linked, tool, settings, name, left_out)
-
-
-@dataclass(frozen=True)
-class _Settings:
-    """The options of `plan_contour` that are numbers and words, in the units of its arguments."""
-
-    stepdown: float
-    spacing: float
-    overhang: bool
-    feed_mm_min: float
-    direction: Direction
-    clearance: float
-
-    def __post_init__(self) -> None:
-        for name, unit in UNITS.items():
-            value = getattr(self, name)
-            if not (math.isfinite(value) and value > 0.0):
-                raise SettingError(f"{name} = {value:g} {unit} is out of range; give more than 0 {unit}")
-        if self.direction not in get_args(Direction):
-            known = " or ".join(repr(d) for d in get_args(Direction))
-            raise SettingError(f"direction = {self.direction!r} is unknown; give {known}")
-
-    def check_size(self, extent: float) -> None:
-        """Refuse steps that are tiny beside the part's extent, mm, before they fill the memory."""
-        for name in ("stepdown", "spacing"):
-            value = getattr(self, name)
-            if value < extent * FINEST_SHARE:
-                raise SettingError(
-                    f"{name} = {value:g} mm is below {extent * FINEST_SHARE:g} mm, the finest for a part of "
-                    f"{extent:g} mm; give more, or check the part's unit"
-                )
+    return _toolpath(linked, tool, options, name, left_out)
 
 
 def _mesh(part: str | Path | trimesh.Trimesh, allow_open: bool) -> tuple[str, trimesh.Trimesh]:
@@ -132,14 +137,16 @@ def _mesh(part: str | Path | trimesh.Trimesh, allow_open: bool) -> tuple[str, tr
 
 
 def _cut_levels(
-    surface: Surface, space: BallSpace, settings: _Settings, progress: Progress | None
+    surface: Surface, space: BallSpace, options: PlanOptions, progress: Progress | None
 ) -> tuple[list[list[Pass]], Counter[str]]:
-    """Find the passes of every section, from the top down."""
-    heights = section_levels(surface, settings.stepdown)
+    """Find the passes of every section, from the far end of the sections' normal on."""
+    turned = surface if options.strategy == "waterline" else surface.turned(options.frame)
+    walls = Walls(options.frame[2], options.overhang)
+    heights = _heights(surface, turned, walls, space.radius, options)
     levels = []
     left_out: Counter[str] = Counter()
     for done, height in enumerate(heights, start=1):
-        passes, lost = _cut_level(surface, space, settings, height)
+        passes, lost = _cut_level(surface, turned, space, walls, options, height)
         levels.append(passes)
         left_out += lost
         if progress is not None:
@@ -147,21 +154,55 @@ def _cut_levels(
     return levels, left_out
 
 
+def _heights(surface: Surface, turned: Surface, walls: Walls, radius: float, options: PlanOptions) -> Array:
+    """Heights of the sections in their own frame, mm."""
+    if options.scallop is None:
+        return section_levels(turned, float(options.step or 0.0))
+    kept = walls.keep(surface.facet_normals) & (np.linalg.norm(surface.facet_normals, axis=1) > 0.5)
+    return scallop_levels(turned, kept, radius=radius, scallop=options.scallop, step=options.step)
+
+
 def _cut_level(
-    surface: Surface, space: BallSpace, settings: _Settings, height: float
+    surface: Surface,
+    turned: Surface,
+    space: BallSpace,
+    walls: Walls,
+    options: PlanOptions,
+    height: float,
 ) -> tuple[list[Pass], Counter[str]]:
     passes: list[Pass] = []
     left_out: Counter[str] = Counter()
-    for loop in section_loops(surface, height):
-        contacts = sample_loop(loop, surface, radius=space.radius, spacing=settings.spacing)
+    for loop in section_loops(turned, height):
+        curve = loop if turned is surface else loop.turned(options.frame.T)
+        contacts = sample_loop(curve, surface, radius=space.radius, spacing=options.spacing)
         if contacts is None:
             continue
-        if settings.direction == "conventional":
+        if options.backward:
             contacts = contacts.take(np.arange(len(contacts))[::-1], closed=contacts.closed)
-        found, lost = split_passes(contacts, space, spacing=settings.spacing, overhang=settings.overhang)
+        found, lost = split_passes(
+            contacts, space, walls, spacing=options.spacing, min_length=options.min_length
+        )
         passes += found
         left_out += lost
     return passes, left_out
+
+
+def _opened(levels: list[list[Pass]], linker: Linker, options: PlanOptions) -> Linking:
+    """Open the passes in the order that was asked for."""
+    leads = {"lead_in": options.lead_in, "lead_out": options.lead_out}
+    either_way = options.direction == "zigzag"
+    best = open_passes(by_levels(levels, either_way=either_way), linker, **leads)
+    if options.order == "levels":
+        return best
+    passes, below = islands(levels, options.frame[2])
+    nearest = open_passes(Queue(passes, below, either_way), linker, **leads)
+    best = min(best, nearest, key=lambda found: found.length)
+    # Closed passes open elsewhere in another order, which leaves room for a second try.
+    for _ in range(RETRIES):
+        order = shorten_links(best, below)
+        again = open_passes(in_order(passes, order, either_way=either_way), linker, **leads)
+        best = min(best, again, key=lambda found: found.length)
+    return best
 
 
 def _nothing_left(surface: Surface, left_out: Counter[str], tool: Tool, *, overhang: bool) -> str:
@@ -175,7 +216,7 @@ def _nothing_left(surface: Surface, left_out: Counter[str], tool: Tool, *, overh
 
 
 def _toolpath(
-    linked: list[LinkedPass], tool: Tool, settings: _Settings, name: str, left_out: Counter[str]
+    linked: list[LinkedPass], tool: Tool, options: PlanOptions, name: str, left_out: Counter[str]
 ) -> Toolpath:
     pivot, contact, normal, kind = (
         np.concatenate(column) for column in zip(*map(_rows, linked), strict=True)
@@ -187,7 +228,7 @@ def _toolpath(
         contact=contact,
         normal=normal,
         axis=np.full((n, 3), np.nan),
-        feed=np.full(n, settings.feed_mm_min / 60.0),
+        feed=np.full(n, options.feed_mm_min / 60.0),
         kind=kind,
         source=np.arange(1, n + 1),
         name=name,

@@ -1,16 +1,13 @@
-"""Horizontal sections of the part's surface, chained into directed loops."""
+"""Plane sections of the part's surface, chained into directed loops."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from fiveaxis.contour.surface import Surface
 from fiveaxis.geometry import Array, IntArray
-
-# A level this near to vertices, in mm, would run along the edges between them.
-VERTEX_DISTANCE = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,29 +29,9 @@ class Loop:
     normals: Array
     closed: bool
 
-
-def section_levels(surface: Surface, stepdown: float) -> Array:
-    """Choose the heights of the sections, mm, from the top down.
-
-    The first lies half a step below the top, so that no section runs in the part's top or bottom. A level
-    that meets vertices moves by a hundredth of a step or two: a section along a ring of mesh vertices
-    would lie in no triangle.
-    """
-    bottom, top = surface.bounds[:, 2]
-    count = max(1, int(np.floor((top - bottom) / stepdown + 0.5)))
-    step = min(stepdown, top - bottom)
-    levels = top - step * (np.arange(count) + 0.5)
-    heights = np.unique(surface.vertices[:, 2])
-    return np.array([_off_vertices(z, step, heights) for z in levels[levels > bottom]])
-
-
-def _off_vertices(level: float, step: float, heights: Array) -> float:
-    for shift in (0.0, 0.01, -0.01, 0.02, -0.02):
-        z = level + shift * step
-        k = np.searchsorted(heights, z - VERTEX_DISTANCE)
-        if k == len(heights) or heights[k] > z + VERTEX_DISTANCE:
-            return z
-    return level
+    def turned(self, frame: Array) -> Loop:
+        """Express a curve in another frame, whose axes are the rows of a (3, 3)."""
+        return replace(self, points=self.points @ frame.T, normals=self.normals @ frame.T)
 
 
 def section_loops(surface: Surface, level: float) -> list[Loop]:

@@ -42,6 +42,12 @@ class Surface:
         facets = facet_normals(vertices[faces])
         return cls(vertices, faces, facets, corner_normals(vertices, faces, facets))
 
+    def turned(self, frame: Array) -> Surface:
+        """Express the surface in another frame, whose axes are the rows of a (3, 3)."""
+        return Surface(
+            self.vertices @ frame.T, self.faces, self.facet_normals @ frame.T, self.corner_normals @ frame.T
+        )
+
     @property
     def triangles(self) -> Array:
         """(f, 3, 3), mm: corners of the triangles."""

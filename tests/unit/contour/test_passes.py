@@ -7,6 +7,9 @@ from fiveaxis.contour.distance import BallSpace, TriangleTree
 from fiveaxis.contour.passes import split_passes
 from fiveaxis.contour.sections import section_loops
 from fiveaxis.contour.surface import Surface
+from fiveaxis.contour.walls import Walls
+
+UP = np.array([0.0, 0.0, 1.0])
 
 
 def extruded(outline: list[tuple[float, float]], height: float = 60.0) -> trimesh.Trimesh:
@@ -31,7 +34,7 @@ def passes_of(mesh: trimesh.Trimesh, radius: float, *, spacing: float = 0.5, ove
     space = BallSpace(TriangleTree.build(surface.triangles), radius)
     (loop,) = section_loops(surface, 0.1)
     contacts = sample_loop(loop, surface, radius=radius, spacing=spacing)
-    return *split_passes(contacts, space, spacing=spacing, overhang=overhang), space
+    return *split_passes(contacts, space, Walls(UP, overhang), spacing=spacing), space
 
 
 def test_the_prism_helper_is_watertight():
@@ -85,7 +88,7 @@ def test_floors_are_no_walls():
     normals = np.tile([0.05, 0.0, 1.0], (5, 1)) / np.hypot(0.05, 1.0)
     flat = Contacts(np.c_[np.arange(5.0), np.zeros((5, 2))], normals, np.zeros(5, dtype=bool), closed=False)
     far = BallSpace(TriangleTree.build(np.full((1, 3, 3), 100.0)), 1.0)
-    assert split_passes(flat, far, spacing=1.0, overhang=False)[0] == []
+    assert split_passes(flat, far, Walls(UP), spacing=1.0)[0] == []
 
 
 @pytest.mark.parametrize(("lean", "selected"), [(0.1, False), (0.0, False), (-0.005, False), (-0.1, True)])
@@ -93,4 +96,4 @@ def test_overhang_selects_normals_that_point_downward(lean, selected):
     normals = np.tile([np.sqrt(1.0 - lean**2), 0.0, lean], (5, 1))
     wall = Contacts(np.c_[np.arange(5.0), np.zeros((5, 2))], normals, np.zeros(5, dtype=bool), closed=False)
     far = BallSpace(TriangleTree.build(np.full((1, 3, 3), 100.0)), 1.0)
-    assert bool(split_passes(wall, far, spacing=1.0, overhang=True)[0]) == selected
+    assert bool(split_passes(wall, far, Walls(UP, overhang=True), spacing=1.0)[0]) == selected

@@ -2,7 +2,8 @@ import numpy as np
 import pytest
 import trimesh
 
-from fiveaxis.contour.sections import section_levels, section_loops
+from fiveaxis.contour.levels import section_levels
+from fiveaxis.contour.sections import section_loops
 from fiveaxis.contour.surface import Surface
 
 

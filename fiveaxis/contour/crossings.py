@@ -1,0 +1,120 @@
+"""Compiled search for the passes beside a contact.
+
+Importing this module loads numba; `quality` does so when it is first asked for ridges.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fiveaxis.contour.distance import TriangleTree
+from fiveaxis.contour.kernels import STACK, box_gap, compiled
+from fiveaxis.geometry import Array, IntArray
+
+# A crossing nearer to the contact than this share of the search's reach lies on its own pass.
+OWN = 1e-3
+# Passes of one wall end a little apart from each other. Where the nearest crossing is this many moves or less
+# beyond the end of a pass, that pass lies beside the contact's, and nothing farther away is its neighbour.
+BEYOND = 3.0
+
+
+def crossings(
+    points: Array, heading: Array, normals: Array, starts: IntArray, reach: float
+) -> tuple[IntArray, Array]:
+    """Find the cutting moves that cross the plane across the feed next to each contact, on either side.
+
+    Parameters
+    ----------
+    points, heading, normals : (n, 3), mm and unit vectors; rows with a heading of zero find nothing
+    starts : (m,), rows from which a move leads to the next row
+    reach : mm
+
+    Returns
+    -------
+    move : (n, 2), indices into `starts` of the nearest crossing to the left and right, −1 for none and for
+        one beyond the end of a pass
+    share : (n, 2), where on the move, 0…1
+    """
+    ends = points[starts], points[starts + 1]
+    over = np.zeros((len(starts), 2))
+    over[1:, 0] = over[:-1, 1] = np.where(np.diff(starts) > 1, BEYOND, 0.0)
+    over[0, 0] = over[-1, 1] = BEYOND
+    tree = TriangleTree.build(np.stack([*ends, ends[1]], axis=1))
+    return _crossings(points, heading, normals, starts, tree.triangles, tree.boxes, tree.order, over, reach)
+
+
+@compiled
+def _crossings(
+    points: Array,
+    heading: Array,
+    normals: Array,
+    starts: IntArray,
+    segments: Array,
+    boxes: Array,
+    order: IntArray,
+    over: Array,
+    reach: float,
+) -> tuple[IntArray, Array]:
+    found = np.full((len(points), 2), -1, np.int64)
+    shares = np.zeros((len(points), 2))
+    for i in range(len(points)):
+        if np.any(heading[i] != 0.0):
+            _cross(i, points, heading, normals, starts, segments, boxes, order, over, reach, found, shares)
+    return found, shares
+
+
+@compiled
+def _cross(
+    i: int,
+    points: Array,
+    heading: Array,
+    normals: Array,
+    starts: IntArray,
+    segments: Array,
+    boxes: Array,
+    order: IntArray,
+    over: Array,
+    reach: float,
+    found: IntArray,
+    shares: Array,
+) -> None:
+    """Walk down the tree of segments for one contact; both sides' nearest crossings are kept."""
+    leaves = len(boxes) // 2
+    width = len(segments) // leaves
+    p, h, n = points[i], heading[i], normals[i]
+    b = np.array([n[1] * h[2] - n[2] * h[1], n[2] * h[0] - n[0] * h[2], n[0] * h[1] - n[1] * h[0]])
+    best = np.array([reach * reach, reach * reach])
+    waiting = np.empty(STACK, np.int64)
+    waiting[0] = 1
+    count = 1
+    while count > 0:
+        count -= 1
+        node = waiting[count]
+        if box_gap(p, boxes[node]) >= max(best[0], best[1]):
+            continue
+        if node < leaves:
+            swap = box_gap(p, boxes[2 * node]) < box_gap(p, boxes[2 * node + 1])
+            waiting[count] = 2 * node + 1 if swap else 2 * node
+            waiting[count + 1] = 2 * node if swap else 2 * node + 1
+            count += 2
+            continue
+        for k in range((node - leaves) * width, (node - leaves + 1) * width):
+            row = starts[order[k]]
+            if row == i or row + 1 == i or np.sum(normals[row] * n) < 0.5:
+                continue
+            start, end = np.sum((segments[k, 0] - p) * h), np.sum((segments[k, 1] - p) * h)
+            if start == end:
+                continue
+            t = start / (start - end)
+            if t < -over[order[k], 0] or t > 1.0 + over[order[k], 1]:
+                continue
+            apart = segments[k, 0] + t * (segments[k, 1] - segments[k, 0]) - p
+            across, above = np.sum(apart * b), np.sum(apart * n)
+            if abs(across) < max(abs(above), OWN * reach):
+                continue
+            side = 0 if across > 0.0 else 1
+            gap = np.sum(apart * apart)
+            if gap < best[side]:
+                best[side] = gap
+                found[i, side] = order[k] if 0.0 <= t <= 1.0 else -1
+                shares[i, side] = t

@@ -1,0 +1,192 @@
+"""Where the sections lie: at equal distances, or so that the ridge between passes is nowhere too high.
+
+Between two passes of a ball of radius R, a distance d apart on a surface of normal curvature κ across them
+(κ > 0 where it is convex, 0 where it is flat), a ridge of height h stays::
+
+    d = 4/κ · asin(κ/2 · sqrt((2 R h − h²) / ((1 + κ R) (1 + κ h))))    →  2 sqrt(2 R h − h²)  for κ → 0
+
+It follows from the two circles about the ball's centres, which lie ``1/κ + R`` from the centre of curvature,
+and the ridge between them, ``1/κ + h`` from it. To first order in h it is the ``sqrt(8 h R / (1 + κ R))`` of
+the literature.
+
+A wall whose normal makes the angle α with that of the section planes climbs ``sin α`` per length on it, so
+that the distance of two levels, counted in steps d on it, is ``∫ dz / (d sin α)``. The levels lie where the
+integral of the largest integrand of all walls at each height has grown by one: then no wall has more than
+one step between neighbouring levels.
+
+References
+----------
+Suresh, Yang (1994), constant scallop-height machining of free-form surfaces; Lin, Koren (1996), efficient
+tool-path planning for machining free-form surfaces.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from fiveaxis.contour.surface import Surface
+from fiveaxis.contour.walls import FLATTEST_WALL
+from fiveaxis.geometry import Array, BoolArray, IntArray, angle_between
+
+# A level this near to vertices, in mm, would run along the edges between them.
+VERTEX_DISTANCE = 1e-6
+# Shares of the step by which a level that meets vertices moves, in the order of trial.
+SHIFTS = (0.0, 0.01, -0.01, 0.02, -0.02)
+# The same for scallop levels, and the share by which the steps are finer, so that a shift does no harm.
+FINE_SHIFTS, SHIFT_RESERVE = (0.0, 0.001, -0.001, 0.002, -0.002), 1.004
+# Curvatures that count, as multiples of 1/R: convex bends of a smaller radius than R/4 are shorter than a
+# step, and of concave ones no more than half of the room that they seem to give is used.
+TIGHTEST, HOLLOWEST = 4.0, -0.5
+# Bins of heights: so many in the smallest step, and at most.
+BINS_PER_STEP, MOST_BINS = 4, 50_000
+
+
+def section_levels(surface: Surface, step: float) -> Array:
+    """Choose equally spaced heights of the sections, mm, from the top down.
+
+    The first lies half a step below the top, so that no section runs in the part's top or bottom. A level
+    that meets vertices moves by a hundredth of a step or two: a section along a ring of mesh vertices
+    would lie in no triangle.
+
+    Parameters
+    ----------
+    surface : the part, in the section frame
+    step : mm
+    """
+    bottom, top = surface.bounds[:, 2]
+    count = max(1, int(np.floor((top - bottom) / step + 0.5)))
+    step = min(step, top - bottom)
+    levels = top - step * (np.arange(count) + 0.5)
+    heights = np.unique(surface.vertices[:, 2])
+    return np.array([_off_vertices(z, step, heights, SHIFTS) for z in levels[levels > bottom]])
+
+
+def scallop_levels(
+    surface: Surface, walls: BoolArray, *, radius: float, scallop: float, step: float | None = None
+) -> Array:
+    """Choose heights of the sections, mm, from the top down, so that ridges on walls stay low enough.
+
+    Heights that no wall reaches get no section. Of each run of heights with walls the first level lies half
+    a step below its upper end and the last half a step above its lower end.
+
+    Parameters
+    ----------
+    surface : the part, in the section frame
+    walls : (f,), triangles that count
+    radius, scallop : mm, of the ball and the highest ridge
+    step : mm, the largest distance of levels
+    """
+    edges, rate = _steps_per_height(surface, walls, radius, scallop)
+    if step is not None:
+        rate = np.where(rate > 0.0, np.maximum(rate, 1.0 / step), 0.0)
+    heights = np.unique(surface.vertices[:, 2])
+    levels: list[float] = []
+    for first, last in _runs(rate > 0.0):
+        grown = np.concatenate([[0.0], np.cumsum(rate[first:last] * np.diff(edges[first : last + 1]))])
+        count = max(1, int(np.ceil(SHIFT_RESERVE * grown[-1])))
+        wanted = (np.arange(count) + 0.5) * grown[-1] / count
+        for z in np.interp(wanted, grown, edges[first : last + 1]):
+            local = 1.0 / rate[np.clip(np.searchsorted(edges, z) - 1, 0, len(rate) - 1)]
+            levels.append(_off_vertices(z, local, heights, FINE_SHIFTS))
+    return np.array(levels[::-1])
+
+
+def scallop_step(radius: float, scallop: float, curvature: ArrayLike = 0.0) -> Array:
+    """Give the distance of passes on the surface that leaves ridges of a height.
+
+    Parameters
+    ----------
+    radius, scallop : mm, of the ball and the ridge
+    curvature : 1/mm, of the surface across the passes, positive where it is convex; above ``−1/radius``
+
+    Returns
+    -------
+    mm, along the surface
+
+    References
+    ----------
+    See the module.
+    """
+    k = np.asarray(curvature, dtype=float)
+    chord = np.sqrt((2.0 * radius * scallop - scallop**2) / ((1.0 + k * radius) * (1.0 + k * scallop)))
+    # Below this curvature the arc is its chord, and the quotient would be made of rounding errors.
+    flat = np.abs(k) * radius < 1e-6
+    safe = np.where(flat, 1.0, k)
+    return np.where(flat, 2.0 * chord, 4.0 / safe * np.arcsin(np.clip(safe * chord / 2.0, -1.0, 1.0)))
+
+
+def _steps_per_height(
+    surface: Surface, walls: BoolArray, radius: float, scallop: float
+) -> tuple[Array, Array]:
+    """Largest number of steps that a wall needs per height: edges of bins, (m + 1,) mm, and (m,) 1/mm."""
+    bottom, top = surface.bounds[:, 2]
+    finest = float(scallop_step(radius, scallop, TIGHTEST / radius)) * np.sin(FLATTEST_WALL)
+    count = int(np.clip(np.ceil((top - bottom) / finest * BINS_PER_STEP), 16, MOST_BINS))
+    edges = np.linspace(bottom, top, count + 1)
+    heights = surface.triangles[walls][:, :, 2]
+    if len(heights) == 0:
+        return edges, np.zeros(count)
+    slope = np.sin(angle_between(surface.facet_normals[walls], np.array([[0.0, 0.0, 1.0]])))
+    curvature = np.clip(climbing_curvature(surface)[walls], HOLLOWEST / radius, TIGHTEST / radius)
+    need = 1.0 / (scallop_step(radius, scallop, curvature) * slope)
+    low, high = (
+        np.clip(np.searchsorted(edges, z, side="right") - 1, 0, count - 1)
+        for z in (heights.min(axis=1), heights.max(axis=1))
+    )
+    return edges, _range_largest(low, high, need, count)
+
+
+def climbing_curvature(surface: Surface) -> Array:
+    """Measure the normal curvature along the steepest direction in each triangle, (f,) 1/mm, convex > 0.
+
+    By the change of the smoothed normals over the triangle, which is linear there; 0 where the triangle is
+    level or has no area.
+    """
+    corners, normals = surface.triangles, surface.corner_normals
+    u, v = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    facet = surface.facet_normals
+    climb = np.array([0.0, 0.0, 1.0]) - facet[:, 2:] * facet
+    length = np.linalg.norm(climb, axis=1, keepdims=True)
+    climb = np.divide(climb, length, out=np.zeros_like(climb), where=length > 1e-6)
+    # climb = a u + b v, by its products with the edges.
+    uu, uv, vv = (np.einsum("ij,ij->i", p, q) for p, q in ((u, u), (u, v), (v, v)))
+    cu, cv = np.einsum("ij,ij->i", climb, u), np.einsum("ij,ij->i", climb, v)
+    area2 = uu * vv - uv * uv
+    solid = np.linalg.norm(facet, axis=1) > 0.5
+    safe = np.where(solid, area2, 1.0)
+    a, b = (cu * vv - cv * uv) / safe, (cv * uu - cu * uv) / safe
+    change = a[:, None] * (normals[:, 1] - normals[:, 0]) + b[:, None] * (normals[:, 2] - normals[:, 0])
+    return np.where(solid, np.einsum("ij,ij->i", change, climb), 0.0)
+
+
+def _range_largest(first: IntArray, last: IntArray, value: Array, count: int) -> Array:
+    """Largest value of the ranges first…last that cover each of `count` bins, 0 where none does.
+
+    Each range is covered by two of the power of two below its length; those of one power are then handed
+    down to the next lower one.
+    """
+    power = np.floor(np.log2(last - first + 1)).astype(np.int64)
+    table = np.zeros((int(power.max(initial=0)) + 1, count))
+    np.maximum.at(table, (power, first), value)
+    np.maximum.at(table, (power, last - 2**power + 1), value)
+    for k in range(len(table) - 1, 0, -1):
+        half = 2 ** (k - 1)
+        table[k - 1] = np.maximum(table[k - 1], table[k])
+        table[k - 1, half:] = np.maximum(table[k - 1, half:], table[k, :-half])
+    return table[0]
+
+
+def _runs(wanted: BoolArray) -> list[tuple[int, int]]:
+    """First and one past the last index of each run of true values."""
+    ends = np.flatnonzero(np.diff(np.concatenate([[0], wanted.astype(np.int64), [0]])))
+    return [(int(a), int(b)) for a, b in ends.reshape(-1, 2)]
+
+
+def _off_vertices(level: float, step: float, heights: Array, shifts: tuple[float, ...]) -> float:
+    for shift in shifts:
+        z = level + shift * step
+        k = np.searchsorted(heights, z - VERTEX_DISTANCE)
+        if k == len(heights) or heights[k] > z + VERTEX_DISTANCE:
+            return z
+    return level
