@@ -1,0 +1,62 @@
+"""The vocabulary of Heidenhain Klartext as tables: what has no effect on the path, and what is refused.
+
+After the *User's Manual Klartext Programming* of the TNC 640 (Heidenhain 892903-29) and of the iTNC 530
+(737759-23). A line that fits nothing here and isn't made of words is refused.
+"""
+
+from __future__ import annotations
+
+import re
+
+# Lines without effect on where the tool goes, by how they begin.
+IGNORED_LINES = re.compile(
+    r"\*|BLK FORM|TOOL DEF|STOP\b|LBL\b|SEL (?:CORR-)?TABLE|FUNCTION MODE MILL|FUNCTION RESET (?!TCPM)[A-Z]+"
+    r"|FUNCTION (?:S-PULSE|FEED|COUNT|DCM|FIXTURE|LIFTOFF|STRLEN|CORRDATA RESET|PROG PATH OFF|AFC)\b"
+    r"|FN ?1[56] ?:|FUNCTION PROG PATH IS TCP|MONITORING|QS[0-9]+ ?= ?\"[^\"]*\"$"
+)
+
+_JUMP = "jumps, repeats or calls, which isn't run; post one program with all moves"
+_CYCLE = "is a cycle, which isn't expanded; let the CAM system write its moves"
+_EXTRA = "makes moves of its own, which aren't read; let the CAM system write L, C and CR"
+_TURN = "places the coordinates in a way that isn't read; write PLANE SPATIAL"
+_SYSTEM = "asks the control, whose answer isn't in the program; write the number"
+
+# The first pattern that fits the beginning of a line gives the reason.
+REFUSED_LINES: tuple[tuple[re.Pattern[str], str], ...] = tuple(
+    (re.compile(pattern), reason)
+    for pattern, reason in (
+        (r"CALL LBL|CALL PGM|PGM CALL|CALL SELECTED|SEL PGM|CALL|IF\b", _JUMP),
+        (r"FN ?(?:9|1[012]) ?:", _JUMP),
+        (r"CYCL CALL|CYCL DEF|TCH PROBE|PATTERN DEF|SEL PATTERN|CONTOUR DEF|SEL CONTOUR", _CYCLE),
+        (r"RND|CHF|APPR|DEP|CT\b|FPOL|FL\b|FC\b|FLT|FCT|FSELECT|SPL", _EXTRA),
+        (r"PLANE|TRANS", _TURN),
+        (r"FN|SYSREAD|QS", _SYSTEM),
+        (r"FUNCTION (?:TURNDATA|MODE TURN|PARAX|POLARKIN|PROG PATH)", "changes what the words mean"),
+    )
+)
+
+# M words that change the way or the meaning of words.
+REFUSED_M = {
+    **dict.fromkeys((89, 99), _CYCLE),
+    103: "lowers the feed downwards, which isn't read; write the feeds",
+    112: "rounds the path, which isn't read; post without it",
+    114: "compensates the turning of axes in an older way; post with M128",
+    118: "lets the operator move the tool beside its path; post without it",
+    130: "counts positions in untilted coordinates, which isn't read; write PLANE RESET before",
+    **dict.fromkeys((200, 201, 202, 203, 204), "controls a laser, which isn't read; post for a mill"),
+}
+
+END_M = (2, 30)
+
+# Cycles that only set up the control, by number.
+IGNORED_CYCLES = frozenset((13, 32, 239, 247, 332))
+
+
+def refusal(line: str) -> str:
+    """Say why a line isn't read."""
+    for pattern, reason in REFUSED_LINES:
+        found = pattern.match(line)
+        if found is not None:
+            return f"{found[0]} {reason}"
+    first = line.split(maxsplit=1)[0][:20]
+    return f"{first!r} begins nothing that is read; post the program with L, LN, CC, C, CR, LP and CP"
