@@ -98,6 +98,13 @@ def require_reachable(point: Array, statement: Statement, source: Source) -> Non
         )
 
 
+def _cross(a: Array, b: Array) -> Array:
+    """Cross two vectors, (3,); a file has thousands of arcs, and numpy's is made for long arrays."""
+    ax, ay, az = a.tolist()
+    bx, by, bz = b.tolist()
+    return np.array([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])
+
+
 def _unit(vector: Array, statement: Statement, source: Source) -> Array:
     length = math.hypot(*vector)
     if not abs(length - 1.0) <= UNIT_TOLERANCE:
@@ -125,11 +132,11 @@ def arc_points(turn: Turn, begin: Array, end: Array, source: Source) -> Array:
     height = float(arm @ turn.axis)
     rise = float((end - turn.centre) @ turn.axis) - height
     across = arm - height * turn.axis
-    first = float(np.linalg.norm(across))
+    first = math.hypot(*across)
     reach = end - turn.centre - (height + rise) * turn.axis
-    _require_fit(turn, first, float(np.linalg.norm(reach)), source)
+    _require_fit(turn, first, math.hypot(*reach), source)
     u = across / first
-    v = np.cross(turn.axis, u)
+    v = _cross(turn.axis, u)
     flat = arc_about((first, 0.0), (float(reach @ u), float(reach @ v)), (0.0, 0.0), clockwise=False)
     arc = _with_turns(turn, flat, source)
     parts = arc.parts(PATH_TOLERANCE)
@@ -169,7 +176,7 @@ def sweep_to(turn: Turn, begin: Array, end: Array) -> float | None:
     allowed = max(ROUNDING, LARGEST_SHARE * lengths[0])
     if not max(abs(heights[1] - heights[0]), abs(lengths[1] - lengths[0])) <= allowed:
         return None
-    across = float(np.cross(turn.axis, flat[0]) @ flat[1])
+    across = float(_cross(turn.axis, flat[0]) @ flat[1])
     return math.atan2(across, float(flat[0] @ flat[1])) % math.tau or math.tau
 
 
@@ -180,8 +187,8 @@ def agreement(turn: Turn, before: Array, begin: Array) -> float:
     ----------
     before, begin : (3,), mm, the last two locations
     """
-    way, ahead = begin - before, np.cross(turn.axis, begin - turn.centre)
-    size = float(np.linalg.norm(way) * np.linalg.norm(ahead))
+    way, ahead = begin - before, _cross(turn.axis, begin - turn.centre)
+    size = math.hypot(*way) * math.hypot(*ahead)
     return float(way @ ahead) / size if size > 0.0 else 0.0
 
 
@@ -250,7 +257,7 @@ def read_tlon(
             source, "is a motion along geometry that isn't read; let the CAM system write GOTO points"
         )
     centre, radius = figures[:3], abs(float(figures[3]))
-    axis = np.cross(begin - centre, direction)
+    axis = _cross(begin - centre, direction)
     length = float(np.linalg.norm(axis))
     if not length > 1e-6 * radius:
         raise statement.error(source, "begins in a direction that doesn't follow the circle; correct INDIRV")
@@ -283,7 +290,7 @@ def _meetings(turn: Turn, radius: float, begin: Array, line: Array, source: Sour
     if square < 0.0:
         raise turn.statement.error(source, "ends at a line that doesn't meet the circle; correct its points")
     half = math.sqrt(square) * way
-    ahead = np.cross(turn.axis, begin - turn.centre)
+    ahead = _cross(turn.axis, begin - turn.centre)
 
     def angle(arm: Array) -> float:
         return math.atan2(float(arm @ ahead), float(arm @ (begin - turn.centre))) % math.tau

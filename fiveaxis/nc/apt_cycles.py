@@ -11,8 +11,6 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-import numpy as np
-
 from fiveaxis.findings import Finding
 from fiveaxis.nc.apt_remarks import note
 from fiveaxis.nc.apt_statements import Statement, part_minors
@@ -161,14 +159,16 @@ def hole_points(cycle: Cycle, point: list[float], vector: list[float]) -> list[t
     ----------
     point, vector : the place that the hole's ``GOTO`` names, unit of the file, and the tool vector
     """
-    axis = np.array(vector)
     length = math.hypot(*vector)
     # A vector that is no direction is kept for the reader's own check of all vectors.
-    axis = axis / length if length > 0.0 else axis
+    axis = [component / length for component in vector] if length > 0.0 else vector
     clear, bottom, back = cycle.heights()
     out = MoveKind.CUT if cycle.feeds_out else MoveKind.RAPID
     heights = ((clear, MoveKind.RAPID), (bottom, MoveKind.CUT), (back, out))
-    return [((np.array(point) + height * axis).tolist(), kind) for height, kind in heights]
+    return [
+        ([p + height * component for p, component in zip(point, axis, strict=True)], kind)
+        for height, kind in heights
+    ]
 
 
 def remark_on_cycle(cycle: Cycle, source: Source) -> list[Finding]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from array import array
 from dataclasses import dataclass, field, replace
 
@@ -21,8 +22,10 @@ from fiveaxis.nc.apt_arcs import (
 )
 from fiveaxis.nc.apt_cycles import Cycle, hole_points, read_cycle, remark_on_cycle
 from fiveaxis.nc.apt_frames import Frames
+from fiveaxis.nc.apt_remarks import note
 from fiveaxis.nc.apt_rows import AptRows
 from fiveaxis.nc.apt_statements import Statement
+from fiveaxis.nc.arcs import ROUNDING
 from fiveaxis.nc.feedrate import Feeds
 from fiveaxis.nc.rows import LARGEST_POSITION, MILLIMETRES
 from fiveaxis.nc.source import Source
@@ -56,7 +59,7 @@ class Moves:
     direction : of ``INDIRV``
     cycle, last_cycle : that is on; that ``CYCLE/ON`` would turn on again
     along, against : arcs that moves lead into, and that they lead into against the arc's direction
-    findings : what was assumed about cycles
+    findings : what was assumed about cycles and arcs
     """
 
     source: Source
@@ -204,6 +207,13 @@ class Moves:
             fit = agreement(turn, before, begin)
             self.along += fit > TANGENT
             self.against += fit < -TANGENT
+        chord = math.dist(begin, end)
+        if 0.0 < chord < ROUNDING and self.step is None:
+            text = (
+                f"the arc begins and ends {chord:.2g} mm apart; as its direction has it, it turns by "
+                f"{math.degrees(sweep_to(turn, begin, end) or 0.0):.4g} deg"
+            )
+            self.findings.append(note("arc-nearly-closed", text, statement.line, self.source))
         self._add_arc(turn, begin, end, kind, statement.line)
         self.rows.positions[-3:] = array("d", place)
         if sweep is not None:
@@ -211,10 +221,9 @@ class Moves:
             self.turn, self.step = replace(turn, angle=None), sweep
 
     def _add_arc(self, turn: Turn, begin: Array, end: Array, kind: MoveKind, line: int) -> None:
-        points = (arc_points(turn, begin, end, self.source) / self.scale).tolist()
-        vectors = arc_vectors(list(self.rows.vectors[-3:]), self.vector, len(points)).tolist()
-        for point, vector in zip(points, vectors, strict=True):
-            self.rows.add(point, vector, kind, self.feeds.now, line)
+        points = arc_points(turn, begin, end, self.source) / self.scale
+        vectors = arc_vectors(list(self.rows.vectors[-3:]), self.vector, len(points))
+        self.rows.add_all(points, vectors, kind, self.feeds.now, line)
 
     # Drilling
 

@@ -50,6 +50,17 @@ class AptRows:
         self.feeds.append(np.nan if feed is None else feed)
         self.lines.append(line)
 
+    def add_all(
+        self, positions: Array, vectors: Array, kind: MoveKind, feed: float | None, line: int
+    ) -> None:
+        """Append the locations of one statement, (n, 3) each."""
+        count = len(positions)
+        self.positions.frombytes(np.ascontiguousarray(positions).tobytes())
+        self.vectors.frombytes(np.ascontiguousarray(vectors).tobytes())
+        self.kinds.extend([kind] * count)
+        self.feeds.extend([np.nan if feed is None else feed] * count)
+        self.lines.extend([line] * count)
+
     @property
     def here(self) -> Array:
         """(3,), the position of the last location."""

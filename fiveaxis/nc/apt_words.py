@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import difflib
+from functools import lru_cache
+
 from fiveaxis.nc.apt_statements import CREO, Statement
 from fiveaxis.nc.source import Source
 
@@ -21,9 +24,16 @@ REFUSED = {
     **dict.fromkeys(
         ("COPY", "TRACUT", "CALL", "CALSUB", "DEFSUB", "MACRO", "LOOPST", "INDEX", "MIRROR"), _COPY
     ),
-    **dict.fromkeys(("ROTATE", "ROTABL", "ROTHED", "SET", "HEAD"), _TABLE),
+    **dict.fromkeys(("ROTATE", "ROTABL", "ROTHED", "SET"), _TABLE),
     **dict.fromkeys(("RETRCT", "GOCLER", "PROBE"), _PLANE),
 }
+
+# A word that is so much like one of these, by difflib's ratio, may be a slip that loses a move.
+MOTIONS, NEAR, LONGEST_WORD = (
+    ("GOTO", "FROM", "CIRCLE", "CYCLE", "GODLTA", "GOHOME", "MOVARC", "RAPID"),
+    0.8,
+    10,
+)
 
 # SET/HOLDER and others of its kind only name things; SET/MODE,INCR changes all that follows.
 _SETTING_MODE = "MODE"
@@ -50,6 +60,15 @@ def require_harmless(statement: Statement, source: Source) -> None:
             raise statement.error(source, reason)
     if "GOTO" in word or word.startswith(("GO", "MOVE", "MOVARC")) or "CIRCLE" in word:
         raise statement.error(source, "isn't understood; write GOTO/x,y,z or GOTO/x,y,z,i,j,k")
+    near = _like_motion(word[:LONGEST_WORD])
+    if near is not None:
+        raise statement.error(source, f"isn't known, and {near} would move the tool; correct the word")
+
+
+@lru_cache(maxsize=1000)
+def _like_motion(word: str) -> str | None:
+    """Find a word of motion that a word resembles; a file repeats few words many times."""
+    return next(iter(difflib.get_close_matches(word, MOTIONS, n=1, cutoff=NEAR)), None)
 
 
 def _is_usual(word: str, statement: Statement) -> bool:
@@ -57,5 +76,4 @@ def _is_usual(word: str, statement: Statement) -> bool:
     minors = statement.minors
     if word == "SET":
         return minors[:1] != [_SETTING_MODE] or minors[1:] == ["ABSOL"]
-    # Turned back to zero, or off: as most heads of programs have it.
-    return word == "HEAD" or minors in (["OFF"], ["NOMORE"])
+    return minors in (["OFF"], ["NOMORE"])

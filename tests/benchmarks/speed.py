@@ -37,6 +37,8 @@ def main() -> None:
     apt = DATA / "toolpaths" / "nx_ust_a2.cls.gz"
     tool = fx.Tool.ball(10)
     rate("APT, GOTO", 20_057, lambda: fx.read_toolpath(apt, tool=tool))
+    arcs = DATA / "toolpaths" / "solidworks_boss_3axis.apt"
+    rate("APT with 1 026 arcs, statements", 12_427, lambda: fx.read_toolpath(arcs, tool=tool))
     part = DATA / "meshes" / "propeller_d.stl"
     planned = fx.plan_contour(part, fx.Tool.ball(4), stepdown=5)
     rate("planner, locations", len(planned), lambda: fx.plan_contour(part, fx.Tool.ball(4), stepdown=5))

@@ -150,6 +150,8 @@ def test_unused_words_are_counted(read):
         ("GOTO/1,2,3\nGODLTA/0,5\n", 2, "has 2 numbers; it needs 1, 3 or 6"),
         ("GOTO/1,2,3\nGOMILL/5\n", 2, "isn't understood"),
         ("GOTO/1,2,3\n 4,5,6\n", 2, "'4,5,6' has no word; continue a statement with [$]"),
+        ("GOTO/1,2,3\nOTO/1,2,4\n", 2, "'OTO/1,2,4' isn't known, and GOTO would move the tool"),
+        ("GOTO/1,2,3\nCIRCL/1,2,4\n", 2, "CIRCLE would move the tool"),
         ("ROTABL/90,CLW\n", 1, "turns or moves what coordinates count from"),
         ("SET/MODE,INCR\n", 1, "turns or moves what coordinates count from"),
         ("RETRCT\n", 1, "moves the tool to a height that isn't stated"),
