@@ -17,6 +17,7 @@ from fiveaxis.motion import follow
 from fiveaxis.posture.baselines import find_baselines
 from fiveaxis.posture.lattice import (
     Coordinates,
+    Lattice,
     choose_coordinates,
     grid_lattice,
     level_lattice,
@@ -33,6 +34,8 @@ Progress = Callable[[str, int, int], None]
 DEGREE = np.pi / 180.0
 # Links may turn this many times as far as cuts: nothing is touched there.
 LINK_SHARE = 3.0
+# How many times as far as usual the neighbours of a search lie, one try after the other.
+WIDER = (1, 4, 12)
 # A search looks at no fewer locations than about this.
 LEAST_ROWS = 100
 
@@ -229,21 +232,28 @@ class _Run:
         self, search: Search, rows: IntArray, coordinates: Coordinates, number: int
     ) -> Refinement | None:
         problem = self.problem.thinned(rows)
-        if coordinates.level is None:
-            steps = (search.step, 0.75 * search.step)
-            reach = (4.0 * DEGREE * search.stride, 2.0 * DEGREE * search.stride)
-            lattice = grid_lattice(problem, coordinates, steps, reach)
-        else:
-            lattice = level_lattice(
-                problem, coordinates, search.step, search.levels, (np.pi, self.budget.level_reach)
-            )
         name = f"{len(rows)} locations, {np.degrees(search.step):g} deg"
-        path = shortest_path(problem, lattice, self._tell(f"search {number + 1}"))
+        path = None
+        # Far neighbours cost time, and a dense path needs none; one with long moves has no way without them.
+        for wider in WIDER:
+            lattice = self._lattice(problem, search, coordinates, wider)
+            path = shortest_path(problem, lattice, self._tell(f"search {number + 1}"))
+            if path is not None:
+                break
         if path is None:
             return None
         self.stages.append(Stage(f"search, {name}", "found", len(problem), None, problem.cost(path)))
         rotary = path[:, self.problem.machine.rotary_columns]
         return self._refined(f"refine, {name}", problem, rotary, coarse=True)
+
+    def _lattice(self, problem: Problem, search: Search, coordinates: Coordinates, wider: int) -> Lattice:
+        """Lay the lattice of a search whose neighbours in the second coordinate lie so many times as far."""
+        if coordinates.level is None:
+            steps = (search.step, 0.75 * search.step)
+            reach = (4.0 * DEGREE * search.stride, 2.0 * DEGREE * search.stride * wider)
+            return grid_lattice(problem, coordinates, steps, reach)
+        levels = min(self.budget.level_reach * wider, search.levels)
+        return level_lattice(problem, coordinates, search.step, search.levels, (np.pi, levels))
 
     def _carried(self, known: IntArray, rows: IntArray, found: Refinement, coordinates: Coordinates) -> Array:
         """Carry a refined path over to more locations, (m, 2) rad."""
