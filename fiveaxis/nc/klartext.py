@@ -117,6 +117,8 @@ def _plain_block(state: State, line: int, text: str) -> Block | None:
     words = {letter: float(number) for letter, number in given.items()}
     if not words or words.keys() == {"F"}:
         return None
+    if state.positioned and not words.keys().isdisjoint("ABC"):
+        return None
     state.now.update(words)
     state.moved = True
     return Block(line, motion, (), words, vector=vector, normal=normal)

@@ -42,11 +42,12 @@ class Line:
     def stand_upright(self) -> None:
         """Let the tool stand along the plane's Z, by whatever angles the machine gets there."""
         self.draft.tip_control, self.draft.vector = True, {"Z": 1.0}
+        self.state.positioned = True
 
     def follow_tip(self, *, on: bool) -> None:
         """Switch tool centre point control."""
         self.state.tip_control = self.draft.tip_control = on
-        self.state.spatial = None
+        self.state.spatial, self.state.positioned = None, False
 
     def axes_of(self, text: str) -> tuple[dict[str, float], str]:
         """Read words of axes and nothing else; give their values, and the letters of increments."""

@@ -151,6 +151,9 @@ class Move(Line):
             self._turn_spatial(state.spatial)
         if self.function == "LN":
             self._follow_normal()
+        if state.positioned and not draft.vector and any(letter in "ABC" for letter in draft.words):
+            # From here on the program names its angles again, and its positions are what they were before.
+            state.positioned, draft.tip_control = False, state.tip_control
         axes = [letter for letter in draft.words if letter != "F"]
         if axes or draft.vector or self.function in ("C", "CR", "CP"):
             self._name_motion()
@@ -265,7 +268,7 @@ class Move(Line):
             self.after = Block(self.draft.line, tip_control=False)
         else:
             self.draft.tip_control = False
-        self.state.tip_control, self.state.spatial = False, None
+        self.state.tip_control, self.state.spatial, self.state.positioned = False, None, False
 
 
 def _why_no_word(rest: str) -> str:

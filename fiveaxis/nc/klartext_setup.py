@@ -93,6 +93,8 @@ class SetUp(Line):
         if kind == "RESET":
             state.tilt_plane(np.eye(3))
             draft.tip_control = state.tip_control
+            if state.positioned and ("MOVE" in words or "TURN" in words):
+                self.stand_upright()
         else:
             angles = {key: self.value(value) for key, value in _ANGLE.findall(self.code)}
             state.tilt_plane(self._rotation(kind, angles))

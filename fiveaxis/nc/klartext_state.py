@@ -32,6 +32,7 @@ class State:
     tool_feed : of the last TOOL CALL, for F AUTO
     tip_control : whether M128 or FUNCTION TCPM is in force
     spatial : A, B and C in deg, where FUNCTION TCPM takes them for spatial angles (AXIS SPAT); else None
+    positioned : whether the control itself has turned the tool into a plane: its angles aren't in the program
     now : the last value of each word of an axis, in the frame in force; without those that aren't known
     pole : X and Y of the last CC
     datum, tilt, shift, spin : the four parts of the frame
@@ -44,6 +45,7 @@ class State:
     tool_feed: float | None = None
     tip_control: bool = False
     spatial: dict[str, float] | None = None
+    positioned: bool = False
     now: dict[str, float] = field(default_factory=dict)
     pole: tuple[float, float] | None = None
     datum: Array = field(default_factory=lambda: np.zeros(3))

@@ -106,6 +106,8 @@ def _plain_block(state: State, line: int, text: str) -> Block | None:
             words[letter] = float(number)
     if not words and not vector and motion is None:
         return None
+    if state.positioned and not words.keys().isdisjoint(ROTARY):
+        return None
     return _take_plain(state, line, motion, words, vector)
 
 

@@ -27,6 +27,7 @@ class State:
     tool_axis : letter of the axis along which cycles drill
     incremental : whether G91 is in force
     tip_control : whether TRAORI is
+    positioned : whether CYCLE800 has turned the tool into a plane: its angles aren't in the program
     hole : the cycle that MCALL repeats at every place
     program : the frame of TRANS, ATRANS, ROT and AROT
     swivel : the plane of CYCLE800, in which `program` counts
@@ -42,6 +43,7 @@ class State:
     tool_axis: str = "Z"
     incremental: bool = False
     tip_control: bool = False
+    positioned: bool = False
     hole: Hole | None = None
     program: Plane = field(default_factory=Plane)
     swivel: Plane = field(default_factory=Plane)

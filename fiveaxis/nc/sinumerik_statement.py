@@ -270,6 +270,7 @@ class Statement:
         values, end = self._values(at) if self.code[at : at + 1] == "(" else ([], at)
         if name in ("TRAORI", "TRAFOOF"):
             self.state.tip_control = self.draft.tip_control = name == "TRAORI"
+            self.state.positioned = False
         elif name == "SUPA":
             self.machine = True
         elif name in _TRANSFORMS:
@@ -371,6 +372,7 @@ class Statement:
         elif swivel.positions:
             # The control turns its rotary axes until the tool stands along the plane's Z, whatever they are.
             draft.tip_control, draft.vector = True, {"Z": 1.0}
+        state.positioned = swivel is not None and swivel.positions
 
     def _change_frame(self, name: str) -> None:
         """Read TRANS, ATRANS, ROT or AROT; those with A add to the frame, the others replace it."""
@@ -403,6 +405,11 @@ class Statement:
             self._leave_out()
         elif "G4" in draft.g:
             self._dwell()
+        if draft.centre and any(letter in draft.words for letter in _CENTRE):
+            raise self._fail("the centre is half absolute, half an increment; write I, J, K all in one way")
+        if state.positioned and any(letter in draft.words for letter in ROTARY):
+            # From here on the program names its angles again, and its positions are what they were before.
+            state.positioned, draft.tip_control = False, state.tip_control
         called = self.hole is not None
         if self.modal_call:
             state.hole, self.hole = self.hole, None

@@ -388,3 +388,19 @@ def test_a_line_of_ten_megabytes_is_refused_quickly_and_briefly():
     with pytest.raises(ToolpathError, match="characters in a block") as caught:
         blocks_of("L X+1 Y+2 " * 1_000_000)
     assert len(str(caught.value)) < 300
+
+
+def test_a_tool_that_the_control_has_turned_back_stands_upright_until_angles_are_named():
+    lines = (
+        "PLANE SPATIAL SPA+90 SPB+0 SPC+0 TURN FMAX",
+        "PLANE RESET TURN FMAX",
+        "L X+1",
+        "L X+2 A+5 C+5",
+        "L X+3 A+6",
+        "PLANE RESET TURN FMAX",
+    )
+    found = blocks_of(*lines)
+    assert [(b.tip_control, b.vector) for b in found] == [
+        *((True, (0.0, 0.0, 1.0)), (True, (0.0, 0.0, 1.0)), (None, None), (False, None), (None, None)),
+        (False, None),
+    ]

@@ -105,10 +105,11 @@ def test_directions_of_the_tool_and_of_the_surface_are_vectors():
 
 
 def test_single_words_may_be_increments_or_absolute():
-    [block] = blocks_of("X=IC(5) Y=AC(2*3) Z1 I=IC(1) J=AC(-7)")
-    assert dict(block.words) == {"X": 5.0, "Y": 6.0, "Z": 1.0, "I": 1.0}
+    [block] = blocks_of("X=IC(5) Y=AC(2*3) Z1 I=AC(1) J=AC(-7)")
+    assert dict(block.words) == {"X": 5.0, "Y": 6.0, "Z": 1.0}
     assert (block.increments, block.absolutes) == ("X", "Y")
-    assert block.centre == {"Y": -7.0}
+    assert block.centre == {"X": 1.0, "Y": -7.0}
+    assert dict(blocks_of("I=IC(1) J2")[0].words) == {"I": 1.0, "J": 2.0}
 
 
 @pytest.mark.parametrize(
@@ -310,6 +311,7 @@ def test_work_offsets_may_be_named_before_moves_and_not_changed_after():
         ("X=DC(5)", "DC is for rotary axes, and X is none"),
         ("C=DC(400)", "must be an angle from 0 to 360 deg"),
         ("F=IC(5)", "IC belongs to axes and centres"),
+        ("G2 X5 Y0 I=AC(1) J2", "half absolute, half an increment"),
         ("CR=IC(5)", "IC belongs to axes and centres"),
         ("TURN=1.5", "0 to 999 more turns"),
         ("A2=10", "gives the tool's direction by angles"),
@@ -404,3 +406,11 @@ def test_the_program_of_a_turned_cross_is_read_to_its_last_block(data):
     assert {b.words["Z"] for b in found if "G53" in b.g and "Z" in b.words} == {610.0}
     last = next(b for b in reversed(found) if b.frame is not None and b.frame.word == "AROT")
     assert np.linalg.det(last.frame.rotation) == pytest.approx(1.0)
+
+
+def test_a_tool_in_a_swivelled_plane_keeps_its_direction_until_angles_are_named():
+    found = blocks_of('CYCLE800(0,"",0,57,0,0,0,0,0,0,0,0,0,-1)', "G0 X1", "G0 X1 A5 C5", "G1 X2 A6")
+    assert [(b.tip_control, b.vector) for b in found] == [
+        *((True, (0.0, 0.0, 1.0)), (None, None), (False, None), (None, None)),
+    ]
+    assert blocks_of("TRAORI", 'CYCLE800(0,"",0,57,0,0,0,0,0,0,0,0,0,-1)', "X1 A5 C5")[-1].tip_control is True
