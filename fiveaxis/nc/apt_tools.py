@@ -69,7 +69,7 @@ class Tools:
         if not moved:
             self.used = self.now
         elif _key(self.now) != _key(self.used):
-            self._change(statement)
+            self.changes.append(statement)
 
     def load(self, statement: Statement, *, moved: bool) -> None:
         """Take a tool number: ``LOADTL/1,…``, ``LOAD/TOOL,1,…``."""
@@ -78,10 +78,7 @@ class Tools:
         if not moved:
             self.used_number = self.number
         elif self.number != self.used_number and _key(self.now) == _key(self.used):
-            self._change(statement)
-
-    def _change(self, statement: Statement) -> None:
-        self.changes.append(statement)
+            self.changes.append(statement)
 
     def settle(self, options: ReadOptions, scale: float) -> tuple[Tool, list[Finding]]:
         """Give the path's tool: the caller's, or else the file's first.
@@ -95,7 +92,7 @@ class Tools:
         ToolError
             Neither names one, or the file's can't be made.
         """
-        findings = [self._changed(statement) for statement in self.changes]
+        findings: list[Finding] = []
         stated: Tool | None = None
         try:
             stated = self._stated(scale)
@@ -112,7 +109,7 @@ class Tools:
                 f"the file was made for the tool {stated}; it is read for {tool}, with the same tips and axes"
             )
             findings.append(self._warning("tool-differs", text, line))
-        return tool, findings
+        return tool, [*(self._changed(statement, tool) for statement in self.changes), *findings]
 
     def _stated(self, scale: float) -> Tool | None:
         """Make the file's first tool, None if it states none."""
@@ -132,17 +129,12 @@ class Tools:
             line=self.used.line,
         )
 
-    def _changed(self, statement: Statement) -> Finding:
-        first = "the first one" if self.used is None else f"the one of line {_statement(self.used).line}"
-        text = f"{str(statement)!r} brings another tool; all of the path is read with {first}"
+    def _changed(self, statement: Statement, tool: Tool) -> Finding:
+        text = f"{str(statement)!r} brings another tool; all of the path is read for {tool}"
         return self._warning("tool-change", text, statement.line)
 
     def _warning(self, code: str, text: str, line: int | None) -> Finding:
         return Finding(Severity.WARNING, code, text, Place(line=line, file=self.source.name))
-
-
-def _statement(stated: Figures | Statement) -> Statement:
-    return stated.statement if isinstance(stated, Figures) else stated
 
 
 def _key(stated: Figures | Statement | None) -> object:

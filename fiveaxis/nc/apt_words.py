@@ -11,6 +11,7 @@ from fiveaxis.nc.source import Source
 _CURVE = "is a curve that isn't read, and a chord would be wrong; let the CAM system write GOTO points"
 _COPY = "repeats or moves other statements, which isn't expanded; let the CAM system write GOTO points"
 _TABLE = "turns or moves what coordinates count from, which isn't read; let the CAM system write tool vectors"
+_STEPS = "makes coordinates increments, which isn't read; let the CAM system write absolute ones"
 _PLANE = "moves the tool to a height that isn't stated; let the CAM system write GOTO points"
 
 REFUSED = {
@@ -24,7 +25,9 @@ REFUSED = {
     **dict.fromkeys(
         ("COPY", "TRACUT", "CALL", "CALSUB", "DEFSUB", "MACRO", "LOOPST", "INDEX", "MIRROR"), _COPY
     ),
-    **dict.fromkeys(("ROTATE", "ROTABL", "ROTHED", "SET"), _TABLE),
+    **dict.fromkeys(("ROTATE", "ROTABL", "ROTHED"), _TABLE),
+    **dict.fromkeys(("SET", "MODE"), _STEPS),
+    "DNTCUT": "hides the moves that follow from the machine; let the CAM system leave them out",
     **dict.fromkeys(("RETRCT", "GOCLER", "PROBE"), _PLANE),
 }
 
@@ -34,9 +37,6 @@ MOTIONS, NEAR, LONGEST_WORD = (
     0.8,
     10,
 )
-
-# SET/HOLDER and others of its kind only name things; SET/MODE,INCR changes all that follows.
-_SETTING_MODE = "MODE"
 
 
 def require_harmless(statement: Statement, source: Source) -> None:
@@ -74,6 +74,7 @@ def _like_motion(word: str) -> str | None:
 def _is_usual(word: str, statement: Statement) -> bool:
     """Tell whether a word that may change moves only confirms what holds anyway."""
     minors = statement.minors
-    if word == "SET":
-        return minors[:1] != [_SETTING_MODE] or minors[1:] == ["ABSOL"]
+    if word in ("SET", "MODE"):
+        # SET/HOLDER, MODE/MILL and others of their kind only name things.
+        return "INCR" not in minors
     return minors in (["OFF"], ["NOMORE"])

@@ -153,7 +153,9 @@ def test_unused_words_are_counted(read):
         ("GOTO/1,2,3\nOTO/1,2,4\n", 2, "'OTO/1,2,4' isn't known, and GOTO would move the tool"),
         ("GOTO/1,2,3\nCIRCL/1,2,4\n", 2, "CIRCLE would move the tool"),
         ("ROTABL/90,CLW\n", 1, "turns or moves what coordinates count from"),
-        ("SET/MODE,INCR\n", 1, "turns or moves what coordinates count from"),
+        ("SET/MODE,INCR\n", 1, "makes coordinates increments"),
+        ("MODE/INCR\n", 1, "makes coordinates increments"),
+        ("GOTO/1,2,3\nDNTCUT\n", 2, "hides the moves that follow"),
         ("RETRCT\n", 1, "moves the tool to a height that isn't stated"),
         ("CALSUB/1\n", 1, "repeats or moves other statements"),
         ("TLAXIS/NORMPS\n", 1, "isn't a number"),
@@ -274,6 +276,14 @@ def test_a_home_position_is_a_rapid_move(read):
 def test_tlaxis_is_the_vector_of_what_is_not_multiaxis(read):
     path = read("TLAXIS/0,1,0\nGOTO/1,2,3\nMULTAX\nGOTO/1,2,3,1,0,0\nGOTO/1,2,4\nMULTAX/OFF\nGOTO/1,2,5\n")
     np.testing.assert_array_equal(path.axis, [[0, 1, 0], [1, 0, 0], [1, 0, 0], [0, 1, 0]])
+
+
+@pytest.mark.parametrize(
+    "statement", ["SET/MODE,ABSOL", "SET/HOLDER,5", "MODE/MILL", "THREAD/OFF", "TRACUT/NOMORE"]
+)
+def test_words_that_confirm_what_holds_anyway_are_counted(read, statement):
+    path = read(f"{statement}\nGOTO/1,2,3\n")
+    assert sum(path.ignored.values()) == 1
 
 
 def test_exponents_are_read(read):

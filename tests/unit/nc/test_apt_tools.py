@@ -84,7 +84,7 @@ def test_another_tool_in_mid_file_is_a_warning(read, change, line):
     assert [f.code for f in found] == ["tool-change"] * len(found)
     assert found[-1].place.line == line
     assert str(path.tool) == "ball:10"
-    assert "all of the path is read with the one of line 1" in found[0].message
+    assert "all of the path is read for ball:10" in found[0].message
 
 
 @pytest.mark.parametrize(
