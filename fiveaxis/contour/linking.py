@@ -209,6 +209,13 @@ def rows_from(candidate: Pass, here: Array) -> IntArray:
     return np.roll(starts, -first)
 
 
+def free_start(ring: Pass, linker: Linker) -> int:
+    """Row of a closed pass from which there is a way to the clearance plane, if one is found."""
+    rows = ring.touching()
+    found = first_escape(ring, rows, linker)
+    return int(rows[0]) if found is None else found[0]
+
+
 def first_escape(candidate: Pass, rows: IntArray, linker: Linker) -> tuple[int, Array] | None:
     """Find a row with a way to the clearance plane among a few of some rows, the first ones preferred."""
     for k in np.unique(np.linspace(0, len(rows), STARTS, endpoint=False).astype(int)):

@@ -13,12 +13,13 @@ import numpy as np
 from fiveaxis.contour.contacts import sample_loop
 from fiveaxis.contour.distance import BallSpace, TriangleTree
 from fiveaxis.contour.levels import scallop_levels, section_levels
-from fiveaxis.contour.linking import LinkedPass, Linking, open_passes, shorten_links
+from fiveaxis.contour.linking import LinkedPass, Linking, free_start, open_passes, shorten_links
 from fiveaxis.contour.mesh import check_mesh, load_mesh
 from fiveaxis.contour.options import Direction, Order, PlanOptions, Strategy
 from fiveaxis.contour.ordering import Queue, by_levels, in_order, islands
 from fiveaxis.contour.passes import Pass, split_passes
 from fiveaxis.contour.sections import section_loops
+from fiveaxis.contour.spiral import Turns, join_spirals
 from fiveaxis.contour.surface import Surface
 from fiveaxis.contour.walls import Walls
 from fiveaxis.contour.ways import Linker
@@ -33,6 +34,8 @@ Progress = Callable[[int, int], None]
 # mm: largest distance of locations on a link. The tool leans while it crosses over, and what the axes must do
 # for that is seen at the locations only.
 LINK_SPACING = 2.0
+# Rings of spirals are sampled a little finer: the way down makes each of their steps longer.
+SPIRAL_SPACING = 0.97
 # An order by islands is improved so often.
 RETRIES = 2
 
@@ -122,6 +125,10 @@ def plan_contour(
     space = BallSpace(TriangleTree.build(surface.triangles), tool.radius)
     levels, left_out = _cut_levels(surface, space, options, progress)
     linker = Linker(space, surface.bounds, clearance)
+    if spiral:
+        turns = Turns(surface, space, spacing)
+        levels, apart = join_spirals(levels, turns, options.frame[2], lambda ring: free_start(ring, linker))
+        left_out += apart
     opened = _opened(levels, linker, options)
     linked = opened.joined()
     left_out += opened.left_out
@@ -172,9 +179,10 @@ def _cut_level(
 ) -> tuple[list[Pass], Counter[str]]:
     passes: list[Pass] = []
     left_out: Counter[str] = Counter()
+    spacing = options.spacing * (SPIRAL_SPACING if options.spiral else 1.0)
     for loop in section_loops(turned, height):
         curve = loop if turned is surface else loop.turned(options.frame.T)
-        contacts = sample_loop(curve, surface, radius=space.radius, spacing=options.spacing)
+        contacts = sample_loop(curve, surface, radius=space.radius, spacing=spacing)
         if contacts is None:
             continue
         if options.backward:

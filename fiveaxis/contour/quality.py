@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 SHARES = (0.25, 0.5, 0.75)
 # Cosine of the largest angle between the normals of neighbouring passes, and of the surface between them.
 SAME_SIDE = 0.5
+# Passes nearer to each other than this share of the radius, as where a spiral begins, are one.
+COINCIDING = 0.03
 
 
 @dataclass(frozen=True)
@@ -161,15 +163,17 @@ def _ridges(cuts: _Cuts, triangles: Array, walls: Walls) -> tuple[Array, IntArra
 
     if len(cuts.starts) == 0:
         return np.zeros(0), np.zeros(0, dtype=np.int64)
-    move, share = crossings(cuts.points, cuts.heading, cuts.normals, cuts.starts, 2.0 * cuts.radius)
+    move, along = crossings(cuts.points, cuts.heading, cuts.normals, cuts.starts, 2.0 * cuts.radius)
     row, side = np.nonzero(move >= 0)
-    begin, t = cuts.starts[move[row, side]], share[row, side][:, None]
+    begin, t = cuts.starts[move[row, side]], along[row, side][:, None]
     here = cuts.centres[row]
     there = (1.0 - t) * cuts.centres[begin] + t * cuts.centres[begin + 1]
     apart = there - here
     distance2 = np.einsum("ij,ij->i", apart, apart)
     up = cuts.normals[row] + (1.0 - t) * cuts.normals[begin] + t * cuts.normals[begin + 1]
-    up -= (np.einsum("ij,ij->i", up, apart) / np.maximum(distance2, 1e-12))[:, None] * apart
+    # Where passes all but coincide, the line between them says nothing about where up is.
+    share = np.einsum("ij,ij->i", up, apart) / np.maximum(distance2, 1e-12)
+    up -= np.where(distance2 > (COINCIDING * cuts.radius) ** 2, share, 0.0)[:, None] * apart
     depth = np.sqrt(np.maximum(0.0, cuts.radius**2 - distance2 / 4.0))
     tip = (here + there) / 2.0 - depth[:, None] * normalise(up)
     tree = TriangleTree.build(triangles)

@@ -1,0 +1,234 @@
+"""Closed passes of one wall joined to a spiral that descends without a link.
+
+A turn leads from one ring to the next: its contacts lie between nearest places on both rings, in shares of
+the way round, and are set on the surface there. The first and the last ring of a spiral are followed whole,
+so that no strip is left at the wall's ends. Where a sharp edge leans much between two rings, the balls that
+roll about it on both don't lie beside each other, and the rings stay apart.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from fiveaxis.contour.contacts import LEAN_DEPTH, Contacts, lean_normals, turn_between
+from fiveaxis.contour.distance import BallSpace, TriangleTree
+from fiveaxis.contour.neighbours import neighbours
+from fiveaxis.contour.passes import Pass
+from fiveaxis.contour.surface import SHARP_EDGE, Surface
+from fiveaxis.geometry import Array, IntArray, angle_between
+
+# Moves of a turn that are longer than the spacing are halved at most so often.
+HALVINGS = 4
+
+Start = Callable[[Pass], int]
+
+
+def join_spirals(
+    levels: Sequence[Sequence[Pass]], turns: Turns, plane: Array, start: Start
+) -> tuple[list[list[Pass]], Counter[str]]:
+    """Replace stacks of closed passes by spirals, where the ball can follow them.
+
+    Parameters
+    ----------
+    levels : passes by level, from the top down
+    turns : makes the ways from ring to ring
+    plane : (3,), unit normal of the sections
+    start : chooses the row at which the first ring of a spiral is opened
+
+    Returns
+    -------
+    levels : a spiral stands on the level of its first ring, its other rings are gone
+    left_out : closed passes that no spiral joins to the next one, with their count
+    """
+    found: list[list[Pass | None]] = [list(level) for level in levels]
+    apart = 0
+    for stack in _stacks(levels, plane):
+        spirals = _spirals([levels[k][i] for k, i in stack], turns, start)
+        apart += sum(spiral is not None for spiral in spirals) - 1
+        for (k, i), spiral in zip(stack, spirals, strict=True):
+            found[k][i] = spiral
+    left_out = Counter({"closed passes that no spiral joins to the next": apart})
+    return [[p for p in level if p is not None] for level in found], +left_out
+
+
+def _stacks(levels: Sequence[Sequence[Pass]], plane: Array) -> list[list[tuple[int, int]]]:
+    """Chains of closed passes, (level, number), each the only neighbour of the next one."""
+    following: dict[tuple[int, int], tuple[int, int]] = {}
+    for k, (upper, lower) in enumerate(pairwise(levels)):
+        pairs = sorted(neighbours(upper, lower, plane))
+        down, up = Counter(a for a, _ in pairs), Counter(b for _, b in pairs)
+        for a, b in pairs:
+            if down[a] == up[b] == 1 and upper[a].contacts.closed and lower[b].contacts.closed:
+                following[k, a] = (k + 1, b)
+    stacks = []
+    for first in sorted(set(following) - set(following.values())):
+        stack = [first]
+        while stack[-1] in following:
+            stack.append(following[stack[-1]])
+        stacks.append(stack)
+    return stacks
+
+
+def _spirals(rings: list[Pass], turns: Turns, start: Start) -> list[Pass | None]:
+    """Join the rings of one stack: in each ring's place a spiral, the ring alone, or nothing."""
+    result: list[Pass | None] = []
+    k = 0
+    while k < len(rings):
+        ring = rings[k].started_at(start(rings[k]))
+        parts, last = [ring], k
+        while last + 1 < len(rings):
+            turn = turns.between(ring, rings[last + 1])
+            if turn is None:
+                break
+            ring = turn[1]
+            parts.append(turn[0])
+            last += 1
+        parts.append(ring.between(1, len(ring) - 1))
+        result += [_chained(parts) if last > k else rings[k], *([None] * (last - k))]
+        k = last + 1
+    return result
+
+
+def _chained(parts: list[Pass]) -> Pass:
+    """Put passes one behind the other."""
+    rows = [(p.contacts.points, p.contacts.normals, p.contacts.rolling, p.centres) for p in parts]
+    points, normals, rolling, centres = (np.concatenate(column) for column in zip(*rows, strict=True))
+    return Pass(Contacts(points, normals, rolling, closed=False), centres)
+
+
+@dataclass(frozen=True, eq=False)
+class Turns:
+    """Makes the turns of spirals on a surface.
+
+    Parameters
+    ----------
+    surface : the part
+    space : where the ball can be; of the surface's own triangles, in their order
+    spacing : mm, largest distance of contacts
+    """
+
+    surface: Surface
+    space: BallSpace
+    spacing: float
+
+    def between(self, upper: Pass, lower: Pass) -> tuple[Pass, Pass] | None:
+        """Find the turn from one ring to the next.
+
+        Parameters
+        ----------
+        upper : opened: its last row is its first one again
+        lower : closed
+
+        Returns
+        -------
+        turn : rows after the upper ring's start, up to the lower one's
+        opened : the lower ring, opened where the turn ends; None in place of both if the ball can't follow
+        """
+        touching = lower.touching()
+        away = np.linalg.norm(lower.centres[touching] - upper.centres[0], axis=1)
+        opened = lower.started_at(int(touching[away.argmin()]))
+        longer = max(upper, opened, key=lambda ring: float(_stations(ring.centres)[-1]))
+        stations = _stations(longer.centres)
+        sides = [_beside(ring, longer) for ring in (upper, opened)]
+        between = _blend(sides[0], sides[1], (stations / stations[-1])[1:-1])
+        turn = self._followed(upper.between(0, 0), between, opened.between(0, 0))
+        return None if turn is None else (turn, opened)
+
+    def _followed(self, start: Pass, between: Contacts, end: Pass) -> Pass | None:
+        """Set contacts on the surface between the starts of two rings, if the ball can follow them."""
+        for _ in range(HALVINGS):
+            turn = _chained([start, self._seated(between), end])
+            gaps = np.linalg.norm(np.diff(turn.contacts.points, axis=0), axis=1)
+            wide = np.flatnonzero(gaps > self.spacing * (1.0 + 1e-9))
+            if not len(wide):
+                break
+            between = _halved(start, between, end, wide)
+        return self._clear(turn)
+
+    def _clear(self, turn: Pass) -> Pass | None:
+        """Take out what the ball can't touch; what is left, without its ends, must go on as passes do."""
+        rows = np.flatnonzero(self.space.fits(turn.centres))
+        if rows[:1] != 0 or rows[-1:] != len(turn) - 1:
+            return None
+        kept = Pass(turn.contacts.take(rows, closed=False), turn.centres[rows])
+        turned = angle_between(kept.contacts.normals[:-1], kept.contacts.normals[1:])
+        moved = np.linalg.norm(np.diff(kept.centres, axis=0), axis=1)
+        bridged = np.where(np.diff(rows) > 1, moved, 0.0)
+        if turned.max() > SHARP_EDGE or bridged.max() > self.spacing:
+            return None
+        clear = self.space.chords_fit(kept.centres[:-1], kept.centres[1:]).all()
+        return kept.between(1, len(kept) - 1) if clear else None
+
+    def _seated(self, about: Contacts) -> Pass:
+        """Set contacts that are about there on the surface, with its smoothed normals, as on sections.
+
+        Where the ball rolls about an edge, or the nearest facet is the one beyond it, the normals stay.
+        """
+        surface, radius = self.surface, self.space.radius
+        foot, triangle, _ = self.space.tree.nearest(about.points)
+        facets = surface.facet_normals[triangle]
+        smooth = _smoothed(surface, triangle, foot)
+        normals = lean_normals(facets, smooth, np.arccos(max(0.0, 1.0 - LEAN_DEPTH / radius)))
+        keep = about.rolling | (angle_between(facets, about.normals) > SHARP_EDGE)
+        normals = np.where(keep[:, None], about.normals, normals)
+        return Pass(Contacts(foot, normals, about.rolling, closed=False), foot + radius * normals)
+
+
+def _beside(ring: Pass, longer: Pass) -> Contacts:
+    """Places on an opened ring nearest to the inner rows of another one, which may be itself."""
+    inner = np.arange(1, len(longer) - 1)
+    if ring is longer:
+        return ring.contacts.take(inner, closed=False)
+    line = ring.centres
+    tree = TriangleTree.build(np.stack([line[:-1], line[1:], line[1:]], axis=1))
+    foot, move, _ = tree.nearest(longer.centres[inner])
+    length = np.linalg.norm(line[move + 1] - line[move], axis=1)
+    share = np.linalg.norm(foot - line[move], axis=1) / np.maximum(length, 1e-12)
+    points, normals = ring.contacts.points, ring.contacts.normals
+    return Contacts(
+        points=points[move] + share[:, None] * (points[move + 1] - points[move]),
+        normals=turn_between(normals[move], normals[move + 1], share),
+        rolling=longer.contacts.rolling[inner],
+        closed=False,
+    )
+
+
+def _blend(first: Contacts, second: Contacts, share: Array) -> Contacts:
+    """Blend contacts row by row, by shares of the second, (n,)."""
+    points = (1.0 - share)[:, None] * first.points + share[:, None] * second.points
+    normals = turn_between(first.normals, second.normals, share)
+    return Contacts(points, normals, first.rolling & second.rolling, closed=False)
+
+
+def _halved(start: Pass, between: Contacts, end: Pass, wide: IntArray) -> Contacts:
+    """Insert a contact in the middle of each of some moves, counted from the start."""
+    points = np.vstack([start.contacts.points, between.points, end.contacts.points])
+    normals = np.vstack([start.contacts.normals, between.normals, end.contacts.normals])
+    middle = turn_between(normals[wide], normals[wide + 1], np.full(len(wide), 0.5))
+    return Contacts(
+        np.insert(between.points, wide, (points[wide] + points[wide + 1]) / 2.0, axis=0),
+        np.insert(between.normals, wide, middle, axis=0),
+        np.insert(between.rolling, wide, False),
+        closed=False,
+    )
+
+
+def _smoothed(surface: Surface, triangle: IntArray, points: Array) -> Array:
+    """Interpolate the normals of corners at points of triangles, (n, 3), not unit length."""
+    a, b, c = np.moveaxis(surface.triangles[triangle], 1, 0)
+    # Twice the areas opposite the corners, as vectors along the triangle's own normal.
+    whole = np.cross(b - a, c - a)
+    size = np.maximum(np.einsum("ij,ij->i", whole, whole), 1e-300)
+    parts = [np.cross(q - p, points - p) for p, q in ((b, c), (c, a), (a, b))]
+    weight = np.stack([np.einsum("ij,ij->i", part, whole) / size for part in parts], axis=1)
+    return np.einsum("ik,ikj->ij", weight, surface.corner_normals[triangle])
+
+
+def _stations(line: Array) -> Array:
+    """Way along a polyline, (n,) mm."""
+    return np.append(0.0, np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1)))
