@@ -9,11 +9,12 @@ Output for Holemaking Cycles; ISO 4343:2000, 10.8).
 from __future__ import annotations
 
 import math
+from collections import deque
 from dataclasses import dataclass
 
 from fiveaxis.findings import Finding
 from fiveaxis.nc.apt_remarks import note
-from fiveaxis.nc.apt_statements import Statement, part_minors
+from fiveaxis.nc.apt_statements import LONGEST_SHOWN, Statement, part_minors
 from fiveaxis.nc.feedrate import FEED_WORDS
 from fiveaxis.nc.source import Source
 from fiveaxis.toolpath import MoveKind
@@ -78,10 +79,10 @@ def read_cycle(statement: Statement, source: Source) -> Cycle:
     ToolpathError
         A kind or a word that isn't known, a number that belongs to no word, no depth.
     """
-    parts = part_minors([m for m in statement.minors if m])
+    parts = deque(part_minors([m for m in statement.minors if m]))
     kinds = []
     while parts and parts[0] in KINDS:
-        kinds.append(parts.pop(0))
+        kinds.append(parts.popleft())
     if not kinds:
         known = ", ".join(KINDS)
         raise statement.error(
@@ -97,16 +98,16 @@ def read_cycle(statement: Statement, source: Source) -> Cycle:
     return cycle
 
 
-def _take_parts(cycle: Cycle, parts: list[float | str], source: Source) -> None:
+def _take_parts(cycle: Cycle, parts: deque[float | str], source: Source) -> None:
     bare: list[float] = []
     while parts:
-        part = parts.pop(0)
+        part = parts.popleft()
         if isinstance(part, float):
             bare.append(part)
         elif part in SIDE_WORDS:
             for _ in range(SIDE_WORDS[part]):
                 if parts and isinstance(parts[0], float):
-                    parts.pop(0)
+                    parts.popleft()
         elif part in FEED_WORDS and len(bare) == 2:
             # Depth, feed, unit: the order of Creo's fixed format. Others write the unit first.
             cycle.feed = (bare.pop(), part)
@@ -117,11 +118,13 @@ def _take_parts(cycle: Cycle, parts: list[float | str], source: Source) -> None:
     _take_bare(cycle, bare, source)
 
 
-def _take_couplet(cycle: Cycle, word: str, parts: list[float | str], source: Source) -> None:
+def _take_couplet(cycle: Cycle, word: str, parts: deque[float | str], source: Source) -> None:
     """Take a word and the number that follows it."""
     if word not in (*DEPTH, *CLEAR, *BACK, *FEED_WORDS):
-        raise cycle.statement.error(source, f"has the word {word!r}, which isn't known; write GOTO points")
-    number = parts.pop(0) if parts else None
+        raise cycle.statement.error(
+            source, f"has the word {word[:LONGEST_SHOWN]!r}, which isn't known; write GOTO points"
+        )
+    number = parts.popleft() if parts else None
     if not isinstance(number, float):
         raise cycle.statement.error(source, f"has no number after {word}; add it")
     if word in FEED_WORDS:
@@ -144,9 +147,10 @@ def _take_bare(cycle: Cycle, bare: list[float], source: Source) -> None:
     if cycle.feed is not None and cycle.clear is None:
         known.append("clear")
     if len(bare) > min(len(known), clear_of_kind):
+        shown = ", ".join(f"{number:g}" for number in bare)
         raise cycle.statement.error(
             source,
-            f"has numbers of unknown meaning: {', '.join(f'{n:g}' for n in bare)}; name them (DEPTH, CLEAR)",
+            f"has numbers of unknown meaning: {shown[:LONGEST_SHOWN]}; name them (DEPTH, CLEAR)",
         )
     for name, number in zip(known, bare, strict=False):
         setattr(cycle, name, abs(number))

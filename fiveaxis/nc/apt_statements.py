@@ -7,7 +7,6 @@ They become statements whose word keeps its ``$$->`` or ``$$*``.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -133,9 +132,6 @@ def _catia_frame(source: Source, number: int) -> Statement:
     return Statement(number, CATIA_FRAME, ",".join(field for row in rows for field in row))
 
 
-_SPACES = re.compile(r"\s*,\s*")
-
-
 def _parse_statement(text: str, line: int) -> Statement:
     word, slash, minor = text.partition("/")
     word = word.strip().upper()
@@ -145,4 +141,4 @@ def _parse_statement(text: str, line: int) -> Statement:
     lead = first.partition("/")[0].upper()
     if lead in FREE_TEXT or (not slash and not word.startswith(CREO)):
         return Statement(line, lead, minor or rest)
-    return Statement(line, _SPACES.sub(",", word), minor)
+    return Statement(line, ",".join(part.strip() for part in word.split(",")), minor)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from fiveaxis.nc.apt_statements import LONGEST_SHOWN
 from fiveaxis.nc.source import Source
 
 UNIT_WORDS = {
@@ -53,7 +54,7 @@ class Units:
         unit = UNIT_WORDS.get(minors[0]) if len(minors) == 1 else None
         if unit is None:
             raise self.source.error(
-                f"UNITS/{','.join(minors)} isn't known; write UNITS/MM or UNITS/INCHES", line
+                f"UNITS/{','.join(minors)[:LONGEST_SHOWN]} isn't known; write UNITS/MM or UNITS/INCHES", line
             )
         if self.asked not in (None, unit):
             raise self.source.error(

@@ -53,7 +53,22 @@ def test_a_binary_file_is_refused(tmp_path):
     assert "isn't a text file" in fail(path).message
 
 
-@pytest.mark.parametrize("text", ["X" * 10_000_000, "GOTO/" + "1," * 5_000_000, "GOTO/" + "1" * 10_000_000])
+@pytest.mark.parametrize(
+    "text",
+    [
+        "X" * 10_000_000,
+        "GOTO/" + "1," * 2_000_000,
+        "GOTO/" + "1" * 10_000_000,
+        "UNITS/" + "M" * 10_000_000,
+        "FEDRAT/" + "M" * 10_000_000,
+        "CYCLE/DRILL," + "M" * 10_000_000,
+        "CYCLE/DRILL," + "1," * 1_000_000,
+        "A" + " " * 10_000_000 + "B/1",
+        "TLON,GOFWD/(CIRCLE/" + "(" * 10_000_000,
+        " " * 10_000_000 + "GOTO/1,2",
+    ],
+    ids=lambda text: text.strip()[:12],
+)
 def test_a_line_of_ten_megabytes_is_refused_or_has_no_moves(fault, text):
     error = fault("GOTO/1,2,3\n" + text + "\nGOTO/0,0,nan\n")
     assert error.line in (2, 3)
