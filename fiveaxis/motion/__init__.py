@@ -4,7 +4,7 @@ from fiveaxis.motion.filling import PATH_TOLERANCE, fill_in, midway_deviation
 from fiveaxis.motion.motion import Motion, follow
 from fiveaxis.motion.profiles import Profile, block_profiles, move_profiles
 from fiveaxis.motion.time_law import Samples, TimeLaw, time_motion
-from fiveaxis.motion.timing import STANDSTILL, block_times
+from fiveaxis.motion.timing import STANDSTILL, block_times, feed_times
 
 __all__ = [
     "PATH_TOLERANCE",
@@ -15,6 +15,7 @@ __all__ = [
     "TimeLaw",
     "block_profiles",
     "block_times",
+    "feed_times",
     "fill_in",
     "follow",
     "midway_deviation",

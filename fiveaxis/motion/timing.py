@@ -30,10 +30,23 @@ def block_times(toolpath: Toolpath, machine: Machine, positions: Array) -> Array
     (n,), s; 0 for the first row
     """
     moves = np.abs(np.diff(positions, axis=0, prepend=positions[:1]))
-    way = toolpath.lengths
-    turn = np.degrees(moves[:, machine.rotary_columns].max(axis=1, initial=0.0))
-    times = np.where(way > STANDSTILL, way, turn) / toolpath.feed
+    times = feed_times(toolpath, moves[:, machine.rotary_columns].max(axis=1, initial=0.0))
     for column, axis in enumerate(machine.axes):
         if axis.max_speed is not None:
             times = np.maximum(times, moves[:, column] / axis.max_speed)
     return times
+
+
+def feed_times(toolpath: Toolpath, turn: Array | float = 0.0) -> Array:
+    """Compute the duration of every move at the programmed feed alone.
+
+    Parameters
+    ----------
+    turn : (n,), rad, of the rotary axes, which counts where the pivot stands still
+
+    Returns
+    -------
+    (n,), s; 0 for the first row
+    """
+    way = toolpath.lengths
+    return np.where(way > STANDSTILL, way, np.degrees(turn)) / toolpath.feed

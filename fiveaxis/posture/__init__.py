@@ -1,6 +1,7 @@
 """Choosing the rotary angles of every cutter location."""
 
-from fiveaxis.posture.optimiser import Budget, Search, optimise
+from fiveaxis.posture.budget import Budget, Search
+from fiveaxis.posture.optimiser import optimise
 from fiveaxis.posture.problem import Problem
 from fiveaxis.posture.solution import Baseline, Solution, Stage
 

@@ -22,6 +22,10 @@ def relax_layer(
     minus: Array,
     max_turn: Array,
     turn_price: float,
+    bend: Array,
+    pace: Array,
+    least_time: float,
+    time_price: float,
     best: Array,
     back: IntArray,
 ) -> None:
@@ -43,6 +47,9 @@ def relax_layer(
     plus, minus : (k,), J/mm and J/rad
     max_turn : (k,), rad, largest step of each axis; infinite for linear axes
     turn_price : J/rad beyond it
+    bend : (k,), J/rad², price of a step's square; 0 for linear axes
+    pace : (k,), s/mm and s/rad, at the highest speed; 0 where unknown
+    least_time, time_price : s and J/s, of a step that takes longer than the least
     best : (a, b, c), filled in: J
     back : (a, b, c), filled in: flat index of the predecessor, plus the layer's size times (winding + 1)
     """
@@ -64,13 +71,15 @@ def relax_layer(
                         source += winding * n1
                     turn = there[i, 0, 0, spin] - here[source, 0, 0, spin] + winding * period
                     turning = plus[spin] * turn if turn > 0.0 else -minus[spin] * turn
+                    turning += bend[spin] * turn * turn
+                    spinning = abs(turn) * pace[spin]
                     if abs(turn) > max_turn[spin]:
                         turning += turn_price * (abs(turn) - max_turn[spin])
                     if row_least[source] + turning >= least:
                         continue
                     for m in range(max(0, j - reach[1]), min(n2, j + reach[1] + 1)):
                         for d in range(branches):
-                            total = cost[source, m, d] + turning
+                            total, slowest = cost[source, m, d] + turning, spinning
                             if total >= least:
                                 continue
                             for a in range(there.shape[3]):
@@ -78,8 +87,12 @@ def relax_layer(
                                     continue
                                 step = there[i, j, b, a] - here[source, m, d, a]
                                 total += plus[a] * step if step > 0.0 else -minus[a] * step
+                                total += bend[a] * step * step
+                                slowest = max(slowest, abs(step) * pace[a])
                                 if abs(step) > max_turn[a]:
                                     total += turn_price * (abs(step) - max_turn[a])
+                            if slowest > least_time:
+                                total += time_price * (slowest - least_time)
                             if total < least:
                                 least = total
                                 winner = (winding + 1) * size + (source * n2 + m) * branches + d

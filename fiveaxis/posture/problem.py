@@ -11,11 +11,14 @@ from fiveaxis.errors import SettingError
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.kinematics import positions_about, require_orienting, require_positioning
 from fiveaxis.machine import Machine
+from fiveaxis.motion import feed_times
 from fiveaxis.toolpath import TiltBounds, Toolpath, Zone
 
 # Where rotary steps are bounded, no step of a thinned path is larger than this (or than the bound itself):
 # a longer turn would hop over postures that the path has to pass through and that nobody has looked at.
 LONGEST_HOP = np.radians(60.0)
+# A step may always turn by this, rad.
+LEAST_TURN = np.radians(0.01)
 # An axis value past its limit, or a cosine past its bound, by less than this is rounding (mm, rad, 1).
 ALLOWED = 1e-9
 
@@ -29,10 +32,12 @@ Rows = IntArray | slice
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """Choose two rotary angles for every location so that the directional travel cost is least.
+    """Choose two rotary angles for every location so that the objective is least.
 
-    ``Σ_i Σ_a W⁺_a Δq⁺_a + W⁻_a Δq⁻_a`` subject to tilt, axis limits and the largest rotary step
-    (design of the objective; the costs are those of form-shaping Eq. 1).
+    ``Σ_i [Σ_a (W⁺_a Δq⁺_a + W⁻_a Δq⁻_a) + P (τ_i − L_i/F_i) + μ_i ‖Δρ_i‖²]`` subject to the bounds on the
+    tool's lean, the axis limits and the largest rotary step (design of the objective; the costs of travel are
+    those of form-shaping Eq. 1). ``τ_i = max(L_i/F_i, max_a |Δq_a| / v_a)`` is how long a move takes: what it
+    takes at the programmed feed is paid whatever the posture, so only the rest counts.
 
     Parameters
     ----------
@@ -40,26 +45,30 @@ class Problem:
     pivot : (n, 3), mm, workpiece frame; the tool leans about it
     normal : (n, 3), unit vectors out of the material, zero where unknown
     zone : the part of the cutter's profile whose centre the pivot is
-    reference : (n, 3), unit vectors; NaN rows (links) are bound by the axis limits alone
-    cosines : smallest and largest cosine of the angle between tool axis and reference
-    leans : the same to the surface normal, where the zone touches at some angles only and nothing else keeps
-        to them
+    bounds : on the angle between tool axis and a direction, all at once; rows whose direction is NaN (links)
+        are bound by the axis limits alone
     plus, minus : (n − 1, k), J/mm and J/rad of the step from row i to i + 1
     max_turn : (n − 1, 2), rad, largest step of each rotary axis, chain order; infinite where unbounded
     strict : (n − 1,), whether the step cuts, so that its `max_turn` holds; on links it is a wish with a price
+    least_time : (n − 1,), s, of the step at the programmed feed
+    top_speed : (k,), mm/s and rad/s, infinite where unknown
+    time_price : J/s, P, of a step's time beyond the least
+    bend_price : (n − 1,), J/rad², μ
     """
 
     machine: Machine
     pivot: Array
     normal: Array
     zone: Zone
-    reference: Array
-    cosines: tuple[float, float]
-    leans: tuple[float, float] | None
+    bounds: tuple[TiltBounds, ...]
     plus: Array
     minus: Array
     max_turn: Array
     strict: BoolArray
+    least_time: Array
+    top_speed: Array
+    time_price: float
+    bend_price: Array
 
     @classmethod
     def build(
@@ -71,6 +80,9 @@ class Problem:
         up_penalty: float = 0.0,
         max_turn: float | None = None,
         link_turn: float | None = None,
+        turn_rate: float | None = None,
+        time_price: float = 0.0,
+        bend_price: float = 0.0,
     ) -> Problem:
         """Put a path, a machine and bounds together.
 
@@ -80,45 +92,64 @@ class Problem:
         up_penalty : J/mm, added to the cost of the machine's Z moving up
         max_turn, link_turn : rad, largest step of a rotary axis in a cutting move and in any other; None for
             no bound
+        turn_rate : rad/mm, largest turn of a rotary axis over the way of the contact in cutting moves
+        time_price : J/s, of time that a posture costs beyond the programmed feed's
+        bend_price : J/rad², of ‖Δρ‖² in each step
 
         Raises
         ------
         MachineError
             An axis without power, or too few axes (`DegenerateChain`).
         SettingError
-            A penalty below zero or a bound that isn't positive.
+            A penalty or price below zero, or a bound that isn't positive.
         """
         require_positioning(machine)
         require_orienting(machine)
-        if not (np.isfinite(up_penalty) and up_penalty >= 0.0):
-            raise SettingError(f"up penalty is {up_penalty:g} J/mm; it can't be negative")
-        if max_turn is not None and not max_turn > 0.0:
-            raise SettingError(f"largest rotary step is {np.degrees(max_turn):g} deg; it must be positive")
+        prices = {"up penalty": (up_penalty, "J/mm"), "time price": (time_price, "W")}
+        prices["smoothing"] = (bend_price, "J/rad²")
+        for name, (value, unit) in prices.items():
+            if not (np.isfinite(value) and value >= 0.0):
+                raise SettingError(f"{name} is {value:g} {unit}; it can't be negative")
+        for turn, unit in ((max_turn, "deg"), (turn_rate, "deg/mm")):
+            if turn is not None and not turn > 0.0:
+                raise SettingError(f"largest rotary step is {np.degrees(turn):g} {unit}; it must be positive")
         plus, minus = travel_costs(machine, toolpath.feed)
         plus[:, machine.column("Z")] += up_penalty
         bounds = [np.inf if turn is None else turn for turn in (max_turn, link_turn)]
-        turns = np.where(toolpath.cutting[1:, None], *bounds)
+        turns = np.where(toolpath.cutting[1:], *bounds)
+        if turn_rate is not None:
+            # A place that is there twice would forbid every turn between its two locations.
+            steep = np.maximum(turn_rate * toolpath.lengths[1:], LEAST_TURN)
+            turns = np.where(toolpath.cutting[1:], np.minimum(turns, steep), turns)
+        still = feed_times(toolpath)
         return cls(
             machine=machine,
             pivot=toolpath.pivot,
             normal=np.nan_to_num(toolpath.normal),
             zone=toolpath.zone,
-            reference=tilt.reference,
-            cosines=tilt.cosines,
-            leans=None if tilt.touching is None else tilt.touching.cosines,
+            bounds=tilt.all,
             plus=plus[1:],
             minus=minus[1:],
-            max_turn=np.repeat(turns, 2, axis=1),
+            max_turn=np.repeat(turns[:, None], 2, axis=1),
             strict=toolpath.cutting[1:],
+            least_time=still[1:],
+            top_speed=np.array([np.inf if a.max_speed is None else a.max_speed for a in machine.axes]),
+            time_price=time_price,
+            bend_price=np.full(len(toolpath) - 1, bend_price),
         )
 
     def __len__(self) -> int:
         return len(self.pivot)
 
     @property
+    def is_timed(self) -> bool:
+        """Whether a step's time has a price and an axis a highest speed."""
+        return self.time_price > 0.0 and bool(np.isfinite(self.top_speed).any())
+
+    @property
     def bound_rows(self) -> BoolArray:
-        """(n,), where the tilt range binds."""
-        return np.array(np.isfinite(self.reference).all(axis=1))
+        """(n,), where a bound on the tool's lean binds."""
+        return np.any([np.isfinite(b.reference).all(axis=1) for b in self.bounds], axis=0)
 
     def thinned(self, rows: IntArray) -> Problem:
         """Pose the same problem on some of its locations.
@@ -135,11 +166,14 @@ class Problem:
             self,
             pivot=self.pivot[rows],
             normal=self.normal[rows],
-            reference=self.reference[rows],
+            bounds=tuple(b.at(rows) for b in self.bounds),
             plus=summed(self.plus) / spans,
             minus=summed(self.minus) / spans,
             max_turn=np.where(np.isfinite(turns), np.minimum(turns, longest), np.inf),
             strict=summed(self.strict[:, None].astype(float))[:, 0] > 0.0,
+            least_time=summed(self.least_time[:, None])[:, 0],
+            # A turn spread over m steps bends 1/m as much as the same turn in one.
+            bend_price=summed(self.bend_price[:, None])[:, 0] / spans[:, 0] ** 2,
         )
 
     def between(self, first: int, last: int) -> Problem:
@@ -148,11 +182,13 @@ class Problem:
             self,
             pivot=self.pivot[first : last + 1],
             normal=self.normal[first : last + 1],
-            reference=self.reference[first : last + 1],
+            bounds=tuple(b.at(slice(first, last + 1)) for b in self.bounds),
             plus=self.plus[first:last],
             minus=self.minus[first:last],
             max_turn=self.max_turn[first:last],
             strict=self.strict[first:last],
+            least_time=self.least_time[first:last],
+            bend_price=self.bend_price[first:last],
         )
 
     def eased(self, rotary: Array) -> Problem:
@@ -178,15 +214,13 @@ class Problem:
         positions : (m, ..., k), mm and rad
         excess : (m, ...), cosine past its bound, 0 where admitted or nothing binds
         """
-        between = (1,) * (rotary.ndim - 2)
-        pivot, normal, reference = (
-            column[rows].reshape(-1, *between, 3) for column in (self.pivot, self.normal, self.reference)
-        )
+        shape = (-1, *(1,) * (rotary.ndim - 2), 3)
+        pivot, normal = self.pivot[rows].reshape(shape), self.normal[rows].reshape(shape)
         positions, axis = positions_about(self.machine, pivot, rotary, self.zone, normal)
-        excess = np.nan_to_num(_past(np.sum(axis * reference, axis=-1), self.cosines))
-        if self.leans is not None:
-            lean = _past(np.sum(axis * normal, axis=-1), self.leans)
-            excess = np.maximum(excess, np.where(normal.any(axis=-1), lean, 0.0))
+        excess = np.zeros(axis.shape[:-1])
+        for bound in self.bounds:
+            cosine = np.sum(axis * bound.reference[rows].reshape(shape), axis=-1)
+            excess = np.maximum(excess, np.nan_to_num(_past(cosine, bound.cosines)))
         return positions, excess
 
     def limit_excess(self, positions: Array) -> Array:
@@ -195,9 +229,16 @@ class Problem:
         return np.maximum(past, 0.0).sum(axis=-1)
 
     def cost(self, positions: Array) -> float:
-        """Add up the directional travel cost of a path, (n, k); J."""
+        """Add up the objective along a path, (n, k); J."""
         step = np.diff(positions, axis=0)
-        return float(np.sum(self.plus * np.maximum(step, 0.0) - self.minus * np.minimum(step, 0.0)))
+        travel = float(np.sum(self.plus * np.maximum(step, 0.0) - self.minus * np.minimum(step, 0.0)))
+        bend = (step[:, self.machine.rotary_columns] ** 2).sum(axis=1)
+        return travel + self.time_price * float(self.delay(step).sum()) + float(self.bend_price @ bend)
+
+    def delay(self, step: Array) -> Array:
+        """Measure how much longer steps, (n − 1, k) mm and rad, take than at the feed, (n − 1,) s."""
+        slowest = (np.abs(step) / self.top_speed).max(axis=1)
+        return np.maximum(slowest - self.least_time, 0.0)
 
     def priced(self, rotary: Array) -> float:
         """Add up a path's cost and the price of its violations, J; `rotary` is (n, 2) rad."""

@@ -80,8 +80,7 @@ def refine(
             nlp.low[2 * row : 2 * row + 2] = nlp.high[2 * row : 2 * row + 2] = start[row]
     options = {**IPOPT, "max_iter": iterations, "mu_init": barrier}
     solver = ca.nlpsol("refine", "ipopt", nlp.functions, {"print_time": False, "ipopt": options})
-    step = np.diff(problem.positions(slice(None), start), axis=0).ravel()
-    guess = np.concatenate([start.ravel(), np.maximum(step, 0.0), np.maximum(-step, 0.0)])
+    guess = starting_point(problem, start)
     answer = solver(x0=guess, lbx=nlp.low, ubx=nlp.high, lbg=nlp.least, ubg=nlp.most)
     stats = solver.stats()
     _require_uninterrupted(str(stats["return_status"]))
@@ -89,6 +88,15 @@ def refine(
     kept = _better(problem, found, start)
     cost = problem.cost(problem.positions(slice(None), kept))
     return Refinement(kept, cost, str(stats["return_status"]), int(stats["iter_count"]))
+
+
+def starting_point(problem: Problem, start: Array) -> Array:
+    """Give the variables of the NLP, (v,), that a path, (n, 2) rad, stands for."""
+    step = np.diff(problem.positions(slice(None), start), axis=0)
+    wait = problem.delay(step) if problem.is_timed else np.empty(0)
+    return np.concatenate(
+        [start.ravel(), np.maximum(step, 0.0).ravel(), np.maximum(-step, 0.0).ravel(), wait]
+    )
 
 
 def _require_uninterrupted(status: str) -> None:
@@ -145,23 +153,35 @@ def _write(problem: Problem) -> _Nlp:
     machine = problem.machine
     n, k = len(problem), len(machine.axes)
     rotary, grow, fall = ca.MX.sym("rotary", 2, n), ca.MX.sym("grow", k, n - 1), ca.MX.sym("fall", k, n - 1)
-    reference = np.nan_to_num(problem.reference.T)
-    values = _location(problem).map(n)(problem.pivot.T, problem.normal.T, reference, rotary)
-    positions, cosine, lean = values
-    constraints = [(ca.vec(positions[:, 1:] - positions[:, :-1] - grow + fall), 0.0, 0.0)]
-    bound = np.flatnonzero(problem.bound_rows).tolist()
-    constraints.append((ca.vec(cosine[bound]), *_inside(problem.cosines)))
-    if problem.leans is not None:
-        touching = np.flatnonzero(problem.normal.any(axis=1)).tolist()
-        constraints.append((ca.vec(lean[touching]), *_inside(problem.leans)))
+    wait = ca.MX.sym("wait", n - 1 if problem.is_timed else 0)
+    references = np.nan_to_num(np.hstack([b.reference for b in problem.bounds])).T
+    positions, cosines = _location(problem).map(n)(problem.pivot.T, problem.normal.T, references, rotary)
+    constraints: list[tuple[ca.MX, float, Any]] = [
+        (ca.vec(positions[:, 1:] - positions[:, :-1] - grow + fall), 0.0, 0.0)
+    ]
+    for number, bound in enumerate(problem.bounds):
+        rows = np.flatnonzero(np.isfinite(bound.reference).all(axis=1)).tolist()
+        constraints.append((ca.vec(cosines[number, rows]), *_inside(bound.cosines)))
     for column in machine.linear_columns:
         limits = machine.axes[column].limits
         if not limits.unlimited:
             constraints.append((ca.vec(positions[column, :]), limits.low, limits.high))
+    # A step that takes longer than at the feed, because an axis has so far to go at its highest speed.
+    for column in np.flatnonzero(np.isfinite(problem.top_speed)).tolist() if problem.is_timed else []:
+        late = (grow[column, :] + fall[column, :]).T / problem.top_speed[column] - wait
+        constraints.append((late, -np.inf, problem.least_time))
     plus, minus = np.maximum(problem.plus, LEAST_COST), np.maximum(problem.minus, LEAST_COST)
+    turns = rotary[:, 1:] - rotary[:, :-1]
     functions = {
-        "x": ca.veccat(rotary, grow, fall),
-        "f": ca.dot(plus.T, grow) + ca.dot(minus.T, fall),
+        "x": ca.veccat(rotary, grow, fall, wait),
+        "f": ca.dot(plus.T, grow)
+        + ca.dot(minus.T, fall)
+        + problem.time_price * ca.sum1(wait)
+        + (
+            ca.dot(np.repeat(problem.bend_price[None], 2, axis=0), turns**2)
+            if problem.bend_price.any()
+            else 0.0
+        ),
         "g": ca.vertcat(*(expression for expression, _, _ in constraints)),
     }
     longest = np.full((n - 1, k), np.inf)
@@ -169,10 +189,17 @@ def _write(problem: Problem) -> _Nlp:
     columns = machine.rotary_columns
     return _Nlp(
         functions,
-        low=np.concatenate([np.tile(machine.low[columns], n), np.zeros(2 * longest.size)]),
-        high=np.concatenate([np.tile(machine.high[columns], n), longest.ravel(), longest.ravel()]),
-        least=np.concatenate([np.full(e.shape[0], least) for e, least, _ in constraints]),
-        most=np.concatenate([np.full(e.shape[0], most) for e, _, most in constraints]),
+        low=np.concatenate([np.tile(machine.low[columns], n), np.zeros(2 * longest.size + wait.shape[0])]),
+        high=np.concatenate(
+            [
+                np.tile(machine.high[columns], n),
+                longest.ravel(),
+                longest.ravel(),
+                np.full(wait.shape[0], np.inf),
+            ]
+        ),
+        least=np.concatenate([np.broadcast_to(least, e.shape[0]) for e, least, _ in constraints]),
+        most=np.concatenate([np.broadcast_to(most, e.shape[0]) for e, _, most in constraints]),
     )
 
 
@@ -184,17 +211,16 @@ def _inside(cosines: tuple[float, float]) -> tuple[float, float]:
 
 
 def _location(problem: Problem) -> ca.Function:
-    """Write one location: (pivot, normal, reference, rotary) → (axis values, cosines to both directions)."""
-    machine = problem.machine
-    pivot, normal, reference = (ca.SX.sym(name, 3) for name in ("pivot", "normal", "reference"))
-    rotary = ca.SX.sym("rotary", 2)
+    """Write one location: (pivot, normal, references, rotary) → (axis values, cosines to the references)."""
+    machine, count = problem.machine, len(problem.bounds)
+    pivot, normal, rotary = (ca.SX.sym(*name) for name in (("pivot", 3), ("normal", 3), ("rotary", 2)))
+    references = ca.SX.sym("references", 3 * count)
     linear = linear_axes_of_posture(machine, pivot, rotary, problem.zone, normal)
     values = dict(zip(machine.linear_columns, ca.vertsplit(linear), strict=True))
     values |= dict(zip(machine.rotary_columns, ca.vertsplit(rotary), strict=True))
     positions = ca.vertcat(*(values[column] for column in range(len(machine.axes))))
-    axis = tool_axis_of_posture(machine, rotary)
-    cosines = ca.dot(axis, reference), ca.dot(axis, normal)
-    return ca.Function("location", [pivot, normal, reference, rotary], [positions, *cosines])
+    cosines = ca.reshape(references, 3, count).T @ tool_axis_of_posture(machine, rotary)
+    return ca.Function("location", [pivot, normal, references, rotary], [positions, cosines])
 
 
 def _better(problem: Problem, found: Array, start: Array) -> Array:

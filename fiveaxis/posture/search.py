@@ -56,6 +56,8 @@ def _step(
     best = np.empty_like(price)
     max_turn = np.full(states.shape[-1], np.inf)
     max_turn[problem.machine.rotary_columns] = problem.max_turn[row - 1]
+    bend = np.zeros(states.shape[-1])
+    bend[problem.machine.rotary_columns] = problem.bend_price[row - 1]
     relax_layer(
         cost,
         cost.min(axis=(1, 2)),
@@ -69,6 +71,10 @@ def _step(
         problem.minus[row - 1],
         max_turn,
         np.inf if lattice.turns_forbidden else problem.turn_prices[row - 1],
+        bend,
+        1.0 / problem.top_speed,
+        problem.least_time[row - 1],
+        problem.time_price,
         best,
         back,
     )

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from fiveaxis.errors import SettingError, ToolpathError
-from fiveaxis.geometry import Array, angle_between
+from fiveaxis.geometry import Array, IntArray, angle_between
 from fiveaxis.toolpath.path import Toolpath
 
 
@@ -33,6 +33,10 @@ class TiltBounds:
     def all(self) -> tuple[TiltBounds, ...]:
         """Every bound that holds at once."""
         return (self,) if self.touching is None else (self, self.touching)
+
+    def at(self, rows: IntArray | slice) -> TiltBounds:
+        """Return the bounds of some locations, without those that hold beside them."""
+        return replace(self, reference=self.reference[rows], touching=None)
 
     @property
     def cosines(self) -> tuple[float, float]:

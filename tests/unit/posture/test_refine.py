@@ -1,12 +1,14 @@
 """The NLP: its derivatives, and that it never makes a path worse."""
 
+from dataclasses import replace
+
 import casadi as ca
 import numpy as np
 import pytest
 
 from fiveaxis.machine import load_machine
 from fiveaxis.posture.problem import ALLOWED, Problem
-from fiveaxis.posture.refine import _write, refine, refine_windows
+from fiveaxis.posture.refine import _write, refine, refine_windows, starting_point
 from fiveaxis.toolpath import Tool, Toolpath, tilt_bounds
 
 RNG = np.random.default_rng(5)
@@ -22,14 +24,24 @@ def problem() -> Problem:
 
 
 @pytest.fixture
+def timed(problem) -> Problem:
+    """The same problem with a price on time and on bends, and axes so slow that both matter."""
+    speeds = np.array([3.0, 3.0, 1.5, 0.2, 0.3])
+    return replace(problem, top_speed=speeds, time_price=300.0, bend_price=np.full(39, 50.0))
+
+
+@pytest.fixture
 def start(problem) -> np.ndarray:
     """Follow the normals, tool tilted up by 40°, with a wobble that leaves the bounds intact."""
-    turn = np.unwrap(np.arctan2(problem.reference[:, 1], problem.reference[:, 0]))
+    normal = problem.bounds[0].reference
+    turn = np.unwrap(np.arctan2(normal[:, 1], normal[:, 0]))
     rotary = np.stack([turn - np.pi / 2.0, np.full(40, np.radians(-66.0))], axis=1)
     return rotary + 0.03 * RNG.standard_normal(rotary.shape)
 
 
-def test_the_lagrangians_gradient_is_that_of_finite_differences(problem, start):
+@pytest.mark.parametrize("which", ["problem", "timed"])
+def test_the_lagrangians_gradient_is_that_of_finite_differences(which, start, request):
+    problem = request.getfixturevalue(which)
     nlp = _write(problem).functions
     x, f, g = nlp["x"], nlp["f"], nlp["g"]
     multipliers = RNG.standard_normal(g.shape[0])
@@ -45,14 +57,15 @@ def test_the_lagrangians_gradient_is_that_of_finite_differences(problem, start):
         assert found[i] == pytest.approx(expected, rel=1e-5, abs=1e-4)
 
 
-def test_the_nlps_objective_is_the_cost_of_the_path(problem, start):
+@pytest.mark.parametrize("which", ["problem", "timed"])
+def test_the_nlps_objective_is_the_cost_of_the_path(which, start, request):
+    problem = request.getfixturevalue(which)
     nlp = _write(problem).functions
-    step = np.diff(problem.positions(slice(None), start), axis=0).ravel()
-    point = np.concatenate([start.ravel(), np.maximum(step, 0), np.maximum(-step, 0)])
+    point = starting_point(problem, start)
     value = ca.Function("value", [nlp["x"]], [nlp["f"], nlp["g"]])
     objective, constraints = value(point)
     assert float(objective) == pytest.approx(problem.cost(problem.positions(slice(None), start)))
-    assert np.abs(np.array(constraints)[: step.size]).max() < 1e-9
+    assert np.abs(np.array(constraints)[: 5 * (len(problem) - 1)]).max() < 1e-9
 
 
 def test_up_costs_the_penalty_on_top_of_the_drives_cost(problem):
@@ -108,3 +121,22 @@ def test_a_ctrl_c_inside_the_solver_isnt_taken_for_an_answer(problem, start, mon
     monkeypatch.setattr(ca, "nlpsol", lambda *arguments: Interrupted())
     with pytest.raises(KeyboardInterrupt):
         refine(problem, start, iterations=5, barrier=1e-1)
+
+
+def test_time_and_bends_have_their_price(timed, start):
+    free = refine(
+        replace(timed, time_price=0.0, bend_price=np.zeros(39)), start, iterations=200, barrier=1e-1
+    )
+    priced = refine(timed, start, iterations=200, barrier=1e-1)
+    assert priced.status == "Solve_Succeeded"
+
+    def parts(rotary):
+        step = np.diff(timed.positions(slice(None), rotary), axis=0)
+        return timed.delay(step).sum(), (step[:, [3, 4]] ** 2).sum()
+
+    assert parts(free.rotary)[0] > 0.0
+    assert cost(timed, priced.rotary) < cost(timed, free.rotary)
+    assert (
+        300.0 * parts(priced.rotary)[0] + 50.0 * parts(priced.rotary)[1]
+        < 300.0 * parts(free.rotary)[0] + 50.0 * parts(free.rotary)[1]
+    )

@@ -1,6 +1,7 @@
 """The global search against brute force, on lattices small enough to try every path."""
 
 import itertools
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -64,7 +65,10 @@ def brute_force(problem: Problem, lattice: Lattice) -> float:
                 moved[SPIN] += turn * lattice.period
                 up, down = np.maximum(moved, 0.0), np.maximum(-moved, 0.0)
                 if (np.abs(moved[[4, 3]]) <= problem.max_turn[i]).all():
-                    options.append(problem.plus[i] @ up + problem.minus[i] @ down)
+                    late = max(0.0, (np.abs(moved) / problem.top_speed).max() - problem.least_time[i])
+                    bend = problem.bend_price[i] * (moved[[4, 3]] ** 2).sum()
+                    travel = problem.plus[i] @ up + problem.minus[i] @ down
+                    options.append(travel + problem.time_price * late + bend)
             cost += min(options, default=np.inf)
         best = min(best, cost)
     return best
@@ -72,9 +76,11 @@ def brute_force(problem: Problem, lattice: Lattice) -> float:
 
 @pytest.mark.parametrize("period", [0.0, 2.0 * np.pi])
 @pytest.mark.parametrize("max_turn", [None, 2.5])
+@pytest.mark.parametrize("prices", [{}, {"time_price": 400.0, "bend_price": 30.0}])
 @pytest.mark.parametrize("seed", range(4))
-def test_the_cheapest_path_is_that_of_brute_force(period, max_turn, seed):
-    problem = problem_of(ring(4), max_turn=max_turn)
+def test_the_cheapest_path_is_that_of_brute_force(period, max_turn, prices, seed):
+    problem = problem_of(ring(4), max_turn=max_turn, **prices)
+    problem = replace(problem, top_speed=np.array([5.0, 8.0, 2.0, 0.5, 0.9]))
     lattice = random_lattice(np.random.default_rng(seed), 4, (3, 2, 1), period)
     expected = brute_force(problem, lattice)
     path = shortest_path(problem, lattice)

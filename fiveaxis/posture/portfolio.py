@@ -1,0 +1,176 @@
+"""From a problem to its best path: search a few locations globally, refine, fill in more, refine again."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from fiveaxis.errors import Infeasible
+from fiveaxis.geometry import Array, IntArray
+from fiveaxis.posture.budget import DEGREE, Budget, Search
+from fiveaxis.posture.lattice import (
+    Coordinates,
+    Lattice,
+    choose_coordinates,
+    grid_lattice,
+    level_lattice,
+)
+from fiveaxis.posture.problem import ALLOWED, Problem
+from fiveaxis.posture.refine import SOLVED, Refinement, refine, refine_windows
+from fiveaxis.posture.search import refill, shortest_path, thin
+from fiveaxis.posture.solution import Baseline, Stage
+
+Progress = Callable[[str, int, int], None]
+
+# How many times as far as usual the neighbours of a search lie, one try after the other.
+WIDER = (1, 4, 12)
+# A search looks at no fewer locations than about this.
+LEAST_ROWS = 100
+
+
+@dataclass(eq=False)
+class Portfolio:
+    """Searches of some of the locations, each refined; the best is carried to all of them.
+
+    Parameters
+    ----------
+    problem : what to solve
+    budget : how much may be done
+    progress : called with a stage's name, steps done and steps in all
+    stages : what was done so far
+    """
+
+    problem: Problem
+    budget: Budget
+    progress: Progress | None
+    stages: list[Stage] = field(default_factory=list)
+
+    def best_path(self, compared: Mapping[str, Baseline]) -> Array:
+        """Find the cheapest admissible path, (n, 2) rad, never dearer than an admissible baseline."""
+        best: Refinement | None = None
+        if len(self.problem) > 1:
+            best = self._searched()
+        start = self._cheapest(compared)
+        if start is not None and (best is None or self._is_worse(best, start)):
+            name, rotary = start
+            best = self._refined(f"refine, from baseline {name}", self.problem, rotary)
+        if best is None:
+            raise Infeasible(
+                "no way along the path was found: every location has an admissible posture, but the search "
+                "found no sequence of them; allow larger turns between locations (--max-turn), put the "
+                "locations closer together, or widen the tilt range",
+                (),
+            )
+        return best.rotary
+
+    def _searched(self) -> Refinement | None:
+        coordinates = choose_coordinates(self.problem)
+        found: dict[int, tuple[IntArray, Refinement]] = {}
+        for number, search in enumerate(self.budget.searches):
+            # A short path is searched more densely: a turn of the wall must not fall between the rows.
+            stride = min(search.stride, max(1, len(self.problem) // LEAST_ROWS))
+            rows = thin(self.problem, stride)
+            candidate = self._search(replace(search, stride=stride), rows, coordinates, number)
+            if candidate is None:
+                continue
+            if stride not in found or candidate.cost < found[stride][1].cost:
+                found[stride] = rows, candidate
+        if not found:
+            return None
+        middle = np.unique(
+            np.concatenate([thin(self.problem, self.budget.middle), *(r for r, _ in found.values())])
+        )
+        denser = self.problem.thinned(middle)
+        starts = [self._carried(rows, middle, r, coordinates) for rows, r in found.values()]
+        starts.sort(key=denser.priced)
+        name = f"refine, {len(middle)} locations"
+        halfway = [self._refined(name, denser, start) for start in starts[: self.budget.kept]]
+        best = min(halfway, key=lambda r: denser.priced(r.rotary))
+        everywhere = np.arange(len(self.problem))
+        rotary = self._carried(middle, everywhere, best, coordinates)
+        return self._refined("refine, all locations", self.problem, rotary)
+
+    def _search(
+        self, search: Search, rows: IntArray, coordinates: Coordinates, number: int
+    ) -> Refinement | None:
+        problem = self.problem.thinned(rows)
+        name = f"{len(rows)} locations, {np.degrees(search.step):g} deg"
+        path = None
+        # Far neighbours cost time, and a dense path needs none; one with long moves has no way without them.
+        for wider in WIDER:
+            lattice = self._lattice(problem, search, coordinates, wider)
+            path = shortest_path(problem, lattice, self._tell(f"search {number + 1}"))
+            if path is not None:
+                break
+        if path is None:
+            return None
+        self.stages.append(Stage(f"search, {name}", "found", len(problem), None, problem.cost(path)))
+        rotary = path[:, self.problem.machine.rotary_columns]
+        return self._refined(f"refine, {name}", problem, rotary, coarse=True)
+
+    def _lattice(self, problem: Problem, search: Search, coordinates: Coordinates, wider: int) -> Lattice:
+        """Lay the lattice of a search whose neighbours in the second coordinate lie so many times as far."""
+        if coordinates.level is None:
+            steps = (search.step, 0.75 * search.step)
+            reach = (4.0 * DEGREE * search.stride, 2.0 * DEGREE * search.stride * wider)
+            return grid_lattice(problem, coordinates, steps, reach)
+        levels = min(self.budget.level_reach * wider, search.levels)
+        return level_lattice(problem, coordinates, search.step, search.levels, (np.pi, levels))
+
+    def _carried(self, known: IntArray, rows: IntArray, found: Refinement, coordinates: Coordinates) -> Array:
+        """Carry a refined path over to more locations, (m, 2) rad."""
+        path = self.problem.thinned(known).positions(slice(None), found.rotary)
+        at = np.searchsorted(rows, known)
+        full = refill(self.problem.thinned(rows), coordinates, at, path, self.budget.widths)
+        return full[:, self.problem.machine.rotary_columns]
+
+    def _refined(self, name: str, problem: Problem, start: Array, *, coarse: bool = False) -> Refinement:
+        """Refine a path as a whole, and window by window where that is too much or doesn't converge."""
+        budget = self.budget
+        barrier = budget.coarse_barrier if coarse else budget.barrier
+        limit = budget.iterations if len(problem) == len(self.problem) else budget.coarse_iterations
+        before = problem.cost(problem.positions(slice(None), start))
+        if len(problem) == 1:
+            return Refinement(start, before, "one location, nothing to refine", 0)
+        found = Refinement(start, before, "", 0)
+        problem = problem.eased(start)
+        if len(problem) <= budget.whole:
+            found = refine(problem, start, iterations=limit, barrier=barrier)
+            self.stages.append(Stage(name, found.status, found.iterations, before, found.cost))
+        if found.status != SOLVED and len(problem) > 2:
+            whole = found.cost
+            found = refine_windows(
+                problem,
+                found.rotary,
+                size=budget.window,
+                iterations=budget.window_iterations,
+                barrier=barrier,
+            )
+            self.stages.append(
+                Stage(f"{name}, in windows", found.status, found.iterations, whole, found.cost)
+            )
+        if self.progress is not None:
+            done = sum(stage.name.startswith("refine") for stage in self.stages)
+            self.progress("refine", done, max(done, len(budget.searches) + budget.kept + 1))
+        return found
+
+    def _cheapest(self, compared: Mapping[str, Baseline]) -> tuple[str, Array] | None:
+        """Name the cheapest baseline that keeps all bounds, with its rotary angles."""
+        columns = self.problem.machine.rotary_columns
+        paths = {name: baseline.motion.positions for name, baseline in compared.items()}
+        kept = {n: p for n, p in paths.items() if self.problem.violation(p[:, columns]) <= ALLOWED}
+        if not kept:
+            return None
+        name = min(kept, key=lambda n: self.problem.cost(kept[n]))
+        return name, kept[name][:, columns]
+
+    def _is_worse(self, found: Refinement, start: tuple[str, Array]) -> bool:
+        if self.problem.violation(found.rotary) > ALLOWED:
+            return True
+        return found.cost > self.problem.cost(self.problem.positions(slice(None), start[1]))
+
+    def _tell(self, stage: str) -> Callable[[int, int], None] | None:
+        progress = self.progress
+        return None if progress is None else lambda done, total: progress(stage, done, total)
