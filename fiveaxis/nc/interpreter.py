@@ -13,13 +13,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from fiveaxis.errors import ToolpathError
 from fiveaxis.findings import Finding, Place, Severity
 from fiveaxis.nc.axis_track import NO_MOVE, AxisTrack, Counting, Values
 from fiveaxis.nc.block import Block, Triple
 from fiveaxis.nc.coordinates import Coordinates
 from fiveaxis.nc.drilling import DrillingCycle
-from fiveaxis.nc.modal import CYCLES, END, HARMLESS, PARAMETERS, TIP_ON, Modes
+from fiveaxis.nc.modal import CYCLES, END, HARMLESS, PARAMETERS, Modes
 from fiveaxis.nc.planes import Plane
 from fiveaxis.nc.round_moves import Local, between, round_points
 from fiveaxis.nc.rows import LARGEST_POSITION, MILLIMETRES
@@ -237,8 +236,6 @@ class Interpreter:
             new = Plane(np.array(block.frame.origin) * scale, block.frame.rotation)
             at.plane = new if block.frame.kind == "set" else at.plane.then(new)
         at.settle()
-        if at.of_tip and self.modes.for_motion:
-            raise self._not_in_motion(block)
         if at.of_tip != was_of_tip:
             in_cut = bool(track.rows) and track.rows[-1][2] == CUT
             self.switch = Switch(block.line, in_cut, at.of_tip)
@@ -246,15 +243,6 @@ class Interpreter:
             track.vector = track.vector if at.of_tip else None
         self.turned_local = at.to_local(track.now)
         self._count_length()
-
-    def _not_in_motion(self, block: Block) -> ToolpathError:
-        words = [w for w in (*block.g, *block.m) if w in TIP_ON]
-        return self.source.error(
-            f"{words[0] if words else 'the block'} switches tool centre point control on: the program gives "
-            "positions of the tool's tip on the workpiece, not of the machine's axes; post it in machine "
-            "coordinates",
-            block.line,
-        )
 
     def _count_length(self) -> None:
         modes = self.modes
@@ -442,10 +430,11 @@ class Interpreter:
         """Make sure that a feed move is determined: by its begin in a motion, by its end in a path."""
         track, switch = self.track, self.switch
         self.switch = None
-        if self.modes.for_motion:
+        if self.modes.for_motion and not track.rows:
             self._begin(line)
             return
-        self._assume_rotary(target, line)
+        if not self.modes.for_motion:
+            self._assume_rotary(target, line)
         missing = track.unknown(target)
         if missing and switch is not None:
             raise self.source.error(
@@ -500,7 +489,7 @@ class Interpreter:
     def go_rapid(self, target: Values, line: int, *, turns: bool = False) -> None:
         """Add a rapid move; while an axis isn't known it only tells where the others are."""
         track = self.track
-        if self.modes.for_motion:
+        if self.modes.for_motion and not track.rows:
             if track.unknown(track.now):
                 track.now = target
                 track.approach += 1
@@ -508,7 +497,7 @@ class Interpreter:
                     self._begin(line)
                 return
             self._begin(line)
-        elif track.unknown(target):
+        if track.unknown(target):
             track.now = target
             track.approach += 1
             return
@@ -579,7 +568,7 @@ class Interpreter:
                 self._prepare_feed(target, block.line)
                 time, feed = self._pace(block)
                 track.add(target, block.line, CUT, time, feed)
-            else:
+            elif target != track.now:
                 self.go_rapid(target, block.line)
         self.turned_local = place
 

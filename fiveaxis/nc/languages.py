@@ -83,6 +83,10 @@ LANGUAGES = (KLARTEXT, MILLPLUS, SINUMERIK, ISO)
 # A program shows its language in its first lines; a look at all of a million takes a second.
 HEAD = 2000
 
+# Characters: longer lines aren't of a program, and patterns are slow on them.
+LONGEST_LINE = 4096
+_LOOK = 200
+
 # Lines of numbers only, which are most, hold no sign of a language.
 _WORTH_A_LOOK = re.compile(r"=|[A-Z_]{3}")
 
@@ -98,7 +102,7 @@ def find_language(source: Source) -> Language:
     source : the file
     """
     patterns = [(language, re.compile("|".join(language.signs))) for language in LANGUAGES if language.signs]
-    for text in filter(_WORTH_A_LOOK.search, map(str.upper, source.lines[:HEAD])):
+    for text in filter(_WORTH_A_LOOK.search, (text[:_LOOK].upper() for text in source.lines[:HEAD])):
         code = _BRACKET.sub(lambda found: f"{found[1]}(" if found[1] else "", text)
         for language, pattern in patterns:
             if pattern.search(code):
@@ -116,6 +120,14 @@ def split_program(source: Source, *, block_delete: bool = False) -> Iterator[Blo
     Raises
     ------
     ToolpathError
-        With file, line and text: a block that can't be read.
+        With file, line and text: a block that can't be read, a line longer than `LONGEST_LINE`.
     """
+    if max(map(len, source.lines)) > LONGEST_LINE:
+        line = next(i for i, text in enumerate(source.lines, start=1) if len(text) > LONGEST_LINE)
+        text = source.lines[line - 1]
+        raise source.error(
+            f"{text[:20]!r}…: a line of {len(text)} characters, and {LONGEST_LINE} are the most that are "
+            "read; it isn't a program, or its line ends are lost",
+            line,
+        )
     return find_language(source).split(source, block_delete=block_delete)

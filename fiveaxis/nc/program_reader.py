@@ -1,8 +1,8 @@
-"""Programs of machine-axis words, read as a motion.
+"""NC programs read as a motion of the machine's axes.
 
-The words are positions of the machine's axes in the control's own sign; what `write_program` writes is read
-back as the same motion. A program in which the control places the tool's tip (G43.4, M428, TRAORI) isn't one
-of machine-axis words and is refused.
+Words are positions of the machine's axes in the control's own sign; what `write_program` writes is read back
+as the same motion. Where the control places the tool's tip (G43.4, M428, TRAORI), the axes are where the
+machine's kinematics puts them, and the moves are cut into parts that keep the tip on its way.
 
 What is taken of each word stands in `fiveaxis.nc.modal`. Times are those of the program: F as RS274/NGC
 defines it, rapid moves straight at the speed of the axis that takes longest. No acceleration is considered,
@@ -19,6 +19,7 @@ from typing import Literal
 import numpy as np
 
 from fiveaxis.findings import Finding, Place, Severity
+from fiveaxis.geometry import IntArray
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Motion
 from fiveaxis.nc.axis_track import Columns
@@ -27,6 +28,7 @@ from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.rows import MILLIMETRES
 from fiveaxis.nc.running import note_assumptions, run_program, why_nothing_moves
 from fiveaxis.nc.source import load_source
+from fiveaxis.nc.tip_motion import axes_of_tips
 from fiveaxis.nc.travel import motion_times
 from fiveaxis.toolpath import MoveKind
 
@@ -61,11 +63,12 @@ def read_program(
     rapid_mm_min: float | None = None,
     block_delete: bool = False,
 ) -> ProgramMotion:
-    """Read an NC program of machine-axis words.
+    """Read an NC program.
 
     The first row is where the program's first move begins: at `start`, or where its first rapid moves have
     brought all axes. Every block that moves an axis is a row; arcs become chords within `PATH_TOLERANCE`, a
-    dwell is a row at the same place. G0 and G28 are rapid moves, everything at feed is taken as a cut.
+    dwell is a row at the same place. G0 and G28 are rapid moves, everything at feed is taken as a cut. A
+    move of the tip is as many rows as keep it within `PATH_TOLERANCE` of its way.
 
     Parameters
     ----------
@@ -76,7 +79,7 @@ def read_program(
         the first block, those that its rapid moves don't place
     program_zero : axis letter -> mm or deg: what the control shows in machine coordinates (G53) at the zero
         of the program's words (G54), the work offset; 0 by default. Axis values of the machine are machine
-        coordinates
+        coordinates. Of several work offsets, ``G54X``, ``G55X``, ``G54.1P3X``
     rapid_mm_min : speed in rapid moves of axes whose highest speed the machine doesn't tell; rotary axes
         take the number as deg/min
     block_delete : whether blocks that begin with ``/`` are skipped, as with the switch on; they are counted
@@ -93,8 +96,8 @@ def read_program(
     MachineError
         `start` or `program_zero` names an axis that the machine doesn't have.
     ToolpathError
-        With file and line: whatever can't be read completely, a program in which the control places the
-        tool's tip, a feed move before all axes are known, a rapid move of unknown speed.
+        With file and line: whatever can't be read completely, a feed move before all axes are known, a rapid
+        move of unknown speed, a tool direction in place of angles.
     """
     options = ReadOptions(
         unit=unit,
@@ -112,11 +115,13 @@ def _finish(interpreter: Interpreter, machine: Machine, rapid: float | None) -> 
     track, source = interpreter.track, interpreter.source
     if len(track.rows) < 2:
         raise source.error(why_nothing_moves(track))
-    columns = track.columns()
+    columns = written = track.columns()
     scale = MILLIMETRES[interpreter.modes.units.now]
+    if columns.of_tip.any():
+        columns, scale = axes_of_tips(columns, scale, source), 1.0
     time, feed = motion_times(columns, scale, rapid, source)
     note_assumptions(interpreter)
-    _note_turns(interpreter, columns)
+    _note_turns(interpreter, written, columns.lines)
     return ProgramMotion(
         letters=machine.letters,
         positions=columns.positions(),
@@ -130,10 +135,15 @@ def _finish(interpreter: Interpreter, machine: Machine, rapid: float | None) -> 
     )
 
 
-def _note_turns(interpreter: Interpreter, columns: Columns) -> None:
+def _note_turns(interpreter: Interpreter, columns: Columns, lines: IntArray) -> None:
     """Name the feed move in which a rotary axis turns most, if it is by more than half a turn.
 
     The words say so, but a control that counts an axis from 0 to 360 takes the shorter way.
+
+    Parameters
+    ----------
+    columns : the rows as written
+    lines : (n,), of the motion's rows
     """
     track = interpreter.track
     turns = np.abs(np.diff(columns.values[:, track.rotary], axis=0))
@@ -143,13 +153,14 @@ def _note_turns(interpreter: Interpreter, columns: Columns) -> None:
         return
     move, column = np.unravel_index(np.argmax(turns), turns.shape)
     letter = track.machine.axes[track.rotary[column]].letter
+    line = int(columns.lines[move + 1])
     interpreter.findings.append(
         Finding(
             Severity.WARNING,
             "long-turn",
             f"{letter} turns by {turns[move, column]:.1f} deg in a feed move, the most of {len(long)} beyond "
             f"{HALF_TURN:g} deg; a control that takes the shorter way moves otherwise than is read here",
-            Place(location=int(move) + 1, line=int(columns.lines[move + 1]), file=interpreter.source.name),
+            Place(location=int(np.flatnonzero(lines == line)[-1]), line=line, file=interpreter.source.name),
             value=float(turns[move, column]),
         )
     )

@@ -11,6 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from fiveaxis.errors import ToolError
 from fiveaxis.findings import Finding, Place, Severity
 from fiveaxis.geometry import Array, BoolArray
 from fiveaxis.kinematics import tool_axes, tool_poses
@@ -18,7 +19,8 @@ from fiveaxis.machine import Machine
 from fiveaxis.nc.axis_track import Columns, Counting
 from fiveaxis.nc.interpreter import Interpreter
 from fiveaxis.nc.options import ReadOptions
-from fiveaxis.nc.rows import DEFAULT_FEED, MILLIMETRES, unit_axes
+from fiveaxis.nc.remarks import remark_on
+from fiveaxis.nc.rows import DEFAULT_FEED, MILLIMETRES, unit_axes, unit_normals
 from fiveaxis.nc.running import note_assumptions, run_program, why_nothing_moves
 from fiveaxis.nc.source import Source
 from fiveaxis.nc.travel import filled, travel_of
@@ -76,7 +78,9 @@ def read_program_path(source: Source, options: ReadOptions) -> Toolpath:
         ignored={word: n for word, n in interpreter.ignored.items() if n},
         findings=tuple(interpreter.findings),
     )
-    return replace(path, feed=_feeds(path, columns, interpreter, options))
+    path = replace(path, feed=_feeds(path, columns, interpreter, options))
+    path = _touching(path, columns, source)
+    return replace(path, findings=path.findings + remark_on(path))
 
 
 def _poses(
@@ -110,13 +114,41 @@ def _on_workpiece(
     machine = columns.machine
     positions = columns.positions()
     known = columns.of_tip & np.isfinite(positions[:, machine.rotary_columns]).all(axis=1)
-    if not known.any() or not turns_table(machine):
+    if not turns_table(machine):
+        return tip, axis
+    if options.positions == "machine" and not known[columns.of_tip].all():
+        line = int(columns.lines[columns.of_tip & ~known][0])
+        raise interpreter.source.error(
+            "positions=machine, and the block gives the tool's direction, not the angle of the table; post "
+            "the program with rotary words, or say positions=table",
+            line,
+        )
+    if not known.any():
         return tip, axis
     carried = tip.copy()
-    carried[known], _ = carry_to_work(machine, tip[known], positions[known])
+    carried[known] = carry_to_work(machine, tip[known], positions[known])
     readings = {"table": tip, "machine": carried}
     _note_doubt(readings, columns, interpreter, options.positions, known)
     return readings[options.positions], axis
+
+
+def _touching(path: Toolpath, columns: Columns, source: Source) -> Toolpath:
+    """Take the surface normals of a program that gives them in every cut."""
+    given = np.isfinite(columns.normals[:, 0])
+    if not path.cutting.any() or not given[path.cutting].all():
+        return path
+    normals = np.full_like(columns.normals, np.nan)
+    normals[given] = unit_normals(columns.normals[given], columns.lines[given], source)
+    try:
+        return path.touching_at(normals)
+    except ToolError as fault:
+        finding = Finding(
+            Severity.WARNING,
+            "normals-unused",
+            f"the program gives surface normals, and the tool doesn't touch there in one point: {fault}",
+            Place(line=int(columns.lines[given][0]), file=source.name),
+        )
+        return replace(path, findings=(*path.findings, finding))
 
 
 def _note_doubt(

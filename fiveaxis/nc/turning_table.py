@@ -9,7 +9,7 @@ from fiveaxis.kinematics import link_poses
 from fiveaxis.machine import BED, Machine
 
 
-def carry_to_work(machine: Machine, points: Array, rotary: Array) -> tuple[Array, Array]:
+def carry_to_work(machine: Machine, points: Array, rotary: Array) -> Array:
     """Say where on the workpiece points are that keep their place in the machine while the table turns.
 
     Parameters
@@ -20,15 +20,13 @@ def carry_to_work(machine: Machine, points: Array, rotary: Array) -> tuple[Array
 
     Returns
     -------
-    points : (n, 3), mm, workpiece frame
-    turns : (n, 3, 3), of directions likewise
+    (n, 3), mm, workpiece frame
     """
     values = rotary.copy()
     values[:, machine.linear_columns] = 0.0
     # The bed has moved by E_1 … E_j seen from the workpiece, and a point of the machine moves with it.
     poses = link_poses(machine, values)[BED]
-    turns = poses[:, :3, :3]
-    return np.einsum("nij,nj->ni", turns, points) + poses[:, :3, 3], turns
+    return np.asarray(np.einsum("nij,nj->ni", poses[:, :3, :3], points) + poses[:, :3, 3])
 
 
 def turns_table(machine: Machine) -> bool:

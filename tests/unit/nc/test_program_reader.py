@@ -161,20 +161,49 @@ def test_a_turn_back_through_zero_is_found_because_controls_differ(data, tmp_pat
     assert turn.value == pytest.approx(352.356)
 
 
-@pytest.mark.parametrize(
-    ("name", "code", "line", "word"),
-    [
-        ("linuxcnc_impeller_xyzac.ngc", "640123", 4, "M428"),
-        ("linuxcnc_boat_xyzac.ngc", "640123", 2, "M428"),
-        ("nx_dmu70_840d_traori_inch.mpf", "650123", 17, "the block"),
-        ("nx_dmc160u_millplus.nc", "650123", 56, "G141"),
-    ],
-)
-def test_programs_of_the_tools_tip_are_refused_as_such(data, name, code, line, word):
-    with pytest.raises(ToolpathError) as caught:
-        read_program(data / "toolpaths" / name, Machine.from_code(code), rapid_mm_min=1000, start={"Z": 0})
-    assert caught.value.line == line
-    assert caught.value.message.startswith(f"{word} switches tool centre point control on")
+@pytest.mark.parametrize("name", ["linuxcnc_impeller_xyzac.ngc", "linuxcnc_boat_xyzac.ngc"])
+def test_programs_of_the_tools_tip_lead_it_along_their_way(data, trunnion, name):
+    path = data / "toolpaths" / name
+    motion = read_program(path, trunnion)
+    toolpath = fx.read_toolpath(path, machine=trunnion, tool=fx.Tool.ball(6))
+    tip, axis = tool_poses(trunnion, motion.positions)
+    poses = np.hstack([tip, axis])
+    wanted = np.hstack([toolpath.tips(toolpath.axis), toolpath.axis])
+    # Every location of the path is where the motion is at some time, in their order.
+    place = 0
+    for row in range(len(wanted)):
+        near = np.abs(poses[place:] - wanted[row]).max(axis=1) < 1e-9
+        place += int(np.argmax(near))
+        assert near.any()
+    # Between two rows the axes run straight: the tip is on its way within the tolerance there too.
+    middle, _ = tool_poses(trunnion, (motion.positions[1:] + motion.positions[:-1]) / 2.0)
+    off = np.linalg.norm(middle - (tip[1:] + tip[:-1]) / 2.0, axis=1)
+    assert 0.5 * PATH_TOLERANCE < off.max() <= PATH_TOLERANCE
+    cuts = motion.kind == CUT
+    duration = (toolpath.lengths / toolpath.feed)[toolpath.cutting].sum()
+    assert motion.time[cuts].sum() == pytest.approx(duration)
+
+
+def test_a_motion_goes_on_where_the_tip_takes_over(read, trunnion):
+    text = "G0 X0 Y0 Z100 A0 C0\nM428\nG0 X10 Y0 Z50 A-30\nG1 X20 A-40 F600\nM429\nG0 X0 Y0 Z100\n"
+    motion = read(text, trunnion, start=None, rapid_mm_min=None)
+    tip, axis = tool_poses(trunnion, motion.positions)
+    np.testing.assert_allclose(motion.positions[0], [0, 0, 100, 0, 0])
+    [first] = np.flatnonzero(motion.source == 3)
+    np.testing.assert_allclose(tip[first], [10, 0, 50], atol=1e-9)
+    cut = motion.source == 4
+    np.testing.assert_allclose(tip[cut][-1], [20, 0, 50], atol=1e-9)
+    assert motion.time[cut].sum() == pytest.approx(1)
+    np.testing.assert_allclose(motion.feed[cut], 10)
+    np.testing.assert_allclose(motion.positions[-1, :3], [0, 0, 100])
+    assert axis[-1, 2] == pytest.approx(np.cos(np.radians(40)))
+
+
+def test_a_tool_direction_has_no_angles_in_a_motion(fault, trunnion):
+    text = "G21 G0 X0 Y0 Z0 A0 C0\nG43.5 H1\nG0 X0 Y0 Z0 I0 J0 K1\nG1 X1 I.6 K.8 F60\n"
+    line, message = fault(text, trunnion, start=None)
+    assert line == 3
+    assert "gives the tool's direction" in message
 
 
 # Ways
