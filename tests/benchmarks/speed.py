@@ -4,6 +4,7 @@ Usage: python tests/benchmarks/speed.py
 """
 
 import time
+from collections import deque
 from collections.abc import Callable
 from pathlib import Path
 
@@ -12,12 +13,16 @@ import numpy as np
 import fiveaxis as fx
 from fiveaxis.kinematics import axis_positions, tool_poses
 from fiveaxis.motion import time_motion
+from fiveaxis.nc.klartext import split_klartext
+from fiveaxis.nc.sinumerik import split_sinumerik
+from fiveaxis.nc.source import Source
 from fiveaxis.posture.baselines import find_baselines
 from fiveaxis.toolpath import tilt_bounds
 
 ROOT = Path(__file__).parents[2]
 DATA = ROOT.parent / "shared" / "data"
 POSES = 1_000_000
+BLOCKS = 100_000
 
 
 def rate(what: str, count: int, step: Callable[[], object]) -> None:
@@ -25,6 +30,24 @@ def rate(what: str, count: int, step: Callable[[], object]) -> None:
     started = time.perf_counter()
     step()
     print(f"{what:45} {count / (time.perf_counter() - started):12,.0f} /s")
+
+
+def time_languages() -> None:
+    """Blocks of control languages, without what they mean: the interpreter is one for all."""
+    angle = np.linspace(0.0, 600.0, BLOCKS)
+    rows = np.column_stack([50.0 * np.sin(angle), 50.0 * np.cos(angle), 0.01 * angle, 0.1 * angle, angle])
+    for what, split, template in (
+        ("Sinumerik, blocks with angles", split_sinumerik, "N10 X{:.3f} Y{:.3f} Z{:.3f} A{:.3f} C{:.3f}"),
+        (
+            "Sinumerik, blocks with vectors",
+            split_sinumerik,
+            "N10 X{:.3f} Y{:.3f} Z{:.3f} A3={:.6f} C3={:.6f}",
+        ),
+        ("Klartext, L blocks", split_klartext, "10 L X{:+.3f} Y{:+.3f} Z{:+.3f} A{:+.3f} C{:+.3f}"),
+        ("Klartext, LN blocks", split_klartext, "10 LN X{:+.3f} Y{:+.3f} Z{:+.3f} TX{:+.6f} TZ{:+.6f} F500"),
+    ):
+        source = Source("synthetic", [template.format(*row) for row in rows.tolist()])
+        rate(what, BLOCKS, lambda split=split, source=source: deque(split(source), maxlen=0))
 
 
 def main() -> None:
@@ -39,6 +62,7 @@ def main() -> None:
     rate("APT, GOTO", 20_057, lambda: fx.read_toolpath(apt, tool=tool))
     arcs = DATA / "toolpaths" / "solidworks_boss_3axis.apt"
     rate("APT with 1 026 arcs, statements", 12_427, lambda: fx.read_toolpath(arcs, tool=tool))
+    time_languages()
     part = DATA / "meshes" / "propeller_d.stl"
     planned = fx.plan_contour(part, fx.Tool.ball(4), stepdown=5)
     rate("planner, locations", len(planned), lambda: fx.plan_contour(part, fx.Tool.ball(4), stepdown=5))
