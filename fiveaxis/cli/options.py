@@ -60,10 +60,23 @@ PartRotation = Annotated[
     str | None, typer.Option("--part-rotation", help="part on the table, about machine X,Y,Z in deg")
 ]
 Control = Annotated[str | None, typer.Option("--control", help="NC dialect")]
-Stepdown = Annotated[float | None, typer.Option("--stepdown", help="distance of passes in z, mm")]
+Strategy = Annotated[str | None, typer.Option("--strategy", help="waterline or raster")]
+Stepdown = Annotated[float | None, typer.Option("--stepdown", help="distance of waterlines in z, mm")]
+Stepover = Annotated[float | None, typer.Option("--stepover", help="distance of a raster's sections, mm")]
+Scallop = Annotated[float | None, typer.Option("--scallop", help="highest ridge between passes, mm")]
+RasterAngle = Annotated[
+    float | None, typer.Option("--raster-angle", help="direction of a raster, from x towards y, deg")
+]
+Spiral = Annotated[bool | None, typer.Option("--spiral/--rings", help="join closed waterlines to spirals")]
+Order = Annotated[
+    str | None, typer.Option("--order", help="levels (one by one) or islands (where links are short)")
+]
+LeadIn = Annotated[float | None, typer.Option("--lead-in", help="radius of arcs that lead to passes, mm")]
+LeadOut = Annotated[float | None, typer.Option("--lead-out", help="radius of arcs that lead away, mm")]
+MinLength = Annotated[float | None, typer.Option("--min-length", help="shortest pass that is cut, mm")]
 Spacing = Annotated[float | None, typer.Option("--spacing", help="distance of contact points, mm")]
 Overhang = Annotated[bool | None, typer.Option("--overhang/--all-walls", help="which walls to plan")]
-Direction = Annotated[str | None, typer.Option("--direction", help="climb or conventional")]
+Direction = Annotated[str | None, typer.Option("--direction", help="climb, conventional or zigzag")]
 AllowOpen = Annotated[bool | None, typer.Option("--allow-open", help="accept an open mesh")]
 AsJson = Annotated[bool, typer.Option("--json", help="print one JSON document and nothing else")]
 
@@ -71,10 +84,19 @@ AsJson = Annotated[bool, typer.Option("--json", help="print one JSON document an
 PLANNING: Mapping[str, Any] = {
     "tool": ToolName,
     "feed": Feed,
+    "strategy": Strategy,
     "stepdown": Stepdown,
+    "stepover": Stepover,
+    "scallop": Scallop,
+    "raster_angle": RasterAngle,
     "spacing": Spacing,
     "overhang": Overhang,
+    "spiral": Spiral,
     "direction": Direction,
+    "order": Order,
+    "lead_in": LeadIn,
+    "lead_out": LeadOut,
+    "min_length": MinLength,
     "allow_open": AllowOpen,
 }
 READING: Mapping[str, Any] = {

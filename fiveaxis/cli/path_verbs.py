@@ -26,6 +26,7 @@ from fiveaxis.errors import SettingError
 PLACES = ("start", "program_zero")
 
 if TYPE_CHECKING:
+    from fiveaxis.contour import PlanReport
     from fiveaxis.energy import Budget
     from fiveaxis.job import Job, Outcome
     from fiveaxis.toolpath import Toolpath
@@ -39,9 +40,9 @@ def plan(
     as_json: AsJson = False,
     **_: Any,
 ) -> None:
-    """Plan waterline passes on a mesh."""
+    """Plan finishing passes on a mesh; tell the ridges that they leave and their chord error."""
     with errors_explained(as_json):
-        from fiveaxis.job import is_mesh, load_job_toolpath
+        from fiveaxis.job import is_mesh, load_job_toolpath, measure_plan
         from fiveaxis.nc import write_toolpath
 
         job = _job(context.params)
@@ -51,7 +52,7 @@ def plan(
             toolpath = load_job_toolpath(job, progress)
         if output is not None:
             write_toolpath(toolpath, output)
-        document = _toolpath_document(toolpath)
+        document = _plan_document(toolpath, measure_plan(job, toolpath))
         if as_json:
             return print_json(document)
         for name, value in document.items():
@@ -148,11 +149,21 @@ def _run(job: Job) -> Outcome:
     return outcome
 
 
-def _toolpath_document(toolpath: Toolpath) -> dict[str, Any]:
+def _plan_document(toolpath: Toolpath, quality: PlanReport) -> dict[str, Any]:
     cuts = int(toolpath.cutting.sum())
-    counts = {"locations": len(toolpath), "cutting": cuts, "links": len(toolpath) - cuts}
-    length = round(float(toolpath.lengths.sum()), 3)
-    return counts | {"length_mm": length, "left_out": dict(toolpath.ignored)}
+    return {
+        "locations": len(toolpath),
+        "cutting": cuts,
+        "links": len(toolpath) - cuts,
+        "length_mm": round(float(toolpath.lengths.sum()), 3),
+        "cut_length_mm": round(quality.cut_length, 3),
+        "link_length_mm": round(quality.link_length, 3),
+        "scallop_largest_mm": round(quality.scallop_largest, 6),
+        "scallop_mean_mm": round(quality.scallop_mean, 6),
+        "chord_error_mm": round(quality.chord_largest, 6),
+        "ridges_measured": quality.ridges,
+        "left_out": dict(toolpath.ignored),
+    }
 
 
 def _print_outcome(outcome: Outcome) -> None:

@@ -9,6 +9,7 @@ from typing import Any, Literal
 from pydantic import Field, ValidationError, ValidationInfo, field_validator
 
 from fiveaxis.contour.mesh import SUFFIXES as MESH_SUFFIXES
+from fiveaxis.contour.options import Direction, Order, Strategy
 from fiveaxis.errors import FiveAxisError, InputError, JobError, SettingError
 from fiveaxis.machine import load_machine
 from fiveaxis.machine.chain import Triple
@@ -24,10 +25,19 @@ TOOL_FILE = ".toml"
 class PlanTable(StrictModel):
     """How passes are laid on a mesh."""
 
-    stepdown: float = Field(1.0, gt=0.0, description="distance of the passes in z, mm")
+    strategy: Strategy = Field("waterline", description="horizontal sections, or upright parallel ones")
+    stepdown: float | None = Field(None, gt=0.0, description="distance of waterlines in z, mm; else 1")
+    stepover: float | None = Field(None, gt=0.0, description="distance of a raster's sections, mm; else 1")
+    scallop: float | None = Field(None, gt=0.0, description="highest ridge between passes, mm")
+    raster_angle: float | None = Field(None, description="direction of a raster, from x towards y, deg")
     spacing: float = Field(0.5, gt=0.0, description="largest distance of contact points along a pass, mm")
     overhang: bool = Field(False, description="overhanging walls only")
-    direction: Literal["climb", "conventional"] = "climb"
+    spiral: bool = Field(False, description="join closed waterlines to spirals")
+    direction: Direction = "climb"
+    order: Order = Field("levels", description="section by section, or as links are short")
+    lead_in: float = Field(0.0, ge=0.0, description="radius of the arcs that lead to passes, mm")
+    lead_out: float = Field(0.0, ge=0.0, description="radius of the arcs that lead from passes, mm")
+    min_length: float = Field(0.0, ge=0.0, description="shortest pass that is cut, mm")
     allow_open: bool = Field(False, description="plan on a mesh that isn't watertight")
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from fiveaxis.contour import find_contacts, load_mesh, plan_contour
+from fiveaxis.contour import PlanReport, find_contacts, load_mesh, path_quality, plan_contour
 from fiveaxis.contour.mesh import SUFFIXES as MESH_SUFFIXES
 from fiveaxis.energy import (
     Budget,
@@ -225,6 +225,19 @@ def plan_mesh(job: Job, tool: Tool | None, progress: Progress | None) -> Toolpat
     step = None if progress is None else lambda done, total: progress("plan", done, total)
     feed = 1000.0 if job.feed is None else job.feed
     return plan_contour(job.input, tool, **job.plan.model_dump(), feed_mm_min=feed, progress=step)
+
+
+def measure_plan(job: Job, toolpath: Toolpath) -> PlanReport:
+    """Measure the ridges and chords of the passes planned on a job's mesh."""
+    plan = job.plan
+    return path_quality(
+        toolpath,
+        job.input,
+        strategy=plan.strategy,
+        raster_angle=plan.raster_angle,
+        overhang=plan.overhang,
+        allow_open=plan.allow_open,
+    )
 
 
 def is_mesh(path: Path) -> bool:
