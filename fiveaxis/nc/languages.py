@@ -122,7 +122,7 @@ def split_program(source: Source, *, block_delete: bool = False) -> Iterator[Blo
     ToolpathError
         With file, line and text: a block that can't be read, a line longer than `LONGEST_LINE`.
     """
-    if max(map(len, source.lines)) > LONGEST_LINE:
+    if max(map(len, source.lines), default=0) > LONGEST_LINE:
         line = next(i for i, text in enumerate(source.lines, start=1) if len(text) > LONGEST_LINE)
         text = source.lines[line - 1]
         raise source.error(

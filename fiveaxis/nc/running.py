@@ -21,7 +21,13 @@ from fiveaxis.nc.work_offsets import WorkOffsets
 
 
 def run_program(
-    source: Source, machine: Machine, options: ReadOptions, *, for_motion: bool, stand_in: bool = False
+    source: Source,
+    machine: Machine,
+    options: ReadOptions,
+    *,
+    for_motion: bool,
+    stand_in: bool = False,
+    quickly: bool = True,
 ) -> Interpreter:
     """Read a program to its end.
 
@@ -32,6 +38,7 @@ def run_program(
     options : what is taken where the program doesn't say it
     for_motion : whether every row needs a begin and a time
     stand_in : whether the machine only stands in for one that nobody has given
+    quickly : whether plain blocks take the short way; the rows are the same either way
 
     Raises
     ------
@@ -53,6 +60,7 @@ def run_program(
         ignored,
         fixed_feed=options.feed_mm_min is not None,
         stand_in=stand_in,
+        quickly=quickly,
     )
     end = interpreter.run(split_program(source, block_delete=options.block_delete))
     if end is not None:

@@ -1,0 +1,290 @@
+"""Laws of programs as toolpaths: the short way is the long way, frames agree, nonsense is an error."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, example, given, settings
+from hypothesis import strategies as st
+
+import fiveaxis as fx
+from fiveaxis.errors import MachineError, SettingError, ToolError, ToolpathError
+from fiveaxis.kinematics import linear_positions, tool_axes, tool_poses
+from fiveaxis.machine import Machine, load_machine
+from fiveaxis.nc.gcode import split_blocks
+from fiveaxis.nc.options import ReadOptions
+from fiveaxis.nc.running import run_program
+from fiveaxis.nc.source import Source
+
+QUIET = settings(
+    deadline=None,
+    derandomize=True,
+    max_examples=150,
+    suppress_health_check=[HealthCheck.function_scoped_fixture],
+)
+BALL = fx.Tool.ball(6)
+# Table and table, table and head, head and head; two of them count axes against ISO 841.
+MACHINES = ["hayashi-640123", "linuxcnc-xyzac-trt", "linuxcnc-xyzbc-trt", "linuxcnc-bridgemill"]
+
+# What real programs are made of, control by control.
+ISO = """\
+%
+O0001 (PART)
+N10 G21 G90 G94 G17 G40 G80
+( TOOL: T1 = 10.0 dia. ENDMILL )
+M428 ;TCP:xyzac
+G0  X  16.339  Y -25.409  Z  33.353  A -71.841  C -35.930
+G1  X   6.302  Y -11.560  Z  27.743  A -71.841  C -35.930  F 318
+g1x6.358y-12.418z26.178a-71.266c-32.919f159
+G93
+X6.3 Y-12.6 Z25.8 F 159
+G94 F600
+G02 X43.663 Y6.24 I-2.519 J2.229
+G03 X1 Y1 R20
+G91 G28 Z0.0 M05
+G90 G53 G00 Z0.0
+G43.4 H1
+G43.5 H09
+G1 X1 Y2 Z3 I0. J.6 K.8
+G49
+G54
+G98 G81 X1 Y2 Z-5. R2. F250.
+G80
+#101=12.5
+X#101 Y[#101*2]
+G68.2 X1 Y2 Z3 I10 J20 K30
+G53.1
+G69
+G4 P1.5
+M429
+M30
+"""
+SINUMERIK = """\
+N10 G71 G90 G54 ; part
+N20 TRAORI
+N30 G0 X1 Y2 Z3 A=DC(5) C=10
+N40 G1 X=R1+2 A3=0.6 B3=0 C3=.8 F1000
+N50 AROT X90
+N60 SUPA G0 Z0 D0
+N70 CYCLE800(1,"TC1",0,57,0,0,0,10,20,30,0,0,0,-1)
+N80 TRAFOOF
+N90 M30
+"""
+KLARTEXT = """\
+0 BEGIN PGM part MM
+1 TOOL CALL 1 Z S1000
+2 L X+10 Y+20 Z+50 R0 FMAX M3
+3 M128
+4 L X+1 Y+2 Z+3 A+10 C-20 F500
+5 LN X+1 Y+2 Z+3 NX+0 NY+0 NZ+1 TX+0 TY+0.6 TZ+0.8 F500
+6 CC X+0 Y+0
+7 C X+5 Y+5 DR+
+8 M129
+9 END PGM part MM
+"""
+MILLPLUS = """\
+N10 G70
+N20 G74 Z-.1 L1
+N30 G7 A5=15. B5=0.0 C5=210. B7=254 C7=255
+N40 G00 B=E254 C=E255
+N50 G141 L2=0 F2=15000.
+N60 G93 X7.8745 Y-5.0965 Z9.2659
+N70 G01 X202.4064 Y1 Z2 B-90. C285. F78.7
+N80 G03 X.3709 Y-.1923 I.3205 J-.7597
+N90 G81 Y.1181 Z-.7874 B9.804 F12.5
+N99 G79 X-.4445 Y1.566 Z7.9736
+"""
+PROGRAMS = [text.split("\n") for text in (ISO, SINUMERIK, KLARTEXT, MILLPLUS)]
+
+
+@pytest.fixture
+def path(tmp_path):
+    return tmp_path / "part.nc"
+
+
+# The short way
+
+number = st.one_of(
+    st.floats(-50, 50).map(lambda x: f"{x:.3f}"),
+    st.sampled_from(["0", "-0", "1.", ".5", " 7", "1e3", "", "1_0", "9" * 45, "nan", "--1", "+3"]),
+)
+word = st.builds("{}{}".format, st.sampled_from("XYZACFGNSMTx"), number)
+text = st.one_of(
+    st.lists(word, max_size=5).map(" ".join),
+    st.sampled_from(
+        ["G0 X1 Y2 Z3 A4 C5", "G1 X2 F60", "G91", "G90", "G93", "G94", "G20", "(x) X1", "M428", "M429"]
+    ),
+)
+
+
+@settings(QUIET, max_examples=500)
+@given(line=text)
+@example(line="X1e5")
+@example(line="G-0 X1")
+def test_a_plain_block_is_the_same_the_short_way(line: str):
+    def cut(*, quickly: bool) -> object:
+        try:
+            return list(split_blocks(Source("part.nc", [line]), quickly=quickly))
+        except ToolpathError as fault:
+            return str(fault)
+
+    assert cut(quickly=True) == cut(quickly=False)
+
+
+@settings(QUIET, max_examples=400)
+@given(lines=st.lists(text, max_size=12), for_motion=st.booleans())
+@example(lines=["G21 G0 X1 Y2 Z3 A4 C5", "G1 X2 F60", "X2", "G93", "X3", "X4 F2"], for_motion=True)
+@example(lines=["G20 G0 X1 Y2 Z3 A4 C5", "F9", "G1", "Y3", "G0 A5 S3", "T2", "G1 C7"], for_motion=False)
+@example(lines=["G0 X1 Y2 Z3 A4 C5", "G1 X2", "G1 X2 F-1"], for_motion=False)
+def test_a_program_is_the_same_the_short_way(lines: list[str], for_motion: bool):
+    machine = load_machine("linuxcnc-xyzac-trt")
+    start = {"X": 0.0, "Y": 0.0, "Z": 0.0, "A": 0.0, "C": 0.0} if for_motion else {}
+
+    def run(*, quickly: bool) -> object:
+        try:
+            ran = run_program(
+                Source("part.nc", lines),
+                machine,
+                ReadOptions(machine=machine, start=start),
+                for_motion=for_motion,
+                quickly=quickly,
+            )
+        except ToolpathError as fault:
+            return str(fault)
+        ignored = {word: n for word, n in ran.ignored.items() if n}
+        modes = (ran.modes.motion, ran.modes.feed, ran.modes.feed_mode)
+        return ran.track.rows, ran.track.now, ran.track.approach, ignored, modes, ran.findings
+
+    assert run(quickly=True) == run(quickly=False)
+
+
+# Frames and units
+
+angle = st.floats(-170, 170).map(lambda x: round(x, 3))
+place = st.floats(-300, 300).map(lambda x: round(x, 3))
+poses = st.lists(st.tuples(place, place, place, angle, angle), min_size=1, max_size=6)
+
+
+def words_of(machine: Machine, values: np.ndarray) -> str:
+    return " ".join(f"{c}{v:.9f}" for c, v in zip(machine.letters, values, strict=True))
+
+
+@QUIET
+@given(rows=poses, name=st.sampled_from(MACHINES))
+def test_positions_of_axes_and_of_the_tip_are_one_path(path: Path, rows, name: str):
+    """What inverse kinematics makes of tips is read back as those tips."""
+    machine = load_machine(name)
+    tips, angles = np.array(rows)[:, :3], np.radians(np.array(rows)[:, 3:])
+    positions = linear_positions(machine, tips, angles)
+    counted = machine.shown(positions) * [-1.0 if a.reversed else 1.0 for a in machine.axes]
+    path.write_text("G21 G0 " + "\nG1 F60 ".join(words_of(machine, v) for v in counted), encoding="utf-8")
+    by_axes = fx.read_toolpath(path, tool=BALL, machine=machine)
+    columns = [machine.column(c) for c in "XYZ"]
+    counted[:, columns] = tips
+    path.write_text(
+        "G21 M428\nG0 " + "\nG1 F60 ".join(words_of(machine, v) for v in counted), encoding="utf-8"
+    )
+    by_tip = fx.read_toolpath(path, tool=BALL, machine=machine)
+    np.testing.assert_allclose(by_axes.tips(by_axes.axis), by_tip.tips(by_tip.axis), atol=1e-6)
+    np.testing.assert_allclose(by_axes.axis, by_tip.axis, atol=1e-8)
+    wanted = tool_axes(machine, angles)
+    assert np.abs(by_tip.axis[:, None] - wanted[None]).max(axis=2).min(axis=1).max() < 1e-8
+
+
+@QUIET
+@given(rows=poses, name=st.sampled_from(MACHINES))
+def test_a_point_of_the_machine_is_where_the_machine_leads_the_tip(path: Path, rows, name: str):
+    """In a standing frame the words are the axes' own, as they are without tip control, but for the tool."""
+    machine = load_machine(name)
+    heads = [c for c in machine.code.head if c in "ABC"]
+    values = np.array(rows)
+    values[:, [3 + machine.letters[3:].index(c) for c in heads]] = 0.0
+    home, _ = tool_poses(machine, np.zeros((1, 5)))
+    words = "G1 F60 ".join(words_of(machine, v) + "\n" for v in values)
+    path.write_text("G21 M428\nG0 " + words, encoding="utf-8")
+    standing = fx.read_toolpath(path, tool=BALL, machine=machine, positions="machine")
+    values[:, :3] -= home
+    words = "G1 F60 ".join(words_of(machine, v) + "\n" for v in values)
+    path.write_text("G21 G0 " + words, encoding="utf-8")
+    by_axes = fx.read_toolpath(path, tool=BALL, machine=machine)
+    np.testing.assert_allclose(standing.tips(standing.axis), by_axes.tips(by_axes.axis), atol=1e-6)
+
+
+@QUIET
+@given(rows=poses, machine=st.sampled_from(MACHINES))
+def test_inches_and_millimetres_say_the_same(path: Path, rows, machine: str):
+    used = load_machine(machine)
+    read = []
+    for word, scale in (("G21", 1.0), ("G20", 25.4)):
+        lines = [
+            words_of(used, np.array(v) / [scale, scale, scale, 1, 1]) + f" F{1200 / scale:.6f}" for v in rows
+        ]
+        path.write_text(f"{word} M428\nG0 " + "\nG1 ".join(lines), encoding="utf-8")
+        read.append(fx.read_toolpath(path, tool=BALL, machine=used))
+    a, b = read
+    np.testing.assert_allclose(a.pivot, b.pivot, atol=1e-5)
+    # Where the tip stands and the tool turns, F counts in degrees and has no unit of length.
+    steps = np.linalg.norm(np.diff(a.tips(a.axis), axis=0, prepend=np.nan), axis=1)
+    moving = a.cutting & (steps > 0.01)
+    np.testing.assert_allclose(a.feed[moving], b.feed[moving], rtol=1e-3)
+
+
+# Nonsense
+
+
+@st.composite
+def mutated(draw: st.DrawFn) -> list[str]:
+    """Take lines of a real kind of program, some of them twice or not at all, some with other signs."""
+    lines = list(draw(st.sampled_from(PROGRAMS)))
+    for _ in range(draw(st.integers(0, 4))):
+        at = draw(st.integers(0, len(lines) - 1))
+        line = lines[at]
+        cut = draw(st.integers(0, len(line)))
+        new = draw(
+            st.sampled_from(
+                ["", "X1", "-", ".", "9" * 20, "G1", "(", ")", "[", "#1", "=", "\u0661", "E5", ";"]
+            )
+        )
+        lines[at] = draw(
+            st.sampled_from([line[:cut] + new + line[cut:], line[:cut] + line[cut + 1 :], line[:cut], new])
+        )
+        if draw(st.booleans()):
+            other = draw(st.integers(0, len(lines) - 1))
+            lines[at], lines[other] = lines[other], lines[at]
+    return lines[: draw(st.integers(1, len(lines)))] if draw(st.booleans()) else lines
+
+
+@settings(QUIET, max_examples=600)
+@given(
+    lines=mutated(),
+    name=st.sampled_from([None, *MACHINES]),
+    positions=st.sampled_from(["table", "machine"]),
+    known=st.booleans(),
+)
+@example(lines=PROGRAMS[0], name="linuxcnc-xyzac-trt", positions="table", known=True)
+@example(lines=PROGRAMS[3], name="linuxcnc-xyzbc-trt", positions="table", known=False)
+def test_no_program_crashes_the_readers(path: Path, lines, name, positions, known):
+    machine = None if name is None else load_machine(name)
+    path.write_text("\n".join(lines), encoding="utf-8")
+    options = {"start": {"X": 0.0, "Y": 0.0, "Z": 0.0}, "program_zero": {"Z": 1.0}} if known else {}
+    faults = []
+    try:
+        read = fx.read_toolpath(path, tool=BALL, machine=machine, positions=positions, **options)
+        assert np.isfinite(read.pivot).all()
+        assert (read.feed > 0.0).all()
+        np.testing.assert_allclose(np.linalg.norm(read.axis, axis=1), 1.0)
+        assert (read.source >= 1).all()
+        assert (read.source <= len(lines)).all()
+    except (ToolpathError, ToolError, SettingError, MachineError) as fault:
+        faults.append(fault)
+    if machine is not None:
+        try:
+            motion = fx.read_program(path, machine, rapid_mm_min=1000, **options)
+            assert np.isfinite(motion.positions).all()
+            assert (motion.time >= 0.0).all()
+            assert (motion.feed > 0.0).all()
+        except (ToolpathError, MachineError) as fault:
+            faults.append(fault)
+    assert all(str(path) in str(fault) for fault in faults)
