@@ -75,11 +75,9 @@ def _read(source: Source, line: int, code: str, state: State) -> Iterator[Block]
         statement = _statement(source, line, code, state)
     except (ExpressionError, PlaneError) as fault:
         raise Line(source, line, code, state).fail(str(fault)) from None
-    block = statement.draft.block()
-    if block is not None:
-        yield block
-    if isinstance(statement, Move) and statement.after is not None:
-        yield statement.after
+    for block in (statement.before, statement.draft.block(), statement.after):
+        if block is not None:
+            yield block
 
 
 def _statement(source: Source, line: int, code: str, state: State) -> Line:

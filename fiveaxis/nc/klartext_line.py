@@ -5,9 +5,11 @@ from __future__ import annotations
 import re
 
 from fiveaxis.errors import ToolpathError
+from fiveaxis.nc.block import Block
 from fiveaxis.nc.draft import Draft
 from fiveaxis.nc.expressions import evaluate
 from fiveaxis.nc.klartext_state import State
+from fiveaxis.nc.planes import forget_place
 from fiveaxis.nc.source import Source
 
 NUMBER = r"[+-]?(?:[0-9]{1,20}\.?[0-9]{0,20}|\.[0-9]{1,20})"
@@ -18,7 +20,7 @@ _LONGEST_SHOWN = 60
 
 
 class Line:
-    """One block, with the lines that continue it joined.
+    """One block, with the lines that continue it joined; `before` and `after` are blocks around it.
 
     Parameters
     ----------
@@ -29,6 +31,8 @@ class Line:
 
     def __init__(self, source: Source, line: int, code: str, state: State) -> None:
         self.code, self.state, self.draft = code, state, Draft(source, line)
+        self.before: Block | None = None
+        self.after: Block | None = None
 
     def fail(self, fact: str) -> ToolpathError:
         """Make an error that shows the line."""
@@ -39,8 +43,17 @@ class Line:
         """Evaluate a number, a Q parameter or arithmetic."""
         return evaluate(text, self.state.parameters.__getitem__)
 
-    def stand_upright(self) -> None:
-        """Let the tool stand along the plane's Z, by whatever angles the machine gets there."""
+    def stand_upright(self, word: str, *, follows: bool = False) -> None:
+        """Let the tool stand along the plane's Z, by whatever angles the machine gets there.
+
+        Parameters
+        ----------
+        word : what asks for it
+        follows : whether the control keeps the tip where it is
+        """
+        if not follows and not self.state.tip_control:
+            self.before = forget_place(self.draft.line, word)
+        self.draft.frame = self.state.frame(word)
         self.draft.tip_control, self.draft.vector = True, {"Z": 1.0}
         self.state.positioned = True
 

@@ -28,7 +28,7 @@ _PLANE_ANGLES = {"A": "Q120", "B": "Q121", "C": "Q122"}
 
 
 class Move(Line):
-    """A block of words; `after` is a second block that takes effect at its end."""
+    """A block of words."""
 
     def __init__(self, source: Source, line: int, code: str, state: State) -> None:
         super().__init__(source, line, code, state)
@@ -36,7 +36,6 @@ class Move(Line):
         self.rapid = self.machine = self.left_out = self.follows_m128 = self.leaves_tip = False
         self.way = ""
         self.polar: dict[str, float] = {}
-        self.after: Block | None = None
 
     def read(self) -> None:
         """Read all words, and settle what they mean together."""
@@ -88,7 +87,7 @@ class Move(Line):
         letter = key[-1]
         if letter in _PLANE_ANGLES and text.lstrip("+") == _PLANE_ANGLES[letter]:
             draft.ignored.append(_PLANE_ANGLES[letter])
-            self.stand_upright()
+            self.stand_upright(_PLANE_ANGLES[letter])
             return
         value = self.value(text)
         if key == "M":

@@ -93,14 +93,12 @@ class SetUp(Line):
         if kind == "RESET":
             state.tilt_plane(np.eye(3))
             draft.tip_control = state.tip_control
-            if state.positioned and ("MOVE" in words or "TURN" in words):
-                self.stand_upright()
         else:
             angles = {key: self.value(value) for key, value in _ANGLE.findall(self.code)}
             state.tilt_plane(self._rotation(kind, angles))
-            if "MOVE" in words or "TURN" in words:
-                self.stand_upright()
         draft.frame = state.frame(f"PLANE {kind}")
+        if ("MOVE" in words or "TURN" in words) and (kind != "RESET" or state.positioned):
+            self.stand_upright(f"PLANE {kind}", follows="MOVE" in words)
 
     def _rotation(self, kind: str, angles: dict[str, float]) -> Array:
         def need(*keys: str) -> list[float]:

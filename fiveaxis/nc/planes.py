@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from fiveaxis.geometry import Array, rotation_matrix
-from fiveaxis.nc.block import FrameChange
+from fiveaxis.nc.block import Block, FrameChange
 
 AXES = "XYZ"
 
@@ -44,6 +44,14 @@ class Plane:
         """Make it what is in force, whatever was before."""
         x, y, z = (float(v) for v in self.origin)
         return FrameChange("set", (x, y, z), self.rotation, word)
+
+
+def forget_place(line: int, word: str) -> Block:
+    """Make the block before one in which the control turns the tool without following its tip.
+
+    Where the tip is then isn't in the program: coordinates that are the axes' for a moment lose the place.
+    """
+    return Block(line, tip_control=False, frame=Plane().change(word))
 
 
 def turn_about(axis: str, angle: float) -> Array:

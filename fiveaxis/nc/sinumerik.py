@@ -68,9 +68,9 @@ def split_sinumerik(source: Source, *, block_delete: bool = False) -> Iterator[B
         numbered = _NUMBERED.match(code, begin)
         statement = Statement(source, line, code[begin if numbered is None else numbered.end() :], state)
         statement.read()
-        block = statement.draft.block()
-        if block is not None:
-            yield block
+        for block in (statement.before, statement.draft.block()):
+            if block is not None:
+                yield block
         if statement.hole is not None:
             yield from state.drill(statement.hole, line)
 

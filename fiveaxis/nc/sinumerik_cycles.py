@@ -158,11 +158,13 @@ class Swivel:
     plane : the swivelled plane
     additive : whether it counts in the plane in force
     positions : whether the control turns the rotary axes into it
+    follows : whether it keeps the tool's tip where it is meanwhile
     """
 
     plane: Plane
     additive: bool
     positions: bool
+    follows: bool
 
 
 # Bits 7 and 6 of the swivel mode.
@@ -203,7 +205,8 @@ def read_swivel(values: Sequence[Value]) -> Swivel | None:
     )
     plane = Plane(before).then(Plane(rotation=turns(axes, angles))).then(Plane(after))
     status = int(_number(values, 2) or 0.0)
-    return Swivel(plane, additive=status % 10 == 1, positions=_number(values, 13) != 0.0)
+    follows = status // 10 % 10 == 1 and not _number(values, 0)
+    return Swivel(plane, status % 10 == 1, _number(values, 13) != 0.0, follows)
 
 
 def _number(values: Sequence[Value], place: int) -> float | None:

@@ -8,9 +8,10 @@ import numpy as np
 
 from fiveaxis.errors import ToolpathError
 from fiveaxis.findings import Severity
+from fiveaxis.nc.block import Block
 from fiveaxis.nc.draft import Draft
 from fiveaxis.nc.expressions import ExpressionError, evaluate, evaluate_prefix
-from fiveaxis.nc.planes import Plane, turns
+from fiveaxis.nc.planes import Plane, forget_place, turns
 from fiveaxis.nc.sinumerik_cycles import HOLES, CycleError, Hole, Swivel, Value, read_hole, read_swivel
 from fiveaxis.nc.sinumerik_state import ROTARY, State
 from fiveaxis.nc.sinumerik_words import (
@@ -67,6 +68,7 @@ class Statement:
         self.transform: str | None = None
         self.plane_angle: float | None = None
         self.hole: Hole | None = None
+        self.before: Block | None = None
 
     def read(self) -> None:
         """Read all words, and settle what they mean together.
@@ -372,6 +374,8 @@ class Statement:
         elif swivel.positions:
             # The control turns its rotary axes until the tool stands along the plane's Z, whatever they are.
             draft.tip_control, draft.vector = True, {"Z": 1.0}
+            if not swivel.follows:
+                self.before = forget_place(draft.line, "CYCLE800")
         state.positioned = swivel is not None and swivel.positions
 
     def _change_frame(self, name: str) -> None:

@@ -216,6 +216,16 @@ def test_a_helix_of_both_languages_ends_where_it_says_after_all_turns(tmp_path):
         ("a.mpf", "G710\nG0 X0 Y0 Z0\nG1 X1\nX=2", "a.mpf:3: a feed move, and no F"),
         ("a.h", "BEGIN PGM A MM\nL X0 Y0 Z0 FMAX\nCC X5 Y5\nC X9 Y0 DR+ F5", "a.h:4: the arc begins"),
         ("a.mpf", "TRAORI\nG0 X0 Y0 Z0\nG1 X1 F5\nG700 X5", "a.mpf:4"),
+        (
+            "a.mpf",
+            'G710\nG0 X0 Y0 Z0\nCYCLE800(1,"",0,57,0,0,0,0,30,0,0,0,0,-1)\nG0 X1 Y1\nG1 X2 F5',
+            "a.mpf:5: a feed move, and",
+        ),
+        (
+            "a.h",
+            "BEGIN PGM A MM\nL X0 Y0 Z0 FMAX\nPLANE SPATIAL SPA+9 SPB0 SPC0 TURN\nL X1 Y1 FMAX\nL X2 F5",
+            "a.h:5: a feed move, and",
+        ),
     ],
 )
 def test_what_only_the_whole_tells_is_refused_with_its_line_too(tmp_path, name, text, fact):

@@ -392,15 +392,31 @@ def test_a_line_of_ten_megabytes_is_refused_quickly_and_briefly():
 
 def test_a_tool_that_the_control_has_turned_back_stands_upright_until_angles_are_named():
     lines = (
-        "PLANE SPATIAL SPA+90 SPB+0 SPC+0 TURN FMAX",
-        "PLANE RESET TURN FMAX",
+        "PLANE SPATIAL SPA+90 SPB+0 SPC+0 MOVE FMAX",
+        "PLANE RESET MOVE FMAX",
         "L X+1",
         "L X+2 A+5 C+5",
         "L X+3 A+6",
-        "PLANE RESET TURN FMAX",
+        "PLANE RESET MOVE FMAX",
     )
     found = blocks_of(*lines)
     assert [(b.tip_control, b.vector) for b in found] == [
         *((True, (0.0, 0.0, 1.0)), (True, (0.0, 0.0, 1.0)), (None, None), (False, None), (None, None)),
         (False, None),
     ]
+
+
+@pytest.mark.parametrize(
+    "lines",
+    [
+        ("PLANE SPATIAL SPA+90 SPB+0 SPC+0 TURN FMAX",),
+        ("PLANE SPATIAL SPA+90 SPB+0 SPC+0 STAY", "L A+Q120 C+Q122 FMAX"),
+    ],
+)
+def test_a_turn_that_doesnt_follow_the_tip_loses_its_place(lines):
+    """By a block in which the coordinates are the axes' own, unless M128 follows the tip."""
+    lost, block = blocks_of(*lines)[-2:]
+    assert (lost.tip_control, lost.vector, lost.frame.origin) == (False, None, (0.0, 0.0, 0.0))
+    assert (block.tip_control, block.vector) == (True, (0.0, 0.0, 1.0))
+    np.testing.assert_allclose(block.frame.rotation @ [0, 0, 1], [0, -1, 0], atol=1e-15)
+    assert [b.tip_control for b in blocks_of("M128", *lines)].count(False) == 0

@@ -190,7 +190,7 @@ def test_a_turn_in_the_plane_follows_the_plane():
     ("mode", "order"), [(57, "XYZ"), (27, "ZYX"), (39, "ZXY"), (45, "XZY"), (30, "YZX"), (54, "YXZ")]
 )
 def test_a_swivelled_plane_turns_axis_by_axis(mode, order):
-    [block] = blocks_of(f'CYCLE800(1,"TC1",200000,{mode},10,20,30,15,25,35,1,2,3,-1,100,1)')
+    *_, block = blocks_of(f'CYCLE800(1,"TC1",200000,{mode},10,20,30,15,25,35,1,2,3,-1,100,1)')
     rotation = about(order[0], 15) @ about(order[1], 25) @ about(order[2], 35)
     np.testing.assert_allclose(block.frame.rotation, rotation, atol=1e-15)
     np.testing.assert_allclose(block.frame.origin, [10, 20, 30] + rotation @ [1, 2, 3], atol=1e-12)
@@ -206,7 +206,7 @@ def test_a_swivelled_plane_is_new_added_to_or_left():
         'CYCLE800(0,"",1,57,0,0,0,0,90,0,0,0,0,0)',
         "CYCLE800()",
     )
-    _, new, shifted, added, left = blocks_of(*lines)
+    _, _, new, shifted, added, left = blocks_of(*lines)
     np.testing.assert_allclose(place(new.frame, 0, 0, 1), [0, -1, 0], atol=1e-15)
     np.testing.assert_allclose(place(shifted.frame, 0, 0, 1), [0, -3, 0], atol=1e-15)
     np.testing.assert_allclose(place(added.frame, 0, 0, 1), [1, -2, 0], atol=1e-15)
@@ -409,8 +409,17 @@ def test_the_program_of_a_turned_cross_is_read_to_its_last_block(data):
 
 
 def test_a_tool_in_a_swivelled_plane_keeps_its_direction_until_angles_are_named():
-    found = blocks_of('CYCLE800(0,"",0,57,0,0,0,0,0,0,0,0,0,-1)', "G0 X1", "G0 X1 A5 C5", "G1 X2 A6")
+    found = blocks_of('CYCLE800(0,"",10,57,0,0,0,0,0,0,0,0,0,-1)', "G0 X1", "G0 X1 A5 C5", "G1 X2 A6")
     assert [(b.tip_control, b.vector) for b in found] == [
         *((True, (0.0, 0.0, 1.0)), (None, None), (False, None), (None, None)),
     ]
     assert blocks_of("TRAORI", 'CYCLE800(0,"",0,57,0,0,0,0,0,0,0,0,0,-1)', "X1 A5 C5")[-1].tip_control is True
+
+
+def test_a_swivel_that_doesnt_follow_the_tip_loses_its_place():
+    """By a block in which the coordinates are the axes' own."""
+    lost, _ = blocks_of('CYCLE800(0,"",0,57,0,0,0,0,30,0,0,0,0,-1)')
+    assert (lost.tip_control, lost.vector, lost.frame.origin) == (False, None, (0.0, 0.0, 0.0))
+    assert len(blocks_of('CYCLE800(0,"",10,57,0,0,0,0,30,0,0,0,0,-1)')) == 1
+    # A retraction before it is one to a place of the machine.
+    assert len(blocks_of('CYCLE800(1,"",10,57,0,0,0,0,30,0,0,0,0,-1)')) == 2
