@@ -17,6 +17,9 @@ from fiveaxis.toolpath import TiltBounds, Toolpath, Zone
 # Where rotary steps are bounded, no step of a thinned path is larger than this (or than the bound itself):
 # a longer turn would hop over postures that the path has to pass through and that nobody has looked at.
 LONGEST_HOP = np.radians(60.0)
+# Price of a rotary axis's change of speed beyond its acceleration, J per rad/s: more than turning less
+# costs.
+JOLT_PRICE = 100.0
 # A step may always turn by this, rad.
 LEAST_TURN = np.radians(0.01)
 # An axis value past its limit, or a cosine past its bound, by less than this is rounding (mm, rad, 1).
@@ -37,7 +40,9 @@ class Problem:
     ``Σ_i [Σ_a (W⁺_a Δq⁺_a + W⁻_a Δq⁻_a) + P (τ_i − L_i/F_i) + μ_i ‖Δρ_i‖²]`` subject to the bounds on the
     tool's lean, the axis limits and the largest rotary step (design of the objective; the costs of travel are
     those of form-shaping Eq. 1). ``τ_i = max(L_i/F_i, max_a |Δq_a| / v_a)`` is how long a move takes: what it
-    takes at the programmed feed is paid whatever the posture, so only the rest counts.
+    takes at the programmed feed is paid whatever the posture, so only the rest counts. Where a rotary axis
+    has a highest acceleration a, the change of Δρ/τ from one cut to the next is at most ``a (τ_i + τ_{i+1}) / 2``
+    with the feed's τ; beyond that it has a price, and the machine would slow down.
 
     Parameters
     ----------
@@ -52,6 +57,7 @@ class Problem:
     strict : (n − 1,), whether the step cuts, so that its `max_turn` holds; on links it is a wish with a price
     least_time : (n − 1,), s, of the step at the programmed feed
     top_speed : (k,), mm/s and rad/s, infinite where unknown
+    top_acceleration : (2,), rad/s², of the rotary axes, chain order; infinite where unknown
     time_price : J/s, P, of a step's time beyond the least
     bend_price : (n − 1,), J/rad², μ
     """
@@ -67,6 +73,7 @@ class Problem:
     strict: BoolArray
     least_time: Array
     top_speed: Array
+    top_acceleration: Array
     time_price: float
     bend_price: Array
 
@@ -134,6 +141,12 @@ class Problem:
             strict=toolpath.cutting[1:],
             least_time=still[1:],
             top_speed=np.array([np.inf if a.max_speed is None else a.max_speed for a in machine.axes]),
+            top_acceleration=np.array(
+                [
+                    np.inf if machine.axes[c].max_acceleration is None else machine.axes[c].max_acceleration
+                    for c in machine.rotary_columns
+                ]
+            ),
             time_price=time_price,
             bend_price=np.full(len(toolpath) - 1, bend_price),
         )
@@ -232,13 +245,40 @@ class Problem:
         """Add up the objective along a path, (n, k); J."""
         step = np.diff(positions, axis=0)
         travel = float(np.sum(self.plus * np.maximum(step, 0.0) - self.minus * np.minimum(step, 0.0)))
-        bend = (step[:, self.machine.rotary_columns] ** 2).sum(axis=1)
-        return travel + self.time_price * float(self.delay(step).sum()) + float(self.bend_price @ bend)
+        turn = step[:, self.machine.rotary_columns]
+        late = self.time_price * float(self.delay(step).sum())
+        jolts = JOLT_PRICE * float(self.jolts(turn).sum())
+        return travel + late + jolts + float(self.bend_price @ (turn**2).sum(axis=1))
 
     def delay(self, step: Array) -> Array:
         """Measure how much longer steps, (n − 1, k) mm and rad, take than at the feed, (n − 1,) s."""
         slowest = (np.abs(step) / self.top_speed).max(axis=1)
         return np.maximum(slowest - self.least_time, 0.0)
+
+    @property
+    def jolted(self) -> IntArray:
+        """(m,), steps that cut and are followed by one: between the two a rotary axis changes its speed."""
+        timed = self.strict & (self.least_time > 0.0)
+        rows = np.flatnonzero(timed[:-1] & timed[1:])
+        return rows if np.isfinite(self.top_acceleration).any() else rows[:0]
+
+    def jolts(self, turn: Array) -> Array:
+        """Measure by how much rotary axes change their speed too fast, (m, 2) rad/s.
+
+        Parameters
+        ----------
+        turn : (n − 1, 2), rad, chain order
+        """
+        first, allowed = self.jolted, self.speed_changes
+        rate = turn / np.where(self.least_time > 0.0, self.least_time, 1.0)[:, None]
+        return np.maximum(np.abs(rate[first + 1] - rate[first]) - allowed, 0.0)
+
+    @property
+    def speed_changes(self) -> Array:
+        """(m, 2), rad/s, that rotary axes may change their speed by from a `jolted` step to the next."""
+        first = self.jolted
+        between = (self.least_time[first] + self.least_time[first + 1]) / 2.0
+        return between[:, None] * self.top_acceleration
 
     def priced(self, rotary: Array) -> float:
         """Add up a path's cost and the price of its violations, J; `rotary` is (n, 2) rad."""

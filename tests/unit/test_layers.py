@@ -20,7 +20,7 @@ LAYER = {
     "cli": 10,
 }  # fmt: skip
 ALLOWED = {
-    "casadi": {"kinematics/symbolic.py", "posture/refine.py"},
+    "casadi": {"kinematics/symbolic.py", "posture/nlp.py", "posture/refine.py"},
     "pinocchio": {"verification", "viewer"},
     "trimesh": {"contour", "verification"},
     "meshcat": {"viewer"},

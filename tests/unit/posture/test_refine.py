@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from fiveaxis.machine import load_machine
+from fiveaxis.posture.nlp import starting_point, write_nlp
 from fiveaxis.posture.problem import ALLOWED, Problem
-from fiveaxis.posture.refine import _write, refine, refine_windows, starting_point
+from fiveaxis.posture.refine import refine, refine_windows
 from fiveaxis.toolpath import Tool, Toolpath, tilt_bounds
 
 RNG = np.random.default_rng(5)
@@ -27,7 +28,13 @@ def problem() -> Problem:
 def timed(problem) -> Problem:
     """The same problem with a price on time and on bends, and axes so slow that both matter."""
     speeds = np.array([3.0, 3.0, 1.5, 0.2, 0.3])
-    return replace(problem, top_speed=speeds, time_price=300.0, bend_price=np.full(39, 50.0))
+    return replace(
+        problem,
+        top_speed=speeds,
+        top_acceleration=np.array([0.3, 0.2]),
+        time_price=300.0,
+        bend_price=np.full(39, 50.0),
+    )
 
 
 @pytest.fixture
@@ -42,7 +49,7 @@ def start(problem) -> np.ndarray:
 @pytest.mark.parametrize("which", ["problem", "timed"])
 def test_the_lagrangians_gradient_is_that_of_finite_differences(which, start, request):
     problem = request.getfixturevalue(which)
-    nlp = _write(problem).functions
+    nlp = write_nlp(problem).functions
     x, f, g = nlp["x"], nlp["f"], nlp["g"]
     multipliers = RNG.standard_normal(g.shape[0])
     lagrangian = f + ca.dot(multipliers, g)
@@ -60,7 +67,7 @@ def test_the_lagrangians_gradient_is_that_of_finite_differences(which, start, re
 @pytest.mark.parametrize("which", ["problem", "timed"])
 def test_the_nlps_objective_is_the_cost_of_the_path(which, start, request):
     problem = request.getfixturevalue(which)
-    nlp = _write(problem).functions
+    nlp = write_nlp(problem).functions
     point = starting_point(problem, start)
     value = ca.Function("value", [nlp["x"]], [nlp["f"], nlp["g"]])
     objective, constraints = value(point)
