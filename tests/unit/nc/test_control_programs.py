@@ -96,6 +96,7 @@ def test_the_cross_has_six_directions_and_no_simultaneous_cut(data):
     same = np.linalg.norm(np.diff(path.axis, axis=0), axis=1) < 1e-9
     assert same[path.cutting[1:]].all()
     assert path.ignored["moves in machine coordinates"] == 64
+    assert [f.value for f in path.findings if f.code == "no-simultaneous-path"] == [6.0]
 
 
 def test_frames_and_rotary_axes_of_the_cross_name_the_same_directions(data):
@@ -175,6 +176,16 @@ def test_directions_as_vectors_need_no_machine(tmp_path):
         path = read(tmp_path / name, text)
         np.testing.assert_allclose(tips_of(path)[-3:], [[1, 2, 3], [1, 2, 0], [5, 2, 0]])
         np.testing.assert_allclose(path.axis[-3:], [[0, 0, 1], [0.6, 0, 0.8], [0.6, 0, 0.8]])
+
+
+def test_normals_of_a_program_give_the_contacts_of_a_ball(tmp_path):
+    text = (
+        "BEGIN PGM A MM\nM128\nLN X0 Y0 Z5 TX0 TY0 TZ1 FMAX\nLN X1 Y0 Z0 NX0 NY.6 NZ.8 TX0 TY0 TZ1 F100\n"
+        "LN X2 Y0 Z0 NX0 NY.6 NZ.8 TX0 TY0 TZ1\nEND PGM A MM\n"
+    )
+    path = read(tmp_path / "a.h", text)
+    # The centre of the ball is 3 mm over the tip, and the contact 3 mm from it against the normal.
+    np.testing.assert_allclose(path.contact[1:], [[1, -1.8, 0.6], [2, -1.8, 0.6]], atol=1e-12)
 
 
 def test_planes_of_both_languages_lie_where_they_say(tmp_path):
