@@ -3,6 +3,7 @@
 from fiveaxis.motion.filling import PATH_TOLERANCE, fill_in, midway_deviation
 from fiveaxis.motion.motion import Motion, follow
 from fiveaxis.motion.profiles import Profile, block_profiles, move_profiles
+from fiveaxis.motion.rates import PeakRate, peak_rates
 from fiveaxis.motion.time_law import Samples, TimeLaw, time_motion
 from fiveaxis.motion.timing import STANDSTILL, block_times, feed_times
 
@@ -10,6 +11,7 @@ __all__ = [
     "PATH_TOLERANCE",
     "STANDSTILL",
     "Motion",
+    "PeakRate",
     "Profile",
     "Samples",
     "TimeLaw",
@@ -20,5 +22,6 @@ __all__ = [
     "follow",
     "midway_deviation",
     "move_profiles",
+    "peak_rates",
     "time_motion",
 ]

@@ -15,6 +15,7 @@ from fiveaxis.energy import Energy
 from fiveaxis.errors import InputError
 from fiveaxis.files import write_atomically
 from fiveaxis.machine import Machine
+from fiveaxis.motion import Motion, peak_rates
 from fiveaxis.posture import Solution
 from fiveaxis.toolpath import TiltBounds, Toolpath
 
@@ -67,6 +68,10 @@ def report_document(
         "energy": solution.energy.as_dict(),
         "baselines": {name: energy.as_dict() for name, energy in solution.baselines.items()},
         "missing_baselines": dict(solution.missing),
+        "rates": {
+            "optimised": _rates(solution, solution.motion),
+            **{name: _rates(solution, b.motion) for name, b in solution.compared.items()},
+        },
         "savings": {name: _savings(solution.energy, e) for name, e in solution.baselines.items()},
         "findings": [_portable_finding(f) for f in _all_findings(solution.toolpath, verdict, program)],
         "verification": _verification(verdict, program),
@@ -81,6 +86,10 @@ def report_document(
         "units": dict(UNITS),
     }
     return {key: _plain(value) for key, value in document.items()}
+
+
+def _rates(solution: Solution, motion: Motion) -> dict[str, Any]:
+    return {c: rate.as_dict() for c, rate in peak_rates(solution.machine, motion).items()}
 
 
 def _all_findings(

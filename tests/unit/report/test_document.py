@@ -19,6 +19,7 @@ KEYS = [
     "energy",
     "baselines",
     "missing_baselines",
+    "rates",
     "savings",
     "findings",
     "verification",

@@ -1,0 +1,33 @@
+"""What a motion asks of the rotary axes at most."""
+
+import numpy as np
+import pytest
+
+from fiveaxis.machine import load_machine
+from fiveaxis.motion import Motion, peak_rates
+from fiveaxis.toolpath import MoveKind
+
+
+def motion(c, time, kind=None):
+    n = len(c)
+    positions = np.zeros((n, 5))
+    positions[:, 4] = np.radians(c)
+    kinds = np.full(n, MoveKind.CUT) if kind is None else np.array(kind)
+    return Motion("XYZAC", positions, np.ones(n), np.array(time, dtype=float), kinds, np.arange(1, n + 1))
+
+
+def test_the_peaks_are_those_of_the_moves():
+    rates = peak_rates(load_machine("hayashi-640123"), motion([0, 2, 6, 6, 5], [0, 1, 1, 0.5, 1]))
+    assert np.degrees(rates["C"].speed) == pytest.approx(4.0)
+    assert rates["C"].fastest == 2
+    # From 4 deg/s to a standstill within the mean of 1 s and 0.5 s.
+    assert np.degrees(rates["C"].acceleration) == pytest.approx(4.0 / 0.75)
+    assert rates["C"].most_sudden == 3
+    assert (rates["A"].speed, rates["A"].fastest, rates["A"].most_sudden) == (0.0, None, None)
+
+
+def test_links_have_a_speed_but_no_acceleration_to_keep():
+    kinds = [MoveKind.CUT, MoveKind.LINK, MoveKind.CUT]
+    rates = peak_rates(load_machine("hayashi-640123"), motion([0, 90, 90], [0, 1, 1], kinds))
+    assert np.degrees(rates["C"].speed) == pytest.approx(90.0)
+    assert rates["C"].acceleration == 0.0
