@@ -7,7 +7,7 @@ from fiveaxis.contour.distance import BallSpace, TriangleTree
 from fiveaxis.contour.linking import link_passes
 from fiveaxis.contour.ordering import by_levels
 from fiveaxis.contour.passes import Pass
-from fiveaxis.contour.ways import Linker
+from fiveaxis.contour.ways import Linker, quarter_arc
 
 X, Y, Z = np.eye(3)
 
@@ -92,3 +92,39 @@ def test_a_pass_without_any_way_out_is_left_out_and_counted():
     linked, left_out = link_passes(by_levels([[straight([15, -5, 0], [15, 5, 0], -X)]]), linker)
     assert linked == []
     assert left_out == {"passes without a clear link": 1}
+
+
+def test_an_arc_leaves_along_the_feed_and_ends_along_the_normal():
+    arc = quarter_arc(np.zeros(3), X, Y + 0.3 * X, 2.0)
+    middle = 2.0 * X
+    np.testing.assert_allclose(np.linalg.norm(arc - middle, axis=1), 2.0)
+    np.testing.assert_allclose(arc[-1], [2.0, 2.0, 0.0], atol=1e-12)
+    chords = np.vstack([np.zeros((1, 3)), arc])
+    sag = 2.0 - np.linalg.norm((chords[1:] + chords[:-1]) / 2.0 - middle, axis=1)
+    assert sag.max() <= 0.01 + 1e-12
+
+
+def test_a_lead_takes_the_largest_arc_that_is_clear(linker):
+    # 4 mm beside the contact, off the wall x = 30, a second wall stands in the way of the full arc.
+    assert len(linker.lead((np.array([33.0, 0.0, 2.0]), X), Y, 3.0).arc) >= 3
+    wall = trimesh.creation.box(extents=[60.0, 60.0, 4.0])
+    wall.apply_translation([0.0, 0.0, 2.0])
+    stop = trimesh.creation.box(extents=[20.0, 4.0, 30.0])
+    stop.apply_translation([40.0, 8.0, 0.0])
+    both = trimesh.util.concatenate([wall, stop])
+    near = Linker(BallSpace(TriangleTree.build(np.array(both.triangles)), 3.0), both.bounds, clearance=5.0)
+    centre = np.array([33.0, 0.0, 2.0])
+    lead = near.lead((centre, X), Y, 4.0)
+    assert lead is not None
+    assert lead.arc[-1] == pytest.approx(centre + 2.0 * X + 2.0 * Y)
+    assert near.space.clear(centre, *lead.arc, *lead.way)
+
+
+def test_leads_go_before_and_behind_a_pass(linker):
+    only = straight([30, -5, 2], [30, 5, 2], X)
+    (linked,), left_out = link_passes(by_levels([[only]]), linker, lead_in=2.0, lead_out=1.0)
+    assert not left_out
+    np.testing.assert_allclose(linked.approach[-1][2], 2.0)
+    assert linked.approach[-1][1] < -5.0
+    assert any(np.allclose(p, [35.0, -7.0, 2.0]) for p in linked.approach)
+    assert any(np.allclose(p, [34.0, 6.0, 2.0]) for p in linked.retreat)

@@ -63,3 +63,27 @@ def test_an_open_mesh_has_open_chains():
     loops = section_loops(Surface.from_mesh(box), 0.3)
     assert [loop.closed for loop in loops] == [False]
     assert len(loops[0].faces) == 6
+
+
+def test_sections_by_any_plane_are_those_of_the_turned_part():
+    angle = 0.4
+    plane = np.array([-np.sin(angle), np.cos(angle), 0.0])
+    along = np.array([np.cos(angle), np.sin(angle), 0.0])
+    frame = np.array([along, np.cross(plane, along), plane])
+    surface = Surface.from_mesh(trimesh.creation.icosphere(subdivisions=3, radius=5.0))
+    (loop,) = (found.turned(frame.T) for found in section_loops(surface.turned(frame), 1.3))
+    np.testing.assert_allclose(loop.points @ plane, 1.3, atol=1e-12)
+    assert np.linalg.norm(loop.points, axis=2).max() <= 5.0 + 1e-12
+    assert np.linalg.norm(loop.points, axis=2).min() > 4.9
+    # The material is to the right, seen against the plane's normal.
+    heading = loop.points[:, 1] - loop.points[:, 0]
+    outward = surface.facet_normals[loop.faces]
+    assert np.all(np.einsum("ij,ij->i", np.cross(outward, plane), heading) > 0.0)
+
+
+def test_turning_a_surface_there_and_back_changes_nothing():
+    frame = trimesh.transformations.random_rotation_matrix(np.array([0.2, 0.5, 0.7]))[:3, :3]
+    surface = Surface.from_mesh(tube())
+    again = surface.turned(frame).turned(frame.T)
+    for name in ("vertices", "facet_normals", "corner_normals"):
+        np.testing.assert_allclose(getattr(again, name), getattr(surface, name), atol=1e-12)
