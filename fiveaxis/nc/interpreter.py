@@ -275,7 +275,7 @@ class Interpreter:
             return False
         if letter in "IJK" and self._has_vectors and not home:
             return False
-        acting = block.g if self.modes.motion not in CYCLES else (*block.g, self.modes.motion)
+        acting = (*block.g, *block.m, self.modes.motion if self.modes.motion in CYCLES else "")
         if any(letter in PARAMETERS.get(word, "") for word in acting):
             return False
         raise unknown_word(self.source, self.track.machine, letter, block, stand_in=self.stand_in)

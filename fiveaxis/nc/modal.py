@@ -67,6 +67,7 @@ PARAMETERS = {
     "G54.1": "P",
     "G154": "P",
     "G30": "P",
+    "M19": "PRQ",
     **dict.fromkeys(CYCLES, "RPQIJKL"),
 }
 

@@ -120,6 +120,8 @@ def _finish(interpreter: Interpreter, machine: Machine, rapid: float | None) -> 
     if columns.of_tip.any():
         columns, scale = axes_of_tips(columns, scale, source), 1.0
     time, feed = motion_times(columns, scale, rapid, source)
+    if not np.isfinite(feed).all():  # there are dwells, and no moves
+        raise source.error(why_nothing_moves(track))
     note_assumptions(interpreter)
     _note_turns(interpreter, written, columns.lines)
     return ProgramMotion(

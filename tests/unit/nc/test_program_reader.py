@@ -463,6 +463,7 @@ def test_blocks_after_a_slash_move_unless_they_are_to_be_skipped(read):
         ("G2 X2 I1\n", 1, "no F in force"),
         ("O1\nG1 X1 F1\nO2\n", 3, "a second program begins"),
         ("", None, "no block moves an axis"),
+        ("G4 P1\n", None, "no block moves an axis"),
         ("G0 X0\nM30\nX1\n", None, "no block moves an axis"),
     ],
 )

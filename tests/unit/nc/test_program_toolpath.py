@@ -127,6 +127,8 @@ def test_the_haas_program_is_read_to_its_last_block(data):
     assert [f.place.line for f in turns] == [555, 607, 667, 732, 802, 884]
     assert "machine-zero-moves" in codes(path)
     assert "cycle-simplified" in codes(path)
+    [tools] = [f for f in path.findings if f.code == "several-tools"]
+    assert tools.message.startswith("the program changes the tool 14 times")
 
 
 def test_a_program_without_its_unit_is_read_in_mm_and_says_so(data):
