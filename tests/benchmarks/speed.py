@@ -7,6 +7,7 @@ import time
 from collections import deque
 from collections.abc import Callable
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 
@@ -50,6 +51,25 @@ def time_languages() -> None:
         rate(what, BLOCKS, lambda split=split, source=source: deque(split(source), maxlen=0))
 
 
+def time_programs(machine: fx.Machine) -> None:
+    """Whole programs of G-code, from file to record: positions of axes, and the tip under tip control."""
+    tool = fx.Tool.ball(6)
+    rows = np.random.default_rng(0).uniform(-1.0, 1.0, (BLOCKS, 5)) * [10.0, 10.0, 10.0, 10.0, 30.0]
+    words = "N{} G1 X{:.3f} Y{:.3f} Z{:.3f} A{:.3f} C{:.3f} F1000"
+    lines = [words.format(i, *row) for i, row in enumerate(rows.tolist())]
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "synthetic.ngc"
+        for what, head in (("axes", ""), ("tip", "M428")):
+            path.write_text("\n".join(["G21 G90 G94", head, "G0 X0 Y0 Z0 A0 C0", *lines]), encoding="utf-8")
+            rate(
+                f"G-code of the {what} as a path, blocks",
+                BLOCKS,
+                lambda: fx.read_toolpath(path, tool=tool, machine=machine),
+            )
+        path.write_text("\n".join(["G21 G90 G94", "G0 X0 Y0 Z0 A0 C0", *lines]), encoding="utf-8")
+        rate("G-code as a motion, blocks", BLOCKS, lambda: fx.read_program(path, machine))
+
+
 def main() -> None:
     machine = fx.load_machine("linuxcnc-xyzac-trt")
     positions = np.random.default_rng(0).uniform(-1.0, 1.0, (POSES, 5))
@@ -63,6 +83,7 @@ def main() -> None:
     arcs = DATA / "toolpaths" / "solidworks_boss_3axis.apt"
     rate("APT with 1 026 arcs, statements", 12_427, lambda: fx.read_toolpath(arcs, tool=tool))
     time_languages()
+    time_programs(machine)
     part = DATA / "meshes" / "propeller_d.stl"
     planned = fx.plan_contour(part, fx.Tool.ball(4), stepdown=5)
     rate("planner, locations", len(planned), lambda: fx.plan_contour(part, fx.Tool.ball(4), stepdown=5))
