@@ -14,7 +14,7 @@ from fiveaxis.energy import motion_energy, move_energies, travel_costs
 from fiveaxis.errors import FiveAxisError
 from fiveaxis.geometry import Array, BoolArray, normalise, perpendicular
 from fiveaxis.kinematics import linear_positions, tool_axes, within_limits
-from fiveaxis.kinematics.windings import TURN, one_turn_from
+from fiveaxis.kinematics.windings import ON_LIMIT, TURN, one_turn_from
 from fiveaxis.machine import Machine
 from fiveaxis.motion import follow
 from fiveaxis.posture.branches import (
@@ -22,7 +22,9 @@ from fiveaxis.posture.branches import (
     postures,
     spread_over_links,
 )
+from fiveaxis.posture.greedy_kernel import walk
 from fiveaxis.posture.solution import Baseline
+from fiveaxis.posture.waves import has_waves, waves_of
 from fiveaxis.toolpath import TiltBounds, Toolpath
 
 # Steps of the tilt range that `normal` tries, and of the lead and lean angles of `lead-lean`.
@@ -254,6 +256,31 @@ def greedy(toolpath: Toolpath, machine: Machine, tilt: TiltBounds) -> Array:
     Starts from, and falls back to, the posture of `along_normal` where no small move is admissible.
     """
     anchor = along_normal(toolpath, machine, tilt)
+    if has_waves(machine, toolpath.zone):
+        return _walk(toolpath, machine, tilt, anchor)
+    return _walk_slowly(toolpath, machine, tilt, anchor)
+
+
+def _walk(toolpath: Toolpath, machine: Machine, tilt: TiltBounds, anchor: Array) -> Array:
+    waves = waves_of(machine, toolpath.pivot, toolpath.zone, tilt.all)
+    plus, minus = travel_costs(machine, toolpath.feed)
+    return walk(
+        waves.linear,
+        waves.cosines,
+        np.array([bound.cosines for bound in tilt.all]),
+        np.stack([machine.low - ON_LIMIT, machine.high + ON_LIMIT]),
+        np.array([*machine.linear_columns, *machine.rotary_columns]),
+        plus,
+        minus,
+        anchor,
+        follow(toolpath, machine, anchor).positions,
+        _offsets(COARSE),
+        _offsets(FINE),
+    )
+
+
+def _walk_slowly(toolpath: Toolpath, machine: Machine, tilt: TiltBounds, anchor: Array) -> Array:
+    """Do the same for any chain and cutter."""
     plus, minus = travel_costs(machine, toolpath.feed)
     coarse, fine = _offsets(COARSE), _offsets(FINE)
     rotary = anchor.copy()

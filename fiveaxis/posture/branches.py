@@ -9,8 +9,9 @@ import numpy as np
 from fiveaxis.energy import travel_costs
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.kinematics import hold_singular, linear_positions, rotary_angles, within_limits
-from fiveaxis.kinematics.windings import TURN, fit_turns, into_limits, nearest_turn
+from fiveaxis.kinematics.windings import ON_LIMIT, TURN, fit_turns, into_limits
 from fiveaxis.machine import Machine
+from fiveaxis.posture.greedy_kernel import cheapest_branches
 from fiveaxis.toolpath import Toolpath
 
 
@@ -66,35 +67,10 @@ def cheapest_sequence(machine: Machine, toolpath: Toolpath, found: Postures) -> 
 
 
 def _cheapest(machine: Machine, toolpath: Toolpath, found: Postures, low: Array, high: Array) -> Array:
-    """Choose branches and turns location by location, remembering the cheapest way to each."""
+    """Choose branches and turns, (n, 2) rad, with the compiled loop."""
     plus, minus = travel_costs(machine, toolpath.feed)
-    columns = machine.rotary_columns
-    n = found.positions.shape[1]
-    cost = np.where(found.allowed[:, 0], 0.0, np.inf)
-    here = found.positions[:, 0]
-    came, trail = np.zeros((n, 2), dtype=np.int64), np.empty((n, 2, 2, 2))
-    for i in range(1, n):
-        # [from, to, axis]: the same target angle has another turn for each predecessor.
-        there = np.repeat(found.positions[None, :, i], 2, axis=0)
-        there[..., columns] = nearest_turn(there[..., columns], here[:, None, columns], low, high)
-        move = there - here[:, None]
-        step = (plus[i] * np.maximum(move, 0.0) - minus[i] * np.minimum(move, 0.0)).sum(axis=-1)
-        total = np.where(found.allowed[None, :, i], cost[:, None] + step, np.inf)
-        came[i] = np.argmin(total, axis=0)
-        cost = total[came[i], [0, 1]]
-        trail[i] = there[..., columns]
-        here = there[came[i], [0, 1]]
-    return _trace(found.positions[:, 0][:, columns], came, trail, int(np.argmin(cost)))
-
-
-def _trace(first: Array, came: IntArray, trail: Array, branch: int) -> Array:
-    rotary = np.empty((len(came), 2))
-    for i in range(len(came) - 1, 0, -1):
-        previous = int(came[i, branch])
-        rotary[i] = trail[i, previous, branch]
-        branch = previous
-    rotary[0] = first[branch]
-    return rotary
+    columns = np.array(machine.rotary_columns)
+    return cheapest_branches(found.positions, found.allowed, columns, low, high, ON_LIMIT, plus, minus)
 
 
 def spread_over_links(toolpath: Toolpath, rows: IntArray, rotary: Array) -> Array:

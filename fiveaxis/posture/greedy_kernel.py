@@ -1,0 +1,186 @@
+"""The loop of the greedy baseline, compiled."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from fiveaxis.geometry import Array, BoolArray, IntArray
+from fiveaxis.posture.waves import compiled, value
+
+
+@compiled
+def best_move(
+    linear: Array,
+    cosines: Array,
+    within: Array,
+    limits: Array,
+    columns: IntArray,
+    plus: Array,
+    minus: Array,
+    here: Array,
+    around: Array,
+    offsets: Array,
+    found: Array,
+    there: Array,
+) -> bool:
+    """Find the cheapest admissible move from one posture to another near an angle pair.
+
+    Parameters
+    ----------
+    linear, cosines : (3, 9) and (b, 9), the location's waves
+    within : (b, 2), smallest and largest cosine
+    limits : (2, k), mm and rad
+    columns : (5,), of the three linear and the two rotary axes
+    plus, minus : (k,), J/mm and J/rad
+    here : (k,), mm and rad, where the move starts
+    around : (2,), rad, chain order
+    offsets : (m, 2), rad
+    found, there : (2,) and (k,), filled in: the posture
+
+    Returns
+    -------
+    Whether any of the offsets is admissible.
+    """
+    least = np.inf
+    position = np.empty(len(here))
+    for m in range(len(offsets)):
+        first, second = around[0] + offsets[m, 0], around[1] + offsets[m, 1]
+        c1, s1, c2, s2 = math.cos(first), math.sin(first), math.cos(second), math.sin(second)
+        position[columns[3]], position[columns[4]] = first, second
+        for a in range(3):
+            position[columns[a]] = value(linear[a], c1, s1, c2, s2)
+        cost = 0.0
+        for a in range(len(here)):
+            if not limits[0, a] <= position[a] <= limits[1, a]:
+                cost = np.inf
+                break
+            step = position[a] - here[a]
+            cost += plus[a] * step if step > 0.0 else -minus[a] * step
+        if cost >= least:
+            continue
+        inside = True
+        for b in range(len(cosines)):
+            cosine = value(cosines[b], c1, s1, c2, s2)
+            inside = inside and not (cosine < within[b, 0] or cosine > within[b, 1])
+        if inside:
+            least = cost
+            found[0], found[1] = first, second
+            there[:] = position
+    return least < np.inf
+
+
+@compiled
+def walk(
+    linear: Array,
+    cosines: Array,
+    within: Array,
+    limits: Array,
+    columns: IntArray,
+    plus: Array,
+    minus: Array,
+    anchor: Array,
+    anchored: Array,
+    coarse: Array,
+    fine: Array,
+) -> Array:
+    """Take the cheapest move at every location, coarsely and then finely, or the one to the anchor.
+
+    Parameters
+    ----------
+    linear, cosines, within, limits, columns : as for `best_move`, with a first dimension n
+    plus, minus : (n, k), of the move into each location
+    anchor, anchored : (n, 2) rad and (n, k), a path that is admissible everywhere
+    coarse, fine : (m, 2), rad, offsets
+
+    Returns
+    -------
+    (n, 2), rad
+    """
+    rotary, here, there = anchor.copy(), anchored[0].copy(), anchored[0].copy()
+    for i in range(1, len(anchor)):
+        around = here[columns[3:]]
+        for offsets in (coarse, fine):
+            near = best_move(
+                linear[i], cosines[i], within, limits, columns, plus[i], minus[i], here, around, offsets,
+                rotary[i], there,
+            )  # fmt: skip
+            to_anchor, least = 0.0, 0.0
+            for a in range(len(here)):
+                step = anchored[i, a] - here[a]
+                to_anchor += plus[i, a] * step if step > 0.0 else -minus[i, a] * step
+                step = there[a] - here[a]
+                least += plus[i, a] * step if step > 0.0 else -minus[i, a] * step
+            if not near or to_anchor < least:
+                rotary[i] = anchor[i]
+                there[:] = anchored[i]
+            around = rotary[i].copy()
+        here[:] = there
+    return rotary
+
+
+@compiled
+def cheapest_branches(
+    positions: Array,
+    allowed: BoolArray,
+    columns: IntArray,
+    low: Array,
+    high: Array,
+    slack: float,
+    plus: Array,
+    minus: Array,
+) -> Array:
+    """Choose branches and turns location by location, remembering the cheapest way to each.
+
+    Parameters
+    ----------
+    positions, allowed : (2, n, k) and (2, n), as `Postures`
+    columns : (2,), of the rotary axes
+    low, high : (2,), rad; turns go the short way as far as these let them, by `slack` past them
+    plus, minus : (n, k), J/mm and J/rad, of the move into each location
+
+    Returns
+    -------
+    (n, 2), rad, chain order
+    """
+    n, k = positions.shape[1], positions.shape[2]
+    turn = 2.0 * np.pi
+    came = np.zeros((n, 2), dtype=np.int8)
+    trail = np.empty((n, 2, 2))
+    cost, here = np.full(2, np.inf), positions[:, 0].copy()
+    for b in range(2):
+        cost[b] = 0.0 if allowed[b, 0] else np.inf
+        for r in range(2):
+            trail[0, b, r] = positions[b, 0, columns[r]]
+    there, moved = np.empty(k), np.empty((2, k))
+    for i in range(1, n):
+        reached = np.full(2, np.inf)
+        for b in range(2):
+            for d in range(2):
+                if not allowed[b, i] or cost[d] == np.inf:
+                    continue
+                there[:] = positions[b, i]
+                for r in range(2):
+                    angle, before = there[columns[r]], here[d, columns[r]]
+                    least = np.ceil((low[r] - slack - angle) / turn)
+                    most = np.floor((high[r] + slack - angle) / turn)
+                    if least <= most:
+                        there[columns[r]] = angle + turn * min(
+                            max(np.rint((before - angle) / turn), least), most
+                        )
+                total = cost[d]
+                for a in range(k):
+                    step = there[a] - here[d, a]
+                    total += plus[i, a] * step if step > 0.0 else -minus[i, a] * step
+                if total < reached[b]:
+                    reached[b], came[i, b], moved[b] = total, d, there
+                    for r in range(2):
+                        trail[i, b, r] = there[columns[r]]
+        cost[:], here[:] = reached, moved
+    rotary = np.empty((n, 2))
+    branch = 0 if cost[0] <= cost[1] else 1
+    for i in range(n - 1, -1, -1):
+        rotary[i] = trail[i, branch]
+        branch = int(came[i, branch])
+    return rotary
