@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -43,11 +44,13 @@ class Linker:
     space : where the ball can be
     bounds : (2, 3), mm, the part's lowest and highest coordinates
     clearance : mm, between the ball and the part's top on the clearance plane
+    found : (kept by itself) ways that were asked for before: orders are tried with the same ends again
     """
 
     space: BallSpace
     bounds: Array
     clearance: float
+    found: dict[bytes, Array | None] = field(default_factory=dict)
 
     @property
     def plane(self) -> float:
@@ -86,12 +89,7 @@ class Linker:
         (2 or 3, 3), mm, centres after the contact, the last one on the clearance plane; None if no way that
         was tried is clear
         """
-        for lift in self.lifts:
-            away = centre + lift * normal
-            if self.space.clear(centre, away):
-                way = self._up(away) or self._out_and_up(away, normal)
-                return None if way is None else np.array([away, *way])
-        return None
+        return self._once((centre, normal), lambda: self._escape(centre, normal))
 
     def lead(self, contact: tuple[Array, Array], outward: Array, radius: float) -> Lead | None:
         """Find a quarter of an arc that leaves the surface tangentially, with a way on from its end.
@@ -125,6 +123,25 @@ class Linker:
         (start, start_normal), (end, end_normal) = leaving, arriving
         if np.linalg.norm(end - start) > self.farthest:
             return None
+        ends = start, start_normal, end, end_normal
+        return self._once(ends, lambda: self._shortcut(*ends))
+
+    def _once(self, ends: tuple[Array, ...], search: Callable[[], Array | None]) -> Array | None:
+        """Search for a way between ends only if they are new."""
+        key = b"".join(end.tobytes() for end in ends)
+        if key not in self.found:
+            self.found[key] = search()
+        return self.found[key]
+
+    def _escape(self, centre: Array, normal: Array) -> Array | None:
+        for lift in self.lifts:
+            away = centre + lift * normal
+            if self.space.clear(centre, away):
+                way = self._up(away) or self._out_and_up(away, normal)
+                return None if way is None else np.array([away, *way])
+        return None
+
+    def _shortcut(self, start: Array, start_normal: Array, end: Array, end_normal: Array) -> Array | None:
         for lift in self.lifts:
             away = start + lift * start_normal
             before = end + lift * end_normal

@@ -12,6 +12,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 import fiveaxis as fx
+from fiveaxis.contour import path_quality
 from fiveaxis.kinematics import axis_positions, tool_poses
 from fiveaxis.motion import time_motion
 from fiveaxis.nc.klartext import split_klartext
@@ -70,6 +71,32 @@ def time_programs(machine: fx.Machine) -> None:
         rate("G-code as a motion, blocks", BLOCKS, lambda: fx.read_program(path, machine))
 
 
+def time_strategies(part: Path) -> None:
+    """Plan the propeller in every way that there is, with the gouge check, and measure a plan."""
+    tool = fx.Tool.ball(4)
+    for what, options in {
+        "waterlines": {},
+        "waterlines, scallop 0.02 mm": {"scallop": 0.02},
+        "raster": {"strategy": "raster"},
+        "raster, scallop 0.02 mm": {"strategy": "raster", "raster_angle": 30.0, "scallop": 0.02},
+        "spirals": {"spiral": True},
+        "islands": {"order": "islands"},
+        "islands, zigzag, leads": {
+            "order": "islands",
+            "direction": "zigzag",
+            "lead_in": 1.0,
+            "lead_out": 1.0,
+        },
+        "overhangs, islands, zigzag": {"overhang": True, "order": "islands", "direction": "zigzag"},
+    }.items():
+        planned = fx.plan_contour(part, tool, **options)
+        rate(f"planner, {what}", len(planned), lambda options=options: fx.plan_contour(part, tool, **options))
+        links = planned.lengths[~planned.cutting].sum()
+        print(f"{'':45} {len(planned):,} locations, links {links:,.0f} mm")
+    planned = fx.plan_contour(part, tool)
+    rate("ridges and chords, locations", len(planned), lambda: path_quality(planned, part))
+
+
 def main() -> None:
     machine = fx.load_machine("linuxcnc-xyzac-trt")
     positions = np.random.default_rng(0).uniform(-1.0, 1.0, (POSES, 5))
@@ -87,6 +114,7 @@ def main() -> None:
     part = DATA / "meshes" / "propeller_d.stl"
     planned = fx.plan_contour(part, fx.Tool.ball(4), stepdown=5)
     rate("planner, locations", len(planned), lambda: fx.plan_contour(part, fx.Tool.ball(4), stepdown=5))
+    time_strategies(part)
 
     vase = fx.read_toolpath(DATA / "cases" / "vase_overhang.csv", tool=tool)
     hayashi = fx.load_machine("hayashi-640123")

@@ -1,0 +1,93 @@
+"""`fiveaxis plan`: the planner's options by their names, and what it tells about a plan."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+from typer.testing import CliRunner
+
+import fiveaxis
+from fiveaxis.cli import app
+from fiveaxis.contour import path_quality
+from fiveaxis.contour.options import PlanOptions
+from fiveaxis.job import PlanTable, load_job_toolpath, make_job, read_job
+
+PART = Path(__file__).parents[2] / "examples" / "overhang" / "part.stl"
+RASTER: dict[str, Any] = {
+    "strategy": "raster",
+    "stepover": 5.0,
+    "raster_angle": 30.0,
+    "spacing": 1.0,
+    "direction": "zigzag",
+    "order": "islands",
+    "lead_in": 1.0,
+    "lead_out": 0.5,
+    "min_length": 2.0,
+}
+SPIRAL: dict[str, Any] = {"scallop": 0.2, "stepdown": 2.5, "spiral": True, "overhang": True}
+
+
+def plan(*words: object) -> Any:
+    return CliRunner().invoke(app, ["plan", str(PART), "--tool", "ball:8", *map(str, words)])
+
+
+def words(options: dict[str, Any]) -> list[str]:
+    flags = [f"--{name}" for name, value in options.items() if value is True]
+    pairs = [(f"--{name.replace('_', '-')}", str(v)) for name, v in options.items() if v is not True]
+    return [*flags, *(word for pair in pairs for word in pair)]
+
+
+@pytest.mark.parametrize("options", [RASTER, SPIRAL])
+def test_options_have_the_names_of_the_keywords_and_of_the_job_files_keys(options, tmp_path):
+    found = plan(*words(options), "--json")
+    assert found.exit_code == 0, found.output
+    document = json.loads(found.stdout)
+    direct = fiveaxis.plan_contour(PART, fiveaxis.Tool.ball(8), **options)
+    lines = [f"{name} = {json.dumps(value)}" for name, value in options.items()]
+    text = f'input = "{PART.as_posix()}"\ntool = "ball:8"\n[plan]\n' + "\n".join(lines)
+    (tmp_path / "job.toml").write_text(text)
+    by_file = load_job_toolpath(read_job(tmp_path / "job.toml"))
+    assert document["locations"] == len(direct) == len(by_file)
+    assert by_file.pivot.tobytes() == direct.pivot.tobytes()
+
+
+def test_the_plan_tables_keys_are_the_planners_options():
+    planner = set(PlanOptions.__dataclass_fields__) - {"feed_mm_min", "clearance"}
+    assert set(PlanTable.model_fields) - {"allow_open"} == planner
+
+
+def test_a_plan_tells_the_ridges_and_chords_that_were_measured():
+    document = json.loads(plan(*words(SPIRAL), "--json").stdout)
+    path = load_job_toolpath(make_job(input=PART, tool="ball:8", plan=SPIRAL))
+    measured = path_quality(path, PART, overhang=True)
+    assert document["scallop_largest_mm"] == pytest.approx(measured.scallop_largest, abs=1e-6)
+    assert document["scallop_mean_mm"] == pytest.approx(measured.scallop_mean, abs=1e-6)
+    assert document["chord_error_mm"] == pytest.approx(measured.chord_largest, abs=1e-6)
+    assert 0.1 < measured.scallop_mean < measured.scallop_largest < 0.2 + 0.02
+    assert document["cut_length_mm"] + document["link_length_mm"] == pytest.approx(
+        document["length_mm"], abs=0.002
+    )
+
+
+def test_a_plan_in_words_has_the_same_figures():
+    shown = plan("--stepdown", "6")
+    document = json.loads(plan("--stepdown", "6", "--json").stdout)
+    assert shown.exit_code == 0
+    for name, value in document.items():
+        assert f"{name}: {value}" in shown.stdout
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (("--stepover", "1"), "stepover = 1 is no option of the waterline strategy"),
+        (("--scallop", "9"), "scallop = 9 mm must be less than the ball's radius, 4 mm"),
+        (("--strategy", "zigzag"), "plan.strategy = 'zigzag' must be 'waterline' or 'raster'"),
+        (("--lead-in", "-1"), "plan.lead_in = -1.0 must be at least 0"),
+    ],
+)
+def test_wrong_options_are_one_line_with_what_to_do(options, message):
+    found = plan(*options)
+    assert found.exit_code == 2
+    assert message in found.output.replace("\n", " ")
