@@ -380,6 +380,7 @@ class Interpreter:
             self._go_deep(block)
             return
         target, local = self._target(block, of_machine="G53" in block.g)
+        self._note_plane(target, line)
         if motion in ("G2", "G3"):
             self._go_round(target, local, block, before)
         elif motion == "G1" and "G53.1" not in block.g:
@@ -387,6 +388,20 @@ class Interpreter:
         else:
             self.go_rapid(target, line, turns=self.track.vector != before)
         self.turned_local = local
+
+    def _note_plane(self, target: Values, line: int) -> None:
+        """Say that a plane is taken to lie on a workpiece that rotary words have turned."""
+        at, track = self.coordinates, self.track
+        by_plane = at.turned and not at.tip_control and track.vector is None
+        if by_plane and any(target[i] for i in track.rotary):
+            self.note(
+                Severity.WARNING,
+                "plane-on-workpiece",
+                "a tilted plane without tool centre point control, and rotary axes that aren't at 0: X, Y and "
+                "Z are taken to lie on the workpiece, as after a swivel cycle; check it where the control "
+                "lets the plane stand",
+                line,
+            )
 
     def _vector(self, axes: list[str], block: Block) -> Triple | None:
         """Give the tool's direction on the workpiece that is in force from a block on; None by angles."""

@@ -218,6 +218,48 @@ def test_a_millplus_program_is_read_to_its_last_block(data):
     assert path.source[-1] == 2687
 
 
+def test_a_3_plus_2_program_has_no_simultaneous_path(data):
+    file = data / "toolpaths" / "spinner_achskreuz_840D_mm.mpf"
+    path = fx.read_toolpath(file, machine=NUTATING, tool=BALL)
+    [finding] = [f for f in path.findings if f.code == "no-simultaneous-path"]
+    assert finding.message.startswith("a 3+2 path: its cuts have 6 directions of the tool axis")
+    assert path.source[-1] == 3059
+    assert path.ignored[MACHINE_MOVES] == 64
+
+
+# Other languages, through the same interpreter
+
+
+def test_klartext_gives_angles_or_directions(read):
+    text = (
+        "0 BEGIN PGM part MM\n1 TOOL CALL 1 Z S1000\n2 L X+0 Y+0 Z+50 R0 FMAX M3\n3 L M128\n"
+        "4 L X+1 Y+2 Z+3 B+0 C+0 FMAX\n5 L X+5 B+90 F500\n6 L M129\n7 END PGM part MM\n"
+    )
+    path = read(text, NUTATING, suffix=".h", unit=None)
+    np.testing.assert_allclose(tips(path), [[1, 2, 3], [5, 2, 3]], atol=1e-12)
+    np.testing.assert_allclose(path.axis, [[0, 0, 1], [1, 0, 0]], atol=1e-12)
+    vectors = (
+        "0 BEGIN PGM part MM\n1 L M128\n2 LN X+1 Y+2 Z+3 NX+0 NY+0 NZ+1 TX+0 TY+0.6 TZ+0.8 F500\n"
+        "3 LN X+2 Y+2 Z+3 NX+0 NY+0 NZ+1 TX+0 TY+0 TZ+1\n4 END PGM part MM\n"
+    )
+    path = read(vectors, suffix=".h", unit=None)
+    np.testing.assert_allclose(tips(path), [[1, 2, 3], [2, 2, 3]], atol=1e-12)
+    np.testing.assert_allclose(path.axis, [[0, 0.6, 0.8], [0, 0, 1]])
+    assert path.has_normals
+    # The ball's centre is 3 mm up its axis, and touches 3 mm below that.
+    np.testing.assert_allclose(path.contact[0], [1, 2 + 3 * 0.6, 3 + 3 * 0.8 - 3], atol=1e-12)
+
+
+def test_a_sinumerik_frame_turns_places_and_directions(read):
+    text = (
+        "N10 G71 G90 G54\nN20 TRAORI\nN30 TRANS X10\nN40 AROT X90\nN50 G0 X1 Y2 Z3 A3=0 B3=0 C3=1\n"
+        "N60 G1 X2 F600\nN70 TRAFOOF\n"
+    )
+    path = read(text, suffix=".mpf", unit=None)
+    np.testing.assert_allclose(tips(path), [[11, -3, 2], [12, -3, 2]], atol=1e-12)
+    np.testing.assert_allclose(path.axis, [[0, -1, 0]] * 2, atol=1e-12)
+
+
 # Coordinates
 
 
@@ -359,6 +401,13 @@ def test_arcs_lie_in_the_tilted_plane(read):
 def test_increments_count_in_the_tilted_plane(read):
     text = "G68.2 X0 Y0 Z0 I90 J90 K0\nG53.1\nG0 X1 Y2 Z3\nG91 G1 X5 F60\n"
     np.testing.assert_allclose(tips(read(text))[-1], [3, 6, 2], atol=1e-12)
+
+
+def test_a_plane_on_a_turned_workpiece_is_an_assumption(read, trunnion):
+    text = "G0 A-90 C0\nG68.2 X0 Y0 Z0 I0 J90 K0\nG0 X1 Y2 Z3\nG1 X5 F60\n"
+    assert codes(read(text, trunnion)).count("plane-on-workpiece") == 1
+    aligned = text.replace("K0\n", "K0\nG53.1\n")
+    assert "plane-on-workpiece" not in codes(read(aligned, trunnion))
 
 
 def test_other_kinds_of_planes_are_refused(fault):
