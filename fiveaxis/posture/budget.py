@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+
+from fiveaxis.errors import SettingError
 
 DEGREE = np.pi / 180.0
 
@@ -18,11 +20,22 @@ class Search:
     stride : it looks at every stride-th location
     step : rad, grid of the spin angle
     levels : how many levels the dear axis's range is cut into
+    on_angles : whether it looks at a grid over both rotary angles, in place of levels
     """
 
     stride: int
     step: float
     levels: int
+    on_angles: bool = False
+
+
+def random_searches(count: int, seed: int = 0) -> tuple[Search, ...]:
+    """Draw searches whose grids lie elsewhere than those of the portfolio: the same ones in every run."""
+    draw = np.random.default_rng(seed)
+    return tuple(
+        Search(int(draw.integers(5, 28)), float(draw.uniform(3.0, 7.0)) * DEGREE, int(draw.integers(24, 60)))
+        for _ in range(count)
+    )
 
 
 @dataclass(frozen=True)
@@ -43,6 +56,10 @@ class Budget:
         which it didn't converge
     window : locations in a window
     window_iterations : of the NLP in a window
+    others : further portfolios, each of which ends in a local optimum of its own
+    from_baselines : whether every admissible baseline is refined as a start too
+    leans : shares of the range of the tool's lean, 0…1; a path that leans upwards by that much all along is
+        a start too
     """
 
     searches: tuple[Search, ...] = (
@@ -65,3 +82,63 @@ class Budget:
     whole: int = 5000
     window: int = 150
     window_iterations: int = 150
+    others: tuple[tuple[Search, ...], ...] = ()
+    from_baselines: bool = False
+    leans: tuple[float, ...] = ()
+
+    @property
+    def is_many(self) -> bool:
+        """Whether more than one local optimum is looked for."""
+        return bool(self.others or self.leans or self.from_baselines)
+
+
+@dataclass(frozen=True)
+class Effort:
+    """A name for a budget, with what it promises."""
+
+    budget: Budget
+    promise: str
+
+
+NORMAL = Budget()
+
+EFFORTS = {
+    "quick": Effort(
+        replace(NORMAL, searches=NORMAL.searches[-1:], kept=1),
+        "one search, refined once: a sound path, never dearer than a baseline, for trying things out",
+    ),
+    "normal": Effort(
+        NORMAL,
+        "three searches, the best two refined, the better one carried to all locations: for everyday use",
+    ),
+    "thorough": Effort(
+        replace(
+            NORMAL,
+            kept=3,
+            iterations=1500,
+            others=(
+                (Search(4, 4.0 * DEGREE, 36), Search(6, 4.0 * DEGREE, 48)),
+                (Search(16, 5.0 * DEGREE, 48), Search(32, 6.0 * DEGREE, 48)),
+                (Search(2, 3.0 * DEGREE, 36, on_angles=True), Search(10, 4.0 * DEGREE, 36, on_angles=True)),
+                *((search,) for search in random_searches(4)),
+            ),
+            from_baselines=True,
+            leans=(0.5, 0.98),
+        ),
+        "many starts, each refined on all locations until it converges: never dearer than normal, and the "
+        "spread of the local optima is told; it takes many times as long",
+    ),
+}
+
+
+def budget_of(effort: str) -> Budget:
+    """Give the budget of an effort.
+
+    Raises
+    ------
+    SettingError
+        No effort has the name.
+    """
+    if effort not in EFFORTS:
+        raise SettingError(f"unknown effort {effort!r}; write {', '.join(EFFORTS)}")
+    return EFFORTS[effort].budget

@@ -12,10 +12,11 @@ from fiveaxis.geometry import Array
 from fiveaxis.machine import Machine
 from fiveaxis.motion import follow
 from fiveaxis.posture.baselines import find_baselines
-from fiveaxis.posture.budget import Budget
+from fiveaxis.posture.budget import Budget, budget_of
 from fiveaxis.posture.portfolio import Portfolio, Progress
 from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.posture.reach import unreachable
+from fiveaxis.posture.restarts import best_of_starts, leaning_paths
 from fiveaxis.posture.solution import Solution
 from fiveaxis.toolpath import Toolpath, for_tilt, tilt_bounds
 
@@ -34,6 +35,7 @@ def optimise(
     turn_rate: float | None = None,
     smoothing: float = 0.0,
     time_price: float | None = None,
+    effort: str = "normal",
     budget: Budget | None = None,
     progress: Progress | None = None,
 ) -> Solution:
@@ -60,7 +62,9 @@ def optimise(
     smoothing : J/rad², price μ of ‖Δρ‖² in each move: dearer travel for a steadier posture
     time_price : W, of time that a posture costs beyond the programmed feed's, where an axis would have to be
         faster than its highest speed; by default the machine's base power, 0 where that is unknown
-    budget : how much may be done; the default is meant for everyday use
+    effort : ``quick``, ``normal`` or ``thorough``: how much is done, with what that promises in
+        `fiveaxis.posture.budget.EFFORTS`
+    budget : how much may be done, in place of an effort
     progress : called with a stage's name, steps done and steps in all
 
     Returns
@@ -77,10 +81,11 @@ def optimise(
         The cutter doesn't touch with one part of its profile over the range; the path lacks the direction
         that the range refers to.
     SettingError
-        A range that is empty or reversed.
+        A range that is empty or reversed; an unknown effort.
     """
     if not toolpath.cutting.any():
         raise ToolpathError("has links only; there is no cut to choose a posture for", file=toolpath.name)
+    allowed = budget or budget_of(effort)
     toolpath = for_tilt(toolpath, tilt, cone)
     bounds = tilt_bounds(toolpath, tilt, cone)
     turn = None if max_turn is None else float(np.radians(max_turn))
@@ -100,14 +105,20 @@ def optimise(
         share = f"{len(blocked)} of {len(toolpath)} locations"
         raise Infeasible(f"{share} have no admissible posture on {machine.name}", blocked)
     compared, missing = find_baselines(toolpath, machine, bounds)
-    run = Portfolio(problem, budget or Budget(), progress)
+    run, optima = Portfolio(problem, allowed, progress), None
     # IPOPT's linear solver works on small blocks: threads of the BLAS under it only wait for each other.
     with threadpool_limits(limits=1):
-        rotary = run.best_path(compared)
+        if allowed.is_many:
+            leaning = leaning_paths(toolpath, machine, bounds, allowed)
+            rotary, optima = best_of_starts(run, compared, leaning)
+        else:
+            rotary = run.best_path(compared)
     _require_admissible(problem, rotary, toolpath)
     motion = follow(toolpath, machine, rotary)
     energy = motion_energy(machine, motion)
-    return Solution(machine, toolpath, bounds, motion, energy, compared, missing, tuple(run.stages))
+    return Solution(
+        machine, toolpath, bounds, motion, energy, compared, missing, tuple(run.stages), problem, optima
+    )
 
 
 def _require_admissible(problem: Problem, rotary: Array, toolpath: Toolpath) -> None:

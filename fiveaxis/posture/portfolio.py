@@ -65,6 +65,10 @@ class Portfolio:
             )
         return best.rotary
 
+    def refined_from(self, name: str, start: Array) -> Array:
+        """Refine a path, (n, 2) rad, on all locations; the start itself where that doesn't better it."""
+        return self._refined(f"refine, from {name}", self.problem, start).rotary
+
     def _searched(self) -> Refinement | None:
         coordinates = choose_coordinates(self.problem)
         found: dict[int, tuple[IntArray, Refinement]] = {}
@@ -96,7 +100,9 @@ class Portfolio:
         self, search: Search, rows: IntArray, coordinates: Coordinates, number: int
     ) -> Refinement | None:
         problem = self.problem.thinned(rows)
-        name = f"{len(rows)} locations, {np.degrees(search.step):g} deg"
+        name = f"{len(rows)} locations, {np.degrees(search.step):.3g} deg"
+        if search.on_angles:
+            coordinates, name = replace(coordinates, level=None), f"{name}, on angles"
         path = None
         # Far neighbours cost time, and a dense path needs none; one with long moves has no way without them.
         for wider in WIDER:

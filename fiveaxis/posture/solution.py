@@ -13,7 +13,11 @@ from fiveaxis.geometry import Array
 from fiveaxis.kinematics import tool_poses
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Motion
+from fiveaxis.posture.problem import Problem
 from fiveaxis.toolpath import TiltBounds, Toolpath
+
+# Two local optima whose costs differ by less than this share count as one.
+SAME = 1e-4
 
 
 @dataclass(frozen=True)
@@ -39,6 +43,37 @@ class Stage:
         return asdict(self)
 
 
+@dataclass(frozen=True)
+class Optima:
+    """Local optima that were found from several starts.
+
+    Parameters
+    ----------
+    costs : by the start's name, J: the objective of the admissible path that it ended in
+    failed : starts that ended in no admissible path
+    """
+
+    costs: Mapping[str, float]
+    failed: tuple[str, ...] = ()
+
+    @property
+    def distinct(self) -> int:
+        """How many of them are really different (`SAME`)."""
+        costs = np.sort(list(self.costs.values()))
+        return int(np.count_nonzero(np.diff(costs) > SAME * costs[1:])) + 1 if len(costs) else 0
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the spread as plain data for JSON, J; None where no start ended in an admissible path."""
+        costs = list(self.costs.values())
+        spread = (min(costs), float(np.median(costs)), max(costs)) if costs else (None, None, None)
+        return {
+            **dict(zip(("min", "median", "max"), spread, strict=True)),
+            "distinct": self.distinct,
+            "starts": dict(self.costs),
+            "failed": list(self.failed),
+        }
+
+
 @dataclass(frozen=True, eq=False)
 class Baseline:
     """A posture that the result is measured against."""
@@ -59,6 +94,8 @@ class Solution:
     compared : baselines by name, with their motions
     missing : baselines that don't exist for this path, with the reason
     stages : what the solver did, in order
+    problem : what was solved; None for a solution that was put together by hand
+    optima : local optima by start, where the effort looks for several
     """
 
     machine: Machine
@@ -69,6 +106,8 @@ class Solution:
     compared: Mapping[str, Baseline]
     missing: Mapping[str, str]
     stages: tuple[Stage, ...]
+    problem: Problem | None = None
+    optima: Optima | None = None
 
     @property
     def baselines(self) -> dict[str, Energy]:
