@@ -1,9 +1,11 @@
 """The tool, the list of cutter locations, and how far the tool may lean there."""
 
+from fiveaxis.toolpath.bounds import TiltBounds
 from fiveaxis.toolpath.cutter import Cutter, Zone, across
 from fiveaxis.toolpath.dividing import divide, divided_rows, interpolate, part_places
+from fiveaxis.toolpath.lead_lean import feed_directions
 from fiveaxis.toolpath.path import MoveKind, Toolpath
-from fiveaxis.toolpath.tilt import TiltBounds, for_tilt, require_range, tilt_bounds
+from fiveaxis.toolpath.tilt import for_tilt, require_range, tilt_bounds
 from fiveaxis.toolpath.tool import Holder, Section, Tool, parse_tool
 
 __all__ = [
@@ -18,6 +20,7 @@ __all__ = [
     "across",
     "divide",
     "divided_rows",
+    "feed_directions",
     "for_tilt",
     "interpolate",
     "parse_tool",

@@ -1,94 +1,83 @@
-"""How far the tool may lean at each location."""
+"""How far the tool may lean at each location, from what the user asks for."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
 
 from fiveaxis.errors import SettingError, ToolpathError
-from fiveaxis.geometry import Array, IntArray, angle_between
-from fiveaxis.toolpath.path import Toolpath
+from fiveaxis.geometry import angle_between
+from fiveaxis.toolpath.bounds import TiltBounds
+from fiveaxis.toolpath.lead_lean import Range, lead_lean_bounds, require_lead_lean, tilt_of
+from fiveaxis.toolpath.path import SHORTEST_DIRECTION, Toolpath
 
-
-@dataclass(frozen=True, eq=False)
-class TiltBounds:
-    """Bounds on the angle between the tool axis and a reference direction.
-
-    Parameters
-    ----------
-    reference : (n, 3), unit vectors in the workpiece frame; NaN where the location binds nothing (links)
-    low, high : rad, 0 ≤ low < high ≤ π
-    name : what the reference is: ``normal`` or ``programmed axis``
-    touching : the angles to the surface normal at which the cutter touches with the part of its profile that
-        the path is made for; None where the reference is the normal, or the cutter turns about one point
-    """
-
-    reference: Array
-    low: float
-    high: float
-    name: str
-    touching: TiltBounds | None = None
-
-    @property
-    def all(self) -> tuple[TiltBounds, ...]:
-        """Every bound that holds at once."""
-        return (self,) if self.touching is None else (self, self.touching)
-
-    def at(self, rows: IntArray | slice) -> TiltBounds:
-        """Return the bounds of some locations, without those that hold beside them."""
-        return replace(self, reference=self.reference[rows], touching=None)
-
-    @property
-    def cosines(self) -> tuple[float, float]:
-        """Smallest and largest cosine of the angle."""
-        return math.cos(self.high), math.cos(self.low)
-
-    def angles(self, axis: Array) -> Array:
-        """Measure the tilt of tool axes, (n, 3) unit vectors; (n,) rad, NaN where nothing binds."""
-        return angle_between(axis, self.reference)
+# How far from a plane the tool axis may lie and still count as in it: the play that the search needs.
+PLANE_TOLERANCE = math.radians(0.5)
 
 
 def tilt_bounds(
-    toolpath: Toolpath, tilt: tuple[float, float] | None = None, cone: float | None = None
+    toolpath: Toolpath,
+    tilt: Range | None = None,
+    cone: float | None = None,
+    *,
+    lead: Range | None = None,
+    lean: Range | None = None,
+    plane: Sequence[float] | None = None,
 ) -> TiltBounds:
-    """Make the bounds of a path: a tilt range to the surface normal, or a cone about the programmed axis.
+    """Make the bounds of a path; all that are given hold at once.
 
     Parameters
     ----------
-    toolpath : with normals for `tilt`, with tool axes for `cone`
+    toolpath : with normals for `tilt`, `lead` and `lean`, with tool axes for `cone`
     tilt : smallest and largest angle between tool axis and surface normal, degrees
-    cone : largest angle between tool axis and programmed axis, degrees
+    cone : largest angle between tool axis and programmed axis, degrees; not together with `tilt`
+    lead : smallest and largest angle, degrees, by which the tool axis is tipped forwards into the feed, seen
+        from the side (`lead_lean`)
+    lean : the same to the left of the feed, seen along it
+    plane : (3,), any length, workpiece frame: a vector at right angles to a plane that the tool axis stays
+        in, within `PLANE_TOLERANCE`; beside one of the others
 
     Raises
     ------
     SettingError
-        Neither or both given; a range that is empty, reversed or outside 0…180°.
+        None given, or both `tilt` and `cone`; a range that is empty, reversed or outside 0…180° (lead and
+        lean: −90…90°); a plane's vector without direction.
     ToolpathError
         The path lacks the direction that the range refers to.
     ToolError
         The cutter doesn't touch with one part of its profile over the range (`for_tilt` chooses the part).
     """
-    _, low, high = _asked(toolpath, tilt, cone)
-    if cone is None:
-        return TiltBounds(toolpath.normal, low, high, "normal")
-    zone = toolpath.zone
-    if zone.offset == 0.0 and len(toolpath.tool.cutter.zones) == 1:
-        return TiltBounds(toolpath.axis, low, high, "programmed axis")
-    touching = TiltBounds(toolpath.normal, zone.least, zone.high, "normal")
-    return TiltBounds(toolpath.axis, low, high, "programmed axis", touching)
+    asked, low, high = _asked(toolpath, tilt, cone, lead, lean)
+    beside = lead_lean_bounds(toolpath, lead, lean)
+    if asked == "cone":
+        zone = toolpath.zone
+        if zone.offset != 0.0 or len(toolpath.tool.cutter.zones) > 1:
+            beside = (TiltBounds(toolpath.normal, zone.least, zone.high, "normal"), *beside)
+        bounds = TiltBounds(toolpath.axis, low, high, "programmed axis", beside)
+    else:
+        bounds = TiltBounds(toolpath.normal, low, high, "normal", beside)
+    return bounds if plane is None else _in_plane(bounds, plane)
 
 
 def for_tilt(
-    toolpath: Toolpath, tilt: tuple[float, float] | None = None, cone: float | None = None
+    toolpath: Toolpath,
+    tilt: Range | None = None,
+    cone: float | None = None,
+    *,
+    lead: Range | None = None,
+    lean: Range | None = None,
 ) -> Toolpath:
     """Return the path with the part of the cutter's profile that touches where the bounds let the tool lean.
 
-    For a tilt range it is the part that touches all over the range; for a cone, the one that touches at the
-    programmed axes. Arguments as for `tilt_bounds`, which raises the same.
+    For a tilt range, or the one that lead and lean leave, it is the part that touches all over the range; for
+    a cone, the one that touches at the programmed axes. Arguments as for `tilt_bounds`, with the same errors.
     """
-    what, low, high = _asked(toolpath, tilt, cone)
+    asked, low, high = _asked(toolpath, tilt, cone, lead, lean)
     cutter = toolpath.tool.cutter
-    if what == "tilt":
+    if asked != "cone":
         return toolpath.in_zone(cutter.zone_for(low, high))
     if cutter.zones[0].offset == 0.0 and len(cutter.zones) == 1:
         return toolpath
@@ -103,20 +92,44 @@ def for_tilt(
     return toolpath.in_zone(cutter.zone_for(float(angle.min()), float(angle.max())))
 
 
+def _in_plane(bounds: TiltBounds, plane: Sequence[float]) -> TiltBounds:
+    """Add the bound that keeps the tool axis in a plane, given by a vector at right angles to it."""
+    across = np.asarray(plane, dtype=float)
+    if across.shape != (3,) or not np.linalg.norm(across) > SHORTEST_DIRECTION:
+        raise SettingError(
+            f"plane is {tuple(across.tolist())}; give the three components of a vector at right angles to "
+            "it, not all 0"
+        )
+    bound = np.isfinite(bounds.reference).all(axis=1, keepdims=True)
+    reference = np.where(bound, across / np.linalg.norm(across), np.nan)
+    square = math.pi / 2.0
+    low, high = square - PLANE_TOLERANCE, square + PLANE_TOLERANCE
+    name = "plane's vector {:g} {:g} {:g}".format(*across)
+    return replace(bounds, beside=(*bounds.beside, TiltBounds(reference, low, high, name)))
+
+
 def _asked(
-    toolpath: Toolpath, tilt: tuple[float, float] | None, cone: float | None
+    toolpath: Toolpath, tilt: Range | None, cone: float | None, lead: Range | None, lean: Range | None
 ) -> tuple[str, float, float]:
-    """Check what the caller asks for; name it, and give its range in rad."""
-    if (tilt is None) == (cone is None):
+    """Check what the caller asks for; name its first bound, and give its range in rad."""
+    leaning = lead is not None or lean is not None
+    if (tilt is not None and cone is not None) or (tilt is None and cone is None and not leaning):
         raise SettingError(
             "give either tilt (angle to the surface normal, --tilt 15:75) or cone (angle to the programmed "
             "axis, --cone 20)"
         )
-    low, high = (0.0, float(cone)) if cone is not None else (float(t) for t in tilt or ())
-    name = "tilt" if cone is None else "cone"
-    require_range(low, high, name)
+    if cone is not None:
+        name, ends = "cone", (0.0, float(cone))
+    elif tilt is not None:
+        name, ends = "tilt", (float(tilt[0]), float(tilt[1]))
+    else:
+        for what, given in (("lead", lead), ("lean", lean)):
+            if given is not None:
+                require_lead_lean(what, *given)
+        name, ends = "tilt", tilt_of(lead, lean)
+    require_range(*ends, name)
     _require_reference(toolpath, name)
-    return name, math.radians(low), math.radians(high)
+    return name, math.radians(ends[0]), math.radians(ends[1])
 
 
 def require_range(low: float, high: float, name: str = "tilt") -> None:

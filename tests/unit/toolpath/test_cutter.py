@@ -127,7 +127,7 @@ def test_a_cone_keeps_a_bull_nose_on_its_corner():
     path = Toolpath.from_tips(tips, axis, Tool.bull(10, 2)).touching_at(normal)
     bounds = tilt_bounds(for_tilt(path, cone=20), cone=20)
     assert [b.name for b in bounds.all] == ["programmed axis", "normal"]
-    assert np.degrees([bounds.touching.low, bounds.touching.high]) == pytest.approx([1.0, 90.0])
+    assert np.degrees([bounds.beside[0].low, bounds.beside[0].high]) == pytest.approx([1.0, 90.0])
 
 
 def test_a_programmed_tip_keeps_its_place_when_its_surface_becomes_known():
