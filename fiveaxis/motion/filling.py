@@ -8,12 +8,15 @@ from fiveaxis.geometry import Array
 from fiveaxis.kinematics import positions_about, tool_axes, tool_poses
 from fiveaxis.machine import Machine
 from fiveaxis.motion.motion import Motion, follow
+from fiveaxis.motion.timing import STANDSTILL
 from fiveaxis.toolpath import Toolpath, divide, divided_rows, interpolate
 
 # Largest way of the pivot off its chord between two blocks, mm.
 PATH_TOLERANCE = 0.005
 # Rounds of measuring and inserting; each one divides a deviation by the square of the blocks it inserts.
 MOST_ROUNDS = 12
+# rad: turns this near to whole ones, or to none, leave the tool where it was.
+WHOLE_TURN = 1e-9
 
 
 def fill_in(
@@ -53,6 +56,8 @@ def fill_in(
 def midway_deviation(toolpath: Toolpath, machine: Machine, rotary: Array) -> Array:
     """Measure how far the tool's centre is from the middle of its chord when every axis is halfway.
 
+    A turn on the spot, by which an axis rewinds whole turns and nothing else moves, has no chord to stay on.
+
     Returns
     -------
     (n − 1,), mm
@@ -63,4 +68,8 @@ def midway_deviation(toolpath: Toolpath, machine: Machine, rotary: Array) -> Arr
     tip, axis = tool_poses(machine, (positions[1:] + positions[:-1]) / 2.0)
     centre = toolpath.centres(axes)
     middle = (centre[1:] + centre[:-1]) / 2.0
-    return np.linalg.norm(tip + zone.height * axis - middle, axis=1)
+    off = np.linalg.norm(tip + zone.height * axis - middle, axis=1)
+    moves = np.diff(positions, axis=0)
+    stands = (np.abs(moves[:, machine.linear_columns]) < STANDSTILL).all(axis=1)
+    whole = np.abs(np.remainder(moves[:, machine.rotary_columns] + np.pi, 2.0 * np.pi) - np.pi)
+    return np.where(stands & (whole < WHOLE_TURN).all(axis=1), 0.0, off)
