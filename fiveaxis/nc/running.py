@@ -11,9 +11,10 @@ from fiveaxis.findings import Finding, Place, Severity
 from fiveaxis.machine import Machine
 from fiveaxis.nc.axis_track import AxisTrack, Values
 from fiveaxis.nc.coordinates import Coordinates
-from fiveaxis.nc.interpreter import MACHINE_MOVES, Interpreter
+from fiveaxis.nc.interpreter import Interpreter
 from fiveaxis.nc.languages import split_program
 from fiveaxis.nc.modal import Modes
+from fiveaxis.nc.moves import MACHINE_MOVES
 from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.source import Source
 from fiveaxis.nc.units import Units

@@ -14,7 +14,7 @@ from fiveaxis.geometry import angle_between
 from fiveaxis.kinematics import tool_axes
 from fiveaxis.machine import Axis, Chain, Line, Machine, parse_code
 from fiveaxis.motion import PATH_TOLERANCE
-from fiveaxis.nc.interpreter import MACHINE_MOVES
+from fiveaxis.nc.moves import MACHINE_MOVES
 from fiveaxis.toolpath import MoveKind
 
 CUT, RAPID = MoveKind.CUT, MoveKind.RAPID
