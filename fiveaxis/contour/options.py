@@ -79,8 +79,9 @@ class PlanOptions:
         for name in foreign:
             if getattr(self, name) is not None:
                 other = "stepover" if raster else "strategy = 'raster' or leave it out"
+                unit = UNITS.get(name, "deg")
                 raise SettingError(
-                    f"{name} = {getattr(self, name):g} is no option of the {self.strategy} strategy; "
+                    f"{name} = {getattr(self, name):g} {unit} is no option of the {self.strategy} strategy; "
                     f"give {other}"
                 )
         if raster and self.spiral:

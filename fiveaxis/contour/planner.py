@@ -200,7 +200,7 @@ def _opened(levels: list[list[Pass]], linker: Linker, options: PlanOptions) -> L
     leads = {"lead_in": options.lead_in, "lead_out": options.lead_out}
     either_way = options.direction == "zigzag"
     best = open_passes(by_levels(levels, either_way=either_way), linker, **leads)
-    if options.order == "levels":
+    if options.order == "levels" or not best.passes:
         return best
     passes, below = islands(levels, options.frame[2])
     nearest = open_passes(Queue(passes, below, either_way), linker, **leads)

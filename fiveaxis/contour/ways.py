@@ -17,6 +17,8 @@ LIFTS = (1.0, 0.5, 0.2, 0.05, 0.01)
 DIRECTIONS, PLACES = 16, 24
 # Shares of the wanted radius of a lead's arc, best first.
 LEADS = (1.0, 0.5, 0.25)
+# mm, a pass's last step along the surface that has a direction.
+SHORTEST = 1e-6
 # mm, how far the straight moves along such an arc cut its corners, at most.
 ARC_DEPTH = 0.01
 
@@ -102,9 +104,12 @@ class Linker:
 
         Returns
         -------
-        None if no arc of these is clear, or none has a way to the clearance plane
+        None if no arc of these is clear, or none has a way to the clearance plane, or the pass has no
+        direction there
         """
         centre, normal = contact
+        if np.linalg.norm(np.cross(outward, normal)) < SHORTEST:
+            return None
         for share in LEADS:
             arc = quarter_arc(centre, normal, outward, share * radius)
             if self.space.clear(centre, *arc):

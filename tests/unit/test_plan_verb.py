@@ -81,7 +81,7 @@ def test_a_plan_in_words_has_the_same_figures():
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (("--stepover", "1"), "stepover = 1 is no option of the waterline strategy"),
+        (("--stepover", "1"), "stepover = 1 mm is no option of the waterline strategy"),
         (("--scallop", "9"), "scallop = 9 mm must be less than the ball's radius, 4 mm"),
         (("--strategy", "zigzag"), "plan.strategy = 'zigzag' must be 'waterline' or 'raster'"),
         (("--lead-in", "-1"), "plan.lead_in = -1.0 must be at least 0"),

@@ -6,7 +6,7 @@ import trimesh
 
 from fiveaxis.contour import plan_contour
 from fiveaxis.contour.distance import TriangleTree
-from fiveaxis.errors import SettingError, ToolError
+from fiveaxis.errors import MeshError, SettingError, ToolError
 from fiveaxis.geometry import angle_between
 from fiveaxis.toolpath import Tool, Toolpath
 
@@ -199,6 +199,18 @@ def test_a_closed_pass_counts_with_its_whole_way_round():
     assert plan_contour(post, Tool.ball(4), stepdown=2.0, min_length=0.999 * round_).ignored == {}
 
 
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"spiral": True, "scallop": 0.05, "lead_in": 1.0},
+        {"strategy": "raster", "order": "islands", "direction": "zigzag"},
+    ],
+)
+def test_the_same_input_gives_the_same_path_whatever_the_options(spool, options):
+    first, second = (plan_contour(spool, Tool.ball(6), **options) for _ in range(2))
+    assert first.pivot.tobytes() == second.pivot.tobytes()
+
+
 @pytest.mark.parametrize("text", ["bull:8:1", "flat:8", "taper:4:5:10", "barrel:16:85:3"])
 def test_cutters_that_are_no_balls_are_refused(text):
     from fiveaxis.toolpath import parse_tool
@@ -232,9 +244,12 @@ def test_lengths_below_zero_are_named_with_their_unit(name, value):
     [
         ({"strategy": "helix"}, "strategy = 'helix' is unknown; give 'waterline' or 'raster'"),
         ({"order": "random"}, "order = 'random' is unknown; give 'levels' or 'islands'"),
-        ({"stepover": 1.0}, "stepover = 1 is no option of the waterline strategy"),
-        ({"raster_angle": 0.0}, "raster_angle = 0 is no option of the waterline strategy"),
-        ({"strategy": "raster", "stepdown": 1.0}, "stepdown = 1 is no option of the raster .* give stepover"),
+        ({"stepover": 1.0}, "stepover = 1 mm is no option of the waterline strategy"),
+        ({"raster_angle": 0.0}, "raster_angle = 0 deg is no option of the waterline strategy"),
+        (
+            {"strategy": "raster", "stepdown": 1.0},
+            "stepdown = 1 mm is no option of the raster .* give stepover",
+        ),
         ({"strategy": "raster", "raster_angle": np.nan}, "raster_angle = nan deg is no angle"),
         ({"strategy": "raster", "spiral": True}, "spiral joins closed waterlines"),
         ({"scallop": 2.0}, "scallop = 2 mm must be less than the ball's radius, 2 mm"),
@@ -245,6 +260,12 @@ def test_lengths_below_zero_are_named_with_their_unit(name, value):
 def test_options_that_are_wrong_or_exclude_each_other_say_so(options, message):
     with pytest.raises(SettingError, match=message):
         plan_contour(trimesh.creation.box(), Tool.ball(4), **options)
+
+
+@pytest.mark.parametrize("options", [{"order": "islands"}, {"spiral": True}, {"scallop": 0.1}])
+def test_a_part_without_overhangs_says_so_whatever_the_options(options):
+    with pytest.raises(MeshError, match="has no overhanging wall on its sections"):
+        plan_contour(trimesh.creation.box(extents=[10.0] * 3), Tool.ball(4), overhang=True, **options)
 
 
 @pytest.mark.slow
