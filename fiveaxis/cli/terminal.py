@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -77,13 +78,17 @@ def parse_numbers(text: str, count: int, form: str, separator: str = ",") -> lis
     return values
 
 
+_PLACE = re.compile(r"((?:G[0-9.]+(?:P[0-9]+)?)?[A-Z])(.*)")
+
+
 def parse_places(name: str, text: str | None) -> dict[str, float] | None:
-    """Read places of axes, ``X18,Y74,Z0``."""
+    """Read places of axes, ``X18,Y74,Z0``; of one among several work offsets, ``G55X18``."""
     if text is None:
         return None
     try:
-        pairs = [(part.strip()[0].upper(), float(part.strip()[1:])) for part in text.split(",")]
-    except (ValueError, IndexError):
+        found = [_PLACE.match(part.strip().upper()) for part in text.split(",")]
+        pairs = [("" if f is None else f[1], float("" if f is None else f[2])) for f in found]
+    except ValueError:
         raise SettingError(f"{name} {text!r} isn't of the form X18,Y74,Z0") from None
     if len(dict(pairs)) < len(pairs):
         raise SettingError(f"{name} {text!r} names an axis twice")
