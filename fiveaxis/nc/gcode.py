@@ -76,6 +76,7 @@ def split_blocks(source: Source, *, block_delete: bool = False, quickly: bool = 
                 continue
             if block.g or block.m:
                 block = block._replace(tip_control=tip.take(block))
+                block = _without_fast_mode(block)
                 block = block if PLANE_WORDS.isdisjoint(block.g) else set_plane(block, source)
         yield block
 
@@ -128,6 +129,13 @@ def _any_block(source: Source, line: int, text: str, macro: Macro, block_delete:
         code = macro.take(code, line)
     block = _parse_block(source, line, code)
     return block if block.g or block.m or block.words else None
+
+
+def _without_fast_mode(block: Block) -> Block:
+    """Take ``G5 P10000`` for what it is on Fanuc, a mode of quick reading; with axis words it's a spline."""
+    if "G5" not in block.g or set(block.words) != {"P"}:
+        return block
+    return block._replace(g=tuple(w for w in block.g if w != "G5"), words=NO_WORDS, ignored=("G5",))
 
 
 def _without_comments(text: str) -> str:

@@ -53,13 +53,15 @@ HARMLESS = {
     **dict.fromkeys(("G5.1", "G187"), "smoothing, which stays within the control's tolerance"),
     "G91.1": "I, J, K count from the begin of the arc, as they are read",
     **dict.fromkeys(LEVELS, "the level to which cycles return"),
-    **dict.fromkeys(("G97",), "S counts in revolutions per minute"),
+    "G97": "S counts in revolutions per minute",
+    "G8": "looking ahead (Fanuc), or radii on a lathe (LinuxCNC): neither moves the tip",
 }
 
 # Letters that may stand beside a word and belong to it.
 PARAMETERS = {
     "G4": "P",
     "G5.1": "PQR",
+    "G8": "P",
     "G64": "PQ",
     "G187": "EP",
     "G43.4": "PQ",

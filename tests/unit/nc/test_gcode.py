@@ -46,6 +46,12 @@ def test_g_and_m_words_lose_their_leading_zeros_and_keep_their_order():
     assert block.words == {}
 
 
+def test_g5_with_p_alone_is_a_mode_and_no_spline():
+    mode, spline = blocks_of("N1 G05 P10000\nG5 X1 Y2 I3 J4 P5 Q6")
+    assert (mode.g, dict(mode.words), mode.ignored) == ((), {}, ("G5",))
+    assert spline.g == ("G5",)
+
+
 def test_lines_without_words_are_no_blocks():
     # Some posts of NX write the third line for the operator to fill in.
     text = "%\nO0001 (PART)\nO ENTER OP AND LAST 3 DIGITS\n\n(a comment)\n; another\nN10\nX1\n%"
