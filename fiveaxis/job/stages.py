@@ -294,7 +294,8 @@ def program_motion(solution: Solution, part: trimesh.Trimesh | None) -> ProgramM
     energy = {RESULT: motion_energy(machine, motion)}
     for name, baseline in solution.compared.items():
         angles = baseline.motion.positions[:, machine.rotary_columns]
-        energy[name] = motion_energy(machine, fill_in(toolpath, machine, angles)[1])
+        filled = fill_in(baseline.toolpath or toolpath, machine, angles)[1]
+        energy[name] = motion_energy(machine, filled)
     # An inserted location lies on a chord of the path, and no deeper than a chord may.
     allowed = Tolerances(gouge=Tolerances().chord_gouge)
     verdict = verify(motion, machine, path, part=part, tolerances=allowed)

@@ -23,6 +23,8 @@ from fiveaxis.posture.problem import VIOLATION_PRICE, Problem
 MOST_TURNS = 3
 # A linear axis that the other rotary angle moves by less than this (mm) has no levels to choose from.
 SMALLEST_SWING = 1e-3
+# mm; a swing below this is rounding.
+NO_SWING = 1e-12
 
 Swing = tuple[Array, Array, Array]
 
@@ -231,7 +233,8 @@ def other_angle(
     reached : (...)
     """
     a, b, c = swung
-    ratio = (level - a) / np.maximum(np.hypot(b, c), np.finfo(float).tiny)
+    # Where the swing is nothing at all, at the axis itself, no level but its own is reached.
+    ratio = (level - a) / np.maximum(np.hypot(b, c), NO_SWING)
     middle, half = np.arctan2(c, b), np.arccos(np.clip(ratio, -1.0, 1.0))
     angles = np.stack(np.broadcast_arrays(middle - half, middle + half), axis=-1)
     column = problem.machine.rotary_columns[coordinates.other]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from threadpoolctl import threadpool_limits
 
@@ -18,7 +20,9 @@ from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.posture.reach import unreachable
 from fiveaxis.posture.restarts import best_of_starts, leaning_paths
 from fiveaxis.posture.solution import Solution
-from fiveaxis.toolpath import Toolpath, for_tilt, tilt_bounds
+from fiveaxis.posture.winding import endless, winding_columns
+from fiveaxis.posture.wound import rewound_solution
+from fiveaxis.toolpath import TiltBounds, Toolpath, for_tilt, tilt_bounds
 
 # Links may turn this many times as far as cuts: nothing is touched there.
 LINK_SHARE = 3.0
@@ -69,7 +73,9 @@ def optimise(
 
     Returns
     -------
-    The solution with its baselines and a record of what the solver did.
+    The solution with its baselines and a record of what the solver did. Where a rotary axis has too few turns
+    for any way along the path, its toolpath holds links on which the axis is turned back, each with a finding
+    (`fiveaxis.posture.rewinding`).
 
     Raises
     ------
@@ -104,6 +110,27 @@ def optimise(
     if blocked:
         share = f"{len(blocked)} of {len(toolpath)} locations"
         raise Infeasible(f"{share} have no admissible posture on {machine.name}", blocked)
+    try:
+        return _solved(problem, toolpath, bounds, allowed, progress)
+    except Infeasible:
+        if not winding_columns(machine):
+            raise
+    # No way within its turns: the axis winds as far as the path wants, and is turned back where it is cheap.
+    problem = replace(problem, machine=endless(machine))
+    wound = _solved(problem, toolpath, bounds, allowed, progress)
+
+    def refine(narrow: Problem, start: Array) -> Array:
+        with threadpool_limits(limits=1):
+            return Portfolio(narrow, allowed, progress).refined_from("one turn less", start)
+
+    return rewound_solution(wound, problem, machine, refine)
+
+
+def _solved(
+    problem: Problem, toolpath: Toolpath, bounds: TiltBounds, allowed: Budget, progress: Progress | None
+) -> Solution:
+    """Find the cheapest path of a problem, and what it is compared with."""
+    machine = problem.machine
     compared, missing = find_baselines(toolpath, machine, bounds)
     run, optima = Portfolio(problem, allowed, progress), None
     # IPOPT's linear solver works on small blocks: threads of the BLAS under it only wait for each other.

@@ -76,10 +76,17 @@ class Optima:
 
 @dataclass(frozen=True, eq=False)
 class Baseline:
-    """A posture that the result is measured against."""
+    """A posture that the result is measured against.
+
+    Parameters
+    ----------
+    motion, energy : what it does and costs
+    toolpath : its locations, where they aren't those of the result, as each is rewound at places of its own
+    """
 
     motion: Motion
     energy: Energy
+    toolpath: Toolpath | None = None
 
 
 @dataclass(frozen=True, eq=False)

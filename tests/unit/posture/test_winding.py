@@ -16,7 +16,11 @@ from fiveaxis.kinematics import tool_poses, within_limits
 from fiveaxis.kinematics.windings import ON_LIMIT, TURN
 from fiveaxis.machine import Limits, Machine
 from fiveaxis.motion import fill_in, follow
-from fiveaxis.posture.winding import endless, plan_turns, rewound, winding_columns
+from fiveaxis.posture import Problem, optimise
+from fiveaxis.posture.refine import refine
+from fiveaxis.posture.rewinding import rewound
+from fiveaxis.posture.winding import endless, plan_turns, winding_columns
+from fiveaxis.posture.wound import fewer_turns
 from fiveaxis.toolpath import Tool, Toolpath, tilt_bounds
 
 HELIX_TURNS = 10
@@ -208,3 +212,41 @@ def test_only_axes_with_a_whole_turn_wind(hayashi):
     assert winding_columns(machine) == [machine.column("C")]
     assert endless(machine).axis("C").limits.unlimited
     assert endless(machine).axis("A") == machine.axis("A")
+
+
+def test_a_path_that_winds_further_than_c_can_is_optimised_with_rewinds(hayashi):
+    machine = limited(hayashi, 200.0)
+    path, _ = helix()
+    path = path.at(np.arange(80))
+    solution = optimise(path, machine, tilt=(15, 75), effort="quick")
+    assert solution.residuals()["limit"] <= 1e-9
+    assert solution.residuals()["tilt"] <= 1e-9
+    told = [f for f in solution.toolpath.findings if f.code == "rewind"]
+    assert 1 <= len(told) <= 3
+    for finding in told:
+        # What follows the location is the link on which the tool backs off.
+        assert solution.toolpath.kind[finding.place.location + 1] != 0
+    cuts = solution.motion.cutting
+    turned = np.abs(solution.motion.moves[cuts][:, machine.column("C")])
+    assert turned.max() <= np.radians(15.0) + 1e-9
+    for name, baseline in solution.compared.items():
+        assert solution.energy.total <= baseline.energy.total * (1.0 + 1e-9), name
+        # A baseline has its rewinds at places of its own.
+        fill_in(baseline.toolpath, machine, baseline.motion.positions[:, machine.rotary_columns])
+
+
+def test_a_path_is_drawn_into_fewer_turns_where_that_saves_a_rewind(hayashi):
+    """From -90 to 310 deg a range of ±200 deg needs a rewind; drawn in a little it needs none."""
+    machine = limited(hayashi, 200.0)
+    path, rotary = helix()
+    path, rotary = path.at(np.arange(41)), rotary[:41]
+    found = rewound(path, machine, rotary)
+    assert len(found.rewinds) == 1
+    problem = Problem.build(path, endless(machine), tilt_bounds(path, tilt=(5, 85)))
+
+    def refined(narrow: Problem, start: np.ndarray) -> np.ndarray:
+        return refine(narrow, start, iterations=100, barrier=1e-2).rotary
+
+    [drawn] = fewer_turns(problem, machine, rotary, found, refined)
+    assert rewound(path, machine, drawn).rewinds == ()
+    assert problem.violation(drawn) <= 1e-9
