@@ -8,9 +8,9 @@ from typing import Literal
 
 from fiveaxis.errors import ToolpathError
 from fiveaxis.machine import Machine
-from fiveaxis.nc.apt import read_apt
+from fiveaxis.nc.apt.reader import read_apt
+from fiveaxis.nc.control.program_toolpath import read_program_path
 from fiveaxis.nc.options import Positions, ReadOptions
-from fiveaxis.nc.program_toolpath import read_program_path
 from fiveaxis.nc.source import Source, load_source
 from fiveaxis.nc.table import read_points
 from fiveaxis.toolpath import Tool, Toolpath
@@ -54,8 +54,9 @@ def read_toolpath(
 
     Parameters
     ----------
-    path : ``.csv`` or ``.txt`` (see `fiveaxis.nc.table`), or APT: ``.apt .cls .clsf .ncl .aptsource`` (see
-        `fiveaxis.nc.apt`)
+    path : NC programs (``.nc .ngc .mpf .h …``, see `fiveaxis.nc.control.program_toolpath`), points (``.csv
+        .txt``, see `fiveaxis.nc.table`), or APT: ``.apt .cls .clsf .ncl .aptsource`` (see
+        `fiveaxis.nc.apt.reader`)
     tool : the cutter, in place of what the file says about it; by default the file's
     feed_mm_min : one feed for every location, *in place of* what the file says. By default the file's feeds
         are used, and 1000 mm/min where it has none.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from fiveaxis.nc.apt_statements import LONGEST_SHOWN
+from fiveaxis.nc.apt.statements import LONGEST_SHOWN
 from fiveaxis.nc.source import Source
 
 UNIT_WORDS = {

@@ -15,8 +15,8 @@ import fiveaxis as fx
 from fiveaxis.contour import path_quality
 from fiveaxis.kinematics import axis_positions, tool_poses
 from fiveaxis.motion import time_motion
-from fiveaxis.nc.klartext import split_klartext
-from fiveaxis.nc.sinumerik import split_sinumerik
+from fiveaxis.nc.languages.klartext import split_klartext
+from fiveaxis.nc.languages.sinumerik import split_sinumerik
 from fiveaxis.nc.source import Source
 from fiveaxis.posture.baselines import find_baselines
 from fiveaxis.toolpath import tilt_bounds

@@ -11,12 +11,12 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from fiveaxis.errors import ToolpathError
-from fiveaxis.nc import klartext, sinumerik
-from fiveaxis.nc.expressions import ExpressionError, evaluate
-from fiveaxis.nc.gcode import split_blocks
-from fiveaxis.nc.klartext import split_klartext
-from fiveaxis.nc.sinumerik import split_sinumerik
-from fiveaxis.nc.sinumerik_state import State
+from fiveaxis.nc.languages import klartext, sinumerik
+from fiveaxis.nc.languages.expressions import ExpressionError, evaluate
+from fiveaxis.nc.languages.iso import split_blocks
+from fiveaxis.nc.languages.klartext import split_klartext
+from fiveaxis.nc.languages.sinumerik import split_sinumerik
+from fiveaxis.nc.languages.sinumerik_state import State
 from fiveaxis.nc.source import Source
 
 QUIET = settings(deadline=None, derandomize=True, max_examples=150)

@@ -13,9 +13,9 @@ import fiveaxis as fx
 from fiveaxis.errors import MachineError, SettingError, ToolError, ToolpathError
 from fiveaxis.kinematics import linear_positions, tool_axes, tool_poses
 from fiveaxis.machine import Machine, load_machine
-from fiveaxis.nc.gcode import split_blocks
+from fiveaxis.nc.control.running import run_program
+from fiveaxis.nc.languages.iso import split_blocks
 from fiveaxis.nc.options import ReadOptions
-from fiveaxis.nc.running import run_program
 from fiveaxis.nc.source import Source
 
 QUIET = settings(

@@ -1,0 +1,1 @@
+"""APT and CLDATA: statements of CAM systems as toolpaths."""

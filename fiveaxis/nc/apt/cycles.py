@@ -1,0 +1,187 @@
+"""Drilling cycles of APT files, expanded to moves.
+
+While a cycle is on, each ``GOTO`` names a hole: the tool comes down to the clearance, feeds to the depth and
+goes back along its axis. Depths count from the named point: NX's ``FEDTO`` is an offset along the tool axis,
+negative into the material; ``DEPTH`` of Creo and the depth of a cycle without keywords are positive (Creo: CL
+Output for Holemaking Cycles; ISO 4343:2000, 10.8).
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from dataclasses import dataclass
+
+from fiveaxis.findings import Finding
+from fiveaxis.nc.apt.feedrate import FEED_WORDS
+from fiveaxis.nc.apt.remarks import note
+from fiveaxis.nc.apt.statements import LONGEST_SHOWN, Statement, part_minors
+from fiveaxis.nc.source import Source
+from fiveaxis.toolpath import MoveKind
+
+# Kinds of cycles, and whether the tool feeds out of the hole again.
+KINDS = {"DRILL": False, "DEEP": False, "BRKCHP": False, "FACE": False, "THRU": False, "BORE": False}
+KINDS |= {"TAP": True, "REAM": True}
+
+# Kinds that come out between steps, of which only the last one is made.
+PECKING = {"DEEP", "BRKCHP"}
+
+DEPTH, BACK = ("DEPTH", "FEDTO"), ("RTRCTO", "RETURN")
+CLEAR = ("CLEAR", "RAPTO")
+
+# Words of a cycle that change no way, and how many numbers follow them at most.
+SIDE_WORDS = {"DWELL": 1, "REV": 1, "STEP": 1, "INCR": 1, "TIMES": 1, "ORIENT": 1, "CAM": 1, "OPTION": 1}
+SIDE_WORDS |= {"AUTO": 0, "MANUAL": 0, "ON": 0}
+
+
+@dataclass
+class Cycle:
+    """What a cycle does at each hole.
+
+    Parameters
+    ----------
+    statement : where it is stated
+    kind : what is done, a key of `KINDS`
+    depth : from the named point into the material, unit of the file
+    clear, rapto : above the named point, where the feed begins; the second where the first isn't given
+    back : above the named point, where the tool goes back to
+    feed : number and word of its own feed, None for that of ``FEDRAT``
+    pecks : whether steps in between are left out
+    signed : whether the depth came as a positive ``FEDTO``
+    """
+
+    statement: Statement
+    kind: str
+    depth: float = math.nan
+    clear: float | None = None
+    rapto: float | None = None
+    back: float | None = None
+    feed: tuple[float, str] | None = None
+    pecks: bool = False
+    signed: bool = False
+
+    @property
+    def feeds_out(self) -> bool:
+        """Whether the tool comes back at the feed."""
+        return KINDS[self.kind]
+
+    def heights(self) -> tuple[float, float, float]:
+        """Give heights above the named point: where the feed begins, where it ends, where the tool goes."""
+        clear = max((self.rapto if self.clear is None else self.clear) or 0.0, 0.0)
+        return clear, -self.depth, max(self.back or 0.0, 0.0) or clear
+
+
+def read_cycle(statement: Statement, source: Source) -> Cycle:
+    """Read a ``CYCLE`` that starts drilling.
+
+    Raises
+    ------
+    ToolpathError
+        A kind or a word that isn't known, a number that belongs to no word, no depth.
+    """
+    parts = deque(part_minors([m for m in statement.minors if m]))
+    kinds = []
+    while parts and parts[0] in KINDS:
+        kinds.append(parts.popleft())
+    if not kinds:
+        known = ", ".join(KINDS)
+        raise statement.error(
+            source, f"is a cycle that isn't expanded; known: {known}; write its moves as GOTO"
+        )
+    cycle = Cycle(statement, str(kinds[-1] if kinds[-1] not in PECKING else kinds[0]))
+    cycle.pecks = bool(PECKING & set(kinds))
+    _take_parts(cycle, parts, source)
+    if not math.isfinite(cycle.depth):
+        raise statement.error(source, "has no depth; write DEPTH or FEDTO and a number, or GOTO points")
+    if not all(math.isfinite(h) for h in cycle.heights()):
+        raise statement.error(source, "has a height that isn't finite; correct it")
+    return cycle
+
+
+def _take_parts(cycle: Cycle, parts: deque[float | str], source: Source) -> None:
+    bare: list[float] = []
+    while parts:
+        part = parts.popleft()
+        if isinstance(part, float):
+            bare.append(part)
+        elif part in SIDE_WORDS:
+            for _ in range(SIDE_WORDS[part]):
+                if parts and isinstance(parts[0], float):
+                    parts.popleft()
+        elif part in FEED_WORDS and len(bare) == 2:
+            # Depth, feed, unit: the order of Creo's fixed format. Others write the unit first.
+            cycle.feed = (bare.pop(), part)
+        elif part in BACK and not (parts and isinstance(parts[0], float)):
+            pass  # RTRCTO,AUTO: the clearance
+        else:
+            _take_couplet(cycle, part, parts, source)
+    _take_bare(cycle, bare, source)
+
+
+def _take_couplet(cycle: Cycle, word: str, parts: deque[float | str], source: Source) -> None:
+    """Take a word and the number that follows it."""
+    if word not in (*DEPTH, *CLEAR, *BACK, *FEED_WORDS):
+        raise cycle.statement.error(
+            source, f"has the word {word[:LONGEST_SHOWN]!r}, which isn't known; write GOTO points"
+        )
+    number = parts.popleft() if parts else None
+    if not isinstance(number, float):
+        raise cycle.statement.error(source, f"has no number after {word}; add it")
+    if word in FEED_WORDS:
+        cycle.feed = (number, word)
+    elif word in DEPTH:
+        cycle.depth, cycle.signed = abs(number), word == "FEDTO" and number > 0.0
+    elif word in BACK:
+        cycle.back = max(number, cycle.back or 0.0)
+    elif word == "CLEAR":
+        cycle.clear = number
+    else:
+        # Beside CLEAR this is a further advance at rapid, which changes no place; alone it is the clearance.
+        cycle.rapto = number
+
+
+def _take_bare(cycle: Cycle, bare: list[float], source: Source) -> None:
+    """Take the numbers without a word: the depth, then the clearance."""
+    clear_of_kind = 2 if cycle.kind in ("DRILL", "BORE", "REAM", "FACE") and not cycle.pecks else 1
+    known = [] if not math.isnan(cycle.depth) else ["depth"]
+    if cycle.feed is not None and cycle.clear is None:
+        known.append("clear")
+    if len(bare) > min(len(known), clear_of_kind):
+        shown = ", ".join(f"{number:g}" for number in bare)
+        raise cycle.statement.error(
+            source,
+            f"has numbers of unknown meaning: {shown[:LONGEST_SHOWN]}; name them (DEPTH, CLEAR)",
+        )
+    for name, number in zip(known, bare, strict=False):
+        setattr(cycle, name, abs(number))
+
+
+def hole_points(cycle: Cycle, point: list[float], vector: list[float]) -> list[tuple[list[float], MoveKind]]:
+    """Place approach, feed to the depth and retract of a hole, along the tool axis.
+
+    Parameters
+    ----------
+    point, vector : the place that the hole's ``GOTO`` names, unit of the file, and the tool vector
+    """
+    length = math.hypot(*vector)
+    # A vector that is no direction is kept for the reader's own check of all vectors.
+    axis = [component / length for component in vector] if length > 0.0 else vector
+    clear, bottom, back = cycle.heights()
+    out = MoveKind.CUT if cycle.feeds_out else MoveKind.RAPID
+    heights = ((clear, MoveKind.RAPID), (bottom, MoveKind.CUT), (back, out))
+    return [
+        ([p + height * component for p, component in zip(point, axis, strict=True)], kind)
+        for height, kind in heights
+    ]
+
+
+def remark_on_cycle(cycle: Cycle, source: Source) -> list[Finding]:
+    """Say what was assumed about a cycle, or left out."""
+    remarks = {
+        "cycle-simplified": cycle.pecks and "the steps of the cycle are read as one feed to its depth",
+        "cycle-depth": cycle.signed and f"FEDTO,{cycle.depth:g} is read as a depth below the GOTO point",
+        "cycle-clearance": cycle.clear is None
+        and cycle.rapto is None
+        and "the cycle states no clearance: it feeds from its GOTO point",
+    }
+    return [note(code, text, cycle.statement.line, source) for code, text in remarks.items() if text]

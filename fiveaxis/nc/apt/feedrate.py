@@ -1,0 +1,137 @@
+"""Feeds of an APT file: ``FEDRAT`` with number and unit in either order."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from fiveaxis.geometry import Array
+from fiveaxis.nc.apt.statements import LONGEST_SHOWN
+from fiveaxis.nc.rows import DEFAULT_FEED, MILLIMETRES, parse_number
+from fiveaxis.nc.source import Source
+from fiveaxis.nc.units import Units
+
+# Feed word -> length unit (None: the file's) and whether it counts per revolution of the spindle.
+FEED_WORDS: dict[str, tuple[str | None, bool]] = {
+    "MMPM": ("mm", False),
+    "IPM": ("inch", False),
+    "PERMIN": (None, False),
+    "MMPR": ("mm", True),
+    "IPR": ("inch", True),
+    "PERREV": (None, True),
+}
+
+# Words of SPINDL whose number isn't the speed.
+SPINDLE_WORDS = ("RANGE", "MAXRPM", "ORIENT", "RADIUS", "OSETNO")
+
+
+@dataclass
+class Feeds:
+    """The feed in force while a file is read.
+
+    Parameters
+    ----------
+    source : the file
+    asked : mm/min, a feed of the caller that replaces the file's everywhere
+    now, first : mm/min, the last and the first ``FEDRAT``, None before that
+    spindle : rev/min, None where the file hasn't said
+    """
+
+    source: Source
+    asked: float | None
+    now: float | None = None
+    first: float | None = None
+    spindle: float | None = None
+
+    def state(self, minors: list[str], line: int, units: Units) -> None:
+        """Take a ``FEDRAT`` statement; ``units`` learns of feeds in inches.
+
+        Raises
+        ------
+        ToolpathError
+            No number or several, an unknown word, a feed per revolution at an unknown speed, a feed that
+            isn't above 0.
+        """
+        feed = self.convert(minors, line, units)
+        if feed is not None:
+            self.now = feed
+            self.first = self.first or feed
+
+    def convert(self, minors: list[str], line: int, units: Units) -> float | None:
+        """Read a number and its unit as a feed in mm/min, None where the caller has given one for the path.
+
+        Raises
+        ------
+        ToolpathError
+            As for `state`.
+        """
+        number, unit, per_turn = self._read(minors, line)
+        if unit is None:
+            units.use(line)
+        elif unit == "inch" and units.inch_feed_line is None:
+            units.inch_feed_line = line
+        if self.asked is not None:
+            return None
+        feed = number * MILLIMETRES[unit or units.now] * (self._turns(minors, line) if per_turn else 1.0)
+        if not (math.isfinite(feed) and feed > 0.0):
+            raise self.source.error(f"feed = {feed:g} mm/min; it must be a number above 0", line)
+        return feed
+
+    def turn(self, minors: list[str]) -> None:
+        """Take a ``SPINDL`` statement: its only number is the speed, if it is one in rev/min.
+
+        Numbers that belong to a word of `SPINDLE_WORDS` aren't speeds. Several numbers leave the speed
+        unknown, so that no feed per revolution is made from the wrong one.
+        """
+        parts = [m for i, m in enumerate(minors) if i == 0 or minors[i - 1] not in SPINDLE_WORDS]
+        numbers, words = _sort(parts)
+        if {"OFF", "SFM", "SMM"} & set(words) or len(numbers) > 1:
+            self.spindle = None
+        elif len(numbers) == 1:
+            self.spindle = abs(numbers[0])
+
+    def fill(self, feeds: Array) -> Array:
+        """Give every location a feed, (n,) mm/min: before the first ``FEDRAT`` the feed of that one.
+
+        Parameters
+        ----------
+        feeds : (n,), what was in force at each location, NaN for nothing
+        """
+        if self.asked is not None:
+            return np.full(len(feeds), self.asked)
+        return np.where(np.isnan(feeds), self.first or DEFAULT_FEED, feeds)
+
+    def _read(self, minors: list[str], line: int) -> tuple[float, str | None, bool]:
+        numbers, words = _sort(minors)
+        text = f"FEDRAT/{','.join(minors)}"[:LONGEST_SHOWN]
+        unknown = [w for w in words if w not in FEED_WORDS]
+        if unknown:
+            raise self.source.error(
+                f"{text}: {unknown[0][:LONGEST_SHOWN]!r} isn't known; known: {', '.join(FEED_WORDS)}", line
+            )
+        if len(numbers) != 1 or len(words) > 1:
+            raise self.source.error(f"{text}: one number and at most one unit are needed", line)
+        unit, per_turn = FEED_WORDS[words[0]] if words else (None, False)
+        return numbers[0], unit, per_turn
+
+    def _turns(self, minors: list[str], line: int) -> float:
+        if self.spindle is None:
+            raise self.source.error(
+                f"FEDRAT/{','.join(minors)} counts per revolution, and no SPINDL before it gives rev/min; "
+                "write the feed per minute, or give one feed for the path (feed_mm_min)",
+                line,
+            )
+        return self.spindle
+
+
+def _sort(minors: list[str]) -> tuple[list[float], list[str]]:
+    """Part numbers from words."""
+    numbers, words = [], []
+    for part in minors:
+        try:
+            numbers.append(parse_number(part))
+        except ValueError:
+            words.append(part)
+    return numbers, words

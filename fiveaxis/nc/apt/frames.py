@@ -1,0 +1,152 @@
+"""Frames of an APT file: what its coordinates count from.
+
+Each operation of a file may state a frame, all of them in one base: ``MSYS`` (NX) gives the origin and the
+first two axes, ``MCS`` three axes and the origin, ``CSYS`` (Creo, SolidWorks) and CATIA's ``$$*CATIA0`` the
+rows of a matrix with the origin as last column. Coordinates and tool vectors are those of the frame stated
+last. A path has one frame, the first; what follows another one is mapped into it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from fiveaxis.findings import Finding
+from fiveaxis.geometry import Array, inverse_transform
+from fiveaxis.nc.apt.remarks import note
+from fiveaxis.nc.apt.statements import CATIA_FRAME, CREO, Statement
+from fiveaxis.nc.rows import LARGEST_POSITION
+from fiveaxis.nc.source import Source
+
+# So far may the axes of a frame be from unit length and from a right angle: files write at least 4 decimals.
+FRAME_TOLERANCE = 1e-3
+
+# Frames nearer than this, in their own unit, are the same one printed twice.
+SAME_FRAME = 1e-9
+
+FRAME_WORDS = ("MSYS", "MCS", "CSYS", f"{CREO}CSYS", CATIA_FRAME, "ORIGIN", "TRANS")
+
+
+@dataclass
+class Frames:
+    """The frames stated so far.
+
+    Parameters
+    ----------
+    source : the file
+    world : whether coordinates stay in the base, whatever frame is stated (``TRNTYP/WORLD`` of SolidWorks)
+    first, last : statement of each word, and its transform if it could be understood
+    changes : row and transform, from that row's frame to the first one
+    """
+
+    source: Source
+    world: bool = False
+    first: dict[str, tuple[Statement, Array | None]] = field(default_factory=dict)
+    last: dict[str, tuple[Statement, Array | None]] = field(default_factory=dict)
+    changes: list[tuple[int, Array]] = field(default_factory=list)
+    findings: list[Finding] = field(default_factory=list)
+
+    def set_type(self, statement: Statement) -> None:
+        """Take ``TRNTYP``: SolidWorks writes the world's coordinates after ``TRNTYP/WORLD``."""
+        self.world = statement.minors[:1] == ["WORLD"]
+
+    def state(self, statement: Statement, rows: int) -> None:
+        """Take a frame; ``rows`` locations came before it.
+
+        Raises
+        ------
+        ToolpathError
+            It differs from the one before, and it or that one can't be understood.
+        """
+        word = statement.word
+        now = (statement, _transform(statement))
+        before = self.last.get(word)
+        self.last[word] = now
+        if rows == 0:
+            self.first[word] = now
+        elif before is None or word not in self.first:
+            raise statement.error(
+                self.source, "gives a frame after locations without one; write one file for each frame"
+            )
+        elif not _same(before, now):
+            self._change(now, rows)
+
+    def _change(self, now: tuple[Statement, Array | None], rows: int) -> None:
+        statement, transform = now
+        first, base = self.first[statement.word]
+        if self.world:
+            self._note(
+                "frame-unused",
+                f"{statement.word} differs from the one on line {first.line}; it is taken as a remark, "
+                "because TRNTYP/WORLD says that coordinates stay in one frame",
+                statement.line,
+            )
+            return
+        if transform is None or base is None or len(self.last) > 1:
+            raise statement.error(
+                self.source, f"changes the frame given on line {first.line}; write one file for each frame"
+            )
+        self.changes.append((rows, inverse_transform(base) @ transform))
+        self._note(
+            "frame-mapped",
+            f"{statement.word} changes the frame; locations from here on are mapped into the one of line "
+            f"{first.line}",
+            statement.line,
+        )
+
+    def _note(self, code: str, message: str, line: int) -> None:
+        self.findings.append(note(code, message, line, self.source))
+
+    def apply(self, positions: Array, vectors: Array) -> None:
+        """Map what came after a change into the first frame, in place.
+
+        Parameters
+        ----------
+        positions, vectors : (n, 3), in the unit of the file; tool vectors
+        """
+        begins = [row for row, _ in self.changes]
+        for (row, transform), end in zip(self.changes, [*begins[1:], len(positions)], strict=False):
+            rotation = transform[:3, :3].T
+            positions[row:end] = positions[row:end] @ rotation + transform[:3, 3]
+            vectors[row:end] = vectors[row:end] @ rotation
+
+
+def _same(a: tuple[Statement, Array | None], b: tuple[Statement, Array | None]) -> bool:
+    if a[1] is None or b[1] is None:
+        return a[0].minors == b[0].minors
+    return bool(np.abs(a[1] - b[1]).max() <= SAME_FRAME)
+
+
+def _transform(statement: Statement) -> Array | None:
+    """Read a frame as a transform to the base, (4, 4); None for a form that isn't known."""
+    try:
+        numbers = np.array([float(m) for m in statement.minors])
+    except ValueError:
+        return None
+    if not np.all(np.abs(numbers) <= LARGEST_POSITION):
+        return None
+    frame = np.eye(4)
+    if statement.word == "MSYS" and len(numbers) == 9:
+        frame[:3, 3] = numbers[:3]
+        frame[:3, 0], frame[:3, 1] = numbers[3:6], numbers[6:]
+        frame[:3, 2] = np.cross(numbers[3:6], numbers[6:])
+    elif statement.word == "MCS" and len(numbers) == 12:
+        frame[:3, :] = numbers.reshape(4, 3).T
+    elif statement.word in ("CSYS", f"{CREO}CSYS", CATIA_FRAME) and len(numbers) == 12:
+        frame[:3, :] = numbers.reshape(3, 4)
+    else:
+        return None
+    return frame if _is_rigid(frame) else None
+
+
+def _is_rigid(frame: Array) -> bool:
+    """Tell whether a transform turns and moves only; its axes are made exact if it does."""
+    rotation = frame[:3, :3]
+    if not (np.abs(rotation).max() < 2.0 and np.linalg.det(rotation) > 0.0):
+        return False
+    if np.abs(rotation @ rotation.T - np.eye(3)).max() > FRAME_TOLERANCE:
+        return False
+    u, _, vt = np.linalg.svd(rotation)
+    frame[:3, :3] = u @ vt
+    return True

@@ -1,0 +1,241 @@
+"""From blocks to rows: what RS274/NGC says of each word, whatever the control's language.
+
+A row's X, Y and Z are positions of the machine's axes or, under tool centre point control and in a tilted
+plane, the place of the tool's tip on the workpiece (`fiveaxis.nc.control.coordinates`). Where one becomes the
+other, the program doesn't say where the axes are until it names them again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from fiveaxis.findings import Severity
+from fiveaxis.nc.control.axis_track import NO_MOVE, Counting
+from fiveaxis.nc.control.modal import CYCLES, END, HARMLESS, PARAMETERS
+from fiveaxis.nc.control.moves import STRAIGHT, Moves
+from fiveaxis.nc.control.whereabouts import CUT, RAPID, Switch
+from fiveaxis.nc.languages.block import Block
+from fiveaxis.nc.languages.planes import Plane
+from fiveaxis.nc.languages.unknown_words import unknown_word
+from fiveaxis.nc.rows import LARGEST_POSITION, MILLIMETRES
+
+# Letters that may stand in any block: F acts, the others are counted.
+COUNTED = "STDHO"
+
+# s: a longer dwell is likelier one in ms, as Fanuc controls count P without a decimal point.
+LONGEST_DWELL = 60.0
+
+_PLAIN_MOTION = {(): None, ("G0",): "G0", ("G1",): "G1"}
+# What the rest of a block is where it has nothing but motion and words.
+_NOTHING_ELSE = tuple(Block(0))[4:]
+
+
+@dataclass
+class Interpreter(Moves):
+    """A control that writes down where its axes go."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        self.plain = False
+
+    def run(self, blocks: Iterable[Block]) -> int | None:
+        """Act on blocks up to the one that ends the program; give its line.
+
+        Raises
+        ------
+        ToolpathError
+            With file and line: a word that isn't read or doesn't fit, a move that isn't determined.
+        """
+        for block in blocks:
+            if not (self.plain and self._take_plainly(block)) and self.take(block):
+                return block.line
+        return None
+
+    def take(self, block: Block) -> bool:
+        """Act on a block; tell whether it ends the program.
+
+        Raises
+        ------
+        ToolpathError
+            As `run`.
+        """
+        if block.skipped:
+            self.ignored["/"] += 1
+            return False
+        for finding in block.findings:
+            self._keep(finding)
+        self.modes.take(block)
+        self._change_coordinates(block)
+        axes = [letter for letter in block.words if self._knows(letter, block)]
+        self._count(block)
+        if axes:
+            self.modes.units.use(block.line)
+        if "G4" in block.g:
+            self._wait(block)
+        elif "G28" in block.g or "G30" in block.g:
+            self._go_home(axes, block)
+        elif axes or block.vector or self._is_arc(block) or self._points(block):
+            self._move(axes, block)
+        elif "G53" in block.g:
+            self.ignored["G53"] += 1
+        self._look_for_plain_blocks()
+        return any(word in END for word in block.m)
+
+    def _look_for_plain_blocks(self) -> None:
+        """See whether the next block may take the short way: everything known, nothing special in force."""
+        modes, track = self.modes, self.track
+        self.plain = (
+            self.quickly
+            and not modes.incremental
+            and not self.coordinates.turned
+            and not modes.vectors
+            and modes.feed_mode != "G95"
+            and not self.fixed_feed
+            and track.vector is None
+            and bool(track.rows)
+            and None not in track.now
+            and self.switch is None
+        )
+        scale = MILLIMETRES[modes.units.now]
+        self.scales = [1.0 if a.is_rotary else scale for a in track.machine.axes]
+
+    def _take_plainly(self, block: Block) -> bool:
+        """Act on a block of axis words and F, with G0, G1 or neither; tell whether it was one."""
+        line, g, m, words = block[:4]
+        modes, track = self.modes, self.track
+        if m or block[4:] != _NOTHING_ELSE or g not in _PLAIN_MOTION:
+            return False
+        motion = _PLAIN_MOTION[g] or modes.motion
+        feed = words.get("F")
+        if motion not in STRAIGHT or (feed is not None and feed <= 0.0):
+            return False
+        columns, scales, offsets = self.columns, self.scales, self.coordinates.offsets
+        target, named = track.now.copy(), 0
+        for letter, word in words.items():
+            column = columns.get(letter)
+            if column is None:
+                if letter != "F":
+                    return False
+                continue
+            value = word * scales[column] + offsets[column]
+            if not -LARGEST_POSITION <= value <= LARGEST_POSITION:
+                return False
+            target[column] = value
+            named += 1
+        stays = target == track.now
+        time = None
+        if motion == "G1" and not stays:
+            if modes.feed_mode == "G93":
+                if feed is None:
+                    return False
+                time, speed = 60.0 / feed, None
+            else:
+                if (feed or modes.feed) is None:
+                    return False
+                speed = (feed or modes.feed) / 60.0  # type: ignore[operator]
+        modes.motion = motion
+        modes.feed = feed or modes.feed
+        if named == 0:
+            return True
+        if stays:
+            self.ignored[NO_MOVE] += 1
+        elif motion == "G0":
+            track.rows.append((target, line, RAPID, None, None, track.counting, None, None))
+            track.now = target
+        else:
+            track.rows.append((target, line, CUT, time, speed, track.counting, None, None))
+            track.now = target
+        return True
+
+    def _change_coordinates(self, block: Block) -> None:
+        """Take what a block does to the coordinates: work offset, plane, tip control.
+
+        Places known so far are carried over, or forgotten where the program doesn't tell them.
+        """
+        at, track = self.coordinates, self.track
+        changes = block.frame is not None or self.modes.frame != at.frame
+        if block.tip_control is None and not changes:
+            self._count_length()
+            return
+        was_of_tip = at.of_tip
+        at.frame = self.modes.frame
+        if block.tip_control is not None:
+            at.tip_control = block.tip_control
+        if block.frame is not None:
+            scale = MILLIMETRES[self.modes.units.now]
+            self.modes.units.use(block.line)
+            new = Plane(np.array(block.frame.origin) * scale, block.frame.rotation)
+            at.plane = new if block.frame.kind == "set" else at.plane.then(new)
+        at.settle()
+        if at.of_tip != was_of_tip:
+            in_cut = bool(track.rows) and track.rows[-1][2] == CUT
+            self.switch = Switch(block.line, in_cut, at.of_tip)
+            track.now = at.exchange(track.now, to_tip=at.of_tip)
+            track.vector = track.vector if at.of_tip else None
+        self.turned_local = at.to_local(track.now)
+        self._count_length()
+
+    def _count_length(self) -> None:
+        modes = self.modes
+        if self.coordinates.of_tip:
+            self.track.counting = Counting.TIP
+        else:
+            self.track.counting = Counting.COMPENSATED if modes.compensated else Counting.AXES
+
+    def _is_arc(self, block: Block) -> bool:
+        """Tell whether a block without axis words is an arc: a full circle."""
+        arcs = self.modes.motion in ("G2", "G3")
+        return arcs and (block.centre is not None or not block.words.keys().isdisjoint("IJKR"))
+
+    def _knows(self, letter: str, block: Block) -> bool:
+        """Tell whether a letter is an axis; refuse it if it's nothing that can stand in the block."""
+        if letter in self.columns:
+            return True
+        if letter == "F" or letter in COUNTED:
+            return False
+        home = "G28" in block.g or "G30" in block.g
+        if letter in "IJKR" and self.modes.motion in ("G2", "G3") and not home:
+            return False
+        if letter in "IJK" and self._has_vectors and not home:
+            return False
+        acting = (*block.g, *block.m, self.modes.motion if self.modes.motion in CYCLES else "")
+        if any(letter in PARAMETERS.get(word, "") for word in acting):
+            return False
+        raise unknown_word(self.source, self.track.machine, letter, block, stand_in=self.stand_in)
+
+    def _count(self, block: Block) -> None:
+        if "O" in block.words and self.ignored["O"]:
+            raise self.source.error("a second program begins; write one file for each", block.line)
+        switches = block.tip_control is not None
+        self.ignored.update(word for word in block.g if word in HARMLESS)
+        self.ignored.update(word for word in block.m if word not in END and not switches)
+        self.ignored.update(letter for letter in block.words if letter in COUNTED)
+        self.ignored.update(block.ignored)
+
+    def _wait(self, block: Block) -> None:
+        others = [c for c in block.words if c in self.columns or c in "IJKR"]
+        time = block.words.get("P")
+        if time is None or others:
+            raise self.source.error(
+                "G4 is read as a dwell of P seconds, in a block without moves; write it so", block.line
+            )
+        if time < 0.0:
+            raise self.source.error(f"G4 P{time:g}; a dwell can't be negative", block.line)
+        if time > LONGEST_DWELL:
+            self.note(
+                Severity.WARNING,
+                "long-dwell",
+                f"G4 P{time:g} is taken as seconds; if it is meant as ms, write s",
+                block.line,
+            )
+        if not self.modes.for_motion:
+            self.ignored["G4"] += 1
+        elif None in self.track.now:
+            self.ignored["G4 before the motion begins"] += 1
+        else:
+            self._begin(block.line)
+            kind = self.track.rows[-1][2]
+            self.track.add(self.track.now, block.line, kind, time)

@@ -1,0 +1,260 @@
+"""What G and M words mean to the reader of programs, and what stays in force.
+
+Words fall into four kinds: those that act (`ACTING`), those that change nothing in what is read
+(`HARMLESS`), those that would change the way and aren't read (`REFUSED`), and all others, which are refused
+as unknown. An M word moves no axis here, but those of `REFUSED` do.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from fiveaxis.nc.languages.block import Block
+from fiveaxis.nc.source import Source
+from fiveaxis.nc.units import Units
+
+MOTION = ("G0", "G1", "G2", "G3")
+UNIT = {"G20": "INCH", "G70": "INCH", "G21": "MM", "G71": "MM"}
+FRAMES = ("G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3")
+# Of these P tells which: G54.1 P3 (Fanuc), G154 P3 (Haas).
+MORE_FRAMES = ("G54.1", "G154")
+# M99 and M17 end a subprogram, and a main program begins again after M99: its moves are the same.
+END = ("M2", "M30", "M99", "M17")
+# Drilling, boring and tapping: word -> whether the tool comes back at feed. Left out of the way are the stops
+# in between (G73, G83) and what moves no tip (dwells, the orientation of G76 and G87, the thread's reversal).
+CYCLES = {
+    **dict.fromkeys(("G73", "G81", "G82", "G83", "G86", "G88"), False),
+    **dict.fromkeys(("G74", "G84", "G85", "G89"), True),
+    **dict.fromkeys(("G76", "G87"), False),
+}
+LEVELS = ("G98", "G99")
+TIP_ON = ("G43.4", "G43.5", "G234", "G141", "M128", "M428")
+
+# Words of one group contradict each other in one block.
+GROUPS: tuple[tuple[str, ...], ...] = (
+    (*MOTION, *CYCLES),
+    ("G17", "G18", "G19"),
+    tuple(UNIT),
+    ("G90", "G91"),
+    ("G93", "G94", "G95"),
+    (*FRAMES, *MORE_FRAMES),
+    ("G43", "G43.4", "G43.5", "G234", "G49"),
+    ("G4", "G28", "G30"),
+)
+
+# Word -> what it is taken for. None of these moves an axis or shifts a position.
+HARMLESS = {
+    **dict.fromkeys(("G40", "G15", "G50"), "switches off what isn't read when it is on"),
+    **dict.fromkeys(("G140", "G174"), "switches tool centre point control off, if it is on"),
+    "G80": "ends a cycle, and the motion in force with it",
+    **dict.fromkeys(("G43", "G49"), "the words count for the tool length that the machine model has"),
+    **dict.fromkeys(("G9", "G61", "G61.1", "G64"), "corners are taken as programmed, not as blended"),
+    **dict.fromkeys(("G5.1", "G187"), "smoothing, which stays within the control's tolerance"),
+    "G91.1": "I, J, K count from the begin of the arc, as they are read",
+    **dict.fromkeys(LEVELS, "the level to which cycles return"),
+    "G97": "S counts in revolutions per minute",
+    "G8": "looking ahead (Fanuc), or radii on a lathe (LinuxCNC): neither moves the tip",
+}
+
+# Letters that may stand beside a word and belong to it.
+PARAMETERS = {
+    "G4": "P",
+    "G5.1": "PQR",
+    "G8": "P",
+    "G64": "PQ",
+    "G187": "EP",
+    "G43.4": "PQ",
+    "G43.5": "PQ",
+    "G54.1": "P",
+    "G154": "P",
+    "G30": "P",
+    "M19": "PRQ",
+    **dict.fromkeys(CYCLES, "RPQIJKL"),
+}
+
+_CYCLE = "is a cycle, which isn't expanded; let the CAM system write its moves"
+_RADIUS = "shifts the way by the tool's radius; let the CAM system write the way of the tool's centre"
+_CURVE = "is a curve or a thread, which isn't read; let the CAM system write G1, G2 and G3"
+_PROBE = "stops where a probe touches, so its end isn't in the program; take it out"
+_SHIFT = "shifts, turns or scales the coordinates, which isn't read; post without it"
+_CALL = "calls or ends a subprogram, which isn't run; post one program with all moves"
+_USER = (
+    "switches to kinematics of the user's own on LinuxCNC, which nobody here knows; M428 is tool centre "
+    "point control, M429 none"
+)
+
+REFUSED = {
+    **dict.fromkeys(("G41", "G42", "G41.1", "G42.1", "G41.2", "G42.2"), _RADIUS),
+    **dict.fromkeys(("G5", "G5.2", "G5.3", "G6.2", "G33", "G33.1", "G33.2"), _CURVE),
+    **dict.fromkeys(("G31", "G38.2", "G38.3", "G38.4", "G38.5"), _PROBE),
+    **dict.fromkeys(("G7", "G10", "G16", "G50.1", "G51", "G51.1", "G52", "G54.2", "G54.4"), _SHIFT),
+    **dict.fromkeys(("G68", "G68.1", "G68.3", "G68.4", "G92", "G92.1", "G92.2", "G92.3"), _SHIFT),
+    **dict.fromkeys(("G65", "G66", "G67", "M96", "M97", "M98", "M198"), _CALL),
+    "G90.1": "makes I, J, K absolute, which isn't read; post them as the way from the begin of the arc",
+    "M430": _USER,
+}
+
+# What is refused in a motion only: there every row is timed, and what a cycle's stops and ways back take
+# depends on the control's parameters.
+REFUSED_IN_MOTION = {
+    **dict.fromkeys(CYCLES, _CYCLE),
+    "G30": "goes to a second reference, whose place isn't in the program; write G0 with its coordinates",
+    **dict.fromkeys(("G68.2", "G53.1"), _SHIFT),
+}
+
+ACTING = frozenset(
+    (
+        *(*MOTION, *CYCLES, "G4", "G17", "G18", "G19", *UNIT, "G28", "G30", "G53", *FRAMES, *MORE_FRAMES),
+        *("G90", "G91", "G93", "G94", "G95", *TIP_ON, "G68.2", "G53.1", "G69"),
+    )
+)
+
+
+@dataclass
+class Modes:
+    """What is in force while a program is read.
+
+    Parameters
+    ----------
+    source, units : the file, and what is known of its unit
+    motion : one of `MOTION`, None before the first and after G80
+    plane : of arcs
+    incremental : G91
+    feed_mode : G93, G94 or G95
+    feed : F in the units of its mode, None before the first and after a change of mode
+    spindle : S, rev/min
+    frame, frame_line : the work offset and where it was chosen
+    to_initial : G98, a cycle returns to the level that it came from, not only to R
+    compensated : G43, the control adds the tool's length
+    vectors : G43.5, I, J and K of a straight move are the tool's direction
+    for_motion : whether a motion is read, with a time for each row
+    knows_zero : whether the caller has told the zero of a work offset
+    """
+
+    source: Source
+    units: Units
+    for_motion: bool
+    knows_zero: Callable[[str], bool]
+    motion: str | None = None
+    plane: str = "G17"
+    incremental: bool = False
+    feed_mode: str = "G94"
+    feed: float | None = None
+    spindle: float | None = None
+    frame: str = "G54"
+    frame_line: int | None = None
+    to_initial: bool = True
+    compensated: bool = False
+    vectors: bool = False
+
+    def take(self, block: Block) -> None:
+        """Take what a block puts in force; nothing moves yet.
+
+        Raises
+        ------
+        ToolpathError
+            With file and line: a word that isn't read or isn't known, two of a group, mixed units or work
+            offsets, F that isn't above 0.
+        """
+        if block.g or block.m:
+            self._require_read(block)
+        if "G80" in block.g:
+            self.motion = None
+        for word in block.g:
+            self._set(word, block)
+        if "S" in block.words:
+            self.spindle = block.words["S"]
+        if "F" in block.words:
+            self.feed = block.words["F"]
+            if self.feed <= 0.0:
+                raise self.source.error(f"F{self.feed:g}; a feed must be above 0", block.line)
+
+    def pace(self, block: Block) -> tuple[float | None, float | None]:
+        """Give the duration, s, or else the feed of a feed move, program units per s.
+
+        Per minute or revolution, F counts along the way of the linear axes as if the rotary ones stood, and
+        in degrees where only rotary axes turn, whatever the unit of lengths.
+
+        Raises
+        ------
+        ToolpathError
+            No F where one is needed, G95 without S.
+
+        References
+        ----------
+        Kramer, Proctor, Messina: The NIST RS274/NGC Interpreter, Version 3 (2000), 2.1.2.5.
+        """
+        if self.feed_mode != "G93":
+            return None, self._feed_now(block.line) / 60.0
+        if "F" not in block.words:
+            raise self.source.error("a feed move without F; G93 needs one in each", block.line)
+        return 60.0 / block.words["F"], None
+
+    def _feed_now(self, line: int) -> float:
+        """Give F as a number per minute."""
+        if self.feed is None:
+            raise self.source.error(
+                f"a feed move, and no F in force for {self.feed_mode}; give F here or before", line
+            )
+        if self.feed_mode == "G94":
+            return self.feed
+        if self.spindle is None or self.spindle <= 0.0:
+            raise self.source.error(
+                "F counts per revolution (G95), and no S above 0 is in force; give S, or post with G94", line
+            )
+        return self.feed * self.spindle
+
+    def _require_read(self, block: Block) -> None:
+        for word in (*block.g, *block.m):
+            reason = REFUSED.get(word) or (REFUSED_IN_MOTION.get(word) if self.for_motion else None)
+            if reason is not None:
+                raise self.source.error(f"{word} {reason}", block.line)
+            if word[0] == "G" and word not in ACTING and word not in HARMLESS:
+                raise self.source.error(
+                    f"{word} isn't known; if it moves nothing, take it out of the program", block.line
+                )
+        for group in GROUPS if len(block.g) > 1 else ():
+            present = sorted({word for word in block.g if word in group})
+            if len(present) > 1:
+                raise self.source.error(
+                    f"{' and '.join(present)} in one block; write one of them", block.line
+                )
+
+    def _set(self, word: str, block: Block) -> None:
+        line = block.line
+        if word in MOTION or word in CYCLES:
+            self.motion = word
+        elif word in ("G17", "G18", "G19"):
+            self.plane = word
+        elif word in ("G90", "G91"):
+            self.incremental = word == "G91"
+        elif word in ("G93", "G94", "G95"):
+            # The same number means another feed in another mode, so controls forget it.
+            self.feed = self.feed if word == self.feed_mode else None
+            self.feed_mode = word
+        elif word in UNIT:
+            self.units.state([UNIT[word]], line)
+        elif word in FRAMES:
+            self._set_frame(word, line)
+        elif word in MORE_FRAMES:
+            self._set_frame(f"{word}P{block.words.get('P', 1.0):g}", line)
+        elif word in LEVELS:
+            self.to_initial = word == "G98"
+        elif word in ("G43", "G49"):
+            self.compensated, self.vectors = word == "G43", False
+        elif word in TIP_ON:
+            self.vectors = word == "G43.5"
+
+    def _set_frame(self, word: str, line: int) -> None:
+        begun = self.frame_line is not None or self.units.used_line is not None
+        known = self.knows_zero(word) and self.knows_zero(self.frame)
+        if begun and word != self.frame and not known:
+            where = f"since line {self.frame_line}" if self.frame_line is not None else "before"
+            raise self.source.error(
+                f"{word} here and {self.frame} {where}: how far apart they are isn't in the program; write "
+                f"one program for each, or give both zeros (program_zero, for example {self.frame}X and "
+                f"{word}X)",
+                line,
+            )
+        self.frame, self.frame_line = word, self.frame_line or line

@@ -1,0 +1,250 @@
+"""NC programs as toolpaths: the tip on the workpiece, whichever way the program says where it is.
+
+Under tool centre point control a row is the tip itself, and the tool's direction follows from the rotary
+words by the machine, or stands in the block. In machine coordinates both follow by the machine's forward
+kinematics. A program without rotary words needs no machine: the tool points along Z.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from fiveaxis.errors import ToolError
+from fiveaxis.findings import Finding, Place, Severity
+from fiveaxis.geometry import Array, BoolArray
+from fiveaxis.kinematics import tool_axes, tool_poses
+from fiveaxis.machine import Machine
+from fiveaxis.nc.control.axis_track import Columns, Counting
+from fiveaxis.nc.control.interpreter import Interpreter
+from fiveaxis.nc.control.running import note_assumptions, run_program, why_nothing_moves
+from fiveaxis.nc.control.travel import filled, travel_of
+from fiveaxis.nc.control.turning_table import carry_to_work, turns_table
+from fiveaxis.nc.options import ReadOptions
+from fiveaxis.nc.remarks import remark_on
+from fiveaxis.nc.rows import DEFAULT_FEED, MILLIMETRES, unit_axes, unit_normals
+from fiveaxis.nc.source import Source
+from fiveaxis.toolpath import MoveKind, Toolpath
+
+# deg: a rotary axis that turns by more in one move is named. Most are unwindings, or a wrap that controls
+# take differently.
+LONG_TURN = 180.0
+# So many are named one by one.
+MOST_NAMED = 50
+# A reading of the positions whose way is shorter than this share of the other's is likelier meant.
+DOUBTFUL = 0.5
+# Words that change the tool, as they are counted.
+TOOL_CHANGES = ("M6", "TOOL CALL")
+# rad: a table that turns by less in a move doesn't tell the readings apart.
+STILL = 1e-6
+
+
+def read_program_path(source: Source, options: ReadOptions) -> Toolpath:
+    """Read a toolpath from an NC program of any language that is known.
+
+    The first location is where the first moves have brought all axes. Moves to places of the machine (G53,
+    G28) under which the workpiece isn't known to lie are left out and counted. F is the feed of the tip under
+    tool centre point control; otherwise, and by inverse time (G93), each move keeps its duration.
+
+    Parameters
+    ----------
+    source : the file
+    options : tool, feed, unit, machine, what the positions count from, start, program zero
+
+    Raises
+    ------
+    ToolError
+        No tool: programs don't state it.
+    ToolpathError
+        With file and line: whatever can't be read completely; rotary words and no machine.
+    """
+    stand_in = options.machine is None
+    machine = options.machine or Machine.from_code("0123")
+    interpreter = run_program(source, machine, options, for_motion=False, stand_in=stand_in)
+    if not interpreter.track.rows:
+        raise source.error(why_nothing_moves(interpreter.track))
+    columns = interpreter.track.columns()
+    tip, axis = _poses(columns, interpreter, options, source)
+    note_assumptions(interpreter)
+    _note_tools(interpreter)
+    _note_long_turns(columns, interpreter)
+    if len(columns.lines) < 2 and interpreter.track.approach:
+        raise source.error(why_nothing_moves(interpreter.track))
+    path = Toolpath.from_tips(
+        tip,
+        axis,
+        options.tool_or(None, source),
+        kind=columns.kinds,
+        source=columns.lines,
+        name=source.name,
+        ignored={word: n for word, n in interpreter.ignored.items() if n},
+        findings=tuple(interpreter.findings),
+    )
+    path = replace(path, feed=_feeds(path, columns, interpreter, options))
+    path = _touching(path, columns, source)
+    return replace(path, findings=path.findings + remark_on(path))
+
+
+def _poses(
+    columns: Columns, interpreter: Interpreter, options: ReadOptions, source: Source
+) -> tuple[Array, Array]:
+    """Place the tip and the tool's axis of every row, (n, 3) each, workpiece frame."""
+    machine, positions, of_tip = columns.machine, columns.positions(), columns.of_tip
+    given = np.isfinite(columns.vectors[:, 0])
+    tip, axis = np.empty((len(positions), 3)), np.empty((len(positions), 3))
+    for counting in (Counting.AXES, Counting.COMPENSATED):
+        rows = columns.counting == counting
+        adds_length = counting == Counting.COMPENSATED and machine.length_is_along_z
+        used = machine.with_tool_length(0.0) if adds_length else machine
+        if rows.any():
+            tip[rows], axis[rows] = tool_poses(used, positions[rows])
+    if of_tip.any():
+        tip[of_tip] = columns.values[of_tip][:, interpreter.coordinates.xyz]
+        by_angle = of_tip & ~given
+        axis[by_angle] = tool_axes(machine, positions[by_angle][:, machine.rotary_columns])
+        axis[of_tip & given] = unit_axes(
+            columns.vectors[of_tip & given], columns.lines[of_tip & given], source
+        )
+        tip, axis = _on_workpiece(tip, axis, columns, interpreter, options)
+    return tip, axis
+
+
+def _on_workpiece(
+    tip: Array, axis: Array, columns: Columns, interpreter: Interpreter, options: ReadOptions
+) -> tuple[Array, Array]:
+    """Read tip positions in the frame that the caller names, and doubt it where the other one is smoother."""
+    machine = columns.machine
+    positions = columns.positions()
+    known = columns.of_tip & np.isfinite(positions[:, machine.rotary_columns]).all(axis=1)
+    if not turns_table(machine):
+        return tip, axis
+    if options.positions == "machine" and not known[columns.of_tip].all():
+        line = int(columns.lines[columns.of_tip & ~known][0])
+        raise interpreter.source.error(
+            "positions=machine, and the block gives the tool's direction, not the angle of the table; post "
+            "the program with rotary words, or say positions=table",
+            line,
+        )
+    if not known.any():
+        return tip, axis
+    carried = tip.copy()
+    carried[known] = carry_to_work(machine, tip[known], positions[known])
+    readings = {"table": tip, "machine": carried}
+    _note_doubt(readings, columns, interpreter, options.positions, known)
+    return readings[options.positions], axis
+
+
+def _touching(path: Toolpath, columns: Columns, source: Source) -> Toolpath:
+    """Take the surface normals of a program that gives them in every cut."""
+    given = np.isfinite(columns.normals[:, 0])
+    if not path.cutting.any() or not given[path.cutting].all():
+        return path
+    normals = np.full_like(columns.normals, np.nan)
+    normals[given] = unit_normals(columns.normals[given], columns.lines[given], source)
+    try:
+        return path.touching_at(normals)
+    except ToolError as fault:
+        finding = Finding(
+            Severity.WARNING,
+            "normals-unused",
+            f"the program gives surface normals, and the tool doesn't touch there in one point: {fault}",
+            Place(line=int(columns.lines[given][0]), file=source.name),
+        )
+        return replace(path, findings=(*path.findings, finding))
+
+
+def _note_doubt(
+    readings: dict[str, Array], columns: Columns, interpreter: Interpreter, chosen: str, known: BoolArray
+) -> None:
+    """Compare the tip's way under both readings, over the cuts in which the table turns."""
+    machine = columns.machine
+    table = [machine.column(c) for c in machine.code.table if c in "ABC"]
+    steps = np.abs(np.diff(columns.positions()[:, table], axis=0)).max(axis=1)
+    moves = (steps > STILL) & known[1:] & known[:-1] & (columns.kinds[1:] == MoveKind.CUT)
+    if not moves.any():
+        return
+    ways = {
+        name: float(np.linalg.norm(np.diff(tip, axis=0), axis=1)[moves].sum())
+        for name, tip in readings.items()
+    }
+    other = "machine" if chosen == "table" else "table"
+    if ways[other] < DOUBTFUL * ways[chosen]:
+        first = int(np.argmax(moves)) + 1
+        interpreter.findings.append(
+            Finding(
+                Severity.WARNING,
+                "positions-doubtful",
+                f"in the {int(moves.sum())} cuts that turn the table the tip goes {ways[chosen]:.6g} mm if "
+                f"positions are meant in a frame of the {chosen}, as they are read, and "
+                f"{ways[other]:.6g} mm in one of the {other}; if that is meant, say positions={other}",
+                Place(location=first, line=int(columns.lines[first]), file=interpreter.source.name),
+                value=ways[chosen],
+            )
+        )
+
+
+def _note_tools(interpreter: Interpreter) -> None:
+    """Say that a path has one tool, where the program changes it."""
+    changes = max(interpreter.ignored[word] for word in TOOL_CHANGES)
+    if changes > 1:
+        interpreter.note(
+            Severity.NOTE,
+            "several-tools",
+            f"the program changes the tool {changes} times, and the path takes one tool for all of it; write "
+            "one program for each tool",
+            interpreter.track.rows[0][1],
+        )
+
+
+def _note_long_turns(columns: Columns, interpreter: Interpreter) -> None:
+    """Name every move in which a rotary axis turns by more than half a turn, cut or rapid."""
+    track = interpreter.track
+    turns = np.diff(columns.values[:, track.rotary], axis=0)
+    found = np.argwhere(np.abs(np.nan_to_num(turns)) > LONG_TURN)
+    for move, column in found[:MOST_NAMED]:
+        letter = track.machine.axes[track.rotary[column]].letter
+        begin, end = columns.values[[move, move + 1], track.rotary[column]]
+        cut = columns.kinds[move + 1] == MoveKind.CUT
+        interpreter.findings.append(
+            Finding(
+                Severity.WARNING if cut else Severity.NOTE,
+                "long-turn",
+                f"{letter} turns by {abs(end - begin):.1f} deg, from {begin:g} to {end:g}, in a "
+                f"{'feed' if cut else 'rapid'} move",
+                Place(
+                    location=int(move) + 1,
+                    line=int(columns.lines[move + 1]),
+                    file=interpreter.source.name,
+                ),
+                value=float(abs(end - begin)),
+            )
+        )
+    if len(found) > MOST_NAMED:
+        interpreter.note(
+            Severity.WARNING,
+            "long-turns",
+            f"{len(found)} moves turn a rotary axis by more than {LONG_TURN:g} deg; the first {MOST_NAMED} "
+            "are named",
+            int(columns.lines[found[MOST_NAMED][0] + 1]),
+        )
+
+
+def _feeds(path: Toolpath, columns: Columns, interpreter: Interpreter, options: ReadOptions) -> Array:
+    """Give every row a feed, (n,) mm/s, so that a move timed by the program keeps its duration.
+
+    Under tool centre point control F is the tip's. Elsewhere it counts along the axes, and by inverse time it
+    is a duration: there the feed is what the pivot's way takes. Rapid moves have the feed of the cut before.
+    """
+    if options.feed_mm_min is not None:
+        return np.full(len(path), options.feed_mm_min / 60.0)
+    travel = travel_of(columns, MILLIMETRES[interpreter.modes.units.now])
+    timed = np.isfinite(columns.times) | ~columns.of_tip | ~travel.along
+    with np.errstate(divide="ignore", invalid="ignore"):
+        feed = np.where(timed, path.lengths / travel.time, travel.feed)
+    feed = filled(np.where(path.cutting, feed, np.nan))
+    if not np.isfinite(feed).all():
+        feed = np.full(len(path), DEFAULT_FEED / 60.0)
+    if options.rapid_mm_min is None:
+        return feed
+    return np.where(path.kind == MoveKind.RAPID, options.rapid_mm_min / 60.0, feed)

@@ -1,0 +1,278 @@
+"""Blocks of a Klartext program that move, read word by word, and those that only switch by M words."""
+
+from __future__ import annotations
+
+import math
+import re
+
+from fiveaxis.findings import Severity
+from fiveaxis.nc.languages.block import Block
+from fiveaxis.nc.languages.klartext_line import VALUE, Line
+from fiveaxis.nc.languages.klartext_state import State
+from fiveaxis.nc.languages.klartext_words import END_M, REFUSED_M
+from fiveaxis.nc.languages.planes import turns
+from fiveaxis.nc.source import Source
+
+_WORD = re.compile(
+    rf"(?P<fast>F ?MAX)(?![A-Z0-9])|(?P<auto>F ?AUTO)|(?P<way>DR ?[+-])|(?P<side>R[0LR+-])(?![0-9A-Z.])"
+    rf"|(?P<retract>MB ?(?:MAX|{VALUE}))|(?P<axes>M138(?: +[ABCUVW])*)(?![0-9])"
+    rf"|(?P<key>I?P[AR]|I?[XYZABCUVW]|[NT][XYZ]|LA|[FMSRT]) ?(?P<value>{VALUE})"
+)
+_FUNCTION = re.compile(r"(LN|LP|CP|CC|CR|L|C)(?: |$)|(L)(?=I?[XYZABCUVW][-+.0-9Q])")
+MOVES = re.compile(
+    r"(?:LN|LP|CP|CC|CR|L|C)(?: |$)|L?I?[XYZABCUVW] ?[-+.0-9Q]|[MSFR] ?[-+.0-9Q]|F ?MAX|R[0LR]"
+)
+
+# Q120 to Q122 are where PLANE wants A, B and C.
+_PLANE_ANGLES = {"A": "Q120", "B": "Q121", "C": "Q122"}
+
+
+class Move(Line):
+    """A block of words."""
+
+    def __init__(self, source: Source, line: int, code: str, state: State) -> None:
+        super().__init__(source, line, code, state)
+        self.function = ""
+        self.rapid = self.machine = self.left_out = self.follows_m128 = self.leaves_tip = False
+        self.way = ""
+        self.polar: dict[str, float] = {}
+
+    def read(self) -> None:
+        """Read all words, and settle what they mean together."""
+        code, at = self.code, 0
+        found = _FUNCTION.match(code)
+        if found is not None:
+            self.function, at = found[1] or found[2], found.end()
+        while at < len(code):
+            word = _WORD.match(code, at)
+            if word is None:
+                raise self.fail(_why_no_word(code[at:]))
+            self._take(word)
+            at = word.end()
+            while at < len(code) and code[at] == " ":
+                at += 1
+        self._complete()
+
+    def _take(self, word: re.Match[str]) -> None:
+        draft, state = self.draft, self.state
+        kind = word.lastgroup
+        if kind == "fast":
+            self.rapid = True
+        elif kind == "auto":
+            if state.tool_feed is None:
+                raise self.fail("F AUTO is the feed of TOOL CALL, and none was given; write F")
+            draft.put(draft.words, "F", state.tool_feed)
+        elif kind == "way":
+            self.way = word[0][-1]
+        elif kind == "side":
+            self._take_side(word[0])
+        elif kind in ("retract", "axes"):
+            draft.ignored.append("M138" if kind == "axes" else "MB")
+        elif self.follows_m128 and word["key"] == "F":
+            draft.ignored.append("M128 F")  # the feed of the moves that compensate, not of the path
+        else:
+            self._take_value(word["key"], word["value"])
+        self.follows_m128 = word["key"] == "M" and self._is(word["value"], 128)
+
+    def _is(self, text: str, number: int) -> bool:
+        return text.lstrip("+").isdigit() and int(text) == number
+
+    def _take_side(self, word: str) -> None:
+        """Read R0, with which the tool's radius isn't counted, and refuse what shifts the way by it."""
+        if word != "R0":
+            raise self.fail(f"{word} shifts the way by the tool's radius; post the tool's own way, with R0")
+
+    def _take_value(self, key: str, text: str) -> None:
+        draft = self.draft
+        letter = key[-1]
+        if letter in _PLANE_ANGLES and text.lstrip("+") == _PLANE_ANGLES[letter]:
+            draft.ignored.append(_PLANE_ANGLES[letter])
+            self.stand_upright(_PLANE_ANGLES[letter])
+            return
+        value = self.value(text)
+        if key == "M":
+            self._take_m(value)
+        elif key == "R" and self.function != "CR":
+            raise self.fail(f"R{value:g} belongs to CR; correct it")
+        elif key in ("S", "T", "LA"):
+            draft.ignored.append(key)
+        elif key[0] == "N" or (key[0] == "T" and len(key) == 2):
+            draft.put(draft.normal if key[0] == "N" else draft.vector, letter, value)
+        elif key in ("PA", "PR", "IPA", "IPR"):
+            if self.function not in ("LP", "CP"):
+                raise self.fail(f"{key} belongs to LP and CP; correct it")
+            draft.put(self.polar, key, value)
+        else:
+            draft.increments += letter if key[0] == "I" else ""
+            draft.put(draft.words, letter, value)
+
+    def _take_m(self, value: float) -> None:
+        draft = self.draft
+        if value != int(value) or value < 0:
+            raise self.fail(f"M{value:g} isn't an M word; correct it")
+        number = int(value)
+        if number in REFUSED_M:
+            raise self.fail(f"M{number} {REFUSED_M[number]}")
+        if number in END_M:
+            draft.m.append(f"M{number}")
+        elif number == 128:
+            self.follow_tip(on=True)
+        elif number == 129:
+            self.leaves_tip = True
+        elif number == 91:
+            self.machine = True
+        elif number in (136, 137):
+            draft.g.append("G95" if number == 136 else "G94")
+        elif number in (92, 140):
+            self.left_out = True
+            draft.ignored.append(f"M{number}")
+        else:
+            draft.ignored.append(f"M{number}")
+        if number == 126:
+            draft.note(
+                Severity.NOTE,
+                "angles-as-written",
+                "M126 lets rotary axes that count to 360 deg take the shorter way; angles are read as given",
+            )
+
+    # The move as a whole
+
+    def _complete(self) -> None:
+        draft, state = self.draft, self.state
+        if self.function == "CC":
+            self._set_pole()
+            return
+        if self.function in ("LP", "CP"):
+            self._place_polar()
+        if self.left_out:
+            self._leave_out()
+        if state.spatial is not None and not self.machine:
+            self._turn_spatial(state.spatial)
+        if self.function == "LN":
+            self._follow_normal()
+        if state.positioned and not draft.vector and any(letter in "ABC" for letter in draft.words):
+            # From here on the program names its angles again, and its positions are what they were before.
+            state.positioned, draft.tip_control = False, state.tip_control
+        axes = [letter for letter in draft.words if letter != "F"]
+        if axes or draft.vector or self.function in ("C", "CR", "CP"):
+            self._name_motion()
+        elif self.machine:
+            draft.ignored.append("M91")
+        if self.leaves_tip:
+            self._leave_tip()
+        if not self.machine:
+            state.moved = state.moved or any(letter in "XYZ" for letter in axes)
+            state.remember({c: draft.words[c] for c in axes if c != "R"}, draft.increments)
+
+    def _name_motion(self) -> None:
+        draft, state = self.draft, self.state
+        if self.function in ("C", "CR", "CP"):
+            if self.way not in ("+", "-"):
+                raise self.fail(f"{self.function} needs its direction, DR+ or DR-; write it")
+            if self.rapid or self.machine:
+                raise self.fail(f"{self.function} is a move at feed in the program's coordinates; correct it")
+            draft.g.append("G3" if self.way == "+" else "G2")
+            if self.function == "CR" and "R" not in draft.words:
+                raise self.fail("CR needs its radius R; write it")
+            if self.function != "CR":
+                draft.centre = dict(zip("XY", state.need_pole(), strict=True))
+            return
+        draft.g.append("G0" if self.rapid else "G1")
+        if self.machine:
+            draft.g.append("G53")
+            state.now.clear()
+
+    def _set_pole(self) -> None:
+        """Read CC: the pole is where its words say, or where the tool is."""
+        words, state = self.draft.words, self.state
+        if not set(words) <= {"X", "Y"} or self.draft.g or self.draft.m:
+            raise self.fail("CC is read with X and Y; write it so")
+        if not words:
+            state.pole = state.place()
+        else:
+            before = dict(zip("XY", state.pole, strict=True)) if state.pole is not None else {}
+            pole = []
+            for letter in "XY":
+                value = words.get(letter, before.get(letter))
+                if value is None:
+                    raise self.fail(f"the pole has no {letter} up to here; write it")
+                if letter in self.draft.increments:
+                    value += state.place()["XY".index(letter)]
+                pole.append(value)
+            state.pole = (pole[0], pole[1])
+        self.draft.words, self.draft.increments = {}, ""
+        self.draft.ignored.append("CC")
+
+    def _place_polar(self) -> None:
+        """Find X and Y of a radius and an angle about the pole, and how often a helix turns."""
+        draft, state, polar = self.draft, self.state, self.polar
+        twice = {"PA", "IPA"} <= set(polar) or {"PR", "IPR"} <= set(polar)
+        if twice or "X" in draft.words or "Y" in draft.words:
+            raise self.fail(f"{self.function} is read with one radius and one angle; correct it")
+        px, py = state.need_pole()
+        known = "PR" in polar and "PA" in polar
+        radius, angle = (0.0, 0.0) if known else state.polar_place()
+        radius = polar.get("PR", radius) + polar.get("IPR", 0.0)
+        angle = polar.get("PA", angle) + polar.get("IPA", 0.0)
+        if self.function == "CP":
+            sweep = polar.get("IPA", 0.0)
+            if sweep and (sweep > 0.0) != (self.way == "+"):
+                raise self.fail(f"IPA{sweep:+g} turns against DR{self.way}; correct one of them")
+            draft.turns = max(0, math.ceil(abs(sweep) / 360.0 - 1e-9) - 1)
+        turn = math.radians(angle)
+        draft.words |= {"X": px + radius * math.cos(turn), "Y": py + radius * math.sin(turn)}
+
+    def _leave_out(self) -> None:
+        """Leave out ways that only the machine knows: M140 along the tool, M92 from its builder's datum."""
+        draft = self.draft
+        if "M140" in draft.ignored and any(letter in "XYZABC" for letter in draft.words):
+            raise self.fail("M140 beside a move isn't read; write it in a block of its own")
+        draft.words, draft.increments = {}, ""
+        self.state.now.clear()
+        draft.note(
+            Severity.NOTE,
+            "fixed-point-left-out",
+            "M140 and M92 lead to places that only the machine knows; they aren't in the path",
+        )
+
+    def _turn_spatial(self, angles: dict[str, float]) -> None:
+        """Read A, B and C as turns about X, Y and Z of the workpiece: a direction, whatever the machine."""
+        draft = self.draft
+        given = [letter for letter in "ABC" if letter in draft.words]
+        for letter in given:
+            value = draft.words.pop(letter)
+            angles[letter] = value + (angles.get(letter, 0.0) if letter in draft.increments else 0.0)
+            draft.increments = draft.increments.replace(letter, "")
+        if given and len(angles) < 3:
+            raise self.fail("the first angles after AXIS SPAT are all three, A, B and C; write them")
+        if given:
+            x, y, z = turns("ZYX", [angles["C"], angles["B"], angles["A"]])[:, 2]
+            draft.vector = {"X": float(x), "Y": float(y), "Z": float(z)}
+
+    def _follow_normal(self) -> None:
+        """Hold the tool along the normal where tip control is on and the block gives nothing else."""
+        draft = self.draft
+        turned = any(letter in "ABC" for letter in draft.words)
+        if draft.normal and not draft.vector and not turned and self.state.tip_control:
+            draft.vector = dict(draft.normal)
+            draft.note(
+                Severity.NOTE,
+                "axis-from-normal",
+                "LN gives a normal and no direction of the tool: with M128 the tool stands along the normal",
+            )
+
+    def _leave_tip(self) -> None:
+        """Read M129, which takes effect at the end of its block, M128 at the begin."""
+        if self.draft.words:
+            self.after = Block(self.draft.line, tip_control=False)
+        else:
+            self.draft.tip_control = False
+        self.state.tip_control, self.state.spatial, self.state.positioned = False, None, False
+
+
+def _why_no_word(rest: str) -> str:
+    if re.match("F ?[UZT]", rest):
+        return f"{rest[:2]} is a feed by revolution, tooth or time, which isn't read; write F in mm/min"
+    if re.match(r"E[-+]?[0-9]", rest):
+        return f"{rest[:20]!r} would be an exponent, which numbers don't have here; write the number out"
+    return f"{rest[:20]!r} isn't a word; correct it"

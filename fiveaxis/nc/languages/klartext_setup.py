@@ -1,0 +1,198 @@
+"""Blocks of a Klartext program that set up: units, tools, parameters, planes, shifts, cycles."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+
+from fiveaxis.geometry import Array
+from fiveaxis.nc.languages.klartext_line import VALUE, Line
+from fiveaxis.nc.languages.klartext_words import IGNORED_CYCLES, refusal
+from fiveaxis.nc.languages.planes import turns
+
+_PARAMETER = re.compile(r"(?:FN ?([0-7]) ?: ?)?(Q[LR]?[0-9]+) ?= ?(.+)")
+_ANGLE = re.compile(rf"(SP[ABC]|EUL(?:PR|NU|ROT)|[BN][XYZ]) ?({VALUE})")
+_CYCLE = re.compile(r"CYCL DEF ([0-9]{1,4})(?:\.([0-9]+))?(?![0-9])\s*(.*)")
+_TOOL = re.compile(r"TOOL CALL(?: (?:TEXT|Q[LRS]?[0-9]+|[0-9]+(?:\.[0-9]+)?))?(?: ([UVWXYZ])(?![0-9+.-]))?")
+_TOOL_FEED = re.compile(rf"\bF ?({VALUE})")
+_TEXT = re.compile(r'"[^"]*"')
+_LAST_NUMBER = re.compile(rf"({VALUE})\s*$")
+
+
+class SetUp(Line):
+    """A block without moves."""
+
+    def read(self) -> bool:
+        """Read the block; tell whether it is one that sets up."""
+        for begin, reader in (
+            ("BEGIN PGM", self._begin),
+            ("END PGM", self._end),
+            ("TOOL CALL", self._call_tool),
+            ("FUNCTION TCPM", self._follow_tip),
+            ("FUNCTION RESET TCPM", self._leave_tip),
+            ("PLANE", self._tilt),
+            ("TRANS DATUM", self._trans_datum),
+            ("CYCL DEF", self._cycle),
+        ):
+            if self.code.startswith(begin):
+                reader()
+                return True
+        parameter = _PARAMETER.fullmatch(self.code)
+        if parameter is not None:
+            self._set_parameter(parameter[1], parameter[2], parameter[3])
+        return parameter is not None
+
+    def _set_parameter(self, function: str | None, name: str, text: str) -> None:
+        """Read ``Q1 = …`` and the functions 0 to 7, in which DIV divides as / does."""
+        self.state.parameters[name] = self.value(text.replace("DIV", "/"))
+        self.draft.ignored.append("=" if function is None else f"FN {function}")
+
+    # Lines that set up
+
+    def _begin(self) -> None:
+        unit = self.code.split()[-1]
+        if unit not in ("MM", "INCH"):
+            raise self.fail("BEGIN PGM ends with the unit, MM or INCH; write it")
+        if self.state.begun:
+            raise self.fail("a second program begins; write one file for each")
+        self.state.begun = True
+        self.draft.g.append("G21" if unit == "MM" else "G20")
+
+    def _end(self) -> None:
+        self.draft.m.append("M30")
+
+    def _call_tool(self) -> None:
+        code = _TEXT.sub("TEXT", self.code)
+        found = _TOOL.match(code)
+        if found is not None and found[1] not in (None, "Z"):
+            raise self.fail(f"a tool along {found[1]} isn't read; post for a tool along Z")
+        feed = _TOOL_FEED.search(code)
+        if feed is not None:
+            self.state.tool_feed = self.value(feed[1])
+        self.draft.ignored.append("TOOL CALL")
+
+    def _follow_tip(self) -> None:
+        words = self.code.split()
+        if "REFPNT" in words and words[words.index("REFPNT") + 1 :][:1] != ["TIP-TIP"]:
+            raise self.fail("REFPNT is read as TIP-TIP, positions of the tool's tip; post it so")
+        self.follow_tip(on=True)
+        if "SPAT" in words or "SPATIAL" in words:
+            self.state.spatial = {}
+
+    def _leave_tip(self) -> None:
+        self.follow_tip(on=False)
+
+    # Planes and shifts
+
+    def _tilt(self) -> None:
+        """Read PLANE; MOVE and TURN let the control turn its axes into the plane, STAY doesn't."""
+        state, draft, words = self.state, self.draft, self.code.split()
+        kind = words[1] if len(words) > 1 else ""
+        draft.ignored.append(f"PLANE {kind}")
+        if kind == "RESET":
+            state.tilt_plane(np.eye(3))
+            draft.tip_control = state.tip_control
+        else:
+            angles = {key: self.value(value) for key, value in _ANGLE.findall(self.code)}
+            state.tilt_plane(self._rotation(kind, angles))
+        draft.frame = state.frame(f"PLANE {kind}")
+        if ("MOVE" in words or "TURN" in words) and (kind != "RESET" or state.positioned):
+            self.stand_upright(f"PLANE {kind}", follows="MOVE" in words)
+
+    def _rotation(self, kind: str, angles: dict[str, float]) -> Array:
+        def need(*keys: str) -> list[float]:
+            missing = [key for key in keys if key not in angles]
+            if missing:
+                raise self.fail(f"PLANE {kind} needs {', '.join(missing)}; write it")
+            return [angles[key] for key in keys]
+
+        if kind == "SPATIAL":
+            # About X, Y and Z that stay where they are, which is about Z, Y' and X'' in this order.
+            return turns("ZYX", need("SPA", "SPB", "SPC")[::-1])
+        if kind == "EULER":
+            return turns("ZXZ", need("EULPR", "EULNU", "EULROT"))
+        if kind == "RELATIV" and len(angles) == 1:
+            [(key, angle)] = angles.items()
+            return self.state.tilt @ turns("XYZ"["ABC".index(key[-1])], [angle])
+        if kind == "VECTOR":
+            return self._rotation_of(need("BX", "BY", "BZ"), need("NX", "NY", "NZ"))
+        raise self.fail(refusal("PLANE"))
+
+    def _rotation_of(self, base: list[float], normal: list[float]) -> Array:
+        """Turn Z into a normal, and X into the base vector as far as that is across the normal."""
+        z = np.array(normal)
+        x = np.array(base)
+        z = z / (np.linalg.norm(z) or 1.0)
+        x = x - (x @ z) * z
+        if not z.any() or np.linalg.norm(x) < 1e-9:
+            raise self.fail("PLANE VECTOR needs a base vector and a normal across it; correct them")
+        x = x / np.linalg.norm(x)
+        return np.column_stack([x, np.cross(z, x), z])
+
+    def _trans_datum(self) -> None:
+        words = self.code.split()
+        if words[2:3] == ["RESET"]:
+            self._shift({"X": 0.0, "Y": 0.0, "Z": 0.0}, "")
+        elif words[2:3] == ["AXIS"]:
+            self._read_shift(self.code.partition("AXIS")[2])
+        else:
+            raise self.fail(refusal("TRANS DATUM"))
+        self.draft.ignored.append("TRANS DATUM")
+
+    def _read_shift(self, text: str) -> None:
+        words, increments = self.axes_of(text)
+        if not set(words) <= set("XYZ"):
+            raise self.fail("a datum shift is read for X, Y and Z; post without other axes")
+        self._shift(words, increments)
+
+    def _shift(self, words: dict[str, float], increments: str) -> None:
+        if self.state.zero.startswith("#"):
+            self.state.change_zero("a datum shift")
+        self.state.shift_datum(words, increments)
+        self.draft.frame = self.state.frame("datum shift")
+
+    def _cycle(self) -> None:
+        """Read what a line defines of a cycle: shifts and turns, a dwell, or nothing that moves."""
+        found = _CYCLE.match(self.code)
+        if found is None:
+            raise self.fail("CYCL DEF is followed by a number; write it")
+        number, part, rest = int(found[1]), int(found[2] or 0), found[3]
+        self.draft.ignored.append(f"CYCL DEF {number}")
+        if number == 247:
+            self.state.change_zero(f"preset {rest.partition('Q339')[2].strip(' =~+') or rest}")
+        elif number in IGNORED_CYCLES:
+            pass
+        elif number not in (7, 8, 9, 10, 11, 19):
+            raise self.fail(refusal(f"CYCL DEF {number}"))
+        elif part > 0:
+            self._cycle_part(number, rest)
+
+    def _cycle_part(self, number: int, rest: str) -> None:
+        state = self.state
+        if number == 7 and rest.startswith("#"):
+            state.change_zero(rest)
+        elif number == 7:
+            self._read_shift(rest)
+        elif number == 9:
+            self.draft.g.append("G4")
+            self.draft.words["P"] = self._last_number(rest)
+        elif number == 10:
+            angle = self._last_number(rest.replace("ROT", " "))
+            state.spin = angle + (state.spin if rest.startswith("IROT") else 0.0)
+            self.draft.frame = state.frame("cycle 10")
+        elif number == 19:
+            if any(self.axes_of(rest)[0].values()):
+                raise self.fail(
+                    "cycle 19 turns by angles whose meaning the machine decides; write PLANE SPATIAL"
+                )
+            state.tilt_plane(np.eye(3))
+            self.draft.frame = state.frame("cycle 19")
+        elif rest and not (number == 11 and self._last_number(rest.replace("SCL", " ")) == 1.0):
+            raise self.fail(f"cycle {number} mirrors or scales, which isn't read; post without it")
+
+    def _last_number(self, text: str) -> float:
+        found = _LAST_NUMBER.search(text)
+        if found is None:
+            raise self.fail("a number is missing at the end; write it")
+        return self.value(found[1])

@@ -1,0 +1,140 @@
+"""Blocks of Sinumerik 840D programs, in the words of ISO: TRAORI, ``X=IC(5)``, frames, cycles of holes.
+
+Read are plain words and words with ``=``, R parameters and variables with simple arithmetic, TRAORI and
+TRAFOOF, direction vectors ``A3= B3= C3=``, frames of TRANS, ATRANS, ROT and AROT (three angles turn about
+Z, then the turned Y, then the turned X), CYCLE800 axis by axis, drilling cycles with MCALL or alone. Words
+without effect on the path are named in `Block.ignored`; whatever else stands in a program is refused with its
+line.
+After the *NC Programming Manual* of SINUMERIK 840D sl (Siemens 6FC5398-2BP40-3BA1).
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+from fiveaxis.nc.languages.block import Block
+from fiveaxis.nc.languages.sinumerik_state import ROTARY, State
+from fiveaxis.nc.languages.sinumerik_statement import Statement
+from fiveaxis.nc.source import Source
+
+# A block of the control has 512 characters; comments and strings may be long.
+LONGEST_BLOCK = 4096
+
+# Plain words, or a sign of anything else in the last group. Long numbers fall apart, and so are looked at.
+_NUMBER = r"[+-]?(?:[0-9]{1,20}\.?[0-9]{0,20}|\.[0-9]{1,20})"
+_PLAIN = re.compile(rf"([ABC]3=|[XYZABCIJKFSGN]=?)({_NUMBER})(?=[\sA-Z]|$)|(\S)")
+_MOTION = {number: f"G{int(number)}" for number in ("0", "1", "2", "3", "00", "01", "02", "03")}
+_VECTOR = {"A3=": "X", "B3=": "Y", "C3=": "Z"}
+_REMEMBERED = ROTARY + "F"
+
+_QUOTED = re.compile(r'"[^"]*"|;')
+_NUMBERED = re.compile(r"\s*(?:[N:]\s*[0-9]+)?\s*")
+_SKIPPED = re.compile(r"\s*(?:N[0-9]+\s*)?/[0-9]?(?![0-9])")
+
+
+def split_sinumerik(source: Source, *, block_delete: bool = False) -> Iterator[Block]:
+    """Cut a program into blocks, one after the other; a drilled hole gives several of one line.
+
+    Parameters
+    ----------
+    source : the file
+    block_delete : whether blocks that begin with ``/`` are skipped
+
+    Raises
+    ------
+    ToolpathError
+        With file, line and text: a word that isn't read, a second value for one, arithmetic without result.
+    """
+    state = State()
+    for line, text in enumerate(source.lines, start=1):
+        plain = _plain_block(state, line, text) if state.is_plain else None
+        if plain is not None:
+            yield plain
+            continue
+        code = _code_of(text)
+        if not code or code[0] == "%":
+            continue
+        skipped = _SKIPPED.match(code)
+        if skipped is not None and block_delete:
+            yield Block(line, skipped=True)
+            continue
+        if len(code) > LONGEST_BLOCK:
+            raise source.error(
+                f"{code[:60]!r}…: {len(code)} characters in a block, beyond {LONGEST_BLOCK}; correct it",
+                line,
+            )
+        begin = 0 if skipped is None else skipped.end()
+        numbered = _NUMBERED.match(code, begin)
+        statement = Statement(source, line, code[begin if numbered is None else numbered.end() :], state)
+        statement.read()
+        for block in (statement.before, statement.draft.block()):
+            if block is not None:
+                yield block
+        if statement.hole is not None:
+            yield from state.drill(statement.hole, line)
+
+
+def _plain_block(state: State, line: int, text: str) -> Block | None:
+    """Read a block of G0 to G3 and numbers, quickly; None for any other, which `Statement` reads."""
+    code = text.partition(";")[0] if ";" in text else text
+    if len(code) > LONGEST_BLOCK:
+        return None
+    words: dict[str, float] = {}
+    vector: dict[str, float] = {}
+    motion: str | None = None
+    numbered = False
+    for key, number, other in _PLAIN.findall(code):
+        if other:
+            return None
+        letter = key[0]
+        if letter == "G":
+            if motion is not None or number not in _MOTION:
+                return None
+            motion = _MOTION[number]
+        elif letter == "N":
+            if numbered or words or vector or motion or len(key) > 1:
+                return None
+            numbered = True
+        elif key in _VECTOR:
+            if _VECTOR[key] in vector:
+                return None
+            vector[_VECTOR[key]] = float(number)
+        elif letter in words:
+            return None
+        else:
+            words[letter] = float(number)
+    if not words and not vector and motion is None:
+        return None
+    if state.positioned and not words.keys().isdisjoint(ROTARY):
+        return None
+    return _take_plain(state, line, motion, words, vector)
+
+
+def _take_plain(
+    state: State, line: int, motion: str | None, words: dict[str, float], vector: dict[str, float]
+) -> Block:
+    """Make the block of plain words and remember what later ones may refer to, as `State.remember`."""
+    for letter in words:
+        if letter in _REMEMBERED:
+            state.remember(words)
+            break
+    if words:
+        state.moved = True
+    if motion is not None:
+        state.motion = motion
+    g = () if motion is None else (motion,)
+    if not vector:
+        return Block(line, g, (), words)
+    return Block(
+        line, g, (), words, vector=(vector.get("X", 0.0), vector.get("Y", 0.0), vector.get("Z", 0.0))
+    )
+
+
+def _code_of(text: str) -> str:
+    """Strip a line of its comment and give it in capitals; texts in quotes keep their semicolons."""
+    if ";" in text:
+        found = next((m for m in _QUOTED.finditer(text) if m[0] == ";"), None)
+        text = text if found is None else text[: found.start()]
+    # Bytes know ASCII capitals only: signs like the long s must not become letters of words.
+    return text.encode("utf-8", "surrogatepass").upper().decode("utf-8", "surrogatepass").strip()

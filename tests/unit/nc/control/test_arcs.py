@@ -1,0 +1,78 @@
+"""Circular moves in their plane."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from fiveaxis.nc.control.arcs import arc_about, arc_of_radius
+
+
+def test_a_quarter_goes_the_way_that_is_asked():
+    left = arc_about((1, 0), (0, 1), (0, 0), clockwise=False)
+    right = arc_about((1, 0), (0, 1), (0, 0), clockwise=True)
+    assert left.sweep == pytest.approx(math.pi / 2)
+    assert right.sweep == pytest.approx(-3 * math.pi / 2)
+    np.testing.assert_allclose(left.points(2), [[math.sqrt(0.5)] * 2, [0, 1]], atol=1e-15)
+    assert left.length == pytest.approx(math.pi / 2)
+
+
+@pytest.mark.parametrize("clockwise", [False, True])
+def test_from_a_point_to_itself_it_is_a_full_circle(clockwise):
+    arc = arc_about((3, 1), (3, 1), (1, 1), clockwise=clockwise)
+    assert arc.sweep == pytest.approx(-2 * math.pi if clockwise else 2 * math.pi)
+    assert arc.length == pytest.approx(4 * math.pi)
+
+
+def test_a_negative_radius_is_the_longer_arc():
+    short = arc_of_radius((1, 0), (0, 1), 1.0, clockwise=False)
+    long = arc_of_radius((1, 0), (0, 1), -1.0, clockwise=False)
+    np.testing.assert_allclose(short.centre, [0, 0], atol=1e-15)
+    np.testing.assert_allclose(long.centre, [1, 1], atol=1e-15)
+    assert short.sweep == pytest.approx(math.pi / 2)
+    assert long.sweep == pytest.approx(3 * math.pi / 2)
+
+
+def test_a_clockwise_radius_has_its_centre_on_the_other_side():
+    arc = arc_of_radius((1, 0), (0, 1), 1.0, clockwise=True)
+    np.testing.assert_allclose(arc.centre, [1, 1], atol=1e-15)
+    assert arc.sweep == pytest.approx(-math.pi / 2)
+
+
+def test_half_a_circle_may_have_a_radius_that_rounding_made_too_small():
+    arc = arc_of_radius((0, 0), (10, 0), 4.999, clockwise=True)
+    assert arc.radii == pytest.approx((5, 5))
+    assert arc.sweep == pytest.approx(-math.pi)
+    with pytest.raises(ValueError, match="10 mm apart"):
+        arc_of_radius((0, 0), (10, 0), 4.9, clockwise=True)
+
+
+def test_radii_that_differ_by_rounding_grow_along_the_arc():
+    # The ends of a block of the LinuxCNC boat: radius 5.0002 at its begin, 5.001 at its end.
+    arc = arc_about((-48.713, 20.275), (-44.662, 22.345), (-44.662, 17.344), clockwise=True)
+    radii = np.linalg.norm(arc.points(50) - [-44.662, 17.344], axis=1)
+    assert (np.diff(radii) > 0).all()
+    np.testing.assert_allclose(arc.points(7)[-1], [-44.662, 22.345], atol=1e-12)
+
+
+def test_radii_that_differ_by_more_are_a_fault():
+    with pytest.raises(ValueError, match=r"begins 5 mm from its centre and ends 5\.1 mm"):
+        arc_about((5, 0), (0, 5.1), (0, 0), clockwise=False)
+    # On a large circle 0.1 % is more than the 0.5 mm that are allowed at most.
+    with pytest.raises(ValueError, match="begins 1000 mm"):
+        arc_about((1000, 0), (0, 1000.6), (0, 0), clockwise=False)
+
+
+def test_arcs_without_radius_are_a_fault():
+    with pytest.raises(ValueError, match="begins at its centre"):
+        arc_about((1, 1), (2, 2), (1, 1), clockwise=False)
+    with pytest.raises(ValueError, match="may lie anywhere"):
+        arc_of_radius((1, 1), (1, 1), 5, clockwise=False)
+
+
+@pytest.mark.parametrize(("tolerance", "parts"), [(1.0, 4), (1 - math.cos(math.pi / 6), 6), (1e-4, 223)])
+def test_chords_are_as_many_as_the_tolerance_needs(tolerance, parts):
+    # n chords of a circle of radius 1 are 1 - cos(pi / n) off; 222 of them would be 1.0013e-4 off.
+    assert arc_about((1, 0), (1, 0), (0, 0), clockwise=False).parts(tolerance) == parts

@@ -1,0 +1,579 @@
+"""NC programs of any control, read as toolpaths."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import fiveaxis as fx
+from fiveaxis.errors import ToolError, ToolpathError
+from fiveaxis.geometry import angle_between
+from fiveaxis.kinematics import tool_axes
+from fiveaxis.machine import Axis, Chain, Line, Machine, parse_code
+from fiveaxis.motion import PATH_TOLERANCE
+from fiveaxis.nc.control.moves import MACHINE_MOVES
+from fiveaxis.toolpath import MoveKind
+
+CUT, RAPID = MoveKind.CUT, MoveKind.RAPID
+BALL = fx.Tool.ball(6)
+NUTATING = Machine.from_code("650123")
+WORK_OFFSETS = ("G54", "G55", "G56", "G57", "G58", "G59", "G54.1P1", "G54.1P2", "G54.1P3")
+
+
+@pytest.fixture
+def read(tmp_path):
+    def read_text(text, machine=None, suffix=".nc", **options):
+        path = tmp_path / f"part{suffix}"
+        path.write_text(text, encoding="utf-8")
+        return fx.read_toolpath(path, **{"tool": BALL, "machine": machine, "unit": "mm"} | options)
+
+    return read_text
+
+
+@pytest.fixture
+def fault(read):
+    """Read a program that has to be refused; give the line and the message behind the place."""
+
+    def read_badly(text, machine=None, **options):
+        with pytest.raises(ToolpathError) as caught:
+            read(text, machine, **options)
+        assert caught.value.file.endswith("part.nc")
+        return caught.value.line, caught.value.message
+
+    return read_badly
+
+
+def tips(path):
+    return path.tips(path.axis)
+
+
+def codes(path):
+    return [f.code for f in path.findings]
+
+
+def motion_lines(path, words=r"[XYZABC] *[-+.\d]"):
+    """Lines with a motion word, counted apart from the reader."""
+    text = path.read_text(encoding="latin-1")
+    code = [re.sub(r"\([^)]*\)|;.*", "", line) for line in text.split("\n")]
+    return [i for i, line in enumerate(code, start=1) if re.search(words, line)]
+
+
+# Real programs, to their last block
+
+
+def test_the_impeller_has_its_4492_poses_and_one_long_unwinding(data, trunnion):
+    path = fx.read_toolpath(data / "toolpaths" / "linuxcnc_impeller_xyzac.ngc", machine=trunnion, tool=BALL)
+    assert len(path) == 4492
+    assert path.cutting.sum() == 4306
+    turns = [f for f in path.findings if f.code == "long-turn"]
+    [unwinding] = [f for f in turns if f.value > 360.0]
+    assert unwinding.value == pytest.approx(399.805)
+    assert unwinding.message == "C turns by 399.8 deg, from -399.805 to 0, in a rapid move"
+    assert unwinding.place.line == 4504
+    # Two more of less than a turn, between operations.
+    assert [f.place.line for f in turns] == [3401, 4146, 4504]
+    # Line 10: X 6.302 Y -11.560 Z 27.743 A -71.841 C -35.930 F 318, inverse time.
+    [row] = np.flatnonzero(path.source == 10)
+    np.testing.assert_allclose(tips(path)[row], [6.302, -11.560, 27.743], atol=1e-12)
+    a, c = np.radians([71.841, 35.930])  # this control counts both axes the other way
+    along = [np.sin(c) * np.sin(a), -np.cos(c) * np.sin(a), np.cos(a)]
+    np.testing.assert_allclose(path.axis[row], along, atol=1e-9)
+    assert path.lengths[row] / path.feed[row] == pytest.approx(60 / 318)
+    assert sorted(set(codes(path))) == ["long-turn", "unit-assumed"]
+
+
+def test_the_boat_is_read_to_its_last_move(data, trunnion):
+    file = data / "toolpaths" / "linuxcnc_boat_xyzac.ngc"
+    path = fx.read_toolpath(file, machine=trunnion, tool=BALL)
+    lines = motion_lines(file)
+    assert len(lines) == 1832
+    # The first move names Z only, and seven blocks say where the tool is already.
+    assert path.ignored["no move"] == 7
+    assert len(set(path.source)) == len(lines) - 1 - 7
+    assert set(path.source) < set(lines)
+    assert path.source[-1] == lines[-1]
+    np.testing.assert_allclose(tips(path)[-1], [0, 0, 10], atol=1e-12)
+    approach = next(f for f in path.findings if f.code == "approach-unknown")
+    assert approach.message.startswith("1 rapid moves")
+
+
+def haas_trunnion():
+    """Make the Haas trunnion: A tilts, and B, in spite of its letter, turns about Z on it."""
+    machine = Machine.from_code("540123")
+    joints = tuple(
+        replace(j, line=replace(j.line, direction=(0.0, 0.0, 1.0))) if j.letter == "B" else j
+        for j in machine.chain.joints
+    )
+    # Its control counts B as the table turns: p = Rz(B) Rx(-A) (X, Y, Z), see ../shared/data/README.md.
+    axes = tuple(replace(a, reversed=a.letter == "A") for a in machine.axes)
+    return replace(machine, chain=replace(machine.chain, joints=joints), axes=axes)
+
+
+def test_the_haas_program_is_read_to_its_last_block(data):
+    file = data / "toolpaths" / "nx_haas_vf2tr_machine_inch.nc"
+    path = fx.read_toolpath(file, machine=haas_trunnion(), tool=BALL, unit="inch")
+    lines = motion_lines(file)
+    assert len(lines) == 939
+    assert path.ignored[MACHINE_MOVES] == 16
+    assert path.ignored["no move"] == 21
+    # Of the first operation X, Y, Z come before the angles, so the first line is no place yet.
+    assert set(path.source) < set(lines)
+    assert len(lines) - len(set(path.source)) == 16 + 21 + 1
+    assert path.source[-1] == 1079
+    turns = [f for f in path.findings if f.code == "long-turn" and "feed" in f.message]
+    assert [f.place.line for f in turns] == [555, 607, 667, 732, 802, 884]
+    assert "machine-zero-moves" in codes(path)
+    assert "cycle-simplified" in codes(path)
+    [tools] = [f for f in path.findings if f.code == "several-tools"]
+    assert tools.message.startswith("the program changes the tool 14 times")
+
+
+def test_a_program_without_its_unit_is_read_in_mm_and_says_so(data):
+    file = data / "toolpaths" / "nx_haas_vf2tr_machine_inch.nc"
+    path = fx.read_toolpath(file, machine=haas_trunnion(), tool=BALL)
+    [finding] = [f for f in path.findings if f.code == "unit-assumed"]
+    assert "say unit=inch" in finding.message
+
+
+def machine_of(code, lines, reverse):
+    parsed = parse_code(code)
+    axes = tuple(Axis(c, reversed=c in reverse) for c in sorted(parsed.letters, key="XYZABC".index))
+    return Machine(code, parsed, Chain.from_code(parsed, lines), axes)
+
+
+def test_two_controls_lead_the_tool_along_one_path(data):
+    """An operation posted in machine coordinates for a Haas, and of the tip for a DMU 70."""
+    haas_file = data / "toolpaths" / "nx_haas_vf2tr_machine_inch.nc"
+    dmu_file = data / "toolpaths" / "nx_dmu70_840d_traori_inch.mpf"
+    dmu = machine_of("650123", {"B": Line((0.0, 1.0, -1.0))}, reverse="B")
+    zeros = {f"{frame}{axis}": 0.0 for frame in ("G54", "G55", "G56") for axis in "XYZBC"}
+    one = fx.read_toolpath(haas_file, machine=haas_trunnion(), tool=BALL, unit="inch")
+    other = fx.read_toolpath(dmu_file, machine=dmu, tool=BALL, program_zero=zeros)
+
+    def operation(path, file):
+        text = file.read_text(encoding="utf-8").split("\n")
+        begin = next(i for i, t in enumerate(text, start=1) if re.search(r"\( ?VARIABLE_CONTOUR_MCS9", t))
+        end = next(i for i, t in enumerate(text[begin:], start=begin + 1) if "M09" in t or "M9" in t)
+        return path.at(np.flatnonzero((path.source > begin) & (path.source < end) & path.cutting))
+
+    a, b = operation(one, haas_file), operation(other, dmu_file)
+    n = 300
+    assert min(len(a), len(b)) >= n
+    # Rounding of four decimals of an inch, and of three of two angles at 2.4 inch.
+    rounded = 25.4 * (2 * np.sqrt(3) * 0.5e-4 + 2 * np.radians(0.5e-3) * 2.4)
+    assert np.linalg.norm(tips(a)[:n] - tips(b)[:n], axis=1).max() < rounded
+    assert np.degrees(angle_between(a.axis[:n], b.axis[:n])).max() < 1e-3
+
+
+def nmv(data, **options):
+    zeros = {f"{frame}{axis}": 0.0 for frame in WORK_OFFSETS for axis in "XYZBC"}
+    return fx.read_toolpath(
+        data / "toolpaths" / "nx_nmv5000_fanuc_mm.nc",
+        machine=NUTATING,
+        tool=BALL,
+        program_zero=zeros,
+        start={"C": 0.0},
+        **options,
+    )
+
+
+def test_a_fanuc_program_of_nine_work_offsets_is_read_to_its_last_block(data):
+    path = nmv(data)
+    lines = motion_lines(data / "toolpaths" / "nx_nmv5000_fanuc_mm.nc")
+    assert len(lines) == 564
+    assert path.source[-1] == 749
+    assert set(path.source) < set(lines)
+    # G28 is at home already in some blocks; G30 leads to a place that nobody has told.
+    assert path.ignored[MACHINE_MOVES] == 14
+
+
+def test_a_program_whose_positions_stay_with_the_machine_is_doubted(data):
+    """The NMV's post lets the frame stand while the table turns: read so, the tip goes half the way."""
+    [doubt] = [f for f in nmv(data).findings if f.code == "positions-doubtful"]
+    assert doubt.message.startswith("in the 9 cuts that turn the table the tip goes 184.512 mm")
+    assert "80.4616 mm in one of the machine" in doubt.message
+    assert doubt.place.line == 351
+    assert "positions-doubtful" not in codes(nmv(data, positions="machine"))
+
+
+def test_a_millplus_program_is_read_to_its_last_block(data):
+    file = data / "toolpaths" / "nx_dmc160u_millplus.nc"
+    path = fx.read_toolpath(file, machine=NUTATING, tool=BALL)
+    lines = motion_lines(file, words=r"[XYZABC](?:5=)? *[-+.\d]")
+    # These move nothing: tilts of the plane, shifts of the zero, and a cycle that others call.
+    text = file.read_text(encoding="latin-1").split("\n")
+    still = [i for i in lines if re.search(r"G(7 |93|81|84)", text[i - 1])]
+    moving = set(lines) - set(still)
+    retractions = [i for i in moving if "G74" in text[i - 1]]
+    assert (len(lines), len(retractions)) == (2405, 51)
+    assert path.ignored[MACHINE_MOVES] == 51
+    silent = moving - set(retractions) - set(path.source)
+    assert set(path.source) < moving
+    # What is left are moves that name the angles only, and the same place again.
+    approach = next(f for f in path.findings if f.code == "approach-unknown")
+    assert len(silent) <= int(approach.message.split()[0]) + path.ignored["no move"]
+    assert path.source[-1] == 2687
+
+
+def test_a_3_plus_2_program_has_no_simultaneous_path(data):
+    file = data / "toolpaths" / "spinner_achskreuz_840D_mm.mpf"
+    path = fx.read_toolpath(file, machine=NUTATING, tool=BALL)
+    [finding] = [f for f in path.findings if f.code == "no-simultaneous-path"]
+    assert finding.message.startswith("a 3+2 path: its cuts have 6 directions of the tool axis")
+    assert path.source[-1] == 3059
+    assert path.ignored[MACHINE_MOVES] == 64
+
+
+# Other languages, through the same interpreter
+
+
+def test_klartext_gives_angles_or_directions(read):
+    text = (
+        "0 BEGIN PGM part MM\n1 TOOL CALL 1 Z S1000\n2 L X+0 Y+0 Z+50 R0 FMAX M3\n3 L M128\n"
+        "4 L X+1 Y+2 Z+3 B+0 C+0 FMAX\n5 L X+5 B+90 F500\n6 L M129\n7 END PGM part MM\n"
+    )
+    path = read(text, NUTATING, suffix=".h", unit=None)
+    np.testing.assert_allclose(tips(path), [[1, 2, 3], [5, 2, 3]], atol=1e-12)
+    np.testing.assert_allclose(path.axis, [[0, 0, 1], [1, 0, 0]], atol=1e-12)
+    vectors = (
+        "0 BEGIN PGM part MM\n1 L M128\n2 LN X+1 Y+2 Z+3 NX+0 NY+0 NZ+1 TX+0 TY+0.6 TZ+0.8 F500\n"
+        "3 LN X+2 Y+2 Z+3 NX+0 NY+0 NZ+1 TX+0 TY+0 TZ+1\n4 END PGM part MM\n"
+    )
+    path = read(vectors, suffix=".h", unit=None)
+    np.testing.assert_allclose(tips(path), [[1, 2, 3], [2, 2, 3]], atol=1e-12)
+    np.testing.assert_allclose(path.axis, [[0, 0.6, 0.8], [0, 0, 1]])
+    assert path.has_normals
+    # The ball's centre is 3 mm up its axis, and touches 3 mm below that.
+    np.testing.assert_allclose(path.contact[0], [1, 2 + 3 * 0.6, 3 + 3 * 0.8 - 3], atol=1e-12)
+
+
+def test_a_sinumerik_frame_turns_places_and_directions(read):
+    text = (
+        "N10 G71 G90 G54\nN20 TRAORI\nN30 TRANS X10\nN40 AROT X90\nN50 G0 X1 Y2 Z3 A3=0 B3=0 C3=1\n"
+        "N60 G1 X2 F600\nN70 TRAFOOF\n"
+    )
+    path = read(text, suffix=".mpf", unit=None)
+    np.testing.assert_allclose(tips(path), [[11, -3, 2], [12, -3, 2]], atol=1e-12)
+    np.testing.assert_allclose(path.axis, [[0, -1, 0]] * 2, atol=1e-12)
+
+
+# Coordinates
+
+
+def test_a_program_of_three_axes_needs_no_machine(read):
+    path = read("G0 X0 Y0 Z5\nG1 Z0 F600\nX10\n")
+    np.testing.assert_allclose(tips(path), [[0, 0, 5], [0, 0, 0], [10, 0, 0]])
+    np.testing.assert_allclose(path.axis, [[0, 0, 1]] * 3)
+    assert path.kind.tolist() == [RAPID, CUT, CUT]
+    np.testing.assert_allclose(path.feed, 10)
+    assert path.source.tolist() == [1, 2, 3]
+    assert codes(path) == ["no-simultaneous-path"]
+
+
+def test_a_rotary_word_without_a_machine_is_an_error_that_names_the_option(fault):
+    assert fault("G0 X0 Y0 Z5 A10\n") == (
+        1,
+        "A10: is the angle of a rotary axis, and how the axis lies isn't known; give the machine that the "
+        "program was written for (--machine)",
+    )
+
+
+def test_a_program_states_no_tool(tmp_path):
+    path = tmp_path / "part.nc"
+    path.write_text("G21 G0 X0 Y0 Z0\nG1 X1 F1\n", encoding="utf-8")
+    with pytest.raises(ToolError, match="the file states no tool"):
+        fx.read_toolpath(path)
+
+
+def test_machine_coordinates_become_tips_by_forward_kinematics(read):
+    machine = haas_trunnion()
+    path = read("G0 X1 Y2 Z3 A0 B0\nG1 A-90 F60\nB90\n", machine)
+    # p = Rz(B) Rx(-A) (X, Y, Z): a quarter about X takes (1, 2, 3) to (1, -3, 2), one about Z to (3, 1, 2).
+    np.testing.assert_allclose(tips(path), [[1, 2, 3], [1, -3, 2], [3, 1, 2]], atol=1e-12)
+    np.testing.assert_allclose(path.axis, [[0, 0, 1], [0, -1, 0], [1, 0, 0]], atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("on", "off"),
+    [("M428", "M429"), ("G43.4 H1", "G49"), ("G234", "G49"), ("M128", "M129"), ("G43.4", "G43 H1")],
+)
+def test_under_tip_control_words_are_the_tip(read, trunnion, on, off):
+    text = f"{on}\nG0 X1 Y2 Z3 A0 C0\nG1 X4 A-30 C90 F60\n{off}\nG0 X0 Y0 Z100\n"
+    path = read(text, trunnion)
+    np.testing.assert_allclose(tips(path)[:2], [[1, 2, 3], [4, 2, 3]], atol=1e-12)
+    angles = -np.radians([[0, 0], [90, -30]])  # chain order, and this control counts the other way
+    np.testing.assert_allclose(path.axis[:2], tool_axes(trunnion, angles), atol=1e-12)
+
+
+def test_the_direction_may_stand_in_the_block(read):
+    text = "G43.5 H1\nG0 X1 Y2 Z3 I0 J0 K1\nG1 X2 I.6 J0 K.8 F60\nX3\n"
+    path = read(text)
+    np.testing.assert_allclose(tips(path), [[1, 2, 3], [2, 2, 3], [3, 2, 3]], atol=1e-12)
+    np.testing.assert_allclose(path.axis, [[0, 0, 1], [0.6, 0, 0.8], [0.6, 0, 0.8]])
+
+
+def test_a_direction_is_a_unit_vector_but_for_rounding(read, fault):
+    text = "G43.5 H1\nG0 X1 Y2 Z3 K1\nG1 X2 I.6004 K.8 F60\n"
+    np.testing.assert_allclose(np.linalg.norm(read(text).axis, axis=1), 1)
+    line, message = fault(text.replace(".6004", ".61"))
+    assert line == 3
+    assert "has length 1.006" in message
+
+
+def test_a_direction_and_an_angle_contradict_each_other(fault, trunnion):
+    text = "G43.5 H1\nG0 X1 Y2 Z3 K1\nG1 X2 A5 I.6 K.8 F60\n"
+    assert fault(text, trunnion) == (3, "a tool direction and A in one block; write one of them")
+
+
+def test_axes_that_a_program_never_names_are_taken_to_stand_at_0(read, trunnion):
+    path = read("G0 X0 Y0 Z5\nG1 Z0 F60\nX1\n", trunnion)
+    np.testing.assert_allclose(tips(path), [[0, 0, 0], [1, 0, 0]], atol=1e-12)
+    [assumed] = [f for f in path.findings if f.code == "rotary-assumed"]
+    assert assumed.message == (
+        "the program cuts before it names A, C; 0 deg is taken, say otherwise with start"
+    )
+    turned = read("G0 X0 Y0 Z5\nG1 Z0 F60\nX1\n", trunnion, start={"A": -90, "C": 0})
+    assert "rotary-assumed" not in codes(turned)
+    assert turned.axis[0, 2] == pytest.approx(0)
+
+
+def test_the_length_that_the_control_adds_counts_to_the_tip(read, trunnion):
+    longer = trunnion.with_tool_length(50.0)
+    text = "G0 X0 Y0 Z60 A0 C0\nG1 Z55 F60\n"
+    np.testing.assert_allclose(tips(read(text, longer))[:, 2], [10, 5], atol=1e-9)
+    np.testing.assert_allclose(tips(read("G43 H1\n" + text, longer))[:, 2], [60, 55], atol=1e-9)
+
+
+# Frames that turn and frames that stand
+
+
+def test_positions_of_the_machine_are_carried_to_the_turning_table(read):
+    machine = Machine.from_code("640123")
+    # The tip stands at (10, 0, 5) of the machine while C turns by a quarter: tool relative to workpiece.
+    text = "G43.4 H1\nG0 X10 Y0 Z5 A0 C0\nG1 C90 F60\n"
+    path = read(text, machine, positions="machine")
+    np.testing.assert_allclose(tips(path), [[10, 0, 5], [0, 10, 5]], atol=1e-12)
+    np.testing.assert_allclose(tips(read(text, machine))[1], [10, 0, 5], atol=1e-12)
+
+
+def test_a_direction_in_a_standing_frame_is_refused(fault):
+    text = "G43.5 H1\nG0 X1 Y2 Z3 K1\nG1 X2 I.6 K.8 F60\n"
+    line, message = fault(text, NUTATING, positions="machine")
+    assert line == 2
+    assert message.startswith("positions=machine, and the block gives the tool's direction")
+
+
+def test_the_shorter_way_is_told_whichever_reading_is_chosen(read):
+    machine = Machine.from_code("640123")
+    words = [f"G1 X10 Y0 Z5 C{c} F60" for c in range(0, 181, 5)]
+    text = "\n".join(["G43.4 H1", "G0 X10 Y0 Z5 A0 C0", *words])
+    # The tip stands still on the table, or goes half a circle on it.
+    moving = read(text, machine, positions="machine")
+    [doubt] = [f for f in moving.findings if f.code == "positions-doubtful"]
+    assert "goes 31.4" in doubt.message
+    assert doubt.message.endswith("say positions=table")
+    assert "positions-doubtful" not in codes(read(text, machine))
+
+
+# Tilted planes
+
+
+def test_a_tilted_plane_lies_on_the_workpiece(read):
+    # Euler's angles: 90 about Z, then 90 about the new X, which is the old Y: the plane's Z is the old X.
+    text = "G68.2 X10 Y20 Z30 I90 J90 K0\nG53.1\nG0 X1 Y2 Z3\nG1 X5 F60\nZ0\nG69\n"
+    path = read(text)
+    np.testing.assert_allclose(tips(path), [[13, 21, 32], [13, 25, 32], [10, 25, 32]], atol=1e-12)
+    np.testing.assert_allclose(path.axis, [[1, 0, 0]] * 3, atol=1e-12)
+
+
+def test_arcs_lie_in_the_tilted_plane(read):
+    text = "G68.2 X0 Y0 Z0 I90 J90 K0\nG53.1\nG0 X10 Y0 Z0\nG3 X-10 I-10 F60\n"
+    points = tips(read(text))
+    np.testing.assert_allclose(points[:, 0], 0, atol=1e-12)
+    np.testing.assert_allclose(np.linalg.norm(points, axis=1), 10, atol=1e-9)
+    # The plane's X is the old Y, its Y the old Z.
+    assert points[:, 2].max() == pytest.approx(10, abs=1e-2)
+
+
+def test_increments_count_in_the_tilted_plane(read):
+    text = "G68.2 X0 Y0 Z0 I90 J90 K0\nG53.1\nG0 X1 Y2 Z3\nG91 G1 X5 F60\n"
+    np.testing.assert_allclose(tips(read(text))[-1], [3, 6, 2], atol=1e-12)
+
+
+def test_a_plane_on_a_turned_workpiece_is_an_assumption(read, trunnion):
+    text = "G0 A-90 C0\nG68.2 X0 Y0 Z0 I0 J90 K0\nG0 X1 Y2 Z3\nG1 X5 F60\n"
+    assert codes(read(text, trunnion)).count("plane-on-workpiece") == 1
+    aligned = text.replace("K0\n", "K0\nG53.1\n")
+    assert "plane-on-workpiece" not in codes(read(aligned, trunnion))
+
+
+def test_other_kinds_of_planes_are_refused(fault):
+    assert "only Euler's angles" in fault("G68.2 P1 X0 Y0 Z0 I1\n")[1]
+    assert "G53.1 and G68.2 in one block" in fault("G68.2 G53.1 X0\n")[1]
+
+
+# Switching in mid-program
+
+
+def test_after_a_switch_a_cut_names_every_linear_axis(read, fault, trunnion):
+    text = "G0 X0 Y0 Z5 A0 C0\nG1 Z0 F60\nM428\nG1 X1 Y1\n"
+    line, message = fault(text, trunnion)
+    assert line == 4
+    assert message.startswith(
+        "a feed move, and it doesn't name Z: since tool centre point control was switched on on line 3"
+    )
+    named = read(text.replace("X1 Y1", "X1 Y1 Z1"), trunnion)
+    np.testing.assert_allclose(tips(named)[-1], [1, 1, 1], atol=1e-12)
+
+
+def test_tip_control_that_ends_within_a_turning_cut_is_refused(read, fault, trunnion):
+    text = "M428\nG0 X0 Y0 Z5 A0 C0\nG1 X1 A-5 F60\nM429\nG1 X2 Y0 Z0 A-10\n"
+    line, message = fault(text, trunnion)
+    assert line == 5
+    assert message.startswith("rotary axes turn in a cut in which tool centre point control was switched off")
+    retracted = text.replace("M429\nG1", "M429\nG0 X0 Y0 Z50\nG1")
+    assert len(read(retracted, trunnion)) == 4
+
+
+def test_with_the_zero_known_places_are_carried_over_the_switch(read, trunnion):
+    text = "G0 X0 Y0 Z5 A0 C0\nG1 Z0 F60\nM428\nG1 X1 Y1\n"
+    path = read(text, trunnion, program_zero={"X": 0, "Y": 0, "Z": 0})
+    np.testing.assert_allclose(tips(path)[-1], [1, 1, 0], atol=1e-9)
+
+
+# Places of the machine, work offsets
+
+
+@pytest.mark.parametrize("word", ["G53 G0 Z0", "G91 G28 Z0\nG90", "G30 Z0"])
+def test_retractions_to_places_of_the_machine_are_left_out_and_said(read, word):
+    text = f"G0 X0 Y0 Z5\nG1 Z0 F60\n{word}\nG0 X9 Y9\nZ5\nG1 Z0\n"
+    path = read(text)
+    np.testing.assert_allclose(tips(path), [[0, 0, 5], [0, 0, 0], [9, 9, 5], [9, 9, 0]])
+    assert path.ignored[MACHINE_MOVES] == 1
+    [note] = [f for f in path.findings if f.code == "machine-zero-moves"]
+    assert note.place.line == 3
+    assert note.message.startswith("1 moves to places of the machine")
+
+
+def test_with_the_zero_known_a_retraction_is_in_the_path(read):
+    path = read("G0 X0 Y0 Z5\nG1 Z0 F60\nG53 G0 Z0\n", program_zero={"Z": -100})
+    np.testing.assert_allclose(tips(path)[:, 2], [-95, -100, 0])
+
+
+def test_several_work_offsets_need_their_zeros(read, fault):
+    text = "G54 G0 X0 Y0 Z5\nG1 Z0 F60\nG55 G0 X0 Y0 Z5\nG1 Z0\n"
+    line, message = fault(text)
+    assert line == 3
+    assert message.endswith("give both zeros (program_zero, for example G54X and G55X)")
+    path = read(text, program_zero={"G54X": 0, "G55X": 50, "G55 Z": -1})
+    np.testing.assert_allclose(tips(path), [[0, 0, 5], [0, 0, 0], [50, 0, 4], [50, 0, -1]])
+
+
+# Ways
+
+
+def test_arcs_are_sampled_under_tip_control_too(read, trunnion):
+    text = "M428\nG0 X10 Y0 Z0 A0 C0\nG3 X0 Y10 Z6 I-10 A-30 F60\n"
+    path = read(text, trunnion)
+    points = tips(path)
+    share = np.linspace(0, 1, len(points))
+    np.testing.assert_allclose(np.linalg.norm(points[:, :2], axis=1), 10, atol=1e-9)
+    np.testing.assert_allclose(points[:, 2], 6 * share, atol=1e-9)
+    np.testing.assert_allclose(angle_between(path.axis[0], path.axis), np.radians(30) * share, atol=1e-9)
+    assert 10 * (1 - np.cos(np.pi / 4 / (len(points) - 1))) < PATH_TOLERANCE
+
+
+def test_drilling_goes_down_at_each_place_and_back(read):
+    text = "G0 X0 Y0 Z20\nG99 G81 X1 Y1 Z-5 R2 F60\nX9\nG80\nG0 Z20\n"
+    path = read(text)
+    wanted = [[0, 0, 20], [1, 1, 20], [1, 1, 2], [1, 1, -5], [1, 1, 2]]
+    wanted += [[9, 1, 2], [9, 1, -5], [9, 1, 2], [9, 1, 20]]
+    np.testing.assert_allclose(tips(path), wanted)
+    assert [MoveKind(k).name[0] for k in path.kind] == list("RRRCRRCRR")
+    back = read(text.replace("G99", "G98"))
+    np.testing.assert_allclose(tips(back)[4:6], [[1, 1, 2], [1, 1, 20]])
+    tapped = read(text.replace("G81", "G84"))
+    assert tapped.kind[4] == CUT
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "fact"),
+    [
+        ("G81 X1 Y1 Z-5 F60", 2, "G81 needs Z and R"),
+        ("G81 X1 Y1 Z-5 R2 L3 F60", 2, "G81 L3 repeats the cycle"),
+        ("G81 X1 Y1 Z-5 R2", 2, "no F in force"),
+        ("G18 G81 X1 Y1 Z-5 R2 F1", 2, "a cycle in G18"),
+        ("M98 P100", 2, "M98 calls or ends a subprogram"),
+        ("G65 P9000", 2, "G65 calls"),
+        ("M430", 2, "kinematics of the user's own"),
+        ("G1 X1", 2, "no F in force"),
+        ("G1 X1 X2 F1", 2, "X has two values"),
+        ("G1 X1E3 F1", 2, "no exponent"),
+        ("G20 G1 X1 F1", 2, "unit=mm was asked for"),
+        ("G2 X1 I5 F1", 2, "begins 5 mm from its centre and ends 4 mm"),
+        ("X#7", 2, "#7 has no value up to here"),
+        ("WHILE [#1 LT 5] DO1", 2, "jumps or repeats"),
+        ("IF [#1 EQ 5] GOTO 9", 2, "jumps or repeats"),
+    ],
+)
+def test_what_would_change_the_path_is_refused_with_its_line(fault, text, line, fact):
+    found, message = fault("G0 X0 Y0 Z0\n" + text + "\n")
+    assert (found, fact in message) == (line, True), message
+
+
+def test_feeds_are_those_of_the_tip_and_durations_stay(read, trunnion):
+    head = "M428\nG0 X0 Y0 Z0 A0 C0\n"
+    np.testing.assert_allclose(read(head + "G1 X3 Y4 A-5 F600\n", trunnion).feed[1], 10)
+    timed = read(head + "G93 G1 X3 Y4 A-5 F30\n", trunnion)
+    assert timed.lengths[1] / timed.feed[1] == pytest.approx(2)
+    turning = read(head + "G1 A-60 F600\n", trunnion)
+    assert turning.lengths[1] / turning.feed[1] == pytest.approx(6)
+    assert read(head + "G1 X1 A-60\n", trunnion, feed_mm_min=120).feed.tolist() == [2, 2]
+    # In machine coordinates F counts along the axes, wherever the tip goes.
+    path = read("G0 X0 Y0 Z100 A0 C0\nG1 Y30 A-30 F600\n", trunnion)
+    assert path.lengths[1] / path.feed[1] == pytest.approx(3)
+
+
+@pytest.mark.parametrize("end", ["M30\nG1 X9", "M2\n%", "M99\nG1 X9", "M17", "%"])
+def test_a_program_ends_where_it_says_so(read, end):
+    path = read(f"\ufeff%\nO1 (part)\nG0 X0 Y0 Z0\nG1 X1 F60\n{end}\n")
+    assert len(path) == 2
+
+
+@pytest.mark.parametrize("suffix", [".nc", ".ngc", ".tap", ".gcode", ".cnc", ".eia", ".ptp", ".min", ".iso"])
+def test_every_suffix_of_programs_is_read(read, suffix):
+    assert len(read("G0X0Y0Z0\nG1X1F60", suffix=suffix)) == 2
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "G0 X0 Y0 Z0\nG1 X1 F60",
+        "g0x0y0z0\ng1x1f60",
+        "N1 G00 X 0 . Y 0 Z 0\nN2 G01 X 1 . 0 F 60",
+        "G0 X0 Y0 Z0 ; begin\n(to X9) G1 X1 F60 (end)",
+        "#1=2 (two)\nG0 X[#1-2] Y0 Z0\nG1 X[#1/2] F[30*#1]",
+    ],
+)
+def test_one_program_in_many_forms(read, text):
+    np.testing.assert_allclose(tips(read(text)), [[0, 0, 0], [1, 0, 0]])
+
+
+def test_a_program_that_is_cut_off_or_no_text_is_refused(tmp_path):
+    path = tmp_path / "part.nc"
+    path.write_bytes(b"G0 X0\x00\x01\x02")
+    with pytest.raises(ToolpathError, match="isn't a text file"):
+        fx.read_toolpath(path, tool=BALL)
+    path.write_text("G21 G0 X0 Y0 Z0\nG1 X1 F60\nG1 X", encoding="utf-8")
+    with pytest.raises(ToolpathError, match=r"part.nc:3: 'G1 X': 'X' isn't a word"):
+        fx.read_toolpath(path, tool=BALL)
+
+
+@pytest.mark.parametrize("line", ["X" * 10_000_000, "X1" * 5_000_000, "(" * 10_000_000, "[" * 10_000_000])
+def test_a_line_of_ten_megabytes_is_refused_at_once(fault, line):
+    found, message = fault("G0 X0 Y0 Z0\n" + line)
+    assert found == 2
+    assert len(message) < 200

@@ -1,0 +1,82 @@
+"""Which language a program is written in."""
+
+from __future__ import annotations
+
+import pytest
+
+from fiveaxis.errors import ToolpathError
+from fiveaxis.nc.languages.choice import LONGEST_LINE, find_language, split_program
+from fiveaxis.nc.source import Source, load_source
+
+
+def language_of(text, name="part.nc"):
+    return find_language(Source(name, text.split("\n"))).name
+
+
+@pytest.mark.parametrize(
+    ("text", "name"),
+    [
+        ("G0 X1\nN20 TRAORI", "Sinumerik 840D"),
+        ("G1 X=R1", "Sinumerik 840D"),
+        ("G1 X1 A3=0.6 B3=0 C3=0.8", "Sinumerik 840D"),
+        ("G0 SUPA Z0", "Sinumerik 840D"),
+        ("DEF REAL _X", "Sinumerik 840D"),
+        ('MSG("part")', "Sinumerik 840D"),
+        ('CYCLE800(1,"TC1")', "Sinumerik 840D"),
+        ("TRANS X5", "Sinumerik 840D"),
+        ("%_N_PART_MPF", "Sinumerik 840D"),
+        ("0 BEGIN PGM part MM", "Heidenhain Klartext"),
+        ("begin pgm part inch", "Heidenhain Klartext"),
+        ("N10 G141 L2=0 F2=15000.", "MillPlus"),
+        ("G00 B=E254 C=E255", "MillPlus"),
+        ("G7 A5=15. B5=0.0 C5=210. L1=1", "MillPlus"),
+        ("%\nO1\nG0 X1", "ISO"),
+        ("#101=5\nX#101", "ISO"),
+        ("(TRAORI)\nG1 X1 (X=5)", "ISO"),
+        ("(MSG, hello)\nG1 X1 ; CYCLE800(1)", "ISO"),
+        ("IF [#1 EQ 2] GOTO 5", "ISO"),
+        ("", "ISO"),
+    ],
+)
+def test_a_language_shows_in_its_words(text, name):
+    assert language_of(text) == name
+
+
+@pytest.mark.parametrize(
+    ("file", "name"),
+    [
+        ("linuxcnc_impeller_xyzac.ngc", "ISO"),
+        ("linuxcnc_boat_xyzac.ngc", "ISO"),
+        ("nx_haas_vf2tr_machine_inch.nc", "ISO"),
+        ("nx_nmv5000_fanuc_mm.nc", "ISO"),
+        ("nx_dmc160u_millplus.nc", "MillPlus"),
+        ("nx_dmu70_840d_traori_inch.mpf", "Sinumerik 840D"),
+        ("spinner_achskreuz_840D_mm.mpf", "Sinumerik 840D"),
+    ],
+)
+def test_real_programs_are_told_apart_without_their_suffix(data, file, name):
+    lines = load_source(data / "toolpaths" / file).lines
+    assert find_language(Source("part", lines)).name == name
+
+
+@pytest.mark.parametrize(
+    ("file", "name"),
+    [
+        ("a.mpf", "Sinumerik 840D"),
+        ("a.SPF.gz", "Sinumerik 840D"),
+        ("a.h", "Heidenhain Klartext"),
+        ("a.i", "ISO"),
+    ],
+)
+def test_where_no_word_tells_the_suffix_does(file, name):
+    assert language_of("G1 X1 F5", file) == name
+    # What stands in the file counts more.
+    assert language_of("0 BEGIN PGM a MM", file) == "Heidenhain Klartext"
+
+
+def test_lost_line_ends_are_told_as_such():
+    with pytest.raises(
+        ToolpathError, match=r"part.nc:2: 'X1X1X1X1X1X1X1X1X1X1'…: a line of 10000 characters"
+    ):
+        list(split_program(Source("part.nc", ["G0 X1", "X1" * 5000])))
+    assert LONGEST_LINE < 10_000

@@ -1,0 +1,88 @@
+"""Arithmetic in programs."""
+
+from __future__ import annotations
+
+import pytest
+
+from fiveaxis.nc.languages.expressions import ExpressionError, evaluate, evaluate_prefix
+
+VALUES = {"#1": 2.0, "#101": 12.5, "#<depth>": -3.0, "#<DEPTH>": -3.0, "R1": 5.0, "Q20": 4.0, "_HOME": -365.0}
+
+
+def lookup(name):
+    return VALUES[name]
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("12.5", 12.5),
+        (".5", 0.5),
+        ("7.", 7.0),
+        ("-.25", -0.25),
+        ("#101", 12.5),
+        ("#1+3.5", 5.5),
+        ("-#1", -2.0),
+        ("#<DEPTH>*2", -6.0),
+        ("R1*2", 10.0),
+        ("2+3*4", 14.0),
+        ("[2+3]*4", 20.0),
+        ("(2+[3-1])*4", 16.0),
+        ("10-4-3", 3.0),
+        ("12/3/2", 2.0),
+        ("2--3", 5.0),
+        ("2*-3", -6.0),
+        ("-2**2", -4.0),
+        ("2^-1", 0.5),
+        ("7 MOD 4", 3.0),
+        ("-7 DIV 2", -3.0),
+        ("+Q20 + +5", 9.0),
+        (" 1 + 1 ", 2.0),
+        ("SIN(30)", 0.5),
+        ("COS[60]*R1", 2.5),
+        ("SIN 30 * 2", 1.0),
+        ("SIN -30", -0.5),
+        ("SQRT(16)+ABS(-1)", 5.0),
+        ("ATAN(1)", 45.0),
+        ("ROUND(-2.5)", -3.0),
+        ("_HOME+5", -360.0),
+    ],
+)
+def test_arithmetic_has_its_usual_meaning(text, value):
+    assert evaluate(text, lookup) == pytest.approx(value, abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("text", "fact"),
+    [
+        ("", "a number is missing"),
+        ("1+", "a number is missing"),
+        ("R2", "R2 has no value up to here"),
+        ("#7*2", "#7 has no value"),
+        ("1.5E3", "'E3' isn't arithmetic"),
+        ("1,5", "',5' isn't arithmetic"),
+        ("1 2", "'2' isn't arithmetic"),
+        ("(1+2", "'(' isn't closed"),
+        ("(1+2]", "'(' isn't closed"),
+        (")", "')' stands where"),
+        ("*2", "'*' stands where"),
+        ("1/0", "has no value: float division by zero"),
+        ("5 MOD 0", "has no value"),
+        ("SQRT(-1)", "has no value"),
+        ("9**999", "has no value"),
+        ("__IMPORT__('OS')", "__IMPORT__ has no value"),
+        ("1" * 41, "isn't a number that a control takes"),
+        ("(" * 60 + "1" + ")" * 60, "more than 40 brackets"),
+        ("-" * 5000 + "1", "more than 40 brackets"),
+    ],
+)
+def test_what_has_no_value_is_refused_with_its_reason(text, fact):
+    with pytest.raises(ExpressionError) as caught:
+        evaluate(text, lookup)
+    assert fact in str(caught.value)
+
+
+def test_a_prefix_ends_where_no_operator_follows():
+    assert evaluate_prefix("X=R1*2 Y=3", 2, lookup) == (10.0, 6)
+    assert evaluate_prefix("X#101Y#1", 1, lookup) == (12.5, 5)
+    assert evaluate_prefix("X[#1+3.5]Z1", 1, lookup) == (5.5, 9)

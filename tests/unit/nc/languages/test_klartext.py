@@ -1,0 +1,422 @@
+"""Blocks of Heidenhain Klartext programs."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from fiveaxis.errors import ToolpathError
+from fiveaxis.nc.languages.klartext import split_klartext
+from fiveaxis.nc.source import Source
+
+
+def blocks_of(*lines, **options):
+    return list(split_klartext(Source("part.h", list(lines)), **options))
+
+
+def last(*lines):
+    return blocks_of(*lines)[-1]
+
+
+def place(frame, *point):
+    """Where a point of the frame's coordinates lies in those before."""
+    return frame.rotation @ np.array(point, float) + frame.origin
+
+
+@pytest.mark.parametrize(
+    ("text", "g", "words"),
+    [
+        ("12 L X+1.5 Y-2 Z+3 A+10 C-20 R0 F500", ("G1",), dict(X=1.5, Y=-2, Z=3, A=10, C=-20, F=500)),
+        ("L X1 R0 FMAX", ("G0",), dict(X=1)),
+        ("L X+1 R0 F MAX M3", ("G0",), dict(X=1)),
+        ("  7  l x+1 y-.5 fmax", ("G0",), dict(X=1, Y=-0.5)),
+        ("L X+1,5 Y-0,25", ("G1",), dict(X=1.5, Y=-0.25)),
+        ("LX+1Y+2", ("G1",), dict(X=1, Y=2)),
+        ("L  X +1  Y -2", ("G1",), dict(X=1, Y=-2)),
+        ("X+5 R0 FMAX", ("G0",), dict(X=5)),
+        ("C+45 FMAX", ("G0",), dict(C=45)),
+        ("L Z+0 R0 FMAX M91", ("G0", "G53"), dict(Z=0)),
+        ("L X+1 ; to the right ~ no", ("G1",), dict(X=1)),
+        ("/ 12 L X+1", ("G1",), dict(X=1)),
+        ("12 / L X+1", ("G1",), dict(X=1)),
+    ],
+)
+def test_straight_lines_come_in_many_forms(text, g, words):
+    block = last(text)
+    assert block.g == g
+    assert dict(block.words) == words
+
+
+def test_rapid_is_of_one_block_only():
+    assert [b.g for b in blocks_of("L X+1 FMAX", "L X+2", "L Y+1 F100 M8", "L Y+2 M9 FMAX")] == [
+        *(("G0",), ("G1",), ("G1",), ("G0",)),
+    ]
+
+
+def test_programs_begin_with_their_unit_and_end():
+    found = blocks_of("0 BEGIN PGM PART MM", "1 L X+1", "2 END PGM PART MM", "3 L X+2")
+    assert [(b.line, b.g, b.m) for b in found] == [(1, ("G21",), ()), (2, ("G1",), ()), (3, (), ("M30",))]
+    assert last("BEGIN PGM PART INCH").g == ("G20",)
+    assert [b.m for b in blocks_of("L M30", "M2")] == [("M30",), ("M2",)]
+
+
+def test_lines_without_effect_are_counted():
+    lines = (
+        "BLK FORM 0.1 Z X-50 Y-50 Z-10",
+        "* - Roughing",
+        '5 TOOL CALL "MILL_10" Z S8000 F1200 DL+0.1',
+        "TOOL DEF 7",
+        "CYCL DEF 32.0 TOLERANCE",
+        "CYCL DEF 32.1 T0.02",
+        "CYCL DEF 247 DATUM SETTING ~",
+        "  Q339=+1 ;DATUM NUMBER",
+        "STOP",
+        "LBL 1",
+        "M138 A C",
+        "L M8",
+        "FN 16: F-PRINT TNC:\\A.A",
+        "; only this",
+        "",
+    )
+    found = blocks_of(*lines)
+    assert [b.ignored for b in found] == [
+        *(("BLK FORM",), ("*",), ("TOOL CALL",), ("TOOL DEF",), ("CYCL DEF 32",), ("CYCL DEF 32",)),
+        *(("CYCL DEF 247",), ("STOP",), ("LBL",), ("M138",), ("M8",), ("FN 16:",)),
+    ]
+    assert found[7].line == 9
+    assert not any(b.words or b.g for b in found)
+
+
+def test_the_tip_is_followed_from_m128_to_the_end_of_the_block_with_m129():
+    found = blocks_of("M128", "L X+1 F500 M128 F1000", "L X+2 M129", "M129")
+    assert [(b.tip_control, dict(b.words)) for b in found] == [
+        (True, {}),
+        (True, {"X": 1.0, "F": 500.0}),
+        (None, {"X": 2.0}),
+        (False, {}),
+        (False, {}),
+    ]
+    found = blocks_of("FUNCTION TCPM F TCP AXIS POS PATHCTRL AXIS REFPNT TIP-TIP", "FUNCTION RESET TCPM")
+    assert [b.tip_control for b in found] == [True, False]
+
+
+def test_lines_with_vectors_give_the_tools_direction_and_the_normal():
+    text = "LN X+1 Y+2 Z+3 NX+0.6 NY+0 NZ+0.8 TX+0 TY+0.1 TZ+0.9 F500"
+    for code in (text, f"{text} M8"):
+        block = last(code)
+        assert block.normal == (0.6, 0.0, 0.8)
+        assert block.vector == (0.0, 0.1, 0.9)
+        assert dict(block.words) == {"X": 1, "Y": 2, "Z": 3, "F": 500}
+    assert last("LN X+1 TZ+1").normal is None
+
+
+def test_with_m128_a_line_with_nothing_but_a_normal_holds_the_tool_along_it():
+    block = last("M128", "LN X+1 NX+0.6 NY+0 NZ+0.8")
+    assert block.vector == block.normal == (0.6, 0.0, 0.8)
+    assert [f.code for f in block.findings] == ["axis-from-normal"]
+    assert last("LN X+1 NX+0.6 NY+0 NZ+0.8").vector is None
+    assert last("M128", "LN X+1 A+5 NX+0.6 NY+0 NZ+0.8").vector is None
+
+
+def test_spatial_angles_of_tcpm_are_a_direction():
+    found = blocks_of("FUNCTION TCPM F TCP AXIS SPAT PATHCTRL VECTOR", "L X+1 A+90 B+0 C+90", "L IC-90")
+    np.testing.assert_allclose(found[1].vector, [1, 0, 0], atol=1e-15)
+    assert dict(found[1].words) == {"X": 1.0}
+    np.testing.assert_allclose(found[2].vector, [0, -1, 0], atol=1e-15)
+    with pytest.raises(ToolpathError, match="the first angles after AXIS SPAT are all three"):
+        blocks_of("FUNCTION TCPM AXIS SPAT", "L A+10")
+
+
+def test_increments_are_named():
+    block = last("L IX+5 Y+2 IC-10")
+    assert dict(block.words) == {"X": 5, "Y": 2, "C": -10}
+    assert block.increments == "XC"
+
+
+def test_circles_have_an_absolute_centre():
+    block = last("CC X+10 Y-5", "C X+20 Y-5 DR+ F200")
+    assert (block.g, block.centre) == (("G3",), {"X": 10.0, "Y": -5.0})
+    assert dict(block.words) == {"X": 20, "Y": -5, "F": 200}
+    assert last("CC X+10 Y-5", "C X+20 DR-").g == ("G2",)
+    assert last("L X+3 Y+4", "CC", "C X+3 Y+4 DR+").centre == {"X": 3.0, "Y": 4.0}
+    assert last("L X+3 Y+4", "CC IX+5 IY-1", "C X+9 Y+9 DR+").centre == {"X": 8.0, "Y": 3.0}
+    assert last("CC X+1 Y+2", "CC Y+5", "C X+9 Y+9 DR+").centre == {"X": 1.0, "Y": 5.0}
+
+
+def test_circles_may_have_a_radius():
+    block = last("CR X+10 Y+40 R+20 DR- R0")
+    assert (block.g, dict(block.words)) == (("G2",), {"X": 10, "Y": 40, "R": 20})
+    assert last("CR X+10 Y+40 R-20 DR+").words["R"] == -20
+
+
+def test_polar_places_are_about_the_pole():
+    found = blocks_of("CC X+10 Y+20", "LP PR+5 PA+90 Z+1 F100", "LP IPA-90", "LP IPR+1", "LP PR+2")
+    places = [(b.words["X"], b.words["Y"]) for b in found[1:]]
+    np.testing.assert_allclose(places, [(10, 25), (15, 20), (16, 20), (12, 20)], atol=1e-12)
+    assert found[1].words["Z"] == 1.0
+    assert found[1].g == ("G1",)
+
+
+@pytest.mark.parametrize(
+    ("words", "end", "turns"),
+    [
+        ("PA+90 DR+", (0, 10), 0),
+        ("IPA+360 DR+", (10, 0), 0),
+        ("IPA+1080 DR+", (10, 0), 2),
+        ("IPA-450 DR-", (0, -10), 1),
+    ],
+)
+def test_a_helix_turns_about_the_pole(words, end, turns):
+    block = last("CC X+0 Y+0", "L X+10 Y+0 Z+0", f"CP {words} IZ-5")
+    np.testing.assert_allclose([block.words["X"], block.words["Y"]], end, atol=1e-12)
+    assert (block.turns, block.increments, block.words["Z"]) == (turns, "Z", -5.0)
+    assert block.centre == {"X": 0.0, "Y": 0.0}
+
+
+def test_parameters_have_values():
+    lines = (
+        "Q1 = 5",
+        "FN 0: Q2 = +7.5",
+        "FN1: Q3 = +Q1 + -Q2",
+        "FN 4: Q4 = +Q2 DIV +2",
+        "QL5 = Q1 * (2 + SIN 30)",
+        "FN 5: Q6 = SQRT 16",
+        'QS1 = "text"',
+        "L X+Q1 Y-Q2 Z+Q3 A+Q4 C+QL5 FQ6",
+    )
+    assert dict(last(*lines).words) == {"X": 5, "Y": -7.5, "Z": -2.5, "A": 3.75, "C": 12.5, "F": 4}
+
+
+def test_the_feed_of_the_tool_call_is_that_of_f_auto():
+    assert last("TOOL CALL 5 Z S1000 F800", "L X+1 F AUTO").words["F"] == 800.0
+
+
+def test_shifts_replace_axis_by_axis():
+    lines = ("CYCL DEF 7.0 DATUM SHIFT", "CYCL DEF 7.1 X+10", "CYCL DEF 7.2 IY+5", "CYCL DEF 7.3 IY+5")
+    frames = [b.frame for b in blocks_of(*lines, "TRANS DATUM AXIS X-1 Z+2", "TRANS DATUM RESET")]
+    assert frames[0] is None
+    np.testing.assert_allclose([f.origin for f in frames[1:]], [
+        *((10, 0, 0), (10, 5, 0), (10, 10, 0), (-1, 10, 2), (0, 0, 0)),
+    ])  # fmt: skip
+    assert all(f.kind == "set" for f in frames[1:])
+
+
+def about(letter, angle):
+    """Rotation about X, Y or Z, written out; deg."""
+    c, s = np.cos(np.radians(angle)), np.sin(np.radians(angle))
+    return np.array(
+        {
+            "X": [[1, 0, 0], [0, c, -s], [0, s, c]],
+            "Y": [[c, 0, s], [0, 1, 0], [-s, 0, c]],
+            "Z": [[c, -s, 0], [s, c, 0], [0, 0, 1]],
+        }[letter]
+    )
+
+
+def test_spatial_angles_turn_about_axes_that_stay():
+    block = last("PLANE SPATIAL SPA+20 SPB-30 SPC+40 TURN FMAX SEQ- TABLE ROT")
+    expected = about("Z", 40) @ about("Y", -30) @ about("X", 20)
+    np.testing.assert_allclose(block.frame.rotation, expected, atol=1e-15)
+    assert (block.tip_control, block.vector) == (True, (0.0, 0.0, 1.0))
+    # The example of the manual: A 45, B 0, C 90 leads Z to X.
+    block = last("PLANE SPATIAL SPA+45 SPB+0 SPC+90 STAY")
+    np.testing.assert_allclose(block.frame.rotation @ [0, 0, 1], [np.sqrt(0.5), 0, np.sqrt(0.5)], atol=1e-15)
+    assert (block.tip_control, block.vector) == (None, None)
+
+
+def test_planes_are_given_in_other_ways():
+    euler = last("PLANE EULER EULPR20 EULNU30 EULROT40 STAY").frame.rotation
+    np.testing.assert_allclose(euler, about("Z", 20) @ about("X", 30) @ about("Z", 40), atol=1e-15)
+    relative = last("PLANE SPATIAL SPA+45 SPB+0 SPC+0 STAY", "PLANE RELATIV SPB+30 STAY").frame.rotation
+    np.testing.assert_allclose(relative, about("X", 45) @ about("Y", 30), atol=1e-15)
+    vector = last("PLANE VECTOR BX+0 BY+1 BZ+0.2 NX+1 NY+0 NZ+0 STAY").frame.rotation
+    np.testing.assert_allclose(vector[:, 2], [1, 0, 0], atol=1e-15)
+    np.testing.assert_allclose(vector[:, 0] @ [0, 1, 0.2], np.hypot(1, 0.2))
+    assert np.linalg.det(vector) == pytest.approx(1.0)
+
+
+def test_axes_that_go_to_the_planes_own_angles_stand_the_tool_upright_in_it():
+    block = last("PLANE SPATIAL SPA+90 SPB+0 SPC+0 STAY", "L A+Q120 C+Q122 R0 FMAX M126")
+    assert (block.tip_control, block.vector, dict(block.words)) == (True, (0.0, 0.0, 1.0), {})
+    assert [f.code for f in block.findings] == ["angles-as-written"]
+
+
+def test_a_plane_begins_at_the_shift_before_it_and_is_shifted_in_itself():
+    lines = (
+        "TRANS DATUM AXIS X+10",
+        "PLANE SPATIAL SPA+0 SPB+90 SPC+0 STAY",
+        "PLANE RESET STAY",
+        "TRANS DATUM RESET",
+        "PLANE SPATIAL SPA+0 SPB+90 SPC+0 STAY",
+        "TRANS DATUM AXIS X+10",
+        "CYCL DEF 10.0 ROTATION",
+        "CYCL DEF 10.1 ROT+90",
+    )
+    frames = [b.frame for b in blocks_of(*lines) if b.frame is not None]
+    np.testing.assert_allclose(place(frames[1], 0, 0, 1), [11, 0, 0], atol=1e-15)
+    np.testing.assert_allclose(place(frames[2], 0, 0, 1), [10, 0, 1], atol=1e-15)
+    np.testing.assert_allclose(place(frames[5], 0, 0, 1), [1, 0, -10], atol=1e-15)
+    np.testing.assert_allclose(place(frames[6], 1, 0, 0), [0, 1, -10], atol=1e-15)
+
+
+def test_a_dwell_waits_seconds():
+    block = last("CYCL DEF 9.0 DWELL TIME", "CYCL DEF 9.1 DWELL 1.5")
+    assert (block.g, dict(block.words)) == (("G4",), {"P": 1.5})
+
+
+def test_places_that_only_the_machine_knows_are_left_out_and_said():
+    for text in ("L M140 MB MAX FMAX", "M140 MB 50 F750", "L Z+0 FMAX M92"):
+        block = last(text)
+        assert not block.words
+        assert not block.g
+        assert [f.code for f in block.findings] == ["fixed-point-left-out"]
+
+
+def test_blocks_after_a_slash_are_skipped_unread_where_asked():
+    found = blocks_of("/ CALL LBL 5", "7 / L X+1", "L X+2", block_delete=True)
+    assert [b.skipped for b in found] == [True, True, False]
+
+
+def test_presets_may_be_named_before_moves_and_not_changed_after():
+    assert len(blocks_of("CYCL DEF 247 SET ~", "Q339=+1", "L X+1", "CYCL DEF 247 SET ~", "Q339=+1")) == 3
+    with pytest.raises(
+        ToolpathError, match=r"part\.h:4: .*preset 2 moves the program's zero away from preset 1"
+    ):
+        blocks_of("CYCL DEF 247 SET ~", "Q339=+1", "L X+1", "CYCL DEF 247 SET ~", "Q339=+2")
+    with pytest.raises(ToolpathError, match="#2 moves the program's zero away from #1"):
+        blocks_of("CYCL DEF 7.1 #1", "L X+1 M8", "CYCL DEF 7.1 #2")
+
+
+@pytest.mark.parametrize(
+    ("text", "fact"),
+    [
+        ("L X+1 X+2", "X has two values, 1 and 2; write one of them"),
+        ("L X+1 IX+2", "X has two values"),
+        ("LN X+1 TX+1 TX+1", "X has two values"),
+        ("L X+1.5E3", "'E3' would be an exponent"),
+        ("L X+1.2.3", "isn't a word"),
+        ("L X+10 20", "'20' isn't a word"),
+        ("L X", "'X' isn't a word"),
+        ("L X" + "1" * 50, "isn't a word"),
+        ("L X+Q7", "Q7 has no value up to here"),
+        ("Q1 = Q7 + 1", "Q7 has no value up to here"),
+        ("Q1 = 5 +", "a number is missing"),
+        ("L X+1 RL", "RL shifts the way by the tool's radius"),
+        ("X+5 R+", "R+ shifts the way"),
+        ("L X+1 FU0.2", "FU is a feed by revolution"),
+        ("L X+1 F AUTO", "none was given"),
+        ("L X+1 R5", "R5 belongs to CR"),
+        ("L X+1 PA+5", "PA belongs to LP and CP"),
+        ("L X+1 M99", "M99 is a cycle, which isn't expanded"),
+        ("L X+1 M118 Z1", "M118 lets the operator"),
+        ("L M1.5", "isn't an M word"),
+        ("C X+1 Y+2 DR+", "there is no pole"),
+        ("C X+1 Y+2", "C needs its direction"),
+        ("CC", "X and Y of the place before aren't in the program"),
+        ("CC X+1", "the pole has no Y"),
+        ("CC X+1 Z+1", "CC is read with X and Y"),
+        ("CR X+1 Y+2 DR+", "CR needs its radius"),
+        ("CR X+1 Y+2 R5 DR+ FMAX", "CR is a move at feed"),
+        ("LP PR+5 PA+90", "there is no pole"),
+        ("LP PR+5 PA+90 X+1", "one radius and one angle"),
+        ("CT X+1 Y+2", "CT makes moves of its own"),
+        ("RND R5", "RND makes moves of its own"),
+        ("CHF 2", "CHF makes moves of its own"),
+        ("APPR LCT X+1 R5 RL", "APPR makes moves of its own"),
+        ("CALL LBL 1 REP 5", "CALL LBL jumps, repeats or calls"),
+        ("CALL PGM OTHER", "jumps, repeats or calls"),
+        ("FN 9: IF +Q1 EQU +1 GOTO LBL 5", "jumps, repeats or calls"),
+        ("FN 18: SYSREAD Q1 = ID270 NR1 IDX1", "asks the control"),
+        ("FN 8: Q1 = +3 LEN +4", "asks the control"),
+        ("CYCL DEF 200 DRILLING", "is a cycle, which isn't expanded"),
+        ("CYCL CALL", "is a cycle, which isn't expanded"),
+        ("TCH PROBE 400", "is a cycle, which isn't expanded"),
+        ("CYCL DEF 8.1 X", "mirrors or scales"),
+        ("CYCL DEF 11.1 SCL 0.5", "mirrors or scales"),
+        ("CYCL DEF 19.1 A+0 B+45 C+0", "whose meaning the machine decides; write PLANE SPATIAL"),
+        ("CYCL DEF 7.1 C+5", "a datum shift is read for X, Y and Z"),
+        ("CYCL DEF 7.1 X+5 what", "'WHAT' isn't a word of an axis"),
+        ("CYCL DEF A", "CYCL DEF is followed by a number"),
+        ("PLANE SPATIAL SPA+5", "PLANE SPATIAL needs SPB, SPC"),
+        ("PLANE AXIAL B+45 TURN", "PLANE places the coordinates in a way that isn't read"),
+        ("PLANE VECTOR BX1 BY0 BZ0 NX1 NY0 NZ0", "a base vector and a normal across it"),
+        ("TRANS MIRROR AXIS X", "TRANS places the coordinates"),
+        ("FUNCTION TCPM F TCP AXIS POS REFPNT CENTER-CENTER", "REFPNT is read as TIP-TIP"),
+        ("FUNCTION MODE TURN", "changes what the words mean"),
+        ("TOOL CALL 5 X S100", "a tool along X isn't read"),
+        ("BEGIN PGM PART", "ends with the unit, MM or INCH"),
+        ("BLABLA", "'BLABLA' begins nothing that is read"),
+        ("G1 X10", "'G1' begins nothing that is read"),
+        ("ſ+100", "begins nothing that is read"),
+        ("L X+١", "isn't a word"),
+        ("L X+1 " * 1000, "characters in a block, beyond 4096"),
+    ],
+)
+def test_what_is_not_read_is_refused_with_its_line_and_reason(text, fact):
+    with pytest.raises(ToolpathError) as caught:
+        blocks_of("0 BEGIN PGM PART MM" if "BEGIN" not in text else "; begin", text)
+    assert str(caught.value).startswith("part.h:2: ")
+    assert fact in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("lines", "fact"),
+    [
+        (("CC X+0 Y+0", "L X+1 Y+0", "CP IPA-90 DR+"), "IPA-90 turns against DR+"),
+        (
+            ("TRANS DATUM AXIS X+1", "PLANE SPATIAL SPA1 SPB0 SPC0 STAY", "TRANS DATUM RESET"),
+            "in a tilted plane",
+        ),
+        (
+            ("PLANE SPATIAL SPA1 SPB0 SPC0 STAY", "TRANS DATUM AXIS X+1", "PLANE RESET STAY"),
+            "a new plane while",
+        ),
+        (("CYCL DEF 10.0 R", "CYCL DEF 10.1 ROT+5", "TRANS DATUM AXIS X+1"), "while cycle 10 turns"),
+        (("L X+1 Y+1", "PLANE SPATIAL SPA1 SPB0 SPC0 STAY", "CC"), "aren't in the program up to here"),
+        (("M128", "L X+1", "L Z+10 M140 MB MAX"), "M140 beside a move isn't read"),
+        (("BEGIN PGM A MM", "L X+1", "BEGIN PGM B MM"), "a second program begins"),
+    ],
+)
+def test_what_depends_on_blocks_before_is_refused_in_its_own_line(lines, fact):
+    with pytest.raises(ToolpathError) as caught:
+        blocks_of(*lines)
+    assert str(caught.value).startswith("part.h:3: ")
+    assert fact in str(caught.value)
+
+
+def test_a_line_of_ten_megabytes_is_refused_quickly_and_briefly():
+    with pytest.raises(ToolpathError, match="characters in a block") as caught:
+        blocks_of("L X+1 Y+2 " * 1_000_000)
+    assert len(str(caught.value)) < 300
+
+
+def test_a_tool_that_the_control_has_turned_back_stands_upright_until_angles_are_named():
+    lines = (
+        "PLANE SPATIAL SPA+90 SPB+0 SPC+0 MOVE FMAX",
+        "PLANE RESET MOVE FMAX",
+        "L X+1",
+        "L X+2 A+5 C+5",
+        "L X+3 A+6",
+        "PLANE RESET MOVE FMAX",
+    )
+    found = blocks_of(*lines)
+    assert [(b.tip_control, b.vector) for b in found] == [
+        *((True, (0.0, 0.0, 1.0)), (True, (0.0, 0.0, 1.0)), (None, None), (False, None), (None, None)),
+        (False, None),
+    ]
+
+
+@pytest.mark.parametrize(
+    "lines",
+    [
+        ("PLANE SPATIAL SPA+90 SPB+0 SPC+0 TURN FMAX",),
+        ("PLANE SPATIAL SPA+90 SPB+0 SPC+0 STAY", "L A+Q120 C+Q122 FMAX"),
+    ],
+)
+def test_a_turn_that_doesnt_follow_the_tip_loses_its_place(lines):
+    """By a block in which the coordinates are the axes' own, unless M128 follows the tip."""
+    lost, block = blocks_of(*lines)[-2:]
+    assert (lost.tip_control, lost.vector, lost.frame.origin) == (False, None, (0.0, 0.0, 0.0))
+    assert (block.tip_control, block.vector) == (True, (0.0, 0.0, 1.0))
+    np.testing.assert_allclose(block.frame.rotation @ [0, 0, 1], [0, -1, 0], atol=1e-15)
+    assert [b.tip_control for b in blocks_of("M128", *lines)].count(False) == 0
