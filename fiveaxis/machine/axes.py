@@ -11,14 +11,19 @@ from fiveaxis.machine.drives import Drive
 
 @dataclass(frozen=True)
 class Limits:
-    """Range of an axis value, mm or rad; infinite where the axis turns without end."""
+    """Range of an axis value, mm or rad; infinite where the axis turns without end, equal where it's held."""
 
     low: float = -math.inf
     high: float = math.inf
 
     def __post_init__(self) -> None:
-        if not self.low < self.high:
+        if not (self.low < self.high or self.is_fixed):
             raise MachineError(f"axis limits are reversed or empty: {self.low:g} … {self.high:g}")
+
+    @property
+    def is_fixed(self) -> bool:
+        """Whether the axis is held at one value."""
+        return self.low == self.high and math.isfinite(self.low)
 
     @property
     def unlimited(self) -> bool:

@@ -23,9 +23,10 @@ from fiveaxis.posture.branches import (
     spread_over_links,
 )
 from fiveaxis.posture.greedy_kernel import walk
+from fiveaxis.posture.holding import is_holding, nearest_held
 from fiveaxis.posture.solution import Baseline
 from fiveaxis.posture.waves import has_waves, waves_of
-from fiveaxis.toolpath import TiltBounds, Toolpath
+from fiveaxis.toolpath import TiltBounds, Toolpath, feed_directions
 
 # Steps of the tilt range that `normal` tries, and of the lead and lean angles of `lead-lean`.
 TILT_STEPS = 61
@@ -37,6 +38,10 @@ RANKING_LOCATIONS = 400
 RANKED_KEPT = 6
 # Tool axes stay this far inside the tilt range (rad), so that rounding doesn't carry them out of it.
 INSIDE = 1e-9
+# Where several bounds hold, axes are drawn this far inside them (rad): at their edges they may not meet.
+DRAWN_IN = np.radians(0.02)
+# How far inside the bounds `lead-lean` looks for a pair of angles when its grid misses a narrow range (rad).
+INSETS = np.radians([2.0, 0.5, 0.1, 0.02])
 
 
 class NoBaseline(FiveAxisError):
@@ -92,6 +97,11 @@ def along_normal(toolpath: Toolpath, machine: Machine, tilt: TiltBounds) -> Arra
     The lean goes upwards, towards the tool axis at home: for an overhanging wall the way that a programmer
     would take.
     """
+    if is_holding(machine):
+        rotary, open_rows = nearest_held(toolpath, machine, tilt)
+        if open_rows.any():
+            raise NoBaseline(f"{int(open_rows.sum())} locations have no posture with the axes that are held")
+        return rotary
     axis, open_rows = nearest_to_reference(toolpath, machine, tilt)
     if open_rows.any():
         raise NoBaseline(f"{int(open_rows.sum())} locations have no posture with the tool leaning upwards")
@@ -111,8 +121,12 @@ def nearest_to_reference(toolpath: Toolpath, machine: Machine, tilt: TiltBounds)
     open_rows: BoolArray = np.array(np.isfinite(tilt.reference).all(axis=1))
     for angle in np.linspace(tilt.low + INSIDE, tilt.high - INSIDE, TILT_STEPS):
         leaning = np.cos(angle) * tilt.reference + np.sin(angle) * upwards
+        if tilt.beside:
+            leaning = tilt.draw_in(leaning, DRAWN_IN)
         wanted = np.where(open_rows[:, None], leaning, np.nan)
         reached = open_rows & postures(machine, toolpath, wanted).allowed.any(axis=0)
+        if tilt.beside:
+            reached &= tilt.admits(leaning)
         axis[reached] = leaning[reached]
         open_rows &= ~reached
         if not open_rows.any():
@@ -139,8 +153,10 @@ def lead_lean(toolpath: Toolpath, machine: Machine, tilt: TiltBounds) -> Array:
     # Links stay in the sample: what a posture costs on the way between passes counts as well.
     sample = np.union1d(cuts[:: max(1, len(cuts) // RANKING_LOCATIONS)], np.flatnonzero(~bound))
     ranked: list[tuple[float, float, float]] = []
-    for lead, lean in _leads_and_leans(tilt):
+    for lead, lean in [*_leads_and_leans(tilt), *_drawn_pairs(tilt, forward)]:
         axis = leaned(tilt.reference[sample], forward[sample], lead, lean)
+        if tilt.beside and not tilt.admits(axis, sample).all():
+            continue
         try:
             rotary = follow_axes(toolpath.at(sample), machine, axis)
         except NoBaseline:
@@ -151,8 +167,11 @@ def lead_lean(toolpath: Toolpath, machine: Machine, tilt: TiltBounds) -> Array:
     for number, (_, lead, lean) in enumerate(sorted(ranked)):
         if number >= RANKED_KEPT and best is not None:
             break
+        axis = leaned(tilt.reference, forward, lead, lean)
+        if tilt.beside and not tilt.admits(axis).all():
+            continue
         try:
-            rotary = follow_axes(toolpath, machine, leaned(tilt.reference, forward, lead, lean))
+            rotary = follow_axes(toolpath, machine, axis)
         except NoBaseline:
             continue
         cost = float(move_energies(machine, follow(toolpath, machine, rotary)).sum())
@@ -169,25 +188,6 @@ def leaned(reference: Array, forward: Array, lead: float, lean: float) -> Array:
     return np.cos(lean) * (np.cos(lead) * reference + np.sin(lead) * forward) + np.sin(lean) * side
 
 
-def feed_directions(toolpath: Toolpath, reference: Array) -> Array:
-    """Give the direction of travel across the reference at each location, (n, 3) unit vectors."""
-    steps = np.diff(toolpath.pivot, axis=0, prepend=np.nan, append=np.nan)
-    into, out = steps[:-1], steps[1:]
-    before, after = (np.linalg.norm(step, axis=1) for step in (into, out))
-    # A step twice as long as the one on the other side is the change to another pass, not the path's way.
-    # A location given twice has one side only.
-    jumped, jumps = (before > 2.0 * after) & (after > 0.0), (after > 2.0 * before) & (before > 0.0)
-    into = np.where((jumped | ~(before > 0.0))[:, None], 0.0, into)
-    out = np.where((jumps | ~(after > 0.0))[:, None], 0.0, out)
-    ahead = into + out
-    ahead = ahead - reference * np.sum(ahead * reference, axis=1, keepdims=True)
-    still = ~(np.linalg.norm(ahead, axis=1) > 1e-9)
-    known = np.isfinite(reference).all(axis=1)
-    ahead[still & known] = perpendicular(reference[still & known])
-    ahead[still & ~known] = np.nan
-    return normalise(ahead)
-
-
 def _leads_and_leans(tilt: TiltBounds) -> Iterator[tuple[float, float]]:
     steps = LEAN_STEP * np.arange(-5, 6)
     for lead in steps:
@@ -198,6 +198,15 @@ def _leads_and_leans(tilt: TiltBounds) -> Iterator[tuple[float, float]]:
             if abs(angle - inside) < 10.0 * INSIDE:
                 scale = inside / angle if angle > 0.0 else 1.0
                 yield float(lead * scale), float(lean * scale)
+
+
+def _drawn_pairs(tilt: TiltBounds, forward: Array) -> Iterator[tuple[float, float]]:
+    """Give the lead and lean, at a location in the middle, of the reference drawn into all bounds."""
+    for inset in INSETS if tilt.beside else ():
+        drawn = tilt.draw_in(tilt.reference, inset)
+        ahead = np.arctan2(np.sum(drawn * forward, axis=1), np.sum(drawn * tilt.reference, axis=1))
+        aside = np.arcsin(np.clip(np.sum(drawn * np.cross(forward, tilt.reference), axis=1), -1.0, 1.0))
+        yield float(np.nanmedian(ahead)), float(np.nanmedian(aside))
 
 
 def single_posture(toolpath: Toolpath, machine: Machine, tilt: TiltBounds) -> Array:
@@ -222,12 +231,13 @@ def _grid(machine: Machine, column: int) -> Array:
 
 def _admitted_everywhere(axis: Array, tilt: TiltBounds) -> BoolArray:
     """Tell which tool axes, (g, 3), keep the tilt range at every location."""
-    reference = tilt.reference[np.isfinite(tilt.reference).all(axis=1)]
     admitted = np.ones(len(axis), dtype=bool)
-    for rows in np.array_split(reference, max(1, len(reference) // 256)):
-        cosine = axis[admitted] @ rows.T
-        inside = (cosine >= np.cos(tilt.high)) & (cosine <= np.cos(tilt.low))
-        admitted[admitted] = inside.all(axis=1)
+    for bound in tilt.all:
+        reference = bound.reference[np.isfinite(bound.reference).all(axis=1)]
+        for rows in np.array_split(reference, max(1, len(reference) // 256)):
+            cosine = axis[admitted] @ rows.T
+            inside = (cosine >= bound.cosines[0]) & (cosine <= bound.cosines[1])
+            admitted[admitted] = inside.all(axis=1)
     return admitted
 
 

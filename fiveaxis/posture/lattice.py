@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
 
@@ -23,6 +24,10 @@ from fiveaxis.posture.problem import VIOLATION_PRICE, Problem
 MOST_TURNS = 3
 # A linear axis that the other rotary angle moves by less than this (mm) has no levels to choose from.
 SMALLEST_SWING = 1e-3
+# Bounds closer together than this (rad) hold too few states of a lattice for a way through.
+NARROW = np.radians(12.0)
+# A lattice for narrow bounds admits states whose cosine lies this far outside, at a price (J per unit).
+SLACK, SLACK_PRICE = 0.08, 100.0
 # mm; a swing below this is rounding.
 NO_SWING = 1e-12
 
@@ -79,6 +84,16 @@ class Lattice:
     turns_forbidden: bool = False
 
 
+def is_narrow(problem: Problem) -> bool:
+    """Tell whether the tool's lean is bound so closely somewhere that a lattice may hold no state there."""
+    if any(bound.high - bound.low < NARROW for bound in problem.bounds):
+        return True
+    # Two half-spaces back to back, as those of a range of lead, leave a wedge between them.
+    pairs = combinations((b.reference for b in problem.bounds if b.high >= np.pi / 2.0), 2)
+    facing = [np.nanmin(np.sum(a * b, axis=1), initial=1.0) for a, b in pairs]
+    return bool(facing and min(facing) < -np.cos(NARROW))
+
+
 def choose_coordinates(problem: Problem) -> Coordinates:
     """Take the rotary axis with the wider range as spin axis, and the dearest linear axis for levels.
 
@@ -88,6 +103,8 @@ def choose_coordinates(problem: Problem) -> Coordinates:
     machine = problem.machine
     columns = machine.rotary_columns
     spin = int(np.argmax(machine.high[columns] - machine.low[columns]))
+    if machine.axes[columns[1 - spin]].limits.is_fixed:
+        return Coordinates(spin, None)
     linear = machine.linear_columns
     dearest = linear[int(np.argmax((problem.plus + problem.minus)[:, linear].sum(axis=0)))]
     levelled = Coordinates(spin, dearest)
@@ -112,7 +129,11 @@ def spin_angles(problem: Problem, spin: int, step: float) -> tuple[Array, float]
 
 
 def grid_lattice(
-    problem: Problem, coordinates: Coordinates, steps: tuple[float, float], reach: tuple[float, float]
+    problem: Problem,
+    coordinates: Coordinates,
+    steps: tuple[float, float],
+    reach: tuple[float, float],
+    slack: float = 0.0,
 ) -> Lattice:
     """Lay a grid over both rotary angles.
 
@@ -120,13 +141,14 @@ def grid_lattice(
     ----------
     steps : rad, of the spin angle and of the other one
     reach : rad, how far a predecessor may lie in each
+    slack : cosine by which a bound on the lean may be broken, at `SLACK_PRICE`
     """
     spin, period = spin_angles(problem, coordinates.spin, steps[0])
     other, other_period = spin_angles(problem, coordinates.other, steps[1])
 
     def states(rows: IntArray) -> tuple[Array, Array]:
         possible = np.ones((len(rows), len(spin), len(other), 1), dtype=bool)
-        return _admitted(problem, coordinates, rows, spin, other[:, None], possible)
+        return _admitted(problem, coordinates, rows, spin, other[:, None], possible, slack)
 
     hops = (_hops(reach[0], steps[0], spin, period), _hops(reach[1], steps[1], other, other_period))
     column = problem.machine.rotary_columns[coordinates.spin]
@@ -134,7 +156,12 @@ def grid_lattice(
 
 
 def level_lattice(
-    problem: Problem, coordinates: Coordinates, step: float, count: int, reach: tuple[float, int]
+    problem: Problem,
+    coordinates: Coordinates,
+    step: float,
+    count: int,
+    reach: tuple[float, int],
+    slack: float = 0.0,
 ) -> Lattice:
     """Lay a grid over the spin angle and the level of a linear axis.
 
@@ -143,6 +170,7 @@ def level_lattice(
     step : rad, of the spin angle
     count : levels over all that the axis can reach
     reach : how far a predecessor may lie, in rad and in levels
+    slack : cosine by which a bound on the lean may be broken, at `SLACK_PRICE`
     """
     machine, axis = problem.machine, coordinates.second_column(problem)
     spin, period = spin_angles(problem, coordinates.spin, step)
@@ -157,7 +185,7 @@ def level_lattice(
         other, reached = other_angle(problem, coordinates, swung, level)
         highest = machine.high[machine.rotary_columns[coordinates.other]]
         possible = reached[..., None] & (other <= highest)
-        return _admitted(problem, coordinates, rows, spin, other, possible)
+        return _admitted(problem, coordinates, rows, spin, other, possible, slack)
 
     column = machine.rotary_columns[coordinates.spin]
     hops = (_hops(reach[0], step, spin, period), reach[1])
@@ -262,18 +290,19 @@ def _admitted(
     spin: Array,
     other: Array,
     possible: BoolArray,
+    slack: float,
 ) -> tuple[Array, Array]:
     """Solve axis values where they are possible; the rest, and what tilt or limits forbid, has no price."""
     at = np.nonzero(possible)
     angles = coordinates.angles(spin[at[1]], np.broadcast_to(other, possible.shape)[at])
     found, excess = problem.placed(rows[at[0]], angles)
-    allowed = (excess == 0.0) & (problem.limit_excess(found) == 0.0)
+    allowed = (excess <= slack) & (problem.limit_excess(found) == 0.0)
     positions = np.zeros((*possible.shape, found.shape[-1]))
     # The kernel reads the spin angle of every row of a layer, also where all its states are forbidden.
     positions[..., problem.machine.rotary_columns[coordinates.spin]] = spin[:, None, None]
     positions[at] = found
     price = np.full(possible.shape, np.inf)
-    price[at] = np.where(allowed, 0.0, np.inf)
+    price[at] = np.where(allowed, SLACK_PRICE * excess, np.inf)
     return positions, price
 
 

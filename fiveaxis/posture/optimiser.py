@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -13,6 +14,7 @@ from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array
 from fiveaxis.machine import Machine
 from fiveaxis.motion import follow
+from fiveaxis.posture import holding
 from fiveaxis.posture.baselines import find_baselines
 from fiveaxis.posture.budget import Budget, budget_of
 from fiveaxis.posture.portfolio import Portfolio, Progress
@@ -34,6 +36,10 @@ def optimise(
     *,
     tilt: tuple[float, float] | None = None,
     cone: float | None = None,
+    lead: tuple[float, float] | None = None,
+    lean: tuple[float, float] | None = None,
+    plane: tuple[float, float, float] | None = None,
+    hold: Mapping[str, float] | None = None,
     up_penalty: float = 0.0,
     max_turn: float | None = 15.0,
     turn_rate: float | None = None,
@@ -57,6 +63,12 @@ def optimise(
     machine : two rotary and three linear axes, all with powers
     tilt : smallest and largest angle between tool axis and surface normal, **degrees**
     cone : largest angle between tool axis and programmed axis, **degrees**, in place of `tilt`
+    lead, lean : smallest and largest angle, **degrees**, by which the tool is tipped forwards into the feed,
+        seen from the side, and to its left, seen along it (`fiveaxis.toolpath.lead_lean`); beside the others
+        or alone
+    plane : a vector, workpiece frame, at right angles to a plane that the tool axis stays in; beside
+        the others
+    hold : rotary axes that stay at an angle, **degrees** by letter: one for 4-axis machining, both for 3+2
     up_penalty : J/mm, extra price of the machine's Z moving up
     max_turn : largest turn of a rotary axis in one cutting move, **degrees**; None for no bound. Without one
         the travel metric, which knows no rates and sees locations only, hops over inadmissible postures from
@@ -92,8 +104,9 @@ def optimise(
     if not toolpath.cutting.any():
         raise ToolpathError("has links only; there is no cut to choose a posture for", file=toolpath.name)
     allowed = budget or budget_of(effort)
-    toolpath = for_tilt(toolpath, tilt, cone)
-    bounds = tilt_bounds(toolpath, tilt, cone)
+    machine = holding.hold(machine, hold or {})
+    toolpath = for_tilt(toolpath, tilt, cone, lead=lead, lean=lean)
+    bounds = tilt_bounds(toolpath, tilt, cone, lead=lead, lean=lean, plane=plane)
     turn = None if max_turn is None else float(np.radians(max_turn))
     problem = Problem.build(
         toolpath,

@@ -11,10 +11,12 @@ from fiveaxis.errors import Infeasible
 from fiveaxis.geometry import Array, IntArray
 from fiveaxis.posture.budget import DEGREE, Budget, Search
 from fiveaxis.posture.lattice import (
+    SLACK,
     Coordinates,
     Lattice,
     choose_coordinates,
     grid_lattice,
+    is_narrow,
     level_lattice,
 )
 from fiveaxis.posture.problem import ALLOWED, Problem
@@ -105,8 +107,10 @@ class Portfolio:
             coordinates, name = replace(coordinates, level=None), f"{name}, on angles"
         path = None
         # Far neighbours cost time, and a dense path needs none; one with long moves has no way without them.
-        for wider in WIDER:
-            lattice = self._lattice(problem, search, coordinates, wider)
+        # A search between narrow bounds may go beside them, and leaves the rest to the refinement.
+        slacks = (0.0, SLACK) if is_narrow(problem) else (0.0,)
+        for wider, slack in ((wider, slack) for slack in slacks for wider in WIDER):
+            lattice = self._lattice(problem, search, coordinates, wider, slack)
             path = shortest_path(problem, lattice, self._tell(f"search {number + 1}"))
             if path is not None:
                 break
@@ -116,14 +120,20 @@ class Portfolio:
         rotary = path[:, self.problem.machine.rotary_columns]
         return self._refined(f"refine, {name}", problem, rotary, coarse=True)
 
-    def _lattice(self, problem: Problem, search: Search, coordinates: Coordinates, wider: int) -> Lattice:
+    def _lattice(
+        self, problem: Problem, search: Search, coordinates: Coordinates, wider: int, slack: float
+    ) -> Lattice:
         """Lay the lattice of a search whose neighbours in the second coordinate lie so many times as far."""
         if coordinates.level is None:
-            steps = (search.step, 0.75 * search.step)
-            reach = (4.0 * DEGREE * search.stride, 2.0 * DEGREE * search.stride * wider)
-            return grid_lattice(problem, coordinates, steps, reach)
+            fixed = problem.machine.axes[coordinates.second_column(problem)].limits.is_fixed
+            # With one axis held there are few states, and the other can be searched finely.
+            steps = (search.step / (8.0 if fixed else 1.0), 0.75 * search.step)
+            reach = (
+                (4.0 * DEGREE * search.stride, 2.0 * DEGREE * search.stride) if not fixed else (np.pi, 0.0)
+            )
+            return grid_lattice(problem, coordinates, steps, (reach[0], reach[1] * wider), slack)
         levels = min(self.budget.level_reach * wider, search.levels)
-        return level_lattice(problem, coordinates, search.step, search.levels, (np.pi, levels))
+        return level_lattice(problem, coordinates, search.step, search.levels, (np.pi, levels), slack)
 
     def _carried(self, known: IntArray, rows: IntArray, found: Refinement, coordinates: Coordinates) -> Array:
         """Carry a refined path over to more locations, (m, 2) rad."""

@@ -11,6 +11,8 @@ from fiveaxis.geometry import Array, BoolArray, IntArray, angle_between, normali
 
 # Rounds of drawing an axis into one bound after the other; two planes at a sharp angle take the most.
 MOST_ROUNDS = 60
+# Names of bounds that are half-spaces, 0…90° of a direction, begin so; what follows says it better.
+INSIDE_OF = "inside of "
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,7 +24,7 @@ class TiltBounds:
     reference : (n, 3), unit vectors in the workpiece frame; NaN where the location binds nothing (links)
     low, high : rad, 0 ≤ low < high ≤ π
     name : what the reference is: ``normal`` or ``programmed axis``
-    beside : further bounds that hold at once, none with others beside it: the angles to the normal at which
+    beside : further bounds that hold at once: the angles to the normal at which
         the cutter touches with the part of its profile that the path is made for, lead and lean, a plane
     """
 
@@ -38,8 +40,15 @@ class TiltBounds:
         return (self, *self.beside)
 
     def at(self, rows: IntArray | slice) -> TiltBounds:
-        """Return the bounds of some locations, without those that hold beside them."""
-        return replace(self, reference=self.reference[rows], beside=())
+        """Return the bounds of some locations."""
+        return replace(self, reference=self.reference[rows], beside=tuple(b.at(rows) for b in self.beside))
+
+    @property
+    def text(self) -> str:
+        """What the bound asks, apart from those beside it."""
+        if self.name.startswith(INSIDE_OF):
+            return self.name.removeprefix(INSIDE_OF)
+        return f"{math.degrees(self.low):g}…{math.degrees(self.high):g} deg of the {self.name}"
 
     @property
     def cosines(self) -> tuple[float, float]:

@@ -23,7 +23,7 @@ import numpy as np
 
 from fiveaxis.errors import SettingError, ToolpathError
 from fiveaxis.geometry import Array, normalise, perpendicular
-from fiveaxis.toolpath.bounds import TiltBounds
+from fiveaxis.toolpath.bounds import INSIDE_OF, TiltBounds
 from fiveaxis.toolpath.path import Toolpath
 
 Range = tuple[float, float]
@@ -109,7 +109,7 @@ def lead_lean_bounds(toolpath: Toolpath, lead: Range | None, lean: Range | None)
         for sign, end, side in ((1.0, low, ">="), (-1.0, high, "<=")):
             angle = math.radians(end)
             inside = sign * (math.cos(angle) * across[name] - math.sin(angle) * normal)
-            bounds.append(TiltBounds(inside, 0.0, math.pi / 2.0, f"inside of {name} {side} {end:g} deg"))
+            bounds.append(TiltBounds(inside, 0.0, math.pi / 2.0, f"{INSIDE_OF}{name} {side} {end:g} deg"))
     return tuple(bounds)
 
 

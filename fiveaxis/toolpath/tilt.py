@@ -57,8 +57,11 @@ def tilt_bounds(
         if zone.offset != 0.0 or len(toolpath.tool.cutter.zones) > 1:
             beside = (TiltBounds(toolpath.normal, zone.least, zone.high, "normal"), *beside)
         bounds = TiltBounds(toolpath.axis, low, high, "programmed axis", beside)
-    else:
+    elif tilt is not None:
         bounds = TiltBounds(toolpath.normal, low, high, "normal", beside)
+    else:
+        # Lead and lean say how far the tool may lean; the cutter, where it touches at all.
+        bounds = TiltBounds(toolpath.normal, toolpath.zone.least, toolpath.zone.high, "normal", beside)
     return bounds if plane is None else _in_plane(bounds, plane)
 
 

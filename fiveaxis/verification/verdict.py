@@ -32,6 +32,9 @@ def verify(
     *,
     tilt: tuple[float, float] | None = None,
     cone: float | None = None,
+    lead: tuple[float, float] | None = None,
+    lean: tuple[float, float] | None = None,
+    plane: tuple[float, float, float] | None = None,
     part: str | Path | trimesh.Trimesh | None = None,
     tolerances: Tolerances = DEFAULT_TOLERANCES,
 ) -> Report:
@@ -45,7 +48,10 @@ def verify(
     machine : chain, limits, highest speeds
     toolpath : the path that the motion follows
     tilt : smallest and largest angle between tool axis and surface normal, degrees
-    cone : largest angle between tool axis and programmed axis, degrees; with neither, tilt isn't checked
+    cone : largest angle between tool axis and programmed axis, degrees
+    lead, lean : smallest and largest angle by which the tool is tipped into the feed and to its left, degrees
+    plane : a vector at right angles to a plane that the tool axis stays in, beside the others; with none of
+        them, tilt isn't checked
     part : mesh of the finished part in mm, or its file; without it, gouges aren't checked
     tolerances : from where on a difference is a finding
 
@@ -66,9 +72,9 @@ def verify(
         pinocchio isn't installed.
     """
     bounds = None
-    if tilt is not None or cone is not None:
-        toolpath = for_tilt(toolpath, tilt, cone)
-        bounds = tilt_bounds(toolpath, tilt, cone)
+    if any(asked is not None for asked in (tilt, cone, lead, lean, plane)):
+        toolpath = for_tilt(toolpath, tilt, cone, lead=lead, lean=lean)
+        bounds = tilt_bounds(toolpath, tilt, cone, lead=lead, lean=lean, plane=plane)
     subject = make_subject(motion, machine, toolpath, bounds, tolerances)
     results = (
         check_finite(subject),
