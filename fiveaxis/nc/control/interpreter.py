@@ -29,8 +29,8 @@ COUNTED = "STDHO"
 LONGEST_DWELL = 60.0
 
 _PLAIN_MOTION = {(): None, ("G0",): "G0", ("G1",): "G1"}
-# What the rest of a block is where it has nothing but motion and words.
-_NOTHING_ELSE = tuple(Block(0))[4:]
+# What the rest of a block is where it has nothing but motion, words and directions.
+_NOTHING_ELSE = list(Block(0)[8:])
 
 
 @dataclass
@@ -94,19 +94,22 @@ class Interpreter(Moves):
             and not modes.vectors
             and modes.feed_mode != "G95"
             and not self.fixed_feed
-            and track.vector is None
             and bool(track.rows)
-            and None not in track.now
+            and not track.unknown(track.now)
             and self.switch is None
         )
         scale = MILLIMETRES[modes.units.now]
         self.scales = [1.0 if a.is_rotary else scale for a in track.machine.axes]
 
     def _take_plainly(self, block: Block) -> bool:
-        """Act on a block of axis words and F, with G0, G1 or neither; tell whether it was one."""
-        line, g, m, words = block[:4]
+        """Act on a block of axis words, directions and F, with G0, G1 or neither; tell whether it was one."""
+        line, g, m, words, skipped, switch, vector, normal, *rest = block
         modes, track = self.modes, self.track
-        if m or block[4:] != _NOTHING_ELSE or g not in _PLAIN_MOTION:
+        if m or skipped or switch is not None or rest != _NOTHING_ELSE or g not in _PLAIN_MOTION:
+            return False
+        if vector is None:
+            vector = track.vector
+        elif not self.coordinates.of_tip:
             return False
         motion = _PLAIN_MOTION[g] or modes.motion
         feed = words.get("F")
@@ -120,12 +123,14 @@ class Interpreter(Moves):
                 if letter != "F":
                     return False
                 continue
+            if vector is not None and column in track.rotary:
+                return False
             value = word * scales[column] + offsets[column]
             if not -LARGEST_POSITION <= value <= LARGEST_POSITION:
                 return False
             target[column] = value
             named += 1
-        stays = target == track.now
+        stays = target == track.now and vector == track.vector
         time = None
         if motion == "G1" and not stays:
             if modes.feed_mode == "G93":
@@ -138,15 +143,16 @@ class Interpreter(Moves):
                 speed = (feed or modes.feed) / 60.0  # type: ignore[operator]
         modes.motion = motion
         modes.feed = feed or modes.feed
-        if named == 0:
+        if named == 0 and block.vector is None:
             return True
+        track.vector = vector
         if stays:
             self.ignored[NO_MOVE] += 1
         elif motion == "G0":
-            track.rows.append((target, line, RAPID, None, None, track.counting, None, None))
+            track.rows.append((target, line, RAPID, None, None, track.counting, vector, None))
             track.now = target
         else:
-            track.rows.append((target, line, CUT, time, speed, track.counting, None, None))
+            track.rows.append((target, line, CUT, time, speed, track.counting, vector, normal))
             track.now = target
         return True
 

@@ -5,8 +5,9 @@ as the same motion. Where the control places the tool's tip (G43.4, M428, TRAORI
 machine's kinematics puts them, and the moves are cut into parts that keep the tip on its way.
 
 What is taken of each word stands in `fiveaxis.nc.control.modal`. Times are those of the program: F as
-RS274/NGC defines it, rapid moves straight at the speed of the axis that takes longest. No acceleration is considered,
-and no feed move is stretched to the axes' highest speeds: whether it keeps them is for others to check.
+RS274/NGC defines it, rapid moves straight at the speed of the axis that takes longest. No acceleration is
+considered, and no feed move is stretched to the axes' highest speeds: whether it keeps them is for others
+to check.
 """
 
 from __future__ import annotations
