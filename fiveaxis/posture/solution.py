@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from fiveaxis.geometry import Array
 from fiveaxis.kinematics import tool_poses
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Motion
+from fiveaxis.posture.lower_bound import LowerBound, lower_bound
 from fiveaxis.posture.problem import Problem
 from fiveaxis.toolpath import TiltBounds, Toolpath
 
@@ -120,6 +122,16 @@ class Solution:
     def baselines(self) -> dict[str, Energy]:
         """Energy of every baseline, by name."""
         return {name: b.energy for name, b in self.compared.items()}
+
+    @cached_property
+    def bound(self) -> LowerBound:
+        """What no admissible path can do without; worked out when it is first asked for."""
+        return lower_bound(self.toolpath, self.machine, self.tilt)
+
+    @property
+    def gap(self) -> float:
+        """Share of the travel metric that the lower bound leaves open: 0 is proven to be the optimum."""
+        return self.bound.gap(self.energy.total)
 
     def savings(self) -> dict[str, float]:
         """Compute the saved share of the travel metric against each baseline, 1 is everything."""

@@ -1,0 +1,174 @@
+"""The plane of both rotary angles cut into cells, with what the machine can be doing inside each of them.
+
+Every linear axis is ``M(ρ)·tip + c(ρ)``, and the tip is the pivot less a vector along the tool. Both M and c
+belong to the machine alone, so what holds for a cell is worked out once and serves every location.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from fiveaxis.geometry import Array
+from fiveaxis.geometry.intervals import Enclosure, Interval
+from fiveaxis.kinematics.equations import (
+    Cosines,
+    add,
+    cosines_of,
+    cross,
+    dot,
+    linear_directions,
+    scale,
+    tool_axis,
+    tool_tip,
+)
+from fiveaxis.kinematics.windings import TURN
+from fiveaxis.machine import Machine
+from fiveaxis.toolpath import Zone
+
+# What stands for "no bound" where arithmetic must go on, mm: far beyond any machine.
+HUGE = 1e9
+
+
+class Side(NamedTuple):
+    """How the range of one rotary axis is cut.
+
+    Parameters
+    ----------
+    low : rad, where the first cell begins
+    step : rad, width of a cell
+    count : cells
+    wraps : whether the last cell ends where the first begins: an axis with more than a turn to go
+    """
+
+    low: float
+    step: float
+    count: int
+    wraps: bool
+
+    @property
+    def nodes(self) -> int:
+        """How many edges of cells there are."""
+        return self.count if self.wraps else self.count + 1
+
+
+@dataclass(frozen=True, eq=False)
+class Cells:
+    """Cells of both rotary angles; arrays run over all of them, the second angle fastest.
+
+    Parameters
+    ----------
+    sides : of the two rotary axes, chain order
+    axis : (c, 3), unit vectors: the tool axis in the middle of the cell
+    swing : (c,), rad, how far from that the tool axis gets within the cell, at most
+    matrix : (c, 3, 3), M in the middle, rows in the order of `machine.linear_columns`
+    shift : (c, 3), mm, c in the middle
+    slope_middle, slope_radius : (c, 3, 2, 4), 1/rad (first three) and mm/rad (last): range of the derivatives
+        of M and c by each angle over the cell
+    """
+
+    sides: tuple[Side, Side]
+    axis: Array
+    swing: Array
+    matrix: Array
+    shift: Array
+    slope_middle: Array
+    slope_radius: Array
+
+
+def cut_cells(machine: Machine, zone: Zone, step: float) -> Cells:
+    """Cut the plane of the rotary angles into cells.
+
+    Parameters
+    ----------
+    machine : two rotary and three linear axes
+    zone : gives the height of the pivot above the tip
+    step : rad, largest width of a cell; an axis with more than a turn to go is cut into whole parts of a turn
+    """
+    sides = _side(machine, 0, step), _side(machine, 1, step)
+    grid = np.meshgrid(*(s.low + s.step * (np.arange(s.count) + 0.5) for s in sides), indexing="ij")
+    angles = [g.ravel() for g in grid]
+    boxes = [Interval(a - 0.5 * s.step, a + 0.5 * s.step) for a, s in zip(angles, sides, strict=True)]
+    ranged = {
+        letter: Enclosure.cosine_and_sine(box, i, 2)
+        for i, (letter, box) in enumerate(zip(machine.rotaries, boxes, strict=True))
+    }
+    middle = cosines_of(dict(zip(machine.rotaries, angles, strict=True)), np)
+    exact = _affine(machine, zone, middle)
+    axis = np.stack(np.broadcast_arrays(*tool_axis(machine.chain, middle)), axis=-1)
+    count = len(angles[0])
+    values = np.array([[np.broadcast_to(v, count) for v in row] for row in exact]).transpose(2, 0, 1)
+    # Where the linear directions may lie in one plane, what they give is endless, and its products unknown.
+    with np.errstate(invalid="ignore", over="ignore"):
+        enclosed = _affine(machine, zone, ranged)
+        slopes = [[_slopes(v, count) for v in row] for row in enclosed]
+    radius, centre = (np.array([[s[k] for s in row] for row in slopes]) for k in (0, 1))
+    return Cells(
+        sides=sides,
+        axis=axis,
+        swing=_swing(machine, axis, sides),
+        matrix=np.ascontiguousarray(values[:, :, :3]),
+        shift=np.ascontiguousarray(values[:, :, 3]),
+        slope_middle=np.ascontiguousarray(centre.transpose(3, 0, 2, 1)),
+        slope_radius=np.ascontiguousarray(radius.transpose(3, 0, 2, 1)),
+    )
+
+
+def _side(machine: Machine, rotary: int, step: float) -> Side:
+    limits = machine.axes[machine.rotary_columns[rotary]].limits
+    width = limits.high - limits.low
+    if width > TURN:
+        count = int(np.ceil(TURN / step))
+        return Side(0.0, TURN / count, count, True)
+    count = max(1, int(np.ceil(width / step)))
+    return Side(limits.low, width / count, count, False)
+
+
+def _affine(machine: Machine, zone: Zone, cosines: Cosines) -> list[list[Any]]:
+    """Write M and c side by side, a row for each linear axis: Cramer's rule, as in `linear_axes`.
+
+    The axis values solve ``Σ s_l D_l = tip − r_0``, ``tip = pivot − b·o``: M is the inverse of the directions
+    D, and ``c = −M (r_0 + b·o)``.
+    """
+    directions = linear_directions(machine.chain, cosines)
+    (a, u), (b, v), (c, w) = directions.items()
+    across = {a: cross(v, w), b: cross(w, u), c: cross(u, v)}
+    volume = dot(u, across[a])
+    away = add(
+        tool_tip(machine.chain, cosines, {}),
+        scale(float(zone.height), tool_axis(machine.chain, cosines)),
+    )
+    rows = []
+    for column in machine.linear_columns:
+        row = [component / volume for component in across[machine.letters[column]]]
+        rows.append([*row, -dot((row[0], row[1], row[2]), away)])
+    return rows
+
+
+def _slopes(entry: Enclosure | float, count: int) -> tuple[list[Array], list[Array]]:
+    """Give radius and middle of an entry's slopes by each angle, (c,); a constant has none."""
+    slopes = entry.slopes if isinstance(entry, Enclosure) else (Interval.of(0.0), Interval.of(0.0))
+    radius, middle = [], []
+    for slope in slopes:
+        wide = np.nan_to_num(slope.radius, nan=HUGE, posinf=HUGE, neginf=HUGE)
+        centre = np.nan_to_num(slope.middle, nan=0.0, posinf=0.0, neginf=0.0)
+        radius.append(np.broadcast_to(wide, count))
+        middle.append(np.broadcast_to(centre, count))
+    return radius, middle
+
+
+def _swing(machine: Machine, axis: Array, sides: tuple[Side, Side]) -> Array:
+    """Bound how far the tool axis turns from the middle of a cell to its edge, (c,) rad.
+
+    Turning about a direction moves the tool axis by the turn times the sine of the angle between both. The
+    second rotary axis comes first here, and may take the tool nearer to square to the first.
+    """
+    first, second = (0.5 * side.step for side in sides)
+    chain = machine.chain
+    rotary = [np.array(j.line.direction) for j in chain.joints if j.is_rotary]
+    home = chain.tool_home[:3, 2]
+    own = second * float(np.linalg.norm(np.cross(rotary[1], home)))
+    outer = np.linalg.norm(np.cross(rotary[0], axis), axis=1)
+    return np.minimum(own + first * np.minimum(outer + own, 1.0), np.pi)

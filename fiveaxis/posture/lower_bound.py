@@ -1,0 +1,137 @@
+"""What no posture can avoid: a certified lower bound of the travel metric, without any search.
+
+At each location only some values of an axis are possible over all admissible postures. A sequence that must
+visit these sets one after the other has a least cost, which is found exactly; the sum over the axes is less
+than any path can cost. The sets are enclosed from outside by interval arithmetic over cells of the rotary
+angles (mean value form), so nothing that is possible is left out, and the bound is one for whatever way the
+path was found. Both rotary axes are taken together, each linear axis alone: what a linear axis would save
+may cost another one dearly, which is why the bound may lie far below the optimum.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from fiveaxis.energy import travel_costs
+from fiveaxis.geometry import Array, BoolArray, IntArray
+from fiveaxis.machine import Machine
+from fiveaxis.posture.bound_kernel import least_travel, visit_cells
+from fiveaxis.posture.cells import HUGE, Cells, cut_cells
+from fiveaxis.toolpath import TiltBounds, Toolpath
+
+# rad, width of a cell.
+CELL = np.radians(3.0)
+# A longer path is looked at in about this many places: what lies between adds little.
+MOST_ROWS = 4000
+# Places of a linear axis between which its least travel is found: bounds are rounded outwards to these.
+PLACES = 4000
+# A bound is widened by this to cover rounding (mm, rad, 1).
+ROUNDING = 1e-9
+
+
+@dataclass(frozen=True)
+class LowerBound:
+    """The least that any admissible path costs, J of the travel metric.
+
+    Parameters
+    ----------
+    linear : by axis letter, each on its own
+    rotary : of both rotary axes together
+    rows : locations that were looked at
+    """
+
+    linear: dict[str, float]
+    rotary: float
+    rows: int
+
+    @property
+    def total(self) -> float:
+        """Least cost of all axes, J."""
+        return self.rotary + sum(self.linear.values())
+
+    def gap(self, cost: float) -> float:
+        """Give the share of a cost that the bound leaves open: 0 is proven to be the optimum."""
+        return 1.0 - self.total / cost if cost > 0.0 else 0.0
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the figures as plain data for JSON."""
+        return {"total": self.total, "linear": dict(self.linear), "rotary": self.rotary, "rows": self.rows}
+
+
+def lower_bound(toolpath: Toolpath, machine: Machine, tilt: TiltBounds, *, cell: float = CELL) -> LowerBound:
+    """Bound the travel metric of every path that keeps the tilt range and the axis limits from below.
+
+    Largest rotary steps aren't considered; they only make paths dearer. An axis with more than a turn to go
+    is taken as one without limits.
+
+    Parameters
+    ----------
+    toolpath, machine, tilt : the problem
+    cell : rad, width of the cells; smaller ones give a higher bound
+
+    Returns
+    -------
+    The bound; its figures are infinite where some location has no admissible posture.
+    """
+    rows = np.unique(
+        np.append(np.arange(0, len(toolpath), -(-len(toolpath) // MOST_ROWS)), len(toolpath) - 1)
+    )
+    plus, minus = (_least_between(costs[1:], rows) for costs in travel_costs(machine, toolpath.feed))
+    cells = cut_cells(machine, toolpath.zone, cell)
+    at = toolpath.at(rows)
+    bounds = [bound.at(rows) for bound in tilt.all]
+    columns = machine.rotary_columns
+    rotary, low, high = visit_cells(
+        cells.axis,
+        cells.swing,
+        cells.matrix,
+        cells.shift,
+        cells.slope_middle,
+        cells.slope_radius,
+        np.array([0.5 * side.step for side in cells.sides]),
+        (cells.sides[0].count, cells.sides[1].count),
+        (cells.sides[0].wraps, cells.sides[1].wraps),
+        at.pivot,
+        np.nan_to_num(at.normal),
+        at.zone.offset,
+        np.stack([bound.reference for bound in bounds]),
+        *_admitted_cosines(cells, bounds),
+        np.maximum(machine.low[machine.linear_columns], -HUGE) - ROUNDING,
+        np.minimum(machine.high[machine.linear_columns], HUGE) + ROUNDING,
+        np.array([side.step for side in cells.sides]) * plus[:, columns],
+        np.array([side.step for side in cells.sides]) * minus[:, columns],
+    )
+    linear = {
+        machine.letters[column]: _axis_bound(low[:, i], high[:, i], plus[:, column], minus[:, column])
+        for i, column in enumerate(machine.linear_columns)
+    }
+    return LowerBound(linear, float(rotary), len(rows))
+
+
+def _least_between(costs: Array, rows: IntArray) -> Array:
+    """Give the least cost of travel, (m − 1, k), on the way between chosen rows: all of it is paid there."""
+    return np.minimum.reduceat(costs, rows[:-1], axis=0) if len(rows) > 1 else costs
+
+
+def _admitted_cosines(cells: Cells, bounds: list[TiltBounds]) -> tuple[Array, Array]:
+    """Give the cosines in a cell's middle with which a posture in it may keep a bound, (b, c) each."""
+    low = [np.cos(np.minimum(bound.high + cells.swing, np.pi)) - ROUNDING for bound in bounds]
+    high = [np.cos(np.maximum(bound.low - cells.swing, 0.0)) + ROUNDING for bound in bounds]
+    return np.array(low), np.array(high)
+
+
+def _axis_bound(low: Array, high: Array, plus: Array, minus: Array) -> float:
+    """Find the least cost of an axis that visits ranges, (m,) mm each, one after the other."""
+    bound: BoolArray = (low > -HUGE) & (high < HUGE)
+    if not bound.any():
+        return 0.0
+    if (low > high).any():
+        return float("inf")
+    least, most = low[bound].min(), high[bound].max()
+    step = max((most - least) / PLACES, ROUNDING)
+    first = np.where(bound, np.floor((low - least) / step), 0).astype(np.int64)
+    last = np.where(bound, np.ceil((high - least) / step), PLACES).astype(np.int64)
+    return float(least_travel(np.maximum(first, 0), np.minimum(last, PLACES), step * plus, step * minus))
