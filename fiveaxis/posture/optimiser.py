@@ -21,6 +21,7 @@ from fiveaxis.posture.portfolio import Portfolio, Progress
 from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.posture.reach import unreachable
 from fiveaxis.posture.restarts import best_of_starts, leaning_paths
+from fiveaxis.posture.singular import Cone, held, with_findings
 from fiveaxis.posture.solution import Solution
 from fiveaxis.posture.winding import endless, winding_columns
 from fiveaxis.posture.wound import rewound_solution
@@ -45,6 +46,8 @@ def optimise(
     turn_rate: float | None = None,
     smoothing: float = 0.0,
     time_price: float | None = None,
+    singular_cone: float | None = None,
+    singular_rate: float = 0.0,
     effort: str = "normal",
     budget: Budget | None = None,
     progress: Progress | None = None,
@@ -78,6 +81,10 @@ def optimise(
     smoothing : J/rad², price μ of ‖Δρ‖² in each move: dearer travel for a steadier posture
     time_price : W, of time that a posture costs beyond the programmed feed's, where an axis would have to be
         faster than its highest speed; by default the machine's base power, 0 where that is unknown
+    singular_cone : half angle, **degrees**, of a cone about the direction of the first rotary axis: while the
+        tool axis passes it in a cut, that axis is held, or turns at most by `singular_rate`. What can't be
+        held is told by a finding
+    singular_rate : **deg/mm** over the way of the contact
     effort : ``quick``, ``normal`` or ``thorough``: how much is done, with what that promises in
         `fiveaxis.posture.budget.EFFORTS`
     budget : how much may be done, in place of an effort
@@ -104,9 +111,15 @@ def optimise(
     if not toolpath.cutting.any():
         raise ToolpathError("has links only; there is no cut to choose a posture for", file=toolpath.name)
     allowed = budget or budget_of(effort)
+<<<<<<< ours
     machine = holding.hold(machine, hold or {})
     toolpath = for_tilt(toolpath, tilt, cone, lead=lead, lean=lean)
     bounds = tilt_bounds(toolpath, tilt, cone, lead=lead, lean=lean, plane=plane)
+=======
+    singular = Cone.of_degrees(singular_cone, singular_rate)
+    toolpath = for_tilt(toolpath, tilt, cone)
+    bounds = tilt_bounds(toolpath, tilt, cone)
+>>>>>>> theirs
     turn = None if max_turn is None else float(np.radians(max_turn))
     problem = Problem.build(
         toolpath,
@@ -123,14 +136,27 @@ def optimise(
     if blocked:
         share = f"{len(blocked)} of {len(toolpath)} locations"
         raise Infeasible(f"{share} have no admissible posture on {machine.name}", blocked)
+    return with_findings(_within_turns(problem, toolpath, bounds, allowed, progress, singular), singular)
+
+
+def _within_turns(
+    problem: Problem,
+    toolpath: Toolpath,
+    bounds: TiltBounds,
+    allowed: Budget,
+    progress: Progress | None,
+    singular: Cone | None,
+) -> Solution:
+    """Find the cheapest path in the turns that the axes have, with rewinds where there is none without."""
+    machine = problem.machine
     try:
-        return _solved(problem, toolpath, bounds, allowed, progress)
+        return _solved(problem, toolpath, bounds, allowed, progress, singular)
     except Infeasible:
         if not winding_columns(machine):
             raise
     # No way within its turns: the axis winds as far as the path wants, and is turned back where it is cheap.
     problem = replace(problem, machine=endless(machine))
-    wound = _solved(problem, toolpath, bounds, allowed, progress)
+    wound = _solved(problem, toolpath, bounds, allowed, progress, singular)
 
     def refine(narrow: Problem, start: Array) -> Array:
         with threadpool_limits(limits=1):
@@ -140,7 +166,12 @@ def optimise(
 
 
 def _solved(
-    problem: Problem, toolpath: Toolpath, bounds: TiltBounds, allowed: Budget, progress: Progress | None
+    problem: Problem,
+    toolpath: Toolpath,
+    bounds: TiltBounds,
+    allowed: Budget,
+    progress: Progress | None,
+    singular: Cone | None,
 ) -> Solution:
     """Find the cheapest path of a problem, and what it is compared with."""
     machine = problem.machine
@@ -153,6 +184,14 @@ def _solved(
             rotary, optima = best_of_starts(run, compared, leaning)
         else:
             rotary = run.best_path(compared)
+        if singular is not None:
+
+            def solve(bounded: Problem, start: Array) -> Array:
+                again = Portfolio(bounded, allowed, progress)
+                near = again.refined_from("path without the singular cone", start)
+                return near if bounded.violation(near) <= ALLOWED else again.best_path(compared)
+
+            rotary = held(problem, toolpath, rotary, solve, singular)
     _require_admissible(problem, rotary, toolpath)
     motion = follow(toolpath, machine, rotary)
     energy = motion_energy(machine, motion)

@@ -1,0 +1,232 @@
+"""Next to the singular direction: the first rotary axis is held, and what it can't do in time is said.
+
+With the tool along the first rotary axis that axis turns the part and nothing else; next to it a small change
+of the tool's direction takes a large turn, ``1/sin`` of the angle. Whether a location lies within the cone
+depends on the posture that is being looked for, so there are two steps: solve, see which moves turn the axis
+within the cone, bound them, solve again. What is bounded stays so, and the rounds come to an end. The bounds
+are those that search and NLP know anyway, on turns and on directions, and paths that keep clear of the cone,
+nearly all, are solved once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fiveaxis.errors import Infeasible, SettingError
+from fiveaxis.findings import Finding, Severity
+from fiveaxis.geometry import Array, BoolArray, IntArray
+from fiveaxis.kinematics import singular_angles, singular_direction, tool_axes
+from fiveaxis.machine import Machine
+from fiveaxis.motion import Motion, feed_times
+from fiveaxis.posture.problem import ALLOWED, Problem
+from fiveaxis.posture.solution import Solution
+from fiveaxis.toolpath import TiltBounds, Toolpath
+
+# Takes a problem and a path, (n, 2) rad, that is good but for the problem's last bounds, to a path.
+Solve = Callable[[Problem, Array], Array]
+
+# Rounds of solving and bounding; each bounds moves that were free before.
+MOST_ROUNDS = 4
+# rad: a move that passes the singular direction this near is called a crossing.
+NEAR = np.radians(10.0)
+# Relative: a move stretched by less keeps its feed.
+KEPT = 1e-6
+
+
+@dataclass(frozen=True)
+class Cone:
+    """Directions of the tool axis about the singular one within which the first rotary axis is bounded.
+
+    Parameters
+    ----------
+    angle : rad, half angle
+    rate : rad/mm that the axis may turn there over the way of the pivot; 0 to hold it
+    """
+
+    angle: float
+    rate: float = 0.0
+
+    @classmethod
+    def of_degrees(cls, angle: float | None, rate: float) -> Cone | None:
+        """Make the cone that a user asks for, deg and deg/mm; None without an angle.
+
+        Raises
+        ------
+        SettingError
+            An angle outside 0…90°, or a rate below zero.
+        """
+        if angle is None:
+            return None
+        if not 0.0 < angle < 90.0:
+            raise SettingError(f"singular cone is {angle:g} deg; it must be above 0 and below 90")
+        if not rate >= 0.0:
+            raise SettingError(f"turn within the singular cone is {rate:g} deg/mm; it can't be negative")
+        return cls(float(np.radians(angle)), float(np.radians(rate)))
+
+
+def nearest_angles(machine: Machine, rotary: Array) -> Array:
+    """Measure how near each move comes to the singular direction: at its ends and halfway.
+
+    Parameters
+    ----------
+    rotary : (n, 2), rad, chain order
+
+    Returns
+    -------
+    (n − 1,), rad
+    """
+    at = singular_angles(machine, tool_axes(machine, rotary))
+    halfway = singular_angles(machine, tool_axes(machine, (rotary[1:] + rotary[:-1]) / 2.0))
+    return np.minimum(np.minimum(at[1:], at[:-1]), halfway)
+
+
+def turning_within(toolpath: Toolpath, machine: Machine, rotary: Array, cone: Cone) -> BoolArray:
+    """Find the cuts that turn the first rotary axis within the cone further than they may, (n − 1,)."""
+    inside = toolpath.cutting[1:] & (nearest_angles(machine, rotary) < cone.angle)
+    return inside & (np.abs(np.diff(rotary[:, 0])) > cone.rate * toolpath.lengths[1:] + ALLOWED)
+
+
+def bounded_within(problem: Problem, toolpath: Toolpath, rotary: Array, cone: Cone) -> Problem:
+    """Bound the turn of the first rotary axis in every cut that passes the cone on a path, (n, 2) rad."""
+    inside = toolpath.cutting[1:] & (nearest_angles(problem.machine, rotary) < cone.angle)
+    turns = problem.max_turn.copy()
+    turns[inside, 0] = np.minimum(turns[inside, 0], cone.rate * toolpath.lengths[1:][inside])
+    return replace(problem, max_turn=turns)
+
+
+def kept_outside(problem: Problem, toolpath: Toolpath, rotary: Array, cone: Cone) -> Problem:
+    """Keep the tool axis out of the cone at both ends of every cut that turns the axis in it on a path."""
+    moves = turning_within(toolpath, problem.machine, rotary, cone)
+    rows = np.append(moves, False) | np.append(False, moves)
+    reference = np.where(rows[:, None], singular_direction(problem.machine), np.nan)
+    bound = TiltBounds(reference, cone.angle, np.pi - cone.angle, "singular direction")
+    return replace(problem, bounds=(*problem.bounds, bound))
+
+
+def held(problem: Problem, toolpath: Toolpath, rotary: Array, solve: Solve, cone: Cone) -> Array:
+    """Solve again until no cut turns the first rotary axis within the singular cone.
+
+    Two remedies are tried: the axis is held where the path passes the cone (`bounded_within`), and the path
+    goes round the cone where the axis turns (`kept_outside`).
+
+    Parameters
+    ----------
+    problem : without bounds in the cone
+    toolpath : what it was made of
+    rotary : (n, 2), rad, its path
+    solve : finds the path of a problem with bounds
+
+    Returns
+    -------
+    (n, 2), rad; of the admissible paths that were found the one that turns least within the cone, then the
+    cheapest. `cone_findings` names the moves where neither remedy helped.
+    """
+
+    def rank(path: Array) -> tuple[float, float]:
+        rows = turning_within(toolpath, problem.machine, path, cone)
+        turned = float(np.abs(np.diff(path[:, 0]))[rows].sum())
+        return turned, problem.cost(problem.positions(slice(None), path))
+
+    found = [rotary]
+    for remedy in (bounded_within, kept_outside):
+        path, bounded = rotary, problem
+        for _ in range(MOST_ROUNDS):
+            if rank(path)[0] == 0.0:
+                break
+            bounded = remedy(bounded, toolpath, path, cone)
+            try:
+                path = solve(bounded, path)
+            except Infeasible:
+                break
+            found.append(path)
+    return min((p for p in found if p is rotary or problem.violation(p) <= ALLOWED), key=rank)
+
+
+def with_findings(solution: Solution, cone: Cone | None) -> Solution:
+    """Return a solution whose path says where the rotary axes hold it up or turn within the cone."""
+    path, machine, motion = solution.toolpath, solution.machine, solution.motion
+    told = slow_findings(path, machine, motion)
+    if cone is not None:
+        told += cone_findings(path, machine, motion.positions[:, machine.rotary_columns], cone)
+    return replace(solution, toolpath=replace(path, findings=(*path.findings, *told))) if told else solution
+
+
+def cone_findings(toolpath: Toolpath, machine: Machine, rotary: Array, cone: Cone) -> list[Finding]:
+    """Name the runs of cuts that turn the first rotary axis within the cone; code ``singular-turn``."""
+    rows = np.flatnonzero(turning_within(toolpath, machine, rotary, cone))
+    turns = np.degrees(np.abs(np.diff(rotary[:, 0])))
+    angles = np.degrees(nearest_angles(machine, rotary))
+    return [
+        Finding(
+            Severity.WARNING,
+            "singular-turn",
+            f"{machine.rotaries[0]} turns by {turns[run].sum():.1f} deg in {_blocks(len(run))} while the "
+            f"tool axis is {angles[run].min():.2f} deg from the singular direction (cone "
+            f"{np.degrees(cone.angle):g} deg): no way was found that holds it; widen the tilt range or tilt "
+            "the part on the table",
+            toolpath.place(int(run[0]) + 1),
+            float(turns[run].sum()),
+        )
+        for run in _runs(rows)
+    ]
+
+
+def slow_findings(toolpath: Toolpath, machine: Machine, motion: Motion) -> list[Finding]:
+    """Name the runs of cuts whose feed a rotary axis can't keep at its highest speed.
+
+    Returns
+    -------
+    Code ``singular-crossing`` where the first rotary axis holds up a move next to the singular direction,
+    ``rotary-slows`` elsewhere; the value is the factor by which the slowest block of the run is stretched
+    """
+    turns = np.abs(motion.moves[:, machine.rotary_columns])
+    speeds = [machine.axes[c].max_speed or np.inf for c in machine.rotary_columns]
+    needed = turns / speeds
+    given = feed_times(toolpath, turns.max(axis=1))
+    stretch = np.divide(needed, given[:, None], out=np.ones_like(needed), where=given[:, None] > 0.0)
+    stretch[~motion.cutting] = 1.0
+    near = np.append(np.inf, nearest_angles(machine, motion.positions[:, machine.rotary_columns])) < NEAR
+    found = []
+    for which, letter in enumerate(machine.rotaries):
+        slow = (stretch[:, which] > 1.0 + KEPT) & (stretch.argmax(axis=1) == which)
+        crossing = near & (which == 0)
+        for rows, code in ((slow & crossing, "singular-crossing"), (slow & ~crossing, "rotary-slows")):
+            for run in _runs(np.flatnonzero(rows)):
+                worst = int(run[np.argmax(stretch[run, which])])
+                figures = stretch[worst, which], np.degrees(turns[worst, which]), np.degrees(speeds[which])
+                found.append(_slow(toolpath, motion, (letter, code), (run, worst), figures))
+    return sorted(found, key=lambda f: f.place.location or 0)
+
+
+def _slow(
+    toolpath: Toolpath,
+    motion: Motion,
+    said: tuple[str, str],
+    rows: tuple[IntArray, int],
+    figures: tuple[float, float, float],
+) -> Finding:
+    (letter, code), (run, worst), (factor, turn, speed) = said, rows, figures
+    feed = 60.0 * motion.feed[worst]
+    where = " next to the singular direction" if code == "singular-crossing" else ""
+    return Finding(
+        Severity.WARNING,
+        code,
+        f"{letter} can't keep the feed in {_blocks(len(run))}{where}: the slowest turns it by {turn:.3g} "
+        f"deg, which at {speed:g} deg/s takes {factor:.2f} times as long as F{feed:g} allows, so it falls "
+        f"to {feed / factor:.0f} mm/min; bound the turns (turn_rate) or program that feed",
+        toolpath.place(worst),
+        float(factor),
+    )
+
+
+def _blocks(count: int) -> str:
+    return "1 block" if count == 1 else f"{count} blocks"
+
+
+def _runs(rows: IntArray) -> Iterator[IntArray]:
+    """Split sorted rows into runs without gaps."""
+    if len(rows):
+        yield from np.split(rows, np.flatnonzero(np.diff(rows) > 1) + 1)
