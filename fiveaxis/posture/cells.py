@@ -39,19 +39,14 @@ class Side(NamedTuple):
     ----------
     low : rad, where the first cell begins
     step : rad, width of a cell
-    count : cells
+    parts : cells
     wraps : whether the last cell ends where the first begins: an axis with more than a turn to go
     """
 
     low: float
     step: float
-    count: int
+    parts: int
     wraps: bool
-
-    @property
-    def nodes(self) -> int:
-        """How many edges of cells there are."""
-        return self.count if self.wraps else self.count + 1
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,7 +83,7 @@ def cut_cells(machine: Machine, zone: Zone, step: float) -> Cells:
     step : rad, largest width of a cell; an axis with more than a turn to go is cut into whole parts of a turn
     """
     sides = _side(machine, 0, step), _side(machine, 1, step)
-    grid = np.meshgrid(*(s.low + s.step * (np.arange(s.count) + 0.5) for s in sides), indexing="ij")
+    grid = np.meshgrid(*(s.low + s.step * (np.arange(s.parts) + 0.5) for s in sides), indexing="ij")
     angles = [g.ravel() for g in grid]
     boxes = [Interval(a - 0.5 * s.step, a + 0.5 * s.step) for a, s in zip(angles, sides, strict=True)]
     ranged = {

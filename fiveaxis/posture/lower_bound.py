@@ -92,7 +92,7 @@ def lower_bound(toolpath: Toolpath, machine: Machine, tilt: TiltBounds, *, cell:
         cells.slope_middle,
         cells.slope_radius,
         np.array([0.5 * side.step for side in cells.sides]),
-        (cells.sides[0].count, cells.sides[1].count),
+        (cells.sides[0].parts, cells.sides[1].parts),
         (cells.sides[0].wraps, cells.sides[1].wraps),
         at.pivot,
         np.nan_to_num(at.normal),
