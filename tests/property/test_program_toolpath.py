@@ -160,6 +160,39 @@ def test_a_program_is_the_same_the_short_way(lines: list[str], for_motion: bool)
     assert run(quickly=True) == run(quickly=False)
 
 
+plain = st.sampled_from(
+    [
+        "G1 X1 Y2 Z3 F60", "X2 A3=0 B3=0.6 C3=0.8", "G0 Z9", "A3=1 B3=0 C3=0", "X4 A10", "A0 C5", "TRAFOOF",
+        "TRAORI", "G1 F0", "X1 Y1 Z1 A1 C1", "G93", "X5 F2 A3=0 B3=0 C3=1", "G91 X1", "G90",
+        "A3=0 B3=1 C3=0 C7",
+    ]
+)  # fmt: skip
+
+
+@settings(QUIET, max_examples=300)
+@given(lines=st.lists(plain, max_size=12))
+@example(lines=["X2 A3=0 B3=0.6 C3=0.8", "X3", "A3=0 B3=0.6 C3=0.8", "A3=1 B3=0 C3=0", "X4 A10", "X5"])
+def test_a_program_with_tool_directions_is_the_same_the_short_way(lines: list[str]):
+    machine = load_machine("linuxcnc-xyzac-trt")
+    program = ["G710 G90 G94", "TRAORI", "G0 X0 Y0 Z0 A3=0 B3=0 C3=1", "G1 F100", *lines]
+
+    def run(*, quickly: bool) -> object:
+        try:
+            ran = run_program(
+                Source("part.mpf", program),
+                machine,
+                ReadOptions(machine=machine),
+                for_motion=False,
+                quickly=quickly,
+            )
+        except ToolpathError as fault:
+            return str(fault)
+        ignored = {word: n for word, n in ran.ignored.items() if n}
+        return ran.track.rows, ran.track.now, ran.track.vector, ran.modes.feed, ignored, ran.findings
+
+    assert run(quickly=True) == run(quickly=False)
+
+
 # Frames and units
 
 angle = st.floats(-170, 170).map(lambda x: round(x, 3))
