@@ -111,15 +111,10 @@ def optimise(
     if not toolpath.cutting.any():
         raise ToolpathError("has links only; there is no cut to choose a posture for", file=toolpath.name)
     allowed = budget or budget_of(effort)
-<<<<<<< ours
+    singular = Cone.of_degrees(singular_cone, singular_rate)
     machine = holding.hold(machine, hold or {})
     toolpath = for_tilt(toolpath, tilt, cone, lead=lead, lean=lean)
     bounds = tilt_bounds(toolpath, tilt, cone, lead=lead, lean=lean, plane=plane)
-=======
-    singular = Cone.of_degrees(singular_cone, singular_rate)
-    toolpath = for_tilt(toolpath, tilt, cone)
-    bounds = tilt_bounds(toolpath, tilt, cone)
->>>>>>> theirs
     turn = None if max_turn is None else float(np.radians(max_turn))
     problem = Problem.build(
         toolpath,
