@@ -78,7 +78,7 @@ class Budget:
     coarse_iterations: int = 100
     iterations: int = 120
     coarse_barrier: float = 1e-1
-    barrier: float = 1e-2
+    barrier: float = 4e-2
     whole: int = 5000
     window: int = 150
     window_iterations: int = 150
