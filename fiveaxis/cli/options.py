@@ -22,6 +22,28 @@ ToolName = Annotated[
 ]
 Tilt = Annotated[str | None, typer.Option("--tilt", help="angle to the surface normal, MIN:MAX, deg")]
 Cone = Annotated[float | None, typer.Option("--cone", help="angle to the programmed tool axis, deg")]
+Lead = Annotated[
+    str | None, typer.Option("--lead", help="tipped forwards into the feed, MIN:MAX, deg; beside --tilt")
+]
+Lean = Annotated[str | None, typer.Option("--lean", help="tipped to the left of the feed, MIN:MAX, deg")]
+ToolPlane = Annotated[
+    str | None, typer.Option("--plane", help="X,Y,Z at right angles to a plane that holds the tool axis")
+]
+Hold = Annotated[
+    str | None, typer.Option("--hold", help="rotary axes that stay: C30 (4-axis), A-20,C30 (3+2)")
+]
+TurnRate = Annotated[float | None, typer.Option("--turn-rate", help="largest turn along a cut, deg/mm")]
+Smoothing = Annotated[float | None, typer.Option("--smoothing", help="price of bends, J/rad2")]
+TimePrice = Annotated[
+    float | None, typer.Option("--time-price", help="W, of time lost to slow axes; else the base power")
+]
+SingularCone = Annotated[
+    float | None, typer.Option("--singular-cone", help="in which the first rotary axis is held, deg")
+]
+SingularRate = Annotated[
+    float | None, typer.Option("--singular-rate", help="largest turn of it in there, deg/mm")
+]
+Effort = Annotated[str | None, typer.Option("--effort", help="quick, normal or thorough")]
 Feed = Annotated[float | None, typer.Option("--feed", help="mm/min, in place of the input's")]
 Unit = Annotated[str | None, typer.Option("--unit", help="mm or inch, for an input that doesn't say")]
 Part = Annotated[
@@ -113,11 +135,21 @@ POSTURE: Mapping[str, Any] = {
     "machine": MachineName,
     "tilt": Tilt,
     "cone": Cone,
+    "lead": Lead,
+    "lean": Lean,
+    "plane": ToolPlane,
+    "hold": Hold,
     "part": Part,
     "surface_tolerance": SurfaceTolerance,
     "drives": Drives,
     "up_penalty": UpPenalty,
     "max_turn": MaxTurn,
+    "turn_rate": TurnRate,
+    "smoothing": Smoothing,
+    "time_price": TimePrice,
+    "singular_cone": SingularCone,
+    "singular_rate": SingularRate,
+    "effort": Effort,
     "tool_length": ToolLength,
     "work_offset": WorkOffset,
     "part_rotation": PartRotation,

@@ -117,8 +117,12 @@ def _job(options: Mapping[str, Any]) -> Job:
     settings["program"] = _program(options)
     if settings.get("columns") is not None:
         settings["columns"] = tuple(name.strip() for name in settings["columns"].split(","))
-    if settings.get("tilt") is not None:
-        settings["tilt"] = tuple(parse_numbers(settings["tilt"], 2, "MIN:MAX", ":"))
+    for name in ("tilt", "lead", "lean"):
+        if settings.get(name) is not None:
+            settings[name] = tuple(parse_numbers(settings[name], 2, "MIN:MAX", ":"))
+    if settings.get("plane") is not None:
+        settings["plane"] = tuple(parse_numbers(settings["plane"], 3, "X,Y,Z"))
+    settings["hold"] = parse_places("--hold", settings.get("hold"))
     source = options["source"]
     if source.suffix.lower() == ".toml":
         return read_job(source, **settings)

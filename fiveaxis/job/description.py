@@ -98,6 +98,10 @@ class Job(StrictModel):
     )
     tilt: tuple[float, float] | None = Field(None, description="angle to the surface normal, deg")
     cone: float | None = Field(None, gt=0.0, le=180.0, description="angle to the programmed tool axis, deg")
+    lead: tuple[float, float] | None = Field(None, description="tipped forwards into the feed, deg")
+    lean: tuple[float, float] | None = Field(None, description="tipped to the left of the feed, deg")
+    plane: Triple | None = Field(None, description="at right angles to a plane that holds the tool axis")
+    hold: dict[str, float] = Field({}, description="rotary axes that stay at an angle, by letter, deg")
     feed: float | None = Field(None, gt=0.0, description="mm/min; overrides the feed of the input")
     unit: Literal["mm", "inch"] | None = Field(None, description="of an input that doesn't say")
     columns: tuple[str, ...] | None = Field(None, description="of a list of points without header")
@@ -110,6 +114,16 @@ class Job(StrictModel):
     drives: str | None = Field(None, min_length=1, description="machine whose axis powers are taken instead")
     up_penalty: float = Field(0.0, ge=0.0, description="extra price of moving up against gravity, J/mm")
     max_turn: float = Field(15.0, gt=0.0, description="largest rotary turn in a cutting move, deg")
+    turn_rate: float | None = Field(None, gt=0.0, description="largest rotary turn along a cut, deg/mm")
+    smoothing: float = Field(0.0, ge=0.0, description="price of bends, J/rad2")
+    time_price: float | None = Field(
+        None, ge=0.0, description="W, of time lost to slow axes; by default the machine's base power"
+    )
+    singular_cone: float | None = Field(
+        None, gt=0.0, lt=90.0, description="about the first rotary axis, in which it is held, half angle, deg"
+    )
+    singular_rate: float = Field(0.0, ge=0.0, description="largest turn of that axis in the cone, deg/mm")
+    effort: Literal["quick", "normal", "thorough"] = "normal"
     control: str = Field("linuxcnc", description="NC dialect")
     tool_length: float | None = Field(
         None, ge=0.0, description="from the spindle's gauge point to the tip, mm"
@@ -120,6 +134,11 @@ class Job(StrictModel):
     factors: FactorsTable | None = None
     plan: PlanTable = PlanTable()
     program: ProgramTable = ProgramTable()
+
+    @property
+    def leaning(self) -> dict[str, Any]:
+        """What bounds the tool's lean, as `optimise` and `verify` take it."""
+        return {name: getattr(self, name) for name in ("tilt", "cone", "lead", "lean", "plane")}
 
     @field_validator("tilt")
     @classmethod

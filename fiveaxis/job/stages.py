@@ -269,15 +269,21 @@ def run_job(job: Job, progress: Progress | None = None) -> Outcome:
     solution = optimise(
         toolpath,
         machine,
-        tilt=job.tilt,
-        cone=job.cone,
+        **job.leaning,
+        hold=job.hold,
         up_penalty=job.up_penalty,
         max_turn=job.max_turn,
+        turn_rate=job.turn_rate,
+        smoothing=job.smoothing,
+        time_price=job.time_price,
+        singular_cone=job.singular_cone,
+        singular_rate=job.singular_rate,
+        effort=job.effort,
         progress=progress,
     )
     # The solution's own path knows which part of the cutter touches.
     toolpath = solution.toolpath
-    verdict = verify(solution.motion, machine, toolpath, tilt=job.tilt, cone=job.cone, part=part)
+    verdict = verify(solution.motion, machine, toolpath, **job.leaning, part=part)
     inputs = [describe_input(p) for p in dict.fromkeys((job.input, mesh or job.input))]
     program = program_motion(solution, part)
     found, driven = verdict.as_dict(), program.as_dict()
