@@ -61,7 +61,7 @@ class LowerBound:
         return {"total": self.total, "linear": dict(self.linear), "rotary": self.rotary, "rows": self.rows}
 
 
-def lower_bound(toolpath: Toolpath, machine: Machine, tilt: TiltBounds, *, cell: float = CELL) -> LowerBound:
+def bound_travel(toolpath: Toolpath, machine: Machine, tilt: TiltBounds, *, cell: float = CELL) -> LowerBound:
     """Bound the travel metric of every path that keeps the tilt range and the axis limits from below.
 
     Largest rotary steps aren't considered; they only make paths dearer. An axis with more than a turn to go

@@ -14,7 +14,7 @@ from fiveaxis.geometry import Array
 from fiveaxis.kinematics import tool_poses
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Motion
-from fiveaxis.posture.lower_bound import LowerBound, lower_bound
+from fiveaxis.posture.lower_bound import LowerBound, bound_travel
 from fiveaxis.posture.problem import Problem
 from fiveaxis.toolpath import TiltBounds, Toolpath
 
@@ -126,7 +126,7 @@ class Solution:
     @cached_property
     def bound(self) -> LowerBound:
         """What no admissible path can do without; worked out when it is first asked for."""
-        return lower_bound(self.toolpath, self.machine, self.tilt)
+        return bound_travel(self.toolpath, self.machine, self.tilt)
 
     @property
     def gap(self) -> float:

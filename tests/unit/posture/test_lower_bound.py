@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from fiveaxis.kinematics import tool_axes
 from fiveaxis.machine import DirectionalDrive, Limits, Machine
 from fiveaxis.posture.bound_kernel import _spread, least_travel
-from fiveaxis.posture.lower_bound import LowerBound, lower_bound
+from fiveaxis.posture.lower_bound import LowerBound, bound_travel
 from fiveaxis.posture.problem import Problem
 from fiveaxis.toolpath import Toolpath, parse_tool, tilt_bounds
 
@@ -84,7 +84,7 @@ def test_no_admissible_path_costs_less_than_the_bound(code, tool):
     for seed in range(3):
         path = wandering(tool, 5, seed)
         tilt = tilt_bounds(path, TILT)
-        bound = lower_bound(path, machine, tilt, cell=np.radians(8.0))
+        bound = bound_travel(path, machine, tilt, cell=np.radians(8.0))
         problem = Problem.build(path, machine, tilt)
         layers = [admissible_postures(problem, row, 300, rng) for row in range(len(path))]
         assert bound.total <= cheapest(problem, layers) + ROUNDING
@@ -100,9 +100,9 @@ def test_no_admissible_path_costs_less_than_the_bound(code, tool):
 def test_axis_limits_raise_the_bound_and_it_stays_below_every_path():
     path, machine = wandering("ball:6", 6, 4), powered("640123")
     tilt = tilt_bounds(path, (10.0, 40.0))
-    free = lower_bound(path, machine, tilt, cell=np.radians(3.0))
+    free = bound_travel(path, machine, tilt, cell=np.radians(3.0))
     narrow = limited(machine, "A", -2.4, 0.0)
-    bound = lower_bound(path, narrow, tilt, cell=np.radians(3.0))
+    bound = bound_travel(path, narrow, tilt, cell=np.radians(3.0))
     assert bound.total > 1.05 * free.total
     problem, rng = Problem.build(path, narrow, tilt), np.random.default_rng(0)
     layers = [admissible_postures(problem, row, 500, rng) for row in range(len(path))]
@@ -113,7 +113,7 @@ def test_a_tight_tilt_leaves_hardly_a_gap_to_brute_force():
     """With next to no freedom in the lean, and one branch alone, what the axes must do is what they do."""
     path, machine = wandering("ball:6", 4, 1), limited(powered("640123"), "A", -3.0, 0.0)
     tilt = tilt_bounds(path, (0.0, 3.0))
-    bound = lower_bound(path, machine, tilt, cell=np.radians(1.0))
+    bound = bound_travel(path, machine, tilt, cell=np.radians(1.0))
     problem = Problem.build(path, machine, tilt)
     rng = np.random.default_rng(5)
     layers = []
@@ -129,30 +129,30 @@ def test_a_tight_tilt_leaves_hardly_a_gap_to_brute_force():
 def test_smaller_cells_never_lose_what_larger_ones_prove_by_much():
     path, machine = wandering("ball:6", 8, 2), powered("640123")
     tilt = tilt_bounds(path, (10.0, 30.0))
-    totals = [lower_bound(path, machine, tilt, cell=np.radians(c)).total for c in (8.0, 4.0, 2.0, 1.0)]
+    totals = [bound_travel(path, machine, tilt, cell=np.radians(c)).total for c in (8.0, 4.0, 2.0, 1.0)]
     assert totals == sorted(totals)
     assert totals[-1] > 1.2 * totals[0]
 
 
 def test_links_bind_nothing_and_their_cost_is_not_forgotten():
     path, machine = wandering("ball:6", 6, 3), powered("640123")
-    whole = lower_bound(path, machine, tilt_bounds(path, (10.0, 20.0)))
+    whole = bound_travel(path, machine, tilt_bounds(path, (10.0, 20.0)))
     loose = tilt_bounds(path, (10.0, 20.0))
     reference = loose.reference.copy()
     reference[2:4] = np.nan
-    linked = lower_bound(path, machine, replace(loose, reference=reference))
+    linked = bound_travel(path, machine, replace(loose, reference=reference))
     assert 0.0 < linked.total < whole.total
 
 
 def test_one_location_costs_nothing_and_a_location_without_posture_has_no_finite_bound():
     path, machine = wandering("ball:6", 1, 0), powered("640123")
-    assert lower_bound(path, machine, tilt_bounds(path, TILT)).total == 0.0
-    far = lower_bound(path, limited(machine, "X", 5e4, 6e4), tilt_bounds(path, TILT))
+    assert bound_travel(path, machine, tilt_bounds(path, TILT)).total == 0.0
+    far = bound_travel(path, limited(machine, "X", 5e4, 6e4), tilt_bounds(path, TILT))
     assert far.total == float("inf")
 
 
 def test_the_vase_is_proven_to_a_sixth(hayashi, vase):
-    bound = lower_bound(vase, hayashi, tilt_bounds(vase, (15, 75)))
+    bound = bound_travel(vase, hayashi, tilt_bounds(vase, (15, 75)))
     # The best path that is known costs 7 424 J.
     assert bound.gap(7424.0) < 1.0 / 6.0
     assert bound.total < 7423.9

@@ -1,0 +1,253 @@
+"""Energy against steadiness: solutions between the cheapest path and the smoothest one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from fiveaxis.energy import Energy, motion_energy
+from fiveaxis.errors import Infeasible, SettingError
+from fiveaxis.geometry import Array
+from fiveaxis.machine import Machine
+from fiveaxis.motion import Motion, follow, peak_rates
+from fiveaxis.posture.budget import budget_of
+from fiveaxis.posture.optimiser import optimise
+from fiveaxis.posture.portfolio import Portfolio, Progress
+from fiveaxis.posture.problem import ALLOWED, Problem
+from fiveaxis.posture.solution import Solution
+from fiveaxis.toolpath import Toolpath
+
+# The price at which all bends cost as much as all travel is the middle of the sweep: from a hundredth of it …
+FAINTEST = 0.01
+# … to this many times as much.
+STRONGEST = 100.0
+# A way shorter than this, mm, tells no turn per mm.
+SHORTEST_WAY = 1e-3
+
+
+@dataclass(frozen=True, eq=False)
+class FrontPoint:
+    """One solution of a front.
+
+    Parameters
+    ----------
+    smoothing : J/rad², price of bends that it was found with
+    time_price : W, price of delay that it was found with
+    motion, energy : the solution
+    bend : rad², Σ‖Δρ‖² over all moves
+    steepest : rad/mm, largest turn of a rotary axis over the way of the pivot in a cutting move
+    fastest : rad/s, highest mean speed of a rotary axis in a move
+    """
+
+    smoothing: float
+    time_price: float
+    motion: Motion
+    energy: Energy
+    bend: float
+    steepest: float
+    fastest: float
+
+    def as_dict(self) -> dict[str, float]:
+        """Return the figures as plain data for JSON, angles in degrees but for ``bend``."""
+        return {
+            "smoothing_J_rad2": self.smoothing,
+            "time_price_W": self.time_price,
+            "energy_J": self.energy.total,
+            "bend_rad2": self.bend,
+            "steepest_deg_mm": float(np.degrees(self.steepest)),
+            "time_s": self.energy.time,
+            "fastest_deg_s": float(np.degrees(self.fastest)),
+        }
+
+
+@dataclass(frozen=True, eq=False)
+class Front:
+    """Solutions none of which is better than another in energy, steadiness and time at once.
+
+    Parameters
+    ----------
+    points : by growing energy; the first is the cheapest, the last the smoothest
+    dominated : how many solutions were found that another one beats in everything
+    solution : the optimum without a price on bends, with its baselines
+    """
+
+    points: tuple[FrontPoint, ...]
+    dominated: int
+    solution: Solution
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the points as plain data for JSON."""
+        return {"points": [point.as_dict() for point in self.points], "dominated": self.dominated}
+
+    def as_markdown(self) -> str:
+        """Write the points as a Markdown table."""
+        rows = [
+            "| smoothing, J/rad² | energy, J | Σ‖Δρ‖², rad² | max, deg/mm | time, s | max, deg/s |",
+            "|---:|---:|---:|---:|---:|---:|",
+        ]
+        rows += [
+            f"| {p.smoothing:.4g} | {p.energy.total:.1f} | {p.bend:.4f} | {np.degrees(p.steepest):.2f} "
+            f"| {p.energy.time:.1f} | {np.degrees(p.fastest):.1f} |"
+            for p in self.points
+        ]
+        return "\n".join(rows) + "\n"
+
+
+def find_front(
+    toolpath: Toolpath,
+    machine: Machine,
+    n: int = 8,
+    *,
+    smoothest: float | None = None,
+    progress: Progress | None = None,
+    **options: Any,
+) -> Front:
+    """Find solutions between the cheapest path and the smoothest one asked for.
+
+    The first is what `optimise` finds. The others have a growing price on bends, and on delay where the
+    machine's highest speeds are known. Each is searched for, and refined from its neighbours' paths, once on
+    the way up and once on the way down; the cheapest of the three is kept. A path from a neighbour alone may
+    lie in a poor valley: what is cheap without a price on bends needn't become the best steady path.
+
+    Parameters
+    ----------
+    toolpath, machine : as for `optimise`
+    n : how many solutions are looked for, at least two
+    smoothest : J/rad², the highest price of bends; by default a hundred times the one at which the first
+        solution's bends cost as much as its travel
+    progress : as for `optimise`
+    options : further keywords of `optimise`, but for ``smoothing``
+
+    Returns
+    -------
+    The front: solutions that another one beats in energy, bends and time are left out and counted.
+
+    Raises
+    ------
+    SettingError
+        Fewer than two solutions; a price that isn't positive; ``smoothing`` given.
+    Infeasible, MachineError, ToolError, ToolpathError
+        As `optimise`.
+    """
+    if n < 2:
+        raise SettingError(f"a front of {n} solutions has no two ends; ask for at least 2")
+    if "smoothing" in options:
+        raise SettingError(
+            "a front has a smoothing of its own at each point; give smoothest, or leave it out"
+        )
+    if smoothest is not None and not (np.isfinite(smoothest) and smoothest > 0.0):
+        raise SettingError(f"smoothest is {smoothest:g} J/rad²; it must be above 0")
+    solution = optimise(toolpath, machine, progress=progress, **options)
+    path, driven, posed = solution.toolpath, solution.machine, solution.problem
+    if posed is None or len(posed) != len(path):
+        raise SettingError(
+            "a front needs a path without turning back: a rotary axis runs out of turns here; widen its "
+            "limits, or split the path"
+        )
+    problems = _priced(posed, _shares(solution, n, smoothest), solution)
+    budget = options.get("budget") or budget_of(options.get("effort", "normal"))
+
+    def found(number: int, start: Array | None) -> Array | None:
+        run = Portfolio(problems[number], budget, progress)
+        if start is not None:
+            return run.refined_from(f"point {number + 1} of {n}", start)
+        try:
+            return run.best_path({})
+        except Infeasible:
+            return None
+
+    with threadpool_limits(limits=1):
+        paths = _swept(problems, solution.motion.positions[:, driven.rotary_columns], found)
+    points = [
+        _point(driven, path, follow(path, driven, rotary), problem)
+        for rotary, problem in zip(paths, problems, strict=True)
+    ]
+    kept = _undominated(points)
+    return Front(tuple(kept), len(points) - len(kept), solution)
+
+
+def _shares(solution: Solution, n: int, smoothest: float | None) -> Array:
+    """Give the price of bends at each point, (n,) J/rad²: 0, then growing by one factor."""
+    bend = _bend(solution.motion, solution.machine)
+    # A path that hardly turns has no bends to pay for: any price does.
+    middle = solution.energy.total / bend if bend > 0.0 else 1.0
+    strongest = STRONGEST * middle if smoothest is None else smoothest
+    return np.concatenate([[0.0], np.geomspace(strongest * FAINTEST / STRONGEST, strongest, n - 1)])
+
+
+def _priced(posed: Problem, prices: Array, solution: Solution) -> list[Problem]:
+    """Pose the problem at each price of bends, (n,) J/rad².
+
+    Where speeds are known delay grows dearer in step, from its own price to as much power as the travel takes
+    at the price in the middle.
+    """
+    time = float(posed.least_time.sum())
+    power = solution.energy.total / time if np.isfinite(posed.top_speed).any() and time > 0.0 else 0.0
+    share = prices / (prices[-1] / STRONGEST)
+    return [
+        replace(
+            posed,
+            bend_price=np.full(len(posed) - 1, price),
+            time_price=posed.time_price + power * float(s),
+        )
+        for price, s in zip(prices, share, strict=True)
+    ]
+
+
+def _swept(
+    problems: Sequence[Problem], start: Array, found: Callable[[int, Array | None], Array | None]
+) -> list[Array]:
+    """Find a path at each price: searched for, and from its neighbours on the way up and on the way down."""
+    paths = [start]
+    for number in range(1, len(problems)):
+        neighbour = paths[-1]
+        tried = found(number, neighbour), found(number, None)
+        paths.append(_cheapest(problems[number], neighbour, *tried))
+    for number in range(len(problems) - 2, -1, -1):
+        paths[number] = _cheapest(problems[number], paths[number], found(number, paths[number + 1]))
+    return paths
+
+
+def _cheapest(problem: Problem, known: Array, *tried: Array | None) -> Array:
+    """Give the cheapest of paths, of equals the known one."""
+    return min([known, *(path for path in tried if path is not None)], key=lambda p: _objective(problem, p))
+
+
+def _objective(problem: Problem, rotary: Array) -> float:
+    """Give the cost of a path, endless where it isn't admissible."""
+    if problem.violation(rotary) > ALLOWED:
+        return float("inf")
+    return problem.cost(problem.positions(slice(None), rotary))
+
+
+def _point(machine: Machine, toolpath: Toolpath, motion: Motion, problem: Problem) -> FrontPoint:
+    turn = np.abs(motion.moves[:, machine.rotary_columns]).max(axis=1)
+    cuts = toolpath.cutting & (toolpath.lengths > SHORTEST_WAY)
+    return FrontPoint(
+        smoothing=float(problem.bend_price.max(initial=0.0)),
+        time_price=problem.time_price,
+        motion=motion,
+        energy=motion_energy(machine, motion),
+        bend=_bend(motion, machine),
+        steepest=float(np.max(turn[cuts] / toolpath.lengths[cuts], initial=0.0)),
+        fastest=max(rate.speed for rate in peak_rates(machine, motion).values()),
+    )
+
+
+def _bend(motion: Motion, machine: Machine) -> float:
+    return float((motion.moves[:, machine.rotary_columns] ** 2).sum())
+
+
+def _undominated(points: Sequence[FrontPoint]) -> list[FrontPoint]:
+    """Keep what no other point beats, cheapest first; of equals the first."""
+    figures = np.array([(p.energy.total, p.bend, p.energy.time) for p in points])
+    kept = []
+    for i, own in enumerate(figures):
+        beaten = (figures <= own).all(axis=1) & ((figures < own).any(axis=1) | (np.arange(len(figures)) < i))
+        if not beaten.any():
+            kept.append(points[i])
+    return sorted(kept, key=lambda p: p.energy.total)

@@ -1,0 +1,104 @@
+"""The front between energy and steadiness: its ends, its order, and that nothing on it is beaten."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fiveaxis.errors import SettingError
+from fiveaxis.posture.front import FrontPoint, _undominated, find_front
+from fiveaxis.posture.optimiser import optimise
+from fiveaxis.toolpath import Tool, Toolpath
+
+
+def wall(n: int = 60) -> Toolpath:
+    """Contacts round a lobed wall that overhangs."""
+    angle = np.linspace(0.0, 2.0 * np.pi, n, endpoint=False)
+    normal = np.stack([np.cos(angle), np.sin(angle), np.full(n, -0.3)], axis=1)
+    r = 20.0 + 3.0 * np.cos(3.0 * angle)
+    contact = np.stack([r * np.cos(angle), r * np.sin(angle), np.full(n, 10.0)], axis=1)
+    return Toolpath.from_contacts(contact, normal, Tool.ball(6), name="wall")
+
+
+@pytest.fixture(scope="module")
+def found(hayashi):
+    return find_front(wall(), hayashi, 5, tilt=(15, 75), effort="quick")
+
+
+def test_the_ends_are_the_optimum_and_the_smoothest_asked_for(found):
+    assert found.points[0].smoothing == 0.0
+    assert found.points[0].energy.total <= found.solution.energy.total * (1 + 1e-9)
+    assert found.points[-1].smoothing == pytest.approx(max(p.smoothing for p in found.points))
+    assert found.points[-1].bend < 0.9 * found.points[0].bend
+    assert len(found.points) + found.dominated == 5
+
+
+def test_a_point_that_costs_more_is_steadier(found):
+    energy = [point.energy.total for point in found.points]
+    bend = [point.bend for point in found.points]
+    assert energy == sorted(energy)
+    assert bend == sorted(bend, reverse=True)
+    assert len(found.points) >= 3
+
+
+def test_every_point_keeps_the_bounds(found):
+    for point in found.points:
+        residuals = replace(found.solution, motion=point.motion).residuals()
+        assert max(residuals.values()) <= 1e-9
+        turns = np.degrees(np.abs(point.motion.moves[:, found.solution.machine.rotary_columns]))
+        assert turns.max() <= 15.0 + 1e-6
+
+
+def test_a_point_is_no_worse_than_a_search_at_its_own_price(found, hayashi):
+    point = found.points[len(found.points) // 2]
+    alone = optimise(wall(), hayashi, tilt=(15, 75), smoothing=point.smoothing, effort="quick")
+    columns = hayashi.rotary_columns
+    searched = alone.energy.total + point.smoothing * float((alone.motion.moves[:, columns] ** 2).sum())
+    assert point.energy.total + point.smoothing * point.bend <= searched * (1 + 1e-9)
+
+
+def test_where_speeds_are_known_delay_grows_dearer_too_and_time_shrinks(trunnion, hayashi):
+    machine = trunnion.with_drives_of(hayashi)
+    small = Toolpath.from_contacts(wall().contact, wall().normal, Tool.ball(6), feed_mm_min=3000.0)
+    found = find_front(small, machine, 3, tilt=(15, 75), effort="quick")
+    assert found.points[0].time_price < found.points[-1].time_price
+    assert found.points[-1].energy.time <= found.points[0].energy.time * (1 + 1e-9)
+    assert found.points[-1].fastest <= found.points[0].fastest * (1 + 1e-9)
+
+
+def test_the_table_has_a_row_for_each_point_and_the_data_its_figures(found):
+    assert found.as_markdown().count("\n") == len(found.points) + 2
+    data = found.as_dict()["points"]
+    assert [p["energy_J"] for p in data] == [p.energy.total for p in found.points]
+    assert data[0]["steepest_deg_mm"] == pytest.approx(np.degrees(found.points[0].steepest))
+
+
+def test_the_same_front_comes_out_again(found, hayashi):
+    again = find_front(wall(), hayashi, 5, tilt=(15, 75), effort="quick")
+    assert again.as_dict() == found.as_dict()
+
+
+@pytest.mark.parametrize(
+    ("options", "what"),
+    [
+        ({"n": 1}, "two ends"),
+        ({"smoothest": 0.0}, "above 0"),
+        ({"smoothest": float("nan")}, "above 0"),
+        ({"smoothing": 3.0}, "of its own"),
+    ],
+)
+def test_a_front_that_makes_no_sense_is_refused(hayashi, options, what):
+    with pytest.raises(SettingError, match=what):
+        find_front(wall(), hayashi, tilt=(15, 75), **options)
+
+
+def point(found, energy: float, bend: float, time: float) -> FrontPoint:
+    first = found.points[0]
+    by_axis = dict.fromkeys(first.energy.by_axis, 0.0) | {"X": energy}
+    return replace(first, energy=replace(first.energy, by_axis=by_axis, time=time), bend=bend)
+
+
+def test_what_another_point_beats_in_everything_is_left_out_and_of_equals_one_stays(found):
+    figures = [(5, 1, 1), (1, 5, 1), (5, 5, 1), (1, 5, 1), (9, 9, 0.5)]
+    kept = _undominated([point(found, *f) for f in figures])
+    assert [(p.energy.total, p.bend, p.energy.time) for p in kept] == [(1, 5, 1), (5, 1, 1), (9, 9, 0.5)]

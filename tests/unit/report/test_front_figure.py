@@ -1,0 +1,38 @@
+"""The picture of a front."""
+
+import numpy as np
+import pytest
+
+from fiveaxis.errors import SettingError
+from fiveaxis.posture.front import Front, find_front
+from fiveaxis.report.front_figure import front_figure, write_front_figure
+from fiveaxis.toolpath import Tool, Toolpath
+
+
+@pytest.fixture(scope="module")
+def found(hayashi):
+    angle = np.linspace(0.0, 2.0, 25)
+    normal = np.stack([np.cos(angle), np.sin(angle), np.full(25, -0.2)], axis=1)
+    path = Toolpath.from_contacts(20.0 * normal, normal, Tool.ball(6))
+    return find_front(path, hayashi, 3, tilt=(15, 75), effort="quick")
+
+
+def test_the_figure_names_both_ends_and_what_the_axes_show(found):
+    svg = front_figure(found)
+    assert svg.startswith("<svg")
+    for text in ("cheapest", "smoothest", "deg/mm", "travel metric"):
+        assert text in svg
+
+
+def test_the_figure_is_the_same_for_the_same_front(found, tmp_path):
+    for suffix in (".svg", ".png"):
+        first = write_front_figure(found, tmp_path / f"a{suffix}").read_bytes()
+        assert first == write_front_figure(found, tmp_path / f"b{suffix}").read_bytes()
+        assert len(first) > 1000
+
+
+def test_no_points_and_no_format_are_refused(found, tmp_path):
+    with pytest.raises(SettingError, match="no points"):
+        front_figure(Front((), 0, found.solution))
+    with pytest.raises(SettingError, match=r"\.png or \.svg"):
+        write_front_figure(found, tmp_path / "front.pdf")
