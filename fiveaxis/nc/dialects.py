@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import difflib
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Literal
 
 from fiveaxis.errors import SettingError
 
@@ -26,6 +28,12 @@ class Dialect:
     linear : template of a timed move
     end : last blocks
     notes : what the person at the machine has to know
+    modulo : what a rotary word from 0 to 360 does: the axis goes there the ``shorter`` way, or the word's
+        sign says which way (``signed``); empty where the control has no such words
+    reset : template of a block that names the place where axes stand, without a move; empty where there is
+        none
+    clear : block that takes such names back
+    winding_notes : what the person at the machine has to know, by the way in which turns are counted
     decimals : of mm and deg; 6 keeps the tip within 1e-5 mm at a metre from the rotary axes
     feed_digits : significant digits of F
     """
@@ -42,8 +50,18 @@ class Dialect:
     linear: str
     end: tuple[str, ...]
     notes: tuple[str, ...]
+    modulo: Literal["", "shorter", "signed"] = ""
+    reset: str = ""
+    clear: str = ""
+    winding_notes: Mapping[str, str] = field(default_factory=dict)
     decimals: int = 6
     feed_digits: int = 7
+
+    @property
+    def windings(self) -> tuple[str, ...]:
+        """Ways to count turns that the control has."""
+        ways = ("unwound", True), ("modulo", bool(self.modulo)), ("rezero", bool(self.reset))
+        return tuple(name for name, known in ways if known)
 
 
 LINUXCNC = Dialect(
@@ -66,6 +84,16 @@ LINUXCNC = Dialect(
         "off, which on a machine with switchable kinematics means identity, M429",
         "no spindle speed, coolant or tool change is written: load the tool and start the spindle before",
     ),
+    # LinuxCNC manual, [AXIS_<letter>] WRAPPED_ROTARY: the sign of a word is the direction to turn in.
+    modulo="signed",
+    reset="G92 {words}",
+    clear="G92.1",
+    winding_notes={
+        "modulo": "rotary words go from 0 to 360 and their sign is the way to turn: the axis needs "
+        "WRAPPED_ROTARY = 1 in the machine's INI file, without it these words mean other angles",
+        "rezero": "where a link begins, G92 names a rotary axis anew by whole turns; its joint counts on "
+        "and keeps its limits. After an abort run G92.1 before anything else",
+    },
 )
 
 # M429 means identity where a configuration like 5axis/table-rotary-tilting remaps it so. Elsewhere it is an

@@ -16,6 +16,7 @@ from fiveaxis.machine import Axis, Machine, Setup
 from fiveaxis.motion import STANDSTILL, Motion
 from fiveaxis.nc.comments import comment_lines
 from fiveaxis.nc.dialects import Dialect, find_dialect
+from fiveaxis.nc.turns import Moves, Winding, first_words, require_winding, shortened, word_lines
 from fiveaxis.nc.words import control_values, feed_word, format_words
 from fiveaxis.toolpath import MoveKind
 
@@ -58,6 +59,7 @@ def write_program(
     machine: Machine,
     control: str = "linuxcnc",
     header: Header | None = None,
+    winding: Winding = "unwound",
 ) -> Path:
     """Write a motion as an NC program; see `compose_program` for what stands in it.
 
@@ -70,23 +72,27 @@ def write_program(
     Raises
     ------
     SettingError
-        An unknown control, or a file that can't be written.
+        An unknown control or winding, or a file that can't be written.
     MachineError, ToolpathError
         See `compose_program`.
     """
-    program = compose_program(motion, machine=machine, control=control, header=header)
+    program = compose_program(motion, machine=machine, control=control, header=header, winding=winding)
     return write_atomically(path, program.text)
 
 
 def compose_program(
-    motion: Motion, *, machine: Machine, control: str = "linuxcnc", header: Header | None = None
+    motion: Motion,
+    *,
+    machine: Machine,
+    control: str = "linuxcnc",
+    header: Header | None = None,
+    winding: Winding = "unwound",
 ) -> Program:
     """Write the blocks of a motion.
 
     Words are axis positions in the control's own sign, so that the machine does what was optimised; a control
     in vector mode would choose its rotary angles itself. Every move is one block that moves all axes in
-    proportion, links and rapid moves too, and F is the inverse of its duration. Turns of rotary axes are
-    kept.
+    proportion, links and rapid moves too, and F is the inverse of its duration.
 
     The way to the first location has no duration: the rotary axes turn where the tool is, then X and Y, then
     Z. A first cut is approached in rapid only up to `APPROACH` mm along the tool axis, less where an axis
@@ -98,11 +104,14 @@ def compose_program(
     machine : whose axes they are
     control : a key of `DIALECTS`
     header : name and value of further comments, in order: tool, source, energy
+    winding : how rotary axes of more than one turn are counted: ``unwound``, on and on; ``modulo``, from 0 to
+        360, moves of half a turn or more cut into parts; ``rezero``, named anew by whole turns where a link
+        begins. Which of them a control has, and what it needs for it, stands in `DIALECTS`
 
     Raises
     ------
     SettingError
-        An unknown control.
+        An unknown control; a winding that the control or the machine hasn't.
     MachineError
         The motion has other axes than the machine.
     ToolpathError
@@ -113,15 +122,19 @@ def compose_program(
         raise MachineError(
             f"the motion has axes {motion.letters}, and machine {machine.name!r} has {machine.letters}"
         )
+    require_winding(winding, machine, dialect)
     _require_numbers(motion)
     values = control_values(machine, motion.positions)
     moving = _moving(motion, values, dialect)
+    resets = [dialect.clear] if winding == "rezero" else []
     lines = [
-        *_head(machine, dialect, header or ()),
+        *_head(machine, dialect, header or (), winding),
         *dialect.start,
+        *resets,
         dialect.tool_length[1 if _contains_length(machine) else 0],
-        *_approach(motion, machine, dialect),
-        *_moves(motion, values, moving, dialect),
+        *_approach(motion, machine, dialect, winding),
+        *_moves(motion, values, moving, machine, dialect, winding),
+        *resets,
         *dialect.end,
     ]
     return Program(control, dialect.suffix, tuple(lines), dropped=len(motion) - 1 - int(moving.sum()))
@@ -161,13 +174,14 @@ def _moving(motion: Motion, values: Array, dialect: Dialect) -> BoolArray:
     return (steps > 0.0) & ~timeless
 
 
-def _head(machine: Machine, dialect: Dialect, header: Header) -> list[str]:
+def _head(machine: Machine, dialect: Dialect, header: Header, winding: str) -> list[str]:
     pairs = header.items() if isinstance(header, Mapping) else header
     flipped = [a.letter for a in machine.axes if a.reversed]
     texts = [
         f"machine: {machine.name}, form-shaping code {machine.code}",
         *(f"{name.replace(',', ' ')}: {value}" for name, value in pairs),
         *dialect.notes,
+        *([dialect.winding_notes[winding]] if winding in dialect.winding_notes else []),
         _zero_note(machine),
         *_setup_note(machine),
         *_clamped_notes(machine),
@@ -218,10 +232,13 @@ def _contains_length(machine: Machine) -> bool:
     return not machine.length_is_along_z or machine.tool_length > 0.0
 
 
-def _approach(motion: Motion, machine: Machine, dialect: Dialect) -> list[str]:
+def _approach(motion: Motion, machine: Machine, dialect: Dialect, winding: str) -> list[str]:
     first = motion.positions[0]
     way = _clear_way(motion, machine)
-    [start, target] = control_values(machine, np.array([first + way, first]))
+    start, target = (
+        first_words(place, machine, dialect, winding)
+        for place in control_values(machine, np.array([first + way, first]))
+    )
     rotary = "".join(c for c in machine.letters if c in "ABC")
     lines = [
         dialect.rapid.format(words=_clamped_word(axis, value, dialect)) for axis, value in machine.clamped
@@ -232,7 +249,10 @@ def _approach(motion: Motion, machine: Machine, dialect: Dialect) -> list[str]:
     lines.append(dialect.timed)
     length = float(np.linalg.norm(way))
     if length > STANDSTILL:
-        words = format_words(machine.letters, target, dialect.decimals)
+        # A signed word of the place where an axis stands might be a whole turn.
+        stands = rotary if winding == "modulo" and dialect.modulo == "signed" else ""
+        moved = "".join(c for c in machine.letters if c not in stands)
+        words = format_words(machine.letters, target, dialect.decimals, only=moved)
         feed = feed_word(length / motion.feed[0], dialect.feed_digits)
         lines.append(dialect.linear.format(words=words, feed=feed))
     return lines
@@ -259,11 +279,18 @@ def _clear_way(motion: Motion, machine: Machine) -> Array:
     return max(fraction, 0.0) * np.where(moving, way, 0.0)
 
 
-def _moves(motion: Motion, values: Array, moving: BoolArray, dialect: Dialect) -> list[str]:
-    return [
-        dialect.linear.format(
-            words=format_words(motion.letters, row, dialect.decimals),
-            feed=feed_word(time, dialect.feed_digits),
-        )
-        for row, time in zip(values[moving].tolist(), motion.time[moving].tolist(), strict=True)
-    ]
+def _moves(
+    motion: Motion, values: Array, moving: BoolArray, machine: Machine, dialect: Dialect, winding: str
+) -> list[str]:
+    rows = np.append(0, np.flatnonzero(moving))
+    moves = Moves(motion.letters, values[rows], motion.time[rows], motion.kind[rows])
+    if winding == "modulo":
+        moves = shortened(moves, machine)
+    lines = []
+    for (before, words), time in zip(
+        word_lines(moves, machine, dialect, winding), moves.time[1:].tolist(), strict=True
+    ):
+        if before:
+            lines.append(before)
+        lines.append(dialect.linear.format(words=words, feed=feed_word(time, dialect.feed_digits)))
+    return lines

@@ -7,6 +7,7 @@ anew: ``FIVEAXIS_WRITE_GOLDEN=1 pytest tests/golden``.
 from __future__ import annotations
 
 import os
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -54,6 +55,18 @@ def test_a_program_has_the_bytes_of_its_golden_file(tmp_path, name, control):
     motion = five_points(machine)
     path = write_program(motion, tmp_path / "part.ngc", machine=machine, control=control, header=HEADER)
     hold(path, f"{control}_{name}{DIALECTS[control].suffix}")
+
+
+@pytest.mark.parametrize("winding", ["modulo", "rezero"])
+def test_a_way_of_counting_turns_has_the_bytes_of_its_golden_file(tmp_path, winding):
+    machine = load_machine("hayashi-640123")
+    short = five_points(machine)
+    angles = np.radians([[0, 0], [-190, 45 / 2], [-450, 25], [-500, 30], [-500, 30]])
+    positions = short.positions.copy()
+    positions[:, [machine.column("C"), machine.column("A")]] = angles
+    motion = replace(short, positions=positions, time=np.array([0.0, 1.0, 2.0, 1.0, 1.0]))
+    path = write_program(motion, tmp_path / "part.ngc", machine=machine, header=HEADER, winding=winding)
+    hold(path, f"linuxcnc_hayashi-640123_{winding}.ngc")
 
 
 @pytest.mark.parametrize("name", ["hayashi-640123", "linuxcnc-xyzac-trt"])
