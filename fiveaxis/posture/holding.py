@@ -85,7 +85,7 @@ def nearest_held(toolpath: Toolpath, machine: Machine, tilt: TiltBounds) -> tupl
     """
     angles = free_angles(machine)
     axis = tool_axes(machine, angles)
-    bound = np.isfinite(tilt.reference).all(axis=1)
+    bound: BoolArray = np.all(np.isfinite(tilt.reference), axis=1)
     rows = np.flatnonzero(bound).astype(np.int64)
     rotary, open_rows = np.zeros((len(toolpath), 2)), bound.copy()
     for begin in range(0, len(rows), CHUNK):

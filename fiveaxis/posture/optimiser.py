@@ -17,9 +17,11 @@ from fiveaxis.motion import follow
 from fiveaxis.posture import holding
 from fiveaxis.posture.baselines import find_baselines
 from fiveaxis.posture.budget import Budget, budget_of
+from fiveaxis.posture.mask import Mask, MaskFunction
 from fiveaxis.posture.portfolio import Portfolio, Progress
 from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.posture.reach import unreachable
+from fiveaxis.posture.repair import Repair, never_dearer, without_refused
 from fiveaxis.posture.restarts import best_of_starts, leaning_paths
 from fiveaxis.posture.singular import Cone, held, with_findings
 from fiveaxis.posture.solution import Solution
@@ -41,6 +43,7 @@ def optimise(
     lean: tuple[float, float] | None = None,
     plane: tuple[float, float, float] | None = None,
     hold: Mapping[str, float] | None = None,
+    mask: MaskFunction | None = None,
     up_penalty: float = 0.0,
     max_turn: float | None = 15.0,
     turn_rate: float | None = None,
@@ -72,6 +75,8 @@ def optimise(
     plane : a vector, workpiece frame, at right angles to a plane that the tool axis stays in; beside
         the others
     hold : rotary axes that stay at an angle, **degrees** by letter: one for 4-axis machining, both for 3+2
+    mask : tells for locations (m,) and rotary angles (m, 2), rad, chain order, which are admissible, (m,)
+        bool (`fiveaxis.posture.mask`); asked only about what a search is going to use
     up_penalty : J/mm, extra price of the machine's Z moving up
     max_turn : largest turn of a rotary axis in one cutting move, **degrees**; None for no bound. Without one
         the travel metric, which knows no rates and sees locations only, hops over inadmissible postures from
@@ -131,7 +136,9 @@ def optimise(
     if blocked:
         share = f"{len(blocked)} of {len(toolpath)} locations"
         raise Infeasible(f"{share} have no admissible posture on {machine.name}", blocked)
-    return with_findings(_within_turns(problem, toolpath, bounds, allowed, progress, singular), singular)
+    asked = None if mask is None else Mask(mask)
+    found = _within_turns(problem, toolpath, bounds, allowed, progress, singular, asked)
+    return with_findings(found, singular)
 
 
 def _within_turns(
@@ -141,17 +148,19 @@ def _within_turns(
     allowed: Budget,
     progress: Progress | None,
     singular: Cone | None,
+    mask: Mask | None,
 ) -> Solution:
     """Find the cheapest path in the turns that the axes have, with rewinds where there is none without."""
     machine = problem.machine
     try:
-        return _solved(problem, toolpath, bounds, allowed, progress, singular)
+        return _solved(problem, toolpath, bounds, allowed, progress, singular, mask)
     except Infeasible:
-        if not winding_columns(machine):
+        # Rewinds add locations, and a mask knows none but those of the path.
+        if mask is not None or not winding_columns(machine):
             raise
     # No way within its turns: the axis winds as far as the path wants, and is turned back where it is cheap.
     problem = replace(problem, machine=endless(machine))
-    wound = _solved(problem, toolpath, bounds, allowed, progress, singular)
+    wound = _solved(problem, toolpath, bounds, allowed, progress, singular, mask)
 
     def refine(narrow: Problem, start: Array) -> Array:
         with threadpool_limits(limits=1):
@@ -167,18 +176,23 @@ def _solved(
     allowed: Budget,
     progress: Progress | None,
     singular: Cone | None,
+    mask: Mask | None,
 ) -> Solution:
     """Find the cheapest path of a problem, and what it is compared with."""
     machine = problem.machine
     compared, missing = find_baselines(toolpath, machine, bounds)
+    # A baseline that the mask refuses is still a start.
+    starts = compared
+    if mask is not None:
+        compared, missing = without_refused(compared, missing, machine, mask)
     run, optima = Portfolio(problem, allowed, progress), None
     # IPOPT's linear solver works on small blocks: threads of the BLAS under it only wait for each other.
     with threadpool_limits(limits=1):
         if allowed.is_many:
             leaning = leaning_paths(toolpath, machine, bounds, allowed)
-            rotary, optima = best_of_starts(run, compared, leaning)
+            rotary, optima = best_of_starts(run, starts, leaning)
         else:
-            rotary = run.best_path(compared)
+            rotary = run.best_path(starts)
         if singular is not None:
 
             def solve(bounded: Problem, start: Array) -> Array:
@@ -187,6 +201,9 @@ def _solved(
                 return near if bounded.violation(near) <= ALLOWED else again.best_path(compared)
 
             rotary = held(problem, toolpath, rotary, solve, singular)
+        if mask is not None:
+            rotary = Repair(run, mask).repaired(rotary, toolpath)
+            rotary = never_dearer(problem, rotary, compared)
     _require_admissible(problem, rotary, toolpath)
     motion = follow(toolpath, machine, rotary)
     energy = motion_energy(machine, motion)

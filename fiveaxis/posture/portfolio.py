@@ -110,7 +110,7 @@ class Portfolio:
         # A search between narrow bounds may go beside them, and leaves the rest to the refinement.
         slacks = (0.0, SLACK) if is_narrow(problem) else (0.0,)
         for wider, slack in ((wider, slack) for slack in slacks for wider in WIDER):
-            lattice = self._lattice(problem, search, coordinates, wider, slack)
+            lattice = self.lattice(problem, search, coordinates, wider, slack)
             path = shortest_path(problem, lattice, self._tell(f"search {number + 1}"))
             if path is not None:
                 break
@@ -120,7 +120,7 @@ class Portfolio:
         rotary = path[:, self.problem.machine.rotary_columns]
         return self._refined(f"refine, {name}", problem, rotary, coarse=True)
 
-    def _lattice(
+    def lattice(
         self, problem: Problem, search: Search, coordinates: Coordinates, wider: int, slack: float
     ) -> Lattice:
         """Lay the lattice of a search whose neighbours in the second coordinate lie so many times as far."""

@@ -88,12 +88,13 @@ class _Tried:
     @property
     def admitted(self) -> BoolArray:
         """(m,), postures that break nothing."""
-        return ~self.outside.any(axis=0) & self.reached
+        admitted: BoolArray = np.logical_not(self.outside.any(axis=0)) & self.reached
+        return admitted
 
     @property
     def reached(self) -> BoolArray:
         """(m,), postures inside all axis limits."""
-        return ~(self.overrun > 0.0).any(axis=1)
+        return np.all(self.overrun <= 0.0, axis=1)
 
     def breaks_only(self, bound: int) -> BoolArray:
         """(m,), postures inside the limits that break this bound and no other."""

@@ -1,0 +1,134 @@
+"""A user's mask: kept everywhere, asked seldom, and told when nothing pleases it."""
+
+import numpy as np
+import pytest
+
+from fiveaxis.errors import Infeasible, SettingError
+from fiveaxis.kinematics import tool_axes
+from fiveaxis.machine import load_machine
+from fiveaxis.posture import optimise
+from fiveaxis.toolpath import Tool, Toolpath
+
+# A mask only knows the edge of a bound from asking; the way along it is this share dearer at most.
+DEARER = 0.02
+# States of the lattices that one search of a path of 80 locations looks at.
+LATTICE = 80 * 90 * 36 * 2
+
+
+def ring(n: int = 80) -> Toolpath:
+    """Contacts once round a lobed wall, normals leaning downwards."""
+    angle = np.linspace(0.0, 2.0 * np.pi, n, endpoint=False)
+    flat = np.sqrt(1.0 - 0.3**2)
+    normal = np.stack([flat * np.cos(angle), flat * np.sin(angle), np.full(n, -0.3)], axis=1)
+    r = 20.0 + 3.0 * np.cos(3.0 * angle)
+    contact = np.stack([r * np.cos(angle), r * np.sin(angle), np.full(n, 10.0)], axis=1)
+    return Toolpath.from_contacts(contact, normal, Tool.ball(6), name="ring")
+
+
+class Counted:
+    """A mask that counts what it is asked."""
+
+    def __init__(self, function):
+        self.function, self.asked, self.rows = function, 0, []
+
+    def __call__(self, rows, rotary):
+        assert rotary.shape == (len(rows), 2)
+        self.asked += len(rows)
+        self.rows.append(rows)
+        return self.function(rows, rotary)
+
+
+def rotary_of(solution):
+    return solution.motion.positions[:, solution.machine.rotary_columns]
+
+
+def in_band(rows, rotary):
+    """Forbid C from 60 to 100 deg at the locations 20…49; C comes first in the chain."""
+    c = np.degrees(np.mod(rotary[:, 0], 2.0 * np.pi))
+    return ~((rows >= 20) & (rows < 50) & (c > 60.0) & (c < 100.0))
+
+
+def leaning(path, low, high):
+    machine = load_machine("hayashi-640123")
+
+    def mask(rows, rotary):
+        cosine = np.sum(tool_axes(machine, rotary) * path.normal[rows], axis=1)
+        return (cosine <= np.cos(np.radians(low))) & (cosine >= np.cos(np.radians(high)))
+
+    return mask
+
+
+def test_a_forbidden_band_of_c_is_gone_round_with_few_questions(hayashi):
+    mask = Counted(in_band)
+    free = optimise(ring(), hayashi, tilt=(15, 75))
+    assert not in_band(np.arange(80), rotary_of(free)).all()
+    solution = optimise(ring(), hayashi, tilt=(15, 75), mask=mask)
+    assert in_band(np.arange(80), rotary_of(solution)).all()
+    assert max(solution.residuals().values()) <= 1e-9
+    turns = np.degrees(np.abs(solution.motion.moves[:, hayashi.rotary_columns]))
+    assert turns.max() <= 15.0 + 1e-6
+    assert mask.asked < 0.03 * LATTICE
+    last = solution.stages[-1]
+    assert last.name == "repair for the mask"
+    assert last.status == f"{mask.asked} postures asked in {len(mask.rows)} calls"
+    assert last.after < last.before
+
+
+def test_a_baseline_that_the_mask_refuses_is_missing_with_the_reason(hayashi):
+    solution = optimise(ring(), hayashi, tilt=(15, 75), mask=in_band)
+    for name in ("normal", "lead-lean"):
+        assert name not in solution.baselines
+        assert solution.missing[name].startswith("the mask refuses")
+    for baseline in solution.compared.values():
+        assert in_band(np.arange(80), baseline.motion.positions[:, hayashi.rotary_columns]).all()
+
+
+def test_a_mask_that_is_a_bound_gives_what_the_bound_gives(hayashi):
+    path = ring()
+    bound = optimise(path, hayashi, tilt=(15, 50))
+    masked = optimise(path, hayashi, tilt=(15, 75), mask=leaning(path, 15, 50))
+    assert masked.energy.total <= bound.energy.total * (1.0 + DEARER)
+    assert leaning(path, 15, 50)(np.arange(80), rotary_of(masked)).all()
+
+
+def test_a_mask_that_admits_everything_changes_nothing(hayashi):
+    mask = Counted(lambda rows, rotary: np.ones(len(rows), dtype=bool))
+    solution = optimise(ring(), hayashi, tilt=(15, 75), mask=mask)
+    free = optimise(ring(), hayashi, tilt=(15, 75))
+    assert solution.energy.total == pytest.approx(free.energy.total, rel=1e-6)
+    # The baselines, the path, and the path refined.
+    assert mask.asked <= 6 * 80
+
+
+def test_a_mask_that_refuses_everything_lists_every_location(hayashi):
+    path = ring(20)
+    with pytest.raises(Infeasible, match="20 of 20 locations have no posture in sequence that the mask") as c:
+        optimise(path, hayashi, tilt=(15, 75), max_turn=60.0, mask=lambda rows, _: np.zeros(len(rows), bool))
+    assert [f.place.location for f in c.value.findings] == list(range(20))
+    assert "the mask refuses each of the" in c.value.findings[0].message
+
+
+def test_a_mask_that_refuses_one_location_names_it(hayashi):
+    with pytest.raises(Infeasible) as caught:
+        optimise(ring(20), hayashi, tilt=(15, 75), max_turn=60.0, mask=lambda rows, _: rows != 7)
+    assert [f.place.location for f in caught.value.findings] == [7]
+
+
+def test_one_location_is_repaired_too(hayashi):
+    path = ring().at(np.array([3]))
+    free = optimise(path, hayashi, tilt=(15, 75))
+    mask = leaning(path, 40, 60)
+    lean = free.tilt.angles(tool_axes(hayashi, rotary_of(free)))
+    assert not 40.0 < np.degrees(lean[0]) < 60.0
+    assert mask(np.arange(1), rotary_of(optimise(path, hayashi, tilt=(15, 75), mask=mask))).all()
+
+
+def test_the_same_mask_gives_the_same_path(hayashi):
+    paths = [rotary_of(optimise(ring(), hayashi, tilt=(15, 75), mask=in_band)) for _ in range(2)]
+    np.testing.assert_array_equal(paths[0], paths[1])
+
+
+@pytest.mark.parametrize("answer", [lambda rows, _: True, lambda rows, _: np.ones(len(rows))])
+def test_an_answer_that_isnt_a_truth_value_for_each_posture_is_refused(hayashi, answer):
+    with pytest.raises(SettingError, match="of bool is needed"):
+        optimise(ring(20), hayashi, tilt=(15, 75), max_turn=60.0, mask=answer)
