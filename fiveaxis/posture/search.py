@@ -5,16 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fiveaxis.geometry import Array, IntArray
 from fiveaxis.kinematics.windings import fit_turns
 from fiveaxis.posture.kernel import relax_layer
 from fiveaxis.posture.lattice import Coordinates, Lattice, tube_lattice
 from fiveaxis.posture.problem import Problem
-from fiveaxis.posture.tube import path_through_tube, problem_waves
 
-Layer = tuple[NDArray[np.int32], NDArray[np.int32], Array]
+Layer = tuple[IntArray, IntArray, Array]
 
 
 def shortest_path(
@@ -43,9 +41,7 @@ def shortest_path(
             before, alive = states, np.flatnonzero(np.isfinite(cost))
             if not len(alive):
                 return None
-            # A long path has thousands of layers: half the digits will do for what counts states.
-            kept = states.reshape(-1, states.shape[-1])[alive]
-            layers.append((alive.astype(np.int32), back.ravel()[alive].astype(np.int32), kept))
+            layers.append((alive, back.ravel()[alive], states.reshape(-1, states.shape[-1])[alive]))
         if progress is not None:
             progress(int(rows[-1]) + 1, n)
     return _within_limits(problem, lattice, _trace(layers, int(np.argmin(cost)), cost.size, lattice))
@@ -148,14 +144,11 @@ def refill(
     spin = problem.machine.rotary_columns[coordinates.spin]
     second = coordinates.second_column(problem)
     strands = np.stack([path[before, spin], slide[:, spin], path[after, spin]], axis=1)
-    full, waves = slide, problem_waves(problem)
+    full = slide
     for number, width in enumerate(widths):
         count = 2 if number else 1
-        tube = (problem, coordinates, strands, full[:, second], width, count)
-        if find is None and waves is not None:
-            found: Array | None = path_through_tube(*tube, waves)
-        else:
-            found = (find or shortest_path)(problem, tube_lattice(*tube))
+        lattice = tube_lattice(problem, coordinates, strands, full[:, second], width, count)
+        found = (find or shortest_path)(problem, lattice)
         full = full if found is None else found
         strands = full[:, [spin]]
     return full
