@@ -29,6 +29,9 @@ AT_SURFACE = 1e-6
 # mm: added to the gap of a zone that doesn't touch at the angle of its own nearest place.
 FOREIGN = 1e6
 
+# rad: a normal that disagrees by more with the contact that was found isn't one.
+SLIP = np.radians(2.0)
+
 
 def find_contacts(
     toolpath: Toolpath, part: str | Path | trimesh.Trimesh, *, tolerance: float = 0.05
@@ -71,6 +74,12 @@ def find_contacts(
     several = ~apart & ~touch.single
     sunk = ~apart & (touch.gap < -tolerance)
     touched = ~apart & touch.single
+    if not touched.any() and several.any():
+        raise ToolpathError(
+            f"{int(several.sum())} cuts lie on the part, and none with one point of {toolpath.tool}: it stands "
+            "on its flat bottom, or edge on edge; such cuts can't be turned about a contact",
+            file=toolpath.name,
+        )
     if not touched.any():
         raise ToolpathError(
             f"no cut touches the part within {tolerance:g} mm (the nearest is {np.abs(touch.gap).min():.4g} "
@@ -117,8 +126,8 @@ class _Surface:
         triangles = np.asarray(mesh.triangles, dtype=float)
         return cls(mesh, TriangleTree.build(triangles), facet_normals(triangles))
 
-    def nearest(self, points: Array) -> tuple[Array, Array]:
-        """Find normals and signed distances, (n, 3) and (n,) mm, negative inside the part."""
+    def nearest(self, points: Array) -> tuple[Array, Array, Array]:
+        """Find normals, feet and signed distances, (n, 3) each and (n,) mm, negative inside the part."""
         foot, triangle, distance = self.tree.nearest(points)
         way, facet = points - foot, self.facets[triangle]
         behind = np.flatnonzero(np.einsum("ij,ij->i", way, facet) < 0.0)
@@ -129,7 +138,7 @@ class _Surface:
         signed[behind] *= -1.0
         far = distance > AT_SURFACE
         towards = way / np.where(far, signed, 1.0)[:, None]
-        return np.where(far[:, None], towards, facet), signed
+        return np.where(far[:, None], towards, facet), foot, signed
 
 
 def _mesh(part: str | Path | trimesh.Trimesh) -> trimesh.Trimesh:
@@ -169,15 +178,19 @@ def _touches(path: Toolpath, surface: _Surface) -> _Touch:
 def _touch(path: Toolpath, zone: Zone, surface: _Surface) -> _Touch:
     tip = path.tips(path.axis)
     if zone.offset < 0.0:
-        normal, gap = _nearest_on_barrel(tip, path.axis, zone, surface)
+        normal, foot, gap = _nearest_on_barrel(tip, path.axis, zone, surface)
     else:
         centre = tip + zone.height * path.axis
         pivot = centre if zone.offset == 0.0 else _nearest_on_ring(centre, path.axis, zone, surface)
-        normal, distance = surface.nearest(pivot)
+        normal, foot, distance = surface.nearest(pivot)
         gap = distance - zone.radius
     angle = angle_between(path.axis, normal)
     single = (angle >= zone.least - ROUNDING) & (angle <= zone.high + ROUNDING)
-    return _Touch(normal, gap, single)
+    # Where an edge of the cutter lies on an edge of the part, the way between them is too short to tell a
+    # normal, and the contact that it would mean lies elsewhere.
+    contact = zone.pivot_of_tip(tip, normal, path.axis) - zone.radius * normal
+    slip = np.linalg.norm(contact - foot, axis=1)
+    return _Touch(normal, gap, single & (slip <= np.abs(gap) + SLIP * abs(zone.offset) + AT_SURFACE))
 
 
 def _nearest_on_ring(centre: Array, axis: Array, zone: Zone, surface: _Surface) -> Array:
@@ -188,15 +201,15 @@ def _nearest_on_ring(centre: Array, axis: Array, zone: Zone, surface: _Surface) 
     for _ in range(ROUNDS):
         angle = best[:, None] + offsets
         points = centre[:, None] + zone.offset * _around(axis, angle)
-        _, distance = surface.nearest(points.reshape(-1, 3))
+        _, _, distance = surface.nearest(points.reshape(-1, 3))
         best = angle[rows, distance.reshape(angle.shape).argmin(axis=1)]
         offsets = step / NARROWING * np.arange(-NARROWING, NARROWING + 1)
         step /= NARROWING
     return centre + zone.offset * _around(axis, best[:, None])[:, 0]
 
 
-def _nearest_on_barrel(tip: Array, axis: Array, zone: Zone, surface: _Surface) -> tuple[Array, Array]:
-    """Find normals and gaps of an arc whose centre lies beyond the axis: over its height and around the axis.
+def _nearest_on_barrel(tip: Array, axis: Array, zone: Zone, surface: _Surface) -> tuple[Array, Array, Array]:
+    """Find normals, feet and gaps of an arc whose centre lies beyond the axis, over height and turn.
 
     The nearest place to the arc's centre says nothing here: most of its circle isn't part of the cutter.
     """
@@ -211,7 +224,7 @@ def _nearest_on_barrel(tip: Array, axis: Array, zone: Zone, surface: _Surface) -
         radius = zone.offset + zone.radius * np.sin(phi)
         height = zone.height - zone.radius * np.cos(phi)
         points = tip[:, None] + height[..., None] * axis[:, None] + radius[..., None] * _around(axis, angle)
-        _, distance = surface.nearest(points.reshape(-1, 3))
+        _, foot, distance = surface.nearest(points.reshape(-1, 3))
         least = distance.reshape(angle.shape).argmin(axis=1)
         turn, lean = angle[rows, least], phi[rows, least]
         around, along = np.meshgrid(*2 * [np.arange(-NARROWING, NARROWING + 1) / NARROWING])
@@ -219,7 +232,8 @@ def _nearest_on_barrel(tip: Array, axis: Array, zone: Zone, surface: _Surface) -
         step, rise = step / NARROWING, rise / NARROWING
     touched = _around(axis, turn[:, None])[:, 0]
     own = np.cos(lean)[:, None] * axis - np.sin(lean)[:, None] * touched
-    return own, distance.reshape(len(tip), -1)[rows, least]
+    feet = foot.reshape(len(tip), -1, 3)[rows, least]
+    return own, feet, distance.reshape(len(tip), -1)[rows, least]
 
 
 def _around(axis: Array, angle: Array) -> Array:

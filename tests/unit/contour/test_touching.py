@@ -108,3 +108,27 @@ def test_a_tolerance_that_isnt_positive_and_a_missing_part_are_refused():
     blind = Toolpath.from_contacts([[0.0, 0, 0]], [[0.0, 0, 1]], Tool.ball(6))
     with pytest.raises(ToolpathError, match="no tool axes"):
         find_contacts(blind, SPHERE)
+
+
+@pytest.mark.parametrize("gap", [0.0, 0.0005, 0.01])
+def test_a_cutters_edge_on_an_edge_of_the_part_is_told_or_right(gap):
+    tool, rng, n = Tool.flat(6), np.random.default_rng(4), 60
+    # The edge x = 20, z = 10 of the box runs along y; the normal at right angles to it and to the rim.
+    turn = rng.uniform(0.15, 1.4, n)
+    normal = np.column_stack([np.sin(turn), np.zeros(n), np.cos(turn)])
+    side = normalise(np.cross(normal, rng.normal(size=(n, 3))))
+    lean = rng.uniform(0.1, 1.4, n)[:, None]
+    axis = np.cos(lean) * normal + np.sin(lean) * side
+    contact = np.column_stack([np.full(n, 20.0), rng.uniform(-10, 10, n), np.full(n, 10.0)]) + gap * normal
+    path = Toolpath.from_tips(tool.cutter.tips(contact, normal, axis), axis, tool)
+    found = find_contacts(path, BOX)
+    kept = found.cutting
+    assert np.linalg.norm(found.contact[kept] - contact[kept], axis=1).max() < 0.15
+    wrong = kept.sum() < n
+    assert wrong == ("no-single-contact" in {f.code for f in found.findings})
+
+
+def test_a_path_that_stands_on_its_flat_bottom_alone_is_refused():
+    flat = Toolpath.from_tips([[0.0, 0.0, 10.0], [3.0, 0.0, 10.0]], [[0.0, 0.0, 1.0]] * 2, Tool.flat(6))
+    with pytest.raises(ToolpathError, match="2 cuts lie on the part, and none with one point of flat:6"):
+        find_contacts(flat, BOX)
