@@ -76,8 +76,8 @@ def find_contacts(
     touched = ~apart & touch.single
     if not touched.any() and several.any():
         raise ToolpathError(
-            f"{int(several.sum())} cuts lie on the part, and none with one point of {toolpath.tool}: it stands "
-            "on its flat bottom, or edge on edge; such cuts can't be turned about a contact",
+            f"{int(several.sum())} cuts lie on the part, and none with one point of {toolpath.tool}: it "
+            "stands on its flat bottom, or edge on edge; such cuts can't be turned about a contact",
             file=toolpath.name,
         )
     if not touched.any():
