@@ -44,6 +44,9 @@ SingularRate = Annotated[
     float | None, typer.Option("--singular-rate", help="largest turn of it in there, deg/mm")
 ]
 Effort = Annotated[str | None, typer.Option("--effort", help="quick, normal or thorough")]
+FrontSize = Annotated[
+    int | None, typer.Option("--front", help="N solutions between the cheapest path and the steadiest")
+]
 Feed = Annotated[float | None, typer.Option("--feed", help="mm/min, in place of the input's")]
 Unit = Annotated[str | None, typer.Option("--unit", help="mm or inch, for an input that doesn't say")]
 Part = Annotated[
@@ -150,6 +153,7 @@ POSTURE: Mapping[str, Any] = {
     "singular_cone": SingularCone,
     "singular_rate": SingularRate,
     "effort": Effort,
+    "front": FrontSize,
     "tool_length": ToolLength,
     "work_offset": WorkOffset,
     "part_rotation": PartRotation,

@@ -196,6 +196,8 @@ def _print_outcome(outcome: Outcome) -> None:
         out.print(f"power integral of the result: {integral}; the travel metric differs by {percent:+.1f} %")
     out.print(f"program: {program.inserted} blocks inserted, so that the ball stays on its path without TCP")
     _print_budget(outcome.budget)
+    if outcome.front is not None:
+        out.print(outcome.front.as_markdown(), markup=False, soft_wrap=True)
     for name, reason in solution.missing.items():
         out.print(f"no baseline {name}: {escape(reason)}")
     for subject, verdict in {"finding": outcome.verdict, "finding in the program": program.verdict}.items():

@@ -124,6 +124,9 @@ class Job(StrictModel):
     )
     singular_rate: float = Field(0.0, ge=0.0, description="largest turn of that axis in the cone, deg/mm")
     effort: Literal["quick", "normal", "thorough"] = "normal"
+    front: int | None = Field(
+        None, ge=2, le=50, description="solutions between the cheapest path and the steadiest one"
+    )
     control: str = Field("linuxcnc", description="NC dialect")
     tool_length: float | None = Field(
         None, ge=0.0, description="from the spindle's gauge point to the tip, mm"

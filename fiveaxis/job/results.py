@@ -10,6 +10,7 @@ from fiveaxis.errors import SettingError
 from fiveaxis.job.stages import Outcome, part_of
 from fiveaxis.nc import DIALECTS, find_dialect, write_motion, write_program
 from fiveaxis.report import write_json, write_report
+from fiveaxis.report.front_figure import write_front_figure
 from fiveaxis.viewer import write_preview
 
 
@@ -78,6 +79,8 @@ def _make_files(outcome: Outcome, folder: Path) -> list[Path]:
         write_report(solution, outcome.document, folder / "report.html"),
         write_preview(solution, folder / "preview.html", part=part_of(job)),
     ]
+    if outcome.front is not None:
+        made.append(write_front_figure(outcome.front, folder / "front.svg"))
     if outcome.ok:
         path = folder / f"program{find_dialect(job.control).suffix}"
         machine, header = solution.machine, _header(outcome)

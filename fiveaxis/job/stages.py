@@ -26,7 +26,7 @@ from fiveaxis.job.description import Job, require_input
 from fiveaxis.machine import Machine, load_machine
 from fiveaxis.motion import PATH_TOLERANCE, Motion, fill_in
 from fiveaxis.nc import read_toolpath
-from fiveaxis.posture import Solution, optimise
+from fiveaxis.posture import Front, Solution, find_front, optimise
 from fiveaxis.report import describe_input, report_document
 from fiveaxis.toolpath import Tool, Toolpath, parse_tool
 from fiveaxis.verification import Report, Tolerances, verify
@@ -39,10 +39,23 @@ RESULT = "optimised"
 
 Progress = Callable[[str, int, int], None]
 
+# Settings of a job that `optimise` takes under the same name.
+SOLVING = (
+    "hold",
+    "up_penalty",
+    "max_turn",
+    "turn_rate",
+    "smoothing",
+    "time_price",
+    "singular_cone",
+    "singular_rate",
+    "effort",
+)
+
 
 @dataclass(frozen=True, eq=False)
 class Outcome:
-    """What a job gave: the solution, the verdict on it, and the report's document."""
+    """What a job gave: the solution, the verdict on it, the report's document, the front if one was asked."""
 
     job: Job
     solution: Solution
@@ -50,6 +63,7 @@ class Outcome:
     program: ProgramMotion
     budget: Budget
     document: dict[str, Any]
+    front: Front | None = None
 
     @property
     def ok(self) -> bool:
@@ -266,21 +280,7 @@ def run_job(job: Job, progress: Progress | None = None) -> Outcome:
     # A part that can't be read is found out before the work, not after it.
     mesh = part_of(job)
     part = None if mesh is None else load_mesh(mesh, allow_open=True)
-    solution = optimise(
-        toolpath,
-        machine,
-        **job.leaning,
-        hold=job.hold,
-        up_penalty=job.up_penalty,
-        max_turn=job.max_turn,
-        turn_rate=job.turn_rate,
-        smoothing=job.smoothing,
-        time_price=job.time_price,
-        singular_cone=job.singular_cone,
-        singular_rate=job.singular_rate,
-        effort=job.effort,
-        progress=progress,
-    )
+    solution, front = solve(job, toolpath, machine, progress)
     # The solution's own path knows which part of the cutter touches.
     toolpath = solution.toolpath
     verdict = verify(solution.motion, machine, toolpath, **job.leaning, part=part)
@@ -289,7 +289,23 @@ def run_job(job: Job, progress: Progress | None = None) -> Outcome:
     found, driven = verdict.as_dict(), program.as_dict()
     budget = job_budget(machine, program.motion, process, factors)
     document = report_document(solution, found, inputs=inputs, program=driven, budget=budget.as_dict())
-    return Outcome(job, solution, verdict, program, budget, document)
+    if front is not None:
+        document["front"] = front.as_dict()
+    return Outcome(job, solution, verdict, program, budget, document, front)
+
+
+def solve(
+    job: Job, toolpath: Toolpath, machine: Machine, progress: Progress | None
+) -> tuple[Solution, Front | None]:
+    """Optimise a job's path; with the front of solutions that it asks for."""
+    options = {name: getattr(job, name) for name in SOLVING} | job.leaning | {"progress": progress}
+    if job.front is None:
+        return optimise(toolpath, machine, **options), None
+    if job.smoothing:
+        raise JobError("smoothing is what a front sweeps; leave one of them out", file=job.input)
+    del options["smoothing"]
+    front = find_front(toolpath, machine, job.front, **options)
+    return front.solution, front
 
 
 def program_motion(solution: Solution, part: trimesh.Trimesh | None) -> ProgramMotion:
