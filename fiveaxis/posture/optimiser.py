@@ -23,6 +23,7 @@ from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.posture.reach import unreachable
 from fiveaxis.posture.repair import Repair, never_dearer, without_refused
 from fiveaxis.posture.restarts import best_of_starts, leaning_paths
+from fiveaxis.posture.sequence import long_turns
 from fiveaxis.posture.singular import Cone, held, with_findings
 from fiveaxis.posture.solution import Solution
 from fiveaxis.posture.winding import endless, winding_columns
@@ -137,7 +138,16 @@ def optimise(
         share = f"{len(blocked)} of {len(toolpath)} locations"
         raise Infeasible(f"{share} have no admissible posture on {machine.name}", blocked)
     asked = None if mask is None else Mask(mask)
-    found = _within_turns(problem, toolpath, bounds, allowed, progress, singular, asked)
+    try:
+        found = _within_turns(problem, toolpath, bounds, allowed, progress, singular, asked)
+    except Infeasible:
+        turning = long_turns(problem, toolpath)
+        if not turning:
+            raise
+        moves = (
+            f"{len(turning)} of {len(toolpath) - 1} moves turn further than they may on the best way found"
+        )
+        raise Infeasible(f"no way along the path: {moves}", turning) from None
     return with_findings(found, singular)
 
 

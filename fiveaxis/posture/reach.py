@@ -20,9 +20,9 @@ from fiveaxis.posture.holding import free_angles, is_holding, nearest_held
 from fiveaxis.toolpath import TiltBounds, Toolpath
 
 # Tool axes that are tried at a location: rings of this many around the reference, over the tilt range, and
-# beyond it in steps of this much.
+# beyond it so far outside: finely where a little more would do.
 RINGS, AXES_PER_RING = 13, 120
-BEYOND = np.radians(1.0)
+BEYOND = np.radians(np.concatenate([np.arange(0.25, 15.0, 0.25), np.arange(15.0, 180.0, 1.0)]))
 # How far inside bounds that hold together axes are drawn (rad).
 INSETS = np.radians([0.5, 0.02])
 # One in so many of them; and no more locations than this are asked what would let them through.
@@ -136,8 +136,8 @@ def _tried(toolpath: Toolpath, machine: Machine, tilt: TiltBounds, row: int, far
 def _angles(tilt: TiltBounds, least: float, most: float) -> Array:
     """Sample the tilt range, and what lies outside it as far as two angles, rad."""
     inside = np.linspace(tilt.low + INSIDE, tilt.high - INSIDE, RINGS)
-    above = np.arange(tilt.high + BEYOND, most, BEYOND)
-    below = np.arange(tilt.low - BEYOND, least, -BEYOND)
+    above, below = tilt.high + BEYOND, tilt.low - BEYOND
+    above, below = above[above < most], below[below > least]
     return np.concatenate([inside, above, below, [a for a in (least, most) if least < most]])
 
 
