@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
 from fiveaxis.energy import motion_energy
-from fiveaxis.errors import Infeasible, ToolpathError
+from fiveaxis.errors import Infeasible, SettingError, ToolpathError
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array
 from fiveaxis.machine import Machine
@@ -18,6 +18,7 @@ from fiveaxis.posture import holding
 from fiveaxis.posture.baselines import find_baselines
 from fiveaxis.posture.budget import Budget, budget_of
 from fiveaxis.posture.mask import Mask, MaskFunction
+from fiveaxis.posture.passes import freed
 from fiveaxis.posture.portfolio import Portfolio, Progress
 from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.posture.reach import unreachable
@@ -52,6 +53,7 @@ def optimise(
     time_price: float | None = None,
     singular_cone: float | None = None,
     singular_rate: float = 0.0,
+    free_start: bool = False,
     effort: str = "normal",
     budget: Budget | None = None,
     progress: Progress | None = None,
@@ -91,6 +93,8 @@ def optimise(
         tool axis passes it in a cut, that axis is held, or turns at most by `singular_rate`. What can't be
         held is told by a finding
     singular_rate : **deg/mm** over the way of the contact
+    free_start : whether closed passes may begin elsewhere (`fiveaxis.posture.passes`); the solution's path
+        then has them in another order
     effort : ``quick``, ``normal`` or ``thorough``: how much is done, with what that promises in
         `fiveaxis.posture.budget.EFFORTS`
     budget : how much may be done, in place of an effort
@@ -116,23 +120,30 @@ def optimise(
     """
     if not toolpath.cutting.any():
         raise ToolpathError("has links only; there is no cut to choose a posture for", file=toolpath.name)
+    if free_start and (mask is not None or singular_cone is not None):
+        raise SettingError("free_start can't be combined with a mask or a singular cone; leave one out")
     allowed = budget or budget_of(effort)
     singular = Cone.of_degrees(singular_cone, singular_rate)
     machine = holding.hold(machine, hold or {})
     toolpath = for_tilt(toolpath, tilt, cone, lead=lead, lean=lean)
-    bounds = tilt_bounds(toolpath, tilt, cone, lead=lead, lean=lean, plane=plane)
     turn = None if max_turn is None else float(np.radians(max_turn))
-    problem = Problem.build(
-        toolpath,
-        machine,
-        bounds,
-        up_penalty=up_penalty,
-        max_turn=turn,
-        link_turn=None if turn is None else LINK_SHARE * turn,
-        turn_rate=None if turn_rate is None else float(np.radians(turn_rate)),
-        time_price=(machine.base_power or 0.0) if time_price is None else time_price,
-        bend_price=smoothing,
-    )
+
+    def build(path: Toolpath) -> tuple[Problem, TiltBounds]:
+        leaning = tilt_bounds(path, tilt, cone, lead=lead, lean=lean, plane=plane)
+        built = Problem.build(
+            path,
+            machine,
+            leaning,
+            up_penalty=up_penalty,
+            max_turn=turn,
+            link_turn=None if turn is None else LINK_SHARE * turn,
+            turn_rate=None if turn_rate is None else float(np.radians(turn_rate)),
+            time_price=(machine.base_power or 0.0) if time_price is None else time_price,
+            bend_price=smoothing,
+        )
+        return built, leaning
+
+    problem, bounds = build(toolpath)
     blocked = unreachable(toolpath, machine, bounds)
     if blocked:
         share = f"{len(blocked)} of {len(toolpath)} locations"
@@ -148,7 +159,19 @@ def optimise(
             f"{len(turning)} of {len(toolpath) - 1} moves turn further than they may on the best way found"
         )
         raise Infeasible(f"no way along the path: {moves}", turning) from None
+    if free_start:
+        found = freed(found, build, _refiner(allowed, progress, "another start"))
     return with_findings(found, singular)
+
+
+def _refiner(allowed: Budget, progress: Progress | None, name: str) -> Callable[[Problem, Array], Array]:
+    """Make what refines a path on a problem of its own."""
+
+    def refine(problem: Problem, start: Array) -> Array:
+        with threadpool_limits(limits=1):
+            return Portfolio(problem, allowed, progress).refined_from(name, start)
+
+    return refine
 
 
 def _within_turns(
@@ -171,12 +194,7 @@ def _within_turns(
     # No way within its turns: the axis winds as far as the path wants, and is turned back where it is cheap.
     problem = replace(problem, machine=endless(machine))
     wound = _solved(problem, toolpath, bounds, allowed, progress, singular, mask)
-
-    def refine(narrow: Problem, start: Array) -> Array:
-        with threadpool_limits(limits=1):
-            return Portfolio(narrow, allowed, progress).refined_from("one turn less", start)
-
-    return rewound_solution(wound, problem, machine, refine)
+    return rewound_solution(wound, problem, machine, _refiner(allowed, progress, "one turn less"))
 
 
 def _solved(
