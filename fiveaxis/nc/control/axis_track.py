@@ -44,6 +44,9 @@ class AxisTrack:
     now : (k,), in the order of `machine.axes`; None where the program hasn't said and nobody else has
     ignored : counts of moves that aren't in the rows
     approach : rapid moves that only tell where some axes are, because others aren't known
+    vector : the tool's direction on the workpiece, where it is in force instead of angles
+    led_line : where the control began to turn the rotary axes by itself, to angles that aren't in the
+        program; 0 before
     """
 
     source: Source
@@ -54,6 +57,7 @@ class AxisTrack:
     rows: list[Row] = field(default_factory=list)
     counting: Counting = Counting.AXES
     vector: Triple | None = None
+    led_line: int = 0
 
     def __post_init__(self) -> None:
         axes = self.machine.axes
@@ -63,7 +67,22 @@ class AxisTrack:
     def unknown(self, values: Sequence[float | None]) -> str:
         """Letters of the axes whose place isn't known, as ``A, C``; none of the rotary ones by a vector."""
         wanted = self.linear if self.vector is not None else range(len(values))
-        return ", ".join(self.machine.letters[i] for i in wanted if values[i] is None)
+        missing = [self.machine.letters[i] for i in wanted if values[i] is None]
+        if self.led_line and self.vector is None and not self.rotary:
+            # A machine that has no rotary axes here can't be told where they are.
+            missing.append("the rotary axes")
+        return ", ".join(missing)
+
+    def lead(self, vector: Triple, line: int) -> None:
+        """Let the control turn the tool into a direction: where the rotary axes stand isn't known then."""
+        if self.vector is None:
+            self.led_line = line
+            self.now = self.led(self.now)
+        self.vector = vector
+
+    def led(self, values: Values) -> Values:
+        """Forget where the rotary axes are, (k,)."""
+        return [None if i in self.rotary else v for i, v in enumerate(values)]
 
     def add(
         self,

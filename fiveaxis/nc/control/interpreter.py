@@ -130,6 +130,8 @@ class Interpreter(Moves):
                 return False
             target[column] = value
             named += 1
+        if vector is not None and track.vector is None:
+            target = track.led(target)
         stays = target == track.now and vector == track.vector
         time = None
         if motion == "G1" and not stays:
@@ -145,6 +147,9 @@ class Interpreter(Moves):
         modes.feed = feed or modes.feed
         if named == 0 and block.vector is None:
             return True
+        if vector is not None and track.vector is None:
+            track.lead(vector, line)
+            self.named.update(track.rotary)
         track.vector = vector
         if stays:
             self.ignored[NO_MOVE] += 1

@@ -39,7 +39,11 @@ class Moves(Whereabouts):
                 return
             self._note_machine_zero("G53", line)
         before = self.track.vector
-        self.track.vector = self._vector(axes, block)
+        vector = self._vector(axes, block)
+        if vector is None:
+            self.track.vector = None
+        else:
+            self.track.lead(vector, line)
         self.named.update(self.columns[c] for c in axes)
         if motion in CYCLES:
             self._go_deep(block)
@@ -228,6 +232,9 @@ class Moves(Whereabouts):
             column = self.columns[letter]
             self.named.add(column)
             now[column] = place if column in self.track.rotary else None
+            if column in self.track.rotary:
+                # The rotary axes go where the block says, and leave the direction that was in force.
+                self.track.vector = None
             if column in self.track.rotary and place is not None:
                 self._note_machine_zero(word, line)
         self.track.now = now

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from fiveaxis.errors import ToolpathError
 from fiveaxis.findings import Finding, Place, Severity
 from fiveaxis.nc.control.axis_track import NO_MOVE, AxisTrack, Values
 from fiveaxis.nc.control.coordinates import Coordinates
@@ -146,18 +147,8 @@ class Whereabouts:
         if not self.modes.for_motion:
             self._assume_rotary(target, line)
         missing = track.unknown(target)
-        if missing and switch is not None:
-            raise self.source.error(
-                f"a feed move, and it doesn't name {missing}: since {_named(switch)} on line {switch.line} "
-                f"the program hasn't said where {missing} stands; name X, Y and Z, or begin with a rapid",
-                line,
-            )
         if missing:
-            raise self.source.error(
-                f"a feed move, and the place of {missing} isn't in the program up to here; give start, or a "
-                "rapid move before",
-                line,
-            )
+            raise self._undetermined(missing, target, switch, line)
         turned = track.vector is None and any(target[i] != track.now[i] for i in track.rotary)
         if switch is not None and switch.in_cut and not switch.to_tip and turned:
             raise self.source.error(
@@ -165,6 +156,31 @@ class Whereabouts:
                 "its way on the workpiece there; retract before, or leave tip control on",
                 line,
             )
+
+    def _undetermined(self, missing: str, target: Values, switch: Switch | None, line: int) -> ToolpathError:
+        """Say which axes a feed move lacks, and since when."""
+        track = self.track
+        silent = [track.machine.letters[i] for i in track.rotary if target[i] is None]
+        if track.led_line and track.vector is None and (silent or not track.rotary):
+            turned = ", ".join(silent) or "the rotary axes"
+            cure = f"name {turned}" if silent else "give the machine, and name its rotary axes"
+            return self.source.error(
+                f"a feed move, and it doesn't name {turned}: on line {track.led_line} the control began to "
+                "turn them itself, into directions or a plane, and their angles aren't in the program; "
+                f"{cure}",
+                line,
+            )
+        if switch is not None:
+            return self.source.error(
+                f"a feed move, and it doesn't name {missing}: since {_named(switch)} on line {switch.line} "
+                f"the program hasn't said where {missing} stands; name X, Y and Z, or begin with a rapid",
+                line,
+            )
+        return self.source.error(
+            f"a feed move, and the place of {missing} isn't in the program up to here; give start, or a "
+            "rapid move before",
+            line,
+        )
 
     def _assume_rotary(self, target: Values, line: int) -> None:
         """Take rotary axes that the program hasn't named at all to stand at 0, and say so."""

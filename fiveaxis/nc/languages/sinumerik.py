@@ -126,6 +126,7 @@ def _take_plain(
     g = () if motion is None else (motion,)
     if not vector:
         return Block(line, g, (), words)
+    state.angles.clear()
     return Block(
         line, g, (), words, vector=(vector.get("X", 0.0), vector.get("Y", 0.0), vector.get("Z", 0.0))
     )

@@ -31,7 +31,7 @@ class State:
     hole : the cycle that MCALL repeats at every place
     program : the frame of TRANS, ATRANS, ROT and AROT
     swivel : the plane of CYCLE800, in which `program` counts
-    angles : deg, where rotary axes stand, as far as the program says
+    angles : deg, where rotary axes stand, as far as the program says: not where the control turns them itself
     zero : the work offset in force
     moved : whether a move has been counted from it
     """

@@ -433,6 +433,8 @@ class Statement:
             if not called:
                 self.hole = state.hole
         state.remember(draft.words, draft.increments, draft.absolutes)
+        if draft.vector:
+            state.angles.clear()
 
     def _dwell(self) -> None:
         words = self.draft.words
