@@ -35,6 +35,8 @@ DUAL_RANGE = 1e10
 # Slacks start this share of their range inside it.
 PUSH = 1e-2
 MOST_RESTARTS = 5
+# mm, rad: a range narrower than this has no inside to speak of.
+NARROW = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,9 +93,16 @@ PRIMAL, DUAL = ("x", "s", "t", "y", "lam", "nu"), ("zs", "zt", "vs", "vt", "zl",
 
 
 def is_banded(problem: Problem) -> bool:
-    """Tell whether the method knows all terms of a problem: no price on time, no bound on accelerations."""
-    known = has_waves(problem.machine, problem.zone) and len(problem.machine.axes) == kernel.AXES
-    return known and not problem.is_timed and not len(problem.jolted)
+    """Tell whether the method knows all terms of a problem.
+
+    It knows no price on time and no bound on accelerations, and needs an inside: no axis that is held, no
+    step that may not turn at all.
+    """
+    machine = problem.machine
+    known = has_waves(machine, problem.zone) and len(machine.axes) == kernel.AXES
+    timed = problem.is_timed or len(problem.jolted) > 0
+    held = (machine.high - machine.low < NARROW).any() or (problem.max_turn < NARROW).any()
+    return known and not timed and not held
 
 
 def as_banded(problem: Problem, held: tuple[bool, bool]) -> Banded:

@@ -8,7 +8,7 @@ from numba import njit
 from fiveaxis.geometry import Array, IntArray
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
 def relax_layer(
     cost: Array,
     row_least: Array,

@@ -10,6 +10,7 @@ import numpy as np
 from fiveaxis.errors import Infeasible
 from fiveaxis.geometry import Array, IntArray
 from fiveaxis.posture.budget import DEGREE, Budget, Search
+from fiveaxis.posture.interior import is_banded
 from fiveaxis.posture.lattice import (
     SLACK,
     Coordinates,
@@ -21,7 +22,7 @@ from fiveaxis.posture.lattice import (
 )
 from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.posture.refine import SOLVED, Refinement, refine, refine_windows
-from fiveaxis.posture.search import refill, shortest_path, thin
+from fiveaxis.posture.search import density, refill, shortest_path, thin
 from fiveaxis.posture.solution import Baseline, Stage
 
 Progress = Callable[[str, int, int], None]
@@ -74,11 +75,13 @@ class Portfolio:
     def _searched(self) -> Refinement | None:
         coordinates = choose_coordinates(self.problem)
         found: dict[int, tuple[IntArray, Refinement]] = {}
+        sparser = density(self.problem)
         for number, search in enumerate(self.budget.searches):
             # A short path is searched more densely: a turn of the wall must not fall between the rows.
-            stride = min(search.stride, max(1, len(self.problem) // LEAST_ROWS))
+            stride = min(search.stride * sparser, max(1, len(self.problem) // LEAST_ROWS))
             rows = thin(self.problem, stride)
-            candidate = self._search(replace(search, stride=stride), rows, coordinates, number)
+            near = replace(search, stride=min(search.stride, stride))
+            candidate = self._search(near, rows, coordinates, number)
             if candidate is None:
                 continue
             if stride not in found or candidate.cost < found[stride][1].cost:
@@ -86,7 +89,9 @@ class Portfolio:
         if not found:
             return None
         middle = np.unique(
-            np.concatenate([thin(self.problem, self.budget.middle), *(r for r, _ in found.values())])
+            np.concatenate(
+                [thin(self.problem, self.budget.middle * sparser), *(r for r, _ in found.values())]
+            )
         )
         denser = self.problem.thinned(middle)
         starts = [self._carried(rows, middle, r, coordinates) for rows, r in found.values()]
@@ -152,7 +157,7 @@ class Portfolio:
             return Refinement(start, before, "one location, nothing to refine", 0)
         found = Refinement(start, before, "", 0)
         problem = problem.eased(start)
-        if len(problem) <= budget.whole:
+        if len(problem) <= budget.whole or is_banded(problem):
             found = refine(problem, start, iterations=limit, barrier=barrier)
             self.stages.append(Stage(name, found.status, found.iterations, before, found.cost))
         if found.status != SOLVED and len(problem) > 2:

@@ -28,6 +28,10 @@ ITERATIONS = 3
 BARRIER = 25.0
 # IPOPT's word for a converged problem.
 SOLVED = "Solve_Succeeded"
+# Its word for one that isn't yet.
+UNSOLVED = "Maximum_Iterations_Exceeded"
+# Locations that IPOPT can take at once.
+IPOPT_MOST = 5000
 # Its words when a Ctrl-C reached it.
 INTERRUPTED = ("User_Requested_Stop", "NonIpopt_Exception_Thrown")
 
@@ -80,9 +84,9 @@ def refine(
         banded = as_banded(problem, held)
         own = minimise(banded, start, iterations=ITERATIONS * iterations, barrier=BARRIER * barrier)
         start, taken = _better(problem, own.rotary, start), own.iterations
-        if own.solved:
+        if own.solved or len(problem) > IPOPT_MOST:
             cost = problem.cost(problem.positions(slice(None), start))
-            return Refinement(start, cost, SOLVED, taken)
+            return Refinement(start, cost, SOLVED if own.solved else UNSOLVED, taken)
     found = _by_ipopt(problem, start, iterations, barrier, held)
     return replace(found, iterations=found.iterations + taken)
 

@@ -5,14 +5,21 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
+from numpy.typing import NDArray
 
-from fiveaxis.geometry import Array, IntArray
+from fiveaxis.geometry import Array, IntArray, angle_between
 from fiveaxis.kinematics.windings import fit_turns
 from fiveaxis.posture.kernel import relax_layer
 from fiveaxis.posture.lattice import Coordinates, Lattice, tube_lattice
 from fiveaxis.posture.problem import Problem
+from fiveaxis.posture.tube import path_through_tube, problem_waves
 
-Layer = tuple[IntArray, IntArray, Array]
+# Paths up to this many locations are searched as densely as the budget says, longer ones as their turn asks.
+LONG = 10_000
+# rad a location: for paths that turn so much the budget's strides are made. Denser ones count up to so much.
+USUAL_TURN, MOST_DENSE = np.radians(1.0), 4.0
+
+Layer = tuple[NDArray[np.int32], NDArray[np.int32], Array]
 
 
 def shortest_path(
@@ -41,7 +48,9 @@ def shortest_path(
             before, alive = states, np.flatnonzero(np.isfinite(cost))
             if not len(alive):
                 return None
-            layers.append((alive, back.ravel()[alive], states.reshape(-1, states.shape[-1])[alive]))
+            # A long path has thousands of layers: half the digits will do for what counts states.
+            kept = states.reshape(-1, states.shape[-1])[alive]
+            layers.append((alive.astype(np.int32), back.ravel()[alive].astype(np.int32), kept))
         if progress is not None:
             progress(int(rows[-1]) + 1, n)
     return _within_limits(problem, lattice, _trace(layers, int(np.argmin(cost)), cost.size, lattice))
@@ -106,6 +115,20 @@ def _within_limits(problem: Problem, lattice: Lattice, path: Array) -> Array | N
     return path
 
 
+def density(problem: Problem) -> int:
+    """Tell how many times as densely as `USUAL_TURN` the locations of a long path lie; 1 for others.
+
+    Searches may leave out as many more locations: what decides is how far the surface turns between two that
+    they look at.
+    """
+    if len(problem) <= LONG:
+        return 1
+    reference = problem.bounds[0].reference
+    turn = angle_between(reference[1:], reference[:-1])
+    typical = float(np.median(turn[np.isfinite(turn)]))
+    return round(min(max(USUAL_TURN / max(typical, USUAL_TURN / MOST_DENSE), 1.0), MOST_DENSE))
+
+
 def thin(problem: Problem, stride: int) -> IntArray:
     """Choose every stride-th location, both ends, and both sides of every change between cut and link."""
     n = len(problem)
@@ -144,11 +167,14 @@ def refill(
     spin = problem.machine.rotary_columns[coordinates.spin]
     second = coordinates.second_column(problem)
     strands = np.stack([path[before, spin], slide[:, spin], path[after, spin]], axis=1)
-    full = slide
+    full, waves = slide, problem_waves(problem)
     for number, width in enumerate(widths):
         count = 2 if number else 1
-        lattice = tube_lattice(problem, coordinates, strands, full[:, second], width, count)
-        found = (find or shortest_path)(problem, lattice)
+        tube = (problem, coordinates, strands, full[:, second], width, count)
+        if find is None and waves is not None:
+            found: Array | None = path_through_tube(*tube, waves)
+        else:
+            found = (find or shortest_path)(problem, tube_lattice(*tube))
         full = full if found is None else found
         strands = full[:, [spin]]
     return full

@@ -133,3 +133,16 @@ def test_steps_are_split_on_the_central_path():
 def test_the_same_start_gives_the_same_bits(problem, start):
     runs = [minimise(as_banded(problem, (False, False)), start, iterations=50, barrier=1.0) for _ in range(2)]
     np.testing.assert_array_equal(runs[0].rotary, runs[1].rotary)
+
+
+def test_a_held_axis_and_steps_that_may_not_turn_are_left_to_ipopt(problem):
+    still = problem.max_turn.copy()
+    still[3] = 0.0
+    assert not is_banded(replace(problem, max_turn=still))
+    machine = replace(
+        problem.machine,
+        axes=tuple(
+            replace(a, limits=Limits(0.5, 0.5)) if a.letter == "A" else a for a in problem.machine.axes
+        ),
+    )
+    assert not is_banded(replace(problem, machine=machine))

@@ -16,7 +16,7 @@ from fiveaxis.posture.lattice import (
     level_lattice,
 )
 from fiveaxis.posture.problem import Problem
-from fiveaxis.posture.search import refill, shortest_path, thin
+from fiveaxis.posture.search import density, refill, shortest_path, thin
 from fiveaxis.toolpath import Tool, Toolpath, tilt_bounds
 
 SPIN = 4  # column of C
@@ -159,3 +159,27 @@ def test_a_path_known_everywhere_comes_back_from_refilling_no_dearer():
     rows = np.arange(60)
     again = refill(problem, coordinates, rows, path, ((0.01, 0.05),))
     assert problem.cost(again) <= problem.cost(path) + 1e-9
+
+
+@pytest.mark.parametrize("coordinates", [Coordinates(0, 2), Coordinates(0, None), Coordinates(1, None)])
+@pytest.mark.parametrize("prices", [{}, {"time_price": 400.0, "bend_price": 30.0}])
+def test_the_compiled_tube_holds_the_path_of_the_general_one(coordinates, prices):
+    problem = problem_of(ring(80, turns=1.6), max_turn=0.4, **prices)
+    problem = replace(problem, top_speed=np.array([5.0, 8.0, 2.0, 0.5, 0.9]))
+    lattice = level_lattice(problem, Coordinates(0, 2), np.radians(5.0), 30, (np.pi, 3))
+    rows = thin(problem, 4)
+    known = shortest_path(problem, lattice)[rows]
+    # One tube: of paths that cost the same either may be taken, and the next tube would start elsewhere.
+    widths = ((0.01, 0.05 if coordinates.level else 0.01),)
+    quick = refill(problem, coordinates, rows, known, widths)
+    slow = refill(problem, coordinates, rows, known, widths, find=shortest_path)
+    columns = problem.machine.rotary_columns
+    assert problem.priced(quick[:, columns]) == pytest.approx(problem.priced(slow[:, columns]), rel=1e-6)
+    np.testing.assert_allclose(problem.positions(slice(None), quick[:, columns]), quick, atol=1e-9)
+
+
+def test_long_paths_are_searched_as_sparsely_as_they_turn():
+    assert density(problem_of(ring(2_000, turns=1.0))) == 1
+    assert density(problem_of(ring(12_000, turns=12_000 / 360))) == 1
+    assert density(problem_of(ring(12_000, turns=12.0))) == 3
+    assert density(problem_of(ring(12_000, turns=1.0))) == 4

@@ -1,0 +1,200 @@
+"""The cheapest path through a tube, compiled: the states of `lattice.tube_lattice`, worked out row by row."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fiveaxis.geometry import Array
+from fiveaxis.posture.kernel import relax_layer
+from fiveaxis.posture.waves import compiled, value
+
+TURN = 2.0 * np.pi
+# Rotary axes' columns come last: linear, first and second rotary axis.
+LINEAR, FIRST, SECOND = 3, 3, 4
+
+
+@compiled
+def other_angle(wave: Array, spin: int, angle: float, level: float, sign: float, low: float) -> float:
+    """Solve the other rotary angle for a level of a linear axis at a spin angle, on one branch.
+
+    Parameters
+    ----------
+    wave : (9,), of the linear axis
+    spin : 0 or 1, the rotary axis whose angle is given
+    sign : −1 or 1, the branch
+    low : rad, the answer lies in the turn from here
+    """
+    c, s = math.cos(angle), math.sin(angle)
+    if spin == 0:
+        still = wave[0] + wave[3] * c + wave[6] * s
+        cosine = wave[1] + wave[4] * c + wave[7] * s
+        sine = wave[2] + wave[5] * c + wave[8] * s
+    else:
+        still = wave[0] + wave[1] * c + wave[2] * s
+        cosine = wave[3] + wave[4] * c + wave[5] * s
+        sine = wave[6] + wave[7] * c + wave[8] * s
+    ratio = (level - still) / max(math.hypot(cosine, sine), 1e-12)
+    half = math.acos(min(max(ratio, -1.0), 1.0))
+    found = math.atan2(sine, cosine) + sign * half
+    return low + (found - low) % TURN
+
+
+@compiled
+def fill_states(
+    linear: Array,
+    cosines: Array,
+    within: Array,
+    limits: Array,
+    spin: int,
+    level: int,
+    low: float,
+    strands: Array,
+    second: float,
+    width: Array,
+    fault: float,
+    states: Array,
+    price: Array,
+) -> None:
+    """Work out the states of one location and their prices.
+
+    Parameters
+    ----------
+    linear, cosines : (3, 9) and (b, 9), waves
+    within, limits : (b, 2) and (2, 5), bounds of cosines and axes
+    spin : 0 or 1
+    level : row of the linear axis whose level is the second coordinate; −1 for the other rotary angle
+    low : rad, from which the other angle is counted
+    strands, second, width : (s,) rad, mm or rad, (2,): the middle of the tube and its steps
+    fault : J per unit of violation
+    states, price : (a, b, c, 5) and (a, b, c), filled in
+    """
+    per_strand, count = states.shape[0] // len(strands), states.shape[1] // 2
+    for a in range(states.shape[0]):
+        angle = strands[a // per_strand] + width[0] * (a % per_strand - per_strand // 2)
+        for b in range(states.shape[1]):
+            stand = second + width[1] * (b - count)
+            for c in range(states.shape[2]):
+                other = stand if level < 0 else other_angle(
+                    linear[level], spin, angle, stand, 2.0 * c - 1.0, low
+                )  # fmt: skip
+                state = states[a, b, c]
+                state[FIRST], state[SECOND] = (angle, other) if spin == 0 else (other, angle)
+                c1, s1 = math.cos(state[FIRST]), math.sin(state[FIRST])
+                c2, s2 = math.cos(state[SECOND]), math.sin(state[SECOND])
+                excess, past = 0.0, 0.0
+                for m in range(LINEAR):
+                    state[m] = value(linear[m], c1, s1, c2, s2)
+                for m in range(len(state)):
+                    past += max(limits[0, m] - state[m], state[m] - limits[1, m], 0.0)
+                for m in range(len(cosines)):
+                    cosine = value(cosines[m], c1, s1, c2, s2)
+                    # NaN, where nothing binds, is no excess.
+                    if cosine < within[m, 0]:
+                        excess = max(excess, within[m, 0] - cosine)
+                    elif cosine > within[m, 1]:
+                        excess = max(excess, cosine - within[m, 1])
+                price[a, b, c] = fault * (excess + past)
+
+
+@compiled
+def tube_path(
+    linear: Array,
+    cosines: Array,
+    within: Array,
+    limits: Array,
+    spin: int,
+    level: int,
+    low: float,
+    strands: Array,
+    second: Array,
+    width: Array,
+    fault: float,
+    count: int,
+    plus: Array,
+    minus: Array,
+    max_turn: Array,
+    turn_price: Array,
+    bend_price: Array,
+    pace: Array,
+    least_time: Array,
+    time_price: float,
+) -> Array:
+    """Find the cheapest path through a tube.
+
+    Parameters
+    ----------
+    linear … fault : as for `fill_states`, with a first dimension n; `within`, `limits`, `width` are shared
+    count : steps to each side of every strand
+    plus, minus : (n − 1, 5), J/mm and J/rad
+    max_turn, turn_price, bend_price : (n − 1, 2) rad, (n − 1,) J/rad, (n − 1,) J/rad²
+    pace : (5,), s/mm and s/rad
+    least_time, time_price : (n − 1,) s, J/s
+
+    Returns
+    -------
+    (n, 5), mm and rad
+    """
+    n, across = len(linear), 2 * count + 1
+    shape = (strands.shape[1] * across, across, 1 if level < 0 else 2)
+    states, before = np.zeros((*shape, 5)), np.zeros((*shape, 5))
+    price, cost, best = np.zeros(shape), np.zeros(shape), np.zeros(shape)
+    back, trail = np.zeros(shape, dtype=np.int64), np.zeros((n, price.size), dtype=np.int32)
+    turn, bend = np.full(5, np.inf), np.zeros(5)
+    row_least = np.empty(shape[0])
+    reach = (shape[0], shape[1])
+    for i in range(n):
+        fill_states(
+            linear[i], cosines[i], within, limits, spin, level, low, strands[i], second[i], width, fault,
+            states, price,
+        )  # fmt: skip
+        if i == 0:
+            cost[:] = price
+        else:
+            turn[FIRST:], bend[FIRST:] = max_turn[i - 1], bend_price[i - 1]
+            for a in range(shape[0]):
+                row_least[a] = cost[a].min()
+            relax_layer(
+                cost, row_least, before, states, price, FIRST + spin, 0.0, reach, plus[i - 1], minus[i - 1],
+                turn, turn_price[i - 1], bend, pace, least_time[i - 1], time_price, best, back,
+            )  # fmt: skip
+            cost[:] = best
+            # Counted from the layer's size, which stands for no winding.
+            trail[i] = (back - price.size).ravel()
+        before[:] = states
+    return trace(
+        linear, cosines, within, limits, spin, level, low, strands, second, width, fault, trail,
+        int(np.argmin(cost)), states, price,
+    )  # fmt: skip
+
+
+@compiled
+def trace(
+    linear: Array,
+    cosines: Array,
+    within: Array,
+    limits: Array,
+    spin: int,
+    level: int,
+    low: float,
+    strands: Array,
+    second: Array,
+    width: Array,
+    fault: float,
+    trail: NDArray[np.int32],
+    last: int,
+    states: Array,
+    price: Array,
+) -> Array:
+    """Follow the predecessors back, working each location's states out once more instead of keeping all."""
+    path, state = np.empty((len(linear), 5)), last
+    for i in range(len(linear) - 1, -1, -1):
+        fill_states(
+            linear[i], cosines[i], within, limits, spin, level, low, strands[i], second[i], width, fault,
+            states, price,
+        )  # fmt: skip
+        path[i] = states.reshape(-1, 5)[state]
+        state = trail[i, state]
+    return path
