@@ -10,10 +10,14 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from numba import njit
 
 from fiveaxis.geometry import Array, IntArray
 from fiveaxis.kinematics.windings import ON_LIMIT, TURN
 from fiveaxis.machine import Limits, Machine
+
+# No turn at all.
+NOWHERE = np.iinfo(np.int64).max
 
 
 def winding_columns(machine: Machine) -> list[int]:
@@ -51,28 +55,57 @@ def plan_turns(
         where the axis rewinds. None where there is no way
     """
     low, high = limits
-    least = np.ceil((low - ON_LIMIT - angles) / TURN).astype(np.int64)
-    most = np.floor((high + ON_LIMIT - angles) / TURN).astype(np.int64)
-    # Of paths that cost the same, the first in this order is taken: the one next to 0.
-    turns = np.array(sorted(range(least.min(), most.max() + 1), key=lambda k: (abs(k), k)), dtype=np.int64)
-    change = (turns[None, :] - turns[:, None]).astype(float)
-    n, itself = len(angles), np.arange(len(turns))
-    came = np.tile(itself, (n, 1))
-    cost = np.zeros(len(turns))
-    for i in range(n):
-        allowed = (turns >= least[i]) & (turns <= most[i])
-        cost = np.where(allowed, cost, np.inf)
-        if np.isfinite(stop[i]) and allowed.sum() > 1:
-            turning = stop[i] + up[i] * np.maximum(change, 0.0) - down[i] * np.minimum(change, 0.0)
-            np.fill_diagonal(turning, 0.0)
-            total = cost[:, None] + np.where(allowed[None, :], turning, np.inf)
-            came[i] = np.argmin(total, axis=0)
-            cost = total[came[i], itself]
-        if not np.isfinite(cost).any():
-            return None
-    before, after = np.empty(n, dtype=np.int64), np.empty(n, dtype=np.int64)
-    at = int(np.argmin(cost))
-    for i in range(n - 1, -1, -1):
-        after[i], at = turns[at], int(came[i, at])
-        before[i] = turns[at]
+    # Towards an open end no path needs more turns than it makes itself.
+    room = np.ceil(np.ptp(angles) / TURN) + 1.0
+    first, final = np.ceil((low - ON_LIMIT - angles) / TURN), np.floor((high + ON_LIMIT - angles) / TURN)
+    least = np.where(np.isfinite(first), first, final - room).astype(np.int64)
+    most = np.where(np.isfinite(final), final, first + room).astype(np.int64)
+    came, last = _cheapest_turns(least, most, stop.astype(float), up.astype(float), down.astype(float))
+    if last == NOWHERE:
+        return None
+    before, after = np.empty(len(angles), dtype=np.int64), np.empty(len(angles), dtype=np.int64)
+    for i in range(len(angles) - 1, -1, -1):
+        after[i], last = last, int(came[i, last - least[i]])
+        before[i] = last
     return before, after
+
+
+@njit(cache=True)  # type: ignore[untyped-decorator]
+def _cheapest_turns(
+    least: IntArray, most: IntArray, stop: Array, up: Array, down: Array
+) -> tuple[IntArray, int]:
+    """Give for each turn of each location, from its least one, the turn on the way to it, and the last one.
+
+    Of paths that cost the same the one with turns next to 0 is taken.
+    """
+    n, width = len(least), max(1, np.max(most - least) + 1)
+    came = np.zeros((n, width), dtype=np.int64)
+    cost, arrived = np.full(width, np.inf), np.full(width, np.inf)
+    for i in range(n):
+        for w in range(width):
+            k = least[i] + w
+            arrived[w] = np.inf
+            if k > most[i]:
+                continue
+            if i == 0:
+                arrived[w] = 0.0
+            elif least[i - 1] <= k <= most[i - 1]:
+                arrived[w] = cost[k - least[i - 1]]
+        for w in range(width):
+            cost[w], came[i, w] = arrived[w], least[i] + w
+            if least[i] + w > most[i] or stop[i] == np.inf:
+                continue
+            for v in range(width):
+                turns = w - v
+                if turns == 0 or arrived[v] == np.inf:
+                    continue
+                total = arrived[v] + stop[i] + (turns * up[i] if turns > 0 else -turns * down[i])
+                nearer = abs(least[i] + v) < abs(came[i, w])
+                if total < cost[w] or (total == cost[w] and nearer):
+                    cost[w], came[i, w] = total, least[i] + v
+    last, best = NOWHERE, np.inf
+    for w in range(width):
+        k = least[n - 1] + w
+        if cost[w] < best or (cost[w] == best and cost[w] < np.inf and abs(k) < abs(last)):
+            last, best = k, cost[w]
+    return came, last

@@ -107,6 +107,41 @@ def test_turns_are_chosen_as_by_brute_force(angles, degrees, data):
     np.testing.assert_array_equal(found[0][1:], found[1][:-1])
 
 
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_towards_an_open_end_nothing_is_rewound(sign):
+    angles = sign * np.linspace(0.0, 60.0, 50)
+    limits = (-1.0, np.inf) if sign > 0.0 else (-np.inf, 1.0)
+    ones = np.ones(50)
+    np.testing.assert_array_equal(plan_turns(angles, limits, ones, ones, ones), np.zeros((2, 50)))
+    # The other way it begins as many turns up as it goes down.
+    before, after = plan_turns(-angles, limits, ones, ones, ones)
+    np.testing.assert_array_equal(before, after)
+    wound = -angles + TURN * after
+    assert (wound >= limits[0]).all()
+    assert (wound <= limits[1]).all()
+
+
+def test_a_head_that_turns_is_rewound_clear_of_the_part_too(hayashi):
+    bare = Machine.from_code("123064")
+    drives = {a.letter: a.drive for a in hayashi.axes}
+    axes = tuple(replace(a, drive=drives[a.letter]) for a in bare.axes)
+    machine = limited(replace(bare, axes=axes).with_tool_length(150.0), 200.0)
+    angle = np.linspace(0.0, 2.5 * TURN, 120)
+    contact = np.stack([30.0 * np.cos(angle), 30.0 * np.sin(angle), np.zeros(120)], axis=1)
+    path = Toolpath.from_contacts(contact, np.tile([0.0, 0.0, 1.0], (120, 1)), Tool.ball(6))
+    rotary = np.stack([angle, np.full(120, np.radians(40.0))], axis=1)
+    found = rewound(path, machine, rotary, clearance=5.0)
+    assert found.rewinds
+    motion = follow(found.toolpath, machine, found.rotary)
+    assert within_limits(machine, motion.positions).all()
+    for row in np.flatnonzero(np.abs(motion.moves[:, machine.column("C")]) > 6.0):
+        shares = np.linspace(0.0, 1.0, 73)[:, None]
+        tip, axis = tool_poses(machine, motion.positions[row - 1] + shares * motion.moves[row])
+        along = tip[:, None] + np.linspace(0.0, 300.0, 101)[None, :, None] * axis[:, None]
+        gap = np.linalg.norm(along[:, :, None] - contact[None, None, ::5], axis=-1).min()
+        assert gap >= 3.0 + 5.0 - 1e-6
+
+
 def test_a_path_that_fits_is_left_as_it_is(hayashi):
     path, rotary = helix()
     rotary = rotary[:30]
