@@ -11,14 +11,21 @@ from fiveaxis.nc.source import Source
 
 @dataclass
 class DrillingCycle:
-    """A cycle in force, at as many places as the program names.
+    """Cycles in force, one after the other, at as many places as the program names.
+
+    They end with G80 or a straight or round move. Up to there R and Z hold on, also from one word to the next
+    (LinuxCNC wants them again with another word, Fanuc doesn't), and G98 leads back to where the first began.
 
     Parameters
     ----------
     source : the program
     word : key of `CYCLES`
-    initial : mm, the level that the tool came from; None where the program hasn't said
+    initial : mm, the level that the tool had before the first of them; None where the program hasn't said
     level, depth : mm, R and Z
+
+    References
+    ----------
+    Kramer, Proctor, Messina: The NIST RS274/NGC Interpreter, Version 3 (2000), 3.5.16 and 3.5.20.
     """
 
     source: Source
@@ -59,13 +66,14 @@ class DrillingCycle:
             raise self.source.error(
                 f"{self.word} needs Z and R, the depth and the level to begin at; give both", line
             )
-        back = self.initial if to_initial else self.level
-        if back is None:
+        if to_initial and self.initial is None:
             raise self.source.error(
                 f"{self.word} under G98 goes back to where it came from, which isn't in the program; move Z "
                 "before, or write G99",
                 line,
             )
+        # From below R the tool isn't led back down there.
+        back = max(self.initial, self.level) if to_initial and self.initial is not None else self.level
         over = self.level if now is None else max(now, self.level)
         ways = [(over, False), (self.level, False), (self.depth, True), (self.level, CYCLES[self.word])]
         ways += [(back, False)]

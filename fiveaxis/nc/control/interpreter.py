@@ -68,6 +68,8 @@ class Interpreter(Moves):
         for finding in block.findings:
             self._keep(finding)
         self.modes.take(block)
+        if self.modes.motion not in CYCLES:
+            self.cycle = None
         self._change_coordinates(block)
         axes = [letter for letter in block.words if self._knows(letter, block)]
         self._count(block)
@@ -97,6 +99,7 @@ class Interpreter(Moves):
             and bool(track.rows)
             and not track.unknown(track.now)
             and self.switch is None
+            and self.cycle is None
         )
         scale = MILLIMETRES[modes.units.now]
         self.scales = [1.0 if a.is_rotary else scale for a in track.machine.axes]

@@ -148,8 +148,9 @@ class Moves(Whereabouts):
                 f"a cycle in {self.modes.plane}; cycles are read in G17, along Z", block.line
             )
         track, word = self.track, str(self.modes.motion)
-        if self.cycle is None or word in block.g:
+        if self.cycle is None:
             self.cycle = DrillingCycle(self.source, word, self.local[2])
+        self.cycle.word = word
         scale = MILLIMETRES[self.modes.units.now]
         self.cycle.take(block, scale, incremental=self.modes.incremental)
         rest = {c: v for c, v in block.words.items() if c != "Z"}
@@ -162,6 +163,7 @@ class Moves(Whereabouts):
             "path",
             block.line,
         )
+        self._rise(self.cycle.level, block.line)
         for height, at_feed in self.cycle.levels(place[2], to_initial=self.modes.to_initial, line=block.line):
             place = [place[0], place[1], height]
             target = self._at(over, place)
@@ -172,6 +174,20 @@ class Moves(Whereabouts):
             elif target != track.now:
                 self.go_rapid(target, block.line)
         self.turned_local = place
+
+    def _rise(self, level: float | None, line: int) -> None:
+        """Rise to the level R first where the tool is below it, as RS274/NGC says, and say so."""
+        here = list(self.local)
+        if level is None or here[2] is None or here[2] >= level:
+            return
+        self.note(
+            Severity.WARNING,
+            "cycle-from-below",
+            f"{self.modes.motion} begins at Z {here[2]:g} mm, below its level R {level:g}; the tool is taken "
+            "to rise first, as LinuxCNC lets it, where Fanuc goes to the place at once",
+            line,
+        )
+        self.go_rapid(self._at(self.track.now, [*here[:2], level]), line)
 
     def _at(self, values: Values, place: Local) -> Values:
         """Give the row of a place in the plane in force, mm."""

@@ -499,6 +499,36 @@ def test_drilling_goes_down_at_each_place_and_back(read):
     assert tapped.kind[4] == CUT
 
 
+def test_g98_leads_back_to_where_the_first_of_several_cycles_began(read):
+    """A cycle's word written again, or another, doesn't begin anew: only G80 or a move in between does."""
+    text = "G0 X0 Y0 Z50\nG99 G81 X1 Y1 Z-5 R2 F100\nX2\nG98 {} X3{}\nG80\nG0 X9\n"
+    for word, rest in (("G81", " Z-5 R2"), ("G81", ""), ("G82", " Z-5 R2 P1")):
+        path = read(text.format(word, rest))
+        wanted = [[3, 1, 2], [3, 1, -5], [3, 1, 2], [3, 1, 50], [9, 1, 50]]
+        np.testing.assert_allclose(tips(path)[-5:], wanted)
+    for between in ("G80\n", "G0 X2\n", "G80\nG0 X2\n"):
+        path = read(text.format("G81", " Z-5 R2").replace("G98", between + "G98"))
+        np.testing.assert_allclose(tips(path)[-3:-1], [[3, 1, -5], [3, 1, 2]])
+        np.testing.assert_allclose(tips(path)[-1], [9, 1, 2])
+
+
+def test_depth_and_level_of_a_cycle_end_with_it(read, fault):
+    text = "G0 X0 Y0 Z50\nG99 G81 X1 Y1 Z-5 R2 F100\n{}G81 X2\n"
+    np.testing.assert_allclose(tips(read(text.format("")))[-2:], [[2, 1, -5], [2, 1, 2]])
+    for between in ("G80\n", "G0 Z50\n"):
+        line, message = fault(text.format(between))
+        assert line == 4
+        assert message.startswith("G81 needs Z and R")
+
+
+def test_g98_from_below_the_level_leads_back_to_the_level(read):
+    path = read("G0 X0 Y0 Z0\nG98 G81 X1 Y1 Z-5 R2 F100\nX2\n")
+    wanted = [[0, 0, 0], [0, 0, 2], [1, 1, 2], [1, 1, -5], [1, 1, 2], [2, 1, 2], [2, 1, -5], [2, 1, 2]]
+    np.testing.assert_allclose(tips(path), wanted)
+    [doubt] = [f for f in path.findings if f.code == "cycle-from-below"]
+    assert doubt.place.line == 2
+
+
 @pytest.mark.parametrize(
     ("text", "line", "fact"),
     [
