@@ -23,7 +23,7 @@ from fiveaxis.posture.search import shortest_path
 MaskFunction = Callable[[IntArray, Array], BoolArray]
 
 # How often a lattice is searched again after states were forbidden.
-MOST_LOOKS = 60
+MOST_LOOKS = 40
 
 
 @dataclass(eq=False)

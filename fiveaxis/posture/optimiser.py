@@ -230,7 +230,7 @@ def _solved(
 
             rotary = held(problem, toolpath, rotary, solve, singular)
         if mask is not None:
-            rotary = Repair(run, mask).repaired(rotary, toolpath)
+            rotary = Repair(run, mask).repaired(rotary, toolpath, compared)
             rotary = never_dearer(problem, rotary, compared)
     _require_admissible(problem, rotary, toolpath)
     motion = follow(toolpath, machine, rotary)

@@ -30,11 +30,11 @@ MARGIN, GROWTH = 6, 4
 MOST_PATCHED = 0.2
 # A lattice in a window has about this many rows; between them the path is filled in.
 WINDOW_ROWS = 120
-# The last try has up to so many.
-MOST_ROWS = 1500
+# A path of no more than so many locations is searched as a whole without leaving any out, at last.
+MOST_ROWS = 400
 STEP, LEVELS = 4.0 * DEGREE, 36
 # Rounds of refining a clean path, and how often cuts are added in each before it is left as it is.
-ROUNDS, MOST_CUTS = 4, 5
+ROUNDS, MOST_CUTS = 6, 5
 HALVINGS = 6
 # Postures asked about round a posture on the edge of the mask, at this distance (rad).
 PROBES, PROBE = 8, 1.0 * DEGREE
@@ -57,8 +57,10 @@ class Repair:
     run: Portfolio
     mask: Mask
 
-    def repaired(self, start: Array, toolpath: Toolpath) -> Array:
+    def repaired(self, start: Array, toolpath: Toolpath, compared: Mapping[str, Baseline]) -> Array:
         """Change a path, (n, 2) rad, until the mask admits all of it, and refine what comes out.
+
+        Where a baseline that the mask admits costs less than the repaired path, it is refined instead.
 
         Raises
         ------
@@ -79,14 +81,19 @@ class Repair:
                     path = np.concatenate([path[:first], found, path[last + 1 :]])
         else:
             refused = np.flatnonzero(~self.mask.admits(every, path))
-            if len(refused):
+            if len(refused) and not compared:
                 raise self._infeasible(refused, toolpath)
+            path = path if not len(refused) else next(iter(self._rotary(compared)))
+        path = min([path, *self._rotary(compared)], key=problem.priced)
         before = problem.cost(problem.positions(slice(None), path))
         path = self._polished(path)
         after = problem.cost(problem.positions(slice(None), path))
         asked = f"{self.mask.asked} postures asked in {self.mask.calls} calls"
         self.run.stages.append(Stage("repair for the mask", asked, self.mask.asked, before, after))
         return path
+
+    def _rotary(self, compared: Mapping[str, Baseline]) -> list[Array]:
+        return [b.motion.positions[:, self.run.problem.machine.rotary_columns] for b in compared.values()]
 
     def _rounds(self) -> Iterator[tuple[int, int]]:
         """Give the margin of the windows and the rows of their lattices: farther, then all, then densely."""
@@ -95,7 +102,8 @@ class Repair:
             yield margin, WINDOW_ROWS
             margin *= GROWTH
         yield count, WINDOW_ROWS
-        yield count, min(count, MOST_ROWS)
+        if count <= MOST_ROWS:
+            yield count, count
 
     def _patch(self, first: int, last: int, path: Array, most: int) -> Array | None:
         """Find a clean way through a window, (m, 2) rad, that joins the path at its ends."""
