@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
+from functools import partial
+from typing import TypeVar
 
 import numpy as np
 
@@ -22,9 +26,10 @@ from fiveaxis.posture.lattice import (
 )
 from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.posture.refine import SOLVED, Refinement, refine, refine_windows
-from fiveaxis.posture.search import density, refill, shortest_path, thin
+from fiveaxis.posture.search import LONG, density, refill, shortest_path, thin
 from fiveaxis.posture.solution import Baseline, Stage
 
+T = TypeVar("T")
 Progress = Callable[[str, int, int], None]
 
 # How many times as far as usual the neighbours of a search lie, one try after the other.
@@ -76,15 +81,15 @@ class Portfolio:
         coordinates = choose_coordinates(self.problem)
         found: dict[int, tuple[IntArray, Refinement]] = {}
         sparser = density(self.problem)
+        tasks: list[Callable[[Portfolio], tuple[int, IntArray, Refinement | None]]] = []
         for number, search in enumerate(self.budget.searches):
             # A short path is searched more densely: a turn of the wall must not fall between the rows.
             stride = min(search.stride * sparser, max(1, len(self.problem) // LEAST_ROWS))
             rows = thin(self.problem, stride)
             near = replace(search, stride=min(search.stride, stride))
-            candidate = self._search(near, rows, coordinates, number)
-            if candidate is None:
-                continue
-            if stride not in found or candidate.cost < found[stride][1].cost:
+            tasks.append(partial(_searched_once, near, stride, rows, coordinates, number))
+        for stride, rows, candidate in self._at_once(tasks):
+            if candidate is not None and (stride not in found or candidate.cost < found[stride][1].cost):
                 found[stride] = rows, candidate
         if not found:
             return None
@@ -94,14 +99,36 @@ class Portfolio:
             )
         )
         denser = self.problem.thinned(middle)
-        starts = [self._carried(rows, middle, r, coordinates) for rows, r in found.values()]
+        starts = self._at_once(
+            [partial(_carried_once, rows, middle, r, coordinates) for rows, r in found.values()]
+        )
         starts.sort(key=denser.priced)
         name = f"refine, {len(middle)} locations"
-        halfway = [self._refined(name, denser, start) for start in starts[: self.budget.kept]]
+        halfway = self._at_once(
+            [partial(_refined_once, name, denser, start) for start in starts[: self.budget.kept]]
+        )
         best = min(halfway, key=lambda r: denser.priced(r.rotary))
         everywhere = np.arange(len(self.problem))
         rotary = self._carried(middle, everywhere, best, coordinates)
         return self._refined("refine, all locations", self.problem, rotary)
+
+    def _at_once(self, tasks: list[Callable[[Portfolio], T]]) -> list[T]:
+        """Run tasks that don't need each other; on a long path in as many threads as there are cores.
+
+        Each has a portfolio of its own, and what they did is told in their order: which one ends first, and
+        how many run at once, changes nothing.
+        """
+        if len(self.problem) <= LONG or not is_banded(self.problem):
+            return [task(self) for task in tasks]
+        # One voice is enough to tell how far the work is.
+        parts = [replace(self, stages=[], progress=None if i else self.progress) for i in range(len(tasks))]
+        pool = ThreadPoolExecutor(os.cpu_count())
+        try:
+            answers = list(pool.map(lambda task, part: task(part), tasks, parts))
+        finally:
+            pool.shutdown(cancel_futures=True)
+        self.stages += [stage for part in parts for stage in part.stages]
+        return answers
 
     def _search(
         self, search: Search, rows: IntArray, coordinates: Coordinates, number: int
@@ -195,3 +222,19 @@ class Portfolio:
     def _tell(self, stage: str) -> Callable[[int, int], None] | None:
         progress = self.progress
         return None if progress is None else lambda done, total: progress(stage, done, total)
+
+
+def _searched_once(
+    search: Search, stride: int, rows: IntArray, coordinates: Coordinates, number: int, run: Portfolio
+) -> tuple[int, IntArray, Refinement | None]:
+    return stride, rows, run._search(search, rows, coordinates, number)
+
+
+def _carried_once(
+    known: IntArray, rows: IntArray, found: Refinement, coordinates: Coordinates, run: Portfolio
+) -> Array:
+    return run._carried(known, rows, found, coordinates)
+
+
+def _refined_once(name: str, problem: Problem, start: Array, run: Portfolio) -> Refinement:
+    return run._refined(name, problem, start)
