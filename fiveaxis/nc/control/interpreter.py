@@ -223,6 +223,8 @@ class Interpreter(Moves):
     def _count(self, block: Block) -> None:
         if "O" in block.words and self.ignored["O"]:
             raise self.source.error("a second program begins; write one file for each", block.line)
+        if block.m or block.ignored or block.tool or "T" in block.words:
+            self.tools.take(block)
         switches = block.tip_control is not None
         self.ignored.update(word for word in block.g if word in HARMLESS)
         self.ignored.update(word for word in block.m if word not in END and not switches)

@@ -124,6 +124,8 @@ def _finish(interpreter: Interpreter, machine: Machine, rapid: float | None) -> 
     if not np.isfinite(feed).all():  # there are dwells, and no moves
         raise source.error(why_nothing_moves(track))
     note_assumptions(interpreter)
+    if written.of_tip.any():  # the tool's length counts
+        interpreter.findings += interpreter.tools.findings(source, interpreter.track.rows[-1][1])
     _note_turns(interpreter, written, columns.lines)
     return ProgramMotion(
         letters=machine.letters,

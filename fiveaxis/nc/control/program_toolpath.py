@@ -34,8 +34,6 @@ LONG_TURN = 180.0
 MOST_NAMED = 50
 # A reading of the positions whose way is shorter than this share of the other's is likelier meant.
 DOUBTFUL = 0.5
-# Words that change the tool, as they are counted.
-TOOL_CHANGES = ("M6", "TOOL CALL")
 # rad: a table that turns by less in a move doesn't tell the readings apart.
 STILL = 1e-6
 
@@ -67,7 +65,7 @@ def read_program_path(source: Source, options: ReadOptions) -> Toolpath:
     columns = interpreter.track.columns()
     tip, axis = _poses(columns, interpreter, options, source)
     note_assumptions(interpreter)
-    _note_tools(interpreter)
+    interpreter.findings += interpreter.tools.findings(source, interpreter.track.rows[-1][1])
     _note_long_turns(columns, interpreter)
     if len(columns.lines) < 2 and interpreter.track.approach:
         raise source.error(why_nothing_moves(interpreter.track))
@@ -181,19 +179,6 @@ def _note_doubt(
                 Place(location=first, line=int(columns.lines[first]), file=interpreter.source.name),
                 value=ways[chosen],
             )
-        )
-
-
-def _note_tools(interpreter: Interpreter) -> None:
-    """Say that a path has one tool, where the program changes it."""
-    changes = max(interpreter.ignored[word] for word in TOOL_CHANGES)
-    if changes > 1:
-        interpreter.note(
-            Severity.NOTE,
-            "several-tools",
-            f"the program changes the tool {changes} times, and the path takes one tool for all of it; write "
-            "one program for each tool",
-            interpreter.track.rows[0][1],
         )
 
 

@@ -14,6 +14,7 @@ from fiveaxis.nc.control.coordinates import Coordinates
 from fiveaxis.nc.control.drilling import DrillingCycle
 from fiveaxis.nc.control.modal import Modes
 from fiveaxis.nc.control.round_moves import Local
+from fiveaxis.nc.control.tools import Tools
 from fiveaxis.nc.languages.block import Block, Triple
 from fiveaxis.nc.rows import LARGEST_POSITION, MILLIMETRES
 from fiveaxis.nc.source import Source
@@ -46,6 +47,7 @@ class Whereabouts:
     stand_in : whether the machine only stands in for one that nobody has given
     quickly : whether plain blocks take the short way; the rows are the same either way
     findings : what was assumed or left out
+    tools : those that the program names
     """
 
     source: Source
@@ -61,6 +63,7 @@ class Whereabouts:
     switch: Switch | None = None
     cycle: DrillingCycle | None = None
     machine_move_line: int = 0
+    tools: Tools = field(default_factory=Tools)
     turned_local: Local = field(default_factory=lambda: [None, None, None])
 
     def __post_init__(self) -> None:

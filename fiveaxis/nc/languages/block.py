@@ -54,6 +54,7 @@ class Block(NamedTuple):
     increments, absolutes : letters of words that are increments, or absolute, whatever G90 and G91 say
     turns : full circles that an arc makes beside the part that its end tells, a helix
     findings : what reading the block assumed; the first of each code is enough
+    tool : what the block selects a tool by, where that isn't a number behind T
     """
 
     line: int
@@ -71,3 +72,4 @@ class Block(NamedTuple):
     absolutes: str = ""
     turns: int = 0
     findings: tuple[Finding, ...] = ()
+    tool: str = ""

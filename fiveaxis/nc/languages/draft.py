@@ -34,6 +34,7 @@ class Draft:
     absolutes: str = ""
     turns: int = 0
     findings: list[Finding] = field(default_factory=list)
+    tool: str = ""
 
     def put(self, words: dict[str, float], letter: str, value: float) -> None:
         """Add a word, once.
@@ -71,6 +72,7 @@ class Draft:
             absolutes=self.absolutes,
             turns=self.turns,
             findings=tuple(self.findings),
+            tool=self.tool,
         )
         return None if block == Block(self.line) else block
 

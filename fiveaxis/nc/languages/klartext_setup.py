@@ -14,7 +14,8 @@ from fiveaxis.nc.languages.planes import turns
 _PARAMETER = re.compile(r"(?:FN ?([0-7]) ?: ?)?(Q[LR]?[0-9]+) ?= ?(.+)")
 _ANGLE = re.compile(rf"(SP[ABC]|EUL(?:PR|NU|ROT)|[BN][XYZ]) ?({VALUE})")
 _CYCLE = re.compile(r"CYCL DEF ([0-9]{1,4})(?:\.([0-9]+))?(?![0-9])\s*(.*)")
-_TOOL = re.compile(r"TOOL CALL(?: (?:TEXT|Q[LRS]?[0-9]+|[0-9]+(?:\.[0-9]+)?))?(?: ([UVWXYZ])(?![0-9+.-]))?")
+_TOOL = re.compile(r"TOOL CALL(?: (TEXT|Q[LRS]?[0-9]+|[0-9]+(?:\.[0-9]+)?))?(?: ([UVWXYZ])(?![0-9+.-]))?")
+_DELTA = re.compile(rf"(?<![A-Z])(DL|DR2?) ?[=:]? ?({VALUE})")
 _TOOL_FEED = re.compile(rf"\bF ?({VALUE})")
 _TEXT = re.compile(r'"[^"]*"')
 _LAST_NUMBER = re.compile(rf"({VALUE})\s*$")
@@ -65,11 +66,22 @@ class SetUp(Line):
     def _call_tool(self) -> None:
         code = _TEXT.sub("TEXT", self.code)
         found = _TOOL.match(code)
-        if found is not None and found[1] not in (None, "Z"):
-            raise self.fail(f"a tool along {found[1]} isn't read; post for a tool along Z")
+        if found is not None and found[2] not in (None, "Z"):
+            raise self.fail(f"a tool along {found[2]} isn't read; post for a tool along Z")
+        for key, value in _DELTA.findall(code):
+            if self.value(value) != 0.0:
+                raise self.fail(
+                    f"{key}{value} makes the tool another than the program was posted for, which isn't read; "
+                    "post without it, for the tool as it is"
+                )
         feed = _TOOL_FEED.search(code)
         if feed is not None:
             self.state.tool_feed = self.value(feed[1])
+        if found is None or found[1] is None:
+            self.draft.ignored.append("TOOL CALL without a tool")  # another speed or feed
+            return
+        text = _TEXT.search(self.code)
+        self.draft.tool = f"TOOL CALL {text[0] if text is not None and found[1] == 'TEXT' else found[1]}"
         self.draft.ignored.append("TOOL CALL")
 
     def _follow_tip(self) -> None:

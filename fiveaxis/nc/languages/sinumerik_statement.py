@@ -129,6 +129,8 @@ class Statement:
             if name != "T" and name not in self.state.texts:
                 raise self._fail(f"{name} is given a text, which isn't read; take it out")
             self.draft.ignored.append(name)
+            if name == "T":
+                self.draft.tool = f"T={text[0].strip()}"
             return text.end()
         way = _WAY.match(self.code, at)
         value, end = self._value(at if way is None else way.end())

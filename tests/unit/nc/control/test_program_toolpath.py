@@ -128,7 +128,9 @@ def test_the_haas_program_is_read_to_its_last_block(data):
     assert "machine-zero-moves" in codes(path)
     assert "cycle-simplified" in codes(path)
     [tools] = [f for f in path.findings if f.code == "several-tools"]
-    assert tools.message.startswith("the program changes the tool 14 times")
+    assert tools.severity.name == "WARNING"
+    assert tools.place.line == 371
+    assert tools.message.startswith("T9 M6 takes another tool, the first of 13 changes")
 
 
 def test_a_program_without_its_unit_is_read_in_mm_and_says_so(data):

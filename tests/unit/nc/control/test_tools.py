@@ -1,0 +1,66 @@
+"""A second tool in a program: named with its line, in every language."""
+
+from __future__ import annotations
+
+import pytest
+
+import fiveaxis as fx
+from fiveaxis.findings import Severity
+
+AXES = "X0 Y0 Z50 A0 C0"
+ISO, SINUMERIK, KLARTEXT = "G21 G90 G54\n", "G90 G71 G54\n", "BEGIN PGM p MM\n"
+
+
+@pytest.fixture
+def tools(tmp_path, hayashi):
+    """Give what a path says of its program's tools: line and message."""
+
+    def read_tools(text, suffix):
+        path = tmp_path / f"part.{suffix}"
+        path.write_text(text, encoding="utf-8")
+        read = fx.read_toolpath(path, tool=fx.Tool.ball(6), machine=hayashi)
+        found = [f for f in read.findings if f.code == "several-tools"]
+        assert all(f.severity == Severity.WARNING for f in found)
+        return [(f.place.line, f.message.partition(",")[0]) for f in found]
+
+    return read_tools
+
+
+@pytest.mark.parametrize(
+    ("suffix", "first", "second", "name"),
+    [
+        ("nc", ISO + "T1 M6\nG43.4 H1\n", "T2 M6 G43.4 H2\n", "T2 M6"),
+        ("nc", ISO + "M06 T1\nG43.4 H1\n", "M06 T02\nG43.4 H2\n", "T2 M6"),
+        ("nc", ISO + "T1 M6\nT2\nG43.4 H1\n", "M6\nG43.4 H2\n", "T2 M6"),
+        ("nc", ISO + "T1\nG43.4 H1\n", "T2\nG43.4 H2\n", "T2"),
+        ("nc", ISO + "M6\nG43.4 H1\n", "M6\nG43.4 H2\n", "M6"),
+        ("mpf", SINUMERIK + "T1 D1 M6\nTRAORI\n", "T2 D2 M6\n", "T2 M6"),
+        ("mpf", SINUMERIK + 'T="a" M6\nTRAORI\n', 'T="b" M6\n', 'T="B" M6'),
+        ("mpf", SINUMERIK + "T1 D1\nTRAORI\n", 'T="x"\n', 'T="X"'),
+        ("h", KLARTEXT + "TOOL CALL 1 Z S500\nM128\n", "TOOL CALL 2 Z S500\n", "TOOL CALL 2"),
+        ("h", KLARTEXT + 'TOOL CALL "a" Z S500\nM128\n', 'TOOL CALL "b" Z S500\n', 'TOOL CALL "B"'),
+    ],
+)
+def test_a_second_tool_is_a_warning_with_its_line(tools, suffix, first, second, name):
+    moves = f"L {AXES} R0 FMAX\nL X+1 F100\n" if suffix == "h" else f"G0 {AXES}\nG1 X1 F100\n"
+    line = len((first + moves).split("\n"))
+    assert tools(first + moves + second + moves, suffix) == [(line, f"{name} takes another tool")]
+    # The same tool again is none, nor is one that nothing is done with.
+    assert tools(first + moves + moves + second, suffix) == []
+    if name != "M6":
+        assert tools(first + moves + first.split("\n")[1] + "\n" + moves, suffix) == []
+
+
+@pytest.mark.parametrize(
+    ("suffix", "text"),
+    [
+        ("nc", f"{ISO}T1 M6\nT2\nG43.4 H1\nG0 {AXES}\nG1 X1 F100\n"),
+        ("nc", f"{ISO}T1 M6\nG43.4 H1\nG0 {AXES}\nG1 X1 F100\nT0 M6\nG0 Z90\n"),
+        (
+            "h",
+            f"{KLARTEXT}TOOL CALL 1 Z S1\nL {AXES} R0 FMAX\nTOOL CALL S5\nL X+1 F100\nTOOL CALL 0 Z\nL Z+9\n",
+        ),
+    ],
+)
+def test_a_tool_made_ready_or_put_away_is_no_second_one(tools, suffix, text):
+    assert tools(text, suffix) == []
