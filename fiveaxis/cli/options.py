@@ -44,6 +44,12 @@ SingularRate = Annotated[
     float | None, typer.Option("--singular-rate", help="largest turn of it in there, deg/mm")
 ]
 Effort = Annotated[str | None, typer.Option("--effort", help="quick, normal or thorough")]
+FreeStart = Annotated[
+    bool | None, typer.Option("--free-start", help="closed passes that join may begin elsewhere")
+]
+Winding = Annotated[
+    str | None, typer.Option("--winding", help="unwound, modulo or rezero: how NC counts endless axes")
+]
 FrontSize = Annotated[
     int | None, typer.Option("--front", help="N solutions between the cheapest path and the steadiest")
 ]
@@ -154,6 +160,7 @@ POSTURE: Mapping[str, Any] = {
     "singular_rate": SingularRate,
     "effort": Effort,
     "front": FrontSize,
+    "free_start": FreeStart,
     "tool_length": ToolLength,
     "work_offset": WorkOffset,
     "part_rotation": PartRotation,

@@ -11,7 +11,7 @@ import typer
 from rich.markup import escape
 from rich.table import Table
 
-from fiveaxis.cli.options import PLANNING, POSTURE, READING, AsJson, Control, Input, takes
+from fiveaxis.cli.options import PLANNING, POSTURE, READING, AsJson, Control, Input, Winding, takes
 from fiveaxis.cli.terminal import (
     err,
     errors_explained,
@@ -64,6 +64,7 @@ def optimise(
     context: typer.Context,
     source: Input,
     control: Control = None,
+    winding: Winding = None,
     output: Annotated[Path | None, typer.Option("--output", "-o", help="folder for the results")] = None,
     as_json: AsJson = False,
     **_: Any,
@@ -122,6 +123,8 @@ def _job(options: Mapping[str, Any]) -> Job:
             settings[name] = tuple(parse_numbers(settings[name], 2, "MIN:MAX", ":"))
     if settings.get("plane") is not None:
         settings["plane"] = tuple(parse_numbers(settings["plane"], 3, "X,Y,Z"))
+    # A flag that isn't set says nothing: a job file may set it.
+    settings["free_start"] = settings.get("free_start") or None
     settings["hold"] = parse_places("--hold", settings.get("hold"))
     source = options["source"]
     if source.suffix.lower() == ".toml":
@@ -138,7 +141,6 @@ def _program(options: Mapping[str, Any]) -> dict[str, Any]:
         "start": places["start"],
         "zero": places["program_zero"],
         "rapid": options.get("rapid"),
-        # A flag that isn't set says nothing: a job file may set it.
         "block_delete": options.get("block_delete") or None,
     }
 

@@ -127,7 +127,11 @@ class Job(StrictModel):
     front: int | None = Field(
         None, ge=2, le=50, description="solutions between the cheapest path and the steadiest one"
     )
+    free_start: bool = Field(False, description="let closed passes that join begin where it is cheapest")
     control: str = Field("linuxcnc", description="NC dialect")
+    winding: Literal["unwound", "modulo", "rezero"] = Field(
+        "unwound", description="how the program counts endless rotary axes"
+    )
     tool_length: float | None = Field(
         None, ge=0.0, description="from the spindle's gauge point to the tip, mm"
     )

@@ -85,7 +85,14 @@ def _make_files(outcome: Outcome, folder: Path) -> list[Path]:
         path = folder / f"program{find_dialect(job.control).suffix}"
         machine, header = solution.machine, _header(outcome)
         made.append(
-            write_program(outcome.program.motion, path, machine=machine, control=job.control, header=header)
+            write_program(
+                outcome.program.motion,
+                path,
+                machine=machine,
+                control=job.control,
+                header=header,
+                winding=job.winding,
+            )
         )
     return made
 

@@ -50,6 +50,7 @@ SOLVING = (
     "singular_cone",
     "singular_rate",
     "effort",
+    "free_start",
 )
 
 

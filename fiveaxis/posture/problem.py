@@ -41,8 +41,8 @@ class Problem:
     tool's lean, the axis limits and the largest rotary step (design of the objective; the costs of travel are
     those of form-shaping Eq. 1). ``τ_i = max(L_i/F_i, max_a |Δq_a| / v_a)`` is how long a move takes: what it
     takes at the programmed feed is paid whatever the posture, so only the rest counts. Where a rotary axis
-    has a highest acceleration a, the change of Δρ/τ from one cut to the next is at most ``a (τ_i + τ_{i+1}) / 2``
-    with the feed's τ; beyond that it has a price, and the machine would slow down.
+    has a highest acceleration a, the change of Δρ/τ from one cut to the next is at most
+    ``a (τ_i + τ_{i+1}) / 2`` with the feed's τ; beyond that it has a price, and the machine would slow down.
 
     Parameters
     ----------

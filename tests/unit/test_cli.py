@@ -558,3 +558,36 @@ def test_the_program_itself_keeps_stdout_and_the_exit_code(downward):
     assert found.returncode == 3
     assert len(json.loads(found.stdout)["findings"]) == 5
     assert "Traceback" not in found.stderr
+
+
+def test_bounds_and_prices_of_the_optimiser_reach_it(path, tmp_path):
+    """Each option changes what it names; verification is told of those that bound the lean."""
+    words = ("optimise", path, *MACHINE, *BALL, *TILT, "--effort", "quick", "--json")
+    plain = json.loads(run(*words).stdout)
+    held = json.loads(run(*words, "--hold", "A-50").stdout)
+    assert held["rates"]["optimised"]["A"]["speed_deg_s"] == 0.0
+    slow = json.loads(run(*words, "--turn-rate", "2").stdout)
+    rates = [d["rates"]["optimised"]["C"]["speed_deg_s"] for d in (slow, plain)]
+    assert rates[0] <= 2.0 * 1000.0 / 60.0 + 1e-6
+    leaning = json.loads(run(*words, "--lean", "-20:20").stdout)
+    assert any("lean" in text for text in leaning["verification"]["checked"])
+    steady = json.loads(run(*words, "--smoothing", "1e5").stdout)
+    assert steady["energy"]["total"] > plain["energy"]["total"]
+
+
+@pytest.mark.parametrize(
+    ("options", "fault"),
+    [
+        (("--hold", "B10"), "B"),
+        (("--hold", "Q"), "isn't of the form"),
+        (("--lead", "20"), "'20' isn't of the form MIN:MAX"),
+        (("--plane", "0,0,0"), "plane"),
+        (("--effort", "much"), "effort = 'much' must be 'quick', 'normal' or 'thorough'"),
+        (("--front", "1"), "front = 1 must be at least 2"),
+        (("--turn-rate", "0"), "turn_rate = 0.0 must be above 0"),
+        (("--winding", "round"), "winding = 'round' must be"),
+        (("--front", "3", "--smoothing", "5"), "smoothing is what a front sweeps"),
+    ],
+)
+def test_a_wrong_bound_or_price_is_one_message(path, options, fault):
+    assert fault in refused(run("optimise", path, *MACHINE, *BALL, *TILT, *options))
