@@ -17,6 +17,9 @@ from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.posture.solution import Baseline, Optima, Stage
 from fiveaxis.toolpath import TiltBounds, Toolpath
 
+# The start that is the portfolio's own, as it would be without the others.
+OWN = "searches"
+
 
 def best_of_starts(
     run: Portfolio, compared: Mapping[str, Baseline], leaning: Mapping[str, Array]
@@ -41,14 +44,11 @@ def best_of_starts(
         No start leads to a path.
     """
     problem, budget = run.problem, run.budget
-    found = {"searches": run.best_path(compared)}
+    found = {OWN: _searched(run, compared)}
     for number, searches in enumerate(budget.others, start=1):
+        name = f"{OWN}, set {number}"
         other = Portfolio(problem, replace(budget, searches=searches), run.progress)
-        name = f"searches, set {number}"
-        try:
-            found[name] = other.best_path({})
-        except Infeasible:
-            found[name] = np.full_like(found["searches"], np.nan)
+        found[name] = _searched(other, {})
         run.stages += [_named(stage, name) for stage in other.stages]
     columns = problem.machine.rotary_columns
     own = {f"baseline {name}": b.motion.positions[:, columns] for name, b in compared.items()}
@@ -71,16 +71,28 @@ def leaning_paths(toolpath: Toolpath, machine: Machine, tilt: TiltBounds, budget
     return paths
 
 
-def _cheapest(problem: Problem, found: Mapping[str, Array]) -> tuple[Array, Optima]:
+def _searched(run: Portfolio, compared: Mapping[str, Baseline]) -> Array | Infeasible:
+    try:
+        return run.best_path(compared)
+    except Infeasible as reason:
+        return reason
+
+
+def _cheapest(problem: Problem, found: Mapping[str, Array | Infeasible]) -> tuple[Array, Optima]:
+    paths = {name: path for name, path in found.items() if not isinstance(path, Infeasible)}
     sound = {
         name: problem.cost(problem.positions(slice(None), path))
-        for name, path in found.items()
-        if np.isfinite(path).all() and problem.violation(path) <= ALLOWED
+        for name, path in paths.items()
+        if problem.violation(path) <= ALLOWED
     }
     optima = Optima(sound, tuple(name for name in found if name not in sound))
-    # Where no path is admissible the first one tells what stands in the way.
-    best = min(sound, key=lambda name: sound[name]) if sound else "searches"
-    return found[best], optima
+    if sound:
+        return paths[min(sound, key=lambda name: sound[name])], optima
+    # Where no path is admissible the portfolio's own tells what stands in the way.
+    first = found[OWN]
+    if isinstance(first, Infeasible):
+        raise first
+    return first, optima
 
 
 def _named(stage: Stage, name: str) -> Stage:

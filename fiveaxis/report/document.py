@@ -73,6 +73,8 @@ def report_document(
             **{name: _rates(solution, b.motion) for name, b in solution.compared.items()},
         },
         "savings": {name: _savings(solution.energy, e) for name, e in solution.baselines.items()},
+        "bound": {**solution.bound.as_dict(), "gap": solution.gap},
+        "optima": solution.optima and solution.optima.as_dict(),
         "findings": [_portable_finding(f) for f in _all_findings(solution.toolpath, verdict, program)],
         "verification": _verification(verdict, program),
         "program": program and {k: v for k, v in program.items() if k != "verification"},

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from fiveaxis.errors import InputError
-from fiveaxis.posture import Solution
+from fiveaxis.posture import Optima, Solution
 from fiveaxis.report import describe_input, main_baseline, report_document, write_json
 
 KEYS = [
@@ -21,6 +21,8 @@ KEYS = [
     "missing_baselines",
     "rates",
     "savings",
+    "bound",
+    "optima",
     "findings",
     "verification",
     "program",
@@ -183,3 +185,16 @@ def test_a_program_with_an_error_makes_the_whole_run_unsound(
     assert document["verification"]["counts"]["gouge"] == alone["verification"]["counts"].get("gouge", 0) + 1
     assert document["findings"][-1]["message"] == "in the program's blocks: 0.3 mm deep"
     assert document["program"]["inserted"] == 4
+
+
+def test_the_document_tells_the_lower_bound_and_the_optima_of_many_starts(
+    solution: Solution, verdict: dict[str, Any]
+) -> None:
+    document = report_document(solution, verdict, inputs=[])
+    bound = document["bound"]
+    assert bound["total"] == pytest.approx(bound["rotary"] + sum(bound["linear"].values()))
+    assert bound["gap"] == pytest.approx(1.0 - bound["total"] / document["energy"]["total"])
+    assert document["optima"] is None
+    optima = Optima({"searches": 2.0, "lean of 45 deg": 3.0})
+    many = report_document(replace(solution, optima=optima), verdict, inputs=[])
+    assert many["optima"]["max"] == 3.0
