@@ -24,8 +24,9 @@ IPOPT: dict[str, Any] = {
 }
 # Our own iterations, for one of IPOPT's: they are more, and still take a tenth of the time.
 ITERATIONS = 3
-# The first barrier parameter, as a multiple of IPOPT's: steps on its path are longer.
-BARRIER = 25.0
+# First barrier parameters, as multiples of IPOPT's. The large one leads further from the start, the small one
+# stays near it, and either may end in the better optimum; a path too long for IPOPT takes the first alone.
+BARRIERS = (25.0, 2.5)
 # IPOPT's word for a converged problem.
 SOLVED = "Solve_Succeeded"
 # Its word for one that isn't yet.
@@ -82,11 +83,17 @@ def refine(
     taken = 0
     if is_banded(problem):
         banded = as_banded(problem, held)
-        own = minimise(banded, start, iterations=ITERATIONS * iterations, barrier=BARRIER * barrier)
-        start, taken = _better(problem, own.rotary, start), own.iterations
-        if own.solved or len(problem) > IPOPT_MOST:
+        barriers = BARRIERS if len(problem) <= IPOPT_MOST else BARRIERS[:1]
+        tried = [
+            minimise(banded, start, iterations=ITERATIONS * iterations, barrier=factor * barrier)
+            for factor in barriers
+        ]
+        for own in tried:
+            start, taken = _better(problem, own.rotary, start), taken + own.iterations
+        solved = any(own.solved for own in tried)
+        if solved or len(problem) > IPOPT_MOST:
             cost = problem.cost(problem.positions(slice(None), start))
-            return Refinement(start, cost, SOLVED if own.solved else UNSOLVED, taken)
+            return Refinement(start, cost, SOLVED if solved else UNSOLVED, taken)
     found = _by_ipopt(problem, start, iterations, barrier, held)
     return replace(found, iterations=found.iterations + taken)
 
