@@ -53,7 +53,7 @@ def time_languages() -> None:
 
 
 def time_programs(machine: fx.Machine) -> None:
-    """Whole programs of G-code, from file to record: positions of axes, and the tip under tip control."""
+    """Whole programs, from file to record: positions of axes, the tip under tip control, other languages."""
     tool = fx.Tool.ball(6)
     rows = np.random.default_rng(0).uniform(-1.0, 1.0, (BLOCKS, 5)) * [10.0, 10.0, 10.0, 10.0, 30.0]
     words = "N{} G1 X{:.3f} Y{:.3f} Z{:.3f} A{:.3f} C{:.3f} F1000"
@@ -69,6 +69,31 @@ def time_programs(machine: fx.Machine) -> None:
             )
         path.write_text("\n".join(["G21 G90 G94", "G0 X0 Y0 Z0 A0 C0", *lines]), encoding="utf-8")
         rate("G-code as a motion, blocks", BLOCKS, lambda: fx.read_program(path, machine))
+        vectors = rows[:, :3] / 100.0 + [0.0, 0.0, 1.0]
+        vectors /= np.linalg.norm(vectors, axis=1, keepdims=True)
+        for what, name, head, words, values in (
+            (
+                "Sinumerik with vectors",
+                "synthetic.mpf",
+                "G710 G90\nTRAORI\nG0 X0 Y0 Z0 A3=0 B3=0 C3=1\nG1 F1000",
+                "X{:.3f} Y{:.3f} Z{:.3f} A3={:.6f} B3={:.6f} C3={:.6f}",
+                np.hstack([rows[:, :3], vectors]),
+            ),
+            (
+                "Klartext with angles",
+                "synthetic.h",
+                "BEGIN PGM p MM\nM128\nL X+0 Y+0 Z+0 A+0 C+0 R0 FMAX",
+                "L X{:+.3f} Y{:+.3f} Z{:+.3f} A{:+.3f} C{:+.3f} F1000",
+                rows,
+            ),
+        ):
+            path = Path(folder) / name
+            path.write_text("\n".join([head, *(words.format(*row) for row in values.tolist())]))
+            rate(
+                f"{what} as a path, blocks",
+                BLOCKS,
+                lambda path=path: fx.read_toolpath(path, tool=tool, machine=machine),
+            )
 
 
 def time_strategies(part: Path) -> None:

@@ -157,10 +157,10 @@ class Interpreter(Moves):
         if stays:
             self.ignored[NO_MOVE] += 1
         elif motion == "G0":
-            track.rows.append((target, line, RAPID, None, None, track.counting, vector, None))
+            track.rows.append((tuple(target), line, RAPID, None, None, track.counting, vector, None))
             track.now = target
         else:
-            track.rows.append((target, line, CUT, time, speed, track.counting, vector, normal))
+            track.rows.append((tuple(target), line, CUT, time, speed, track.counting, vector, normal))
             track.now = target
         return True
 
@@ -195,9 +195,9 @@ class Interpreter(Moves):
     def _count_length(self) -> None:
         modes = self.modes
         if self.coordinates.of_tip:
-            self.track.counting = Counting.TIP
+            self.track.counting = int(Counting.TIP)
         else:
-            self.track.counting = Counting.COMPENSATED if modes.compensated else Counting.AXES
+            self.track.counting = int(Counting.COMPENSATED if modes.compensated else Counting.AXES)
 
     def _is_arc(self, block: Block) -> bool:
         """Tell whether a block without axis words is an arc: a full circle."""
