@@ -106,7 +106,8 @@ def unit_axes(vectors: Array, lines: IntArray, source: Source) -> Array:
     if row is not None:
         raise source.error(
             f"tool vector ({_shown(vectors[row])}) has length {lengths[row]:g}, which is more than "
-            f"{UNIT_TOLERANCE:g} away from 1; give a unit vector from tip to shank",
+            f"{UNIT_TOLERANCE:g} away from 1; give a unit vector from tip to shank, each component "
+            "divided by that length",
             int(lines[row]),
         )
     return normalise(vectors)

@@ -12,6 +12,8 @@ from fiveaxis.errors import ToolpathError
 # What a text file may hold below the space: tab, line ends, form feed, and the end mark of DOS.
 _CONTROL_BYTES = bytes(set(range(32)) - set(b"\t\n\r\f\x1a"))
 
+_UTF_16 = (b"\xff\xfe", b"\xfe\xff")
+
 
 @dataclass(frozen=True)
 class Source:
@@ -43,15 +45,32 @@ def load_source(path: str | Path) -> Source:
         The file is missing, can't be unpacked, or isn't text.
     """
     data = _load_bytes(Path(path))
-    found = next((b for b in _CONTROL_BYTES if b in data), None)
-    if found is not None:
-        raise ToolpathError(f"isn't a text file: it holds the byte 0x{found:02x}", file=path)
+    _require_text(data, path)
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError:
         text = data.decode("latin-1")
     # Not `splitlines`: that also splits at form feeds and Unicode separators, and editors count none of them.
     return Source(str(path), text.replace("\r\n", "\n").replace("\r", "\n").rstrip("\x1a").split("\n"))
+
+
+def _require_text(data: bytes, path: str | Path) -> None:
+    """Refuse what holds bytes of no text, and name the line; UTF-16 is full of them and named itself."""
+    places = [data.index(byte) for byte in _CONTROL_BYTES if byte in data]
+    if not places:
+        return
+    place = min(places)
+    # Every other byte of ASCII in UTF-16 is 0.
+    head = data[:200]
+    if head[:2] in _UTF_16 or 0.4 * len(head) < head.count(0) < 0.6 * len(head):
+        raise ToolpathError("isn't a text file in UTF-8: it looks like UTF-16; save it as UTF-8", file=path)
+    before = data[:place].replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+    raise ToolpathError(
+        f"isn't a text file: it holds the byte 0x{data[place]:02x}; take it out, or give the file that the "
+        "program was written to",
+        file=path,
+        line=before.count(b"\n") + 1,
+    )
 
 
 def _load_bytes(path: Path) -> bytes:

@@ -28,9 +28,9 @@ class Counting(IntEnum):
     TIP = 2  # the tip's place on the workpiece (tool centre point control, a tilted plane)
 
 
-# Values, line, kind, duration in s, feed in program units per s, `Counting`, tool vector, surface normal. All
-# plain numbers in tuples, because a program has a million rows: the garbage collector looks at those once,
-# but at lists and members of enumerations again and again, which takes a third of the time of reading.
+# Values, line, kind, duration in s, feed per s as `Modes.pace` gives it, `Counting`, tool vector, surface
+# normal. All plain numbers in tuples, because a program has a million rows: the garbage collector looks at
+# those once, but at lists and members of enumerations again and again, which takes a third of the time.
 Row = tuple[tuple[float | None, ...], int, int, float | None, float | None, int, Triple | None, Triple | None]
 
 
@@ -124,7 +124,7 @@ class Columns:
     values : (n, k), mm and deg, control's own sign
     lines, kinds : (n,)
     times : (n,), s, where the program gives the duration
-    feeds : (n,), program units per second, where it gives a speed
+    feeds : (n,), per second as `Modes.pace` gives them, where it gives a speed
     counting : (n,), `Counting` values
     vectors, normals : (n, 3), as written
     """

@@ -11,6 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from fiveaxis.nc.languages.block import Block
+from fiveaxis.nc.rows import MILLIMETRES
 from fiveaxis.nc.source import Source
 from fiveaxis.nc.units import Units
 
@@ -123,6 +124,7 @@ class Modes:
     incremental : G91
     feed_mode : G93, G94 or G95
     feed : F in the units of its mode, None before the first and after a change of mode
+    feed_step : units of length that F counts per minute, 1 but for Heidenhain in inches
     spindle : S, rev/min
     frame, frame_line : the work offset and where it was chosen
     to_initial : G98, a cycle returns to the level that it came from, not only to R
@@ -141,12 +143,18 @@ class Modes:
     incremental: bool = False
     feed_mode: str = "G94"
     feed: float | None = None
+    feed_step: float = 1.0
     spindle: float | None = None
     frame: str = "G54"
     frame_line: int | None = None
     to_initial: bool = True
     compensated: bool = False
     vectors: bool = False
+
+    @property
+    def feed_scale(self) -> float:
+        """Millimetres that a linear feed of 1 means, as `pace` gives it."""
+        return MILLIMETRES[self.units.now] * self.feed_step
 
     def take(self, block: Block) -> None:
         """Take what a block puts in force; nothing moves yet.
@@ -163,6 +171,8 @@ class Modes:
             self.motion = None
         for word in block.g:
             self._set(word, block)
+        if block.feed_step is not None:
+            self.feed_step = block.feed_step
         if "S" in block.words:
             self.spindle = block.words["S"]
         if "F" in block.words:
@@ -171,7 +181,7 @@ class Modes:
                 raise self.source.error(f"F{self.feed:g}; a feed must be above 0", block.line)
 
     def pace(self, block: Block) -> tuple[float | None, float | None]:
-        """Give the duration, s, or else the feed of a feed move, program units per s.
+        """Give the duration, s, or else the feed of a feed move, in steps of `feed_step` or degrees per s.
 
         Per minute or revolution, F counts along the way of the linear axes as if the rotary ones stood, and
         in degrees where only rotary axes turn, whatever the unit of lengths.

@@ -125,6 +125,7 @@ class Moves(Whereabouts):
         )
         time, feed = self._pace(block)
         parts = len(points)
+        scale = self.modes.feed_scale
         whole = length / (feed * scale) if feed is not None else time or 0.0
         feed = length / whole / scale if feed is None else feed
         normal, vector = self._unturned(block.normal), track.vector

@@ -29,7 +29,6 @@ from fiveaxis.nc.control.running import note_assumptions, run_program, why_nothi
 from fiveaxis.nc.control.tip_motion import axes_of_tips
 from fiveaxis.nc.control.travel import motion_times
 from fiveaxis.nc.options import ReadOptions
-from fiveaxis.nc.rows import MILLIMETRES
 from fiveaxis.nc.source import load_source
 from fiveaxis.toolpath import MoveKind
 
@@ -117,7 +116,7 @@ def _finish(interpreter: Interpreter, machine: Machine, rapid: float | None) -> 
     if len(track.rows) < 2:
         raise source.error(why_nothing_moves(track))
     columns = written = track.columns()
-    scale = MILLIMETRES[interpreter.modes.units.now]
+    scale = interpreter.modes.feed_scale
     if columns.of_tip.any():
         columns, scale = axes_of_tips(columns, scale, source), 1.0
     time, feed = motion_times(columns, scale, rapid, source)

@@ -23,7 +23,7 @@ from fiveaxis.nc.control.travel import filled, travel_of
 from fiveaxis.nc.control.turning_table import carry_to_work, turns_table
 from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.remarks import remark_on
-from fiveaxis.nc.rows import DEFAULT_FEED, MILLIMETRES, unit_axes, unit_normals
+from fiveaxis.nc.rows import DEFAULT_FEED, unit_axes, unit_normals
 from fiveaxis.nc.source import Source
 from fiveaxis.toolpath import MoveKind, Toolpath
 
@@ -223,7 +223,7 @@ def _feeds(path: Toolpath, columns: Columns, interpreter: Interpreter, options: 
     """
     if options.feed_mm_min is not None:
         return np.full(len(path), options.feed_mm_min / 60.0)
-    travel = travel_of(columns, MILLIMETRES[interpreter.modes.units.now])
+    travel = travel_of(columns, interpreter.modes.feed_scale)
     timed = np.isfinite(columns.times) | ~columns.of_tip | ~travel.along
     with np.errstate(divide="ignore", invalid="ignore"):
         feed = np.where(timed, path.lengths / travel.time, travel.feed)

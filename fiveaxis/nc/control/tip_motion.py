@@ -40,7 +40,7 @@ def axes_of_tips(columns: Columns, scale: float, source: Source) -> Columns:
     Parameters
     ----------
     columns : rows of axes and of the tip
-    scale : mm per program unit
+    scale : mm that a linear feed of 1 means, `Modes.feed_scale`
     source : the program, for errors
 
     Returns

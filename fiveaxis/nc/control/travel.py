@@ -42,7 +42,7 @@ def travel_of(columns: Columns, scale: float) -> Travel:
     Parameters
     ----------
     columns : the rows
-    scale : mm per program unit
+    scale : mm that a linear feed of 1 means, `Modes.feed_scale`
     """
     is_linear = np.array([not a.is_rotary for a in columns.machine.axes])
     # Where the tool's direction is given, no angle is known.

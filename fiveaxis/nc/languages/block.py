@@ -55,6 +55,7 @@ class Block(NamedTuple):
     turns : full circles that an arc makes beside the part that its end tells, a helix
     findings : what reading the block assumed; the first of each code is enough
     tool : what the block selects a tool by, where that isn't a number behind T
+    feed_step : how many units of length F counts per minute from here on; None leaves it
     """
 
     line: int
@@ -73,3 +74,4 @@ class Block(NamedTuple):
     turns: int = 0
     findings: tuple[Finding, ...] = ()
     tool: str = ""
+    feed_step: float | None = None

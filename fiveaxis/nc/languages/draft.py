@@ -35,6 +35,7 @@ class Draft:
     turns: int = 0
     findings: list[Finding] = field(default_factory=list)
     tool: str = ""
+    feed_step: float | None = None
 
     def put(self, words: dict[str, float], letter: str, value: float) -> None:
         """Add a word, once.
@@ -73,6 +74,7 @@ class Draft:
             turns=self.turns,
             findings=tuple(self.findings),
             tool=self.tool,
+            feed_step=self.feed_step,
         )
         return None if block == Block(self.line) else block
 

@@ -77,6 +77,7 @@ def split_blocks(source: Source, *, block_delete: bool = False, quickly: bool = 
             if block.g or block.m:
                 block = block._replace(tip_control=tip.take(block))
                 block = _without_fast_mode(block)
+                block = _timed_by_x(block, source) if "G4" in block.g and "X" in block.words else block
                 block = block if PLANE_WORDS.isdisjoint(block.g) else set_plane(block, source)
         yield block
 
@@ -136,6 +137,19 @@ def _without_fast_mode(block: Block) -> Block:
     if "G5" not in block.g or set(block.words) != {"P"}:
         return block
     return block._replace(g=tuple(w for w in block.g if w != "G5"), words=NO_WORDS, ignored=("G5",))
+
+
+def _timed_by_x(block: Block, source: Source) -> Block:
+    """Take ``G4 X1.5``, as Fanuc controls write a dwell in seconds, for ``G4 P1.5``."""
+    if set(block.words) != {"X"}:
+        return block
+    if re.search(r"X[-+]?[0-9]*\.", compact_code(source.lines[block.line - 1])) is None:
+        raise source.error(
+            f"G4 X{block.words['X']:g} without a decimal point is in s or ms, as the control is set; write "
+            "it with a point, or P in s",
+            block.line,
+        )
+    return block._replace(words={"P": block.words["X"]})
 
 
 def _without_comments(text: str) -> str:

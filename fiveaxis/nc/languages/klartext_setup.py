@@ -6,10 +6,14 @@ import re
 
 import numpy as np
 
+from fiveaxis.findings import Severity
 from fiveaxis.geometry import Array
 from fiveaxis.nc.languages.klartext_line import VALUE, Line
 from fiveaxis.nc.languages.klartext_words import IGNORED_CYCLES, refusal
 from fiveaxis.nc.languages.planes import turns
+
+# inch/min: what F counts in programs in inch (TNC 640 and TNC7 user's manuals, feed rate F).
+INCH_FEED = 0.1
 
 _PARAMETER = re.compile(r"(?:FN ?([0-7]) ?: ?)?(Q[LR]?[0-9]+) ?= ?(.+)")
 _ANGLE = re.compile(rf"(SP[ABC]|EUL(?:PR|NU|ROT)|[BN][XYZ]) ?({VALUE})")
@@ -59,6 +63,14 @@ class SetUp(Line):
             raise self.fail("a second program begins; write one file for each")
         self.state.begun = True
         self.draft.g.append("G21" if unit == "MM" else "G20")
+        if unit == "INCH":
+            self.draft.feed_step = INCH_FEED
+            self.draft.note(
+                Severity.NOTE,
+                "feed-unit-assumed",
+                f"F counts in {INCH_FEED:g} inch/min, as in all inch programs of these controls: F100 is 10 "
+                "inch/min; check it where the post wrote inch/min",
+            )
 
     def _end(self) -> None:
         self.draft.m.append("M30")

@@ -31,8 +31,11 @@ def test_a_file_of_old_encoding_is_read(tmp_path):
 @pytest.mark.parametrize(
     ("name", "data", "fault"),
     [
-        ("a.cls", b"GOTO/1,2,3\n\x00\x01", "isn't a text file: it holds the byte 0x00"),
-        ("a.cls", "GOTO/1,2,3".encode("utf-16"), "isn't a text file"),
+        ("a.cls", b"GOTO/1,2,3\n\x00\x01", "a.cls:2: isn't a text file: it holds the byte 0x00"),
+        ("a.cls", b"A\r\nB\rC\x02\n\x00", "a.cls:3: isn't a text file: it holds the byte 0x02"),
+        ("a.cls", "GOTO/1,2,3".encode("utf-16"), "a.cls: .* looks like UTF-16; save it as UTF-8"),
+        ("a.cls", "GOTO/1,2,3\n".encode("utf-16-be") * 50, "looks like UTF-16; save it as UTF-8"),
+        ("a.cls", "GOTO/1,2,3\n".encode("utf-16-le") * 50, "looks like UTF-16; save it as UTF-8"),
         ("a.cls.gz", b"GOTO/1,2,3", "can't be unpacked: Not a gzipped file"),
         ("a.cls.gz", gzip.compress(b"GOTO/1,2,3" * 100)[:-12], "can't be unpacked: Compressed file ended"),
         ("a.cls.gz", gzip.compress(b"GOTO/1,2,3")[:10] + b"\xff" * 20, "can't be unpacked"),

@@ -392,6 +392,22 @@ def test_a_dwell_is_a_row_at_its_place(read):
     assert first.feed.tolist() == [1, 1, 1]
 
 
+def test_feeds_of_klartext_in_inches_count_tenths(tmp_path):
+    path = tmp_path / "part.h"
+    text = "BEGIN PGM part INCH\nL X+0 Y+0 Z+0 R0 F100\nL X+1\nEND PGM part INCH\n"
+    path.write_text(text, encoding="utf-8")
+    motion = fx.read_program(path, Machine.from_code("0123"), start={"X": 0, "Y": 0, "Z": 0}, rapid_mm_min=1)
+    assert motion.time[-1] == pytest.approx(6)
+    assert motion.feed[-1] == pytest.approx(254 / 60)
+
+
+def test_a_dwell_of_x_with_its_decimal_point_is_in_seconds(read):
+    motion, same = read("G1 X1 F60\nG04 X1.5\nX2\n"), read("G1 X1 F60\nG4 P1.5\nX2\n")
+    np.testing.assert_array_equal(motion.time, same.time)
+    np.testing.assert_array_equal(motion.positions, same.positions)
+    assert 1.5 in motion.time
+
+
 def test_a_dwell_that_may_be_meant_in_milliseconds_is_found(read):
     motion = read("G1 X1 F60\nG4 P500\n")
     assert motion.time.sum() == 501
@@ -450,7 +466,8 @@ def test_blocks_after_a_slash_move_unless_they_are_to_be_skipped(read):
         ("G1234 X1\n", 1, "G1234 isn't known"),
         ("G54 G0 X1\nG55 X2\n", 2, "G55 here and G54 since line 1"),
         ("G0 X1\nG55 X2\n", 2, "G55 here and G54 before"),
-        ("G4 X1\n", 1, "G4 is read as a dwell of P seconds"),
+        ("G4 X1\n", 1, "G4 X1 without a decimal point is in s or ms"),
+        ("G4 X1. Y2\n", 1, "G4 is read as a dwell of P seconds"),
         ("G4 P-1\n", 1, "can't be negative"),
         ("G91 G53 G0 X1\n", 1, "G53 needs G0 or G1, and G90"),
         ("G2 X1 F1\n", 1, "an arc in G17 needs I or J, or R alone, and has none"),

@@ -252,6 +252,25 @@ def test_klartext_gives_angles_or_directions(read):
     np.testing.assert_allclose(path.contact[0], [1, 2 + 3 * 0.6, 3 + 3 * 0.8 - 3], atol=1e-12)
 
 
+def test_klartext_in_inches_counts_feeds_in_tenths(read, trunnion):
+    """F100 is 10 inch/min: TNC 640 and TNC7 manuals. Rotary axes alone turn by degrees all the same."""
+    text = (
+        "0 BEGIN PGM part INCH\n1 M128\n2 L X+0 Y+0 Z+0 A+0 C+0 R0 FMAX\n3 L X+1 F100\n4 CC X+1 Y+1\n"
+        "5 C X+2 Y+1 DR+\n6 L A-60 F600\n7 END PGM part INCH\n"
+    )
+    path = read(text, trunnion, suffix=".h", unit=None)
+    assert path.feed[1] == pytest.approx(254 / 60)
+    # Chords are a little shorter than their arc, and take as long.
+    np.testing.assert_allclose(path.feed[2:-1], 254 / 60, rtol=1e-4)
+    assert path.source[-1] == 7
+    assert path.lengths[-1] / path.feed[-1] == pytest.approx(6)
+    [note] = [f for f in path.findings if f.code == "feed-unit-assumed"]
+    assert note.message.startswith("F counts in 0.1 inch/min")
+    metric = read(text.replace("INCH", "MM"), trunnion, suffix=".h", unit=None)
+    assert metric.feed[1] == pytest.approx(100 / 60)
+    assert "feed-unit-assumed" not in codes(metric)
+
+
 def test_a_sinumerik_frame_turns_places_and_directions(read):
     text = (
         "N10 G71 G90 G54\nN20 TRAORI\nN30 TRANS X10\nN40 AROT X90\nN50 G0 X1 Y2 Z3 A3=0 B3=0 C3=1\n"
@@ -323,6 +342,7 @@ def test_a_direction_is_a_unit_vector_but_for_rounding(read, fault):
     line, message = fault(text.replace(".6004", ".61"))
     assert line == 3
     assert "has length 1.006" in message
+    assert message.endswith("give a unit vector from tip to shank, each component divided by that length")
 
 
 def test_a_direction_and_an_angle_contradict_each_other(fault, trunnion):
