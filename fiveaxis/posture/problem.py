@@ -8,7 +8,7 @@ import numpy as np
 
 from fiveaxis.energy import travel_costs
 from fiveaxis.errors import SettingError
-from fiveaxis.geometry import Array, BoolArray, IntArray
+from fiveaxis.geometry import Array, BoolArray, IntArray, angle_between
 from fiveaxis.kinematics import positions_about, require_orienting, require_positioning
 from fiveaxis.machine import Machine
 from fiveaxis.motion import feed_times
@@ -97,8 +97,8 @@ class Problem:
         ----------
         toolpath, machine, tilt : what to solve
         up_penalty : J/mm, added to the cost of the machine's Z moving up
-        max_turn, link_turn : rad, largest step of a rotary axis in a cutting move and in any other; None for
-            no bound
+        max_turn, link_turn : rad, largest step of a rotary axis in a cutting move and in any other, or the
+            angle between the programmed axes where that is larger; None for no bound
         turn_rate : rad/mm, largest turn of a rotary axis over the way of the contact in cutting moves
         time_price : J/s, of time that a posture costs beyond the programmed feed's
         bend_price : J/rad², of ‖Δρ‖² in each step
@@ -124,6 +124,8 @@ class Problem:
         plus[:, machine.column("Z")] += up_penalty
         bounds = [np.inf if turn is None else turn for turn in (max_turn, link_turn)]
         turns = np.where(toolpath.cutting[1:], *bounds)
+        # A move in which the program itself turns the tool farther may turn as far.
+        turns = np.maximum(turns, np.nan_to_num(angle_between(toolpath.axis[1:], toolpath.axis[:-1])))
         if turn_rate is not None:
             # A place that is there twice would forbid every turn between its two locations.
             steep = np.maximum(turn_rate * toolpath.lengths[1:], LEAST_TURN)

@@ -59,7 +59,7 @@ CASES = {
     "dome-bounded": Case(
         "underside of a dome, ball 6", lambda: contacts("dome_underside.csv", 6), {"tilt": (10, 70)}
     ),
-    "impeller": Case("LinuxCNC's impeller program, ball 6", impeller, {"cone": 15, "max_turn": None}),
+    "impeller": Case("LinuxCNC's impeller program, ball 6", impeller, {"cone": 15}),
     "propeller": Case("propeller, ball 4, stepdown 1", propeller, {"tilt": (15, 75)}),
 }
 
