@@ -45,14 +45,16 @@ class Moves(Whereabouts):
         else:
             self.track.lead(vector, line)
         self.named.update(self.columns[c] for c in axes)
-        if motion in CYCLES:
+        # The control's own turn into a plane is no cut, whatever motion is in force.
+        positions = "G53.1" in block.g or (block.frame is not None and motion not in block.g)
+        if motion in CYCLES and not positions:
             self._go_deep(block)
             return
         target, local = self._target(block, of_machine="G53" in block.g)
         self._note_plane(target, line)
-        if motion in ("G2", "G3"):
+        if motion in ("G2", "G3") and not positions:
             self._go_round(target, local, block, before)
-        elif motion == "G1" and "G53.1" not in block.g:
+        elif motion == "G1" and not positions:
             self._go_straight(target, block, turns=self.track.vector != before)
         else:
             self.go_rapid(target, line, turns=self.track.vector != before)

@@ -124,3 +124,13 @@ def test_a_direction_in_a_standing_frame_is_refused_whatever_angles_came_before(
 def test_a_direction_ends_where_its_axes_go_to_places_of_the_machine(read):
     text = ISO + "G43.5 H1\nG0 X0 Y0 Z50 K1\nG1 X1 I.6 J0 K.8 F100\nG53 G0 A0 C0\nG1 X5\n"
     np.testing.assert_allclose(read(text).axis[-1], [0, 0, 1], atol=1e-12)
+
+
+@pytest.mark.parametrize("motion", ["L X+1 F100", "CC X+0 Y+1\nC X+0 Y+2 DR+ F100"])
+def test_the_turn_into_a_plane_is_no_cut_whatever_motion_is_in_force(read, motion):
+    plane = "PLANE SPATIAL SPA+0 SPB+90 SPC+0 TURN FMAX\nL X+1 Y+2 Z+3 R0 FMAX\nL Z-1 F100\n"
+    text = f"{KLARTEXT}{motion}\n{plane}"
+    path = read(text, "h")
+    np.testing.assert_allclose(path.tips(path.axis)[-2:], [[3, 2, -1], [-1, 2, -1]], atol=1e-12)
+    np.testing.assert_allclose(path.axis[-2:], [[1, 0, 0]] * 2, atol=1e-12)
+    assert path.cutting[-2:].tolist() == [False, True]
