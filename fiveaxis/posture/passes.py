@@ -25,8 +25,9 @@ from fiveaxis.posture.solution import Solution
 from fiveaxis.toolpath import TiltBounds, Toolpath
 
 # A step this many times as long as the median one leads to another pass; a ring is closed where its ends are
-# no farther apart than this many median steps.
-JUMP, CLOSED = 2.0, 1.5
+# no farther apart than this many median steps. One whose last row is its first again has no gap to move:
+# begun elsewhere it would leave a piece uncut, so it keeps its start.
+JUMP, CLOSED, AGAIN = 2.0, 1.5, 0.5
 # Ways between passes may be longer by this share than the longest there is, or than the nearest place asks.
 LONGER = 0.1
 # Places of a ring that are looked at as its start.
@@ -74,10 +75,21 @@ def find_rings(toolpath: Toolpath) -> list[Ring]:
     ends = np.append(np.flatnonzero(steps > JUMP * middle), len(toolpath) - 1)
     rings, first = [], 0
     for last in ends.tolist():
-        apart = float(np.linalg.norm(toolpath.pivot[last] - toolpath.pivot[first]))
-        rings.append(Ring(first, last, last - first >= 3 and apart <= CLOSED * middle))
+        rings.append(Ring(first, last, _is_one_turn(toolpath.pivot[first : last + 1], middle)))
         first = last + 1
     return rings
+
+
+def _is_one_turn(pivot: Array, step: float) -> bool:
+    """Tell whether a run, (m, 3) mm, comes back to its begin once, at its end, but for about a step.
+
+    Several turns that lie close above each other look like one run: begun elsewhere, lower ones would be cut
+    before upper ones.
+    """
+    if len(pivot) < 4:
+        return False
+    apart = np.linalg.norm(pivot - pivot[0], axis=1)
+    return bool(AGAIN * step < apart[-1] <= CLOSED * step and (apart[2:-2] > CLOSED * step).all())
 
 
 def choose_starts(problem: Problem, rings: list[Ring], rotary: Array, begin: int | None = None) -> list[int]:

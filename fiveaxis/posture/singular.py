@@ -56,8 +56,10 @@ class Cone:
         Raises
         ------
         SettingError
-            An angle outside 0…90°, or a rate below zero.
+            An angle outside 0…90°, a rate below zero, or a rate without an angle.
         """
+        if angle is None and rate:
+            raise SettingError(f"singular rate {rate:g} deg/mm belongs to a singular cone; give that too")
         if angle is None:
             return None
         if not 0.0 < angle < 90.0:

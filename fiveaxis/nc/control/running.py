@@ -20,6 +20,9 @@ from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.source import Source
 from fiveaxis.nc.units import Units
 
+# What a program says, in its first lines, whose rotary words LinuxCNC takes as wrapped.
+WRAPPED, HEAD = "WRAPPED_ROTARY", 100
+
 
 def run_program(
     source: Source,
@@ -48,6 +51,7 @@ def run_program(
     ToolpathError
         With file and line: whatever can't be read completely.
     """
+    _refuse_wrapped(source)
     offsets = WorkOffsets(options.program_zero, machine)
     modes = Modes(source, Units(source, options.unit), for_motion, offsets.knows)
     coordinates = Coordinates(machine, offsets)
@@ -67,6 +71,17 @@ def run_program(
     if end is not None:
         _count_rest(source, end, ignored)
     return interpreter
+
+
+def _refuse_wrapped(source: Source) -> None:
+    """Refuse a program that says that the signs of its rotary words are directions to turn in."""
+    for line, text in enumerate(source.lines[:HEAD], start=1):
+        if WRAPPED in text:
+            raise source.error(
+                f"{text.strip()[:60]!r}: rotary words count from 0 to 360 here, and their signs are "
+                "directions (winding modulo), which isn't read; write the program unwound",
+                line,
+            )
 
 
 def _begin(start: Mapping[str, float], machine: Machine, offsets: list[float]) -> Values:

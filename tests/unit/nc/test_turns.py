@@ -20,7 +20,7 @@ from fiveaxis.nc.turns import within_a_turn
 from fiveaxis.toolpath import MoveKind
 
 WORD = re.compile(r"([A-Z])(-?\d+(?:\.\d+)?)")
-SHORTER = replace(LINUXCNC, name="shorter", modulo="shorter", reset="")
+SHORTER = replace(LINUXCNC, name="shorter", modulo="shorter", reset="", winding_notes={})
 C_TOLERANCE = 2e-6  # deg: half a unit of the last decimal at both ends, and the place beside zero
 
 

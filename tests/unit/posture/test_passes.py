@@ -42,6 +42,21 @@ def test_a_run_that_does_not_return_is_open():
     assert find_rings(path)[1].starts().tolist() == [40]
 
 
+def test_turns_close_above_each_other_are_no_ring_and_keep_their_order(hayashi):
+    path = rings(count=6, step=0.5)
+    assert not any(ring.closed for ring in find_rings(path))
+    solution = optimise(path, hayashi, tilt=(15, 75), effort="quick", free_start=True)
+    np.testing.assert_array_equal(solution.toolpath.contact, path.contact)
+
+
+def test_a_ring_that_ends_on_its_first_point_leaves_no_piece_uncut(hayashi):
+    path = rings(count=1)
+    closed = path.at(np.append(np.arange(40), 0))
+    assert not find_rings(closed)[0].closed
+    solution = optimise(closed, hayashi, tilt=(15, 75), effort="quick", free_start=True)
+    assert solution.toolpath.lengths.sum() == pytest.approx(closed.lengths.sum())
+
+
 def test_a_ring_from_another_start_has_all_its_rows_in_order():
     ring = Ring(10, 15, True)
     assert ring.from_start(13).tolist() == [13, 14, 15, 10, 11, 12]

@@ -179,3 +179,8 @@ def test_an_axis_that_is_quick_enough_or_has_no_known_speed_is_not_named(hayashi
 def test_a_cone_that_can_not_be_is_refused(angle, rate):
     with pytest.raises(SettingError, match="singular cone"):
         Cone.of_degrees(angle, rate)
+
+
+def test_a_rate_without_a_cone_is_refused():
+    with pytest.raises(SettingError, match="belongs to a singular cone"):
+        Cone.of_degrees(None, 5.0)

@@ -553,3 +553,10 @@ def test_twenty_thousand_blocks_take_seconds_at_most(read, trunnion):
     motion = read(text, trunnion)
     assert len(motion) == 20_001
     assert time.perf_counter() - began < 5.0
+
+
+def test_a_program_of_wrapped_rotary_words_is_not_read_as_another_motion(tmp_path, trunnion):
+    path = tmp_path / "modulo.ngc"
+    path.write_text("(needs WRAPPED_ROTARY = 1)\nG21 G90 G0 X0 Y0 Z0 A0 C359\nG1 C1 F100\n")
+    with pytest.raises(ToolpathError, match=r"modulo.ngc:1: .*which isn't read; write the program unwound"):
+        read_program(path, trunnion)
