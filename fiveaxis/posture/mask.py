@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
@@ -21,6 +22,42 @@ from fiveaxis.posture.problem import Problem
 from fiveaxis.posture.search import shortest_path
 
 MaskFunction = Callable[[IntArray, Array], BoolArray]
+
+
+@runtime_checkable
+class RoughMask(Protocol):
+    """A mask that can also answer quickly and less exactly, which keeps searches off what it refuses.
+
+    A mask need be no more than a function. Where it has a method `rough` too, as one with a map of tool
+    directions has, global searches ask that about every posture they look at: some 10⁵ to 10⁷, many at once,
+    about locations far apart. Of a mask without it such a map is made by asking it on a grid.
+
+    Every answer must depend on the question alone, never on what was asked before. Questions come one at a
+    time, from any thread. A rotary axis that turns without end may stand on any turn.
+    """
+
+    def __call__(self, rows: IntArray, rotary: Array, /) -> BoolArray:
+        """Tell exactly which postures are admissible; the last word on every location of the path.
+
+        Parameters
+        ----------
+        rows : (m,), locations of the path, in any order and repeated
+        rotary : (m, 2), rad, chain order
+
+        Returns
+        -------
+        (m,), True where admissible
+        """
+        ...
+
+    def rough(self, rows: IntArray, rotary: Array, /) -> BoolArray:
+        """Tell about which postures are admissible; parameters and answer as above.
+
+        Wrong answers make a path dearer, never wrong. Rather too strict than too lax: a posture that is
+        admitted here and refused exactly has to be mended afterwards.
+        """
+        ...
+
 
 # How often a lattice is searched again after states were forbidden.
 MOST_LOOKS = 40
