@@ -15,10 +15,12 @@ from fiveaxis.geometry import Array
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Motion, follow, peak_rates
 from fiveaxis.posture.budget import budget_of
+from fiveaxis.posture.mask import MaskFunction
 from fiveaxis.posture.optimiser import optimise
 from fiveaxis.posture.portfolio import Portfolio, Progress
 from fiveaxis.posture.problem import ALLOWED, Problem
-from fiveaxis.posture.solution import Solution
+from fiveaxis.posture.singular import Cone, turning_within, with_findings
+from fiveaxis.posture.solution import Solution, Stage
 from fiveaxis.toolpath import Toolpath
 
 # The price at which all bends cost as much as all travel is the middle of the sweep: from a hundredth of it …
@@ -27,6 +29,8 @@ FAINTEST = 0.01
 STRONGEST = 100.0
 # A way shorter than this, mm, tells no turn per mm.
 SHORTEST_WAY = 1e-3
+# Codes of findings about a path's postures (`with_findings`).
+OF_POSTURES = ("singular-turn", "singular-crossing", "rotary-slows")
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,6 +42,7 @@ class FrontPoint:
     smoothing : J/rad², price of bends that it was found with
     time_price : W, price of delay that it was found with
     motion, energy : the solution
+    cost : J, of the path without a price on bends: travel, and delay at the price it has at the first point
     bend : rad², Σ‖Δρ‖² over all moves
     steepest : rad/mm, largest turn of a rotary axis over the way of the pivot in a cutting move
     fastest : rad/s, highest mean speed of a rotary axis in a move
@@ -47,6 +52,7 @@ class FrontPoint:
     time_price: float
     motion: Motion
     energy: Energy
+    cost: float
     bend: float
     steepest: float
     fastest: float
@@ -57,6 +63,7 @@ class FrontPoint:
             "smoothing_J_rad2": self.smoothing,
             "time_price_W": self.time_price,
             "energy_J": self.energy.total,
+            "cost_J": self.cost,
             "bend_rad2": self.bend,
             "steepest_deg_mm": float(np.degrees(self.steepest)),
             "time_s": self.energy.time,
@@ -70,9 +77,10 @@ class Front:
 
     Parameters
     ----------
-    points : by growing energy; the first is the cheapest, the last the smoothest
+    points : by growing cost, which is the energy where time has no price; the first is the solution, the last
+        the smoothest
     dominated : how many solutions were found that another one beats in everything
-    solution : the optimum without a price on bends, with its baselines
+    solution : the cheapest path that was found for any point, with its baselines
     """
 
     points: tuple[FrontPoint, ...]
@@ -108,7 +116,7 @@ def find_front(
 ) -> Front:
     """Find solutions between the cheapest path and the smoothest one asked for.
 
-    The first is what `optimise` finds. The others have a growing price on bends, and on delay where the
+    The first is what `optimise` finds, or a cheaper path met on the way. The others have a growing price on bends, and on delay where the
     machine's highest speeds are known. Each is searched for, and refined from its neighbours' paths, once on
     the way up and once on the way down; the cheapest of the three is kept. A path from a neighbour alone may
     lie in a poor valley: what is cheap without a price on bends needn't become the best steady path.
@@ -149,25 +157,64 @@ def find_front(
             "limits, or split the path"
         )
     problems = _priced(posed, _shares(solution, n, smoothest), solution)
+    cone = Cone.of_degrees(options.get("singular_cone"), options.get("singular_rate", 0.0))
+    allowed = _allowing(solution, cone, options.get("mask"))
     budget = options.get("budget") or budget_of(options.get("effort", "normal"))
 
     def found(number: int, start: Array | None) -> Array | None:
         run = Portfolio(problems[number], budget, progress)
-        if start is not None:
-            return run.refined_from(f"point {number + 1} of {n}", start)
         try:
-            return run.best_path({})
+            path = (
+                run.best_path({}) if start is None else run.refined_from(f"point {number + 1} of {n}", start)
+            )
         except Infeasible:
             return None
+        return path if allowed(path) else None
 
     with threadpool_limits(limits=1):
         paths = _swept(problems, solution.motion.positions[:, driven.rotary_columns], found)
     points = [
-        _point(driven, path, follow(path, driven, rotary), problem)
+        _point(driven, path, follow(path, driven, rotary), problem, posed)
         for rotary, problem in zip(paths, problems, strict=True)
     ]
     kept = _undominated(points)
-    return Front(tuple(kept), len(points) - len(kept), solution)
+    return Front(tuple(kept), len(points) - len(kept), _led_by(solution, kept[0], cone))
+
+
+def _allowing(solution: Solution, cone: Cone | None, mask: MaskFunction | None) -> Callable[[Array], bool]:
+    """Make what tells whether a path, (n, 2) rad, keeps what isn't in the problem: the cone and the mask."""
+    path, machine = solution.toolpath, solution.machine
+    rows = np.arange(len(path))
+
+    def turned(rotary: Array) -> float:
+        if cone is None:
+            return 0.0
+        return float(np.abs(np.diff(rotary[:, 0]))[turning_within(path, machine, rotary, cone)].sum())
+
+    # Where the solution itself couldn't hold the axis, no path has to.
+    most = turned(solution.motion.positions[:, machine.rotary_columns])
+
+    def allowed(rotary: Array) -> bool:
+        return turned(rotary) <= most and (mask is None or bool(np.all(mask(rows, rotary))))
+
+    return allowed
+
+
+def _led_by(solution: Solution, point: FrontPoint, cone: Cone | None) -> Solution:
+    """Put the front's cheapest path in place of the one that the sweep began with."""
+    if np.array_equal(point.motion.positions, solution.motion.positions):
+        return solution
+    # What was said of the other path isn't true of this one.
+    kept = tuple(f for f in solution.toolpath.findings if f.code not in OF_POSTURES)
+    stage = Stage("front", "cheapest of its paths", 0, solution.energy.total, point.energy.total)
+    cheaper = replace(
+        solution,
+        toolpath=replace(solution.toolpath, findings=kept),
+        motion=point.motion,
+        energy=point.energy,
+        stages=(*solution.stages, stage),
+    )
+    return with_findings(cheaper, cone)
 
 
 def _shares(solution: Solution, n: int, smoothest: float | None) -> Array:
@@ -209,6 +256,8 @@ def _swept(
         paths.append(_cheapest(problems[number], neighbour, *tried))
     for number in range(len(problems) - 2, -1, -1):
         paths[number] = _cheapest(problems[number], paths[number], found(number, paths[number + 1]))
+    # What is found for steadiness may be the cheapest of all, as each search ends in a valley of its own.
+    paths[0] = _cheapest(problems[0], *paths)
     return paths
 
 
@@ -224,7 +273,9 @@ def _objective(problem: Problem, rotary: Array) -> float:
     return problem.cost(problem.positions(slice(None), rotary))
 
 
-def _point(machine: Machine, toolpath: Toolpath, motion: Motion, problem: Problem) -> FrontPoint:
+def _point(
+    machine: Machine, toolpath: Toolpath, motion: Motion, problem: Problem, unpriced: Problem
+) -> FrontPoint:
     turn = np.abs(motion.moves[:, machine.rotary_columns]).max(axis=1)
     cuts = toolpath.cutting & (toolpath.lengths > SHORTEST_WAY)
     return FrontPoint(
@@ -232,6 +283,7 @@ def _point(machine: Machine, toolpath: Toolpath, motion: Motion, problem: Proble
         time_price=problem.time_price,
         motion=motion,
         energy=motion_energy(machine, motion),
+        cost=unpriced.cost(motion.positions),
         bend=_bend(motion, machine),
         steepest=float(np.max(turn[cuts] / toolpath.lengths[cuts], initial=0.0)),
         fastest=max(rate.speed for rate in peak_rates(machine, motion).values()),
@@ -244,10 +296,10 @@ def _bend(motion: Motion, machine: Machine) -> float:
 
 def _undominated(points: Sequence[FrontPoint]) -> list[FrontPoint]:
     """Keep what no other point beats, cheapest first; of equals the first."""
-    figures = np.array([(p.energy.total, p.bend, p.energy.time) for p in points])
+    figures = np.array([(p.cost, p.energy.total, p.bend, p.energy.time) for p in points])
     kept = []
     for i, own in enumerate(figures):
         beaten = (figures <= own).all(axis=1) & ((figures < own).any(axis=1) | (np.arange(len(figures)) < i))
         if not beaten.any():
             kept.append(points[i])
-    return sorted(kept, key=lambda p: p.energy.total)
+    return sorted(kept, key=lambda p: p.cost)

@@ -27,10 +27,40 @@ def found(hayashi):
 
 def test_the_ends_are_the_optimum_and_the_smoothest_asked_for(found):
     assert found.points[0].smoothing == 0.0
-    assert found.points[0].energy.total <= found.solution.energy.total * (1 + 1e-9)
+    assert found.points[0].energy.as_dict() == found.solution.energy.as_dict()
     assert found.points[-1].smoothing == pytest.approx(max(p.smoothing for p in found.points))
     assert found.points[-1].bend < 0.9 * found.points[0].bend
     assert len(found.points) + found.dominated == 5
+
+
+def test_a_cheaper_path_met_on_the_way_is_the_solution(found, hayashi, monkeypatch):
+    """The first optimum is spoilt, so that the sweep finds a better one."""
+
+    def spoilt(*args, **options):
+        poor = optimise(*args, smoothing=3000.0, **options)
+        return replace(poor, problem=replace(poor.problem, bend_price=np.zeros(len(poor.problem) - 1)))
+
+    monkeypatch.setattr("fiveaxis.posture.front.optimise", spoilt)
+    poor = spoilt(wall(), hayashi, tilt=(15, 75), effort="quick")
+    front = find_front(wall(), hayashi, 3, tilt=(15, 75), effort="quick")
+    first = front.points[0]
+    assert first.cost == min(p.cost for p in front.points) == pytest.approx(front.solution.energy.total)
+    assert front.solution.energy.total < poor.energy.total * (1 - 1e-3)
+    assert np.array_equal(front.solution.motion.positions, first.motion.positions)
+    assert front.solution.stages[-1].name == "front"
+
+
+def test_a_point_that_the_mask_refuses_is_none(hayashi):
+    """A mask that admits what `optimise` found, and nothing else that differs by a tenth of a degree."""
+    alone = optimise(wall(), hayashi, tilt=(15, 75), effort="quick")
+    kept = alone.motion.positions[:, hayashi.rotary_columns]
+
+    def mask(rows, rotary):
+        return (np.abs(rotary - kept[rows]) < np.radians(0.1)).all(axis=1)
+
+    front = find_front(wall(), hayashi, 4, tilt=(15, 75), effort="quick", mask=mask)
+    for p in front.points:
+        assert mask(np.arange(60), p.motion.positions[:, hayashi.rotary_columns]).all()
 
 
 def test_a_point_that_costs_more_is_steadier(found):
@@ -55,6 +85,15 @@ def test_a_point_is_no_worse_than_a_search_at_its_own_price(found, hayashi):
     columns = hayashi.rotary_columns
     searched = alone.energy.total + point.smoothing * float((alone.motion.moves[:, columns] ** 2).sum())
     assert point.energy.total + point.smoothing * point.bend <= searched * (1 + 1e-9)
+
+
+def test_where_time_has_a_price_the_solution_is_the_cheapest_with_it(trunnion, hayashi):
+    machine = trunnion.with_drives_of(hayashi)
+    path = Toolpath.from_contacts(wall().contact, wall().normal, Tool.ball(6), feed_mm_min=3000.0)
+    front = find_front(path, machine, 3, tilt=(15, 75), effort="quick", time_price=500.0)
+    cost = [p.cost for p in front.points]
+    assert cost == sorted(cost)
+    assert front.solution.problem.cost(front.solution.motion.positions) == cost[0]
 
 
 def test_where_speeds_are_known_delay_grows_dearer_too_and_time_shrinks(trunnion, hayashi):
@@ -95,7 +134,7 @@ def test_a_front_that_makes_no_sense_is_refused(hayashi, options, what):
 def point(found, energy: float, bend: float, time: float) -> FrontPoint:
     first = found.points[0]
     by_axis = dict.fromkeys(first.energy.by_axis, 0.0) | {"X": energy}
-    return replace(first, energy=replace(first.energy, by_axis=by_axis, time=time), bend=bend)
+    return replace(first, energy=replace(first.energy, by_axis=by_axis, time=time), cost=energy, bend=bend)
 
 
 def test_what_another_point_beats_in_everything_is_left_out_and_of_equals_one_stays(found):
