@@ -116,10 +116,11 @@ def find_front(
 ) -> Front:
     """Find solutions between the cheapest path and the smoothest one asked for.
 
-    The first is what `optimise` finds, or a cheaper path met on the way. The others have a growing price on bends, and on delay where the
-    machine's highest speeds are known. Each is searched for, and refined from its neighbours' paths, once on
-    the way up and once on the way down; the cheapest of the three is kept. A path from a neighbour alone may
-    lie in a poor valley: what is cheap without a price on bends needn't become the best steady path.
+    The first is what `optimise` finds, or a cheaper path met on the way. The others have a growing price on
+    bends, and on delay where the machine's highest speeds are known. Each is searched for, and refined from
+    its neighbours' paths, once on the way up and once on the way down; the cheapest of the three is kept. A
+    path from a neighbour alone may lie in a poor valley: what is cheap without a price on bends needn't
+    become the best steady path.
 
     Parameters
     ----------
