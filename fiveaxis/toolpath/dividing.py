@@ -27,7 +27,22 @@ def divide(toolpath: Toolpath, parts: IntArray, along: Array | None = None) -> T
     -------
     1 + Σ parts locations, the given ones among them
     """
-    row = divided_rows(parts)
+    return through(toolpath, divided_rows(parts), along)
+
+
+def through(toolpath: Toolpath, row: Array, along: Array | None = None) -> Toolpath:
+    """Lead a path through places of its own, counted in rows: 3.25 lies between locations 3 and 4.
+
+    Parameters
+    ----------
+    toolpath : n locations
+    row : (m,), within 0 … n − 1, growing
+    along : as for `divide`
+
+    Returns
+    -------
+    m locations; those between two of the given ones are as `divide` inserts them
+    """
     owner = np.ceil(row).astype(np.int64)
     path = toolpath.at(owner)
     given = (row == owner)[:, None]
