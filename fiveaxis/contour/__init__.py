@@ -1,8 +1,18 @@
 """Finishing passes of a ball end mill on a mesh, and the contacts of programmed paths."""
 
 from fiveaxis.contour.mesh import load_mesh
-from fiveaxis.contour.planner import plan_contour
+from fiveaxis.contour.options import PlanOptions
+from fiveaxis.contour.planner import Plan, plan_contour, plan_passes
 from fiveaxis.contour.quality import PlanReport, path_quality
 from fiveaxis.contour.touching import find_contacts
 
-__all__ = ["PlanReport", "find_contacts", "load_mesh", "path_quality", "plan_contour"]
+__all__ = [
+    "Plan",
+    "PlanOptions",
+    "PlanReport",
+    "find_contacts",
+    "load_mesh",
+    "path_quality",
+    "plan_contour",
+    "plan_passes",
+]

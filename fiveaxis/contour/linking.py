@@ -14,9 +14,13 @@ from fiveaxis.contour.passes import FEWEST_CONTACTS, Pass
 from fiveaxis.contour.shortening import Links, shortened
 from fiveaxis.contour.ways import Lead, Linker
 from fiveaxis.geometry import Array, IntArray
+from fiveaxis.toolpath.passes import PassEnd
 
 # So many contacts of a pass are tried as its start (or end), until one has a way to the clearance plane.
 STARTS = 8
+# mm: largest distance of locations on a link. The tool leans while it crosses over, and what the axes must do
+# for that is seen at the locations only.
+LINK_SPACING = 2.0
 NOWHERE = np.empty((0, 3))
 
 
@@ -45,13 +49,17 @@ class _Ready:
     departure: Lead
     number: int
 
+    def ends(self) -> tuple[PassEnd, PassEnd]:
+        """Where the pass begins and where it ends."""
+        return _end_of(self.cut, 0, 1), _end_of(self.cut, -1, -2)
+
     def first(self) -> tuple[Array, Array]:
         """Where a link ends: the ball's centre, (3,) mm, and the normal of the first contact."""
-        return np.vstack([self.cut.centres[:1], self.arrival.arc])[-1], self.cut.contacts.normals[0]
+        return _foot(self.ends()[0], self.arrival)
 
     def last(self) -> tuple[Array, Array]:
         """Where a link begins: the ball's centre, (3,) mm, and the normal of the last contact."""
-        return np.vstack([self.cut.centres[-1:], self.departure.arc])[-1], self.cut.contacts.normals[-1]
+        return _foot(self.ends()[1], self.departure)
 
 
 @dataclass(frozen=True, eq=False)
@@ -154,10 +162,27 @@ def shorten_links(opened: Linking, below: Sequence[Sequence[int]]) -> list[int]:
 
 def link_between(before: _Ready, this: _Ready, linker: Linker) -> Array:
     """Centres between the last contact of one pass and the first of the next, (k, 3) mm."""
-    departure, arrival = before.departure, this.arrival
-    short = linker.shortcut(before.last(), this.first())
+    leaving, arriving = before.ends()[1], this.ends()[0]
+    return lay_link((leaving, before.departure), (arriving, this.arrival), linker)
+
+
+def lay_link(leaving: tuple[PassEnd, Lead], arriving: tuple[PassEnd, Lead], linker: Linker) -> Array:
+    """Lay the centres between the end of one pass and the start of another, with their leads, (k, 3) mm."""
+    departure, arrival = leaving[1], arriving[1]
+    short = linker.shortcut(_foot(*leaving), _foot(*arriving))
     over = np.vstack([departure.way, arrival.way[::-1]]) if short is None else short
     return np.vstack([departure.arc, over, arrival.arc[::-1]])
+
+
+def _foot(end: PassEnd, lead: Lead) -> tuple[Array, Array]:
+    """Where a link meets a lead: the ball's centre, (3,) mm, and the normal of the contact."""
+    return np.vstack([end.pivot[None], lead.arc])[-1], end.normal
+
+
+def _end_of(cut: Pass, end: int, inner: int) -> PassEnd:
+    """Describe an end of an opened pass by its row and the row next to it."""
+    centres = cut.centres
+    return PassEnd(centres[end], cut.contacts.normals[end], centres[end] - centres[inner])
 
 
 def _way(link: Array, before: _Ready, this: _Ready) -> float:
@@ -170,12 +195,10 @@ def _leads(
     cut: Pass, ways: tuple[Array, Array], linker: Linker, radii: tuple[float, float]
 ) -> tuple[Lead, Lead]:
     """Put arcs between a pass's ends and their ways, where there is room."""
-    centres, normals = cut.centres, cut.contacts.normals
     leads = [Lead(NOWHERE, way) for way in ways]
-    for k, (end, inner) in enumerate(((0, 1), (-1, -2))):
+    for k, end in enumerate((_end_of(cut, 0, 1), _end_of(cut, -1, -2))):
         if radii[k] > 0.0:
-            outward = centres[end] - centres[inner]
-            leads[k] = linker.lead((centres[end], normals[end]), outward, radii[k]) or leads[k]
+            leads[k] = linker.lead((end.pivot, end.normal), end.outward, radii[k]) or leads[k]
     return leads[0], leads[1]
 
 

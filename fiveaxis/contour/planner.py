@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,11 +13,19 @@ import numpy as np
 from fiveaxis.contour.contacts import sample_loop
 from fiveaxis.contour.distance import BallSpace, TriangleTree
 from fiveaxis.contour.levels import scallop_levels, section_levels
-from fiveaxis.contour.linking import LinkedPass, Linking, free_start, open_passes, shorten_links
+from fiveaxis.contour.linking import (
+    LINK_SPACING,
+    LinkedPass,
+    Linking,
+    free_start,
+    open_passes,
+    shorten_links,
+)
 from fiveaxis.contour.mesh import check_mesh, load_mesh
 from fiveaxis.contour.options import Direction, Order, PlanOptions, Strategy
 from fiveaxis.contour.ordering import Queue, by_levels, in_order, islands
 from fiveaxis.contour.passes import Pass, split_passes
+from fiveaxis.contour.relinking import Relinker
 from fiveaxis.contour.sections import section_loops
 from fiveaxis.contour.spiral import Turns, join_spirals
 from fiveaxis.contour.surface import Surface
@@ -26,18 +34,30 @@ from fiveaxis.contour.ways import Linker
 from fiveaxis.errors import MeshError
 from fiveaxis.geometry import Array, IntArray
 from fiveaxis.toolpath import MoveKind, Tool, Toolpath, divide
+from fiveaxis.toolpath.passes import Passes
 
 if TYPE_CHECKING:
     import trimesh
 
 Progress = Callable[[int, int], None]
-# mm: largest distance of locations on a link. The tool leans while it crosses over, and what the axes must do
-# for that is seen at the locations only.
-LINK_SPACING = 2.0
 # Rings of spirals are sampled a little finer: the way down makes each of their steps longer.
 SPIRAL_SPACING = 0.97
 # An order by islands is improved so often.
 RETRIES = 2
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """A planned path, and what its planner knows beyond it.
+
+    Parameters
+    ----------
+    toolpath : the path
+    passes : its passes, with a way to link them anew where they begin elsewhere
+    """
+
+    toolpath: Toolpath
+    passes: Passes
 
 
 def plan_contour(
@@ -118,23 +138,39 @@ def plan_contour(
         strategy, stepdown, stepover, scallop, raster_angle, spacing, overhang, spiral, direction, order,
         lead_in, lead_out, min_length, feed_mm_min, clearance,
     )  # fmt: skip
+    return plan_passes(part, tool, options, allow_open=allow_open, progress=progress).toolpath
+
+
+def plan_passes(
+    part: str | Path | trimesh.Trimesh,
+    tool: Tool,
+    options: PlanOptions,
+    *,
+    allow_open: bool = False,
+    progress: Progress | None = None,
+) -> Plan:
+    """Plan as `plan_contour` does, and hand out how to link the passes where they begin elsewhere.
+
+    Its `Plan.passes` is what ``optimise(..., free_start=...)`` wants for passes that are reached by links.
+    """
     options.check_tool(tool)
     name, mesh = _mesh(part, allow_open)
     surface = Surface.from_mesh(mesh)
     options.check_size(float(np.ptp(surface.bounds, axis=0).max()), tool.radius)
     space = BallSpace(TriangleTree.build(surface.triangles), tool.radius)
     levels, left_out = _cut_levels(surface, space, options, progress)
-    linker = Linker(space, surface.bounds, clearance)
-    if spiral:
-        turns = Turns(surface, space, spacing)
+    linker = Linker(space, surface.bounds, options.clearance)
+    if options.spiral:
+        turns = Turns(surface, space, options.spacing)
         levels, apart = join_spirals(levels, turns, options.frame[2], lambda ring: free_start(ring, linker))
         left_out += apart
     opened = _opened(levels, linker, options)
     linked = opened.joined()
     left_out += opened.left_out
     if not linked:
-        raise MeshError(_nothing_left(surface, left_out, tool, overhang=overhang), file=name)
-    return _toolpath(linked, tool, options, name, left_out)
+        raise MeshError(_nothing_left(surface, left_out, tool, overhang=options.overhang), file=name)
+    path, first, last = _toolpath(linked, tool, options, name, left_out)
+    return Plan(path, Passes(first, last, Relinker.like(opened, options.lead_in, options.lead_out)))
 
 
 def _mesh(part: str | Path | trimesh.Trimesh, allow_open: bool) -> tuple[str, trimesh.Trimesh]:
@@ -225,7 +261,8 @@ def _nothing_left(surface: Surface, left_out: Counter[str], tool: Tool, *, overh
 
 def _toolpath(
     linked: list[LinkedPass], tool: Tool, options: PlanOptions, name: str, left_out: Counter[str]
-) -> Toolpath:
+) -> tuple[Toolpath, IntArray, IntArray]:
+    """Make one path of passes and links; with the rows at which each pass begins and ends."""
     pivot, contact, normal, kind = (
         np.concatenate(column) for column in zip(*map(_rows, linked), strict=True)
     )
@@ -244,8 +281,13 @@ def _toolpath(
     )
     in_air = path.kind[1:] == MoveKind.LINK
     parts = np.where(in_air, np.ceil(path.lengths[1:] / LINK_SPACING), 1.0).astype(np.int64)
-    path = divide(path, np.maximum(parts, 1))
-    return replace(path, source=np.arange(1, len(path) + 1))
+    parts = np.maximum(parts, 1)
+    path = divide(path, parts)
+    ends = np.cumsum([len(p.approach) + len(p.cut) + len(p.retreat) for p in linked])
+    last = ends - 1 - [len(p.retreat) for p in linked]
+    row = np.concatenate([[0], np.cumsum(parts)])
+    first, last = row[last + 1 - [len(p.cut) for p in linked]], row[last]
+    return replace(path, source=np.arange(1, len(path) + 1)), first, last
 
 
 def _rows(linked: LinkedPass) -> tuple[Array, Array, Array, IntArray]:
