@@ -23,9 +23,43 @@ def retreats(
 ) -> Array:
     """Measure how far the tool must back off along its axis before a rotary axis makes whole turns.
 
+    As `ways_clear`, within the limits of the linear axes.
+
+    Returns
+    -------
+    (m,), mm; infinite where no way within the limits of the linear axes leads clear
+    """
+    way = ways_clear(toolpath, machine, rotary, column, rows, clearance)
+    low, high = machine.low[machine.linear_columns], machine.high[machine.linear_columns]
+    # In between they are within limits too, being linear in the tip.
+    ends = way_ends(toolpath, machine, rotary, rows, np.where(np.isfinite(way), way, 0.0))
+    inside = (ends >= low - ON_LIMIT) & (ends <= high + ON_LIMIT)
+    return np.where(inside.all(axis=(0, 2)), way, np.inf)
+
+
+def way_ends(toolpath: Toolpath, machine: Machine, rotary: Array, rows: IntArray, way: Array) -> Array:
+    """Solve the linear axes at locations and backed off from them, (2, m, linear axes) mm.
+
+    Parameters
+    ----------
+    rotary : (n, 2), rad, chain order
+    rows : (m,), locations
+    way : (m,), mm, along the tool's axis
+    """
+    axis = tool_axes(machine, rotary)
+    tip = toolpath.tips(axis)[rows]
+    ends = [linear_positions(machine, tip + w[:, None] * axis[rows], rotary[rows]) for w in (0.0 * way, way)]
+    return np.stack(ends)[..., machine.linear_columns]
+
+
+def ways_clear(
+    toolpath: Toolpath, machine: Machine, rotary: Array, column: int, rows: IntArray, clearance: float
+) -> Array:
+    """Measure how far the tool backs off along its axis until a rotary axis may make whole turns.
+
     What must stay clear is a sphere about everything that the path cuts; it is centred on the axis that
     turns if the workpiece sits on that one, so the turn leaves it where it is. The tool is a ray as thick as
-    its thickest part. Table, fixture and what else stands around aren't known here.
+    its thickest part. Table, fixture and what else stands around aren't known here, nor any limit.
 
     Parameters
     ----------
@@ -36,7 +70,7 @@ def retreats(
 
     Returns
     -------
-    (m,), mm; infinite where no way within the limits of the linear axes leads clear
+    (m,), mm; infinite where none was found
     """
     tip = toolpath.tips(tool_axes(machine, rotary))
     on_table = machine.chain.joints[0].letter == machine.axes[column].letter
@@ -46,15 +80,14 @@ def retreats(
     axis = tool_axes(machine, rotary)
     least = _way_out(tip - centre, axis, reach)
     if on_table:
-        return np.where(_within(machine, tip + least[:, None] * axis, rotary), least, np.inf)
+        return least
     found = np.full(len(rows), np.inf)
     for share in TRIED:
         # From outside the sphere there is no way out to lengthen, but the turn may sweep the tool into it.
         way = share * np.maximum(least, clearance) if share > TRIED[0] else least
         clear = _turns_clear(machine, tip + way[:, None] * axis, rotary, column, (centre, reach))
         found = np.where(np.isinf(found) & clear, way, found)
-    placed = _within(machine, tip + np.where(np.isinf(found), 0.0, found)[:, None] * axis, rotary)
-    return np.where(placed, found, np.inf)
+    return found
 
 
 def _sphere(points: Array, machine: Machine, on_table: bool) -> tuple[Array, float]:
@@ -88,11 +121,3 @@ def _turns_clear(
         swept, axis = tool_poses(machine, turned)
         clear &= _way_out(swept - sphere[0], axis, sphere[1]) <= ROUNDING
     return clear
-
-
-def _within(machine: Machine, tip: Array, rotary: Array) -> BoolArray:
-    """Tell where the linear axes are within their limits; in between they are, being linear in the tip."""
-    linear = machine.linear_columns
-    positions = linear_positions(machine, tip, rotary)[:, linear]
-    inside = (positions >= machine.low[linear] - ON_LIMIT) & (positions <= machine.high[linear] + ON_LIMIT)
-    return np.asarray(inside.all(axis=1))

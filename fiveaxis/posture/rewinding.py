@@ -6,21 +6,20 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fiveaxis.energy import travel_costs
 from fiveaxis.errors import Infeasible
 from fiveaxis.findings import Finding, Severity
-from fiveaxis.geometry import Array, IntArray
-from fiveaxis.kinematics import linear_positions, tool_axes
+from fiveaxis.geometry import Array, BoolArray, IntArray
+from fiveaxis.kinematics import tool_axes
 from fiveaxis.kinematics.windings import TURN
 from fiveaxis.machine import Machine
-from fiveaxis.posture.retreat import retreats
+from fiveaxis.posture.no_rewind import why_no_rewind
+from fiveaxis.posture.seams import Course, with_seams
+from fiveaxis.posture.stops import Stops, find_stops, link_feed, turn_feed
 from fiveaxis.posture.winding import plan_turns, winding_columns
 from fiveaxis.toolpath import MoveKind, TiltBounds, Toolpath
 
 # mm, between tool and part while an axis rewinds.
 CLEARANCE = 10.0
-# J: a rewind that interrupts a cut leaves a mark, so it is taken only where there is no other.
-CUT_PRICE = 1e9
 
 
 @dataclass(frozen=True)
@@ -29,7 +28,7 @@ class Rewind:
 
     Parameters
     ----------
-    row : of the path without rewinds: the stop is after this location
+    place : of the stop on the path without rewinds, in rows: at location 3, or at 3.25 between 3 and 4
     axis : letter
     turns : whole turns, signed
     retract : mm, that the tool backs off along its axis first and comes back afterwards
@@ -37,7 +36,7 @@ class Rewind:
     energy, time : J of the travel metric, and s
     """
 
-    row: int
+    place: float
     axis: str
     turns: int
     retract: float
@@ -54,19 +53,26 @@ class Rewound:
     ----------
     toolpath : the locations, and those of the rewinds
     rotary : (m, 2), rad, chain order, inside the limits of the axes that wind
-    rows : (m,), row of the path without rewinds that each location is, or stands at
+    place : (m,), where on the path without rewinds each location is, or stands at, in rows: 3.25 lies between
+        locations 3 and 4
+    own : (m,), whether it is a location of the path without rewinds
     rewinds : in path order
     """
 
     toolpath: Toolpath
     rotary: Array
-    rows: IntArray
+    place: Array
+    own: BoolArray
     rewinds: tuple[Rewind, ...]
 
+    @property
+    def rows(self) -> IntArray:
+        """(m,), row of the path without rewinds that each location is, stands at, or is on the way to."""
+        return np.ceil(self.place).astype(np.int64)
+
     def bounds(self, tilt: TiltBounds) -> TiltBounds:
-        """Give the bounds on the lean, made for the path without rewinds, for this one; links are free."""
-        link = np.diff(self.rows, prepend=-1) == 0
-        free = np.where(link[:, None], np.nan, 0.0)
+        """Give the bounds on the lean, made for the path without rewinds, for this one; the rest is free."""
+        free = np.where(self.own[:, None], 0.0, np.nan)
         here = [replace(b, reference=b.reference[self.rows] + free, beside=()) for b in tilt.all]
         return replace(here[0], beside=tuple(here[1:]))
 
@@ -82,7 +88,7 @@ class Rewound:
 
     def findings(self) -> list[Finding]:
         """Say of every rewind where it is and what it costs; code ``rewind``."""
-        first_rows = np.searchsorted(self.rows, [r.row for r in self.rewinds])
+        first_rows = np.searchsorted(self.place, [r.place for r in self.rewinds])
         return [
             Finding(
                 Severity.WARNING if r.in_cut else Severity.NOTE,
@@ -119,7 +125,9 @@ def rewound(
     """Put a path that winds without end into the limits, with as cheap rewinds as there are.
 
     A rewind stands where the tool is already clear of what the path cuts, or where it can back off along
-    its own axis (`retreats`). One that interrupts a cut is taken only where none between cuts will do.
+    its own axis (`fiveaxis.posture.retreat`). One that interrupts a cut is taken only where none between cuts
+    will do. Where two turns are open to an axis between two locations only, as with exactly one turn, it
+    stands there (`with_seams`).
 
     Parameters
     ----------
@@ -132,123 +140,59 @@ def rewound(
     Infeasible
         The path winds further than an axis can, and there is no place to rewind.
     """
-    arriving, leaving = rotary.copy(), rotary.copy()
-    rewinds: list[Rewind] = []
-    for column in winding_columns(machine):
-        which = machine.rotary_columns.index(column)
-        limits = machine.axes[column].limits
-        stops = _stops(toolpath, machine, rotary, column, clearance, time_price)
-        turns = plan_turns(rotary[:, which], (limits.low, limits.high), stops.price, stops.up, stops.down)
+    columns = winding_columns(machine)
+    course = with_seams(toolpath, machine, rotary, columns)
+    arriving, leaving = course.rotary.copy(), course.rotary.copy()
+    rewinds: list[tuple[int, Rewind]] = []
+    for column in columns:
+        which, limits = machine.rotary_columns.index(column), machine.axes[column].limits
+        stops = find_stops(course.toolpath, machine, course.rotary, column, clearance, time_price)
+        angles = course.rotary[:, which]
+        turns = plan_turns(angles, (limits.low, limits.high), stops.price, stops.up, stops.down)
         if turns is None:
-            raise Infeasible(*_no_stop(toolpath, machine, rotary, column))
+            raise Infeasible(*why_no_rewind(course, machine, column, clearance))
         before, after = turns
         arriving[:, which] += TURN * before
         leaving[:, which] += TURN * after
-        rewinds += [stops.rewind(int(i), int(after[i] - before[i])) for i in np.flatnonzero(after - before)]
-    return _inserted(toolpath, machine, (arriving, leaving), sorted(rewinds, key=lambda r: r.row))
+        rows = np.flatnonzero(after - before)
+        rewinds += [(int(i), _rewind(stops, course, int(i), int(after[i] - before[i]))) for i in rows]
+    return _inserted(course, machine, (arriving, leaving), sorted(rewinds, key=lambda r: r[0]))
 
 
-@dataclass(frozen=True, eq=False)
-class _Stops:
-    """What rewinding one axis costs at each location.
-
-    Parameters
-    ----------
-    axis : letter
-    retract : (n,), mm; infinite where there is no room
-    energy : (n,), J, of backing off and coming back
-    up, down : (n,), J, of each turn, with its time's price
-    turn_energy : (2,), J, of one turn forwards and back, without it
-    times : s, of one turn and (n,) of backing off and coming back
-    in_cut : (n,)
-    price : (n,), J, what `plan_turns` counts
-    """
-
-    axis: str
-    retract: Array
-    energy: Array
-    up: Array
-    down: Array
-    turn_energy: Array
-    times: tuple[float, Array]
-    in_cut: Array
-    price: Array
-
-    def rewind(self, row: int, turns: int) -> Rewind:
-        """Describe the rewind at a row."""
-        one = self.turn_energy[0] if turns > 0 else self.turn_energy[1]
-        return Rewind(
-            row=row,
-            axis=self.axis,
-            turns=turns,
-            retract=float(self.retract[row]),
-            in_cut=bool(self.in_cut[row]),
-            energy=float(self.energy[row] + abs(turns) * one),
-            time=float(self.times[1][row] + abs(turns) * self.times[0]),
-        )
-
-
-def _stops(
-    toolpath: Toolpath, machine: Machine, rotary: Array, column: int, clearance: float, time_price: float
-) -> _Stops:
-    n = len(toolpath)
-    cutting = toolpath.cutting
-    # A rewind at the last location would serve nothing; one at the first is a matter of where to begin.
-    in_cut = np.append(cutting[1:], False) & (cutting | (np.arange(n) == 0))
-    retract = np.full(n, np.inf)
-    rows = np.arange(1, n - 1)
-    retract[rows] = retreats(toolpath, machine, rotary, column, rows, clearance)
-    way = np.where(np.isfinite(retract), retract, 0.0)
-    axes = tool_axes(machine, rotary)
-    tip = toolpath.tips(axes)
-    feed = link_feed(toolpath)
-    move = linear_positions(machine, tip + way[:, None] * axes, rotary) - linear_positions(
-        machine, tip, rotary
+def _rewind(stops: Stops, course: Course, row: int, turns: int) -> Rewind:
+    """Describe the rewind at a row of a course."""
+    one = stops.turn_energy[0] if turns > 0 else stops.turn_energy[1]
+    return Rewind(
+        place=float(course.place[row]),
+        axis=stops.axis,
+        turns=turns,
+        retract=float(stops.retract[row]),
+        in_cut=bool(stops.in_cut[row]),
+        energy=float(stops.energy[row] + abs(turns) * one),
+        time=float(stops.times[1][row] + abs(turns) * stops.times[0]),
     )
-    plus, minus = (c[0] for c in travel_costs(machine, np.array([feed])))
-    energy = np.abs(move) @ (plus + minus)
-    speed = turn_feed(machine, column, feed)
-    plus, minus = (c[0, column] for c in travel_costs(machine, np.array([speed])))
-    turning = TURN * np.array([plus, minus])
-    times = 360.0 / speed, 2.0 * way / feed
-    price = np.where(np.isfinite(retract), energy + time_price * times[1], np.inf) + CUT_PRICE * in_cut
-    up, down = (np.full(n, joules + time_price * times[0]) for joules in turning)
-    letter = machine.axes[column].letter
-    return _Stops(letter, way, energy, up, down, turning, times, in_cut, price)
-
-
-def link_feed(toolpath: Toolpath) -> float:
-    """Highest feed of links and rapid moves, mm/s; of the cuts where there are none."""
-    links = toolpath.feed[~toolpath.cutting]
-    return float((links if len(links) else toolpath.feed).max())
-
-
-def turn_feed(machine: Machine, column: int, feed: float) -> float:
-    """Feed of a move in which one rotary axis turns alone: deg/s, its highest speed if that is known."""
-    fastest = machine.axes[column].max_speed
-    return feed if fastest is None else float(np.degrees(fastest))
 
 
 def _inserted(
-    toolpath: Toolpath, machine: Machine, rotary: tuple[Array, Array], rewinds: list[Rewind]
+    course: Course, machine: Machine, rotary: tuple[Array, Array], rewinds: list[tuple[int, Rewind]]
 ) -> Rewound:
     """Put the rewinds into the path: back off, turn each axis, come back."""
     arriving, leaving = rotary
-    n = len(toolpath)
     stops: dict[int, list[Rewind]] = {}
-    for rewind in rewinds:
-        stops.setdefault(rewind.row, []).append(rewind)
-    added = np.zeros(n, dtype=np.int64)
+    for row, rewind in rewinds:
+        stops.setdefault(row, []).append(rewind)
+    count = np.ones(len(course.place), dtype=np.int64)
     for row, there in stops.items():
-        added[row] = len(there) + 2 * (max(r.retract for r in there) > 0.0)
-    rows = np.repeat(np.arange(n), 1 + added)
-    path, angles = toolpath.at(rows), leaving[rows].copy()
-    own = np.cumsum(1 + added) - 1 - added
-    angles[own] = arriving
+        count[row] += len(there) + 2 * (max(r.retract for r in there) > 0.0)
+    rows = np.repeat(np.arange(len(count)), count)
+    path, angles = course.toolpath.at(rows), leaving[rows].copy()
+    arrives = np.cumsum(count) - count
+    is_link = np.diff(rows, prepend=-1) == 0
+    angles[~is_link] = arriving[rows[~is_link]]
     feed, back = path.feed.copy(), np.zeros(len(rows))
-    fast = link_feed(toolpath)
+    fast = link_feed(course.toolpath)
     for row, there in stops.items():
-        at, off = int(own[row]) + 1, max(r.retract for r in there)
+        at, off = int(arrives[row]) + 1, max(r.retract for r in there)
         now = arriving[row].copy()
         if off > 0.0:
             angles[at], back[at], feed[at] = now, off, fast
@@ -259,15 +203,15 @@ def _inserted(
             now[machine.rotary_columns.index(column)] += TURN * rewind.turns
             angles[at], back[at], feed[at] = now, off, turn_feed(machine, column, fast)
             at += 1
-    return Rewound(_with_links(path, machine, angles, own, back, feed), angles, rows, tuple(rewinds))
+    linked = _with_links(path, machine, angles, is_link, back, feed)
+    own = course.own[rows] & ~is_link
+    return Rewound(linked, angles, course.place[rows], own, tuple(r for _, r in rewinds))
 
 
 def _with_links(
-    path: Toolpath, machine: Machine, rotary: Array, own: IntArray, back: Array, feed: Array
+    path: Toolpath, machine: Machine, rotary: Array, link: BoolArray, back: Array, feed: Array
 ) -> Toolpath:
-    """Make the rows that aren't the path's own links, so far off along the tool's axis; the tip counts."""
-    link = np.ones(len(path), dtype=bool)
-    link[own] = False
+    """Make some rows links, so far off along the tool's axis; the tip counts."""
     axes = tool_axes(machine, rotary)
     unknown = np.full_like(path.normal, np.nan)
     pivot = path.zone.pivot_of_tip(path.tips(axes) + back[:, None] * axes, unknown, axes)
@@ -280,18 +224,3 @@ def _with_links(
         kind=np.where(link, MoveKind.LINK, path.kind),
         feed=feed,
     )
-
-
-def _no_stop(
-    toolpath: Toolpath, machine: Machine, rotary: Array, column: int
-) -> tuple[str, tuple[Finding, ...]]:
-    axis = machine.axes[column]
-    angles = np.degrees(rotary[:, machine.rotary_columns.index(column)])
-    span, has = float(np.ptp(angles)), np.degrees(axis.limits.high - axis.limits.low)
-    message = (
-        f"{axis.letter} winds through {span:.0f} deg and has {has:.0f} deg, and there is no place to turn it "
-        "back: nowhere can the tool back off from the part within the limits of the linear axes while two "
-        "turns are open to it; put the locations closer together or set the part up lower"
-    )
-    furthest = int(np.argmax(np.abs(angles - angles[0])))
-    return message, (Finding(Severity.ERROR, "no-rewind", message, toolpath.place(furthest), span),)

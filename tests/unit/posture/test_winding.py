@@ -174,7 +174,7 @@ def test_the_contact_is_where_it_was_and_the_tool_far_off_while_c_rewinds(hayash
     path, rotary = helix()
     found = rewound(path, machine, rotary, clearance=12.0)
     motion = follow(found.toolpath, machine, found.rotary)
-    own = np.flatnonzero(np.diff(found.rows, prepend=-1) > 0)
+    own = np.flatnonzero(found.own)
     np.testing.assert_allclose(found.toolpath.pivot[own], path.pivot, atol=1e-12)
     turning = np.flatnonzero(np.abs(motion.moves[:, machine.column("C")]) > TURN - 1e-6)
     assert len(turning) == len(found.rewinds) >= 1
