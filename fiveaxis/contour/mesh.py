@@ -15,17 +15,18 @@ if TYPE_CHECKING:
 SUFFIXES = (".stl", ".ply", ".obj", ".off")
 
 
-def load_mesh(path: str | Path, *, allow_open: bool = False) -> trimesh.Trimesh:
+def load_mesh(path: str | Path, *, allow_open: bool = False, turn: bool = True) -> trimesh.Trimesh:
     """Read a part mesh; its coordinates are taken as mm.
 
     Parameters
     ----------
     path : an STL, PLY, OBJ or OFF file
     allow_open : go on with a mesh that isn't watertight
+    turn : turn the normals of a watertight mesh out of the material
 
     Returns
     -------
-    Mesh with merged vertices and, if it is watertight, normals out of the material
+    Mesh with merged vertices and, if it is watertight and they are turned, normals out of the material
 
     Raises
     ------
@@ -39,10 +40,12 @@ def load_mesh(path: str | Path, *, allow_open: bool = False) -> trimesh.Trimesh:
     if file.suffix.lower() not in SUFFIXES:
         known = ", ".join(SUFFIXES)
         raise MeshError(f"suffix {file.suffix!r} is not a mesh format read here; known: {known}", file=file)
-    return check_mesh(_parse(file), name=str(file), allow_open=allow_open)
+    return check_mesh(_parse(file), name=str(file), allow_open=allow_open, turn=turn)
 
 
-def check_mesh(mesh: trimesh.Trimesh, *, name: str, allow_open: bool = False) -> trimesh.Trimesh:
+def check_mesh(
+    mesh: trimesh.Trimesh, *, name: str, allow_open: bool = False, turn: bool = True
+) -> trimesh.Trimesh:
     """Return a copy with merged vertices and outward normals, or say why there can't be one.
 
     Parameters
@@ -50,6 +53,7 @@ def check_mesh(mesh: trimesh.Trimesh, *, name: str, allow_open: bool = False) ->
     mesh : any mesh, mm
     name : what to call it in messages
     allow_open : go on with a mesh that isn't watertight
+    turn : turn the normals of a watertight mesh out of the material
 
     Raises
     ------
@@ -64,7 +68,8 @@ def check_mesh(mesh: trimesh.Trimesh, *, name: str, allow_open: bool = False) ->
     checked = mesh.copy()
     checked.merge_vertices(merge_tex=True, merge_norm=True)
     if checked.is_watertight:
-        _turn_outward(checked)
+        if turn:
+            _turn_outward(checked)
     elif not allow_open:
         raise MeshError(
             f"not watertight: {count_open_edges(checked)} of its edges don't join exactly two triangles; "

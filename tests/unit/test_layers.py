@@ -13,7 +13,7 @@ LAYER = {
     "machine": 2, "toolpath": 2,
     "kinematics": 3, "contour": 3,
     "motion": 4,
-    "energy": 5, "nc": 5,
+    "collision": 5, "energy": 5, "nc": 5,
     "posture": 6,
     "verification": 7, "report": 7, "viewer": 7,
     "job": 8,
@@ -21,11 +21,12 @@ LAYER = {
 }  # fmt: skip
 ALLOWED = {
     "casadi": {"kinematics/symbolic.py", "posture/nlp.py", "posture/refine.py"},
+    "coal": {"collision", "verification"},
     "pinocchio": {"verification", "viewer"},
-    "trimesh": {"contour", "verification"},
+    "trimesh": {"collision", "contour", "verification"},
     "meshcat": {"viewer"},
     "matplotlib": {"report"},
-    "numba": {"contour", "motion", "posture"},
+    "numba": {"collision", "contour", "motion", "posture"},
     "typer": {"cli"},
 }
 MODULES = sorted(PACKAGE.rglob("*.py"))
