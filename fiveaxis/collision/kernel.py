@@ -1,0 +1,177 @@
+"""Whether a body of revolution meets triangles, in compiled code.
+
+In the tool's own frame a cylinder or cone is ``ρ ≤ a + b z`` between two heights, ρ being the distance from
+the tool axis. ``g = ρ − a − b z`` is convex, so over a triangle cut to those heights, which is a convex
+polygon, its least value is where the axis pierces the polygon or on an edge, and there it has a closed form.
+The answer is exact, not sampled.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from fiveaxis.geometry import Array, BoolArray
+
+# Nodes waiting in a search through a tree of boxes: two a level.
+STACK = 128
+# A triangle cut to a slab has no more corners than this.
+CORNERS = 8
+
+
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def meets_all(tip: Array, axis: Array, frusta: Array, triangles: Array, boxes: Array) -> BoolArray:
+    """Tell for tools at tips, (m, 3) mm, along axes, (m, 3), which meet a triangle; (m,)."""
+    met = np.zeros(len(tip), dtype=np.bool_)
+    polygon, cut = np.empty((CORNERS, 3)), np.empty((CORNERS, 3))
+    stack = np.empty(STACK, dtype=np.int64)
+    for i in range(len(tip)):
+        met[i] = _meets(tip[i], axis[i], frusta, triangles, boxes, stack, polygon, cut)
+    return met
+
+
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def _meets(
+    tip: Array,
+    axis: Array,
+    frusta: Array,
+    triangles: Array,
+    boxes: Array,
+    stack: Array,
+    polygon: Array,
+    cut: Array,
+) -> bool:
+    leaves = len(boxes) // 2
+    leaf = len(triangles) // leaves
+    across, beside = _frame(axis)
+    top = 1
+    stack[0] = 1
+    while top > 0:
+        top -= 1
+        node = stack[top]
+        if not _near(tip, axis, frusta, boxes[node]):
+            continue
+        if node < leaves:
+            stack[top] = 2 * node
+            stack[top + 1] = 2 * node + 1
+            top += 2
+            continue
+        first = (node - leaves) * leaf
+        for t in range(first, first + leaf):
+            for k in range(3):
+                dx = triangles[t, k, 0] - tip[0]
+                dy = triangles[t, k, 1] - tip[1]
+                dz = triangles[t, k, 2] - tip[2]
+                polygon[k, 0] = dx * across[0] + dy * across[1] + dz * across[2]
+                polygon[k, 1] = dx * beside[0] + dy * beside[1] + dz * beside[2]
+                polygon[k, 2] = dx * axis[0] + dy * axis[1] + dz * axis[2]
+            for f in range(len(frusta)):
+                if _triangle_meets(polygon, frusta[f], cut):
+                    return True
+    return False
+
+
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def _frame(axis: Array) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
+    """Give two unit vectors at right angles to an axis and to each other."""
+    x, y, z = axis[0], axis[1], axis[2]
+    if abs(z) < 0.9:
+        length = np.sqrt(x * x + y * y)
+        a = (-y / length, x / length, 0.0)
+    else:
+        length = np.sqrt(y * y + z * z)
+        a = (0.0, -z / length, y / length)
+    b = (y * a[2] - z * a[1], z * a[0] - x * a[2], x * a[1] - y * a[0])
+    return a, b
+
+
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def _near(tip: Array, axis: Array, frusta: Array, box: Array) -> bool:
+    """Tell whether a box may meet a frustum: never false where it does."""
+    height, span, square, half = 0.0, 0.0, 0.0, 0.0
+    for k in range(3):
+        middle = (box[0, k] + box[1, k]) / 2.0 - tip[k]
+        extent = (box[1, k] - box[0, k]) / 2.0
+        height += middle * axis[k]
+        span += extent * abs(axis[k])
+        square += middle * middle
+        half += extent * extent
+    away = np.sqrt(max(square - height * height, 0.0)) - np.sqrt(half)
+    for f in range(len(frusta)):
+        low, high = max(frusta[f, 0], height - span), min(frusta[f, 2], height + span)
+        if low > high:
+            continue
+        slope = (frusta[f, 3] - frusta[f, 1]) / (frusta[f, 2] - frusta[f, 0])
+        widest = frusta[f, 1] + slope * ((high if slope > 0.0 else low) - frusta[f, 0])
+        if away <= widest:
+            return True
+    return False
+
+
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def _triangle_meets(corners: Array, frustum: Array, cut: Array) -> bool:
+    """Tell whether a triangle in the tool's frame, (3, 3) mm, reaches into a frustum."""
+    z0, r0, z1, r1 = frustum[0], frustum[1], frustum[2], frustum[3]
+    lowest = min(corners[0, 2], corners[1, 2], corners[2, 2])
+    highest = max(corners[0, 2], corners[1, 2], corners[2, 2])
+    if lowest >= z1 or highest <= z0:
+        return False
+    slope = (r1 - r0) / (z1 - z0)
+    count = _cut_to_slab(corners, z0, z1, cut)
+    if count == 0:
+        return False
+    # Inside or outside of the polygon, seen along the axis: the axis pierces it if all turns have one sign.
+    left, right = False, False
+    for k in range(count):
+        j = k + 1 if k + 1 < count else 0
+        ax, ay, az = cut[k, 0], cut[k, 1], cut[k, 2]
+        dx, dy, dz = cut[j, 0] - ax, cut[j, 1] - ay, cut[j, 2] - az
+        if _least_on_edge(ax, ay, az, dx, dy, dz, slope) < r0 - slope * z0:
+            return True
+        turn = ax * dy - ay * dx
+        left = left or turn > 0.0
+        right = right or turn < 0.0
+    return left != right
+
+
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def _cut_to_slab(corners: Array, z0: float, z1: float, cut: Array) -> int:
+    """Cut a triangle to the heights between two; give the number of the polygon's corners."""
+    count = 0
+    for k in range(3):
+        j = (k + 1) % 3
+        za, zb = corners[k, 2], corners[j, 2]
+        if z0 <= za <= z1:
+            cut[count] = corners[k]
+            count += 1
+        # Crossings in the order in which the edge meets the two planes.
+        first, second = (z0, z1) if zb > za else (z1, z0)
+        for level in (first, second):
+            if (za < level < zb) or (zb < level < za):
+                share = (level - za) / (zb - za)
+                for c in range(2):
+                    cut[count, c] = corners[k, c] + share * (corners[j, c] - corners[k, c])
+                cut[count, 2] = level
+                count += 1
+    return count
+
+
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def _least_on_edge(ax: float, ay: float, az: float, dx: float, dy: float, dz: float, slope: float) -> float:
+    """Least value of ``ρ − slope z`` along an edge from a by d."""
+    along = dx * dx + dy * dy
+    beta = slope * dz
+    start = np.sqrt(ax * ax + ay * ay) - slope * az
+    ex, ey = ax + dx, ay + dy
+    least = min(start, np.sqrt(ex * ex + ey * ey) - slope * (az + dz))
+    if along <= beta * beta or along == 0.0:
+        return least
+    middle = -(ax * dx + ay * dy) / along
+    cx, cy = ax + middle * dx, ay + middle * dy
+    # ρ² = along (s − middle)² + c²: its derivative equals beta here.
+    offset = beta * np.sqrt((cx * cx + cy * cy) / (along * (along - beta * beta)))
+    share = middle + offset
+    if 0.0 < share < 1.0:
+        px, py = ax + share * dx, ay + share * dy
+        least = min(least, np.sqrt(px * px + py * py) - slope * (az + share * dz))
+    return least
