@@ -74,20 +74,23 @@ def _above_nothing(frusta: Array) -> Array:
 
 
 def tool_solids(tool: Tool) -> tuple[Solid, ...]:
-    """Split a tool into its cutter, shank and holder, as far as they are known, from the tip upwards."""
-    cutter = tool.cutter.outline()
-    solids = [Solid.of_outline(CUTTER, cutter)]
-    holder = tool.holder
+    """Split a tool into its cutter, shank and holder, as far as they are known, from the tip upwards.
+
+    A shank that nobody has described is as thick as the cutter's upper end, and cuts like it.
+    """
+    cutter, holder = tool.cutter.outline(), tool.holder
     if holder is None:
-        return tuple(solids)
-    radius = (tool.shank_diameter or 2.0 * float(cutter[-1, 0])) / 2.0
-    if holder.stick_out - cutter[-1, 1] > LOWEST:
-        shank = np.array([[radius, cutter[-1, 1]], [radius, holder.stick_out]])
-        solids.append(Solid.of_outline(SHANK, shank))
+        return (Solid.of_outline(CUTTER, cutter),)
+    top = cutter[-1, 1]
+    shank = []
+    if tool.shank_diameter is None:
+        cutter = np.vstack([cutter, [[cutter[-1, 0], holder.stick_out]]])
+    elif holder.stick_out - top > LOWEST:
+        radius = tool.shank_diameter / 2.0
+        shank = [Solid.of_outline(SHANK, np.array([[radius, top], [radius, holder.stick_out]]))]
     outline, height = [], holder.stick_out
     for section in holder.sections:
         upper = section.diameter if section.upper_diameter is None else section.upper_diameter
         outline += [[section.diameter / 2.0, height], [upper / 2.0, height + section.length]]
         height += section.length
-    solids.append(Solid.of_outline(HOLDER, np.array(outline)))
-    return tuple(solids)
+    return Solid.of_outline(CUTTER, cutter), *shank, Solid.of_outline(HOLDER, np.array(outline))
