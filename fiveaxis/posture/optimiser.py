@@ -28,7 +28,7 @@ from fiveaxis.posture.sequence import long_turns
 from fiveaxis.posture.singular import Cone, held, with_findings
 from fiveaxis.posture.solution import Solution
 from fiveaxis.posture.winding import endless, winding_columns
-from fiveaxis.posture.wound import rewound_solution
+from fiveaxis.posture.wound import asked_within, keeping, rewound_solution
 from fiveaxis.toolpath import TiltBounds, Toolpath, for_tilt, tilt_bounds
 
 # Links may turn this many times as far as cuts: nothing is touched there.
@@ -79,7 +79,8 @@ def optimise(
         the others
     hold : rotary axes that stay at an angle, **degrees** by letter: one for 4-axis machining, both for 3+2
     mask : tells for locations (m,) and rotary angles (m, 2), rad, chain order, which are admissible, (m,)
-        bool (`fiveaxis.posture.mask`); asked only about what a search is going to use
+        bool (`fiveaxis.posture.mask`); asked only about what a search is going to use. Where a rotary axis is
+        rewound it holds at the locations of the path, and not on the way off the part and back
     up_penalty : J/mm, extra price of the machine's Z moving up
     max_turn : largest turn of a rotary axis in one cutting move, **degrees**; None for no bound. Without one
         the travel metric, which knows no rates and sees locations only, hops over inadmissible postures from
@@ -148,9 +149,8 @@ def optimise(
     if blocked:
         share = f"{len(blocked)} of {len(toolpath)} locations"
         raise Infeasible(f"{share} have no admissible posture on {machine.name}", blocked)
-    asked = None if mask is None else Mask(mask)
     try:
-        found = _within_turns(problem, toolpath, bounds, allowed, progress, singular, asked)
+        found, asked = _within_turns(problem, toolpath, bounds, allowed, progress, singular, mask)
     except Infeasible:
         turning = long_turns(problem, toolpath)
         if not turning:
@@ -159,8 +159,16 @@ def optimise(
             f"{len(turning)} of {len(toolpath) - 1} moves turn further than they may on the best way found"
         )
         raise Infeasible(f"no way along the path: {moves}", turning) from None
+
+    def rebuild(path: Toolpath) -> tuple[Problem, TiltBounds]:
+        other, leaning = build(path)
+        return replace(other, machine=found.machine), leaning
+
     if free_start:
-        found = freed(found, build, _refiner(allowed, progress, "another start"))
+        found = freed(found, rebuild, _refiner(allowed, progress, "another start"))
+    if found.machine is not machine:
+        keeps = keeping(found, singular, asked)
+        found = rewound_solution(found, machine, _refiner(allowed, progress, "one turn less"), keeps)
     return with_findings(found, singular)
 
 
@@ -181,20 +189,25 @@ def _within_turns(
     allowed: Budget,
     progress: Progress | None,
     singular: Cone | None,
-    mask: Mask | None,
-) -> Solution:
-    """Find the cheapest path in the turns that the axes have, with rewinds where there is none without."""
+    mask: MaskFunction | None,
+) -> tuple[Solution, Mask | None]:
+    """Find the cheapest path in the turns that the axes have, or where there is none, one without end.
+
+    Returns
+    -------
+    A solution on the machine, or on the `endless` one; and the mask as it was asked
+    """
     machine = problem.machine
+    asked = None if mask is None else Mask(mask)
     try:
-        return _solved(problem, toolpath, bounds, allowed, progress, singular, mask)
+        return _solved(problem, toolpath, bounds, allowed, progress, singular, asked), asked
     except Infeasible:
-        # Rewinds add locations, and a mask knows none but those of the path.
-        if mask is not None or not winding_columns(machine):
+        if not winding_columns(machine):
             raise
     # No way within its turns: the axis winds as far as the path wants, and is turned back where it is cheap.
     problem = replace(problem, machine=endless(machine))
-    wound = _solved(problem, toolpath, bounds, allowed, progress, singular, mask)
-    return rewound_solution(wound, problem, machine, _refiner(allowed, progress, "one turn less"))
+    asked = None if mask is None else Mask(asked_within(machine, mask))
+    return _solved(problem, toolpath, bounds, allowed, progress, singular, asked), asked
 
 
 def _solved(

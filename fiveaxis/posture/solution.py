@@ -92,6 +92,25 @@ class Baseline:
 
 
 @dataclass(frozen=True, eq=False)
+class Wound:
+    """A path before its axes were turned back into their turns.
+
+    Parameters
+    ----------
+    toolpath : without rewinds
+    problem : on the machine whose axes turn without end; where the path was drawn into fewer turns, within
+        those
+    rotary : (n, 2), rad, chain order
+    clearance : mm, between tool and part while an axis rewinds
+    """
+
+    toolpath: Toolpath
+    problem: Problem
+    rotary: Array
+    clearance: float
+
+
+@dataclass(frozen=True, eq=False)
 class Solution:
     """A motion with the least energy that was found, and what it is compared with.
 
@@ -103,8 +122,9 @@ class Solution:
     compared : baselines by name, with their motions
     missing : baselines that don't exist for this path, with the reason
     stages : what the solver did, in order
-    problem : what was solved; None for a solution that was put together by hand
+    problem : what was solved; None for a solution that was put together by hand or has rewinds
     optima : local optima by start, where the effort looks for several
+    wound : what a solution with rewinds was made of
     """
 
     machine: Machine
@@ -117,6 +137,7 @@ class Solution:
     stages: tuple[Stage, ...]
     problem: Problem | None = None
     optima: Optima | None = None
+    wound: Wound | None = None
 
     @property
     def baselines(self) -> dict[str, Energy]:

@@ -3,29 +3,86 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from fiveaxis.energy import motion_energy
-from fiveaxis.errors import Infeasible
-from fiveaxis.geometry import Array
-from fiveaxis.kinematics.windings import TURN
+from fiveaxis.errors import Infeasible, SettingError
+from fiveaxis.geometry import Array, BoolArray, IntArray
+from fiveaxis.kinematics.windings import TURN, into_limits
 from fiveaxis.machine import Limits, Machine
 from fiveaxis.motion import follow
+from fiveaxis.posture.mask import Mask, MaskFunction, RoughMask
 from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.posture.rewinding import CLEARANCE, Rewound, rewound
-from fiveaxis.posture.solution import Baseline, Solution
+from fiveaxis.posture.singular import Cone, turning_within
+from fiveaxis.posture.solution import Baseline, Solution, Wound
 from fiveaxis.posture.winding import winding_columns
+from fiveaxis.toolpath import Toolpath
 
 # Takes a problem and a path, (n, 2) rad, to a cheaper path.
 Refine = Callable[[Problem, Array], Array]
+# Tells of a path, (n, 2) rad, whether it keeps what isn't in its problem.
+Keeps = Callable[[Array], bool]
 # J: one more rewind within a cut is dearer than what posture can save.
 MARK_PRICE = 1e9
 
 
+@dataclass(frozen=True, eq=False)
+class _Asked:
+    """A mask that is asked about angles within the limits of a machine, of all turns that are open.
+
+    Parameters
+    ----------
+    machine : with its limits
+    mask : asked
+    """
+
+    machine: Machine
+    mask: MaskFunction
+
+    def __call__(self, rows: IntArray, rotary: Array, /) -> BoolArray:
+        return self.mask(rows, into_limits(self.machine, rotary))
+
+
+@dataclass(frozen=True, eq=False)
+class _RoughlyAsked(_Asked):
+    """The same with the mask's own rough map."""
+
+    mask: RoughMask
+
+    def rough(self, rows: IntArray, rotary: Array, /) -> BoolArray:
+        return self.mask.rough(rows, into_limits(self.machine, rotary))
+
+
+def asked_within(machine: Machine, mask: MaskFunction) -> MaskFunction:
+    """Make a mask that knows the machine's limits one for a path that winds without end.
+
+    A whole turn changes nothing of where the tool is, but a mask may count angles as the machine does.
+    """
+    return _RoughlyAsked(machine, mask) if isinstance(mask, RoughMask) else _Asked(machine, mask)
+
+
+def keeping(solution: Solution, cone: Cone | None, mask: Mask | None) -> Keeps:
+    """Make what tells of another path, (n, 2) rad, whether it keeps what no problem knows: cone and mask.
+
+    It has to turn no more within the singular cone than the solution does.
+    """
+    path, machine = solution.toolpath, solution.machine
+    rows = np.arange(len(path))
+
+    def turned(rotary: Array) -> float:
+        if cone is None:
+            return 0.0
+        return float(np.abs(np.diff(rotary[:, 0]))[turning_within(path, machine, rotary, cone)].sum())
+
+    most = turned(solution.motion.positions[:, machine.rotary_columns])
+    return lambda rotary: turned(rotary) <= most and (mask is None or bool(mask.admits(rows, rotary).all()))
+
+
 def rewound_solution(
-    solution: Solution, problem: Problem, machine: Machine, refine: Refine, *, clearance: float = CLEARANCE
+    solution: Solution, machine: Machine, refine: Refine, keeps: Keeps, *, clearance: float = CLEARANCE
 ) -> Solution:
     """Make of a solution on the endless machine one on the machine itself.
 
@@ -35,64 +92,104 @@ def rewound_solution(
 
     Parameters
     ----------
-    solution : on the machine whose axes turn without end
-    problem : what it solved
+    solution : on the machine whose axes turn without end, with its problem
     machine : with its limits
     refine : for a path that is drawn in
+    keeps : tells of a path whether it keeps what isn't in the problem (`keeping`)
     clearance : mm, between tool and part while an axis rewinds
 
     Raises
     ------
     Infeasible
         The solution's path can't be rewound.
+    SettingError
+        A solution without its problem.
     """
-    path, columns = solution.toolpath, machine.rotary_columns
-
-    def within(rotary: Array) -> Rewound:
-        return rewound(path, machine, rotary, clearance=clearance, time_price=problem.time_price)
-
-    def price(rotary: Array, found: Rewound) -> float:
-        marks = sum(r.in_cut for r in found.rewinds)
-        travel = problem.cost(problem.positions(slice(None), rotary))
-        return travel + found.energy + problem.time_price * found.time + MARK_PRICE * marks
-
+    path, columns, problem = solution.toolpath, machine.rotary_columns, solution.problem
+    if problem is None:
+        raise SettingError("a solution that was put together by hand can't be rewound; optimise its path")
+    choice = _Choice(problem, path, machine, clearance)
     own = solution.motion.positions[:, columns]
-    best = within(own)
-    least = price(own, best)
-    for drawn in fewer_turns(problem, machine, own, best, refine):
-        other = within(drawn)
-        if price(drawn, other) < least:
-            best, least = other, price(drawn, other)
+    best = choice.of(own)
+    for narrow, drawn in fewer_turns(problem, machine, own, best.found, refine):
+        if keeps(drawn):
+            best = min(best, replace(choice.of(drawn), problem=narrow), key=_price)
     compared, missing = {}, dict(solution.missing)
     for name, baseline in solution.compared.items():
         rotary = baseline.motion.positions[:, columns]
+        elsewhere = baseline.toolpath is not None and baseline.toolpath is not path
         try:
-            other = within(rotary)
+            other = replace(choice, path=baseline.toolpath or path).of(rotary)
         except Infeasible as reason:
             missing[name] = str(reason)
             continue
-        driven = follow(other.toolpath, machine, other.rotary)
-        compared[name] = Baseline(driven, motion_energy(machine, driven), other.toolpath)
-        if problem.violation(rotary) <= ALLOWED and price(rotary, other) < least:
-            best, least = other, price(rotary, other)
-    told = replace(best.toolpath, findings=(*best.toolpath.findings, *best.findings()))
-    motion = follow(told, machine, best.rotary)
+        driven = follow(other.found.toolpath, machine, other.found.rotary)
+        compared[name] = Baseline(driven, motion_energy(machine, driven), other.found.toolpath)
+        if not elsewhere and problem.violation(rotary) <= ALLOWED and keeps(rotary):
+            best = min(best, other, key=_price)
+    found = best.found
+    told = replace(found.toolpath, findings=(*found.toolpath.findings, *found.findings()))
+    motion = follow(told, machine, found.rotary)
     return replace(
         solution,
         machine=machine,
         toolpath=told,
-        tilt=best.bounds(solution.tilt),
+        tilt=found.bounds(solution.tilt),
         motion=motion,
         energy=motion_energy(machine, motion),
         compared=compared,
         missing=missing,
         problem=None,
+        wound=Wound(path, best.problem, best.rotary, clearance),
     )
+
+
+@dataclass(frozen=True, eq=False)
+class _Candidate:
+    """A path with its rewinds.
+
+    Parameters
+    ----------
+    problem : that it solves
+    rotary : (n, 2), rad, chain order, wound
+    found : rewound
+    price : J, with its delay, its rewinds and the marks that they leave
+    """
+
+    problem: Problem
+    rotary: Array
+    found: Rewound
+    price: float
+
+
+def _price(candidate: _Candidate) -> float:
+    return candidate.price
+
+
+@dataclass(frozen=True, eq=False)
+class _Choice:
+    """What paths are rewound on, and priced by."""
+
+    problem: Problem
+    path: Toolpath
+    machine: Machine
+    clearance: float
+
+    def of(self, rotary: Array) -> _Candidate:
+        """Rewind a path, (n, 2) rad, and price it."""
+        problem = self.problem
+        found = rewound(
+            self.path, self.machine, rotary, clearance=self.clearance, time_price=problem.time_price
+        )
+        marks = sum(r.in_cut for r in found.rewinds)
+        travel = problem.cost(problem.positions(slice(None), rotary))
+        price = travel + found.energy + problem.time_price * found.time + MARK_PRICE * marks
+        return _Candidate(problem, rotary, found, price)
 
 
 def fewer_turns(
     problem: Problem, machine: Machine, rotary: Array, found: Rewound, refine: Refine
-) -> Iterator[Array]:
+) -> Iterator[tuple[Problem, Array]]:
     """Draw a path that winds one way into one turn less than its rewinds give back.
 
     Where a path begins and ends may be worth a turn: one from −46° to 3486° on an axis of ±400° needs nine
@@ -108,7 +205,8 @@ def fewer_turns(
 
     Returns
     -------
-    (n, 2), rad, for every axis that winds one way only; none where no admissible path was found
+    The problem within fewer turns and its path, (n, 2) rad, for every axis that winds one way only; none
+    where no admissible path was found
     """
     for column in winding_columns(machine):
         axis, which = machine.axes[column], machine.rotary_columns.index(column)
@@ -130,4 +228,4 @@ def fewer_turns(
         narrow = replace(problem, machine=replace(problem.machine, axes=tuple(axes)))
         drawn = refine(narrow, start)
         if narrow.violation(drawn) <= ALLOWED:
-            yield drawn
+            yield narrow, drawn

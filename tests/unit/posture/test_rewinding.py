@@ -229,3 +229,44 @@ def test_a_helix_on_an_axis_of_one_turn_is_optimised(hayashi, low, high):
     turned = np.abs(solution.motion.moves[:, c])
     assert (turned > TURN - 1e-6).sum() == len(told)
     assert turned[solution.motion.cutting].max() <= np.radians(15.0) + 1e-9
+
+
+def ahead_of_normal(normal: Array, c: Array) -> Array:
+    """How far C is ahead of where it follows the normal, deg."""
+    follows = np.arctan2(normal[:, 1], normal[:, 0]) - np.pi / 2.0
+    return np.degrees(np.mod(c - follows + np.pi, TURN) - np.pi)
+
+
+def test_a_mask_holds_on_a_path_that_is_rewound(hayashi):
+    machine = ranged(hayashi, 0.0, 360.0)
+    path, _ = turns_round(1.6, 36)
+    seen: list[float] = []
+
+    def mask(rows: Array, rotary: Array) -> Array:
+        seen.extend(rotary[:, 0])
+        return np.asarray(ahead_of_normal(path.normal[rows], rotary[:, 0]) >= 10.0)
+
+    solution = optimise(path, machine, tilt=(15, 75), effort="quick", mask=mask)
+    # It was never asked about a turn that the machine hasn't.
+    assert -1e-6 <= min(seen) <= max(seen) <= TURN + 1e-6
+    assert [f for f in solution.toolpath.findings if f.code == "rewind"]
+    assert solution.residuals()["limit"] <= 1e-9
+    assert solution.wound is not None
+    own = rewound(path, machine, solution.wound.rotary).own
+    c = solution.motion.positions[own, machine.column("C")]
+    assert ahead_of_normal(path.normal, c).min() >= 10.0
+    # Without the mask C follows the normal, and so does the path that is drawn in.
+    free = optimise(path, machine, tilt=(15, 75), effort="quick")
+    assert free.wound is not None
+    assert ahead_of_normal(path.normal, free.wound.rotary[:, 0]).min() < 5.0
+
+
+def test_a_solution_tells_the_path_that_it_was_rewound_from(hayashi):
+    machine = ranged(hayashi, -180.0, 180.0)
+    path, _ = turns_round(1.6, 36)
+    solution = optimise(path, machine, tilt=(15, 75), effort="quick")
+    wound = solution.wound
+    assert wound is not None
+    assert wound.problem.violation(wound.rotary) <= 1e-9
+    again = rewound(wound.toolpath, machine, wound.rotary, clearance=wound.clearance)
+    np.testing.assert_array_equal(again.rotary, solution.motion.positions[:, machine.rotary_columns])

@@ -282,6 +282,8 @@ def test_a_path_is_drawn_into_fewer_turns_where_that_saves_a_rewind(hayashi):
     def refined(narrow: Problem, start: np.ndarray) -> np.ndarray:
         return refine(narrow, start, iterations=100, barrier=1e-2).rotary
 
-    [drawn] = fewer_turns(problem, machine, rotary, found, refined)
+    [(narrow, drawn)] = fewer_turns(problem, machine, rotary, found, refined)
     assert rewound(path, machine, drawn).rewinds == ()
-    assert problem.violation(drawn) <= 1e-9
+    assert narrow.violation(drawn) <= 1e-9
+    limits = narrow.machine.axis("C").limits
+    assert limits.high - limits.low == pytest.approx(np.radians(400.0))
