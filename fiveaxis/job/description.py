@@ -21,6 +21,10 @@ from fiveaxis.toolpath import parse_tool, require_range
 
 TOOL_FILE = ".toml"
 
+# Settings that bound the tool's lean, and the turns of the rotary axes.
+LEANING = ("tilt", "cone", "lead", "lean", "plane")
+BOUNDS = (*LEANING, "hold", "max_turn", "turn_rate", "singular_cone", "singular_rate")
+
 
 class PlanTable(StrictModel):
     """How passes are laid on a mesh."""
@@ -143,9 +147,9 @@ class Job(StrictModel):
     program: ProgramTable = ProgramTable()
 
     @property
-    def leaning(self) -> dict[str, Any]:
-        """What bounds the tool's lean, as `optimise` and `verify` take it."""
-        return {name: getattr(self, name) for name in ("tilt", "cone", "lead", "lean", "plane")}
+    def bounds(self) -> dict[str, Any]:
+        """What bounds postures and turns, as `optimise` and `verify` take it."""
+        return {name: getattr(self, name) for name in BOUNDS}
 
     @field_validator("tilt")
     @classmethod

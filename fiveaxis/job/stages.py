@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -24,31 +24,29 @@ from fiveaxis.energy import (
 from fiveaxis.errors import JobError, SettingError, ToolError
 from fiveaxis.job.description import Job, require_input
 from fiveaxis.machine import Machine, load_machine
-from fiveaxis.motion import PATH_TOLERANCE, Motion, fill_in
+from fiveaxis.motion import PATH_TOLERANCE, Motion, fill_in, fill_in_rows
 from fiveaxis.nc import read_toolpath
 from fiveaxis.posture import Front, Solution, find_front, optimise
 from fiveaxis.report import describe_input, report_document
 from fiveaxis.toolpath import Tool, Toolpath, parse_tool
-from fiveaxis.verification import Report, Tolerances, verify
+from fiveaxis.verification import Asked, Report, Tolerances, examine, verify
 
 if TYPE_CHECKING:
     import trimesh
+
+# rad: angles between two locations that keep their bounds may break them by this, as both ends turn.
+LEAN_BETWEEN = math.radians(0.5)
 
 # Name of the optimised result beside the baselines'.
 RESULT = "optimised"
 
 Progress = Callable[[str, int, int], None]
 
-# Settings of a job that `optimise` takes under the same name.
+# Settings of a job that `optimise` takes under the same name, beside its bounds.
 SOLVING = (
-    "hold",
     "up_penalty",
-    "max_turn",
-    "turn_rate",
     "smoothing",
     "time_price",
-    "singular_cone",
-    "singular_rate",
     "effort",
     "free_start",
 )
@@ -81,7 +79,7 @@ class ProgramMotion:
     motion : what the program's blocks say
     inserted : locations that the solution doesn't have
     energy : of the solution's and of each baseline's program, by name
-    verdict : of the checks that don't need a normal
+    verdict : on it, the bounds on the tool's lean at inserted locations included
     """
 
     motion: Motion
@@ -284,9 +282,9 @@ def run_job(job: Job, progress: Progress | None = None) -> Outcome:
     solution, front = solve(job, toolpath, machine, progress)
     # The solution's own path knows which part of the cutter touches.
     toolpath = solution.toolpath
-    verdict = verify(solution.motion, machine, toolpath, **job.leaning, part=part)
+    verdict = verify(solution.motion, machine, toolpath, **job.bounds, part=part)
     inputs = [describe_input(p) for p in dict.fromkeys((job.input, mesh or job.input))]
-    program = program_motion(solution, part)
+    program = program_motion(solution, part, job.bounds)
     found, driven = verdict.as_dict(), program.as_dict()
     budget = job_budget(machine, program.motion, process, factors)
     document = report_document(solution, found, inputs=inputs, program=driven, budget=budget.as_dict())
@@ -299,7 +297,7 @@ def solve(
     job: Job, toolpath: Toolpath, machine: Machine, progress: Progress | None
 ) -> tuple[Solution, Front | None]:
     """Optimise a job's path; with the front of solutions that it asks for."""
-    options = {name: getattr(job, name) for name in SOLVING} | job.leaning | {"progress": progress}
+    options = {name: getattr(job, name) for name in SOLVING} | job.bounds | {"progress": progress}
     if job.front is None:
         return optimise(toolpath, machine, **options), None
     if job.smoothing:
@@ -309,19 +307,34 @@ def solve(
     return front.solution, front
 
 
-def program_motion(solution: Solution, part: trimesh.Trimesh | None) -> ProgramMotion:
-    """Work out, and verify, what an NC program in machine coordinates makes of a solution."""
+def program_motion(
+    solution: Solution, part: trimesh.Trimesh | None, bounds: Mapping[str, Any]
+) -> ProgramMotion:
+    """Work out, and verify, what an NC program in machine coordinates makes of a solution.
+
+    Parameters
+    ----------
+    part : mesh, for the gouge check
+    bounds : on postures and turns, as `verify` takes them; between two locations, what they refer to turns
+        evenly from the one to the other
+    """
     machine, toolpath = solution.machine, solution.toolpath
     rotary = solution.motion.positions[:, machine.rotary_columns]
-    path, motion = fill_in(toolpath, machine, rotary)
+    path, motion, row = fill_in_rows(toolpath, machine, rotary)
     energy = {RESULT: motion_energy(machine, motion)}
     for name, baseline in solution.compared.items():
         angles = baseline.motion.positions[:, machine.rotary_columns]
         filled = fill_in(baseline.toolpath or toolpath, machine, angles)[1]
         energy[name] = motion_energy(machine, filled)
     # An inserted location lies on a chord of the path, and no deeper than a chord may.
-    allowed = Tolerances(gouge=Tolerances().chord_gouge)
-    verdict = verify(motion, machine, path, part=part, tolerances=allowed)
+    allowed = Tolerances(gouge=Tolerances().chord_gouge, lean=LEAN_BETWEEN)
+    asked = Asked.of_degrees(toolpath, machine, **bounds).between(row)
+    if toolpath.zone.offset:
+        # Between two locations the way of a pivot beside the tool's axis isn't known, nor is a turn per mm.
+        asked = replace(asked, turn_rate=None)
+    verdict = examine(
+        motion, machine, path, asked, part=part, tolerances=allowed, accelerations=path is toolpath
+    )
     return ProgramMotion(motion, len(motion) - len(toolpath), energy, verdict)
 
 

@@ -1,6 +1,6 @@
 """Axis motion along a path, and its timing."""
 
-from fiveaxis.motion.filling import PATH_TOLERANCE, fill_in, midway_deviation
+from fiveaxis.motion.filling import PATH_TOLERANCE, fill_in, fill_in_rows, midway_deviation
 from fiveaxis.motion.motion import Motion, follow
 from fiveaxis.motion.profiles import Profile, block_profiles, move_profiles
 from fiveaxis.motion.rates import PeakRate, peak_rates
@@ -19,6 +19,7 @@ __all__ = [
     "block_times",
     "feed_times",
     "fill_in",
+    "fill_in_rows",
     "follow",
     "midway_deviation",
     "move_profiles",

@@ -41,7 +41,21 @@ def fill_in(
     path : m ≥ n locations, the given ones among them
     motion : the motion along it
     """
-    path, angles = toolpath, rotary
+    path, motion, _ = fill_in_rows(toolpath, machine, rotary, tolerance)
+    return path, motion
+
+
+def fill_in_rows(
+    toolpath: Toolpath, machine: Machine, rotary: Array, tolerance: float = PATH_TOLERANCE
+) -> tuple[Toolpath, Motion, Array]:
+    """Do the same, and say where each location lies among the given ones.
+
+    Returns
+    -------
+    path, motion : as of `fill_in`
+    row : (m,), in rows of the given path: 3.25 lies a quarter of the way from 3 to 4
+    """
+    path, angles, row = toolpath, rotary, np.arange(len(toolpath), dtype=float)
     for _ in range(MOST_ROUNDS):
         off = midway_deviation(path, machine, angles)
         # A parabola's height falls with the square of the parts that its chord is cut into.
@@ -49,8 +63,10 @@ def fill_in(
         if (parts == 1).all():
             break
         centre = path.centres(tool_axes(machine, angles))
-        path, angles = divide(path, parts, centre), interpolate(angles, divided_rows(parts))
-    return path, follow(path, machine, angles)
+        places = divided_rows(parts)
+        path, angles = divide(path, parts, centre), interpolate(angles, places)
+        row = np.interp(places, np.arange(len(row)), row)
+    return path, follow(path, machine, angles), row
 
 
 def midway_deviation(toolpath: Toolpath, machine: Machine, rotary: Array) -> Array:

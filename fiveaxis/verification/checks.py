@@ -9,7 +9,7 @@ import numpy as np
 from fiveaxis.findings import Severity
 from fiveaxis.geometry import Array
 from fiveaxis.toolpath import across
-from fiveaxis.verification.report import Result
+from fiveaxis.verification.report import Result, left_out
 from fiveaxis.verification.subject import Subject
 
 
@@ -112,14 +112,15 @@ def check_tilt(subject: Subject) -> Result:
 
     A cutter that touches with one part of its profile only has a second reference, the surface normal.
     """
-    if subject.bounds is None:
-        return _tilt_left_out()
-    every = subject.bounds.all
+    if subject.asked.leaning is None:
+        nothing = {"tilt_min_deg": None, "tilt_max_deg": None}
+        return left_out("tilt", nothing, "tilt: no tilt range or cone was given")
+    every = subject.asked.leaning.all
     angles = np.array([bounds.angles(subject.axis) for bounds in every])
     lows, highs = np.array([[bounds.low, bounds.high] for bounds in every]).T
     overruns = np.nan_to_num(np.maximum(angles - highs[:, None], lows[:, None] - angles), nan=-np.inf)
     overrun, worst = overruns.max(axis=0), overruns.argmax(axis=0)
-    rows = np.flatnonzero(overrun > subject.tolerances.angle)
+    rows = np.flatnonzero(overrun > subject.tolerances.lean)
 
     def message(i: int) -> str:
         bounds, value = every[worst[rows[i]]], angles[worst[rows[i]], rows[i]]
@@ -139,18 +140,6 @@ def check_tilt(subject: Subject) -> Result:
         message=message,
         figures={"tilt_min_deg": smallest(tilt), "tilt_max_deg": largest(tilt)},
         checked=tuple(f"angle between tool axis and {text} at every location" for text in ranges),
-    )
-
-
-def _tilt_left_out() -> Result:
-    return Result(
-        code="tilt",
-        severity=Severity.ERROR,
-        rows=np.empty(0, dtype=np.int64),
-        values=np.empty(0),
-        message=str,
-        figures={"tilt_min_deg": None, "tilt_max_deg": None},
-        not_checked=("tilt: no tilt range or cone was given",),
     )
 
 

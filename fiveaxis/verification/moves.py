@@ -1,4 +1,4 @@
-"""The checks on what happens between two locations: turns, speeds, and the way of the ball."""
+"""The checks on what happens between two locations: speeds, and the way of the ball."""
 
 from __future__ import annotations
 
@@ -15,35 +15,6 @@ from fiveaxis.verification.subject import Subject
 
 # Where within a block the ball's deviation from its chord is measured, as shares of the block.
 SAMPLES = (0.25, 0.5, 0.75)
-
-
-def check_jumps(subject: Subject) -> Result:
-    """Check that no rotary axis turns suddenly while the tool cuts.
-
-    A control that interpolates in machine coordinates would sweep the tool through the part. Links and
-    rapids may turn as far as they like.
-    """
-    columns = subject.machine.rotary_columns
-    turns = np.where(subject.cutting[:, None], subject.steps[:, columns], 0.0)
-    rows, which = np.nonzero(turns > subject.tolerances.jump)
-    degrees = np.degrees(turns)
-
-    def message(i: int) -> str:
-        return (
-            f"{subject.machine.rotaries[which[i]]} turns {degrees[rows[i], which[i]]:.4g} deg within one "
-            f"cutting block (at most {math.degrees(subject.tolerances.jump):g} deg); link with a retract "
-            "there, or put locations closer together"
-        )
-
-    return Result(
-        code="jump",
-        severity=Severity.ERROR,
-        rows=rows,
-        values=degrees[rows, which],
-        message=message,
-        figures={"rotary_step_deg": largest(degrees)},
-        checked=("turn of every rotary axis within each cutting block",),
-    )
 
 
 def check_speeds(subject: Subject) -> Result:

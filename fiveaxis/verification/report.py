@@ -43,6 +43,19 @@ class Result:
     not_checked: tuple[str, ...] = ()
 
 
+def left_out(code: str, figures: Mapping[str, float | None], why: str) -> Result:
+    """Give the result of a check that wasn't done: figures without value, and why."""
+    return Result(
+        code=code,
+        severity=Severity.ERROR,
+        rows=np.empty(0, dtype=np.int64),
+        values=np.empty(0),
+        message=str,
+        figures=figures,
+        not_checked=(why,),
+    )
+
+
 @dataclass(frozen=True)
 class Report:
     """What verification found.

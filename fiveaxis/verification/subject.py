@@ -11,7 +11,8 @@ from fiveaxis.errors import SettingError, ToolpathError
 from fiveaxis.geometry import Array, BoolArray
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Motion
-from fiveaxis.toolpath import TiltBounds, Toolpath
+from fiveaxis.toolpath import Toolpath
+from fiveaxis.verification.asked import Asked
 from fiveaxis.verification.model import tool_poses
 
 
@@ -22,21 +23,27 @@ class Tolerances:
     Parameters
     ----------
     length : mm, overrun of a linear axis's limits
-    angle : rad, overrun of a rotary axis's limits and of the tilt bounds
+    angle : rad, overrun of a rotary axis's limits, and of bounds on its angle and its turns
+    lean : rad, overrun of the tilt bounds
     contact : mm, distance of the reached ball centre, or contact, from the wanted one
-    jump : rad, the largest turn of a rotary axis in one cutting block
+    jump : rad, the largest turn of a rotary axis in one cutting block, where none was asked for
+    least_turn : rad, that a rotary axis may turn in any cutting block, however short
     deviation : mm, of the ball centre from the chord in a block that moves all axes linearly
     time : relative, of a block's duration against the axes' highest speeds
+    acceleration : relative, of a change of speed against the axes' highest accelerations
     gouge : mm, how deep the ball may reach into the part at a location
     chord_gouge : mm, the same within a move, which is the chord of a curve
     """
 
     length: float = 1e-6
     angle: float = math.radians(1e-6)
+    lean: float = math.radians(1e-6)
     contact: float = 1e-6
     jump: float = math.radians(45.0)
+    least_turn: float = math.radians(0.01)
     deviation: float = 0.01
     time: float = 1e-6
+    acceleration: float = 1e-3
     gouge: float = 0.01
     chord_gouge: float = 0.02
 
@@ -53,7 +60,7 @@ class Subject:
     motion, machine, toolpath : what is checked against what
     positions : (n, k), mm and rad; rows that aren't finite are NaN throughout
     tip, axis : (n, 3), mm and unit vectors, workpiece frame: where pinocchio finds the tool
-    bounds : tilt bounds, None where none were given
+    asked : bounds on postures and turns, as far as they were given
     tolerances : what counts as a difference
     """
 
@@ -63,7 +70,7 @@ class Subject:
     positions: Array
     tip: Array
     axis: Array
-    bounds: TiltBounds | None
+    asked: Asked
     tolerances: Tolerances
 
     @property
@@ -87,7 +94,7 @@ def make_subject(
     motion: Motion,
     machine: Machine,
     toolpath: Toolpath,
-    bounds: TiltBounds | None,
+    asked: Asked,
     tolerances: Tolerances,
 ) -> Subject:
     """Put a motion beside its path and find its tool poses.
@@ -106,7 +113,7 @@ def make_subject(
     finite = np.isfinite(motion.positions).all(axis=1, keepdims=True)
     positions = np.where(finite, motion.positions, np.nan)
     tip, axis = tool_poses(machine, positions)
-    return Subject(motion, machine, toolpath, positions, tip, axis, bounds, tolerances)
+    return Subject(motion, machine, toolpath, positions, tip, axis, asked, tolerances)
 
 
 def _require_fit(motion: Motion, machine: Machine, toolpath: Toolpath) -> None:

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Motion
-from fiveaxis.toolpath import Toolpath, for_tilt, tilt_bounds
+from fiveaxis.toolpath import Toolpath, for_tilt
+from fiveaxis.verification.asked import Asked
 from fiveaxis.verification.checks import check_contact, check_finite, check_limits, check_tilt
 from fiveaxis.verification.gouging import check_gouge
-from fiveaxis.verification.moves import check_deviation, check_jumps, check_speeds
+from fiveaxis.verification.moves import check_deviation, check_speeds
+from fiveaxis.verification.rates import KINDS, check_accelerations
 from fiveaxis.verification.report import Report, make_report
 from fiveaxis.verification.subject import DEFAULT_TOLERANCES, Tolerances, make_subject
+from fiveaxis.verification.turns import check_hold, check_jumps, check_singular, check_turn_rate
 
 if TYPE_CHECKING:
     import trimesh
@@ -21,8 +25,9 @@ if TYPE_CHECKING:
 NOT_CHECKED = (
     "collision of shank and holder with the part, and of machine bodies with each other: not offered yet",
     "tilt and axis limits between locations: checked at the locations",
-    "acceleration and jerk, and whether the durations keep the programmed feed",
+    "jerk, acceleration in links, and whether the durations keep the programmed feed",
 )
+NO_ACCELERATIONS = "acceleration: inserted locations cut moves into parts whose speeds don't tell it"
 
 
 def verify(
@@ -35,12 +40,18 @@ def verify(
     lead: tuple[float, float] | None = None,
     lean: tuple[float, float] | None = None,
     plane: tuple[float, float, float] | None = None,
+    hold: Mapping[str, float] | None = None,
+    max_turn: float | None = None,
+    turn_rate: float | None = None,
+    singular_cone: float | None = None,
+    singular_rate: float = 0.0,
     part: str | Path | trimesh.Trimesh | None = None,
     tolerances: Tolerances = DEFAULT_TOLERANCES,
 ) -> Report:
-    """Check a motion against its machine and its path, with kinematics of its own.
+    """Check a motion against its machine, its path and what was asked for, with kinematics of its own.
 
-    The tool's place follows from the axis values through pinocchio, not through the equations that made them.
+    Bounds are taken as `optimise` takes them. The tool's place follows from the axis values through
+    pinocchio, not through the equations that made them.
 
     Parameters
     ----------
@@ -52,18 +63,25 @@ def verify(
     lead, lean : smallest and largest angle by which the tool is tipped into the feed and to its left, degrees
     plane : a vector at right angles to a plane that the tool axis stays in, beside the others; with none of
         them, tilt isn't checked
+    hold : degrees by letter, where rotary axes stand
+    max_turn : largest turn of a rotary axis in one cutting move, degrees; else `Tolerances.jump`
+    turn_rate : largest turn of a rotary axis over the way of the pivot in cuts, deg/mm
+    singular_cone, singular_rate : half angle, degrees, about the direction of the first rotary axis in which
+        a cut turns that axis by this many deg/mm at most
     part : mesh of the finished part in mm, or its file; without it, gouges aren't checked
     tolerances : from where on a difference is a finding
 
     Returns
     -------
-    Findings with the codes ``not-finite``, ``axis-limit``, ``contact-error``, ``tilt``, ``jump``, ``speed``,
-    ``gouge`` (errors) and ``tip-deviation`` (warning), and the worst figure of every check.
+    Findings with the codes ``not-finite``, ``axis-limit``, ``contact-error``, ``tilt``, ``held-axis``,
+    ``jump``, ``turn-rate``, ``speed``, ``gouge`` (errors), ``singular-turn``, ``rotary-acceleration``,
+    ``linear-acceleration`` and ``tip-deviation`` (warnings: a control slows down, or needs a table of its
+    own), and the worst figure of every check.
 
     Raises
     ------
     SettingError
-        Both tilt and cone; a bad range; a motion of other axes than the machine's.
+        Both tilt and cone; a bad range or bound; a motion of other axes than the machine's.
     ToolpathError
         A motion of another length than the path; a path without the direction that tilt or cone refers to.
     MeshError
@@ -71,19 +89,62 @@ def verify(
     MissingDependency
         pinocchio isn't installed.
     """
-    bounds = None
-    if any(asked is not None for asked in (tilt, cone, lead, lean, plane)):
+    if any(bound is not None for bound in (tilt, cone, lead, lean, plane)):
         toolpath = for_tilt(toolpath, tilt, cone, lead=lead, lean=lean)
-        bounds = tilt_bounds(toolpath, tilt, cone, lead=lead, lean=lean, plane=plane)
-    subject = make_subject(motion, machine, toolpath, bounds, tolerances)
+    asked = Asked.of_degrees(
+        toolpath,
+        machine,
+        hold=hold,
+        max_turn=max_turn,
+        turn_rate=turn_rate,
+        singular_cone=singular_cone,
+        singular_rate=singular_rate,
+        tilt=tilt,
+        cone=cone,
+        lead=lead,
+        lean=lean,
+        plane=plane,
+    )
+    return examine(motion, machine, toolpath, asked, part=part, tolerances=tolerances)
+
+
+def examine(
+    motion: Motion,
+    machine: Machine,
+    toolpath: Toolpath,
+    asked: Asked,
+    *,
+    part: str | Path | trimesh.Trimesh | None = None,
+    tolerances: Tolerances = DEFAULT_TOLERANCES,
+    accelerations: bool = True,
+) -> Report:
+    """Check a motion as `verify` does, against bounds that are made already.
+
+    Parameters
+    ----------
+    motion, machine, toolpath, part, tolerances : as for `verify`
+    asked : bounds, for each location of the path
+    accelerations : whether the blocks' speeds tell accelerations; not where moves were cut into parts
+
+    Raises
+    ------
+    SettingError, ToolpathError, MeshError, MissingDependency
+        As `verify`.
+    """
+    subject = make_subject(motion, machine, toolpath, asked, tolerances)
+    changes = [check_accelerations(subject, kind) for kind in KINDS] if accelerations else []
     results = (
         check_finite(subject),
         check_limits(subject),
+        check_hold(subject),
         check_contact(subject),
         check_tilt(subject),
         check_jumps(subject),
+        check_turn_rate(subject),
+        check_singular(subject),
         check_speeds(subject),
+        *changes,
         check_deviation(subject),
         check_gouge(subject, part),
     )
-    return make_report(results, toolpath, NOT_CHECKED)
+    return make_report(results, toolpath, NOT_CHECKED if changes else (*NOT_CHECKED, NO_ACCELERATIONS))

@@ -1,0 +1,120 @@
+"""What an optimisation was bound by, to be held against the motion that came out of it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from fiveaxis.errors import SettingError
+from fiveaxis.geometry import Array, normalise
+from fiveaxis.machine import Machine
+from fiveaxis.toolpath import TiltBounds, Toolpath, interpolate, tilt_bounds
+
+
+@dataclass(frozen=True, eq=False)
+class Asked:
+    """Bounds on postures and turns; what is None or empty wasn't asked for.
+
+    Parameters
+    ----------
+    leaning : on the angles between the tool axis and directions
+    hold : rad by letter, where rotary axes stand
+    max_turn : rad, of a rotary axis in one cutting move
+    turn_rate : rad/mm, of a rotary axis over the way of the pivot in cutting moves
+    cone : rad, half angle about the first rotary axis in which that axis turns by `cone_rate` at most
+    cone_rate : rad/mm
+    """
+
+    leaning: TiltBounds | None = None
+    hold: Mapping[str, float] = field(default_factory=dict)
+    max_turn: float | None = None
+    turn_rate: float | None = None
+    cone: float | None = None
+    cone_rate: float = 0.0
+
+    @classmethod
+    def of_degrees(
+        cls,
+        toolpath: Toolpath,
+        machine: Machine,
+        *,
+        hold: Mapping[str, float] | None = None,
+        max_turn: float | None = None,
+        turn_rate: float | None = None,
+        singular_cone: float | None = None,
+        singular_rate: float = 0.0,
+        **leaning: Any,
+    ) -> Asked:
+        """Take bounds as `verify` does, deg and deg/mm, for a path in the zone that its lean asks for.
+
+        Raises
+        ------
+        SettingError
+            A bound out of its range; an axis that the machine hasn't got; what `tilt_bounds` refuses.
+        ToolpathError
+            A path without the direction that a bound refers to.
+        """
+        foreign = sorted(set(hold or {}) - set(machine.rotaries))
+        if foreign:
+            raise SettingError(
+                f"{', '.join(foreign)} can't be held: the rotary axes of {machine.name} are "
+                f"{', '.join(machine.rotaries)}; write for example C=30"
+            )
+        _require_within("max_turn", max_turn, math.ulp(0.0), math.inf, "deg")
+        _require_within("turn_rate", turn_rate, math.ulp(0.0), math.inf, "deg/mm")
+        _require_within("singular_cone", singular_cone, math.ulp(0.0), math.nextafter(90.0, 0.0), "deg")
+        if singular_cone is None and singular_rate:
+            raise SettingError(
+                f"singular_rate {singular_rate:g} deg/mm belongs to a singular cone; give that too"
+            )
+        _require_within("singular_rate", singular_rate, 0.0, math.inf, "deg/mm")
+        asked = any(value is not None for value in leaning.values())
+        return cls(
+            leaning=tilt_bounds(toolpath, **leaning) if asked else None,
+            hold={letter: math.radians(angle) for letter, angle in (hold or {}).items()},
+            max_turn=_radians(max_turn),
+            turn_rate=_radians(turn_rate),
+            cone=_radians(singular_cone),
+            cone_rate=math.radians(singular_rate),
+        )
+
+    def between(self, row: Array) -> Asked:
+        """Return the bounds for a path with inserted locations.
+
+        What a bound refers to (a normal, a programmed axis) turns evenly from one location to the next.
+
+        Parameters
+        ----------
+        row : (m,), places of the locations in rows of the path that the bounds are of: 3.25 lies between
+            3 and 4
+        """
+        if self.leaning is None:
+            return self
+        every = tuple(replace(b, reference=_turned(b.reference, row), beside=()) for b in self.leaning.all)
+        return replace(self, leaning=replace(every[0], beside=every[1:]))
+
+
+def _turned(reference: Array, row: Array) -> Array:
+    """Take directions, (n, 3), at fractional rows; NaN next to a row without any, and between opposites."""
+    blend = np.where(
+        (row == np.floor(row))[:, None],
+        reference[np.floor(row).astype(np.int64)],
+        interpolate(reference, row),
+    )
+    length = np.linalg.norm(blend, axis=1, keepdims=True)
+    return normalise(np.where(length > 1e-9, blend, np.nan))
+
+
+def _radians(degrees: float | None) -> float | None:
+    return None if degrees is None else math.radians(degrees)
+
+
+def _require_within(name: str, value: float | None, low: float, high: float, unit: str) -> None:
+    if value is not None and not low <= value <= high:
+        sign = "can't be negative" if low == 0.0 else "must be above 0"
+        top = "" if high == math.inf else f" and below {math.ceil(high):g}"
+        raise SettingError(f"{name} is {value:g} {unit}; it {sign}{top}")

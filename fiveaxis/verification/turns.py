@@ -1,0 +1,183 @@
+"""The checks on rotary axes: where they are held, and how far they turn in a cut."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from fiveaxis.findings import Severity
+from fiveaxis.geometry import Array, angle_between
+from fiveaxis.verification.checks import largest
+from fiveaxis.verification.model import tool_poses
+from fiveaxis.verification.report import Result, left_out
+from fiveaxis.verification.subject import Subject
+
+# A way shorter than this, mm, tells no turn per mm.
+SHORTEST_WAY = 1e-3
+
+
+def check_hold(subject: Subject) -> Result:
+    """Check that held rotary axes stand at their angle, in links too."""
+    hold, machine = subject.asked.hold, subject.machine
+    if not hold:
+        return left_out("held-axis", {"held_axis_off_deg": None}, "held axes: none were named")
+    letters = [letter for letter in machine.rotaries if letter in hold]
+    columns = [machine.column(letter) for letter in letters]
+    off = np.degrees(np.abs(subject.positions[:, columns] - [hold[letter] for letter in letters]))
+    rows, which = np.nonzero(off > math.degrees(subject.tolerances.angle))
+
+    def message(i: int) -> str:
+        letter = letters[which[i]]
+        value = math.degrees(subject.positions[rows[i], columns[which[i]]])
+        return (
+            f"{letter} = {value:.6g} deg, and it is held at {math.degrees(hold[letter]):g} deg; optimise "
+            "again with this axis held"
+        )
+
+    held = ", ".join(f"{letter} at {math.degrees(hold[letter]):g} deg" for letter in letters)
+    return Result(
+        code="held-axis",
+        severity=Severity.ERROR,
+        rows=rows,
+        values=off[rows, which],
+        message=message,
+        figures={"held_axis_off_deg": largest(off)},
+        checked=(f"{held}, held at every location",),
+    )
+
+
+def check_jumps(subject: Subject) -> Result:
+    """Check that no rotary axis turns suddenly while the tool cuts.
+
+    A control that interpolates in machine coordinates would sweep the tool through the part. Links and
+    rapids may turn as far as they like, and a cut in which the program itself turns the tool as far as that.
+    """
+    most = subject.tolerances.jump if subject.asked.max_turn is None else subject.asked.max_turn
+    allowed = np.maximum(most, programmed_turns(subject))
+    columns = subject.machine.rotary_columns
+    turns = np.where(subject.cutting[:, None], subject.steps[:, columns], 0.0)
+    rows, which = np.nonzero(turns > allowed[:, None] + subject.tolerances.angle)
+    degrees = np.degrees(turns)
+
+    def message(i: int) -> str:
+        return (
+            f"{subject.machine.rotaries[which[i]]} turns {degrees[rows[i], which[i]]:.4g} deg within one "
+            f"cutting block (at most {math.degrees(allowed[rows[i]]):g} deg); link with a retract "
+            "there, or put locations closer together"
+        )
+
+    farther = ", farther only where the program turns the tool farther" if allowed.max() > most else ""
+    return Result(
+        code="jump",
+        severity=Severity.ERROR,
+        rows=rows,
+        values=degrees[rows, which],
+        message=message,
+        figures={"rotary_step_deg": largest(degrees)},
+        checked=(
+            f"turn of every rotary axis in each cutting block, at most {math.degrees(most):g} deg{farther}",
+        ),
+    )
+
+
+def programmed_turns(subject: Subject) -> Array:
+    """Measure how far the program turns the tool in the move to each location, (n,) rad; 0 where unknown.
+
+    A location that was inserted knows no axis: the parts of a move count as the whole of it.
+    """
+    axis = subject.toolpath.axis
+    known = np.flatnonzero(np.isfinite(axis).all(axis=1))
+    if len(known) < 2:
+        return np.zeros(len(axis))
+    turns = np.append(angle_between(axis[known[1:]], axis[known[:-1]]), 0.0)
+    after = np.searchsorted(known, np.arange(len(axis)))
+    return np.where(after > 0, turns[after - 1], 0.0)
+
+
+def check_turn_rate(subject: Subject) -> Result:
+    """Check the turn of rotary axes over the way of the pivot in cuts."""
+    rate, figure = subject.asked.turn_rate, "turn_rate_deg_mm"
+    if rate is None:
+        return left_out("turn-rate", {figure: None}, "turn of rotary axes per mm of the way: none was given")
+    way = subject.toolpath.lengths
+    turns = np.where(subject.cutting[:, None], subject.steps[:, subject.machine.rotary_columns], 0.0)
+    # A place that is there twice would forbid every turn between its two locations.
+    allowed = np.maximum(rate * way, subject.tolerances.least_turn)
+    rows, which = np.nonzero(turns > allowed[:, None] + subject.tolerances.angle)
+    long = way > SHORTEST_WAY
+
+    def message(i: int) -> str:
+        turn = math.degrees(turns[rows[i], which[i]])
+        return (
+            f"{subject.machine.rotaries[which[i]]} turns {turn:.4g} deg over {way[rows[i]]:.4g} mm (at most "
+            f"{math.degrees(rate):g} deg/mm, {math.degrees(allowed[rows[i]]):.4g} deg here); optimise again "
+            "or allow more"
+        )
+
+    return Result(
+        code="turn-rate",
+        severity=Severity.ERROR,
+        rows=rows,
+        values=np.degrees(turns[rows, which]),
+        message=message,
+        figures={figure: largest(np.degrees(turns[long] / way[long, None]))},
+        checked=(f"turn of every rotary axis in cuts, at most {math.degrees(rate):g} deg/mm",),
+    )
+
+
+def check_singular(subject: Subject) -> Result:
+    """Check that the first rotary axis is held, or turns slowly, in cuts that pass its singular cone.
+
+    There it turns far for little of the tool's direction: a control slows down, and can do no harm.
+    """
+    cone, figure = subject.asked.cone, "singular_turn_deg"
+    if cone is None:
+        return left_out(
+            "singular-turn", {figure: None}, "turns next to the singular direction: no cone given"
+        )
+    machine, tolerances = subject.machine, subject.tolerances
+    turns = subject.steps[:, machine.rotary_columns[0]]
+    nearest = nearest_angles(subject)
+    inside = subject.cutting & (nearest < cone - tolerances.angle)
+    allowed = subject.asked.cone_rate * subject.toolpath.lengths
+    rows = np.flatnonzero(inside & (turns > allowed + tolerances.angle))
+
+    def message(i: int) -> str:
+        row, letter = rows[i], machine.rotaries[0]
+        return (
+            f"{letter} turns {math.degrees(turns[row]):.4g} deg (at most {math.degrees(allowed[row]):.4g} "
+            f"deg) while the tool axis is {math.degrees(nearest[row]):.3g} deg from the singular direction "
+            f"(cone {math.degrees(cone):g} deg), and the control slows down; widen the tilt range or tilt "
+            "the part on the table"
+        )
+
+    return Result(
+        code="singular-turn",
+        severity=Severity.WARNING,
+        rows=rows,
+        values=np.degrees(turns[rows]),
+        message=message,
+        figures={figure: largest(np.degrees(turns[inside])) if inside.any() else 0.0},
+        checked=(
+            f"turn of {machine.rotaries[0]} in cuts within {math.degrees(cone):g} deg of the singular "
+            f"direction, at most {math.degrees(subject.asked.cone_rate):g} deg/mm",
+        ),
+    )
+
+
+def nearest_angles(subject: Subject) -> Array:
+    """Measure how near each move comes to the singular direction: at its ends and halfway, (n,) rad.
+
+    It is the direction of the first rotary axis, either way along it; the first row has its own angle.
+    """
+    line = next(j.line.direction for j in subject.machine.chain.joints if j.is_rotary)
+    positions = subject.positions
+    _, halfway = tool_poses(subject.machine, (positions[1:] + positions[:-1]) / 2.0)
+
+    def measured(axis: Array) -> Array:
+        angle = angle_between(np.broadcast_to(np.array(line, dtype=float), axis.shape), axis)
+        return np.minimum(angle, math.pi - angle)
+
+    at = measured(subject.axis)
+    return np.concatenate([at[:1], np.minimum(np.minimum(at[1:], at[:-1]), measured(halfway))])

@@ -1,0 +1,74 @@
+"""Bounds at locations that were inserted between those of a path."""
+
+import numpy as np
+import pytest
+
+from fiveaxis.motion import fill_in_rows, follow
+from fiveaxis.toolpath import Tool, Toolpath
+from fiveaxis.verification import Asked, Tolerances, examine
+
+
+def bent(n: int = 3, step: float = 20.0) -> Toolpath:
+    """A cut whose normal turns by `step` degrees from one location to the next."""
+    angle = np.radians(step * np.arange(n))
+    normal = np.stack([np.zeros(n), -np.sin(angle), np.cos(angle)], axis=1)
+    contact = np.stack([30.0 + np.arange(n), -40.0 * np.sin(angle), 40.0 * np.cos(angle)], axis=1)
+    return Toolpath.from_contacts(contact, normal, Tool.ball(6.0))
+
+
+def angles_of(asked: Asked) -> list[float]:
+    reference = asked.leaning.reference
+    return np.degrees(np.arctan2(-reference[:, 1], reference[:, 2])).tolist()
+
+
+def test_what_a_bound_refers_to_turns_evenly_between_two_locations(hayashi):
+    asked = Asked.of_degrees(bent(), hayashi, tilt=(10.0, 60.0))
+    found = asked.between(np.array([0.0, 0.5, 1.0, 1.25, 2.0]))
+    assert angles_of(found) == pytest.approx([0.0, 10.0, 20.0, 25.0, 40.0], abs=0.2)
+    assert (found.leaning.low, found.leaning.high) == (asked.leaning.low, asked.leaning.high)
+
+
+def test_bounds_beside_the_first_are_spread_too(hayashi):
+    asked = Asked.of_degrees(bent(), hayashi, lead=(-10.0, 20.0), lean=(-5.0, 5.0))
+    found = asked.between(np.array([0.0, 0.5, 1.0]))
+    assert len(found.leaning.all) == len(asked.leaning.all) == 5
+    assert all(b.reference.shape == (3, 3) for b in found.leaning.all)
+
+
+def test_next_to_a_link_nothing_is_known(hayashi):
+    path = bent().with_links(np.array([False, True, False]))
+    found = Asked.of_degrees(path, hayashi, tilt=(10.0, 60.0)).between(np.array([0.0, 0.5, 1.0, 1.5, 2.0]))
+    assert np.isfinite(found.leaning.reference).all(axis=1).tolist() == [True, False, False, False, True]
+
+
+def test_a_lean_that_is_kept_at_both_ends_only_is_found_between_them(hayashi):
+    """A swings from one side of the normal to the other: right at both ends, upright in the middle."""
+    path = bent(2, step=0.0)
+    rotary = np.radians([[0.0, -30.0], [0.0, 30.0]])
+    filled, motion, row = fill_in_rows(path, hayashi, rotary)
+    asked = Asked.of_degrees(path, hayashi, tilt=(20.0, 40.0))
+    report = examine(motion, hayashi, filled, asked.between(row), tolerances=Tolerances(jump=2.0))
+    assert set(report.counts) == {"tilt"}
+    assert report.figures["tilt_min_deg"] < 5.0
+    assert examine(follow(path, hayashi, rotary), hayashi, path, asked, tolerances=Tolerances(jump=2.0)).ok
+
+
+def test_rows_of_a_filled_path_lie_among_the_given_ones(hayashi):
+    path = bent()
+    rotary = np.radians([[0.0, -20.0], [5.0, -40.0], [9.0, -50.0]])
+    filled, motion, row = fill_in_rows(path, hayashi, rotary)
+    assert len(filled) == len(motion) == len(row) > len(path)
+    assert (np.diff(row) > 0.0).all()
+    given = np.isin(row, np.arange(3.0))
+    np.testing.assert_array_equal(filled.pivot[given], path.pivot)
+    angles = motion.positions[:, hayashi.rotary_columns]
+    expected = np.stack([np.interp(row, np.arange(3.0), a) for a in rotary.T], axis=1)
+    np.testing.assert_allclose(angles, expected, atol=1e-12)
+
+
+def test_accelerations_of_a_divided_path_are_left_out_and_it_is_said(hayashi):
+    path = bent()
+    motion = follow(path, hayashi, np.radians([[0.0, -20.0], [5.0, -40.0], [9.0, -50.0]]))
+    report = examine(motion, hayashi, path, Asked(), accelerations=False)
+    assert "rotary_acceleration_share" not in report.figures
+    assert any("inserted locations" in sentence for sentence in report.not_checked)
