@@ -8,6 +8,7 @@ that each posture needs.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,6 +18,9 @@ from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.kinematics import linear_positions, tool_axes
 from fiveaxis.machine import Axis, Machine
 from fiveaxis.posture import Solution
+
+# Tells for locations (m,) and rotary angles (m, 2), rad, which postures are clear of collisions, (m,).
+Admits = Callable[[IntArray, Array], BoolArray]
 
 FULL_TURN = 2.0 * math.pi
 # Grid of the maps: wide enough to be quick, fine enough to show every region (deg).
@@ -56,11 +60,13 @@ class PostureMap:
     locations : (m,), indices of the locations, from 0
     first : (g,), rad, grid of the first rotary axis
     cost : (m, g), J, least S_W over the admissible angles of the second axis; NaN where there is none
+    colliding : (m, g), where there would be one, but for a collision
     """
 
     locations: IntArray
     first: Array
     cost: Array
+    colliding: BoolArray
 
 
 def surface_at(solution: Solution, location: int) -> Surface:
@@ -70,16 +76,23 @@ def surface_at(solution: Solution, location: int) -> Surface:
     return Surface(location, *grid, cost[0], allowed[0])
 
 
-def posture_map(solution: Solution) -> PostureMap:
+def posture_map(solution: Solution, admits: Admits | None = None) -> PostureMap:
     """Compute what each angle of the first rotary axis costs at best, along the path.
 
     A path of more than `MOST_LOCATIONS` is sampled evenly, both ends included.
+
+    Parameters
+    ----------
+    solution : the result
+    admits : tells which postures are clear of collisions; None where nobody knows
     """
     n = len(solution.toolpath)
     locations = np.unique(np.linspace(0, n - 1, min(n, MOST_LOCATIONS)).round().astype(np.int64))
     grid = _grid(solution.machine, FIRST_STEP, SECOND_STEP)
     pieces = np.array_split(locations, math.ceil(len(locations) / CHUNK))
-    return PostureMap(locations, grid[0], np.concatenate([_least(solution, p, grid) for p in pieces]))
+    parts = [_least(solution, piece, grid, admits) for piece in pieces]
+    cost, colliding = (np.concatenate(part) for part in zip(*parts, strict=True))
+    return PostureMap(locations, grid[0], cost, colliding)
 
 
 def modulo_turn(angles: Array, axis: Axis) -> Array:
@@ -109,10 +122,20 @@ def _angles(bounds: tuple[float, float], step: float) -> Array:
     return np.linspace(low, high, max(2, round(math.degrees(high - low) / step) + 1))
 
 
-def _least(solution: Solution, locations: IntArray, grid: tuple[Array, Array]) -> Array:
+def _least(
+    solution: Solution, locations: IntArray, grid: tuple[Array, Array], admits: Admits | None
+) -> tuple[Array, BoolArray]:
+    """Give the least cost of each first angle, (m, g) J, and where only collisions leave none."""
     cost, allowed = _evaluate(solution, locations, grid)
-    least = np.where(allowed, cost, np.inf).min(axis=2)
-    return np.where(np.isinf(least), np.nan, least)
+    clear = allowed
+    if admits is not None:
+        row, first, second = np.nonzero(allowed)
+        rotary = np.column_stack([grid[0][first], grid[1][second]])
+        clear = np.zeros_like(allowed)
+        clear[row, first, second] = admits(locations[row], rotary)
+    least = np.where(clear, cost, np.inf).min(axis=2)
+    colliding = np.asarray(allowed.any(axis=2) & ~clear.any(axis=2))
+    return np.where(np.isinf(least), np.nan, least), colliding
 
 
 def _evaluate(solution: Solution, locations: IntArray, grid: tuple[Array, Array]) -> tuple[Array, BoolArray]:

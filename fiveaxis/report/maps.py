@@ -42,6 +42,8 @@ _BELOW: dict[str, Any] = {
 def posture_map_png(solution: Solution, landscape: PostureMap, baseline: str | None) -> str:
     """Draw the path against the first rotary axis, coloured by least cost, with the chosen curve.
 
+    Where collisions alone forbid every posture the grey is hatched.
+
     Returns
     -------
     Address of an inlined PNG
@@ -58,6 +60,15 @@ def posture_map_png(solution: Solution, landscape: PostureMap, baseline: str | N
             rasterized=True,
         )
         _finish(figure, axes, mesh, landscape.first)
+        if landscape.colliding.any():
+            axes.contourf(
+                landscape.locations,
+                np.degrees(landscape.first),
+                landscape.colliding.T.astype(float),
+                levels=[0.5, 1.5],
+                colors=[FORBIDDEN],
+                hatches=["xxxx"],
+            )
         if baseline is not None:
             _curve(axes, solution, baseline, BEFORE, 4.0)
         _curve(axes, solution, "optimised", "white", 1.2)

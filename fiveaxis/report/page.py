@@ -19,6 +19,7 @@ from fiveaxis.report.landscape import (
     FIRST_STEP,
     MOST_LOCATIONS,
     SECOND_STEP,
+    Admits,
     feed_mm_min,
     posture_map,
     surface_at,
@@ -34,7 +35,9 @@ BOUNDARIES = {
 }
 
 
-def write_report(solution: Solution, document: Mapping[str, Any], path: str | Path) -> Path:
+def write_report(
+    solution: Solution, document: Mapping[str, Any], path: str | Path, *, admits: Admits | None = None
+) -> Path:
     """Write the page that explains a run: one file, no network, the same bytes for the same inputs.
 
     Parameters
@@ -42,16 +45,17 @@ def write_report(solution: Solution, document: Mapping[str, Any], path: str | Pa
     solution : the result with its baselines; the figures are drawn from it
     document : what `report_document` made of the same solution; texts and tables are taken from it
     path : the ``.html`` file
+    admits : tells for locations (m,) and rotary angles (m, 2), rad, which postures are clear of collisions
 
     Raises
     ------
     SettingError
         The file can't be written there.
     """
-    return write_atomically(path, compose_page(solution, document))
+    return write_atomically(path, compose_page(solution, document, admits))
 
 
-def compose_page(solution: Solution, document: Mapping[str, Any]) -> str:
+def compose_page(solution: Solution, document: Mapping[str, Any], admits: Admits | None = None) -> str:
     """Compose the page as HTML text."""
     room = files("fiveaxis.report")
     template = Template(room.joinpath("page.html").read_text(encoding="utf-8"))
@@ -66,7 +70,7 @@ def compose_page(solution: Solution, document: Mapping[str, Any]) -> str:
         energy=_energy(solution, document, baseline),
         budget=_budget(document),
         motion=_motion(solution, baseline),
-        posture=_posture(solution, baseline),
+        posture=_posture(solution, baseline, admits),
         findings=_findings(document),
         solver=_solver(document),
         machine=_machine(document),
@@ -181,13 +185,13 @@ def _motion(solution: Solution, baseline: str | None) -> str:
     return _figure(axis_lines(solution, baseline), escape(caption))
 
 
-def _posture(solution: Solution, baseline: str | None) -> str:
+def _posture(solution: Solution, baseline: str | None, admits: Admits | None) -> str:
     first, second = solution.machine.rotaries
     surface = surface_at(solution, len(solution.toolpath) // 2)
     across = _image(
-        posture_map_png(solution, posture_map(solution), baseline),
+        posture_map_png(solution, posture_map(solution, admits), baseline),
         f"Map of the path against {first}, coloured by energy",
-        _map_caption(solution),
+        _map_caption(solution, admits is not None),
     )
     return across + _image(
         surface_png(solution, surface, baseline),
@@ -196,9 +200,15 @@ def _posture(solution: Solution, baseline: str | None) -> str:
     )
 
 
-def _map_caption(solution: Solution) -> str:
+def _map_caption(solution: Solution, knows_collisions: bool) -> str:
     first, second = solution.machine.rotaries
     n = len(solution.toolpath)
+    collisions = (
+        f"Hatched: there would be one, but the tool or its holder collides with every {second}; looked up in "
+        "a map of directions some degrees wide."
+        if knows_collisions
+        else "Collisions aren’t in this map."
+    )
     sampled = "" if n <= MOST_LOCATIONS else f" {MOST_LOCATIONS} of {tables.number(n)} locations are sampled."
     return (
         f"Colour: energy of moving from axis zero to this location with {first} as on the left and the "
@@ -206,7 +216,7 @@ def _map_caption(solution: Solution) -> str:
         f"{second} needn’t be that one: what is minimised is the change from location to location, not the "
         f"height. Grey: no {second} is admissible. {first} is shown without whole turns; grid "
         f"{FIRST_STEP:g}° × {SECOND_STEP:g}°, median feed {feed_mm_min(solution):.0f} mm/min.{sampled} "
-        "Collisions aren’t in this map."
+        f"{collisions}"
     )
 
 

@@ -110,3 +110,16 @@ def test_a_posture_outside_the_axis_limits_widens_the_surface(trunnion_solution:
     home = replace(trunnion_solution.motion, positions=np.zeros_like(trunnion_solution.motion.positions))
     assert grey_pixels(surface_png(trunnion_solution, surface, None)) > 20_000
     assert grey_pixels(surface_png(replace(trunnion_solution, motion=home), surface, None)) < 500
+
+
+def test_what_collides_is_hatched(solution: Solution) -> None:
+    landscape = posture_map(solution)
+    half = np.arange(len(landscape.first)) % 40 < 20
+    hidden = replace(
+        landscape,
+        cost=np.where(half, np.nan, landscape.cost),
+        colliding=np.isfinite(landscape.cost) & half,
+    )
+    plain = replace(hidden, colliding=np.zeros_like(hidden.colliding))
+    hatched = grey_pixels(posture_map_png(solution, hidden, "normal"))
+    assert hatched < grey_pixels(posture_map_png(solution, plain, "normal")) - 1000

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from fiveaxis.energy import travel_costs
+from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.kinematics import linear_positions, tool_axes
 from fiveaxis.machine import Axis, Limits, Machine
 from fiveaxis.posture import Solution
@@ -121,3 +122,18 @@ def test_an_axis_with_narrow_limits_is_shown_between_them() -> None:
 def test_a_posture_past_a_narrow_limit_stays_past_it() -> None:
     trunnion = Axis("A", Limits(math.radians(-50.0), math.radians(100.0)))
     np.testing.assert_allclose(modulo_turn(np.radians([-98.0]), trunnion), np.radians([-98.0]))
+
+
+def test_postures_that_collide_are_left_out_of_the_map_and_told_apart(solution: Solution) -> None:
+    machine = solution.machine
+
+    def admits(rows: IntArray, rotary: Array) -> BoolArray:
+        assert rows.shape == (len(rotary),)
+        return np.asarray(tool_axes(machine, rotary)[:, 0] > 0.0)
+
+    whole, rest = posture_map(solution), posture_map(solution, admits)
+    assert not whole.colliding.any()
+    assert (rest.colliding == np.isfinite(whole.cost) & np.isnan(rest.cost)).all()
+    assert 0.1 < rest.colliding.mean() < 0.9
+    both = np.isfinite(rest.cost)
+    assert (rest.cost[both] >= whole.cost[both]).all()
