@@ -1,7 +1,8 @@
-"""The check of the ball against the part's mesh."""
+"""The check of the cutter against the part's mesh."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -10,22 +11,36 @@ import numpy as np
 from fiveaxis.contour import load_mesh
 from fiveaxis.contour.distance import TriangleTree
 from fiveaxis.findings import Severity
-from fiveaxis.geometry import Array, IntArray
+from fiveaxis.geometry import Array, BoolArray, IntArray, angle_between
 from fiveaxis.verification.checks import largest
+from fiveaxis.verification.cutting_body import CuttingBody
+from fiveaxis.verification.model import tool_poses
 from fiveaxis.verification.report import Result
 from fiveaxis.verification.subject import Subject
 
 if TYPE_CHECKING:
     import trimesh
 
-# Distance of the places within a move at which the ball is tried, mm.
-PITCH = 0.5
+# rad: a rotary axis turns by no more between two places of a way that are looked at.
+TURN = np.radians(2.0)
+# Halvings of a part of a way.
+MOST_ROUNDS = 40
 
 
-def check_gouge(subject: Subject, part: str | Path | trimesh.Trimesh | None) -> Result:
-    """Check that the ball stays out of the part, at the locations and on the straight ways between them.
+def check_gouge(
+    subject: Subject, part: str | Path | trimesh.Trimesh | None, *, straight: bool = True
+) -> Result:
+    """Check that the cutter stays out of the part, at the locations and on the ways between them.
 
-    The ball may reach `Tolerances.gouge` deep at a location and `Tolerances.chord_gouge` within a move.
+    The cutting part may reach `Tolerances.gouge` deep at a location and `Tolerances.chord_gouge` within a
+    move; in links and rapid moves too.
+
+    Parameters
+    ----------
+    subject : the motion
+    part : the mesh, or its file; without it nothing is checked
+    straight : whether the control leads the tool's centre straight (tool centre point control) while the
+        rotary axes turn in proportion; else all axes run linearly
 
     Raises
     ------
@@ -34,23 +49,24 @@ def check_gouge(subject: Subject, part: str | Path | trimesh.Trimesh | None) -> 
     """
     if part is None:
         return _gouge_left_out("no mesh of the part was given")
-    if not subject.toolpath.tool.cutter.is_ball:
-        return _gouge_left_out("only balls are checked against a mesh")
     mesh = load_mesh(part, allow_open=True) if isinstance(part, str | Path) else part
-    tolerances = subject.tolerances
-    here, way = gouge_depths(subject, mesh)
+    tolerances, body = subject.tolerances, CuttingBody.of(subject.toolpath.tool)
+    here, way = gouge_depths(subject, mesh, straight=straight)
     rows = np.flatnonzero((here > tolerances.gouge) | (way > tolerances.chord_gouge))
     depth = np.fmax(here, way)
+    name = "ball" if subject.toolpath.tool.cutter.is_ball else "cutter"
 
     def message(i: int) -> str:
-        place = "here" if here[rows[i]] > tolerances.gouge else "on the way here"
+        at_location = here[rows[i]] > tolerances.gouge
+        place, bound = (
+            ("here", tolerances.gouge) if at_location else ("on the way here", tolerances.chord_gouge)
+        )
         return (
-            f"the ball reaches {depth[rows[i]]:.3g} mm deep into the part {place} (at most "
-            f"{tolerances.gouge:g} mm at a location, {tolerances.chord_gouge:g} mm between two); "
-            "check that part and path have one zero, or take a smaller ball"
+            f"the {name} reaches {depth[rows[i]]:.3g} mm deep into the part {place} (at most "
+            f"{bound:g} mm {'at a location' if at_location else 'between two locations'}); "
+            "check that part and path have one zero, or take a smaller tool"
         )
 
-    ways = f"ball against the part's mesh at every location and every {PITCH:g} mm between them"
     inside = "whether the whole path lies inside the part: its mesh isn't watertight"
     return Result(
         code="gouge",
@@ -59,68 +75,188 @@ def check_gouge(subject: Subject, part: str | Path | trimesh.Trimesh | None) -> 
         values=depth[rows],
         message=message,
         figures={"gouge_depth_mm": largest(np.maximum(depth, 0.0))},
-        checked=(ways,),
-        not_checked=() if mesh.is_watertight else (inside,),
+        checked=(_what_was_checked(name, body, straight),),
+        not_checked=(
+            *(() if mesh.is_watertight else (inside,)),
+            *(() if body.is_stated else (_unstated(body),)),
+        ),
     )
 
 
-def gouge_depths(subject: Subject, mesh: trimesh.Trimesh) -> tuple[Array, Array]:
-    """Measure how deep the ball reaches into the part.
-
-    Returns
-    -------
-    here : (n,), mm: at the location; negative is room to the surface, NaN where the ball's place is unknown
-    way : (n,), mm: the deepest on the straight way to the location, −∞ where the way is short
-    """
-    radius, centre = subject.toolpath.tool.radius, subject.centre
-    tree = TriangleTree.build(np.asarray(mesh.triangles, dtype=float))
-    known = np.isfinite(centre).all(axis=1)
-    here, way = np.full(len(centre), np.nan), np.full(len(centre), -np.inf)
-    here[known] = radius - tree.distances(centre[known])
-    points, rows = sample_ways(centre)
-    np.maximum.at(way, rows, radius - tree.distances(points))
-    if mesh.is_watertight:
-        _sink_enclosed(here, way, centre, mesh, radius, subject.tolerances.gouge)
-    return here, way
+def _what_was_checked(name: str, body: CuttingBody, straight: bool) -> str:
+    how = "with its centre led straight" if straight else "with all axes linear in time"
+    return (
+        f"{name}, up to {body.height:g} mm above its tip, against the part's mesh at every location and, "
+        f"{how}, between them: every {body.finest:.3g} mm where the surface is near"
+    )
 
 
-def sample_ways(points: Array) -> tuple[Array, IntArray]:
-    """Place points on the straight ways between rows, at most `PITCH` apart, the rows themselves left out.
+def _unstated(body: CuttingBody) -> str:
+    return f"cutting edges higher than {body.height:g} mm: the tool states no cutting length"
+
+
+@dataclass(frozen=True, eq=False)
+class Places:
+    """Places of the tool: tip and axis, (n, 3) mm and unit vectors."""
+
+    tip: Array
+    axis: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Ways:
+    """The ways between the rows of a motion.
 
     Parameters
     ----------
-    points : (n, 3), mm; ways from or to rows with NaN are left out
+    subject : the motion
+    straight : see `check_gouge`
+    lever : mm, largest distance of the cutter's points from its centre
+    """
+
+    subject: Subject
+    straight: bool
+    lever: float
+
+    def places(self, row: IntArray, share: Array) -> Places:
+        """Place the tool at shares, (m,) 0…1, of the ways that end at rows, (m,)."""
+        subject, part = self.subject, share[:, None]
+        before, after = subject.positions[row - 1], subject.positions[row]
+        tip, axis = tool_poses(subject.machine, before + part * (after - before))
+        if self.straight:
+            centre = (1.0 - part) * subject.centre[row - 1] + part * subject.centre[row]
+            tip = centre - subject.toolpath.zone.height * axis
+        return Places(tip, axis)
+
+    def movement(self, one: Places, two: Places) -> Array:
+        """Bound how far any point of the cutter goes between near places, (m,) mm."""
+        height = self.subject.toolpath.zone.height
+        centre = np.linalg.norm(two.tip - one.tip + height * (two.axis - one.axis), axis=1)
+        return np.asarray(centre + self.lever * angle_between(one.axis, two.axis))
+
+
+def gouge_depths(subject: Subject, mesh: trimesh.Trimesh, *, straight: bool = True) -> tuple[Array, Array]:
+    """Measure how deep the cutter reaches into the part.
+
+    No depth changes faster than the cutter moves, so the way between two places is divided only while their
+    depths and the movement leave room for a gouge, and no finer than `CuttingBody.finest`.
 
     Returns
     -------
-    samples : (m, 3), mm
-    rows : (m,), the row where the sample's way ends
+    here : (n,), mm: at the location; negative is room, told no further than a move could use it up; NaN
+        where the tool's place is unknown
+    way : (n,), mm: the deepest between the location before and this one, −∞ where nothing was near
     """
-    steps = np.diff(points, axis=0)
-    length = np.linalg.norm(steps, axis=1)
-    parts = np.maximum(np.ceil(np.where(np.isfinite(length), length, 0.0) / PITCH), 1.0).astype(np.int64)
-    moves = np.repeat(np.arange(len(steps)), parts - 1)
-    first = np.cumsum(parts - 1) - (parts - 1)
-    share = (np.arange(len(moves)) - first[moves] + 1) / parts[moves]
-    return points[moves] + share[:, None] * steps[moves], moves + 1
+    body = CuttingBody.of(subject.toolpath.tool)
+    tree = TriangleTree.build(np.asarray(mesh.triangles, dtype=float))
+    outline = subject.toolpath.tool.cutter.outline()
+    far = np.vstack([outline, [body.radius, body.height]]) - [0.0, subject.toolpath.zone.height]
+    ways = Ways(subject, straight, float(np.linalg.norm(far, axis=1).max()))
+    known = np.isfinite(subject.tip).all(axis=1)
+    here, way = np.full(len(known), np.nan), np.full(len(known), -np.inf)
+    begins = _begin(ways, known)
+    floors = np.zeros(len(known))
+    for ends in (begins.row - 1, begins.row):
+        np.minimum.at(floors, ends, -begins.movement)
+    here[known] = body.depths(subject.tip[known], subject.axis[known], tree, floors[known])
+    _search(ways, begins, here, way, body, tree)
+    if mesh.is_watertight:
+        _sink_enclosed(here, way, subject, body, mesh, tree)
+    return here, way
+
+
+@dataclass(frozen=True, eq=False)
+class Stretches:
+    """Parts of ways.
+
+    Parameters
+    ----------
+    row : (m,), where the way ends
+    low, high : (m,), shares of the way
+    movement : (m,), mm, of the cutter in the part
+    """
+
+    row: IntArray
+    low: Array
+    high: Array
+    movement: Array
+
+    def at(self, which: BoolArray) -> Stretches:
+        """Give some of them."""
+        return Stretches(self.row[which], self.low[which], self.high[which], self.movement[which])
+
+
+def _begin(ways: Ways, known: BoolArray) -> Stretches:
+    """Divide the ways so that no rotary axis turns by more than `TURN` in a part."""
+    subject = ways.subject
+    row = np.flatnonzero(known[1:] & known[:-1]) + 1
+    turns = subject.steps[row][:, subject.machine.rotary_columns].max(axis=1, initial=0.0)
+    parts = np.maximum(np.ceil(turns / TURN), 1.0).astype(np.int64)
+    owner = np.repeat(row, parts)
+    number = np.arange(len(owner)) - np.repeat(np.cumsum(parts) - parts, parts)
+    share = np.repeat(1.0 / parts, parts)
+    low, high = number * share, (number + 1) * share
+    one, two = ways.places(owner, low), ways.places(owner, high)
+    return Stretches(owner, low, high, ways.movement(one, two))
+
+
+def _search(
+    ways: Ways, open_parts: Stretches, here: Array, way: Array, body: CuttingBody, tree: TriangleTree
+) -> None:
+    """Halve parts of ways while a gouge may hide in them; writes the deepest places into `way`."""
+    limit = min(ways.subject.tolerances.gouge, ways.subject.tolerances.chord_gouge)
+    parts = open_parts
+
+    def measure(row: IntArray, share: Array, floors: Array) -> Array:
+        places = ways.places(row, share)
+        depths = body.depths(places.tip, places.axis, tree, floors)
+        np.maximum.at(way, row, depths)
+        return depths
+
+    # The ends of the first parts: rows that are measured already, or places between them.
+    first, last = here[parts.row - 1].copy(), here[parts.row].copy()
+    inner = parts.low > 0.0
+    floors = np.minimum(-parts.movement, -np.roll(parts.movement, 1))
+    first[inner] = measure(parts.row[inner], parts.low[inner], floors[inner])
+    ends = np.flatnonzero(inner) - 1
+    last[ends] = first[inner]
+    for _ in range(MOST_ROUNDS):
+        # A way out of the surface at one end and into it at the other is deepest in between.
+        hidden = 0.5 * (first + last + parts.movement)
+        going = (hidden > limit) & (parts.movement > body.finest)
+        if not going.any():
+            break
+        parts, first, last = parts.at(going), first[going], last[going]
+        middle = 0.5 * (parts.low + parts.high)
+        depth = measure(parts.row, middle, -parts.movement)
+        halves = 0.5 * parts.movement
+        parts = Stretches(
+            np.concatenate([parts.row, parts.row]),
+            np.concatenate([parts.low, middle]),
+            np.concatenate([middle, parts.high]),
+            np.concatenate([halves, halves]),
+        )
+        first, last = np.concatenate([first, depth]), np.concatenate([depth, last])
 
 
 def _sink_enclosed(
-    here: Array, way: Array, centre: Array, mesh: trimesh.Trimesh, radius: float, tolerance: float
+    here: Array, way: Array, subject: Subject, body: CuttingBody, mesh: trimesh.Trimesh, tree: TriangleTree
 ) -> None:
-    """Give the depth of locations deep inside the part, where the distance alone says there is room.
+    """Give the depth of locations deep inside the part, where no triangle tells.
 
-    The ball can't cross the surface without touching it, so all locations of a run without touch lie on the
+    The cutter can't cross the surface without touching it, so all locations of a run without touch lie on the
     same side, and one of them tells for all.
     """
+    tolerance = subject.tolerances.gouge
+    hearts = subject.tip + body.heart * subject.axis
     free = np.isfinite(here) & (here <= tolerance)
     joined = free[1:] & free[:-1] & (way[1:] <= tolerance)
     starts = free & ~np.concatenate([[False], joined])
     run = np.cumsum(starts) - 1
-    inside = np.asarray(mesh.contains(centre[starts]))
+    inside = np.asarray(mesh.contains(hearts[starts]))
     sunk = np.flatnonzero(free)[inside[run[free]]]
-    # The distance to the surface, radius − here, adds to the radius instead of making room.
-    here[sunk] = 2.0 * radius - here[sunk]
+    # The distance to the surface adds to the radius instead of making room.
+    here[sunk] = body.radius + tree.distances(hearts[sunk])
 
 
 def _gouge_left_out(reason: str) -> Result:

@@ -117,6 +117,7 @@ def examine(
     part: str | Path | trimesh.Trimesh | None = None,
     tolerances: Tolerances = DEFAULT_TOLERANCES,
     accelerations: bool = True,
+    straight: bool = True,
 ) -> Report:
     """Check a motion as `verify` does, against bounds that are made already.
 
@@ -125,6 +126,8 @@ def examine(
     motion, machine, toolpath, part, tolerances : as for `verify`
     asked : bounds, for each location of the path
     accelerations : whether the blocks' speeds tell accelerations; not where moves were cut into parts
+    straight : whether gouges between locations are looked for as a control leads the tool's centre, straight;
+        else with all axes linear in time, as blocks of axis words say
 
     Raises
     ------
@@ -145,6 +148,6 @@ def examine(
         check_speeds(subject),
         *changes,
         check_deviation(subject),
-        check_gouge(subject, part),
+        check_gouge(subject, part, straight=straight),
     )
     return make_report(results, toolpath, NOT_CHECKED if changes else (*NOT_CHECKED, NO_ACCELERATIONS))

@@ -26,7 +26,7 @@ ALLOWED = {
     "trimesh": {"collision", "contour", "verification"},
     "meshcat": {"viewer"},
     "matplotlib": {"report"},
-    "numba": {"collision", "contour", "motion", "posture"},
+    "numba": {"collision", "contour", "motion", "posture", "verification"},
     "typer": {"cli"},
 }
 MODULES = sorted(PACKAGE.rglob("*.py"))

@@ -1,4 +1,4 @@
-"""The ball against a mesh."""
+"""The cutter against a mesh, at locations and on the ways between them."""
 
 from dataclasses import replace
 
@@ -6,11 +6,14 @@ import numpy as np
 import pytest
 import trimesh
 
+from fiveaxis.contour.distance import TriangleTree
 from fiveaxis.kinematics import rotary_angles
 from fiveaxis.motion import follow
-from fiveaxis.toolpath import MoveKind, Tool, Toolpath
+from fiveaxis.toolpath import MoveKind, Tool, Toolpath, shapes
 from fiveaxis.verification import verify
-from fiveaxis.verification.gouging import sample_ways
+from fiveaxis.verification.cutting_body import CuttingBody
+from fiveaxis.verification.gouging import Ways, gouge_depths
+from fiveaxis.verification.subject import DEFAULT_TOLERANCES, make_subject
 
 RADIUS = 5.0
 SIDE = 40.0
@@ -98,10 +101,82 @@ def test_the_posture_does_not_change_what_the_ball_touches(hayashi, box):
     assert verify(motion, hayashi, path, tilt=(15.0, 75.0), part=box).ok
 
 
-def test_ways_are_sampled_between_their_ends_only():
-    points = np.array(
-        [[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [2.0, 0.4, 0.0], [np.nan, 0.0, 0.0], [0.0, 0.0, 0.0]]
+def rows_of(report, code="gouge"):
+    return sorted(f.place.location for f in report.findings if f.code == code)
+
+
+@pytest.mark.parametrize("tool", [Tool.flat(10.0), Tool.bull(10.0, 2.0), Tool.lollipop(10.0, 6.0)], ids=str)
+@pytest.mark.parametrize(("depth", "fires"), [(0.009, False), (0.011, True)])
+def test_every_cutter_has_the_bound_of_the_ball(hayashi, box, tool, depth, fires):
+    ball = along_top(-depth)
+    path = Toolpath.from_tips(ball.contact, np.tile([0.0, 0.0, 1.0], (len(ball), 1)), tool)
+    report = verify(upright(path, hayashi), hayashi, path, part=box)
+    assert report.ok is not fires
+    assert report.figures["gouge_depth_mm"] == pytest.approx(depth, abs=1e-8)
+
+
+def test_the_flank_of_a_flat_end_is_checked_up_to_its_cutting_length(hayashi, box):
+    """Beside a wall, 0.1 mm in it, with the tip above its upper edge by nothing or by a lot."""
+    side = np.tile([SIDE / 2.0 + 5.0 - 0.1, 0.0, -10.0], (2, 1)) + [[0.0, 0.0, 0.0], [0.0, 1.0, 0.0]]
+    path = Toolpath.from_tips(side, np.tile([0.0, 0.0, 1.0], (2, 1)), Tool(shapes.flat(10.0, length=25.0)))
+    report = verify(upright(path, hayashi), hayashi, path, part=box)
+    assert rows_of(report) == [0, 1]
+    assert report.figures["gouge_depth_mm"] == pytest.approx(0.1, abs=1e-8)
+    assert "cutter, up to 25 mm above its tip" in " ".join(report.checked)
+
+
+def test_a_cutting_length_that_nobody_states_is_named(hayashi, box):
+    path = along_top()
+    report = verify(upright(path, hayashi), hayashi, path, part=box)
+    assert any("states no cutting length" in sentence for sentence in report.not_checked)
+
+
+def test_an_edge_passed_between_two_good_locations_is_found(hayashi, box):
+    """A flat end passes diagonally over the box's edge: free at both ends, 0.07 mm deep in the middle."""
+    edge = np.array([SIDE / 2.0, 0.0, SIDE / 2.0])
+    corner = edge + np.array([5.0, 0.0, 0.0]) + np.array([-0.05, 0.0, -0.05])
+    way = np.array([1.0, 0.0, -1.0])
+    path = Toolpath.from_tips(
+        corner + [-0.5 * way, 0.5 * way], np.tile([0.0, 0.0, 1.0], (2, 1)), Tool.flat(10.0)
     )
-    samples, rows = sample_ways(points)
-    np.testing.assert_allclose(samples[:, 0], [0.5, 1.0, 1.5])
-    assert rows.tolist() == [1, 1, 1]
+    report = verify(upright(path, hayashi), hayashi, path, part=box)
+    assert rows_of(report) == [1]
+    assert "on the way here" in report.findings[0].message
+    assert report.figures["gouge_depth_mm"] == pytest.approx(0.05, abs=0.01)
+
+
+def test_a_turn_between_two_good_locations_sweeps_the_flank_into_the_part(hayashi, box):
+    """The tip stands beside the box; leant away from it at both ends, upright on the way."""
+    tip = np.tile([SIDE / 2.0 + 5.0 - 0.5, 0.0, 0.0], (2, 1))
+    tool = Tool(shapes.flat(10.0, length=60.0))
+    lean = np.radians(30.0)
+    axes = np.array([[np.sin(lean), -np.sin(lean), 1.0], [np.sin(lean), np.sin(lean), 1.0]])
+    path = Toolpath.from_tips(tip + [[0.0, -1.0, 0.0], [0.0, 1.0, 0.0]], axes, tool)
+    rotary = np.unwrap(rotary_angles(hayashi, path.axis)[1], axis=0)
+    motion = follow(path, hayashi, rotary)
+    subject = make_subject(motion, hayashi, path, None, DEFAULT_TOLERANCES)
+    _, way = gouge_depths(subject, box)
+    shares = np.linspace(0.0, 1.0, 401)[1:-1]
+    places = Ways(subject, True, 0.0).places(np.ones(len(shares), dtype=int), shares)
+    body = CuttingBody.of(tool)
+    tree = TriangleTree.build(np.asarray(box.triangles))
+    dense = body.depths(places.tip, places.axis, tree, np.full(len(shares), -10.0))
+    assert way[1] == pytest.approx(dense.max(), abs=0.01)
+
+
+def test_axes_that_run_linearly_leave_the_straight_way_of_the_centre(hayashi, box):
+    """Half a turn of the table while the ball should pass over the part: led straight it stays on top."""
+    contact = np.array([[-10.0, 8.0, SIDE / 2.0], [10.0, 8.0, SIDE / 2.0]])
+    path = Toolpath.from_contacts(contact, np.tile([0.0, 0.0, 1.0], (2, 1)), Tool.ball(2.0 * RADIUS))
+    first, last = (rotary_angles(hayashi, leant_axis(a))[1][0] for a in (25.0, 65.0))
+    motion = follow(path, hayashi, np.array([first, last]))
+    subject = make_subject(motion, hayashi, path, None, DEFAULT_TOLERANCES)
+    _, straight = gouge_depths(subject, box)
+    _, linear = gouge_depths(subject, box, straight=False)
+    assert straight[1] == pytest.approx(0.0, abs=1e-9)
+    assert abs(linear[1]) > 0.1
+
+
+def leant_axis(degrees):
+    angle = np.radians(degrees)
+    return np.array([[0.0, -np.sin(angle), np.cos(angle)]])

@@ -1,0 +1,169 @@
+"""The cutting part of a tool as bodies whose depth in a mesh can be told exactly."""
+
+from __future__ import annotations
+
+import math
+import os
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+
+from fiveaxis.contour.distance import TriangleTree
+from fiveaxis.geometry import Array
+from fiveaxis.toolpath import Tool
+from fiveaxis.toolpath.cutter import Zone
+
+QUARTER = math.pi / 2.0
+# Rows that one thread takes at a time.
+CHUNK = 256
+# Places on the axis among which the one deepest inside the cutter is looked for.
+HEARTS = 65
+
+
+@dataclass(frozen=True, eq=False)
+class Piece:
+    """A convex body of revolution, or a ball.
+
+    Parameters
+    ----------
+    zones : (m, 7), see `gouge_kernel.inside`
+    low, high : mm above the tip, between which the body is there; −∞ where its own profile closes it
+    is_ball : whether it is the whole ball about ``(0, zones[0].height)``
+    """
+
+    zones: Array
+    low: float
+    high: float
+    is_ball: bool = False
+
+    def depths(self, tips: Array, axes: Array, tree: TriangleTree, floors: Array) -> Array:
+        """How deep the body reaches into triangles at each row; `floors` where it is no deeper, (n,) mm."""
+        from fiveaxis.verification import gouge_kernel
+
+        if self.is_ball:
+            centres = tips + self.zones[0, 2] * axes
+            radius = float(self.zones[0, 0])
+            return gouge_kernel.sunk_balls(centres, radius, tree.triangles, tree.boxes, floors)
+        return gouge_kernel.deepest_all(
+            tips, axes, self.zones, self.low, self.high, tree.triangles, tree.boxes, floors
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class CuttingBody:
+    """What of a tool cuts.
+
+    Parameters
+    ----------
+    pieces : convex bodies; the cutter is all of them together
+    height : mm, how far above the tip it reaches
+    is_stated : whether the tool says so; else it is the profile's end, at least the cutter's radius
+    heart : mm above the tip, the place on the axis that is deepest inside
+    radius : mm, the largest
+    finest : mm, moves of the cutter by less aren't divided
+    """
+
+    pieces: tuple[Piece, ...]
+    height: float
+    is_stated: bool
+    heart: float
+    radius: float
+    finest: float
+
+    @classmethod
+    def of(cls, tool: Tool) -> CuttingBody:
+        """Make the body of a tool's cutter; a ball without cutting length is the whole ball."""
+        cutter = tool.cutter
+        top = float(np.vstack([zone.outline() for zone in cutter.zones])[-1, 1])
+        height = max(top, tool.radius) if cutter.length is None else cutter.length
+        pieces = _ball_pieces(tool, height) if cutter.is_ball else _pieces(cutter.zones, top, height)
+        smooth = len(pieces) == 1 and pieces[0].is_ball
+        finest = min(COARSE, math.sqrt(8.0 * tool.radius * SAG)) if smooth else FINEST
+        heart = tool.radius if cutter.is_ball else _heart(pieces[0])
+        return cls(pieces, height, cutter.length is not None, heart, tool.radius, finest)
+
+    def depths(self, tips: Array, axes: Array, tree: TriangleTree, floors: Array) -> Array:
+        """Measure how deep the cutter reaches into triangles.
+
+        Depth is the least way from the deepest point of the surface out of the cutter's profile, sideways or
+        towards the tip: the profile, shrunk inwards by as much, would only touch. Of several pieces the
+        largest counts, so where neck and ball of a lollipop meet it is a little too small.
+
+        Parameters
+        ----------
+        tips, axes : (n, 3), mm and unit vectors
+        tree : of the part
+        floors : (n,), mm; smaller depths aren't told apart
+
+        Returns
+        -------
+        (n,), mm; negative is room
+        """
+        tips, axes = np.ascontiguousarray(tips), np.ascontiguousarray(axes)
+        depths = np.array(floors, dtype=float)
+
+        def work(first: int) -> None:
+            rows = slice(first, first + CHUNK)
+            for piece in self.pieces:
+                depths[rows] = piece.depths(tips[rows], axes[rows], tree, depths[rows])
+
+        with ThreadPoolExecutor(os.cpu_count()) as threads:
+            list(threads.map(work, range(0, len(tips), CHUNK)))
+        return depths
+
+
+# mm: finest division of a ball's way, less where a corner passed between two places could be deeper than SAG.
+COARSE, SAG = 0.5, 0.002
+# mm: of other cutters, whose edges may be sharp.
+FINEST = 0.1
+
+
+def _ball_pieces(tool: Tool, height: float) -> tuple[Piece, ...]:
+    """Make the whole ball, and the cylinder on it: as wide as the ball, or a lollipop's neck."""
+    ball = Piece(_rows(tool.cutter.zones), 0.0, 2.0 * tool.radius, is_ball=True)
+    end, top = tool.cutter.zones[0].outline()[-1]
+    return (ball, Piece(_rows([_cylinder(end)]), top, height)) if height > top + 1e-9 else (ball,)
+
+
+def _pieces(zones: tuple[Zone, ...], top: float, height: float) -> tuple[Piece, ...]:
+    """Split a profile where it stops being convex: where it narrows it goes on as a cylinder."""
+    first, last = zones[0], zones[-1]
+    if first.low > 0.0:
+        zones = (Zone("tip", 0.0, 0.0, 0.0, 0.0, first.low), *zones)
+    end = float(last.outline()[-1, 0])
+    if last.high > QUARTER + 1e-9:
+        whole = Piece(_rows(zones), -math.inf, top)
+        neck = Piece(_rows([_cylinder(end)]), top, height)
+        return (whole, neck) if height > top else (whole,)
+    rim = Zone("rim", 0.0, end, top, last.high, QUARTER)
+    return (Piece(_rows([*zones, rim]), -math.inf, height),)
+
+
+def _cylinder(radius: float) -> Zone:
+    return Zone("side", 0.0, radius, 0.0, QUARTER, QUARTER)
+
+
+def _rows(zones: list[Zone] | tuple[Zone, ...]) -> Array:
+    return np.array(
+        [
+            (
+                z.radius,
+                z.offset,
+                z.height,
+                math.sin(z.low),
+                math.cos(z.low),
+                math.sin(z.high),
+                math.cos(z.high),
+            )
+            for z in zones
+        ]
+    )
+
+
+def _heart(piece: Piece) -> float:
+    """Find the place of the axis that is deepest inside a piece, mm above the tip."""
+    from fiveaxis.verification import gouge_kernel
+
+    heights = np.linspace(0.0, piece.high, HEARTS)
+    return float(heights[np.argmax([gouge_kernel.inside(0.0, z, piece.zones)[0] for z in heights])])
