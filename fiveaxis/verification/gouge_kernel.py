@@ -6,8 +6,8 @@ centre (a, b), radius r and angles φ from lo to hi) that is::
 
     s(ρ, z) = min over zones of  r + min over φ of  (a − ρ) sin φ + (z − b) cos φ
 
-The inner minimum is r − |p − centre| where the direction from the centre to p lies within the zone, else it is
-at an end of it. s is concave in space, as a minimum of concave functions (−ρ is concave and sin φ ≥ 0), so on
+The inner minimum is r − |p − centre| where the direction from the centre to p lies within the zone, else it
+is at an end of it. s is concave in space, as a minimum of concave functions (−ρ is concave and sin φ ≥ 0), so on
 a plane it is largest where the plane meets the meridian plane that contains its normal (mirror the body in
 that one), and on a triangle there or on an edge. Along a line tangents bound a concave function from above:
 most triangles are ruled out by the first.
@@ -178,7 +178,9 @@ def deepest_in_triangle(triangle: Array, zones: Array, low: float, high: float, 
     top = max(triangle[0, 2], triangle[1, 2], triangle[2, 2])
     if bottom > high or top < low:
         return best
-    x, y, z = np.mean(triangle[:, 0]), np.mean(triangle[:, 1]), np.mean(triangle[:, 2])
+    x = (triangle[0, 0] + triangle[1, 0] + triangle[2, 0]) / 3.0
+    y = (triangle[0, 1] + triangle[1, 1] + triangle[2, 1]) / 3.0
+    z = (triangle[0, 2] + triangle[1, 2] + triangle[2, 2]) / 3.0
     rho = np.sqrt(x * x + y * y)
     value, slope_rho, slope_z = inside(rho, z, zones)
     bound = -np.inf

@@ -117,7 +117,8 @@ def test_every_cutter_has_the_bound_of_the_ball(hayashi, box, tool, depth, fires
 
 def test_the_flank_of_a_flat_end_is_checked_up_to_its_cutting_length(hayashi, box):
     """Beside a wall, 0.1 mm in it, with the tip above its upper edge by nothing or by a lot."""
-    side = np.tile([SIDE / 2.0 + 5.0 - 0.1, 0.0, -10.0], (2, 1)) + [[0.0, 0.0, 0.0], [0.0, 1.0, 0.0]]
+    side = np.tile([SIDE / 2.0 + 5.0 - 0.1, 0.0, -10.0], (2, 1))
+    side[1, 1] = 1.0
     path = Toolpath.from_tips(side, np.tile([0.0, 0.0, 1.0], (2, 1)), Tool(shapes.flat(10.0, length=25.0)))
     report = verify(upright(path, hayashi), hayashi, path, part=box)
     assert rows_of(report) == [0, 1]
@@ -137,7 +138,7 @@ def test_an_edge_passed_between_two_good_locations_is_found(hayashi, box):
     corner = edge + np.array([5.0, 0.0, 0.0]) + np.array([-0.05, 0.0, -0.05])
     way = np.array([1.0, 0.0, -1.0])
     path = Toolpath.from_tips(
-        corner + [-0.5 * way, 0.5 * way], np.tile([0.0, 0.0, 1.0], (2, 1)), Tool.flat(10.0)
+        np.array([corner - 0.5 * way, corner + 0.5 * way]), np.tile([0.0, 0.0, 1.0], (2, 1)), Tool.flat(10.0)
     )
     report = verify(upright(path, hayashi), hayashi, path, part=box)
     assert rows_of(report) == [1]
@@ -147,11 +148,11 @@ def test_an_edge_passed_between_two_good_locations_is_found(hayashi, box):
 
 def test_a_turn_between_two_good_locations_sweeps_the_flank_into_the_part(hayashi, box):
     """The tip stands beside the box; leant away from it at both ends, upright on the way."""
-    tip = np.tile([SIDE / 2.0 + 5.0 - 0.5, 0.0, 0.0], (2, 1))
+    tip = np.array([[SIDE / 2.0 + 4.5, -1.0, 0.0], [SIDE / 2.0 + 4.5, 1.0, 0.0]])
     tool = Tool(shapes.flat(10.0, length=60.0))
     lean = np.radians(30.0)
     axes = np.array([[np.sin(lean), -np.sin(lean), 1.0], [np.sin(lean), np.sin(lean), 1.0]])
-    path = Toolpath.from_tips(tip + [[0.0, -1.0, 0.0], [0.0, 1.0, 0.0]], axes, tool)
+    path = Toolpath.from_tips(tip, axes, tool)
     rotary = np.unwrap(rotary_angles(hayashi, path.axis)[1], axis=0)
     motion = follow(path, hayashi, rotary)
     subject = make_subject(motion, hayashi, path, None, DEFAULT_TOLERANCES)
