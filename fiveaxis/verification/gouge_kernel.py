@@ -7,10 +7,10 @@ centre (a, b), radius r and angles φ from lo to hi) that is::
     s(ρ, z) = min over zones of  r + min over φ of  (a − ρ) sin φ + (z − b) cos φ
 
 The inner minimum is r − |p − centre| where the direction from the centre to p lies within the zone, else it
-is at an end of it. s is concave in space, as a minimum of concave functions (−ρ is concave and sin φ ≥ 0), so on
-a plane it is largest where the plane meets the meridian plane that contains its normal (mirror the body in
-that one), and on a triangle there or on an edge. Along a line tangents bound a concave function from above:
-most triangles are ruled out by the first.
+is at an end of it. s is concave in space, as a minimum of concave functions (−ρ is concave, sin φ ≥ 0), so
+on a plane it is largest where the plane meets the meridian plane that contains its normal (mirror the body
+in that one), and on a triangle there or on an edge. Along a line tangents bound a concave function from
+above: most triangles are ruled out by the first.
 
 Importing this module loads numba.
 """

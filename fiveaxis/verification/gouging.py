@@ -152,7 +152,7 @@ def gouge_depths(subject: Subject, mesh: trimesh.Trimesh, *, straight: bool = Tr
     outline = subject.toolpath.tool.cutter.outline()
     far = np.vstack([outline, [body.radius, body.height]]) - [0.0, subject.toolpath.zone.height]
     ways = Ways(subject, straight, float(np.linalg.norm(far, axis=1).max()))
-    known: BoolArray = np.isfinite(subject.tip).all(axis=1)
+    known: BoolArray = np.logical_and.reduce(np.isfinite(subject.tip), axis=1)
     here, way = np.full(len(known), np.nan), np.full(len(known), -np.inf)
     begins = _begin(ways, known)
     floors = np.zeros(len(known))
