@@ -22,7 +22,7 @@ STACK = 128
 
 def compiled(function: Callable[P, T]) -> Callable[P, T]:
     """Compile a function at its first call and keep the machine code for the next run."""
-    return cast("Callable[P, T]", numba.njit(cache=True)(function))
+    return cast("Callable[P, T]", numba.njit(cache=True, nogil=True)(function))
 
 
 @compiled

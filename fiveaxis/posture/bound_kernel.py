@@ -15,7 +15,7 @@ from fiveaxis.geometry import Array, BoolArray, IntArray
 ROUNDING = 1e-9
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
 def least_travel(first: IntArray, last: IntArray, plus: Array, minus: Array) -> float:
     """Find the least cost of a number that visits ranges of places in order.
 
@@ -33,7 +33,7 @@ def least_travel(first: IntArray, last: IntArray, plus: Array, minus: Array) -> 
     return float(cost.min())
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
 def _spread(cost: Array, plus: float, minus: float, wraps: bool) -> None:
     """Let every place be reached from every other, in steps up at `plus` and down at `minus`."""
     n = len(cost)
@@ -49,7 +49,7 @@ def _spread(cost: Array, plus: float, minus: float, wraps: bool) -> None:
             cost[j] = min(cost[j], cost[j + 1] + minus)
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
 def visit_cells(
     axis: Array,
     swing: Array,
@@ -124,7 +124,7 @@ def visit_cells(
     return cost.min(), low, high
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
 def _may_lean(axis: Array, reference: Array, binding: BoolArray, least: Array, most: Array) -> bool:
     for b in range(len(reference)):
         if binding[b]:
@@ -134,7 +134,7 @@ def _may_lean(axis: Array, reference: Array, binding: BoolArray, least: Array, m
     return True
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
 def _may_reach(value: Array, reach: Array, limit_low: Array, limit_high: Array) -> bool:
     for a in range(3):
         if value[a] + reach[a] < limit_low[a] or value[a] - reach[a] > limit_high[a]:
@@ -142,7 +142,7 @@ def _may_reach(value: Array, reach: Array, limit_low: Array, limit_high: Array) 
     return True
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
 def _enclose(
     axis: Array,
     swing: float,
@@ -178,7 +178,7 @@ def _enclose(
         reach[a] = reach[a] * (1.0 + ROUNDING) + ROUNDING
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
 def _add_offset(
     axis: Array,
     swing: float,
@@ -210,7 +210,7 @@ def _add_offset(
         reach[a] += abs(offset) * (steepest + turned * (np.sqrt(size) + steepest))
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
 def _keep(cost: Array, touched: BoolArray) -> None:
     for p in range(cost.shape[0]):
         for q in range(cost.shape[1]):
