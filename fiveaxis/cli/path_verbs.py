@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -19,8 +20,8 @@ from fiveaxis.cli.terminal import (
     parse_numbers,
     parse_places,
     print_json,
-    progress_bars,
 )
+from fiveaxis.cli.work import work_with_bars
 from fiveaxis.errors import SettingError
 
 PLACES = ("start", "program_zero")
@@ -41,18 +42,18 @@ def plan(
     **_: Any,
 ) -> None:
     """Plan finishing passes on a mesh; tell the ridges that they leave and their chord error."""
-    with errors_explained(as_json):
+    with errors_explained(as_json) as written:
         from fiveaxis.job import is_mesh, load_job_toolpath, measure_plan
         from fiveaxis.nc import write_toolpath
 
         job = _job(context.params)
         if not is_mesh(job.input):
             raise SettingError("passes are planned on a mesh (.stl .obj .ply .off)", file=job.input)
-        with progress_bars() as progress:
-            toolpath = load_job_toolpath(job, progress)
+        toolpath = work_with_bars(partial(load_job_toolpath, job), err)
+        quality = work_with_bars(lambda _: measure_plan(job, toolpath), err)
         if output is not None:
-            write_toolpath(toolpath, output)
-        document = _plan_document(toolpath, measure_plan(job, toolpath))
+            written.append(write_toolpath(toolpath, output))
+        document = _plan_document(toolpath, quality)
         if as_json:
             return print_json(document)
         for name, value in document.items():
@@ -70,13 +71,15 @@ def optimise(
     **_: Any,
 ) -> None:
     """Choose the posture of every cutter location, verify it, and write motion, report, preview and NC."""
-    with errors_explained(as_json):
+    with errors_explained(as_json) as written:
         from fiveaxis.job import require_folder, write_outcome
 
         if output is not None:
             require_folder(output)
         outcome = _run(_job(context.params))
-        for path in [] if output is None else write_outcome(outcome, output):
+        if output is not None:
+            written += write_outcome(outcome, output)
+        for path in written:
             err.print(f"wrote {escape(str(path))}")
         if as_json:
             print_json(outcome.document)
@@ -149,8 +152,7 @@ def _run(job: Job) -> Outcome:
     from fiveaxis.job import run_job
 
     started = time.perf_counter()
-    with progress_bars() as progress:
-        outcome = run_job(job, progress)
+    outcome = work_with_bars(partial(run_job, job), err)
     err.print(f"done in {time.perf_counter() - started:.1f} s")
     return outcome
 

@@ -8,25 +8,29 @@ import re
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
 import typer
 from rich.console import Console
 from rich.markup import escape
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 
+from fiveaxis.cli.work import leave_if_working
 from fiveaxis.errors import FiveAxisError, Infeasible, SettingError
 
+# Exit code of a command that Ctrl-C ended, as shells have it.
+INTERRUPTED = 130
 # A pipe or a log has no width of its own; tables need more than the usual 80.
 out = Console(width=None if sys.stdout.isatty() else 140, emoji=False)
 err = Console(stderr=True, highlight=False, soft_wrap=True, emoji=False)
 
 
 @contextmanager
-def errors_explained(as_json: bool) -> Iterator[None]:
-    """Turn an error into one clear message on stderr, and its exit code."""
+def errors_explained(as_json: bool) -> Iterator[list[Path]]:
+    """Turn an error into one clear message on stderr, and its exit code; gives the list of files written."""
+    written: list[Path] = []
     try:
-        yield
+        yield written
     except FiveAxisError as fault:
         findings = fault.findings if isinstance(fault, Infeasible) else ()
         err.print(f"[bold red]error:[/] {escape(str(fault))}")
@@ -36,23 +40,10 @@ def errors_explained(as_json: bool) -> Iterator[None]:
             print_json({"error": str(fault), "findings": [f.as_dict() for f in findings]})
         raise typer.Exit(fault.exit_code) from None
     except KeyboardInterrupt:
-        err.print("interrupted; nothing was written")
-        raise typer.Exit(130) from None
-
-
-@contextmanager
-def progress_bars() -> Iterator[Any]:
-    """Show one bar a stage on stderr; gives the callback (stage, steps done, steps in all)."""
-    bars: dict[str, TaskID] = {}
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=err, disable=not err.is_terminal) as shown:
-
-        def step(stage: str, done: int, total: int) -> None:
-            if stage not in bars:
-                bars[stage] = shown.add_task(stage, total=total)
-            shown.update(bars[stage], completed=done, total=total)
-
-        yield step
+        files = ", ".join(map(str, written)) or "nothing"
+        err.print(f"interrupted; {files} {'were' if len(written) > 1 else 'was'} written", markup=False)
+        leave_if_working(INTERRUPTED)
+        raise typer.Exit(INTERRUPTED) from None
 
 
 def print_json(document: Any) -> None:

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import signal
 import tempfile
-from collections.abc import Sequence
+import threading
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
 from fiveaxis.errors import SettingError
@@ -65,10 +68,26 @@ def _move_in(made: Sequence[Path], folder: Path) -> list[Path]:
     taken = next((path for path in (*targets, *programs) if path.is_dir()), None)
     if taken is not None:
         raise SettingError("is a folder, and a file of that name is to be written", file=taken)
-    folder.mkdir(parents=True, exist_ok=True)
-    for path in programs:
-        path.unlink(missing_ok=True)
-    return [path.replace(target) for path, target in zip(made, targets, strict=True)]
+    with _undisturbed():
+        folder.mkdir(parents=True, exist_ok=True)
+        for path in programs:
+            path.unlink(missing_ok=True)
+        return [path.replace(target) for path, target in zip(made, targets, strict=True)]
+
+
+@contextmanager
+def _undisturbed() -> Iterator[None]:
+    """Let a Ctrl-C come too late: files of two runs side by side would be worse than the moment's wait."""
+    before = signal.getsignal(signal.SIGINT)
+    # Only the main thread hears a Ctrl-C, and only it may say who handles one.
+    if threading.current_thread() is not threading.main_thread() or before is None:
+        yield
+        return
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def _make_files(outcome: Outcome, folder: Path) -> list[Path]:

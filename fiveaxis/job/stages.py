@@ -279,18 +279,27 @@ def run_job(job: Job, progress: Progress | None = None) -> Outcome:
     # A part that can't be read is found out before the work, not after it.
     mesh = part_of(job)
     part = None if mesh is None else load_mesh(mesh, allow_open=True)
+    tell = progress or _tell_nobody
     solution, front = solve(job, toolpath, machine, progress)
+    tell("verify", 0, 3)
     # The solution's own path knows which part of the cutter touches.
     toolpath = solution.toolpath
     verdict = verify(solution.motion, machine, toolpath, **job.bounds, part=part)
+    tell("verify", 1, 3)
     inputs = [describe_input(p) for p in dict.fromkeys((job.input, mesh or job.input))]
     program = program_motion(solution, part, job.bounds)
+    tell("verify", 2, 3)
     found, driven = verdict.as_dict(), program.as_dict()
     budget = job_budget(machine, program.motion, process, factors)
     document = report_document(solution, found, inputs=inputs, program=driven, budget=budget.as_dict())
     if front is not None:
         document["front"] = front.as_dict()
+    tell("verify", 3, 3)
     return Outcome(job, solution, verdict, program, budget, document, front)
+
+
+def _tell_nobody(stage: str, done: int, total: int) -> None:
+    """Stand in for a progress that wasn't given."""
 
 
 def solve(

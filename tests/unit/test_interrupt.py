@@ -1,0 +1,171 @@
+"""Ctrl-C: a command ends soon, says so, and leaves no half-written file, whatever runs inside."""
+
+import io
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+from rich.console import Console
+
+from fiveaxis.cli.work import NAME, SHARES, overall, work_with_bars
+from fiveaxis.job.results import _undisturbed
+
+posix = pytest.mark.skipif(sys.platform == "win32", reason="a process is sent no SIGINT there")
+
+# Runs the command line, and says when the optimiser begins.
+TELLING = """
+import sys
+import fiveaxis.job.stages as stages
+def told(*args, solve=stages.solve):
+    print("solving", file=sys.stderr, flush=True)
+    return solve(*args)
+stages.solve = told
+from fiveaxis.cli import main
+main()
+"""
+# Stands for a compiled step: it gives the lock back, hears nothing, and would take minutes.
+DEAF = """
+import sys, time
+import fiveaxis.job
+def deaf(job, progress):
+    print("solving", file=sys.stderr, flush=True)
+    time.sleep(600)
+fiveaxis.job.run_job = deaf
+from fiveaxis.cli import main
+main()
+"""
+
+
+def write_wall(path: Path, n: int) -> Path:
+    """A lobed wall of many turns that overhangs."""
+    angle = np.linspace(0.0, 40.0 * np.pi, n)
+    normal = np.stack([np.cos(angle), np.sin(angle), np.full(n, -0.3)], axis=1)
+    r = 30.0 + 3.0 * np.cos(3.0 * angle)
+    contact = np.stack([r * np.cos(angle), r * np.sin(angle), 0.1 * angle], axis=1)
+    rows = np.hstack([contact, normal / np.linalg.norm(normal, axis=1, keepdims=True)])
+    np.savetxt(path, rows, delimiter=",", header="x,y,z,nx,ny,nz", comments="", fmt="%.9f")
+    return path
+
+
+def interrupted(script: str, folder: Path, n: int, after: float) -> tuple[int, str, str]:
+    """Run `optimise` in a process of its own and press Ctrl-C some time after it began to work."""
+    path = write_wall(folder / "wall.csv", n)
+    words = ["optimise", path, "--machine", "hayashi-640123", "--tool", "ball:6", "--tilt", "15:75"]
+    words += ["--effort", "thorough", "-o", folder / "out"]
+    with subprocess.Popen(
+        [sys.executable, "-c", script, *map(str, words)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as process:
+        try:
+            assert process.stderr.readline() == "solving\n"
+            time.sleep(after)
+            os.kill(process.pid, signal.SIGINT)
+            out, err = process.communicate(timeout=60)
+        finally:
+            process.kill()
+    return process.returncode, out, err
+
+
+@posix
+@pytest.mark.slow
+def test_ctrl_c_in_the_middle_of_the_optimiser_ends_the_command_and_leaves_nothing(tmp_path):
+    code, out, err = interrupted(TELLING, tmp_path, n=20_000, after=2.0)
+    assert code == 130
+    assert out == ""
+    assert err == "interrupted; nothing was written\n"
+    assert [p.name for p in tmp_path.iterdir()] == ["wall.csv"]
+
+
+@posix
+def test_ctrl_c_doesnt_wait_for_a_step_that_hears_nothing(tmp_path):
+    code, out, err = interrupted(DEAF, tmp_path, n=10, after=0.1)
+    assert (code, out) == (130, "")
+    assert err == "interrupted; nothing was written\n"
+    assert [p.name for p in tmp_path.iterdir()] == ["wall.csv"]
+
+
+@posix
+def test_files_that_are_being_moved_in_place_are_moved_all():
+    before = signal.getsignal(signal.SIGINT)
+    with _undisturbed():
+        os.kill(os.getpid(), signal.SIGINT)
+    assert signal.getsignal(signal.SIGINT) is before
+
+
+def test_work_is_done_in_a_thread_and_its_answer_handed_on():
+    names = []
+
+    def work(step):
+        names.append(threading.current_thread().name)
+        step("refine", 1, 2)
+        return 7
+
+    assert work_with_bars(work, Console(file=io.StringIO())) == 7
+    assert names == [NAME]
+
+
+@pytest.mark.parametrize("fault", [ValueError("bad"), KeyboardInterrupt()])
+def test_what_work_raises_is_raised(fault):
+    def work(_step):
+        raise fault
+
+    with pytest.raises(type(fault)) as raised:
+        work_with_bars(work, Console(file=io.StringIO()))
+    assert raised.value is fault
+
+
+def test_work_that_was_given_up_ends_at_its_next_step(monkeypatch):
+    ended = threading.Event()
+
+    def work(step):
+        try:
+            while True:
+                step("refine", 0, 1)
+                time.sleep(0.001)
+        finally:
+            ended.set()
+
+    def pressed(*_):
+        monkeypatch.undo()
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("fiveaxis.cli.work.wait", pressed)
+    with pytest.raises(KeyboardInterrupt):
+        work_with_bars(work, Console(file=io.StringIO()))
+    assert ended.wait(10.0)
+
+
+def test_the_total_grows_from_stage_to_stage_and_ends_full():
+    told = [("plan", 0, 9), ("plan", 9, 9), ("refine", 0, 7), ("refine", 3, 7), ("refine", 7, 7)]
+    told += [("verify", 0, 3), ("verify", 3, 3)]
+    shares = [overall(*step) for step in told]
+    assert shares == sorted(shares)
+    assert (shares[0], shares[-1]) == (0.0, 1.0)
+    assert overall("search 3", 5, 5) == 0.0
+    ends = sorted(SHARES.values())
+    assert all(before[1] == after[0] for before, after in pairwise(ends))
+
+
+def test_bars_on_a_terminal_show_the_time_that_remains():
+    file = io.StringIO()
+
+    def work(step):
+        for stage in ("search 1", "refine", "search 1", "verify"):
+            step(stage, 1, 2)
+            step(stage, 2, 2)
+
+    work_with_bars(work, Console(file=file, force_terminal=True, width=120))
+    last = {line.split()[0]: line for line in file.getvalue().splitlines()[-5:-1]}
+    assert any("total" in name for name in last)
+    assert {"search", "refine", "verify"} < set(last)
+    assert all("0:00:00" in line for line in last.values())
+    assert "100/100" in next(iter(last.values()))
