@@ -43,8 +43,8 @@ def why_no_rewind(
     remedies = [*_roomier(course, machine, column, clearance), _wider(angles, machine, column)]
     message = (
         f"{axis.letter} winds through {span:.0f} deg and has {has:.0f} deg, and there is no place to turn it "
-        "back: nowhere can the tool back off from the part within the limits of the linear axes while two "
-        f"turns are open to it; {' or '.join(remedies)} would do; or set the part up lower"
+        "back: nowhere can the tool back off from the part, within its bounds and the limits of the linear "
+        f"axes, while two turns are open to it; {' or '.join(remedies)} would do; or set the part up lower"
     )
     furthest = int(np.ceil(course.place[int(np.argmax(np.abs(angles - angles[0])))]))
     place = course.toolpath.place(furthest)
@@ -65,7 +65,7 @@ def _wider(angles: Array, machine: Machine, column: int) -> str:
 
 def _roomier(course: Course, machine: Machine, column: int, clearance: float) -> Iterator[str]:
     """Say how far the linear axes would have to go for the rewinds that take the least more."""
-    inner = np.arange(1, len(course.place) - 1)
+    inner = 1 + np.flatnonzero(course.admitted[1:-1])
     if not len(inner):
         return
     path, rotary = course.toolpath, course.rotary
@@ -81,7 +81,7 @@ def _roomier(course: Course, machine: Machine, column: int, clearance: float) ->
     turns = plan_turns(angles, (limits.low, limits.high), stop, nothing, nothing)
     if turns is None:
         return
-    chosen = np.flatnonzero(turns[1] - turns[0]) - 1
+    chosen = np.searchsorted(inner, np.flatnonzero(turns[1] - turns[0]))
     yield " and ".join(_limits_for(machine, ends[:, chosen]))
 
 
@@ -98,4 +98,5 @@ def _limits_for(machine: Machine, ends: Array) -> Iterator[str]:
 def _outwards(value: float, side: float) -> str:
     """Write a bound that would do, rounded up or, with −1, down."""
     scale = 10.0**DECIMALS
-    return f"{side * math.ceil(side * value * scale - ON_LIMIT) / scale:g}"
+    # Adding 0 makes −0 a 0.
+    return f"{side * math.ceil(side * value * scale - ON_LIMIT) / scale + 0.0:g}"

@@ -13,7 +13,7 @@ from fiveaxis.kinematics import tool_axes
 from fiveaxis.kinematics.windings import TURN
 from fiveaxis.machine import Machine
 from fiveaxis.posture.no_rewind import why_no_rewind
-from fiveaxis.posture.seams import Course, with_seams
+from fiveaxis.posture.seams import Course, bounds_between, with_seams
 from fiveaxis.posture.stops import Stops, find_stops, link_feed, turn_feed
 from fiveaxis.posture.winding import plan_turns, winding_columns
 from fiveaxis.toolpath import MoveKind, TiltBounds, Toolpath
@@ -71,9 +71,9 @@ class Rewound:
         return np.ceil(self.place).astype(np.int64)
 
     def bounds(self, tilt: TiltBounds) -> TiltBounds:
-        """Give the bounds on the lean, made for the path without rewinds, for this one; the rest is free."""
-        free = np.where(self.own[:, None], 0.0, np.nan)
-        here = [replace(b, reference=b.reference[self.rows] + free, beside=()) for b in tilt.all]
+        """Give the bounds on the lean, made for the path without rewinds, for this one; links are free."""
+        free = np.where((self.own | self.toolpath.cutting)[:, None], 0.0, np.nan)
+        here = [replace(b, reference=b.reference + free) for b in bounds_between(tilt, self.place).all]
         return replace(here[0], beside=tuple(here[1:]))
 
     @property
@@ -119,6 +119,7 @@ def rewound(
     machine: Machine,
     rotary: Array,
     *,
+    tilt: TiltBounds | None = None,
     clearance: float = CLEARANCE,
     time_price: float = 0.0,
 ) -> Rewound:
@@ -132,6 +133,7 @@ def rewound(
     Parameters
     ----------
     rotary : (n, 2), rad, chain order, wound
+    tilt : bounds on the lean of the path's locations, which hold where an axis stops between two as well
     clearance : mm, between tool and part while an axis rewinds
     time_price : J/s
 
@@ -141,12 +143,12 @@ def rewound(
         The path winds further than an axis can, and there is no place to rewind.
     """
     columns = winding_columns(machine)
-    course = with_seams(toolpath, machine, rotary, columns)
+    course = with_seams(toolpath, machine, rotary, columns, tilt)
     arriving, leaving = course.rotary.copy(), course.rotary.copy()
     rewinds: list[tuple[int, Rewind]] = []
     for column in columns:
         which, limits = machine.rotary_columns.index(column), machine.axes[column].limits
-        stops = find_stops(course.toolpath, machine, course.rotary, column, clearance, time_price)
+        stops = find_stops(course, machine, column, clearance, time_price)
         angles = course.rotary[:, which]
         turns = plan_turns(angles, (limits.low, limits.high), stops.price, stops.up, stops.down)
         if turns is None:

@@ -12,6 +12,7 @@ from fiveaxis.kinematics import linear_positions, tool_axes
 from fiveaxis.kinematics.windings import TURN
 from fiveaxis.machine import Machine
 from fiveaxis.posture.retreat import retreats
+from fiveaxis.posture.seams import Course
 from fiveaxis.toolpath import Toolpath
 
 # J: a rewind that interrupts a cut leaves a mark, so it is taken only where there is no other.
@@ -45,24 +46,22 @@ class Stops:
     price: Array
 
 
-def find_stops(
-    toolpath: Toolpath, machine: Machine, rotary: Array, column: int, clearance: float, time_price: float
-) -> Stops:
+def find_stops(course: Course, machine: Machine, column: int, clearance: float, time_price: float) -> Stops:
     """Work out what rewinding an axis costs at each location.
 
     Parameters
     ----------
-    rotary : (n, 2), rad, chain order
+    course : the path, wound
     column : the axis, in the order of the machine's axes
     clearance : mm, between tool and part while the axis rewinds
     time_price : J/s
     """
-    n = len(toolpath)
+    toolpath, rotary, n = course.toolpath, course.rotary, len(course.place)
     cutting = toolpath.cutting
     # A rewind at the last location would serve nothing; one at the first is a matter of where to begin.
     in_cut = np.append(cutting[1:], False) & (cutting | (np.arange(n) == 0))
     retract = np.full(n, np.inf)
-    rows = np.arange(1, n - 1)
+    rows = 1 + np.flatnonzero(course.admitted[1:-1])
     retract[rows] = retreats(toolpath, machine, rotary, column, rows, clearance)
     way = np.where(np.isfinite(retract), retract, 0.0)
     axes = tool_axes(machine, rotary)

@@ -19,7 +19,7 @@ from fiveaxis.posture.rewinding import CLEARANCE, Rewound, rewound
 from fiveaxis.posture.singular import Cone, turning_within
 from fiveaxis.posture.solution import Baseline, Solution, Wound
 from fiveaxis.posture.winding import winding_columns
-from fiveaxis.toolpath import Toolpath
+from fiveaxis.toolpath import TiltBounds, Toolpath
 
 # Takes a problem and a path, (n, 2) rad, to a cheaper path.
 Refine = Callable[[Problem, Array], Array]
@@ -108,7 +108,7 @@ def rewound_solution(
     path, columns, problem = solution.toolpath, machine.rotary_columns, solution.problem
     if problem is None:
         raise SettingError("a solution that was put together by hand can't be rewound; optimise its path")
-    choice = _Choice(problem, path, machine, clearance)
+    choice = _Choice(problem, path, solution.tilt, machine, clearance)
     own = solution.motion.positions[:, columns]
     best = choice.of(own)
     for narrow, drawn in fewer_turns(problem, machine, own, best.found, refine):
@@ -117,15 +117,14 @@ def rewound_solution(
     compared, missing = {}, dict(solution.missing)
     for name, baseline in solution.compared.items():
         rotary = baseline.motion.positions[:, columns]
-        elsewhere = baseline.toolpath is not None and baseline.toolpath is not path
         try:
-            other = replace(choice, path=baseline.toolpath or path).of(rotary)
+            other = choice.elsewhere(baseline.toolpath).of(rotary)
         except Infeasible as reason:
             missing[name] = str(reason)
             continue
         driven = follow(other.found.toolpath, machine, other.found.rotary)
         compared[name] = Baseline(driven, motion_energy(machine, driven), other.found.toolpath)
-        if not elsewhere and problem.violation(rotary) <= ALLOWED and keeps(rotary):
+        if baseline.toolpath in (None, path) and problem.violation(rotary) <= ALLOWED and keeps(rotary):
             best = min(best, other, key=_price)
     found = best.found
     told = replace(found.toolpath, findings=(*found.toolpath.findings, *found.findings()))
@@ -172,15 +171,19 @@ class _Choice:
 
     problem: Problem
     path: Toolpath
+    tilt: TiltBounds | None
     machine: Machine
     clearance: float
+
+    def elsewhere(self, path: Toolpath | None) -> _Choice:
+        """Choose on a path whose closed passes begin elsewhere, of which no bounds are known."""
+        return self if path is None or path is self.path else replace(self, path=path, tilt=None)
 
     def of(self, rotary: Array) -> _Candidate:
         """Rewind a path, (n, 2) rad, and price it."""
         problem = self.problem
-        found = rewound(
-            self.path, self.machine, rotary, clearance=self.clearance, time_price=problem.time_price
-        )
+        prices = {"clearance": self.clearance, "time_price": problem.time_price}
+        found = rewound(self.path, self.machine, rotary, tilt=self.tilt, **prices)
         marks = sum(r.in_cut for r in found.rewinds)
         travel = problem.cost(problem.positions(slice(None), rotary))
         price = travel + found.energy + problem.time_price * found.time + MARK_PRICE * marks

@@ -11,8 +11,8 @@ import pytest
 
 from fiveaxis.errors import Infeasible
 from fiveaxis.findings import Severity
-from fiveaxis.geometry import Array
-from fiveaxis.kinematics import tool_poses, within_limits
+from fiveaxis.geometry import Array, angle_between
+from fiveaxis.kinematics import tool_axes, tool_poses, within_limits
 from fiveaxis.kinematics.windings import ON_LIMIT, TURN
 from fiveaxis.machine import Limits, Machine
 from fiveaxis.motion import fill_in, follow
@@ -22,7 +22,7 @@ from fiveaxis.posture.rewinding import CLEARANCE, rewound
 from fiveaxis.posture.seams import with_seams
 from fiveaxis.posture.stops import find_stops
 from fiveaxis.posture.winding import plan_turns, winding_columns
-from fiveaxis.toolpath import Tool, Toolpath, tilt_bounds
+from fiveaxis.toolpath import TiltBounds, Tool, Toolpath, tilt_bounds
 
 RANGES = [(-180.0, 180.0), (0.0, 360.0), (-10.0, 352.0), (-100.0, 300.0)]
 
@@ -53,7 +53,7 @@ def least_of_all(path: Toolpath, machine: Machine, rotary: Array) -> float:
     column = machine.column("C")
     limits = machine.axes[column].limits
     course = with_seams(path, machine, rotary, [column])
-    stops = find_stops(course.toolpath, machine, course.rotary, column, CLEARANCE, 0.0)
+    stops = find_stops(course, machine, column, CLEARANCE, 0.0)
     angles = course.rotary[:, 0]
     every = np.arange(-9, 10)
     wound = angles[:, None] + TURN * every
@@ -109,10 +109,11 @@ def test_limits_are_kept_and_the_contact_too(hayashi, low, high):
     # What was put into a cut lies on the way of the cut.
     cut = found.toolpath.cutting & ~found.own
     assert cut.any() == (high - low < 360.0 + 18.0)
-    way = np.array([np.interp(found.place, np.arange(len(path)), c) for c in path.pivot.T]).T
-    np.testing.assert_allclose(found.toolpath.pivot[cut], way[cut], atol=1e-12)
+    way = np.array([np.interp(found.place, np.arange(len(path)), c) for c in path.contact.T]).T
+    np.testing.assert_allclose(found.toolpath.contact[cut], way[cut], atol=1e-12)
     tip, axis = tool_poses(machine, motion.positions)
-    np.testing.assert_allclose((tip + 3.0 * axis)[cut], way[cut], atol=1e-9)
+    touching = tip + 3.0 * axis - 3.0 * found.toolpath.normal
+    np.testing.assert_allclose(touching[cut], way[cut], atol=1e-9)
     # Between locations too, with the blocks that keep the contact between them.
     _, driven = fill_in(found.toolpath, machine, found.rotary)
     assert within_limits(machine, driven.positions).all()
@@ -159,13 +160,33 @@ def test_every_place_put_in_is_a_stop(hayashi):
     assert set(course.place[~course.own]) <= {r.place for r in found.rewinds}
 
 
-def test_bounds_on_the_lean_bind_the_own_locations_alone(hayashi):
+def test_bounds_on_the_lean_bind_where_it_cuts_and_not_on_the_way_off(hayashi):
     machine = ranged(hayashi, 0.0, 360.0)
     path, rotary = turns_round(2.3, 30, first=7.0)
-    found = rewound(path, machine, rotary)
-    bounds = found.bounds(tilt_bounds(path, tilt=(10, 80)))
+    tilt = tilt_bounds(path, tilt=(10, 80))
+    found = rewound(path, machine, rotary, tilt=tilt)
+    bounds = found.bounds(tilt)
     np.testing.assert_array_equal(bounds.reference[found.own], path.normal)
-    assert np.isnan(bounds.reference[~found.own]).all()
+    np.testing.assert_array_equal(np.isfinite(bounds.reference).all(axis=1), found.toolpath.cutting)
+    np.testing.assert_array_equal(
+        bounds.reference[found.toolpath.cutting], found.toolpath.normal[found.toolpath.cutting]
+    )
+    assert bounds.admits(tool_axes(machine, found.rotary)).all()
+
+
+def test_where_no_posture_at_the_seam_keeps_the_bounds_no_rewind_stands(hayashi):
+    machine = ranged(hayashi, 0.0, 360.0)
+    path, rotary = turns_round(1.3, 30, first=7.0)
+    axis = tool_axes(machine, rotary)
+    # A cone about axes that are programmed leaning far to both sides of the seam in turn.
+    aside = np.where(np.arange(len(path)) % 2, 1.0, -1.0)[:, None] * np.cross(path.normal, [0.0, 0.0, 1.0])
+    reference = axis + 0.5 * aside
+    reference /= np.linalg.norm(reference, axis=1, keepdims=True)
+    angles = angle_between(axis, reference)
+    bounds = TiltBounds(reference, float(angles.min()) - 1e-6, float(angles.max()) + 1e-6, "programmed axis")
+    assert bounds.admits(axis).all()
+    with pytest.raises(Infeasible, match=r"C from [\d.]+ to [\d.]+ deg would do"):
+        rewound(path, machine, rotary, tilt=bounds)
 
 
 def test_a_seam_beyond_a_linear_limit_is_no_place_to_stop(hayashi):
