@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from fiveaxis.energy import Energy, motion_energy
+from fiveaxis.energy import Energy
 from fiveaxis.errors import Infeasible, SettingError
 from fiveaxis.geometry import Array
 from fiveaxis.machine import Machine
@@ -19,8 +19,9 @@ from fiveaxis.posture.mask import MaskFunction
 from fiveaxis.posture.optimiser import optimise
 from fiveaxis.posture.portfolio import Portfolio, Progress
 from fiveaxis.posture.problem import ALLOWED, Problem
-from fiveaxis.posture.singular import Cone, turning_within, with_findings
+from fiveaxis.posture.singular import Cone, with_findings
 from fiveaxis.posture.solution import Solution, Stage
+from fiveaxis.posture.wound import asked_within, keeping, with_path
 from fiveaxis.toolpath import Toolpath
 
 # The price at which all bends cost as much as all travel is the middle of the sweep: from a hundredth of it …
@@ -43,7 +44,7 @@ class FrontPoint:
     time_price : W, price of delay that it was found with
     motion, energy : the solution
     cost : J, of the path without a price on bends: travel, and delay at the price it has at the first point
-    bend : rad², Σ‖Δρ‖² over all moves
+    bend : rad², Σ‖Δρ‖² over all moves but those on which an axis is turned back
     steepest : rad/mm, largest turn of a rotary axis over the way of the pivot in a cutting move
     fastest : rad/s, highest mean speed of a rotary axis in a move
     """
@@ -120,7 +121,8 @@ def find_front(
     bends, and on delay where the machine's highest speeds are known. Each is searched for, and refined from
     its neighbours' paths, once on the way up and once on the way down; the cheapest of the three is kept. A
     path from a neighbour alone may lie in a poor valley: what is cheap without a price on bends needn't
-    become the best steady path.
+    become the best steady path. Where a rotary axis has too few turns all this is done without end, and each
+    path is then rewound; none interrupts more cuts than the first.
 
     Parameters
     ----------
@@ -151,15 +153,10 @@ def find_front(
     if smoothest is not None and not (np.isfinite(smoothest) and smoothest > 0.0):
         raise SettingError(f"smoothest is {smoothest:g} J/rad²; it must be above 0")
     solution = optimise(toolpath, machine, progress=progress, **options)
-    path, driven, posed = solution.toolpath, solution.machine, solution.problem
-    if posed is None or len(posed) != len(path):
-        raise SettingError(
-            "a front needs a path without turning back: a rotary axis runs out of turns here; widen its "
-            "limits, or split the path"
-        )
-    problems = _priced(posed, _shares(solution, n, smoothest), solution)
     cone = Cone.of_degrees(options.get("singular_cone"), options.get("singular_rate", 0.0))
-    allowed = _allowing(solution, cone, options.get("mask"))
+    posed, start = _posed(solution)
+    problems = _priced(posed, _shares(solution, start, n, smoothest), solution)
+    allowed = _allowing(solution, start, cone, options.get("mask"))
     budget = options.get("budget") or budget_of(options.get("effort", "normal"))
 
     def found(number: int, start: Array | None) -> Array | None:
@@ -173,54 +170,69 @@ def find_front(
         return path if allowed(path) else None
 
     with threadpool_limits(limits=1):
-        paths = _swept(problems, solution.motion.positions[:, driven.rotary_columns], found)
+        paths = _swept(problems, start, found)
     points = [
-        _point(driven, path, follow(path, driven, rotary), problem, posed)
-        for rotary, problem in zip(paths, problems, strict=True)
+        _point(solution, rotary, problem, posed) for rotary, problem in zip(paths, problems, strict=True)
     ]
     kept = _undominated(points)
-    return Front(tuple(kept), len(points) - len(kept), _led_by(solution, kept[0], cone))
+    cheapest = paths[points.index(kept[0])]
+    return Front(tuple(kept), len(points) - len(kept), _led_by(solution, cheapest, cone))
 
 
-def _allowing(solution: Solution, cone: Cone | None, mask: MaskFunction | None) -> Callable[[Array], bool]:
-    """Make what tells whether a path, (n, 2) rad, keeps what isn't in the problem: the cone and the mask."""
-    path, machine = solution.toolpath, solution.machine
-    rows = np.arange(len(path))
+def _posed(solution: Solution) -> tuple[Problem, Array]:
+    """Give what a solution solved, or what it was rewound from, and its path, (n, 2) rad."""
+    wound, posed = solution.wound, solution.problem
+    if wound is not None:
+        return wound.problem, wound.rotary
+    if posed is None or len(posed) != len(solution.toolpath):
+        raise SettingError("a front needs a solution with its problem; this one was put together by hand")
+    return posed, solution.motion.positions[:, solution.machine.rotary_columns]
 
-    def turned(rotary: Array) -> float:
-        if cone is None:
-            return 0.0
-        return float(np.abs(np.diff(rotary[:, 0]))[turning_within(path, machine, rotary, cone)].sum())
 
-    # Where the solution itself couldn't hold the axis, no path has to.
-    most = turned(solution.motion.positions[:, machine.rotary_columns])
+def _allowing(
+    solution: Solution, start: Array, cone: Cone | None, mask: MaskFunction | None
+) -> Callable[[Array], bool]:
+    """Make what tells whether a path, (n, 2) rad, keeps what isn't in the problem.
+
+    These are the cone and the mask, and where the solution is rewound, that no more cuts are interrupted.
+    """
+    wound, posed = solution.wound, _posed(solution)[0]
+    path = solution.toolpath if wound is None else wound.toolpath
+    if wound is not None and mask is not None:
+        mask = asked_within(solution.machine, mask)
+    keeps = keeping(path, posed.machine, start, cone, mask)
+    most = _marks(solution, start)
 
     def allowed(rotary: Array) -> bool:
-        return turned(rotary) <= most and (mask is None or bool(np.all(mask(rows, rotary))))
+        try:
+            return keeps(rotary) and _marks(solution, rotary) <= most
+        except Infeasible:
+            return False
 
     return allowed
 
 
-def _led_by(solution: Solution, point: FrontPoint, cone: Cone | None) -> Solution:
-    """Put the front's cheapest path in place of the one that the sweep began with."""
-    if np.array_equal(point.motion.positions, solution.motion.positions):
+def _marks(solution: Solution, rotary: Array) -> int:
+    """Count the cuts that a path, (n, 2) rad, interrupts to turn an axis back."""
+    rewinds = with_path(solution, rotary)[1]
+    return 0 if rewinds is None else sum(r.in_cut for r in rewinds.rewinds)
+
+
+def _led_by(solution: Solution, rotary: Array, cone: Cone | None) -> Solution:
+    """Put the front's cheapest path, (n, 2) rad, in place of the one that the sweep began with."""
+    if np.array_equal(rotary, _posed(solution)[1]):
         return solution
+    cheaper = with_path(solution, rotary)[0]
     # What was said of the other path isn't true of this one.
-    kept = tuple(f for f in solution.toolpath.findings if f.code not in OF_POSTURES)
-    stage = Stage("front", "cheapest of its paths", 0, solution.energy.total, point.energy.total)
-    cheaper = replace(
-        solution,
-        toolpath=replace(solution.toolpath, findings=kept),
-        motion=point.motion,
-        energy=point.energy,
-        stages=(*solution.stages, stage),
-    )
-    return with_findings(cheaper, cone)
+    kept = tuple(f for f in cheaper.toolpath.findings if f.code not in OF_POSTURES)
+    stage = Stage("front", "cheapest of its paths", 0, solution.energy.total, cheaper.energy.total)
+    path = replace(cheaper.toolpath, findings=kept)
+    return with_findings(replace(cheaper, toolpath=path, stages=(*solution.stages, stage)), cone)
 
 
-def _shares(solution: Solution, n: int, smoothest: float | None) -> Array:
+def _shares(solution: Solution, start: Array, n: int, smoothest: float | None) -> Array:
     """Give the price of bends at each point, (n,) J/rad²: 0, then growing by one factor."""
-    bend = _bend(solution.motion, solution.machine)
+    bend = _bend(start)
     # A path that hardly turns has no bends to pay for: any price does.
     middle = solution.energy.total / bend if bend > 0.0 else 1.0
     strongest = STRONGEST * middle if smoothest is None else smoothest
@@ -274,25 +286,30 @@ def _objective(problem: Problem, rotary: Array) -> float:
     return problem.cost(problem.positions(slice(None), rotary))
 
 
-def _point(
-    machine: Machine, toolpath: Toolpath, motion: Motion, problem: Problem, unpriced: Problem
-) -> FrontPoint:
-    turn = np.abs(motion.moves[:, machine.rotary_columns]).max(axis=1)
-    cuts = toolpath.cutting & (toolpath.lengths > SHORTEST_WAY)
+def _point(solution: Solution, rotary: Array, problem: Problem, unpriced: Problem) -> FrontPoint:
+    """Measure a path, (n, 2) rad; its turns are those without its rewinds, on which nothing is cut."""
+    other, rewinds = with_path(solution, rotary)
+    path = solution.toolpath if solution.wound is None else solution.wound.toolpath
+    driven = other.motion if rewinds is None else follow(path, unpriced.machine, rotary)
+    turn = np.abs(np.diff(rotary, axis=0, prepend=rotary[:1])).max(axis=1)
+    cuts = path.cutting & (path.lengths > SHORTEST_WAY)
+    cost = unpriced.cost(driven.positions)
+    if rewinds is not None:
+        cost += rewinds.energy + unpriced.time_price * rewinds.time
     return FrontPoint(
         smoothing=float(problem.bend_price.max(initial=0.0)),
         time_price=problem.time_price,
-        motion=motion,
-        energy=motion_energy(machine, motion),
-        cost=unpriced.cost(motion.positions),
-        bend=_bend(motion, machine),
-        steepest=float(np.max(turn[cuts] / toolpath.lengths[cuts], initial=0.0)),
-        fastest=max(rate.speed for rate in peak_rates(machine, motion).values()),
+        motion=other.motion,
+        energy=other.energy,
+        cost=cost,
+        bend=_bend(rotary),
+        steepest=float(np.max(turn[cuts] / path.lengths[cuts], initial=0.0)),
+        fastest=max(rate.speed for rate in peak_rates(solution.machine, driven).values()),
     )
 
 
-def _bend(motion: Motion, machine: Machine) -> float:
-    return float((motion.moves[:, machine.rotary_columns] ** 2).sum())
+def _bend(rotary: Array) -> float:
+    return float((np.diff(rotary, axis=0) ** 2).sum())
 
 
 def _undominated(points: Sequence[FrontPoint]) -> list[FrontPoint]:

@@ -167,7 +167,9 @@ def optimise(
     if free_start:
         found = freed(found, rebuild, _refiner(allowed, progress, "another start"))
     if found.machine is not machine:
-        keeps = keeping(found, singular, asked)
+        rotary = found.motion.positions[:, machine.rotary_columns]
+        admits = None if asked is None else asked.admits
+        keeps = keeping(found.toolpath, found.machine, rotary, singular, admits)
         found = rewound_solution(found, machine, _refiner(allowed, progress, "one turn less"), keeps)
     return with_findings(found, singular)
 

@@ -98,6 +98,7 @@ class Wound:
     Parameters
     ----------
     toolpath : without rewinds
+    tilt : bounds on the lean at its locations
     problem : on the machine whose axes turn without end; where the path was drawn into fewer turns, within
         those
     rotary : (n, 2), rad, chain order
@@ -105,6 +106,7 @@ class Wound:
     """
 
     toolpath: Toolpath
+    tilt: TiltBounds
     problem: Problem
     rotary: Array
     clearance: float

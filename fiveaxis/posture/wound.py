@@ -13,7 +13,7 @@ from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.kinematics.windings import TURN, into_limits
 from fiveaxis.machine import Limits, Machine
 from fiveaxis.motion import follow
-from fiveaxis.posture.mask import Mask, MaskFunction, RoughMask
+from fiveaxis.posture.mask import MaskFunction, RoughMask
 from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.posture.rewinding import CLEARANCE, Rewound, rewound
 from fiveaxis.posture.singular import Cone, turning_within
@@ -64,21 +64,26 @@ def asked_within(machine: Machine, mask: MaskFunction) -> MaskFunction:
     return _RoughlyAsked(machine, mask) if isinstance(mask, RoughMask) else _Asked(machine, mask)
 
 
-def keeping(solution: Solution, cone: Cone | None, mask: Mask | None) -> Keeps:
+def keeping(
+    toolpath: Toolpath, machine: Machine, rotary: Array, cone: Cone | None, mask: MaskFunction | None
+) -> Keeps:
     """Make what tells of another path, (n, 2) rad, whether it keeps what no problem knows: cone and mask.
 
-    It has to turn no more within the singular cone than the solution does.
+    Parameters
+    ----------
+    toolpath, machine : of the paths
+    rotary : (n, 2), rad: where this one couldn't hold the axis within the singular cone, none has to
+    cone, mask : what to keep
     """
-    path, machine = solution.toolpath, solution.machine
-    rows = np.arange(len(path))
+    rows = np.arange(len(toolpath))
 
-    def turned(rotary: Array) -> float:
+    def turned(path: Array) -> float:
         if cone is None:
             return 0.0
-        return float(np.abs(np.diff(rotary[:, 0]))[turning_within(path, machine, rotary, cone)].sum())
+        return float(np.abs(np.diff(path[:, 0]))[turning_within(toolpath, machine, path, cone)].sum())
 
-    most = turned(solution.motion.positions[:, machine.rotary_columns])
-    return lambda rotary: turned(rotary) <= most and (mask is None or bool(mask.admits(rows, rotary).all()))
+    most = turned(rotary)
+    return lambda path: turned(path) <= most and (mask is None or bool(np.all(mask(rows, path))))
 
 
 def rewound_solution(
@@ -126,21 +131,44 @@ def rewound_solution(
         compared[name] = Baseline(driven, motion_energy(machine, driven), other.found.toolpath)
         if baseline.toolpath in (None, path) and problem.violation(rotary) <= ALLOWED and keeps(rotary):
             best = min(best, other, key=_price)
-    found = best.found
-    told = replace(found.toolpath, findings=(*found.toolpath.findings, *found.findings()))
-    motion = follow(told, machine, found.rotary)
-    return replace(
+    kept = Wound(path, solution.tilt, best.problem, best.rotary, clearance)
+    limited = replace(solution, machine=machine, compared=compared, missing=missing, problem=None, wound=kept)
+    return with_path(limited, best.rotary)[0]
+
+
+def with_path(solution: Solution, rotary: Array) -> tuple[Solution, Rewound | None]:
+    """Give a solution another path in the place of its own.
+
+    Parameters
+    ----------
+    rotary : (n, 2), rad, chain order, in the problem of the solution, or in that which it was rewound from
+
+    Returns
+    -------
+    The solution, and how it was rewound, if so
+
+    Raises
+    ------
+    Infeasible
+        The path can't be rewound.
+    """
+    machine, wound = solution.machine, solution.wound
+    if wound is None:
+        motion = follow(solution.toolpath, machine, rotary)
+        return replace(solution, motion=motion, energy=motion_energy(machine, motion)), None
+    prices = {"clearance": wound.clearance, "time_price": wound.problem.time_price}
+    found = rewound(wound.toolpath, machine, rotary, tilt=wound.tilt, **prices)
+    path = replace(found.toolpath, findings=(*wound.toolpath.findings, *found.findings()))
+    motion = follow(path, machine, found.rotary)
+    other = replace(
         solution,
-        machine=machine,
-        toolpath=told,
-        tilt=found.bounds(solution.tilt),
+        toolpath=path,
+        tilt=found.bounds(wound.tilt),
         motion=motion,
         energy=motion_energy(machine, motion),
-        compared=compared,
-        missing=missing,
-        problem=None,
-        wound=Wound(path, best.problem, best.rotary, clearance),
+        wound=replace(wound, rotary=rotary),
     )
+    return other, found
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,8 +6,11 @@ import numpy as np
 import pytest
 
 from fiveaxis.errors import SettingError
+from fiveaxis.kinematics import within_limits
+from fiveaxis.machine import Limits
 from fiveaxis.posture.front import FrontPoint, _undominated, find_front
 from fiveaxis.posture.optimiser import optimise
+from fiveaxis.posture.wound import with_path
 from fiveaxis.toolpath import Tool, Toolpath
 
 
@@ -141,3 +144,54 @@ def test_what_another_point_beats_in_everything_is_left_out_and_of_equals_one_st
     figures = [(5, 1, 1), (1, 5, 1), (5, 5, 1), (1, 5, 1), (9, 9, 0.5)]
     kept = _undominated([point(found, *f) for f in figures])
     assert [(p.energy.total, p.bend, p.energy.time) for p in kept] == [(1, 5, 1), (5, 1, 1), (9, 9, 0.5)]
+
+
+@pytest.fixture(scope="module")
+def rewound_front(hayashi):
+    """The wall twice, one ring above the other, on a machine whose C has exactly one turn."""
+    limits = Limits(0.0, 2.0 * np.pi)
+    axes = tuple(replace(a, limits=limits) if a.letter == "C" else a for a in hayashi.axes)
+    machine = replace(hayashi, axes=axes)
+    ring = wall(50)
+    contact = np.concatenate([ring.contact, ring.contact - [0.0, 0.0, 0.5]])
+    path = Toolpath.from_contacts(contact, np.tile(ring.normal, (2, 1)), Tool.ball(6))
+    return path, machine, find_front(path, machine, 4, tilt=(15, 75), effort="quick")
+
+
+def test_a_front_of_a_path_with_rewinds_has_points_each_with_its_own(rewound_front):
+    path, machine, front = rewound_front
+    solution = front.solution
+    assert solution.wound is not None
+    assert front.points[0].energy.as_dict() == solution.energy.as_dict()
+    assert len(front.points) >= 2
+    told = [f for f in solution.toolpath.findings if f.code == "rewind"]
+    c = machine.column("C")
+    for p in front.points:
+        assert within_limits(machine, p.motion.positions).all()
+        turned = np.abs(p.motion.moves[:, c]) > 2.0 * np.pi - 1e-6
+        assert 1 <= turned.sum() <= len(told)
+        assert len(p.motion) > len(path)
+        # The turn back isn't counted among the bends.
+        assert p.bend < (2.0 * np.pi) ** 2
+    bend = [p.bend for p in front.points]
+    assert bend == sorted(bend, reverse=True)
+
+
+def test_the_solution_of_such_a_front_keeps_its_bounds_and_tells_its_own_rewinds(rewound_front):
+    front = rewound_front[2]
+    solution = front.solution
+    assert max(solution.residuals().values()) <= 1e-9
+    for finding in [f for f in solution.toolpath.findings if f.code == "rewind"]:
+        assert not solution.toolpath.cutting[finding.place.location + 1]
+    again, rewinds = with_path(solution, solution.wound.rotary)
+    assert rewinds.rewinds
+    np.testing.assert_array_equal(again.motion.positions, solution.motion.positions)
+
+
+def test_a_solution_put_together_by_hand_has_no_front(hayashi, monkeypatch):
+    def bare(*args, **options):
+        return replace(optimise(*args, **options), problem=None)
+
+    monkeypatch.setattr("fiveaxis.posture.front.optimise", bare)
+    with pytest.raises(SettingError, match="put together by hand"):
+        find_front(wall(), hayashi, 3, tilt=(15, 75), effort="quick")
