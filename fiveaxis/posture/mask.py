@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import Protocol, runtime_checkable
+from typing import Protocol, cast, runtime_checkable
 
 import numpy as np
 
@@ -32,8 +32,8 @@ class RoughMask(Protocol):
     directions has, global searches ask that about every posture they look at: some 10⁵ to 10⁷, many at once,
     about locations far apart. Of a mask without it such a map is made by asking it on a grid.
 
-    Every answer must depend on the question alone, never on what was asked before. Questions come one at a
-    time, from any thread. A rotary axis that turns without end may stand on any turn.
+    Every answer must depend on the question alone, never on what was asked before. A rotary axis that turns
+    without end may stand on any turn.
     """
 
     def __call__(self, rows: IntArray, rotary: Array, /) -> BoolArray:
@@ -73,11 +73,18 @@ class Mask:
         posture is admissible there. A rotary axis that turns without end may stand on any turn
     calls : of the function
     asked : postures in them
+    roughly_asked : postures that its own rough map was asked about
     """
 
     function: MaskFunction
     calls: int = 0
     asked: int = 0
+    roughly_asked: int = 0
+
+    @property
+    def is_rough(self) -> bool:
+        """Whether the mask has rough answers of its own."""
+        return isinstance(self.function, RoughMask)
 
     def admits(self, rows: IntArray, rotary: Array) -> BoolArray:
         """Ask about postures, (m, 2) rad, of locations, (m,).
@@ -91,13 +98,14 @@ class Mask:
             return np.zeros(0, dtype=bool)
         self.calls += 1
         self.asked += len(rows)
-        answer = np.asarray(self.function(rows.astype(np.int64), rotary.copy()))
-        if answer.shape != rows.shape or answer.dtype != np.bool_:
-            raise SettingError(
-                f"the mask answered with shape {answer.shape} of {answer.dtype} to {len(rows)} postures; "
-                f"({len(rows)},) of bool is needed, True where a posture is admissible"
-            )
-        return answer
+        return _answer(self.function, rows, rotary)
+
+    def roughly_admits(self, rows: IntArray, rotary: Array) -> BoolArray:
+        """Ask the mask's own rough map, which it must have, as `admits` does."""
+        if not len(rows):
+            return np.zeros(0, dtype=bool)
+        self.roughly_asked += len(rows)
+        return _answer(cast("RoughMask", self.function).rough, rows, rotary)
 
 
 @dataclass(eq=False)
@@ -111,6 +119,7 @@ class Known:
     problem : of the lattice
     refused, seen : by row of the lattice, (a, b, c)
     radius : by row, how many lattice steps round a refused state are looked at next
+    price : J, of a refused state; infinite forbids it
     """
 
     mask: Mask
@@ -119,6 +128,7 @@ class Known:
     refused: dict[int, BoolArray] = field(default_factory=dict)
     seen: dict[int, BoolArray] = field(default_factory=dict)
     radius: dict[int, int] = field(default_factory=dict)
+    price: float = np.inf
 
     def forbidding(self, lattice: Lattice) -> Lattice:
         """Return the lattice without the states that the mask refused."""
@@ -128,7 +138,7 @@ class Known:
             price = price.copy()
             for number, row in enumerate(rows):
                 if int(row) in self.refused:
-                    price[number][self.refused[int(row)]] = np.inf
+                    price[number][self.refused[int(row)]] += self.price
             return positions, price
 
         return replace(lattice, states=states)
@@ -181,18 +191,38 @@ class Known:
             self.seen[row][at], self.refused[row][at] = True, not is_clean
 
 
-def clean_path(lattice: Lattice, known: Known) -> Array | None:
+def clean_path(lattice: Lattice, known: Known, looks: int = MOST_LOOKS) -> Array | None:
     """Find the cheapest path through a lattice whose every state the mask admits.
+
+    Parameters
+    ----------
+    looks : how often the lattice is searched
 
     Returns
     -------
-    (n, k), mm and rad; None where there is none, or none was found in `MOST_LOOKS` searches
+    (n, k), mm and rad; None where there is none, or none was found in so many searches
     """
-    for _ in range(MOST_LOOKS):
+    for _ in range(looks):
         path = shortest_path(known.problem, known.forbidding(lattice))
         if path is None or known.look(lattice, path):
             return path
     return None
+
+
+def way_among(lattice: Lattice, known: Known, looks: int) -> Array | None:
+    """Find the cheapest path through a lattice that the mask admits, or at last one that it does nearly.
+
+    Returns
+    -------
+    (n, k), mm and rad; None where there is no way
+    """
+    path = None
+    for _ in range(looks):
+        found = shortest_path(known.problem, known.forbidding(lattice))
+        if found is None or known.look(lattice, found):
+            return found if found is not None else path
+        path = found
+    return path
 
 
 def stored(lattice: Lattice, count: int) -> Lattice:
@@ -228,10 +258,15 @@ def _pin(lattice: Lattice, values: Array, positions: Array, price: Array) -> Non
     if lattice.period:
         values[spin] = angles[0] + np.mod(values[spin] - angles[0], TURN)
     nearest = int(np.argmin(np.abs(angles - values[spin])))
+    # Neighbours are counted in both coordinates, so the state stands among those that are like it.
+    off = np.abs(positions[nearest] - values)
+    off[..., spin] = 0.0
+    at = np.where(np.isfinite(price[nearest]), off.max(axis=-1), np.inf)
+    second, branch = np.unravel_index(int(np.argmin(at)), at.shape)
     price[:] = np.inf
-    price[nearest, 0, 0] = 0.0
+    price[nearest, second, branch] = 0.0
     positions[nearest, :, :, spin] = values[spin]
-    positions[nearest, 0, 0] = values
+    positions[nearest, second, branch] = values
 
 
 def _index(lattice: Lattice, columns: list[int], row: int, position: Array) -> tuple[int, int, int]:
@@ -244,3 +279,13 @@ def _index(lattice: Lattice, columns: list[int], row: int, position: Array) -> t
     distance = np.where(np.isfinite(price), off.max(axis=-1), np.inf)
     at = np.unravel_index(int(np.argmin(distance)), distance.shape)
     return int(at[0]), int(at[1]), int(at[2])
+
+
+def _answer(function: MaskFunction, rows: IntArray, rotary: Array) -> BoolArray:
+    answer = np.asarray(function(rows.astype(np.int64), rotary.copy()))
+    if answer.shape != rows.shape or answer.dtype != np.bool_:
+        raise SettingError(
+            f"the mask answered with shape {answer.shape} of {answer.dtype} to {len(rows)} postures; "
+            f"({len(rows)},) of bool is needed, True where a posture is admissible"
+        )
+    return answer

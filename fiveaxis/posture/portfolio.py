@@ -14,6 +14,8 @@ import numpy as np
 from fiveaxis.errors import Infeasible
 from fiveaxis.geometry import Array, IntArray
 from fiveaxis.posture.budget import DEGREE, Budget, Search
+from fiveaxis.posture.clearance import Clearance
+from fiveaxis.posture.confine import Confinement, Solver
 from fiveaxis.posture.interior import is_banded
 from fiveaxis.posture.lattice import (
     SLACK,
@@ -24,6 +26,7 @@ from fiveaxis.posture.lattice import (
     is_narrow,
     level_lattice,
 )
+from fiveaxis.posture.mask import Known, stored, way_among
 from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.posture.refine import SOLVED, Refinement, refine, refine_windows
 from fiveaxis.posture.search import LONG, density, refill, shortest_path, thin
@@ -36,6 +39,10 @@ Progress = Callable[[str, int, int], None]
 WIDER = (1, 4, 12)
 # A search looks at no fewer locations than about this.
 LEAST_ROWS = 100
+# How often a search inside of a mask may look for another way where the mask refuses its own.
+LOOKS = 6
+# Rounds of refining inside of a mask, of a path on some locations and on all.
+COARSE_ROUNDS, ROUNDS = 1, 4
 
 
 @dataclass(eq=False)
@@ -48,12 +55,14 @@ class Portfolio:
     budget : how much may be done
     progress : called with a stage's name, steps done and steps in all
     stages : what was done so far
+    clear : what a mask admits, for searches that keep off the rest; None without one
     """
 
     problem: Problem
     budget: Budget
     progress: Progress | None
     stages: list[Stage] = field(default_factory=list)
+    clear: Clearance | None = None
 
     def best_path(self, compared: Mapping[str, Baseline]) -> Array:
         """Find the cheapest admissible path, (n, 2) rad, never dearer than an admissible baseline."""
@@ -63,7 +72,7 @@ class Portfolio:
         start = self._cheapest(compared)
         if start is not None and (best is None or self._is_worse(best, start)):
             name, rotary = start
-            best = self._refined(f"refine, from baseline {name}", self.problem, rotary)
+            best = self._refined(f"refine, from baseline {name}", None, rotary)
         if best is None:
             raise Infeasible(
                 "no way along the path was found: every location has an admissible posture, but the search "
@@ -75,7 +84,7 @@ class Portfolio:
 
     def refined_from(self, name: str, start: Array) -> Array:
         """Refine a path, (n, 2) rad, on all locations; the start itself where that doesn't better it."""
-        return self._refined(f"refine, from {name}", self.problem, start).rotary
+        return self._refined(f"refine, from {name}", None, start).rotary
 
     def _searched(self) -> Refinement | None:
         coordinates = choose_coordinates(self.problem)
@@ -105,12 +114,12 @@ class Portfolio:
         starts.sort(key=denser.priced)
         name = f"refine, {len(middle)} locations"
         halfway = self._at_once(
-            [partial(_refined_once, name, denser, start) for start in starts[: self.budget.kept]]
+            [partial(_refined_once, name, middle, start) for start in starts[: self.budget.kept]]
         )
         best = min(halfway, key=lambda r: denser.priced(r.rotary))
         everywhere = np.arange(len(self.problem))
         rotary = self._carried(middle, everywhere, best, coordinates)
-        return self._refined("refine, all locations", self.problem, rotary)
+        return self._refined("refine, all locations", None, rotary)
 
     def _at_once(self, tasks: list[Callable[[Portfolio], T]]) -> list[T]:
         """Run tasks that don't need each other; on a long path in as many threads as there are cores.
@@ -118,7 +127,8 @@ class Portfolio:
         Each has a portfolio of its own, and what they did is told in their order: which one ends first, and
         how many run at once, changes nothing.
         """
-        if len(self.problem) <= LONG or not is_banded(self.problem):
+        # A mask is asked one question at a time.
+        if len(self.problem) <= LONG or not is_banded(self.problem) or self.clear is not None:
             return [task(self) for task in tasks]
         # One voice is enough to tell how far the work is.
         parts = [replace(self, stages=[], progress=None if i else self.progress) for i in range(len(tasks))]
@@ -143,14 +153,22 @@ class Portfolio:
         slacks = (0.0, SLACK) if is_narrow(problem) else (0.0,)
         for wider, slack in ((wider, slack) for slack in slacks for wider in WIDER):
             lattice = self.lattice(problem, search, coordinates, wider, slack)
-            path = shortest_path(problem, lattice, self._tell(f"search {number + 1}"))
+            path = self._way(problem, lattice, rows, number)
             if path is not None:
                 break
         if path is None:
             return None
         self.stages.append(Stage(f"search, {name}", "found", len(problem), None, problem.cost(path)))
         rotary = path[:, self.problem.machine.rotary_columns]
-        return self._refined(f"refine, {name}", problem, rotary, coarse=True)
+        return self._refined(f"refine, {name}", rows, rotary, coarse=True)
+
+    def _way(self, problem: Problem, lattice: Lattice, rows: IntArray, number: int) -> Array | None:
+        """Find the cheapest path through a lattice, and off what the mask refuses."""
+        if self.clear is None:
+            return shortest_path(problem, lattice, self._tell(f"search {number + 1}"))
+        clear = self.clear.at(rows)
+        open_states = clear.priced(lattice, problem.machine.rotary_columns, np.inf)
+        return way_among(stored(open_states, len(rows)), Known(clear.mask, clear.rows, problem), LOOKS)
 
     def lattice(
         self, problem: Problem, search: Search, coordinates: Coordinates, wider: int, slack: float
@@ -171,10 +189,56 @@ class Portfolio:
         """Carry a refined path over to more locations, (m, 2) rad."""
         path = self.problem.thinned(known).positions(slice(None), found.rotary)
         at = np.searchsorted(rows, known)
-        full = refill(self.problem.thinned(rows), coordinates, at, path, self.budget.widths)
+        clear = None if self.clear is None else self.clear.at(rows)
+        full = refill(self.problem.thinned(rows), coordinates, at, path, self.budget.widths, clear=clear)
         return full[:, self.problem.machine.rotary_columns]
 
-    def _refined(self, name: str, problem: Problem, start: Array, *, coarse: bool = False) -> Refinement:
+    def _refined(self, name: str, rows: IntArray | None, start: Array, *, coarse: bool = False) -> Refinement:
+        """Refine a path on some locations, or on all, inside of the mask where there is one."""
+        problem = self.problem if rows is None else self.problem.thinned(rows)
+        if self.clear is None:
+            return self._freely(name, problem, start, coarse=coarse)
+        clear = self.clear if rows is None else self.clear.at(rows)
+        return self._confined(name, problem, clear, start, ROUNDS if rows is None else COARSE_ROUNDS)
+
+    def _confined(
+        self, name: str, problem: Problem, clear: Clearance, start: Array, rounds: int
+    ) -> Refinement:
+        before = problem.cost(problem.positions(slice(None), start))
+        if len(problem) == 1:
+            return Refinement(start, before, "one location, nothing to refine", 0)
+        if rounds > COARSE_ROUNDS and not clear.exactly(np.arange(len(problem)), start).all():
+            return Refinement(start, before, "to be mended first", 0)
+        inside = Confinement(problem.eased(start), clear, self._solver())
+        found = inside.refined(start, rounds)
+        cost = problem.cost(problem.positions(slice(None), found))
+        refused = int((~clear.exactly(np.arange(len(problem)), found)).sum())
+        status = f"{refused} of {len(problem)} locations refused"
+        self.stages.append(Stage(f"{name}, inside of the mask", status, inside.iterations, before, cost))
+        return Refinement(found, cost, SOLVED, inside.iterations)
+
+    def _solver(self) -> Solver:
+        """Make what refines a problem, a part of the path or all of it, quickly."""
+        budget = self.budget
+
+        def solve(problem: Problem, start: Array, held: tuple[bool, bool]) -> tuple[Array, int]:
+            if len(problem) <= budget.whole or is_banded(problem):
+                found = refine(
+                    problem, start, iterations=budget.iterations, barrier=budget.barrier, held=held, near=True
+                )
+            else:
+                found = refine_windows(
+                    problem,
+                    start,
+                    size=budget.window,
+                    iterations=budget.window_iterations,
+                    barrier=budget.barrier,
+                )
+            return found.rotary, found.iterations
+
+        return solve
+
+    def _freely(self, name: str, problem: Problem, start: Array, *, coarse: bool) -> Refinement:
         """Refine a path as a whole, and window by window where that is too much or doesn't converge."""
         budget = self.budget
         barrier = budget.coarse_barrier if coarse else budget.barrier
@@ -236,5 +300,5 @@ def _carried_once(
     return run._carried(known, rows, found, coordinates)
 
 
-def _refined_once(name: str, problem: Problem, start: Array, run: Portfolio) -> Refinement:
-    return run._refined(name, problem, start)
+def _refined_once(name: str, rows: IntArray, start: Array, run: Portfolio) -> Refinement:
+    return run._refined(name, rows, start)

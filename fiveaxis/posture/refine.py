@@ -61,6 +61,7 @@ def refine(
     iterations: int,
     barrier: float,
     held: tuple[bool, bool] = (False, False),
+    near: bool = False,
 ) -> Refinement:
     """Minimise the travel cost from a start.
 
@@ -75,6 +76,8 @@ def refine(
     iterations : most that IPOPT may take
     barrier : IPOPT's first barrier parameter; small for a start that is nearly right
     held : whether the first and the last posture stay as they are
+    near : whether the start is nearly right and one of many: our own method takes its small barrier alone,
+        and IPOPT takes over only where that doesn't know a term
 
     Returns
     -------
@@ -84,6 +87,7 @@ def refine(
     if is_banded(problem):
         banded = as_banded(problem, held)
         barriers = BARRIERS if len(problem) <= IPOPT_MOST else BARRIERS[:1]
+        barriers = BARRIERS[-1:] if near else barriers
         tried = [
             minimise(banded, start, iterations=ITERATIONS * iterations, barrier=factor * barrier)
             for factor in barriers
@@ -91,7 +95,7 @@ def refine(
         for own in tried:
             start, taken = _better(problem, own.rotary, start), taken + own.iterations
         solved = any(own.solved for own in tried)
-        if solved or len(problem) > IPOPT_MOST:
+        if solved or near or len(problem) > IPOPT_MOST:
             cost = problem.cost(problem.positions(slice(None), start))
             return Refinement(start, cost, SOLVED if solved else UNSOLVED, taken)
     found = _by_ipopt(problem, start, iterations, barrier, held)

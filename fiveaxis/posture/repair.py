@@ -3,43 +3,44 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from itertools import product
 
 import numpy as np
 
 from fiveaxis.errors import Infeasible
 from fiveaxis.findings import Finding, Severity
-from fiveaxis.geometry import Array, BoolArray, IntArray, normalise
-from fiveaxis.kinematics import tool_axes
+from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.kinematics.windings import TURN
 from fiveaxis.machine import Machine
 from fiveaxis.posture.budget import DEGREE, Search
+from fiveaxis.posture.clearance import Clearance
+from fiveaxis.posture.confine import around
 from fiveaxis.posture.lattice import Lattice, choose_coordinates
 from fiveaxis.posture.mask import Known, Mask, clean_path, pinned, stored
 from fiveaxis.posture.portfolio import WIDER, Portfolio
 from fiveaxis.posture.problem import ALLOWED, Problem
-from fiveaxis.posture.refine import refine, refine_windows
 from fiveaxis.posture.search import refill, thin
 from fiveaxis.posture.solution import Baseline, Stage
-from fiveaxis.toolpath import TiltBounds, Toolpath
+from fiveaxis.toolpath import Toolpath
 
 # Locations to each side of a refused one that may move with it, and how many more in each further round.
 MARGIN, GROWTH = 6, 4
-# From this share of refused locations on the whole path is searched again.
-MOST_PATCHED = 0.2
+# Up to this share of refused locations they are patched; from more on the whole path is searched again.
+MOST_PATCHED = 0.03
+# A patched path that costs more than what ignores the mask by a larger share than this is searched anew.
+DEARER = 5e-3
+# Patches of a path that is searched again, too, reach no farther than this.
+FARTHEST = 100
+# From this share of refused locations on a window isn't worth while: it is the whole path.
+MOST_DIRTY = 0.2
 # A lattice in a window has about this many rows; between them the path is filled in.
 WINDOW_ROWS = 120
-# A path of no more than so many locations is searched as a whole without leaving any out, at last.
+# A path of no more than so many locations is patched first, however much of it is refused; and searched as a
+# whole without leaving any location out, at last.
 MOST_ROWS = 400
 STEP, LEVELS = 4.0 * DEGREE, 36
-# Rounds of refining a clean path, and how often cuts are added in each before it is left as it is.
-ROUNDS, MOST_CUTS = 6, 5
-HALVINGS = 6
-# Postures asked about round a posture on the edge of the mask, at this distance (rad).
-PROBES, PROBE = 8, 1.0 * DEGREE
-# A round that saves a smaller share of the cost is the last.
-WORTHWHILE = 1e-3
 # Postures of a location that are asked about before it is said to have none.
 SAMPLES = 400
 
@@ -52,15 +53,19 @@ class Repair:
     ----------
     run : the portfolio that found the path; gives the problem, the budget and takes the stages
     mask : what the path has to please
+    refused : locations that the last path which couldn't be mended was refused at
     """
 
     run: Portfolio
     mask: Mask
+    refused: IntArray = field(init=False, default_factory=lambda: np.empty(0, dtype=np.int64))
 
     def repaired(self, start: Array, toolpath: Toolpath, compared: Mapping[str, Baseline]) -> Array:
-        """Change a path, (n, 2) rad, until the mask admits all of it, and refine what comes out.
+        """Change a refined path, (n, 2) rad, until the mask admits all of it, and refine what comes out.
 
-        Where a baseline that the mask admits costs less than the repaired path, it is refined instead.
+        Where the mask refuses a few locations, the path is patched there; where it refuses many, the whole is
+        searched again off what it roughly refuses. A baseline that the mask admits and that costs less is
+        refined instead.
 
         Raises
         ------
@@ -68,39 +73,91 @@ class Repair:
             No such path was found; each refused location is listed.
         """
         problem = self.run.problem
-        every, path = np.arange(len(problem)), start
-        for margin, rows in self._rounds():
-            clean = self.mask.admits(every, path)
-            if clean.all():
-                break
-            scattered = clean.mean() < 1.0 - MOST_PATCHED
-            windows = [(0, len(problem) - 1)] if scattered else _windows(~clean, margin)
-            for first, last in windows:
-                found = self._patch(first, last, path, rows)
-                if found is not None:
-                    path = np.concatenate([path[:first], found, path[last + 1 :]])
-        else:
-            refused = np.flatnonzero(~self.mask.admits(every, path))
-            if len(refused) and not compared:
-                raise self._infeasible(refused, toolpath)
-            path = path if not len(refused) else next(iter(self._rotary(compared)))
-        path = min([path, *self._rotary(compared)], key=problem.priced)
-        before = problem.cost(problem.positions(slice(None), path))
-        path = self._polished(path)
+        every, others = np.arange(len(problem)), self._rotary(compared)
+        clean = self.mask.admits(every, start)
+        before = problem.cost(problem.positions(slice(None), start))
+        # What came refined and clean is as good as it gets.
+        path = start if clean.all() else self._cheapest(start, clean, others)
+        if path is None:
+            raise self._infeasible(self.refused, toolpath)
         after = problem.cost(problem.positions(slice(None), path))
         asked = f"{self.mask.asked} postures asked in {self.mask.calls} calls"
         self.run.stages.append(Stage("repair for the mask", asked, self.mask.asked, before, after))
         return path
 
+    def _cheapest(self, start: Array, clean: BoolArray, others: list[Array]) -> Array | None:
+        """Find paths that the mask admits, the start's locations where it does being `clean`; the cheapest.
+
+        Others, the baselines', are refined only if they cost less than what was found.
+        """
+        found: list[Array | None] = []
+        short = len(start) <= MOST_ROWS
+        if short or clean.mean() >= 1.0 - MOST_PATCHED:
+            found.append(self._polished(self._patched(start, most=None if short else FARTHEST)))
+        good = (1.0 + DEARER) * self.run.problem.priced(start)
+        if not any(path is not None and self.run.problem.priced(path) <= good for path in found):
+            found += self._searched()
+        if not short and all(path is None for path in found):
+            found.append(self._polished(self._patched(start)))
+        paths = [path for path in (*found, *others) if path is not None]
+        best = min(paths, key=self.run.problem.priced, default=None)
+        return self._polished(best) if any(best is other for other in others) else best
+
+    def _searched(self) -> list[Array | None]:
+        """Search the whole path off what the mask roughly refuses, mend and refine what is found."""
+        budget, answers = self.run.budget, []
+        for searches in (budget.searches, *budget.others):
+            run = replace(self._confined, stages=[], budget=replace(budget, searches=searches))
+            try:
+                path = run.best_path({})
+            except Infeasible:
+                continue
+            finally:
+                self.run.stages.extend(run.stages)
+            mended = self._patched(path, most=FARTHEST)
+            # What needed no mending came refined.
+            answers.append(mended if mended is path else self._polished(mended))
+        return answers
+
+    @cached_property
+    def _confined(self) -> Portfolio:
+        """The portfolio that keeps off what the mask refuses."""
+        return replace(self.run, stages=[], clear=Clearance.of(self.mask, self.run.problem))
+
+    def _patched(self, start: Array, most: int | None = None) -> Array | None:
+        """Mend a path where the mask refuses it, in wider and wider windows; None where that won't do.
+
+        Parameters
+        ----------
+        most : widest margin of the windows; None for up to the whole path
+        """
+        problem = self.run.problem
+        every, path = np.arange(len(problem)), start
+        for margin, rows in self._rounds(most):
+            clean = self.mask.admits(every, path)
+            if clean.all():
+                return path
+            scattered = most is None and clean.mean() < 1.0 - MOST_DIRTY
+            dirty = np.flatnonzero(~clean)
+            windows = [(0, len(problem) - 1)] if scattered else around(dirty, len(problem), margin)
+            for first, last in windows:
+                found = self._patch(first, last, path, rows)
+                if found is not None:
+                    path = np.concatenate([path[:first], found, path[last + 1 :]])
+        self.refused = np.flatnonzero(~self.mask.admits(every, path))
+        return None if len(self.refused) else path
+
     def _rotary(self, compared: Mapping[str, Baseline]) -> list[Array]:
         return [b.motion.positions[:, self.run.problem.machine.rotary_columns] for b in compared.values()]
 
-    def _rounds(self) -> Iterator[tuple[int, int]]:
+    def _rounds(self, most: int | None) -> Iterator[tuple[int, int]]:
         """Give the margin of the windows and the rows of their lattices: farther, then all, then densely."""
         margin, count = MARGIN, len(self.run.problem)
-        while margin < count:
+        while margin < (count if most is None else most):
             yield margin, WINDOW_ROWS
             margin *= GROWTH
+        if most is not None:
+            return
         yield count, WINDOW_ROWS
         if count <= MOST_ROWS:
             yield count, count
@@ -150,77 +207,14 @@ class Repair:
 
         return refill(part, choose_coordinates(part), rows, path, self.run.budget.widths, find)
 
-    def _polished(self, path: Array) -> Array:
-        """Refine a clean path, cutting off what the mask refuses, as long as that is worth it."""
-        problem = self.run.problem
-        if len(problem) == 1:
-            return path
-        for _ in range(ROUNDS):
-            before = problem.cost(problem.positions(slice(None), path))
-            sound = problem.violation(path) <= ALLOWED
-            found = self._refined(path)
-            if found is None:
-                break
-            path = found
-            if sound and problem.cost(problem.positions(slice(None), path)) > (1.0 - WORTHWHILE) * before:
-                break
-        return path
-
-    def _refined(self, path: Array) -> Array | None:
-        """Refine once, with as many cuts as it takes for the mask to admit the outcome."""
-        problem, budget, every = self.run.problem, self.run.budget, np.arange(len(path))
-        cuts: list[TiltBounds] = []
-        for _ in range(MOST_CUTS):
-            bounded = replace(problem, bounds=(*problem.bounds, *cuts))
-            if len(path) <= budget.whole:
-                found = refine(bounded, path, iterations=budget.iterations, barrier=budget.barrier).rotary
-            else:
-                found = refine_windows(
-                    bounded,
-                    path,
-                    size=budget.window,
-                    iterations=budget.window_iterations,
-                    barrier=budget.barrier,
-                ).rotary
-            clean = self.mask.admits(every, found)
-            if clean.all():
-                return found
-            cuts.append(self._cut(path, found, np.flatnonzero(~clean)))
-        # Between cuts that don't help, the clean way is taken where the refined one is refused.
-        mixed = np.where(clean[:, None], found, path)
-        return mixed if problem.violation(mixed) <= ALLOWED else None
-
-    def _cut(self, clean: Array, refused: Array, rows: IntArray) -> TiltBounds:
-        """Bound the tool axis of some locations by a plane between a clean posture and a refused one."""
-        low, high = np.zeros(len(rows)), np.ones(len(rows))
-        way = refused[rows] - clean[rows]
-        for _ in range(HALVINGS):
-            middle = (low + high) / 2.0
-            is_clean = self.mask.admits(rows, clean[rows] + middle[:, None] * way)
-            low, high = np.where(is_clean, middle, low), np.where(is_clean, high, middle)
-        inside = self._inwards(rows, clean[rows] + low[:, None] * way)
-        # A plane that the clean posture itself lies beyond would cut off what is known to be good.
-        inside[np.sum(inside * tool_axes(self.run.problem.machine, clean[rows]), axis=1) < 0.0] = np.nan
-        reference = np.full_like(self.run.problem.pivot, np.nan)
-        reference[rows] = inside
-        return TiltBounds(reference, 0.0, np.pi / 2.0, "inside of the mask")
-
-    def _inwards(self, rows: IntArray, edge: Array) -> Array:
-        """Find the direction across the tool axis, (m, 3), in which the mask admits, at its edge.
-
-        The mask is asked at some postures round it; the direction is the fit of its answers by a plane.
-        """
-        machine = self.run.problem.machine
-        turn = np.arange(PROBES) * TURN / PROBES
-        round_it = PROBE * np.stack([np.cos(turn), np.sin(turn)], axis=1)
-        tried = edge[:, None] + round_it
-        clean = self.mask.admits(np.repeat(rows, PROBES), tried.reshape(-1, 2)).reshape(len(rows), PROBES)
-        axis = tool_axes(machine, edge)
-        moved = tool_axes(machine, tried.reshape(-1, 2)).reshape(len(rows), PROBES, 3) - axis[:, None]
-        fitted = np.einsum("mij,mj->mi", np.linalg.pinv(moved, rcond=1e-3), np.where(clean, 1.0, -1.0))
-        fitted -= axis * np.sum(fitted * axis, axis=1, keepdims=True)
-        known = np.linalg.norm(fitted, axis=1) > 1e-9
-        return normalise(np.where(known[:, None], fitted, np.nan))
+    def _polished(self, path: Array | None) -> Array | None:
+        """Refine a clean path inside of the mask."""
+        if path is None:
+            return None
+        run = replace(self._confined, stages=[])
+        refined = run.refined_from("clean path", path)
+        self.run.stages.extend(run.stages)
+        return refined
 
     def _samples(self, part: Problem, row: int) -> tuple[Array, Array]:
         """Give some postures of a location, (s, 2) rad, and their price."""
@@ -264,13 +258,6 @@ def _joined(found: Array, held: dict[int, Array]) -> Array | None:
         elif turns.any():
             return None
     return found
-
-
-def _windows(dirty: BoolArray, margin: int) -> list[tuple[int, int]]:
-    """Give first and last location of every stretch of refused ones with a margin, overlaps joined."""
-    near = np.convolve(dirty, np.ones(2 * margin + 1), mode="full")[margin : margin + len(dirty)] > 0.5
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], near.astype(np.int8), [0]])))
-    return [(int(first), int(last) - 1) for first, last in edges.reshape(-1, 2)]
 
 
 def without_refused(

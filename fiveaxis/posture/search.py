@@ -12,12 +12,15 @@ from fiveaxis.kinematics.windings import fit_turns
 from fiveaxis.posture.kernel import relax_layer
 from fiveaxis.posture.lattice import Coordinates, Lattice, tube_lattice
 from fiveaxis.posture.problem import Problem
-from fiveaxis.posture.tube import path_through_tube, problem_waves
+from fiveaxis.posture.tube import Admission, path_through_tube, problem_waves
 
 # Paths up to this many locations are searched as densely as the budget says, longer ones as their turn asks.
 LONG = 10_000
 # rad a location: for paths that turn so much the budget's strides are made. Denser ones count up to so much.
 USUAL_TURN, MOST_DENSE = np.radians(1.0), 4.0
+
+# How often the last tube is searched again after a mask refused some of its states.
+MOST_LOOKS = 8
 
 Layer = tuple[NDArray[np.int32], NDArray[np.int32], Array]
 
@@ -143,6 +146,7 @@ def refill(
     path: Array,
     widths: tuple[tuple[float, float], ...],
     find: Callable[[Problem, Lattice], Array | None] | None = None,
+    clear: Admission | None = None,
 ) -> Array:
     """Extend a path that is known at some locations to all of them, then tighten it in narrowing tubes.
 
@@ -155,6 +159,8 @@ def refill(
     path : (m, k), mm and rad
     widths : lattice steps of the tubes, widest first
     find : finds the path through a tube; `shortest_path` by default
+    clear : what a mask admits at the locations; ways that it doesn't admit have a price, and the last tube
+        asks it exactly. Only where the waves of the locations are known (`problem_waves`)
 
     Returns
     -------
@@ -172,7 +178,8 @@ def refill(
         count = 2 if number else 1
         tube = (problem, coordinates, strands, full[:, second], width, count)
         if find is None and waves is not None:
-            found: Array | None = path_through_tube(*tube, waves)
+            looks = (MOST_LOOKS if number == len(widths) - 1 else 0) if clear is not None else 0
+            found: Array | None = path_through_tube(*tube, waves, clear, looks)
         else:
             found = (find or shortest_path)(problem, tube_lattice(*tube))
         full = full if found is None else found

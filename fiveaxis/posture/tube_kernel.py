@@ -112,6 +112,7 @@ def tube_path(
     second: Array,
     width: Array,
     fault: float,
+    refused: Array,
     count: int,
     plus: Array,
     minus: Array,
@@ -121,12 +122,13 @@ def tube_path(
     pace: Array,
     least_time: Array,
     time_price: float,
-) -> Array:
+) -> tuple[Array, NDArray[np.int64]]:
     """Find the cheapest path through a tube.
 
     Parameters
     ----------
     linear … fault : as for `fill_states`, with a first dimension n; `within`, `limits`, `width` are shared
+    refused : (n, states) J, further prices of the states; (n, 0) for none
     count : steps to each side of every strand
     plus, minus : (n − 1, 5), J/mm and J/rad
     max_turn, turn_price, bend_price : (n − 1, 2) rad, (n − 1,) J/rad, (n − 1,) J/rad²
@@ -135,7 +137,8 @@ def tube_path(
 
     Returns
     -------
-    (n, 5), mm and rad
+    path : (n, 5), mm and rad
+    chosen : (n,), number of its state in each location
     """
     n, across = len(linear), 2 * count + 1
     shape = (strands.shape[1] * across, across, 1 if level < 0 else 2)
@@ -150,6 +153,8 @@ def tube_path(
             linear[i], cosines[i], within, limits, spin, level, low, strands[i], second[i], width, fault,
             states, price,
         )  # fmt: skip
+        if refused.shape[1]:
+            price += refused[i].reshape(shape)
         if i == 0:
             cost[:] = price
         else:
@@ -187,14 +192,48 @@ def trace(
     last: int,
     states: Array,
     price: Array,
-) -> Array:
+) -> tuple[Array, NDArray[np.int64]]:
     """Follow the predecessors back, working each location's states out once more instead of keeping all."""
-    path, state = np.empty((len(linear), 5)), last
+    path, state, chosen = np.empty((len(linear), 5)), last, np.empty(len(linear), dtype=np.int64)
     for i in range(len(linear) - 1, -1, -1):
         fill_states(
             linear[i], cosines[i], within, limits, spin, level, low, strands[i], second[i], width, fault,
             states, price,
         )  # fmt: skip
-        path[i] = states.reshape(-1, 5)[state]
+        path[i], chosen[i] = states.reshape(-1, 5)[state], state
         state = trail[i, state]
-    return path
+    return path, chosen
+
+
+@compiled
+def tube_postures(
+    linear: Array,
+    spin: int,
+    level: int,
+    low: float,
+    strands: Array,
+    second: Array,
+    width: Array,
+    count: int,
+) -> Array:
+    """Give the rotary angles of all states of a tube, as `fill_states` numbers them.
+
+    Returns
+    -------
+    (n, states, 2), rad, chain order
+    """
+    n, across, branches = len(linear), 2 * count + 1, 1 if level < 0 else 2
+    postures = np.empty((n, strands.shape[1] * across * across * branches, 2))
+    for i in range(n):
+        state = 0
+        for a in range(strands.shape[1] * across):
+            angle = strands[i, a // across] + width[0] * (a % across - count)
+            for b in range(across):
+                stand = second[i] + width[1] * (b - count)
+                for c in range(branches):
+                    other = stand if level < 0 else other_angle(
+                        linear[i, level], spin, angle, stand, 2.0 * c - 1.0, low
+                    )  # fmt: skip
+                    postures[i, state, spin], postures[i, state, 1 - spin] = angle, other
+                    state += 1
+    return postures
