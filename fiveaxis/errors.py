@@ -15,6 +15,7 @@
     │   ├── JobError             a job file
     │   └── SettingError         an option out of its range
     ├── MissingDependency        an optional library that isn't on this platform (exit code 2)
+    ├── Unverified               a program of a motion with errors that nobody accepts (exit code 1)
     └── Infeasible               locations without an admissible posture        (exit code 3)
 
 A message reads ``place: fact with value, bound and unit; what to do``. Many problems at once are
@@ -134,6 +135,16 @@ class Infeasible(FiveAxisError):
     """Some locations have no admissible posture; `findings` names each with its reason."""
 
     exit_code = 3
+
+    def __init__(self, message: str, findings: Sequence[Finding]) -> None:
+        self.findings = tuple(findings)
+        super().__init__(message)
+
+
+class Unverified(FiveAxisError):
+    """Verification found errors that nobody has accepted by name; `findings` are theirs."""
+
+    exit_code = 1
 
     def __init__(self, message: str, findings: Sequence[Finding]) -> None:
         self.findings = tuple(findings)

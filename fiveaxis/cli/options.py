@@ -50,6 +50,10 @@ FreeStart = Annotated[
 Winding = Annotated[
     str | None, typer.Option("--winding", help="unwound, modulo or rezero: how NC counts endless axes")
 ]
+Override = Annotated[
+    list[str] | None,
+    typer.Option("--override", help="CODE of errors with which NC is written all the same; repeatable"),
+]
 FrontSize = Annotated[
     int | None, typer.Option("--front", help="N solutions between the cheapest path and the steadiest")
 ]

@@ -12,7 +12,7 @@ import typer
 from rich.markup import escape
 from rich.table import Table
 
-from fiveaxis.cli.options import PLANNING, POSTURE, READING, AsJson, Control, Input, Winding, takes
+from fiveaxis.cli.options import PLANNING, POSTURE, READING, AsJson, Control, Input, Override, Winding, takes
 from fiveaxis.cli.terminal import (
     err,
     errors_explained,
@@ -66,6 +66,7 @@ def optimise(
     source: Input,
     control: Control = None,
     winding: Winding = None,
+    override: Override = None,
     output: Annotated[Path | None, typer.Option("--output", "-o", help="folder for the results")] = None,
     as_json: AsJson = False,
     **_: Any,
@@ -85,7 +86,11 @@ def optimise(
             print_json(outcome.document)
         else:
             _print_outcome(outcome)
-        if not outcome.ok:
+        for finding in outcome.gate.unused:
+            err.print(f"{finding.severity}: {finding}", markup=False)
+        for code in outcome.gate.accepted:
+            err.print(f"[bold red]overridden[/]: {code} ({outcome.gate.report.counts[code]})")
+        if not outcome.gate.is_open:
             err.print("[bold red]verification found errors[/]: no NC program was written")
             raise typer.Exit(1)
 
@@ -128,6 +133,7 @@ def _job(options: Mapping[str, Any]) -> Job:
         settings["plane"] = tuple(parse_numbers(settings["plane"], 3, "X,Y,Z"))
     # A flag that isn't set says nothing: a job file may set it.
     settings["free_start"] = settings.get("free_start") or None
+    settings["override"] = tuple(settings.get("override") or ()) or None
     settings["hold"] = parse_places("--hold", settings.get("hold"))
     source = options["source"]
     if source.suffix.lower() == ".toml":

@@ -8,6 +8,7 @@ from typing import Any, Literal
 
 from pydantic import Field, ValidationError, ValidationInfo, field_validator
 
+from fiveaxis.codes import require_codes
 from fiveaxis.contour.mesh import SUFFIXES as MESH_SUFFIXES
 from fiveaxis.contour.options import Direction, Order, Strategy
 from fiveaxis.errors import FiveAxisError, InputError, JobError, SettingError
@@ -136,6 +137,9 @@ class Job(StrictModel):
     winding: Literal["unwound", "modulo", "rezero"] = Field(
         "unwound", description="how the program counts endless rotary axes"
     )
+    override: tuple[str, ...] = Field(
+        (), description="codes of errors with which the program is written all the same"
+    )
     tool_length: float | None = Field(
         None, ge=0.0, description="from the spindle's gauge point to the tip, mm"
     )
@@ -160,6 +164,14 @@ class Job(StrictModel):
             except SettingError as fault:
                 raise ValueError(fault.message) from None
         return tilt
+
+    @field_validator("override")
+    @classmethod
+    def _codes(cls, names: tuple[str, ...]) -> tuple[str, ...]:
+        try:
+            return require_codes(names)
+        except SettingError as fault:
+            raise ValueError(fault.message) from None
 
     @field_validator("tool", "control")
     @classmethod

@@ -21,7 +21,8 @@ def write_outcome(outcome: Outcome, folder: Path) -> list[Path]:
     """Write motion, report, preview and NC program into a folder.
 
     Everything is made in a temporary folder first, so that a failure leaves the old files as they were, and
-    no new folder. A motion with errors gets no NC program, and one from an earlier run is taken away.
+    no new folder. A motion with errors that the job doesn't accept by name gets no NC program, and one from an
+    earlier run is taken away.
 
     Returns
     -------
@@ -100,7 +101,7 @@ def _make_files(outcome: Outcome, folder: Path) -> list[Path]:
     ]
     if outcome.front is not None:
         made.append(write_front_figure(outcome.front, folder / "front.svg"))
-    if outcome.ok:
+    if outcome.gate.is_open:
         path = folder / f"program{find_dialect(job.control).suffix}"
         machine, header = solution.machine, _header(outcome)
         made.append(
@@ -111,6 +112,8 @@ def _make_files(outcome: Outcome, folder: Path) -> list[Path]:
                 control=job.control,
                 header=header,
                 winding=job.winding,
+                report=outcome.gate.report,
+                override=outcome.gate.accepted,
             )
         )
     return made
@@ -125,5 +128,4 @@ def _header(outcome: Outcome) -> dict[str, str]:
     for name, energy in outcome.program.energy.items():
         joules = f"{energy.total:.1f} J"
         lines[f"energy {name}"] = f"{joules} travel metric of the feed drives, in blocks like these"
-    lines["verification"] = "no errors; shank, holder and machine bodies unchecked"
     return lines

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -23,6 +24,7 @@ from fiveaxis.energy import (
 )
 from fiveaxis.errors import JobError, SettingError, ToolError
 from fiveaxis.job.description import Job, require_input
+from fiveaxis.job.passing import Gate, make_gate
 from fiveaxis.machine import Machine, load_machine
 from fiveaxis.motion import PATH_TOLERANCE, Motion, fill_in, fill_in_rows
 from fiveaxis.nc import read_toolpath
@@ -68,6 +70,11 @@ class Outcome:
     def ok(self) -> bool:
         """Whether neither the solution nor the program's own motion has an error."""
         return self.verdict.ok and self.program.ok
+
+    @cached_property
+    def gate(self) -> Gate:
+        """What keeps the program back, and which of it the job accepts by name."""
+        return make_gate(self.verdict, self.program.verdict, self.job.override)
 
 
 @dataclass(frozen=True, eq=False)
@@ -294,6 +301,10 @@ def run_job(job: Job, progress: Progress | None = None) -> Outcome:
     document = report_document(solution, found, inputs=inputs, program=driven, budget=budget.as_dict())
     if front is not None:
         document["front"] = front.as_dict()
+    if job.override:
+        gate = make_gate(verdict, program.verdict, job.override)
+        document["overridden"] = {code: gate.report.counts[code] for code in gate.accepted}
+        document["override_unused"] = [finding.as_dict() for finding in gate.unused]
     tell("verify", 3, 3)
     return Outcome(job, solution, verdict, program, budget, document, front)
 
@@ -335,14 +346,23 @@ def program_motion(
         angles = baseline.motion.positions[:, machine.rotary_columns]
         filled = fill_in(baseline.toolpath or toolpath, machine, angles)[1]
         energy[name] = motion_energy(machine, filled)
-    # An inserted location lies on a chord of the path, and no deeper than a chord may.
-    allowed = Tolerances(gouge=Tolerances().chord_gouge, lean=LEAN_BETWEEN)
+    # An inserted location lies on a chord of the path, and no deeper than a chord may; between two of them
+    # axes that run linearly leave the chord by what `fill_in` lets them.
+    chord = Tolerances().chord_gouge
+    allowed = Tolerances(gouge=chord, chord_gouge=chord + PATH_TOLERANCE, lean=LEAN_BETWEEN)
     asked = Asked.of_degrees(toolpath, machine, **bounds).between(row)
     if toolpath.zone.offset:
         # Between two locations the way of a pivot beside the tool's axis isn't known, nor is a turn per mm.
         asked = replace(asked, turn_rate=None)
     verdict = examine(
-        motion, machine, path, asked, part=part, tolerances=allowed, accelerations=path is toolpath
+        motion,
+        machine,
+        path,
+        asked,
+        part=part,
+        tolerances=allowed,
+        accelerations=path is toolpath,
+        straight=False,
     )
     return ProgramMotion(motion, len(motion) - len(toolpath), energy, verdict)
 

@@ -16,6 +16,7 @@ from fiveaxis.machine import Axis, Machine, Setup
 from fiveaxis.motion import STANDSTILL, Motion
 from fiveaxis.nc.comments import comment_lines
 from fiveaxis.nc.dialects import Dialect, find_dialect
+from fiveaxis.nc.gate import Verdict, pass_gate
 from fiveaxis.nc.turns import Moves, Winding, first_words, require_winding, shortened, word_lines
 from fiveaxis.nc.words import control_values, feed_word, format_words
 from fiveaxis.toolpath import MoveKind
@@ -60,6 +61,8 @@ def write_program(
     control: str = "linuxcnc",
     header: Header | None = None,
     winding: Winding = "unwound",
+    report: Verdict | None = None,
+    override: Sequence[str] = (),
 ) -> Path:
     """Write a motion as an NC program; see `compose_program` for what stands in it.
 
@@ -72,11 +75,19 @@ def write_program(
     Raises
     ------
     SettingError
-        An unknown control or winding, or a file that can't be written.
-    MachineError, ToolpathError
+        An unknown control or winding, a file that can't be written; see `compose_program`.
+    MachineError, ToolpathError, Unverified
         See `compose_program`.
     """
-    program = compose_program(motion, machine=machine, control=control, header=header, winding=winding)
+    program = compose_program(
+        motion,
+        machine=machine,
+        control=control,
+        header=header,
+        winding=winding,
+        report=report,
+        override=override,
+    )
     return write_atomically(path, program.text)
 
 
@@ -87,6 +98,8 @@ def compose_program(
     control: str = "linuxcnc",
     header: Header | None = None,
     winding: Winding = "unwound",
+    report: Verdict | None = None,
+    override: Sequence[str] = (),
 ) -> Program:
     """Write the blocks of a motion.
 
@@ -107,17 +120,23 @@ def compose_program(
     winding : how rotary axes of more than one turn are counted: ``unwound``, on and on; ``modulo``, from 0 to
         360, moves of half a turn or more cut into parts; ``rezero``, named anew by whole turns where a link
         begins. Which of them a control has, and what it needs for it, stands in `DIALECTS`
+    report : what `verify` found; the header says what it rests on. Without one the header says NOT VERIFIED
+    override : codes of errors in the report that are accepted; the header names each
 
     Raises
     ------
+    Unverified
+        The report has an error that isn't accepted, or the tool leaves its way between blocks.
     SettingError
-        An unknown control; a winding that the control or the machine hasn't.
+        An unknown control; a winding that the control or the machine hasn't; an override of a code that
+        doesn't exist or didn't occur.
     MachineError
         The motion has other axes than the machine.
     ToolpathError
         No location; a value that isn't finite; a feed that isn't positive; a move that takes no time.
     """
     dialect = find_dialect(control)
+    verified = pass_gate(report, override)
     if motion.letters != machine.letters:
         raise MachineError(
             f"the motion has axes {motion.letters}, and machine {machine.name!r} has {machine.letters}"
@@ -128,7 +147,7 @@ def compose_program(
     moving = _moving(motion, values, dialect)
     resets = [dialect.clear] if winding == "rezero" else []
     lines = [
-        *_head(machine, dialect, header or (), winding),
+        *_head(machine, dialect, header or (), verified, winding),
         *dialect.start,
         *resets,
         dialect.tool_length[1 if _contains_length(machine) else 0],
@@ -174,12 +193,15 @@ def _moving(motion: Motion, values: Array, dialect: Dialect) -> BoolArray:
     return (steps > 0.0) & ~timeless
 
 
-def _head(machine: Machine, dialect: Dialect, header: Header, winding: str) -> list[str]:
+def _head(
+    machine: Machine, dialect: Dialect, header: Header, verified: Sequence[tuple[str, str]], winding: str
+) -> list[str]:
     pairs = header.items() if isinstance(header, Mapping) else header
     flipped = [a.letter for a in machine.axes if a.reversed]
     texts = [
         f"machine: {machine.name}, form-shaping code {machine.code}",
         *(f"{name.replace(',', ' ')}: {value}" for name, value in pairs),
+        *(f"{name}: {text}" for name, text in verified),
         *dialect.notes,
         *([dialect.winding_notes[winding]] if winding in dialect.winding_notes else []),
         _zero_note(machine),

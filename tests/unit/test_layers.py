@@ -9,7 +9,7 @@ import pytest
 PACKAGE = Path(__file__).parents[2] / "fiveaxis"
 LAYER = {
     "errors": 0, "findings": 0,
-    "files": 1, "geometry": 1, "settings": 1,
+    "codes": 1, "files": 1, "geometry": 1, "settings": 1,
     "machine": 2, "toolpath": 2,
     "kinematics": 3, "contour": 3,
     "motion": 4,

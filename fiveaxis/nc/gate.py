@@ -1,0 +1,95 @@
+"""The gate before NC: no program for a motion with errors that nobody has accepted by name."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Protocol
+
+from fiveaxis.codes import WORSE_IN_BLOCKS, require_codes
+from fiveaxis.errors import SettingError, Unverified
+from fiveaxis.findings import Finding, Severity
+
+# What the header of a program says for which nobody gave a verdict.
+NOT_VERIFIED = "NOT VERIFIED, nobody has checked limits, contact, gouges or collisions of this motion"
+
+# What it says before each code that was accepted.
+OVERRIDDEN = "OVERRIDDEN"
+
+
+class Verdict(Protocol):
+    """What a verification found; `fiveaxis.verification.Report` is one."""
+
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """Each with code, severity and place."""
+
+    @property
+    def counts(self) -> Mapping[str, int]:
+        """Number of violations by code, those that aren't listed included."""
+
+    @property
+    def checked(self) -> tuple[str, ...]:
+        """Sentences that say what the verdict rests on."""
+
+    @property
+    def not_checked(self) -> tuple[str, ...]:
+        """Sentences that say what it leaves open."""
+
+
+def pass_gate(
+    verdict: Verdict | None, override: Sequence[str] = (), *, file: str | None = None
+) -> list[tuple[str, str]]:
+    """Let a motion pass, or say what keeps it back.
+
+    Parameters
+    ----------
+    verdict : on the motion; None where nobody has verified it
+    override : codes of errors that are accepted
+    file : the program, for messages
+
+    Returns
+    -------
+    What the program's header says, names and texts: each accepted error with its count, what was checked and
+    what wasn't
+
+    Raises
+    ------
+    Unverified
+        An error that isn't accepted.
+    SettingError
+        A code that doesn't exist or didn't occur; one to accept, and no verdict.
+    """
+    accepted = require_codes(override)
+    if verdict is None:
+        if accepted:
+            raise SettingError("override accepts errors of a verification; give its report, too", file=file)
+        return [("verification", NOT_VERIFIED)]
+    errors = error_counts(verdict)
+    unused = [code for code in accepted if code not in errors]
+    if unused:
+        raise SettingError(
+            f"override names {', '.join(unused)}, and verification found none; take it away", file=file
+        )
+    kept = {code: count for code, count in errors.items() if code not in accepted}
+    if kept:
+        found = ", ".join(f"{code} ({count})" for code, count in kept.items())
+        raise Unverified(
+            f"verification found {found}; no program is written; mend the path, or accept each code by name "
+            "(override)",
+            [f for f in verdict.findings if f.code in kept],
+        )
+    notes = [(OVERRIDDEN, f"{code} ({errors[code]})") for code in accepted]
+    notes.append(("verification", "errors accepted by name" if accepted else "no errors"))
+    notes += [("checked", text) for text in dict.fromkeys(verdict.checked)]
+    notes += [("not checked", text) for text in dict.fromkeys(verdict.not_checked)]
+    return notes
+
+
+def error_counts(verdict: Verdict) -> dict[str, int]:
+    """Count what keeps a program's blocks back, by code, sorted.
+
+    A control without tool centre point control does what the blocks say, so leaving the way between them is
+    an error here.
+    """
+    codes = {f.code for f in verdict.findings if f.severity is Severity.ERROR or f.code in WORSE_IN_BLOCKS}
+    return {code: verdict.counts[code] for code in sorted(codes)}

@@ -1,0 +1,65 @@
+"""The table of codes against the code that emits them."""
+
+import ast
+import re
+from pathlib import Path
+
+import pytest
+
+from fiveaxis.codes import CODES, OVERRIDABLE, require_codes
+from fiveaxis.errors import SettingError
+from fiveaxis.findings import Severity
+
+PACKAGE = Path(__file__).parents[2] / "fiveaxis"
+# Rooms whose findings are about machine files or no findings at all.
+OTHER_ROOMS = {"machine", "energy", "report", "viewer", "cli", "codes.py"}
+# Words with hyphens that are no codes.
+OTHER_WORDS = {
+    "as-programmed", "exact-stop", "latin-1", "lead-lean", "linuxcnc-switchkins", "utf-8", "utf-8-sig",
+}  # fmt: skip
+# Codes that are put together from the kind of axis.
+COMPOSED = {"linear-acceleration", "rotary-acceleration"}
+
+
+def words_in(path: Path) -> set[str]:
+    """Every string of the form of a code."""
+    nodes = ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+    strings = {n.value for n in nodes if isinstance(n, ast.Constant) and isinstance(n.value, str)}
+    return {s for s in strings if re.fullmatch(r"[a-z]+(-[a-z0-9]+)+", s)}
+
+
+def codes_named(path: Path) -> set[str]:
+    """Every string given as ``code=``."""
+    nodes = [n for n in ast.walk(ast.parse(path.read_text(encoding="utf-8"))) if isinstance(n, ast.Call)]
+    given = [k.value for n in nodes for k in n.keywords if k.arg == "code"]
+    return {v.value for v in given if isinstance(v, ast.Constant)}
+
+
+SOURCES = [p for p in sorted(PACKAGE.rglob("*.py")) if p.relative_to(PACKAGE).parts[0] not in OTHER_ROOMS]
+
+
+@pytest.mark.parametrize("path", SOURCES, ids=lambda p: str(p.relative_to(PACKAGE)))
+def test_every_code_that_is_emitted_is_described(path):
+    unknown = (words_in(path) | codes_named(path)) - OTHER_WORDS - set(CODES)
+    assert not unknown, f"describe {unknown} in fiveaxis/codes.py"
+
+
+def test_every_code_that_is_described_is_emitted():
+    emitted = set().union(*(words_in(p) | codes_named(p) for p in SOURCES))
+    source = "\n".join(p.read_text(encoding="utf-8") for p in SOURCES)
+    assert '-acceleration"' in source
+    silent = {code for code in set(CODES) - COMPOSED - emitted if f'"{code}"' not in source}
+    assert not silent, f"nothing emits {silent}"
+
+
+def test_severities_are_those_of_findings():
+    assert {code.severity for code in CODES.values()} == {s.value for s in Severity}
+
+
+def test_what_can_be_overridden_is_what_keeps_a_program_back():
+    assert "gouge" in OVERRIDABLE
+    assert "tip-deviation" in OVERRIDABLE
+    assert "long-dwell" not in OVERRIDABLE
+    assert require_codes(["jump", "gouge", "jump"]) == ("jump", "gouge")
+    with pytest.raises(SettingError, match="unknown code 'gauge'; did you mean gouge"):
+        require_codes(["gauge"])
