@@ -21,8 +21,8 @@ def write_outcome(outcome: Outcome, folder: Path) -> list[Path]:
     """Write motion, report, preview and NC program into a folder.
 
     Everything is made in a temporary folder first, so that a failure leaves the old files as they were, and
-    no new folder. A motion with errors that the job doesn't accept by name gets no NC program, and one from an
-    earlier run is taken away.
+    no new folder. A motion with errors that the job doesn't accept by name gets no NC program, and one from
+    an earlier run is taken away.
 
     Returns
     -------
