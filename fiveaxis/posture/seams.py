@@ -22,7 +22,7 @@ from fiveaxis.machine import Limits, Machine
 from fiveaxis.toolpath import TiltBounds, Toolpath, interpolate
 from fiveaxis.toolpath.dividing import through
 
-# How far the other angle may give way at a seam (rad): least first, to both sides.
+# How far the other angle may give way (rad): least first, to both sides.
 GIVING_WAY = np.radians(np.concatenate([[0.0], np.ravel([[a, -a] for a in np.arange(1, 101) * 0.05])]))
 
 
@@ -83,7 +83,7 @@ def with_seams(
         bounds = bounds_between(tilt, place[between])
         for column in columns:
             other = 1 - machine.rotary_columns.index(column)
-            angles[between] = _leaning(machine, angles[between], other, bounds)
+            angles[between] = give_way(machine, angles[between], other, bounds)
         admitted[between] = bounds.admits(tool_axes(machine, angles[between]))
     return Course(_path_through(toolpath, machine, rotary, place), angles, place, admitted)
 
@@ -130,8 +130,19 @@ def _evenly(columns: Array, place: Array) -> Array:
     return np.where(share > 0.0, (1.0 - share) * columns[low] + share * columns[high], columns[low])
 
 
-def _leaning(machine: Machine, rotary: Array, other: int, bounds: TiltBounds) -> Array:
-    """Change one angle of postures, (m, 2) rad, as little as possible so that the bounds on the lean hold."""
+def give_way(machine: Machine, rotary: Array, other: int, bounds: TiltBounds) -> Array:
+    """Change one angle of postures so that the bounds on the lean hold, as little as `GIVING_WAY` knows.
+
+    Parameters
+    ----------
+    rotary : (m, 2), rad, chain order
+    other : 0 or 1, the angle that gives way
+    bounds : of the m postures
+
+    Returns
+    -------
+    (m, 2), rad; unchanged where no such angle keeps the bounds
+    """
     tried = np.repeat(rotary[:, None], len(GIVING_WAY), axis=1)
     limits = machine.axes[machine.rotary_columns[other]].limits
     tried[..., other] = np.clip(tried[..., other] + GIVING_WAY, limits.low, limits.high)

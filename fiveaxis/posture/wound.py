@@ -15,6 +15,7 @@ from fiveaxis.machine import Limits, Machine
 from fiveaxis.motion import follow
 from fiveaxis.posture.mask import MaskFunction, RoughMask
 from fiveaxis.posture.problem import ALLOWED, Problem
+from fiveaxis.posture.reversals import unreversed
 from fiveaxis.posture.rewinding import CLEARANCE, Rewound, rewound
 from fiveaxis.posture.singular import Cone, turning_within
 from fiveaxis.posture.solution import Baseline, Solution, Wound
@@ -115,10 +116,11 @@ def rewound_solution(
         raise SettingError("a solution that was put together by hand can't be rewound; optimise its path")
     choice = _Choice(problem, path, solution.tilt, machine, clearance)
     own = solution.motion.positions[:, columns]
-    best = choice.of(own)
+    best = choice.without_reversals(choice.of(own), keeps)
     for narrow, drawn in fewer_turns(problem, machine, own, best.found, refine):
         if keeps(drawn):
-            best = min(best, replace(choice.of(drawn), problem=narrow), key=_price)
+            other = choice.without_reversals(choice.of(drawn), keeps)
+            best = min(best, replace(other, problem=narrow), key=_price)
     compared, missing = {}, dict(solution.missing)
     for name, baseline in solution.compared.items():
         rotary = baseline.motion.positions[:, columns]
@@ -216,6 +218,13 @@ class _Choice:
         travel = problem.cost(problem.positions(slice(None), rotary))
         price = travel + found.energy + problem.time_price * found.time + MARK_PRICE * marks
         return _Candidate(problem, rotary, found, price)
+
+    def without_reversals(self, best: _Candidate, keeps: Keeps) -> _Candidate:
+        """Hold a path at the ends of the range where it passes them for a while, as often as that pays."""
+        tried = (r for r in unreversed(self.machine, best.rotary, best.found, self.tilt) if keeps(r))
+        sound = (self.of(r) for r in tried if self.problem.violation(r) <= ALLOWED)
+        better = next((other for other in sound if other.price < best.price), None)
+        return best if better is None else self.without_reversals(better, keeps)
 
 
 def fewer_turns(
