@@ -170,7 +170,8 @@ def plan_passes(
     if not linked:
         raise MeshError(_nothing_left(surface, left_out, tool, overhang=options.overhang), file=name)
     path, first, last = _toolpath(linked, tool, options, name, left_out)
-    return Plan(path, Passes(first, last, Relinker.like(opened, options.lead_in, options.lead_out)))
+    relink = Relinker.like(opened, options.lead_in, options.lead_out)
+    return Plan(path, Passes(first, last, len(path), relink))
 
 
 def _mesh(part: str | Path | trimesh.Trimesh, allow_open: bool) -> tuple[str, trimesh.Trimesh]:

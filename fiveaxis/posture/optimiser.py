@@ -30,6 +30,7 @@ from fiveaxis.posture.solution import Solution
 from fiveaxis.posture.winding import endless, winding_columns
 from fiveaxis.posture.wound import asked_within, keeping, rewound_solution
 from fiveaxis.toolpath import TiltBounds, Toolpath, for_tilt, tilt_bounds
+from fiveaxis.toolpath.passes import Passes
 
 # Links may turn this many times as far as cuts: nothing is touched there.
 LINK_SHARE = 3.0
@@ -53,7 +54,8 @@ def optimise(
     time_price: float | None = None,
     singular_cone: float | None = None,
     singular_rate: float = 0.0,
-    free_start: bool = False,
+    free_start: bool | Passes = False,
+    free_direction: bool = False,
     effort: str = "normal",
     budget: Budget | None = None,
     progress: Progress | None = None,
@@ -95,7 +97,9 @@ def optimise(
         held is told by a finding
     singular_rate : **deg/mm** over the way of the contact
     free_start : whether closed passes may begin elsewhere (`fiveaxis.posture.passes`); the solution's path
-        then has them in another order
+        then has them in another order. Those that are reached by links do so only if the path's `Plan.passes`
+        (`fiveaxis.contour.plan_passes`), which know how to lay other links, are given in place of True
+    free_direction : whether those may also be followed backwards: climb milling turns to conventional there
     effort : ``quick``, ``normal`` or ``thorough``: how much is done, with what that promises in
         `fiveaxis.posture.budget.EFFORTS`
     budget : how much may be done, in place of an effort
@@ -123,6 +127,8 @@ def optimise(
         raise ToolpathError("has links only; there is no cut to choose a posture for", file=toolpath.name)
     if free_start and (mask is not None or singular_cone is not None):
         raise SettingError("free_start can't be combined with a mask or a singular cone; leave one out")
+    if free_direction and not free_start:
+        raise SettingError("free_direction goes with free_start only; give that, too")
     allowed = budget or budget_of(effort)
     singular = Cone.of_degrees(singular_cone, singular_rate)
     machine = holding.hold(machine, hold or {})
@@ -165,7 +171,9 @@ def optimise(
         return replace(other, machine=found.machine), leaning
 
     if free_start:
-        found = freed(found, rebuild, _refiner(allowed, progress, "another start"))
+        again = _refiner(allowed, progress, "another start")
+        passes = None if free_start is True else free_start
+        found = freed(found, rebuild, again, passes=passes, both_ways=free_direction)
     if found.machine is not machine:
         rotary = found.motion.positions[:, machine.rotary_columns]
         admits = None if asked is None else asked.admits

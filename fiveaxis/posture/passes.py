@@ -1,190 +1,132 @@
 """Closed passes may begin anywhere: their starts are chosen to fit the pass before.
 
-A path of closed passes that lead straight into each other, as waterlines do that step down on the wall, is
-the same cut wherever each ring is opened. What differs is the way and the turns from pass to pass, and which
-step of each ring isn't taken. Starts are chosen by dynamic programming over the postures that were found, and
-the path is refined again from there. A pass that is reached by a link keeps its start: another one would need
-an approach of its own, which only a planner that knows the part can lay.
+A path of closed passes is the same cut wherever each ring is opened. What differs is the way and the turns
+from pass to pass and, where a ring doesn't come to its first location again, which of its steps isn't taken.
+Starts are chosen by dynamic programming over the postures that were found, and the path is refined again
+from there. A pass that is reached by a link begins elsewhere only where the link can be laid anew, by a
+planner that knows the part (`fiveaxis.toolpath.passes`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
 
 import numpy as np
 
 from fiveaxis.energy import motion_energy
+from fiveaxis.errors import SettingError
 from fiveaxis.findings import Finding, Severity
-from fiveaxis.geometry import Array, IntArray
-from fiveaxis.kinematics.windings import TURN
+from fiveaxis.geometry import Array
 from fiveaxis.motion import follow
+from fiveaxis.posture.joints import Joints
 from fiveaxis.posture.problem import ALLOWED, Problem
+from fiveaxis.posture.reopening import Layout, Reopened, reopened
+from fiveaxis.posture.rings import Opening, Ring, find_rings, known_rings
 from fiveaxis.posture.solution import Solution
 from fiveaxis.toolpath import TiltBounds, Toolpath
+from fiveaxis.toolpath.passes import Passes
 
-# A step this many times as long as the median one leads to another pass; a ring is closed where its ends are
-# no farther apart than this many median steps. One whose last row is its first again has no gap to move:
-# begun elsewhere it would leave a piece uncut, so it keeps its start.
-JUMP, CLOSED, AGAIN = 2.0, 1.5, 0.5
-# Ways between passes may be longer by this share than the longest there is, or than the nearest place asks.
-LONGER = 0.1
-# Places of a ring that are looked at as its start.
-STARTS = 72
-# Places at which the whole path is tried to begin.
+# Places of a ring that are looked at as its start: where passes join, and where each needs a link.
+STARTS, LINKED_STARTS = 72, 24
+# Places at which a path without links is tried to begin.
 BEGINNINGS = 8
+# So often starts are chosen again by the postures found for those before.
+ROUNDS = 3
 
 Build = Callable[[Toolpath], tuple[Problem, TiltBounds]]
 Refine = Callable[[Problem, Array], Array]
 
 
-@dataclass(frozen=True)
-class Ring:
-    """A run of cuts.
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """A path with postures, and what it costs.
 
     Parameters
     ----------
-    first, last : rows
-    closed : whether it ends where it began, so that it could begin anywhere
+    layout : the path and its rings
+    problem, bounds : posed on it
+    rotary : (n, 2), rad, chain order
+    both : whether rings may be followed either way
     """
 
-    first: int
-    last: int
-    closed: bool
+    layout: Layout
+    problem: Problem
+    bounds: TiltBounds
+    rotary: Array
+    both: bool
 
-    def starts(self) -> IntArray:
-        """Give the rows at which it may begin, its own first."""
-        count = self.last - self.first + 1
-        step = max(1, count // STARTS)
-        return self.first + np.arange(0, count if self.closed else 1, step)
+    @property
+    def cost(self) -> float:
+        """The objective with the price of the time at the programmed feed, J: another way is another time."""
+        travel = self.problem.cost(self.problem.positions(slice(None), self.rotary))
+        return travel + self.problem.time_price * float(self.problem.least_time.sum())
 
-    def from_start(self, start: int) -> IntArray:
-        """Give its rows in order from a start."""
-        return self.first + np.roll(np.arange(self.last - self.first + 1), self.first - start)
-
-    def end(self, starts: IntArray) -> IntArray:
-        """Give the rows at which it ends when it begins at some starts."""
-        return np.where(starts == self.first, self.last, starts - 1)
-
-
-def find_rings(toolpath: Toolpath) -> list[Ring]:
-    """Split a path without links where a step is much longer than its others."""
-    steps = toolpath.lengths[1:]
-    middle = float(np.median(steps[steps > 0.0])) if (steps > 0.0).any() else 0.0
-    ends = np.append(np.flatnonzero(steps > JUMP * middle), len(toolpath) - 1)
-    rings, first = [], 0
-    for last in ends.tolist():
-        rings.append(Ring(first, last, _is_one_turn(toolpath.pivot[first : last + 1], middle)))
-        first = last + 1
-    return rings
+    def openings(self) -> list[list[Opening]]:
+        """Give the openings that are looked at, of each ring."""
+        path = self.layout.path
+        most = STARTS if self.layout.relink is None else LINKED_STARTS
+        return [
+            ring.openings(path.cutting, most=most, both=self.both) if self.layout.is_free(k) else [ring.own]
+            for k, ring in enumerate(self.layout.rings)
+        ]
 
 
-def _is_one_turn(pivot: Array, step: float) -> bool:
-    """Tell whether a run, (m, 3) mm, comes back to its begin once, at its end, but for about a step.
+def choose_openings(joints: Joints, openings: Sequence[Sequence[Opening]]) -> list[Opening]:
+    """Choose how to open every ring so that the postures of a path cost least.
 
-    Several turns that lie close above each other look like one run: begun elsewhere, lower ones would be cut
-    before upper ones.
-    """
-    if len(pivot) < 4:
-        return False
-    apart = np.linalg.norm(pivot - pivot[0], axis=1)
-    return bool(AGAIN * step < apart[-1] <= CLOSED * step and (apart[2:-2] > CLOSED * step).all())
-
-
-def choose_starts(problem: Problem, rings: list[Ring], rotary: Array, begin: int | None = None) -> list[int]:
-    """Choose the start of every ring so that the postures of a path, (n, 2) rad, cost least.
-
-    What counts is the step that opening a ring there saves, and the way to it from the end of the one before,
-    which has to be about as short as it can be (`LONGER`).
+    What counts is the step that opening a ring there saves, and the way to it from the end of the one before.
 
     Parameters
     ----------
-    begin : the row at which the path begins; None for the best one
+    joints : prices of the ways
+    openings : of each ring, those to choose from
 
     Returns
     -------
-    The row at which each ring begins; none where the passes can't follow each other from there
+    One for each ring; none where the passes can't follow each other
     """
-    positions = problem.positions(slice(None), rotary)
-    ways = [np.linalg.norm(problem.pivot[b.first] - problem.pivot[a.last]) for a, b in pairwise(rings)]
-    longest = max(ways, default=0.0)
-    starts = [ring.starts() for ring in rings]
-    if begin is not None:
-        starts[0] = np.array([begin])
-    saved = [
-        np.diagonal(_costs(problem, positions, r.end(s), s, r.first))
-        for r, s in zip(rings, starts, strict=True)
-    ]
-    cost, came = -saved[0], []
-    for at, (before, here) in enumerate(pairwise(rings)):
-        ends = before.end(starts[at])
-        way = np.linalg.norm(problem.pivot[ends][:, None] - problem.pivot[starts[at + 1]][None], axis=2)
-        total = cost[:, None] + _costs(problem, positions, ends, starts[at + 1], here.first)
-        nearest = (1.0 + LONGER) * np.maximum(way.min(axis=1, keepdims=True), longest)
-        total = np.where(way <= nearest, total, np.inf)
+    saved = [joints.saved(k, choice) for k, choice in enumerate(openings)]
+    cost, came = joints.approach(openings[0]) - saved[0], []
+    for k in range(1, len(openings)):
+        total = cost[:, None] + joints.between(k, openings[k - 1], openings[k])
         came.append(np.argmin(total, axis=0))
-        cost = total.min(axis=0) - saved[at + 1]
+        cost = total.min(axis=0) - saved[k]
+    cost = cost + joints.retreat(openings[-1])
     if not np.isfinite(cost).any():
         return []
     chosen = [int(np.argmin(cost))]
     for back in reversed(came):
         chosen.append(int(back[chosen[-1]]))
-    return [int(s[k]) for s, k in zip(starts, reversed(chosen), strict=True)]
+    return [choice[k] for choice, k in zip(openings, reversed(chosen), strict=True)]
 
 
-def _costs(problem: Problem, positions: Array, ends: IntArray, starts: IntArray, row: int) -> Array:
-    """Cost of stepping from rows to rows, (e, s) J, at the prices of the step that ends at a row."""
-    step = positions[starts][None] - positions[ends][:, None]
-    columns = problem.machine.rotary_columns
-    step[..., columns] = np.remainder(step[..., columns] + np.pi, TURN) - np.pi
-    price = max(row - 1, 0)
-    return np.maximum(step, 0.0) @ problem.plus[price] - np.minimum(step, 0.0) @ problem.minus[price]
-
-
-def reordered(rings: list[Ring], starts: list[int]) -> IntArray:
-    """Give the rows of a path in the order in which rings with other starts take them."""
-    return np.concatenate([ring.from_start(s) for ring, s in zip(rings, starts, strict=True)])
-
-
-def reopened(path: Toolpath, rings: list[Ring], rows: IntArray) -> Toolpath:
-    """Take a path in another order; the move to a ring keeps its feed and kind, wherever the ring begins."""
-    feed, kind = path.feed.copy(), path.kind.copy()
-    for ring in rings:
-        start = int(rows[ring.first])
-        if start != ring.first:
-            for column in (feed, kind):
-                column[start], column[ring.first] = column[ring.first], column[ring.first + 1]
-    return replace(path, feed=feed, kind=kind).at(rows)
-
-
-def orders(problem: Problem, rings: list[Ring], rotary: Array) -> Iterator[IntArray]:
-    """Give the orders of rows that are worth refining: the cheapest, and those of a few other beginnings.
+def orders(here: Candidate) -> Iterator[list[Opening]]:
+    """Give the openings that are worth refining: the cheapest, and without links those of a few beginnings.
 
     The postures that were found suit the starts that they were found for, so the cheapest order by them is
-    seldom far from the one there is.
+    seldom far from the one there is. On links postures are free, and beginnings don't matter so far.
     """
-    first = rings[0].starts()
-    tried = [choose_starts(problem, rings, rotary)]
-    for begin in first[:: max(1, len(first) // BEGINNINGS)]:
-        tried.append(choose_starts(problem, rings, rotary, int(begin)))
-    seen = [tuple(ring.first for ring in rings), ()]
-    for starts in tried:
-        if tuple(starts) not in seen:
-            seen.append(tuple(starts))
-            yield reordered(rings, starts)
+    joints, openings = Joints(here.problem, here.layout, here.rotary), here.openings()
+    tried = [choose_openings(joints, openings)]
+    if here.layout.relink is None:
+        for begin in openings[0][:: max(1, len(openings[0]) // BEGINNINGS)]:
+            tried.append(choose_openings(joints, [[begin], *openings[1:]]))
+    seen: list[list[Opening]] = [[ring.own for ring in here.layout.rings], []]
+    for chosen in tried:
+        if chosen not in seen:
+            seen.append(chosen)
+            yield chosen
 
 
-def unwound(problem: Problem, rotary: Array) -> Array:
-    """Shift angles, (n, 2) rad, by whole turns next to the ones before, where the axis has no limits."""
-    found = rotary.copy()
-    for which, column in enumerate(problem.machine.rotary_columns):
-        if problem.machine.axes[column].limits.unlimited:
-            found[:, which] = np.unwrap(rotary[:, which])
-    return found
-
-
-def freed(solution: Solution, build: Build, refine: Refine) -> Solution:
+def freed(
+    solution: Solution,
+    build: Build,
+    refine: Refine,
+    *,
+    passes: Passes | None = None,
+    both_ways: bool = False,
+) -> Solution:
     """Let closed passes begin where that is cheapest; never dearer than the solution given.
 
     Parameters
@@ -192,47 +134,117 @@ def freed(solution: Solution, build: Build, refine: Refine) -> Solution:
     solution : with its problem
     build : makes the problem, and the bounds on the lean, of the path in another order
     refine : refines a path from a start
+    passes : those of the path, with what lays links anew; by default they are found, and links are kept
+    both_ways : whether they may be followed backwards, too
 
     Returns
     -------
     The solution on the path in its new order, or the one given; either way the path has a finding
     ``free-start`` that says what was done, or why nothing.
+
+    Raises
+    ------
+    SettingError
+        Passes of another path.
     """
     path, problem = solution.toolpath, solution.problem
-    if problem is None or not path.cutting[1:].all():
-        why = "passes reached by links keep their start: another one would need an approach of its own"
-        return _told(solution, why)
-    rings = find_rings(path)
+    if problem is None:
+        return _told(solution, "rotary axes are turned back between locations, so passes keep their start")
+    if passes is not None and passes.locations != len(path):
+        fact = f"free_start has the passes of {passes.locations} locations, and the path has {len(path)}"
+        raise SettingError(f"{fact}; give those that were planned with it")
+    rings = find_rings(path) if passes is None else known_rings(path, passes)
+    layout = Layout(path, rings, None if passes is None else passes.relink)
     closed = sum(ring.closed for ring in rings)
+    free = sum(layout.is_free(k) for k in range(len(rings)))
     if closed == 0:
         return _told(solution, "no pass is closed, so none can begin elsewhere")
+    bound = ""
+    if free < closed:
+        bound = (
+            f"; {closed - free} keep their start: they are reached or left by links, and others can be laid "
+            "only where the path is planned on its part"
+        )
     rotary = solution.motion.positions[:, problem.machine.rotary_columns]
-    before = least = problem.cost(problem.positions(slice(None), rotary))
-    best = None
-    for rows in orders(problem, rings, rotary):
-        other, bounds = build(reopened(path, rings, rows))
-        found = refine(other, unwound(other, rotary[rows]))
-        cost = other.cost(other.positions(slice(None), found))
-        if other.violation(found) <= ALLOWED and cost < least:
-            least, best = cost, (rows, other, bounds, found)
-    if best is None:
-        return _told(solution, f"none of {closed} closed passes begins elsewhere: that would not be cheaper")
-    rows, other, bounds, found = best
-    moved = reopened(path, rings, rows)
-    motion = follow(moved, solution.machine, found)
-    better = replace(
+    given = Candidate(layout, problem, solution.tilt, rotary, both_ways)
+    best = _improved(given, build, refine) if free else given
+    if best.layout is given.layout:
+        told = "" if not free else f"none of {free} closed passes begins elsewhere: that would not be cheaper"
+        return _told(solution, (told + bound).removeprefix("; "))
+    return _told(_solved(solution, best), _summary(given, best, free) + bound)
+
+
+def _improved(given: Candidate, build: Build, refine: Refine) -> Candidate:
+    """Open passes elsewhere as long as that gets cheaper; backwards only where that is better still."""
+    best = given
+    if given.both:
+        best = replace(_improved(replace(given, both=False), build, refine), both=True)
+    for _ in range(ROUNDS if given.layout.relink is not None else 1):
+        here = best
+        for openings in orders(here):
+            other = _refined(here, openings, build, refine)
+            if other.problem.violation(other.rotary) <= ALLOWED and _is_cheaper(other, best):
+                best = other
+        if best is here:
+            break
+    return best
+
+
+def _refined(here: Candidate, openings: list[Opening], build: Build, refine: Refine) -> Candidate:
+    found: Reopened = reopened(here.layout, openings)
+    problem, bounds = build(found.toolpath)
+    rotary = refine(problem, found.start(problem, here.rotary))
+    return Candidate(
+        Layout(found.toolpath, found.rings, here.layout.relink), problem, bounds, rotary, here.both
+    )
+
+
+def _is_cheaper(one: Candidate, other: Candidate) -> bool:
+    """Whether one path costs less than another, and its travel alone is no dearer."""
+    return one.cost < other.cost and _travel(one) <= _travel(other)
+
+
+def _travel(path: Candidate) -> float:
+    motion = follow(path.layout.path, path.problem.machine, path.rotary)
+    return motion_energy(path.problem.machine, motion).total
+
+
+def _solved(solution: Solution, best: Candidate) -> Solution:
+    path = best.layout.path
+    motion = follow(path, solution.machine, best.rotary)
+    return replace(
         solution,
-        toolpath=moved,
-        tilt=bounds,
+        toolpath=path,
+        tilt=best.bounds,
         motion=motion,
         energy=motion_energy(solution.machine, motion),
-        compared={n: replace(b, toolpath=b.toolpath or path) for n, b in solution.compared.items()},
-        problem=other,
+        compared={
+            name: replace(b, toolpath=b.toolpath or solution.toolpath)
+            for name, b in solution.compared.items()
+        },
+        problem=best.problem,
     )
-    shifted = sum(int(rows[ring.first]) != ring.first for ring in rings)
-    return _told(
-        better, f"{shifted} of {closed} closed passes begin elsewhere, which saves {before - least:.1f} J"
-    )
+
+
+def _summary(given: Candidate, best: Candidate, free: int) -> str:
+    """Say how many passes begin elsewhere, how many run backwards, and what that saves."""
+    pairs = list(zip(given.layout.rings, best.layout.rings, strict=True))
+    before, after = given.layout.path.pivot, best.layout.path.pivot
+    moved = sum(bool((before[a.first] != after[b.first]).any()) for a, b in pairs)
+    told = f"{moved} of {free} closed passes begin elsewhere"
+    if given.both:
+        told += f" and {sum(_is_turned(given, best, a, b) for a, b in pairs)} run the other way"
+    return f"{told}, which saves {given.cost - best.cost:.1f} J"
+
+
+def _is_turned(given: Candidate, best: Candidate, before: Ring, after: Ring) -> bool:
+    """Tell whether a ring is followed the other way: its second location came before its first."""
+    old, new = given.layout.path.pivot, best.layout.path.pivot
+    own = old[before.first : before.last + 1]
+    if before.again:
+        own = own[1:]
+    first, second = (int(np.argmin(np.linalg.norm(own - new[after.first + k], axis=1))) for k in (0, 1))
+    return (second - first) % len(own) == len(own) - 1
 
 
 def _told(solution: Solution, message: str) -> Solution:
