@@ -1,0 +1,239 @@
+"""Bodies for coal: convex ones exactly or by a polygon around them, meshes as trees of boxes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from fiveaxis.errors import MissingDependency
+from fiveaxis.geometry import Array, IntArray, translation
+
+# Sides of the polygon around a circle that coal has no shape for: it is 0.054 % wider at its corners.
+SECTORS = 96
+# Most contacts of one query: the depth is the deepest of them.
+MOST_CONTACTS = 256
+
+
+@dataclass(frozen=True, eq=False)
+class Piece:
+    """One rigid shape.
+
+    Parameters
+    ----------
+    geometry : coal's
+    frame : (4, 4), mm, its own frame in the workpiece frame, every axis at 0
+    low, high : (3,), mm, its bounding box in its own frame
+    inner : (3,), mm, a point of it in its own frame
+    triangles : (t, 3, 3), mm, own frame, of a closed mesh; None where it is no mesh or has holes
+    """
+
+    geometry: Any
+    frame: Array
+    low: Array
+    high: Array
+    inner: Array
+    triangles: Array | None = None
+
+    @property
+    def corners(self) -> Array:
+        """(8, 3), mm, corners of its bounding box in its own frame."""
+        picks = np.array(np.meshgrid([0, 1], [0, 1], [0, 1])).reshape(3, 8).T
+        return np.where(picks == 1, self.high, self.low)
+
+    @property
+    def size(self) -> float:
+        """Diagonal of the bounding box, mm."""
+        return float(np.linalg.norm(self.high - self.low))
+
+    @property
+    def is_mesh(self) -> bool:
+        """Whether it is a surface of triangles, with or without an inside."""
+        return isinstance(self.geometry, load_coal().BVHModelBase)
+
+    @property
+    def memory(self) -> int:
+        """Bytes that a mesh's tree takes; 0 for other shapes."""
+        return int(load_coal().computeMemoryFootprint(self.geometry)) if self.is_mesh else 0
+
+
+def load_coal() -> Any:
+    """Import coal, or say what it is needed for.
+
+    Raises
+    ------
+    MissingDependency
+        It isn't installed.
+    """
+    try:
+        import coal
+    except ModuleNotFoundError as fault:
+        if fault.name != "coal":
+            raise
+        raise MissingDependency(
+            "coal",
+            "the check of collisions",
+            "install the wheel `pin`, which brings it (Linux, macOS); for Windows there is none, use WSL",
+        ) from None
+    return coal
+
+
+def box_piece(size: Array, frame: Array) -> Piece:
+    """Make a box of three sides in mm about the origin of its frame."""
+    half = np.asarray(size, dtype=float) / 2.0
+    return Piece(load_coal().Box(*(2.0 * half)), frame, -half, half, np.zeros(3))
+
+
+def cylinder_piece(radius: float, height: float, frame: Array) -> Piece:
+    """Make a cylinder, mm, its axis along z and its middle at the origin of its frame."""
+    half = np.array([radius, radius, height / 2.0])
+    return Piece(load_coal().Cylinder(radius, height), frame, -half, half, np.zeros(3))
+
+
+def sphere_piece(radius: float, frame: Array) -> Piece:
+    """Make a sphere, mm, about the origin of its frame."""
+    half = np.full(3, radius)
+    return Piece(load_coal().Sphere(radius), frame, -half, half, np.zeros(3))
+
+
+def revolved_pieces(outline: Array, frame: Array) -> list[Piece]:
+    """Turn an outline about the z axis: as many convex pieces as it takes.
+
+    Cylinders are exact. Other shapes are polygons of `SECTORS` sides around the circles, so nothing is left
+    out but what the points of the outline leave out.
+
+    Parameters
+    ----------
+    outline : (m, 2), mm: distance from the axis and height, from the bottom up
+    frame : (4, 4), mm, the frame whose z axis it is, in the workpiece frame
+    """
+    return [_revolved(run, frame) for run in convex_runs(outline)]
+
+
+def convex_runs(outline: Array) -> list[Array]:
+    """Split an outline, (m, 2) mm, where it turns inwards; what has no height is left out."""
+    runs, begin = [], 0
+    steps = np.diff(outline, axis=0)
+    for i in range(1, len(steps)):
+        before, after = steps[i - 1], steps[i]
+        if before[0] * after[1] - before[1] * after[0] < -1e-12:
+            runs.append(outline[begin : i + 1])
+            begin = i
+    runs.append(outline[begin:])
+    return [run for run in runs if np.ptp(run[:, 1]) > 1e-9 and run[:, 0].max() > 0.0]
+
+
+def _revolved(run: Array, frame: Array) -> Piece:
+    radius, height = run.T
+    low, high = float(height.min()), float(height.max())
+    if np.ptp(radius) < 1e-12:
+        middle = translation((0.0, 0.0, (low + high) / 2.0))
+        return cylinder_piece(float(radius[0]), high - low, frame @ middle)
+    turn = np.linspace(0.0, 2.0 * np.pi, SECTORS, endpoint=False)
+    ring = np.column_stack([np.cos(turn), np.sin(turn)]) / np.cos(np.pi / SECTORS)
+    points = np.concatenate(
+        [np.column_stack([r * ring, np.full(SECTORS, h)]) for r, h in run[radius > 1e-9]]
+        + [np.array([[0.0, 0.0, low], [0.0, 0.0, high]])]
+    )
+    return convex_piece(points, frame)
+
+
+def convex_piece(points: Array, frame: Array) -> Piece:
+    """Make the convex hull of points, (v, 3) mm in its own frame."""
+    from scipy.spatial import ConvexHull
+
+    coal = load_coal()
+    hull = ConvexHull(points)
+    number = np.full(len(points), -1)
+    number[hull.vertices] = np.arange(len(hull.vertices))
+    corners, faces = points[hull.vertices], number[hull.simplices]
+    middle = corners.mean(axis=0)
+    a, b, c = (corners[faces[:, i]] for i in range(3))
+    inward = np.sum(np.cross(b - a, c - a) * (a - middle), axis=1) < 0.0
+    faces[inward] = faces[inward][:, ::-1]
+    vertices, triangles = coal.StdVec_Vec3s(), coal.StdVec_Triangle()
+    for corner in corners:
+        vertices.append(corner)
+    for face in faces.tolist():
+        triangles.append(coal.Triangle(*face))
+    shape = coal.Convex(vertices, triangles)
+    return Piece(shape, frame, corners.min(axis=0), corners.max(axis=0), middle)
+
+
+def mesh_piece(vertices: Array, faces: IntArray, frame: Array, *, closed: bool) -> Piece:
+    """Make a tree of a mesh.
+
+    Parameters
+    ----------
+    vertices : (v, 3), mm, own frame
+    faces : (t, 3), indices of vertices
+    frame : (4, 4), mm, own frame in the workpiece frame, every axis at 0
+    closed : whether it has an inside
+    """
+    points = np.ascontiguousarray(vertices, dtype=float)
+    corners = np.ascontiguousarray(faces, dtype=np.int64)
+    # Boxes alone suffice to ask whether something is nearer than a distance, and take half of the memory.
+    tree = load_coal().BVHModelOBB()
+    tree.beginModel(len(corners), len(points))
+    tree.addVertices(points)
+    tree.addTriangles(corners)
+    tree.endModel()
+    used = points[np.unique(corners)]
+    triangles = points[corners] if closed else None
+    return Piece(tree, frame, used.min(axis=0), used.max(axis=0), used[0], triangles)
+
+
+class Question:
+    """One pair of pieces, asked at many relative places.
+
+    Parameters
+    ----------
+    mover, other : the pieces; places are of the mover's own frame in the other's own frame
+    """
+
+    def __init__(self, mover: Piece, other: Piece) -> None:
+        coal = load_coal()
+        # coal keeps no hold of the shapes itself.
+        self._pieces = mover, other
+        self._ask = coal.ComputeCollision(mover.geometry, other.geometry)
+        self._place, self._origin = coal.Transform3s(), coal.Transform3s()
+        self._request, self._result = coal.CollisionRequest(), coal.CollisionResult()
+        self._deep = coal.CollisionRequest(coal.CollisionRequestFlag.CONTACT, MOST_CONTACTS)
+        self.asked = 0
+
+    def nearer(self, place: Array, margin: float) -> bool:
+        """Tell whether the pieces overlap or come nearer to each other than a margin.
+
+        Parameters
+        ----------
+        place : (4, 4), mm
+        margin : mm, 0 or more
+        """
+        self.asked += 1
+        self._place.setTransform(place[:3, :3], place[:3, 3])
+        self._request.security_margin = margin
+        self._result.clear()
+        return bool(self._ask(self._place, self._origin, self._request, self._result))
+
+    def depth(self, place: Array) -> float:
+        """Measure how far the mover would have to move to be clear of the triangle that it is deepest in.
+
+        Returns
+        -------
+        mm, 0 where they don't overlap
+        """
+        self.asked += 1
+        self._place.setTransform(place[:3, :3], place[:3, 3])
+        self._result.clear()
+        if not self._ask(self._place, self._origin, self._deep, self._result):
+            return 0.0
+        return max(-float(contact.penetration_depth) for contact in self._result.getContacts())
+
+    def gap(self, place: Array, most: float) -> float:
+        """Measure the room between pieces that are nearer than `most`, mm, to 1 % of that; never too much."""
+        low, high = 0.0, most
+        while high - low > 0.01 * most:
+            middle = (low + high) / 2.0
+            low, high = (low, middle) if self.nearer(place, middle) else (middle, high)
+        return low

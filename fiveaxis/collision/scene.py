@@ -1,0 +1,197 @@
+"""Everything that may touch something, each on its link: tool, part, stock, fixtures, machine bodies."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fiveaxis.collision.pieces import (
+    Piece,
+    box_piece,
+    cylinder_piece,
+    mesh_piece,
+    revolved_pieces,
+    sphere_piece,
+)
+from fiveaxis.collision.surroundings import Surroundings, read_solid
+from fiveaxis.geometry import Array, translation
+from fiveaxis.machine import BED, Box, Cylinder, FormShapingCode, Machine, MeshShape
+from fiveaxis.toolpath import Tool
+
+if TYPE_CHECKING:
+    import trimesh
+
+CUTTER, SHANK, HOLDER = "cutter", "shank", "holder"
+PART, STOCK, FIXTURE, BODY = "part", "stock", "fixture", "body"
+TOOL_KINDS = (CUTTER, SHANK, HOLDER)
+# A mesh of more triangles is worth a sentence about the memory it takes.
+MANY_TRIANGLES = 1_000_000
+
+
+@dataclass(frozen=True, eq=False)
+class SceneBody:
+    """One rigid body, made of pieces that hang together.
+
+    Parameters
+    ----------
+    name : by which findings call it
+    kind : ``cutter``, ``shank``, ``holder``, ``part``, ``stock``, ``fixture`` or ``body`` (of the machine)
+    link : the link that carries it
+    pieces : at least one
+    """
+
+    name: str
+    kind: str
+    link: str
+    pieces: tuple[Piece, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """All bodies of a machine with its tool and surroundings.
+
+    Parameters
+    ----------
+    links : from the workpiece to the tool
+    code : of the machine
+    bodies : tool first, then the workpiece side, then the machine
+    checked, not_checked : what the bodies take for granted and what they leave out, in sentences
+    """
+
+    links: tuple[str, ...]
+    code: FormShapingCode
+    bodies: tuple[SceneBody, ...]
+    checked: tuple[str, ...] = ()
+    not_checked: tuple[str, ...] = ()
+
+
+def links_of(code: FormShapingCode) -> tuple[str, ...]:
+    """Name the links from the workpiece to the tool."""
+    return (*code.table, BED, *code.head)
+
+
+def build_scene(machine: Machine, tool: Tool, surroundings: Surroundings) -> Scene:
+    """Put all bodies where they stand with every axis at 0.
+
+    Raises
+    ------
+    MeshError
+        A body's mesh can't be read or is refused.
+    MissingDependency
+        coal isn't installed.
+    """
+    links = links_of(machine.code)
+    standing, facts, gaps = _surrounding_bodies(surroundings, links[0])
+    bodies, left_out = _machine_bodies(machine)
+    return Scene(
+        links=links,
+        code=machine.code,
+        bodies=(*tool_bodies(tool, machine.chain.tool_home, links[-1]), *standing, *bodies),
+        checked=tuple(facts),
+        not_checked=(*_unknown_of(tool), *gaps, *left_out),
+    )
+
+
+def tool_bodies(tool: Tool, home: Array, link: str) -> list[SceneBody]:
+    """Split a tool into cutter, shank and holder, as far as they are known.
+
+    A shank that nobody has described is as thick as the cutter's upper end and counts as cutter.
+
+    Parameters
+    ----------
+    home : (4, 4), mm, tool-tip frame in the workpiece frame, every axis at 0
+    link : that carries it
+    """
+    outline, holder = tool.cutter.outline(), tool.holder
+    shank: list[Piece] = []
+    upper: list[Piece] = []
+    if holder is not None:
+        radius, top = outline[-1]
+        neck = np.array([[radius, top], [radius, holder.stick_out]])
+        if tool.shank_diameter is None:
+            outline = np.vstack([outline, neck[1:]])
+        else:
+            neck[:, 0] = tool.shank_diameter / 2.0
+            shank = revolved_pieces(neck, home)
+        height = holder.stick_out
+        for section in holder.sections:
+            end = section.diameter if section.upper_diameter is None else section.upper_diameter
+            rows = [[section.diameter / 2.0, height], [end / 2.0, height + section.length]]
+            upper += revolved_pieces(np.array(rows), home)
+            height += section.length
+    cutter = _ball_pieces(tool, outline, home) if tool.cutter.is_ball else revolved_pieces(outline, home)
+    named = {CUTTER: cutter, SHANK: shank, HOLDER: upper}
+    return [SceneBody(kind, kind, link, tuple(pieces)) for kind, pieces in named.items() if pieces]
+
+
+def _ball_pieces(tool: Tool, outline: Array, home: Array) -> list[Piece]:
+    """Make a ball as a sphere, and what is above its middle from the outline."""
+    zone = tool.cutter.zones[0]
+    upper = outline[outline[:, 1] >= zone.height]
+    ball = sphere_piece(zone.radius, home @ translation((0.0, 0.0, zone.height)))
+    return [ball, *(revolved_pieces(upper, home) if len(upper) > 1 else [])]
+
+
+def _unknown_of(tool: Tool) -> list[str]:
+    if tool.holder is None:
+        return ["shank and holder against anything: the tool states no holder"]
+    if tool.shank_diameter is None:
+        return ["shank: the tool states no shank_diameter, so all below the holder counts as cutter"]
+    return []
+
+
+def _surrounding_bodies(
+    surroundings: Surroundings, link: str
+) -> tuple[list[SceneBody], list[str], list[str]]:
+    """Make part, stock and fixtures, with sentences about what they take and what they can't tell."""
+    bodies, facts, gaps = [], [], []
+    for name, mesh in surroundings.meshes.items():
+        piece = _of_mesh(mesh, np.eye(4))
+        bodies.append(SceneBody(name, name, link, (piece,)))
+        if len(mesh.faces) > MANY_TRIANGLES:
+            facts.append(f"{name}: {len(mesh.faces):,} triangles, {piece.memory / 2**20:,.0f} MiB of memory")
+        if not mesh.is_watertight:
+            gaps.append(f"whether something lies wholly inside the {name}: its mesh isn't watertight")
+    for fixture in surroundings.fixtures:
+        name = f"fixture {fixture.name!r}"
+        piece = _of_shape(fixture.shape, np.eye(4))
+        bodies.append(SceneBody(name, FIXTURE, link, (piece,)))
+        if piece.is_mesh and piece.triangles is None:
+            gaps.append(f"whether something lies wholly inside {name}: its mesh isn't watertight")
+    return bodies, facts, gaps
+
+
+def _machine_bodies(machine: Machine) -> tuple[list[SceneBody], list[str]]:
+    """Make the machine's bodies; those of the head need to know how far the tip is from the spindle."""
+    bodies = []
+    unplaced = machine.tool_length == 0.0 and any(b.link in machine.code.head for b in machine.bodies)
+    for i, body in enumerate(machine.bodies):
+        if unplaced and body.link in machine.code.head:
+            continue
+        where = "the bed" if body.link == BED else f"link {body.link}"
+        piece = _of_shape(body.shape, machine.machine_frame)
+        bodies.append(SceneBody(f"machine body {i + 1} on {where}", BODY, body.link, (piece,)))
+    if unplaced:
+        gap = "bodies of the head: how far the tip is from the spindle isn't said (tool_length)"
+        return bodies, [gap]
+    return bodies, [] if machine.bodies else ["bodies of the machine: its file states none"]
+
+
+def _of_shape(shape: Box | Cylinder | MeshShape, base: Array) -> Piece:
+    """Make a piece of a shape that is placed in a frame, (4, 4) mm, of the workpiece frame."""
+    frame = base @ shape.frame
+    if isinstance(shape, Box):
+        return box_piece(np.array(shape.size), frame)
+    if isinstance(shape, Cylinder):
+        return cylinder_piece(shape.radius, shape.height, frame)
+    mesh = read_solid(shape.file)
+    if shape.scale != 1.0:
+        mesh.apply_scale(shape.scale)
+    return _of_mesh(mesh, frame)
+
+
+def _of_mesh(mesh: trimesh.Trimesh, frame: Array) -> Piece:
+    vertices, faces = np.asarray(mesh.vertices, dtype=float), np.asarray(mesh.faces, dtype=np.int64)
+    return mesh_piece(vertices, faces, frame, closed=bool(mesh.is_watertight))

@@ -1,0 +1,135 @@
+"""How one piece moves as seen from another, and how far at most between two samples."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from fiveaxis.collision.pieces import Piece
+from fiveaxis.collision.scene import links_of
+from fiveaxis.geometry import Array, IntArray, inverse_transform
+from fiveaxis.machine import Machine
+
+# Axis values, (n, k) mm and rad → link → how far it has moved from home, (n, 4, 4) mm, workpiece frame.
+Poses = Callable[[Array], Mapping[str, Array]]
+
+
+@dataclass(frozen=True, eq=False)
+class Stretch:
+    """Locations in a row, with known axis values, and the moves between them: all axes linear in time.
+
+    Parameters
+    ----------
+    machine : chain and column order
+    poses : where the links are, for given axis values
+    positions : (n, k), mm and rad
+    """
+
+    machine: Machine
+    poses: Poses
+    positions: Array
+
+    def __len__(self) -> int:
+        return len(self.positions)
+
+    @cached_property
+    def links(self) -> Mapping[str, Array]:
+        """Link → (n, 4, 4), mm, at the locations."""
+        return self.poses(self.positions)
+
+    @cached_property
+    def middles(self) -> Mapping[str, Array]:
+        """Link → (n − 1, 4, 4), mm, halfway in the moves."""
+        return self.poses((self.positions[:-1] + self.positions[1:]) / 2.0)
+
+    def between(self, moves: IntArray, shares: Array) -> Mapping[str, Array]:
+        """Place the links within moves.
+
+        Parameters
+        ----------
+        moves : (m,), index of the location where each begins
+        shares : (m,), of its way
+        """
+        before, after = self.positions[moves], self.positions[moves + 1]
+        return self.poses(before + shares[:, None] * (after - before))
+
+
+class Travel:
+    """One piece as seen from another along a stretch.
+
+    Parameters
+    ----------
+    stretch : the motion
+    mover, other : the pieces, and the links that carry them
+    """
+
+    def __init__(
+        self, stretch: Stretch, mover: Piece, other: Piece, mover_link: str, other_link: str
+    ) -> None:
+        self.stretch, self.mover, self.other = stretch, mover, other
+        self._links = mover_link, other_link
+        self._base = inverse_transform(other.frame)
+        self.places = self._relative(stretch.links)
+        self.corners = self.corners_at(self.places)
+
+    def between(self, moves: IntArray, shares: Array) -> Array:
+        """Place the mover in the other's frame within moves: (m,) and shares, (m,) → (m, 4, 4) mm."""
+        return self._relative(self.stretch.between(moves, shares))
+
+    def middles(self, moves: IntArray) -> Array:
+        """Place the mover in the other's frame halfway in moves: (m,) → (m, 4, 4) mm."""
+        if not len(moves):
+            return np.empty((0, 4, 4))
+        return self._relative({link: self.stretch.middles[link][moves] for link in self._links})
+
+    def corners_at(self, places: Array) -> Array:
+        """Place the corners of the mover's box in the other's frame: (m, 4, 4) → (m, 8, 3) mm."""
+        turned = np.einsum("nij,kj->nki", places[:, :3, :3], self.mover.corners)
+        return turned + places[:, None, :3, 3]
+
+    def _relative(self, links: Mapping[str, Array]) -> Array:
+        mover, other = (links[link] for link in self._links)
+        return self._base @ _inverses(other) @ mover @ self.mover.frame
+
+    @cached_property
+    def bends(self) -> Array:
+        """(n − 1,), mm: bound of the second derivative of any point's place by the share of a move.
+
+        A point's place is a product of one factor per joint between the links. Its second derivative by two
+        joint values is 0 where the one nearer to the other piece is linear; where it turns it is the cross
+        product of its direction with the derivative by the second one, so no longer than that, which is 1
+        for a linear joint and the point's distance to the axis for a rotary one. That distance is measured
+        at the start of the move and grows no more than the joints between the axis and the piece move it.
+        """
+        machine, links = self.stretch.machine, self.stretch.links
+        names = links_of(machine.code)
+        begin, end = (names.index(link) for link in self._links)
+        # Numbers of the joints between the two links, the one that carries the mover first.
+        joints = range(begin, end, -1) if begin > end else range(begin + 1, end + 1)
+        steps = np.abs(np.diff(self.stretch.positions, axis=0))
+        centre = self.mover.frame @ np.append((self.mover.low + self.mover.high) / 2.0, 1.0)
+        bend, moved = np.zeros(len(steps)), np.zeros(len(steps))
+        for number in joints:
+            joint = machine.chain.joints[number - 1]
+            step = steps[:, machine.column(joint.letter)]
+            if not joint.is_rotary:
+                moved = moved + step
+                continue
+            seen = (_inverses(links[names[number]]) @ links[self._links[0]] @ centre)[:-1, :3]
+            arm = np.cross(seen - np.array(joint.line.point), np.array(joint.line.direction))
+            distance = np.linalg.norm(arm, axis=1) + self.mover.size / 2.0 + moved
+            bend = bend + step * (step * distance + 2.0 * moved)
+            moved = moved + step * distance
+        return bend
+
+
+def _inverses(poses: Array) -> Array:
+    """Invert rigid transforms, (n, 4, 4) mm."""
+    inverse = np.zeros_like(poses)
+    inverse[:, :3, :3] = np.swapaxes(poses[:, :3, :3], 1, 2)
+    inverse[:, :3, 3] = -np.einsum("nij,nj->ni", inverse[:, :3, :3], poses[:, :3, 3])
+    inverse[:, 3, 3] = 1.0
+    return inverse

@@ -1,0 +1,120 @@
+"""Which bodies are held against which."""
+
+from dataclasses import replace
+
+import pytest
+import trimesh
+
+from fiveaxis.collision import Clearances, Fixture, Surroundings
+from fiveaxis.collision.pairs import choose_pairs
+from fiveaxis.collision.scene import build_scene
+from fiveaxis.errors import MeshError
+from fiveaxis.machine import Body, Box, Cylinder, Machine, MeshShape
+from fiveaxis.toolpath import Tool
+from fiveaxis.toolpath.tool import Holder, Section
+
+TOOL = Tool.ball(6, shank_diameter=6.0, holder=Holder(30.0, (Section(40.0, 30.0),)))
+CLAMP = Fixture("clamp", Box((10.0, 10.0, 10.0), (60.0, 0.0, 5.0)))
+BODIES = (
+    Body("C", Cylinder(50.0, 18.0, (0.0, 0.0, -9.0))),
+    Body("A", Box((120.0, 80.0, 10.0), (0.0, 0.0, -23.0))),
+    Body("bed", Box((400.0, 400.0, 10.0), (0.0, 0.0, -300.0))),
+    Body("Z", Cylinder(30.0, 80.0, (0.0, 0.0, 60.0))),
+)
+
+
+def surroundings() -> Surroundings:
+    part = trimesh.creation.box(extents=(20.0, 20.0, 20.0))
+    stock = trimesh.creation.box(extents=(30.0, 30.0, 30.0))
+    return Surroundings(part, stock, (CLAMP,))
+
+
+def names(machine: Machine, tool: Tool = TOOL) -> set[tuple[str, str, str]]:
+    choice = choose_pairs(build_scene(machine, tool, surroundings()), Clearances())
+    return {(p.kind, p.first.name, p.second.name) for p in choice.pairs}
+
+
+@pytest.fixture
+def bodied() -> Machine:
+    return replace(Machine.from_code("640123"), bodies=BODIES).with_tool_length(100.0)
+
+
+def test_the_cutter_may_touch_the_part_and_nothing_else_may(bodied):
+    found = names(bodied)
+    assert ("cutter", "cutter", "part") not in found
+    against = {"part", "stock", "fixture 'clamp'", *(f"machine body {i}" for i in (1, 2, 3))}
+    for kind in ("shank", "holder"):
+        others = {other.split(" on ")[0] for k, _, other in found if k == kind}
+        assert others == against
+    cutter = {other.split(" on ")[0] for k, _, other in found if k == "cutter"}
+    assert cutter == against - {"part"}
+
+
+def test_the_cutter_meets_the_stock_in_rapid_moves_only(bodied):
+    choice = choose_pairs(build_scene(bodied, TOOL, surroundings()), Clearances())
+    assert [(p.first.name, p.second.name) for p in choice.pairs if p.rapid_only] == [("cutter", "stock")]
+
+
+def test_bodies_of_one_link_are_not_held_against_each_other(bodied):
+    spindle = "machine body 4 on link Z"
+    table = "machine body 1 on link C"
+    for _, first, second in names(bodied):
+        assert {first, second} not in [{spindle, "holder"}, {table, "part"}, {table, "fixture 'clamp'"}]
+
+
+def test_neighbours_that_touch_at_home_are_left_out_and_said(bodied):
+    choice = choose_pairs(build_scene(bodied, TOOL, surroundings()), Clearances())
+    pairs = {(p.first.name, p.second.name) for p in choice.pairs}
+    assert ("machine body 2 on link A", "machine body 1 on link C") not in pairs
+    assert ("machine body 4 on link Z", "machine body 1 on link C") in pairs
+    assert [s.split(":")[0] for s in choice.not_checked] == [
+        "machine body 2 on link A against machine body 1 on link C"
+    ]
+
+
+def test_a_part_that_overlaps_a_neighbouring_link_is_not_taken_for_construction(bodied):
+    deep = replace(bodied, bodies=(Body("A", Box((120.0, 80.0, 10.0))),))
+    assert ("machine", "machine body 1 on link A", "part") in names(deep)
+
+
+def test_a_head_of_unknown_tool_length_is_left_out_and_said(bodied):
+    scene = build_scene(bodied.with_tool_length(0.0), TOOL, surroundings())
+    assert "machine body 4 on link Z" not in [b.name for b in scene.bodies]
+    assert any("tool_length" in sentence for sentence in scene.not_checked)
+
+
+def test_what_a_tool_does_not_say_is_said(bodied):
+    scene = build_scene(bodied, Tool.ball(6), surroundings())
+    assert scene.not_checked[0] == "shank and holder against anything: the tool states no holder"
+    bare = Tool.ball(6, holder=TOOL.holder)
+    assert "no shank_diameter" in build_scene(bodied, bare, surroundings()).not_checked[0]
+
+
+def test_a_sentence_names_each_body_with_its_clearance(bodied):
+    choice = choose_pairs(build_scene(bodied, TOOL, surroundings()), Clearances(holder=1.5))
+    (said,) = [s for s in choice.checked if s.startswith("holder ")]
+    assert "part, stock, fixture 'clamp', machine body 1 on link C" in said
+    assert said.endswith("clearance 1.5 mm")
+
+
+def test_an_open_mesh_is_said(bodied):
+    part = trimesh.creation.box(extents=(20.0, 20.0, 20.0))
+    part.update_faces([True] * 11 + [False])
+    scene = build_scene(bodied, TOOL, Surroundings(part))
+    assert "whether something lies wholly inside the part: its mesh isn't watertight" in scene.not_checked
+
+
+def test_a_fixtures_mesh_that_is_inside_out_is_refused(bodied, tmp_path):
+    jaw = trimesh.creation.box(extents=(20.0, 20.0, 20.0))
+    jaw.invert()
+    jaw.export(tmp_path / "jaw.stl")
+    fixtures = (Fixture("jaw", MeshShape(tmp_path / "jaw.stl")),)
+    with pytest.raises(MeshError, match=r"jaw\.stl: its normals point into the material"):
+        build_scene(bodied, TOOL, Surroundings(fixtures=fixtures))
+
+
+def test_a_mesh_of_a_million_triangles_is_taken_and_its_memory_said(bodied, monkeypatch):
+    monkeypatch.setattr("fiveaxis.collision.scene.MANY_TRIANGLES", 1000)
+    part = trimesh.creation.icosphere(subdivisions=4)
+    (said,) = build_scene(bodied, TOOL, Surroundings(part)).checked
+    assert said == "part: 5,120 triangles, 1 MiB of memory"
