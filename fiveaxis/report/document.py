@@ -117,7 +117,8 @@ def _verification(verdict: Mapping[str, Any], program: Mapping[str, Any] | None)
     both["ok"] = both["ok"] and second["ok"]
     both["figures"] = {**both["figures"], "program": second["figures"]}
     blocks = (
-        f"the program's own {program['blocks']} blocks: axis limits, way of the ball, ball against the part"
+        f"the program's own {program['blocks']} blocks: axis limits, bounds on lean and turns, way of the "
+        "ball, ball against the part"
     )
     both["checked"] = [*both["checked"], blocks]
     return both

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from fiveaxis.errors import SettingError
-from fiveaxis.geometry import Array, normalise
+from fiveaxis.geometry import Array, BoolArray, normalise
 from fiveaxis.machine import Machine
 from fiveaxis.toolpath import TiltBounds, Toolpath, interpolate, tilt_bounds
 
@@ -27,6 +27,7 @@ class Asked:
     turn_rate : rad/mm, of a rotary axis over the way of the pivot in cutting moves
     cone : rad, half angle about the first rotary axis in which that axis turns by `cone_rate` at most
     cone_rate : rad/mm
+    inserted : (n,), locations between those that were optimised; None where there are none
     """
 
     leaning: TiltBounds | None = None
@@ -35,6 +36,7 @@ class Asked:
     turn_rate: float | None = None
     cone: float | None = None
     cone_rate: float = 0.0
+    inserted: BoolArray | None = None
 
     @classmethod
     def of_degrees(
@@ -92,10 +94,11 @@ class Asked:
         row : (m,), places of the locations in rows of the path that the bounds are of: 3.25 lies between
             3 and 4
         """
+        inserted: BoolArray = row != np.floor(row)
         if self.leaning is None:
-            return self
+            return replace(self, inserted=inserted)
         every = tuple(replace(b, reference=_turned(b.reference, row), beside=()) for b in self.leaning.all)
-        return replace(self, leaning=replace(every[0], beside=every[1:]))
+        return replace(self, leaning=replace(every[0], beside=every[1:]), inserted=inserted)
 
 
 def _turned(reference: Array, row: Array) -> Array:

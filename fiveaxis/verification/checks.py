@@ -124,10 +124,12 @@ def check_tilt(subject: Subject) -> Result:
 
     def message(i: int) -> str:
         bounds, value = every[worst[rows[i]]], angles[worst[rows[i]], rows[i]]
+        between = subject.asked.inserted is not None and subject.asked.inserted[rows[i]]
+        remedy = "put locations closer together" if between else "optimise again or widen the range"
         side, bound = ("above", bounds.high) if value > bounds.high else ("below", bounds.low)
         return (
             f"tool axis at {math.degrees(value):.6g} deg to the {bounds.name} is {side} the bound "
-            f"{math.degrees(bound):g} deg; optimise again or widen the range"
+            f"{math.degrees(bound):g} deg; {remedy}"
         )
 
     tilt = np.degrees(angles[0])

@@ -561,7 +561,7 @@ def test_the_program_itself_keeps_stdout_and_the_exit_code(downward):
 
 
 def test_bounds_and_prices_of_the_optimiser_reach_it(path, tmp_path):
-    """Each option changes what it names; verification is told of those that bound the lean."""
+    """Each option changes what it names; verification is told of each bound."""
     words = ("optimise", path, *MACHINE, *BALL, *TILT, "--effort", "quick", "--json")
     plain = json.loads(run(*words).stdout)
     held = json.loads(run(*words, "--hold", "A-50").stdout)
@@ -570,7 +570,9 @@ def test_bounds_and_prices_of_the_optimiser_reach_it(path, tmp_path):
     rates = [d["rates"]["optimised"]["C"]["speed_deg_s"] for d in (slow, plain)]
     assert rates[0] <= 2.0 * 1000.0 / 60.0 + 1e-6
     leaning = json.loads(run(*words, "--lean", "-20:20").stdout)
-    assert any("lean" in text for text in leaning["verification"]["checked"])
+    told = {"A at -50 deg": held, "at most 2 deg/mm": slow, "lean": leaning, "at most 15 deg": plain}
+    for sentence, document in told.items():
+        assert any(sentence in text for text in document["verification"]["checked"]), sentence
     steady = json.loads(run(*words, "--smoothing", "1e5").stdout)
     assert steady["energy"]["total"] > plain["energy"]["total"]
 

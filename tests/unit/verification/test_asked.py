@@ -50,6 +50,7 @@ def test_a_lean_that_is_kept_at_both_ends_only_is_found_between_them(hayashi):
     report = examine(motion, hayashi, filled, asked.between(row), tolerances=Tolerances(jump=2.0))
     assert set(report.counts) == {"tilt"}
     assert report.figures["tilt_min_deg"] < 5.0
+    assert all("put locations closer together" in f.message for f in report.findings)
     assert examine(follow(path, hayashi, rotary), hayashi, path, asked, tolerances=Tolerances(jump=2.0)).ok
 
 
