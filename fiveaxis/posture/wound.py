@@ -28,6 +28,8 @@ Refine = Callable[[Problem, Array], Array]
 Keeps = Callable[[Array], bool]
 # J: one more rewind within a cut is dearer than what posture can save.
 MARK_PRICE = 1e9
+# Rounds of leaving out rewinds that undo each other.
+MOST_ROUNDS = 20
 
 
 @dataclass(frozen=True, eq=False)
@@ -221,10 +223,14 @@ class _Choice:
 
     def without_reversals(self, best: _Candidate, keeps: Keeps) -> _Candidate:
         """Hold a path at the ends of the range where it passes them for a while, as often as that pays."""
-        tried = (r for r in unreversed(self.machine, best.rotary, best.found, self.tilt) if keeps(r))
-        sound = (self.of(r) for r in tried if self.problem.violation(r) <= ALLOWED)
-        better = next((other for other in sound if other.price < best.price), None)
-        return best if better is None else self.without_reversals(better, keeps)
+        for _ in range(MOST_ROUNDS):
+            tried = unreversed(self.problem, self.machine, best.rotary, best.found, self.tilt)
+            sound = (self.of(r) for r in tried if keeps(r) and self.problem.violation(r) <= ALLOWED)
+            better = next((other for other in sound if other.price < best.price), None)
+            if better is None:
+                break
+            best = better
+        return best
 
 
 def fewer_turns(

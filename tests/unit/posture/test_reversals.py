@@ -81,7 +81,8 @@ def test_a_pair_that_the_bounds_ask_for_stays(hayashi, cone, rewinds):
 
 
 def tried(machine: Machine, path: Toolpath, rotary: Array) -> list[Array]:
-    return list(unreversed(machine, rotary, rewound(path, machine, rotary)))
+    problem = Problem.build(path, endless(machine), tilt_bounds(path, tilt=(15, 85)))
+    return list(unreversed(problem, machine, rotary, rewound(path, machine, rotary)))
 
 
 def test_what_keeps_the_path_from_changing_is_asked(hayashi):
@@ -96,15 +97,32 @@ def test_what_keeps_the_path_from_changing_is_asked(hayashi):
     np.testing.assert_array_equal(solution.wound.rotary, rotary)
 
 
-def test_each_pair_of_opposite_rewinds_is_offered_once_the_shortest_first(hayashi):
+def test_each_pair_of_opposite_rewinds_is_offered_the_shortest_first(hayashi):
     machine = ranged(hayashi, 0.0, 360.0)
     path, rotary = swinging(12.0)
-    offered = tried(machine, path, rotary)
-    assert len(offered) == 2
-    changed = [int((o != rotary).any(axis=1).sum()) for o in offered]
+    together, *alone = tried(machine, path, rotary)
+    # Both pairs share a rewind, so only one of them can be left out at once.
+    np.testing.assert_array_equal(together, alone[0])
+    changed = [int((o != rotary).any(axis=1).sum()) for o in alone]
+    assert len(changed) == 2
     assert changed == sorted(changed)
-    for other in offered:
+    for other in alone:
         assert len(rewound(path, machine, other).rewinds) == 1
+
+
+def test_pairs_that_share_no_rewind_are_left_out_at_once(hayashi):
+    machine = ranged(hayashi, 0.0, 360.0)
+    one, two = swinging(12.0), swinging(12.0)
+    n = len(two[1])
+    path = Toolpath.from_contacts(
+        np.tile(one[0].contact, (2, 1)), np.tile(one[0].normal, (2, 1)), Tool.ball(6), feed_mm_min=600.0
+    )
+    # There and back: on the way back the same swings are passed.
+    order = np.concatenate([np.arange(n), np.arange(n)[::-1]])
+    path, rotary = path.at(order), one[1][order]
+    assert [r.turns for r in rewound(path, machine, rotary).rewinds] == [-1, 1, -1, 1, -1, 1]
+    together = tried(machine, path, rotary)[0]
+    assert [r.turns for r in rewound(path, machine, together).rewinds] == [-1, 1]
 
 
 def test_a_path_that_winds_one_way_has_no_pairs(hayashi):
