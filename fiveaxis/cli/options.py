@@ -45,7 +45,10 @@ SingularRate = Annotated[
 ]
 Effort = Annotated[str | None, typer.Option("--effort", help="quick, normal or thorough")]
 FreeStart = Annotated[
-    bool | None, typer.Option("--free-start", help="closed passes that join may begin elsewhere")
+    bool | None, typer.Option("--free-start", help="closed passes may begin elsewhere, with links of a plan")
+]
+FreeDirection = Annotated[
+    bool | None, typer.Option("--free-direction", help="with --free-start: they may run backwards, too")
 ]
 Winding = Annotated[
     str | None, typer.Option("--winding", help="unwound, modulo or rezero: how NC counts endless axes")
@@ -165,6 +168,7 @@ POSTURE: Mapping[str, Any] = {
     "effort": Effort,
     "front": FrontSize,
     "free_start": FreeStart,
+    "free_direction": FreeDirection,
     "tool_length": ToolLength,
     "work_offset": WorkOffset,
     "part_rotation": PartRotation,

@@ -132,7 +132,8 @@ def _job(options: Mapping[str, Any]) -> Job:
     if settings.get("plane") is not None:
         settings["plane"] = tuple(parse_numbers(settings["plane"], 3, "X,Y,Z"))
     # A flag that isn't set says nothing: a job file may set it.
-    settings["free_start"] = settings.get("free_start") or None
+    for name in ("free_start", "free_direction"):
+        settings[name] = settings.get(name) or None
     settings["override"] = tuple(settings.get("override") or ()) or None
     settings["hold"] = parse_places("--hold", settings.get("hold"))
     source = options["source"]

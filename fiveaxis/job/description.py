@@ -132,7 +132,12 @@ class Job(StrictModel):
     front: int | None = Field(
         None, ge=2, le=50, description="solutions between the cheapest path and the steadiest one"
     )
-    free_start: bool = Field(False, description="let closed passes that join begin where it is cheapest")
+    free_start: bool = Field(
+        False, description="let closed passes begin where it is cheapest; where links are planned, these too"
+    )
+    free_direction: bool = Field(
+        False, description="with free_start: let them be followed backwards, climb or conventional"
+    )
     control: str = Field("linuxcnc", description="NC dialect")
     winding: Literal["unwound", "modulo", "rezero"] = Field(
         "unwound", description="how the program counts endless rotary axes"

@@ -9,7 +9,15 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from fiveaxis.contour import PlanReport, find_contacts, load_mesh, path_quality, plan_contour
+from fiveaxis.contour import (
+    Plan,
+    PlanOptions,
+    PlanReport,
+    find_contacts,
+    load_mesh,
+    path_quality,
+    plan_passes,
+)
 from fiveaxis.contour.mesh import SUFFIXES as MESH_SUFFIXES
 from fiveaxis.energy import (
     Budget,
@@ -31,6 +39,7 @@ from fiveaxis.nc import read_toolpath
 from fiveaxis.posture import Front, Solution, find_front, optimise
 from fiveaxis.report import describe_input, report_document
 from fiveaxis.toolpath import Tool, Toolpath, parse_tool
+from fiveaxis.toolpath.passes import Passes
 from fiveaxis.verification import Asked, Report, Tolerances, examine, verify
 
 if TYPE_CHECKING:
@@ -51,6 +60,7 @@ SOLVING = (
     "time_price",
     "effort",
     "free_start",
+    "free_direction",
 )
 
 
@@ -194,10 +204,27 @@ def load_job_toolpath(job: Job, progress: Progress | None = None) -> Toolpath:
     JobError
         No such file, an unknown suffix, or a setting that the input has no use for.
     """
+    return load_job_passes(job, progress)[0]
+
+
+def load_job_passes(job: Job, progress: Progress | None = None) -> tuple[Toolpath, Passes | None]:
+    """Load a job's path as `load_job_toolpath` does, with its passes where it is planned."""
     require_input(job.input)
     tool = None if job.tool is None else parse_tool(job.tool)
     if is_mesh(job.input):
-        return plan_mesh(job, tool, progress)
+        plan = plan_mesh(job, tool, progress)
+        return plan.toolpath, plan.passes
+    return read_path(job, tool), None
+
+
+def read_path(job: Job, tool: Tool | None) -> Toolpath:
+    """Read a job's list of cutter locations.
+
+    Raises
+    ------
+    JobError
+        A setting that only a mesh has a use for.
+    """
     laid = sorted(job.plan.model_fields_set)
     if laid:
         raise JobError(f"{', '.join(laid)} would plan passes on a mesh, and this is none", file=job.input)
@@ -225,7 +252,7 @@ def program_machine(job: Job) -> Machine | None:
     return None if name is None else load_machine(name)
 
 
-def plan_mesh(job: Job, tool: Tool | None, progress: Progress | None) -> Toolpath:
+def plan_mesh(job: Job, tool: Tool | None, progress: Progress | None) -> Plan:
     """Lay passes on a job's mesh.
 
     Raises
@@ -244,7 +271,8 @@ def plan_mesh(job: Job, tool: Tool | None, progress: Progress | None) -> Toolpat
         )
     step = None if progress is None else lambda done, total: progress("plan", done, total)
     feed = 1000.0 if job.feed is None else job.feed
-    return plan_contour(job.input, tool, **job.plan.model_dump(), feed_mm_min=feed, progress=step)
+    options = PlanOptions(**job.plan.model_dump(exclude={"allow_open"}), feed_mm_min=feed)
+    return plan_passes(job.input, tool, options, allow_open=job.plan.allow_open, progress=step)
 
 
 def measure_plan(job: Job, toolpath: Toolpath) -> PlanReport:
@@ -279,7 +307,7 @@ def run_job(job: Job, progress: Progress | None = None) -> Outcome:
         Wrong input, or no admissible posture somewhere (`Infeasible`).
     """
     machine = load_job_machine(job)
-    toolpath = load_job_toolpath(job, progress)
+    toolpath, passes = load_job_passes(job, progress)
     process, factors = load_process(job, toolpath.tool), load_factors(job)
     if process is not None:
         require_cut(process, float(toolpath.feed.max()))
@@ -287,7 +315,7 @@ def run_job(job: Job, progress: Progress | None = None) -> Outcome:
     mesh = part_of(job)
     part = None if mesh is None else load_mesh(mesh, allow_open=True)
     tell = progress or _tell_nobody
-    solution, front = solve(job, toolpath, machine, progress)
+    solution, front = solve(job, toolpath, machine, progress, passes)
     tell("verify", 0, 3)
     # The solution's own path knows which part of the cutter touches.
     toolpath = solution.toolpath
@@ -314,10 +342,19 @@ def _tell_nobody(stage: str, done: int, total: int) -> None:
 
 
 def solve(
-    job: Job, toolpath: Toolpath, machine: Machine, progress: Progress | None
+    job: Job,
+    toolpath: Toolpath,
+    machine: Machine,
+    progress: Progress | None,
+    passes: Passes | None = None,
 ) -> tuple[Solution, Front | None]:
-    """Optimise a job's path; with the front of solutions that it asks for."""
+    """Optimise a job's path; with the front of solutions that it asks for.
+
+    `passes` are those of a planned path: with a free start the links between them are laid anew.
+    """
     options = {name: getattr(job, name) for name in SOLVING} | job.bounds | {"progress": progress}
+    if job.free_start and passes is not None:
+        options["free_start"] = passes
     if job.front is None:
         return optimise(toolpath, machine, **options), None
     if job.smoothing:
