@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -130,7 +131,7 @@ def find_front(
     n : how many solutions are looked for, at least two
     smoothest : J/rad², the highest price of bends; by default a hundred times the one at which the first
         solution's bends cost as much as its travel
-    progress : as for `optimise`
+    progress : as for `optimise`; the stage ``front`` tells how far the whole is
     options : further keywords of `optimise`, but for ``smoothing``
 
     Returns
@@ -152,7 +153,9 @@ def find_front(
         )
     if smoothest is not None and not (np.isfinite(smoothest) and smoothest > 0.0):
         raise SettingError(f"smoothest is {smoothest:g} J/rad²; it must be above 0")
-    solution = optimise(toolpath, machine, progress=progress, **options)
+    tell, of_point = _telling(progress, 1 + 3 * (n - 1))
+    solution = optimise(toolpath, machine, progress=of_point, **options)
+    tell()
     cone = Cone.of_degrees(options.get("singular_cone"), options.get("singular_rate", 0.0))
     posed, start = _posed(solution)
     problems = _priced(posed, _shares(solution, start, n, smoothest), solution)
@@ -160,7 +163,8 @@ def find_front(
     budget = options.get("budget") or budget_of(options.get("effort", "normal"))
 
     def found(number: int, start: Array | None) -> Array | None:
-        run = Portfolio(problems[number], budget, progress)
+        run = Portfolio(problems[number], budget, of_point)
+        tell()
         try:
             path = (
                 run.best_path({}) if start is None else run.refined_from(f"point {number + 1} of {n}", start)
@@ -177,6 +181,17 @@ def find_front(
     kept = _undominated(points)
     cheapest = paths[points.index(kept[0])]
     return Front(tuple(kept), len(points) - len(kept), _led_by(solution, cheapest, cone))
+
+
+def _telling(progress: Progress | None, runs: int) -> tuple[Callable[[], None], Progress | None]:
+    """Make what counts the runs of a sweep, and what tells the stages of each under names of their own."""
+    if progress is None:
+        return (lambda: None), None
+    done = itertools.count(1)
+    return (
+        lambda: progress("front", next(done), runs),
+        lambda stage, step, steps: progress(f"{stage} (one point)", step, steps),
+    )
 
 
 def _posed(solution: Solution) -> tuple[Problem, Array]:

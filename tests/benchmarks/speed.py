@@ -6,6 +6,7 @@ Usage: python tests/benchmarks/speed.py
 import time
 from collections import deque
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -14,11 +15,13 @@ import numpy as np
 import fiveaxis as fx
 from fiveaxis.contour import path_quality
 from fiveaxis.kinematics import axis_positions, tool_poses
+from fiveaxis.machine import Limits
 from fiveaxis.motion import time_motion
 from fiveaxis.nc.languages.klartext import split_klartext
 from fiveaxis.nc.languages.sinumerik import split_sinumerik
 from fiveaxis.nc.source import Source
 from fiveaxis.posture.baselines import find_baselines
+from fiveaxis.posture.rewinding import rewound
 from fiveaxis.toolpath import tilt_bounds
 
 ROOT = Path(__file__).parents[2]
@@ -122,6 +125,21 @@ def time_strategies(part: Path) -> None:
     rate("ridges and chords, locations", len(planned), lambda: path_quality(planned, part))
 
 
+def time_rewinds(hayashi: fx.Machine) -> None:
+    """A helix of 1 000 turns on a C of one turn: each turn is cut at the seam and turned back."""
+    n = 100_000
+    angle = np.arange(n) * np.radians(3.6)
+    normal = np.stack([-np.sin(angle), np.cos(angle), np.zeros(n)], axis=1)
+    contact = 20.0 * normal + np.outer(np.arange(n) * 5e-4, [0.0, 0.0, 1.0])
+    path = fx.Toolpath.from_contacts(contact, normal, fx.Tool.ball(6))
+    limits = Limits(0.0, 2.0 * np.pi)
+    axes = tuple(replace(a, limits=limits) if a.letter == "C" else a for a in hayashi.axes)
+    rotary = np.stack([angle, np.full(n, np.radians(-45.0))], axis=1)
+    machine, bounds = replace(hayashi, axes=axes), tilt_bounds(path, (15, 75))
+    rewound(path.at(np.arange(200)), machine, rotary[:200])
+    rate("rewinds of 1 000 turns, locations", n, lambda: rewound(path, machine, rotary, tilt=bounds))
+
+
 def main() -> None:
     machine = fx.load_machine("linuxcnc-xyzac-trt")
     positions = np.random.default_rng(0).uniform(-1.0, 1.0, (POSES, 5))
@@ -143,6 +161,7 @@ def main() -> None:
 
     vase = fx.read_toolpath(DATA / "cases" / "vase_overhang.csv", tool=tool)
     hayashi = fx.load_machine("hayashi-640123")
+    time_rewinds(hayashi)
     bounds = tilt_bounds(vase, (15, 75))
     rate("baselines of the vase, locations", 3600, lambda: find_baselines(vase, hayashi, bounds))
     rate(
@@ -151,6 +170,10 @@ def main() -> None:
     solution = fx.optimise(vase, hayashi, tilt=(15, 75))
     rate("time law, locations", 3600, lambda: time_motion(solution.motion, machine, corners=0.01))
     rate("verify, locations", 3600, lambda: fx.verify(solution.motion, hayashi, vase, tilt=(15, 75)))
+    bounds_of = {"tilt": (15, 75), "max_turn": 15, "turn_rate": 5, "singular_cone": 5}
+    rate(
+        "verify, every bound, locations", 3600, lambda: fx.verify(solution.motion, hayashi, vase, **bounds_of)
+    )
 
 
 if __name__ == "__main__":

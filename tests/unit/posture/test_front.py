@@ -120,6 +120,14 @@ def test_the_same_front_comes_out_again(found, hayashi):
     assert again.as_dict() == found.as_dict()
 
 
+def test_the_runs_of_a_front_are_told_up_to_the_last(hayashi):
+    told = []
+    find_front(wall(24), hayashi, 3, tilt=(15, 75), effort="quick", progress=lambda *step: told.append(step))
+    assert [step[1:] for step in told if step[0] == "front"] == [(k, 7) for k in range(1, 8)]
+    # The stages of one point would say that all is done.
+    assert "refine" not in {stage for stage, _, _ in told}
+
+
 @pytest.mark.parametrize(
     ("options", "what"),
     [
