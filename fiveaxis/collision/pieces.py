@@ -91,12 +91,6 @@ def cylinder_piece(radius: float, height: float, frame: Array) -> Piece:
     return Piece(load_coal().Cylinder(radius, height), frame, -half, half, np.zeros(3))
 
 
-def sphere_piece(radius: float, frame: Array) -> Piece:
-    """Make a sphere, mm, about the origin of its frame."""
-    half = np.full(3, radius)
-    return Piece(load_coal().Sphere(radius), frame, -half, half, np.zeros(3))
-
-
 def revolved_pieces(outline: Array, frame: Array) -> list[Piece]:
     """Turn an outline about the z axis: as many convex pieces as it takes.
 

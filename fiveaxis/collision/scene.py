@@ -13,10 +13,9 @@ from fiveaxis.collision.pieces import (
     cylinder_piece,
     mesh_piece,
     revolved_pieces,
-    sphere_piece,
 )
 from fiveaxis.collision.surroundings import Surroundings, read_solid
-from fiveaxis.geometry import Array, translation
+from fiveaxis.geometry import Array
 from fiveaxis.machine import BED, Box, Cylinder, FormShapingCode, Machine, MeshShape
 from fiveaxis.toolpath import Tool
 
@@ -121,17 +120,8 @@ def tool_bodies(tool: Tool, home: Array, link: str) -> list[SceneBody]:
             rows = [[section.diameter / 2.0, height], [end / 2.0, height + section.length]]
             upper += revolved_pieces(np.array(rows), home)
             height += section.length
-    cutter = _ball_pieces(tool, outline, home) if tool.cutter.is_ball else revolved_pieces(outline, home)
-    named = {CUTTER: cutter, SHANK: shank, HOLDER: upper}
+    named = {CUTTER: revolved_pieces(outline, home), SHANK: shank, HOLDER: upper}
     return [SceneBody(kind, kind, link, tuple(pieces)) for kind, pieces in named.items() if pieces]
-
-
-def _ball_pieces(tool: Tool, outline: Array, home: Array) -> list[Piece]:
-    """Make a ball as a sphere, and what is above its middle from the outline."""
-    zone = tool.cutter.zones[0]
-    upper = outline[outline[:, 1] >= zone.height]
-    ball = sphere_piece(zone.radius, home @ translation((0.0, 0.0, zone.height)))
-    return [ball, *(revolved_pieces(upper, home) if len(upper) > 1 else [])]
 
 
 def _unknown_of(tool: Tool) -> list[str]:

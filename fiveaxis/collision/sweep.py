@@ -173,11 +173,13 @@ class _Search:
 
     def free_before(self, rows: IntArray) -> BoolArray:
         """Tell which moves to rows, (m,), begin where the pieces don't overlap."""
-        overlaps = {
-            row: row > 0 and self.question.depth(self.travel.places[row - 1]) > ROUNDING
-            for row in np.unique(rows).tolist()
-        }
-        return np.array([not overlaps[row] for row in rows.tolist()], dtype=bool)
+        free = {row: row == 0 or not self._meets(row - 1) for row in np.unique(rows).tolist()}
+        return np.array([free[row] for row in rows.tolist()], dtype=bool)
+
+    def _meets(self, row: int) -> bool:
+        """Tell whether the pieces overlap at a location, or one is wholly inside the other."""
+        touching = self.question.depth(self.travel.places[row]) > ROUNDING
+        return touching or _one_in_other(self.travel, row)
 
     def _open_moves(self, margin: float, counted: BoolArray) -> IntArray:
         """Leave out the moves that are proven clear, groups from one of their locations first."""

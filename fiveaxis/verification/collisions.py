@@ -1,0 +1,222 @@
+"""The check that nothing touches what it mustn't, at the locations and all the way between them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from fiveaxis.collision import Surroundings
+from fiveaxis.collision.pairs import MACHINE, Pair, choose_pairs
+from fiveaxis.collision.scene import CUTTER, FIXTURE, HOLDER, SHANK, build_scene, links_of
+from fiveaxis.collision.sweep import Effort, Hits, Sweep
+from fiveaxis.collision.travel import Poses, Stretch
+from fiveaxis.findings import Severity
+from fiveaxis.geometry import Array, BoolArray, IntArray
+from fiveaxis.machine import Machine
+from fiveaxis.toolpath import MoveKind
+from fiveaxis.verification.model import build_model, load_pinocchio
+from fiveaxis.verification.report import Result
+from fiveaxis.verification.subject import Subject
+
+# mm: where a move is this short, it is judged by its middle.
+TOLERANCE = 0.05
+# Locations whose link poses are held in memory at once.
+LONGEST_STRETCH = 20_000
+# Kind of pair → its finding's code, and what to do about it.
+CODES = {SHANK: "shank", HOLDER: "holder", CUTTER: FIXTURE, MACHINE: MACHINE}
+REMEDIES = {
+    SHANK: "tilt the tool away, or take a thinner or longer one",
+    HOLDER: "tilt the tool away, or clamp it with more stick-out",
+    CUTTER: "move the fixture, or lead the path around it",
+    MACHINE: "move the part on the table, take a longer tool, or bound the rotary axes",
+}
+
+
+@dataclass(frozen=True, eq=False)
+class _Met:
+    """A pair and where it met."""
+
+    pair: Pair
+    hits: Hits
+
+
+def check_collisions(
+    subject: Subject, surroundings: Surroundings, *, effort: dict[tuple[str, str], Effort] | None = None
+) -> tuple[Result, ...]:
+    """Check all pairs of bodies that could touch, with coal, along the real motion of the axes.
+
+    Between locations all axes move linearly in time; links and rapids are checked like cuts.
+
+    Parameters
+    ----------
+    subject : motion, machine and path; the path's tool is what is in the spindle
+    surroundings : part, stock, fixtures and clearances
+    effort : takes what each pair cost, by the names of its bodies
+
+    Returns
+    -------
+    Errors ``shank-collision``, ``holder-collision``, ``fixture-collision`` (of the cutter),
+    ``machine-collision``, and warnings of the same names with ``-clearance`` where bodies only come too near.
+
+    Raises
+    ------
+    MeshError
+        The mesh of a body can't be read or is refused.
+    MissingDependency
+        coal or pinocchio isn't installed.
+    """
+    scene = build_scene(subject.machine, subject.toolpath.tool, surroundings)
+    choice = choose_pairs(scene, surroundings.clearances)
+    sweep = Sweep(TOLERANCE, {} if effort is None else effort)
+    met = _sweep_all(subject, choice.pairs, sweep)
+    unknown = int(np.isnan(subject.positions).any(axis=1).sum())
+    gap = f"collisions at {unknown} locations whose axis values aren't numbers, and on the way to them"
+    results = [result for kind in CODES for result in _results_of(kind, met)]
+    first = Result(
+        **{**vars(results[0]), "checked": (*scene.checked, *choice.checked)},
+    )
+    last = Result(
+        **{
+            **vars(results[-1]),
+            "not_checked": (*scene.not_checked, *choice.not_checked, *((gap,) if unknown else ())),
+        }
+    )
+    return (first, *results[1:-1], last)
+
+
+def pinocchio_poses(machine: Machine) -> Poses:
+    """Make the function that places a machine's links, with pinocchio and not with the optimiser's equations.
+
+    Returns
+    -------
+    Axis values, (n, k) mm and rad → link → (n, 4, 4) mm, how far it has moved from where it is with every
+    axis at 0, seen from the workpiece
+    """
+    pin, built = load_pinocchio(), build_model(machine)
+    model, data = built.model, built.model.createData()
+    links = links_of(machine.code)
+    pin.forwardKinematics(model, data, np.zeros(model.nq))
+    home = [pose.homogeneous.copy() for pose in data.oMi]
+    back = np.linalg.inv(np.array(home))
+
+    def poses(positions: Array) -> Mapping[str, Array]:
+        rows = np.ascontiguousarray(positions[:, built.columns])
+        placed = np.empty((len(rows), len(links), 4, 4))
+        for i, row in enumerate(rows):
+            pin.forwardKinematics(model, data, row)
+            for j, pose in enumerate(data.oMi):
+                placed[i, j] = pose.homogeneous
+        moved = placed @ back
+        return {link: moved[:, j] for j, link in enumerate(links)}
+
+    return poses
+
+
+def _sweep_all(subject: Subject, pairs: tuple[Pair, ...], sweep: Sweep) -> list[_Met]:
+    """Take every pair along every stretch of known axis values."""
+    poses = pinocchio_poses(subject.machine)
+    rapid = subject.toolpath.kind == MoveKind.RAPID
+    met = []
+    known = np.asarray(np.isfinite(subject.positions).all(axis=1))
+    for begin, end in _stretches(known):
+        stretch = Stretch(subject.machine, poses, subject.positions[begin:end])
+        # The first row may be the last one of the stretch before.
+        new = np.arange(begin, end) > (begin if begin and known[begin - 1] else -1)
+        for pair in pairs:
+            counted = new & rapid[begin:end] if pair.rapid_only else new
+            hits = sweep.run(pair, stretch, counted)
+            hits = hits.at(new[hits.rows])
+            if len(hits.rows):
+                met.append(_Met(pair, hits.moved(begin)))
+    return met
+
+
+def _stretches(known: BoolArray) -> Iterator[tuple[int, int]]:
+    """Split rows into runs that are known; long runs into shorter ones that share a row."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], known, [False]]).astype(np.int64)))
+    for begin, end in edges.reshape(-1, 2).tolist():
+        for start in range(begin, max(end - 1, begin + 1), LONGEST_STRETCH):
+            yield start, min(start + LONGEST_STRETCH + 1, end)
+
+
+def _results_of(kind: str, met: list[_Met]) -> Iterator[Result]:
+    """Make the two results of a kind of pair: bodies that overlap, and bodies that come too near."""
+    own = [m for m in met if m.pair.kind == kind]
+    touching = [_Met(m.pair, m.hits.at(m.hits.touching)) for m in own]
+    bad = {int(row) for m in touching for row in m.hits.rows}
+    near = [_Met(m.pair, m.hits.at(~m.hits.touching & ~np.isin(m.hits.rows, sorted(bad)))) for m in own]
+    yield _collisions(kind, touching)
+    yield _too_near(kind, near)
+
+
+def _collisions(kind: str, met: list[_Met]) -> Result:
+    which, row, share, depth, others = _worst_of(met, [m.hits.depths for m in met])
+
+    def message(i: int) -> str:
+        pair = met[which[i]].pair
+        how = f"reaches {depth[i]:.3g} mm into" if np.isfinite(depth[i]) else "is wholly inside or around"
+        return (
+            f"the {pair.first.name} {how} the {pair.second.name} {_where(share[i])}{_more(others[i])}; "
+            f"{REMEDIES[kind]}"
+        )
+
+    finite = depth[np.isfinite(depth)]
+    return Result(
+        code=f"{CODES[kind]}-collision",
+        severity=Severity.ERROR,
+        rows=row,
+        values=depth,
+        message=message,
+        figures={f"{CODES[kind]}_overlap_mm": float(finite.max(initial=0.0))},
+    )
+
+
+def _too_near(kind: str, met: list[_Met]) -> Result:
+    lacking = [m.pair.clearance - m.hits.gaps for m in met]
+    which, row, share, lack, others = _worst_of(met, lacking)
+
+    def message(i: int) -> str:
+        pair = met[which[i]].pair
+        return (
+            f"the {pair.first.name} comes within {pair.clearance - lack[i]:.3g} mm of the {pair.second.name} "
+            f"{_where(share[i])} (clearance {pair.clearance:g} mm){_more(others[i])}; {REMEDIES[kind]}"
+        )
+
+    return Result(
+        code=f"{CODES[kind]}-clearance",
+        severity=Severity.WARNING,
+        rows=row,
+        values=lack,
+        message=message,
+        figures={f"{CODES[kind]}_clearance_lacking_mm": float(lack.max(initial=0.0))},
+    )
+
+
+def _worst_of(met: list[_Met], values: list[Array]) -> tuple[IntArray, IntArray, Array, Array, IntArray]:
+    """Keep the worst pair of every row.
+
+    Returns
+    -------
+    which, row, share, value : (m,), index of the pair, location, share of the move to it, and figure
+    others : (m,), number of other pairs that met in the row
+    """
+    count = [len(v) for v in values]
+    which = np.repeat(np.arange(len(met), dtype=np.int64), count)
+    empty = np.empty(0)
+    row = np.concatenate([*(m.hits.rows for m in met), empty]).astype(np.int64)
+    share = np.concatenate([*(m.hits.shares for m in met), empty])
+    value = np.concatenate([*values, empty])
+    order = np.lexsort((which, -value, row))
+    rows, first, number = np.unique(row[order], return_index=True, return_counts=True)
+    best = order[first]
+    return which[best], rows, share[best], value[best], number.astype(np.int64) - 1
+
+
+def _where(share: float) -> str:
+    return "here" if share == 1.0 else f"on the way here, after {100.0 * share:.3g} % of the move"
+
+
+def _more(others: int) -> str:
+    return "" if not others else f", and {others} more {'pair' if others == 1 else 'pairs'} meet"

@@ -1,0 +1,265 @@
+"""Nothing touches what it mustn't: at known angles, within moves, and between the machine's own bodies."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import trimesh
+
+from fiveaxis.collision import Clearances, Fixture, Surroundings
+from fiveaxis.findings import Severity
+from fiveaxis.kinematics import link_poses
+from fiveaxis.machine import Body, Box, Cylinder, Machine, MeshShape
+from fiveaxis.motion import Motion
+from fiveaxis.toolpath import MoveKind, Tool, Toolpath
+from fiveaxis.toolpath.tool import Holder, Section
+from fiveaxis.verification import Tolerances
+from fiveaxis.verification.collisions import check_collisions, pinocchio_poses
+from fiveaxis.verification.report import Result, make_report
+from fiveaxis.verification.subject import Subject, make_subject
+
+TOUCHING_ONLY = Clearances(0.0, 0.0, 0.0, 0.0)
+SHANK, STICK_OUT, HOLDER, TOP = 3.0, 40.0, 20.0, 80.0
+TOOL = Tool.ball(
+    6, shank_diameter=2.0 * SHANK, holder=Holder(STICK_OUT, (Section(TOP - STICK_OUT, 2.0 * HOLDER),))
+)
+MICROMETRE = 1e-3
+# mm, how exact coal's depths are.
+COAL = 5e-5
+# By which part of its radius a ball's polygon lies outside of it.
+AROUND = 5.4e-4
+
+
+@pytest.fixture(scope="module")
+def table_table() -> Machine:
+    """Machine X Y Z hold the tool upright, A and then C turn the part: tip and axis values are plain."""
+    return Machine.from_code("640123")
+
+
+def subject_of(machine: Machine, rows, kind=MoveKind.CUT, tool: Tool = TOOL) -> Subject:
+    """Make a motion of axis values X Y Z in mm, A C in degrees, with a path that follows it."""
+    positions = np.array(rows, dtype=float) * [1.0, 1.0, 1.0, np.pi / 180.0, np.pi / 180.0]
+    n = len(positions)
+    kinds = np.full(n, kind)
+    path = Toolpath.from_tips(np.zeros((n, 3)), np.tile([0.0, 0.0, 1.0], (n, 1)), tool, kind=kinds)
+    motion = Motion(machine.letters, positions, path.feed, np.ones(n), kinds, path.source)
+    return make_subject(motion, machine, path, None, Tolerances())
+
+
+def wall(x: float) -> trimesh.Trimesh:
+    """A closed wall whose face looks towards −x and stands at x."""
+    box = trimesh.creation.box(extents=(10.0, 400.0, 400.0))
+    box.apply_translation((x + 5.0, 0.0, 0.0))
+    return box
+
+
+def check(subject: Subject, effort=None, **kinds) -> dict[str, Result]:
+    found = check_collisions(subject, Surroundings(**kinds), effort=effort)
+    return {result.code: result for result in found if len(result.rows)}
+
+
+def leaning_to_x(degrees: float) -> list[float]:
+    """The tool leans towards +x: C turns its lean, which A makes in the plane of y and z."""
+    return [0.0, 0.0, 0.0, degrees, 0.0]
+
+
+@pytest.mark.parametrize("as_box", [False, True])
+def test_a_holder_meets_a_wall_beyond_the_analytic_angle(table_table, as_box):
+    """The holder's upper rim is ``TOP·sin θ + HOLDER·cos θ`` from the tip: 50 mm at θ = arcsin … − atan …"""
+    distance = 50.0
+    edge = np.degrees(np.arcsin(distance / np.hypot(TOP, HOLDER)) - np.arctan2(HOLDER, TOP))
+    axis = pinocchio_poses(table_table)(np.radians([leaning_to_x(10.0)]))["Z"][0, :3, 2]
+    side = axis * [1.0, 1.0, 0.0] / np.linalg.norm(axis[:2])
+    mesh = wall(distance)
+    turn = np.eye(4)
+    turn[:3, :2] = np.column_stack([side, np.cross([0.0, 0.0, 1.0], side)])
+    mesh.apply_transform(turn)
+    angle = np.arctan2(side[1], side[0])
+    assert np.isclose(abs(angle), np.pi / 2.0)  # so a box along the axes can be that wall
+    box = Box((400.0, 10.0, 400.0), tuple((distance + 5.0) * side))
+    bodies = {"fixtures": (Fixture("wall", box),)} if as_box else {"part": mesh}
+    for off, hits in ((-0.05, False), (0.05, True)):
+        subject = subject_of(table_table, [leaning_to_x(edge + off)])
+        assert ("holder-collision" in check(subject, clearances=TOUCHING_ONLY, **bodies)) is hits
+
+
+def test_a_ball_in_a_bore_has_the_room_that_it_should_have(table_table, tmp_path):
+    ring = trimesh.creation.annulus(r_min=10.0, r_max=30.0, height=40.0, sections=720)
+    tool = Tool.ball(8)
+    subject = subject_of(table_table, [[x, 0.0, 0.0, 0.0, 0.0] for x in (0.0, 5.5, 5.99, 6.01)], tool=tool)
+    ring.export(tmp_path / "jaw.ply")
+    jaw = Fixture("jaw", MeshShape(tmp_path / "jaw.ply"))
+    found = check(subject, fixtures=(jaw,), clearances=Clearances(cutter=0.6))
+    assert found["fixture-collision"].rows.tolist() == [3]
+    assert found["fixture-collision"].values[0] == pytest.approx(0.01, abs=4.0 * AROUND)
+    near = found["fixture-clearance"]
+    assert near.rows.tolist() == [1, 2]
+    np.testing.assert_allclose(0.6 - near.values, [0.5, 0.01], atol=0.01)
+
+
+@pytest.mark.parametrize(("gap", "hits"), [(MICROMETRE, False), (-MICROMETRE, True)])
+@pytest.mark.parametrize("as_box", [False, True])
+def test_a_micrometre_decides_while_the_shank_grazes_a_wall(table_table, gap, hits, as_box):
+    rows = [[0.0, y, 0.0, 0.0, 0.0] for y in (-0.2, 0.0, 0.2)]
+    at = SHANK + gap
+    bodies = (
+        {"fixtures": (Fixture("wall", Box((10.0, 400.0, 60.0), (at + 5.0, 0.0, 0.0))),)}
+        if as_box
+        else {"part": trimesh.creation.box(bounds=[[at, -200.0, -30.0], [at + 10.0, 200.0, 30.0]])}
+    )
+    found = check(subject_of(table_table, rows), clearances=TOUCHING_ONLY, **bodies)
+    assert ("shank-collision" in found) is hits
+    if hits:
+        assert found["shank-collision"].rows.tolist() == [0, 1, 2]
+        np.testing.assert_allclose(found["shank-collision"].values, MICROMETRE, atol=COAL)
+
+
+def test_a_turn_that_is_legal_at_both_ends_is_wrong_in_the_middle(table_table):
+    """The table turns half a turn under the tool, 60 mm off its axis; a clamp comes by halfway."""
+    clamp = Fixture("clamp", Box((10.0, 10.0, 200.0), (0.0, 60.0, 0.0)))
+    ends = [[60.0, 0.0, 0.0, 0.0, c] for c in (0.0, 180.0)]
+    there = link_poses(table_table, np.array([[60.0, 0.0, 0.0, 0.0, np.pi / 2.0]]))["Z"]
+    side = np.sign(there[0, 1, 3])
+    clamp = replace(clamp, shape=replace(clamp.shape, center=(0.0, 60.0 * side, 0.0)))
+    for end in ends:
+        assert check(subject_of(table_table, [end]), fixtures=(clamp,)) == {}
+    found = check(subject_of(table_table, ends), fixtures=(clamp,))
+    assert found["fixture-collision"].rows.tolist() == [1]
+    assert "on the way here" in found["fixture-collision"].message(0)
+    far = replace(clamp, shape=replace(clamp.shape, center=(0.0, -60.0 * side, 0.0)))
+    assert check(subject_of(table_table, ends), fixtures=(far,)) == {}
+
+
+def test_a_thin_pin_between_two_locations_is_not_missed(table_table):
+    pin = Fixture("pin", Cylinder(0.05, 10.0, (37.3, 0.0, 0.0)))
+    rows = [[0.0, 0.0, 0.0, 0.0, 0.0], [100.0, 0.0, 0.0, 0.0, 0.0]]
+    found = check(subject_of(table_table, rows, MoveKind.RAPID), fixtures=(pin,))
+    assert found["fixture-collision"].rows.tolist() == [1]
+
+
+def test_only_the_holder_is_named_where_only_the_holder_is_met(table_table):
+    shelf = trimesh.creation.box(bounds=[[10.0, -20.0, 50.0], [60.0, 20.0, 60.0]])
+    found = check(subject_of(table_table, [[0.0] * 5]), part=shelf)
+    assert set(found) == {"holder-collision"}
+    assert "the holder reaches" in found["holder-collision"].message(0)
+    assert "into the part here" in found["holder-collision"].message(0)
+
+
+def test_a_clamp_is_named_and_the_depth_told(table_table):
+    clamp = Fixture("left clamp", Box((20.0, 20.0, 20.0), (12.0, 0.0, 15.0)))
+    found = check(subject_of(table_table, [[0.0] * 5]), fixtures=(clamp,))
+    assert set(found) == {"shank-collision"}
+    assert "fixture 'left clamp'" in found["shank-collision"].message(0)
+    assert found["shank-collision"].values[0] == pytest.approx(1.0, abs=1e-4)
+
+
+def test_too_near_is_a_warning_with_the_room_left(table_table):
+    shelf = trimesh.creation.box(bounds=[[20.7, -20.0, 50.0], [60.0, 20.0, 60.0]])
+    found = check(subject_of(table_table, [[0.0] * 5]), part=shelf, clearances=Clearances(holder=1.0))
+    (result,) = found.values()
+    assert (result.code, result.severity) == ("holder-clearance", Severity.WARNING)
+    assert result.values[0] == pytest.approx(0.3, abs=0.011)
+    assert "(clearance 1 mm)" in result.message(0)
+
+
+def test_a_tool_wholly_inside_the_part_has_not_slipped_through(table_table):
+    block = trimesh.creation.box(extents=(300.0, 300.0, 300.0))
+    rows = [[float(x), 0.0, 0.0, 0.0, 0.0] for x in range(5)]
+    found = check(subject_of(table_table, rows), part=block)
+    assert found["holder-collision"].rows.tolist() == [0, 1, 2, 3, 4]
+    assert np.isinf(found["holder-collision"].values).all()
+    assert "wholly inside" in found["shank-collision"].message(0)
+
+
+def test_a_head_meets_a_trunnion_that_has_turned(table_table):
+    cheek = Body("A", Box((10.0, 80.0, 120.0), (70.0, 0.0, 0.0)))
+    head = Body("Z", Cylinder(60.0, 100.0, (0.0, 0.0, 50.0)))
+    machine = replace(table_table, bodies=(cheek, head)).with_tool_length(90.0)
+    upright = subject_of(machine, [[0.0] * 5], tool=Tool.ball(6))
+    assert check(upright) == {}
+    for x, hits in ((4.0, False), (6.0, True)):
+        aside = subject_of(machine, [[x, 0.0, -35.0, 0.0, 0.0]], tool=Tool.ball(6))
+        assert ("machine-collision" in check(aside, clearances=TOUCHING_ONLY)) is hits
+
+
+def test_a_trunnion_swings_into_the_head_between_two_locations(table_table):
+    arm = Body("A", Box((20.0, 20.0, 60.0), (0.0, -150.0, 0.0)))
+    head = Body("Z", Box((200.0, 60.0, 60.0), (0.0, 0.0, 30.0)))
+    machine = replace(table_table, bodies=(arm, head)).with_tool_length(100.0)
+    rows = [[0.0, 0.0, 100.0, a, 0.0] for a in (-180.0, 180.0)]
+    for row in rows:
+        assert check(subject_of(machine, [row], tool=Tool.ball(6))) == {}
+    found = check(subject_of(machine, rows, tool=Tool.ball(6)))
+    assert found["machine-collision"].rows.tolist() == [1]
+    assert "on the way here" in found["machine-collision"].message(0)
+
+
+def test_what_is_far_away_is_not_even_asked_about(table_table):
+    effort = {}
+    far = trimesh.creation.box(bounds=[[500.0] * 3, [600.0] * 3])
+    rows = [[x, 0.0, 0.0, 0.0, 0.0] for x in np.linspace(0.0, 50.0, 300)]
+    assert check(subject_of(table_table, rows), effort=effort, part=far) == {}
+    assert {names: e.asked for names, e in effort.items()} == {("shank", "part"): 0, ("holder", "part"): 0}
+    assert all(e.culled > 0 for e in effort.values())
+
+
+@pytest.mark.parametrize(
+    ("heights", "kind", "hits"),
+    [
+        ((30.0, 5.0), MoveKind.RAPID, True),
+        ((5.0, 30.0), MoveKind.RAPID, False),
+        ((30.0, 5.0), MoveKind.CUT, False),
+    ],
+)
+def test_the_cutter_may_leave_the_stock_in_a_rapid_but_not_enter_it(table_table, heights, kind, hits):
+    stock = trimesh.creation.box(extents=(20.0, 20.0, 20.0))
+    rows = [[0.0, 0.0, z, 0.0, 0.0] for z in heights]
+    found = check(subject_of(table_table, rows, [MoveKind.CUT, kind], Tool.ball(6)), stock=stock)
+    assert ("fixture-collision" in found) is hits
+
+
+def test_rows_that_are_not_numbers_are_left_out_and_said(table_table):
+    rows = [[0.0] * 5, [np.nan] * 5, [0.0] * 5, [0.0] * 5]
+    results = check_collisions(subject_of(table_table, rows), Surroundings(part=wall(SHANK - 1.0)))
+    report = make_report(results, subject_of(table_table, rows).toolpath, ())
+    assert [f.place.location for f in report.findings if f.code == "shank-collision"] == [0, 2, 3]
+    assert any(s.startswith("collisions at 1 locations") for s in report.not_checked)
+
+
+def test_a_long_path_is_taken_in_stretches_without_a_seam(table_table, monkeypatch):
+    rows = [[0.0, float(y), 0.0, 0.0, 0.0] for y in range(30)]
+    bodies = {"part": trimesh.creation.box(bounds=[[2.0, 3.5, -5.0], [9.0, 11.5, 30.0]])}
+    whole = check(subject_of(table_table, rows), **bodies)
+    monkeypatch.setattr("fiveaxis.verification.collisions.LONGEST_STRETCH", 4)
+    parts = check(subject_of(table_table, rows), **bodies)
+    assert {c: r.rows.tolist() for c, r in whole.items()} == {c: r.rows.tolist() for c, r in parts.items()}
+    assert whole["shank-collision"].rows.tolist() == list(range(2, 15))
+
+
+def test_pairs_that_meet_at_one_place_are_one_finding_with_the_worst(table_table):
+    deep = Fixture("deep", Box((10.0, 10.0, 10.0), (6.0, 0.0, 20.0)))
+    shallow = Fixture("shallow", Box((10.0, 10.0, 10.0), (-7.5, 0.0, 20.0)))
+    result = check(subject_of(table_table, [[0.0] * 5]), fixtures=(shallow, deep))["shank-collision"]
+    assert result.rows.tolist() == [0]
+    assert "'deep'" in result.message(0)
+    assert "1 more pair" in result.message(0)
+
+
+def test_pinocchio_places_links_where_our_equations_do(trunnion):
+    machine = trunnion.with_setup((1.0, 2.0, 3.0), (10.0, 20.0, 30.0)).with_tool_length(70.0)
+    positions = np.random.default_rng(1).uniform(-2.0, 2.0, (20, 5)) * [100.0, 100.0, 100.0, 1.0, 3.0]
+    found, expected = pinocchio_poses(machine)(positions), link_poses(machine, positions)
+    assert list(found) == list(expected)
+    for link in expected:
+        np.testing.assert_allclose(found[link], expected[link], atol=1e-9)
+
+
+def test_the_same_motion_gives_the_same_words_twice(table_table):
+    rows = [[float(x), 0.0, 0.0, 0.0, 0.0] for x in range(20)]
+    subject = subject_of(table_table, rows)
+    reports = [
+        make_report(check_collisions(subject, Surroundings(part=wall(15.0))), subject.toolpath, ()).as_dict()
+        for _ in range(2)
+    ]
+    assert reports[0] == reports[1]
+    assert reports[0]["counts"]["shank-collision"] > 0
