@@ -23,6 +23,7 @@ from fiveaxis.posture.seams import with_seams
 from fiveaxis.posture.stops import find_stops
 from fiveaxis.posture.winding import plan_turns, winding_columns
 from fiveaxis.toolpath import TiltBounds, Tool, Toolpath, tilt_bounds
+from fiveaxis.verification import verify
 
 RANGES = [(-180.0, 180.0), (0.0, 360.0), (-10.0, 352.0), (-100.0, 300.0)]
 
@@ -291,3 +292,15 @@ def test_a_solution_tells_the_path_that_it_was_rewound_from(hayashi):
     assert wound.problem.violation(wound.rotary) <= 1e-9
     again = rewound(wound.toolpath, machine, wound.rotary, clearance=wound.clearance)
     np.testing.assert_array_equal(again.rotary, solution.motion.positions[:, machine.rotary_columns])
+
+
+def test_verification_finds_nothing_wrong_with_a_rewound_path(hayashi):
+    machine = ranged(hayashi, 0.0, 360.0)
+    path, _ = turns_round(1.6, 60)
+    solution = optimise(path, machine, tilt=(15, 75), effort="quick")
+    report = verify(solution.motion, machine, solution.toolpath, tilt=(15, 75))
+    wrong = [f for f in report.findings if f.severity is Severity.ERROR]
+    assert wrong == []
+    # The same motion on a machine with a little less of C is refused.
+    less = verify(solution.motion, ranged(hayashi, 1.0, 360.0), solution.toolpath, tilt=(15, 75))
+    assert "axis-limit" in {f.code for f in less.findings}
