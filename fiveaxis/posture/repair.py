@@ -23,10 +23,14 @@ from fiveaxis.posture.portfolio import WIDER, Portfolio
 from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.posture.search import refill, thin
 from fiveaxis.posture.solution import Baseline, Stage
+from fiveaxis.posture.tube import problem_waves
 from fiveaxis.toolpath import Toolpath
 
 # Locations to each side of a refused one that may move with it, and how many more in each further round.
 MARGIN, GROWTH = 6, 4
+# On a long path windows reach so far first, and every so many-th of their locations is searched: between
+# locations as close as its own a lattice has steps too large for a steady way.
+WIDE, STRIDE = (24, 60), 4
 # Up to this share of refused locations they are patched; from more on the whole path is searched again.
 MOST_PATCHED = 0.03
 # A patched path that costs more than what ignores the mask by a larger share than this is searched anew.
@@ -120,9 +124,14 @@ class Repair:
         return answers
 
     @cached_property
+    def _clear(self) -> Clearance:
+        """What the mask admits, roughly too."""
+        return Clearance.of(self.mask, self.run.problem)
+
+    @cached_property
     def _confined(self) -> Portfolio:
         """The portfolio that keeps off what the mask refuses."""
-        return replace(self.run, stages=[], clear=Clearance.of(self.mask, self.run.problem))
+        return replace(self.run, stages=[], clear=self._clear)
 
     def _patched(self, start: Array, most: int | None = None) -> Array | None:
         """Mend a path where the mask refuses it, in wider and wider windows; None where that won't do.
@@ -133,7 +142,7 @@ class Repair:
         """
         problem = self.run.problem
         every, path = np.arange(len(problem)), start
-        for margin, rows in self._rounds(most):
+        for margin, rows, stride in self._rounds(most):
             clean = self.mask.admits(every, path)
             if clean.all():
                 return path
@@ -141,7 +150,7 @@ class Repair:
             dirty = np.flatnonzero(~clean)
             windows = [(0, len(problem) - 1)] if scattered else around(dirty, len(problem), margin)
             for first, last in windows:
-                found = self._patch(first, last, path, rows)
+                found = self._patch(first, last, path, max(stride, -(-(last + 1 - first) // rows)))
                 if found is not None:
                     path = np.concatenate([path[:first], found, path[last + 1 :]])
         self.refused = np.flatnonzero(~self.mask.admits(every, path))
@@ -150,19 +159,25 @@ class Repair:
     def _rotary(self, compared: Mapping[str, Baseline]) -> list[Array]:
         return [b.motion.positions[:, self.run.problem.machine.rotary_columns] for b in compared.values()]
 
-    def _rounds(self, most: int | None) -> Iterator[tuple[int, int]]:
-        """Give the margin of the windows and the rows of their lattices: farther, then all, then densely."""
+    def _rounds(self, most: int | None) -> Iterator[tuple[int, int, int]]:
+        """Give the margin of the windows, and the most rows of their lattices and their least stride.
+
+        On a long path first such windows that a way may be found between the rows, then farther, then all,
+        then densely.
+        """
         margin, count = MARGIN, len(self.run.problem)
+        if count > MOST_ROWS:
+            yield from ((reach, WINDOW_ROWS, STRIDE) for reach in WIDE)
         while margin < (count if most is None else most):
-            yield margin, WINDOW_ROWS
+            yield margin, WINDOW_ROWS, 1
             margin *= GROWTH
         if most is not None:
             return
-        yield count, WINDOW_ROWS
+        yield count, WINDOW_ROWS, 1
         if count <= MOST_ROWS:
-            yield count, count
+            yield count, count, 1
 
-    def _patch(self, first: int, last: int, path: Array, most: int) -> Array | None:
+    def _patch(self, first: int, last: int, path: Array, stride: int) -> Array | None:
         """Find a clean way through a window, (m, 2) rad, that joins the path at its ends."""
         part = self.run.problem.between(first, last)
         if len(part) == 1:
@@ -170,7 +185,6 @@ class Repair:
         # The ends of the whole path are free.
         ends = {0: first, len(part) - 1: last}
         held = {row: path[at] for row, at in ends.items() if 0 < at < len(path) - 1}
-        stride = -(-len(part) // most)
         rows = thin(part, stride)
         sparse, coordinates = part.thinned(rows), choose_coordinates(part)
         search = Search(stride, STEP, LEVELS)
@@ -199,13 +213,21 @@ class Repair:
     def _filled(
         self, part: Problem, first: int, rows: IntArray, path: Array, held: dict[int, Array]
     ) -> Array:
-        """Extend a way to all locations of its window through clean states."""
+        """Extend a way to all locations of its window through clean states, as far as there are any near."""
 
         def find(problem: Problem, lattice: Lattice) -> Array | None:
             known = Known(self.mask, np.arange(first, first + len(problem)), problem)
             return clean_path(pinned(stored(lattice, len(problem)), problem, held), known)
 
-        return refill(part, choose_coordinates(part), rows, path, self.run.budget.widths, find)
+        coordinates, widths = choose_coordinates(part), self.run.budget.widths
+        if problem_waves(part) is None:
+            return refill(part, coordinates, rows, path, widths, find)
+        clear = self._clear.at(np.arange(first, first + len(part)))
+        full = refill(part, coordinates, rows, path, widths, clear=clear)
+        for row in held:
+            # A tube is free at its ends too.
+            full[row] = path[np.searchsorted(rows, row)]
+        return full
 
     def _polished(self, path: Array | None) -> Array | None:
         """Refine a clean path inside of the mask."""
