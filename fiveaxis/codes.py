@@ -57,6 +57,7 @@ PLANNING = {
     "no-posture": Code(ERROR, "no posture keeps the bounds and joins its neighbours"),
     "no-rewind": Code(ERROR, "no place where an axis at its limit could turn back"),
     "rewind": Code(WARNING, "an axis at its limit turns back by whole turns"),
+    "rewind-phase": Code(NOTE, "turned on the table the part would need fewer rewinds within cuts"),
     "free-start": Code(NOTE, "a closed pass begins elsewhere than in the input"),
     "off-surface": Code(WARNING, "a location doesn't touch the part"),
     "no-single-contact": Code(WARNING, "a location touches the part with more than one place of the cutter"),

@@ -14,6 +14,7 @@ from fiveaxis.kinematics.windings import TURN, into_limits
 from fiveaxis.machine import Limits, Machine
 from fiveaxis.motion import follow
 from fiveaxis.posture.mask import MaskFunction, RoughMask
+from fiveaxis.posture.phase import better_phases
 from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.posture.reversals import unreversed
 from fiveaxis.posture.rewinding import CLEARANCE, Rewound, rewound
@@ -162,7 +163,8 @@ def with_path(solution: Solution, rotary: Array) -> tuple[Solution, Rewound | No
         return replace(solution, motion=motion, energy=motion_energy(machine, motion)), None
     prices = {"clearance": wound.clearance, "time_price": wound.problem.time_price}
     found = rewound(wound.toolpath, machine, rotary, tilt=wound.tilt, **prices)
-    path = replace(found.toolpath, findings=(*wound.toolpath.findings, *found.findings()))
+    told = [*found.findings(), *better_phases(wound.toolpath, machine, rotary, found)]
+    path = replace(found.toolpath, findings=(*wound.toolpath.findings, *told))
     motion = follow(path, machine, found.rotary)
     other = replace(
         solution,
