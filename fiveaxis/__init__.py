@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from fiveaxis.energy import Energy, PowerSurface, calibrate_drive, power_surface
     from fiveaxis.errors import FiveAxisError
     from fiveaxis.findings import Finding
-    from fiveaxis.job import program_energy
+    from fiveaxis.job import program_energy, verify_program
     from fiveaxis.machine import Machine, load_machine, machine_names
     from fiveaxis.motion import Motion
     from fiveaxis.nc import read_program, read_toolpath, write_program
@@ -55,6 +55,7 @@ _HOMES = {
     "read_program": "nc",
     "read_toolpath": "nc",
     "verify": "verification",
+    "verify_program": "job",
     "write_program": "nc",
 }
 
@@ -81,6 +82,7 @@ __all__ = [
     "read_program",
     "read_toolpath",
     "verify",
+    "verify_program",
     "write_program",
 ]
 

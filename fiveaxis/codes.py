@@ -51,6 +51,8 @@ CHECKS = {
     "linear-acceleration": Code(WARNING, "the speed of a linear axis changes faster than it can"),
     "tip-deviation": Code(WARNING, "between blocks the tool leaves its straight way; an error for NC blocks"),
     "gouge": Code(ERROR, "the cutting part reaches into the part, at a location or on the way to it"),
+    "off-path": Code(ERROR, "a program leads the tool where the path that it should follow isn't"),
+    "path-missed": Code(ERROR, "a program doesn't come by a location of the path that it should follow"),
 }
 # Found by planning and optimising.
 PLANNING = {
@@ -60,6 +62,7 @@ PLANNING = {
     "rewind-phase": Code(NOTE, "turned on the table the part would need fewer rewinds within cuts"),
     "free-start": Code(NOTE, "a closed pass begins elsewhere than in the input"),
     "off-surface": Code(WARNING, "a location doesn't touch the part"),
+    "sunk": Code(WARNING, "a cut reaches deeper into the part than counts as touching"),
     "no-single-contact": Code(WARNING, "a location touches the part with more than one place of the cutter"),
     "override-unused": Code(WARNING, "a code is accepted that didn't occur"),
     "no-acceleration": Code(WARNING, "the machine states no acceleration of some axes"),

@@ -11,6 +11,7 @@ from fiveaxis.cli.energy_verb import energy
 from fiveaxis.cli.machine_verbs import check, import_machine, info, machines, urdf
 from fiveaxis.cli.path_verbs import optimise, plan, preview
 from fiveaxis.cli.surface_verb import surface
+from fiveaxis.cli.verify_verb import verify
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -26,6 +27,7 @@ app.command()(urdf)
 app.command()(energy)
 app.command()(plan)
 app.command()(optimise)
+app.command()(verify)
 # Unknown options pass as arguments, since a tip like -10,0,5 looks like one.
 app.command(context_settings={"ignore_unknown_options": True})(surface)
 app.command()(preview)

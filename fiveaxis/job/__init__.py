@@ -15,6 +15,7 @@ from fiveaxis.job.stages import (
     program_motion,
     run_job,
 )
+from fiveaxis.job.verifying import verify_program
 
 __all__ = [
     "RESULT",
@@ -35,5 +36,6 @@ __all__ = [
     "read_job",
     "require_folder",
     "run_job",
+    "verify_program",
     "write_outcome",
 ]

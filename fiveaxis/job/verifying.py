@@ -1,0 +1,245 @@
+"""Programs and motion tables, verified: what runs on a machine, wherever it comes from."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from fiveaxis.contour import find_contacts, load_mesh
+from fiveaxis.errors import SettingError
+from fiveaxis.findings import Finding, Severity, count_codes
+from fiveaxis.kinematics import tool_poses
+from fiveaxis.machine import Machine
+from fiveaxis.motion import PATH_TOLERANCE, Motion
+from fiveaxis.nc import ProgramMotion, read_motion, read_program
+from fiveaxis.toolpath import Tool, Toolpath, for_tilt
+from fiveaxis.verification import Asked, Report, Tolerances
+from fiveaxis.verification.checks import check_finite, check_limits, check_tilt
+from fiveaxis.verification.following import Match, check_following
+from fiveaxis.verification.gouging import check_gouge
+from fiveaxis.verification.moves import check_deviation, check_speeds
+from fiveaxis.verification.report import SEVERITY_ORDER, Result, make_report
+from fiveaxis.verification.subject import DEFAULT_TOLERANCES, Subject, make_subject
+from fiveaxis.verification.turns import check_hold, check_jumps, check_singular
+
+if TYPE_CHECKING:
+    import trimesh
+
+# The table of a motion, beside the programs.
+MOTION_SUFFIX = ".csv"
+# rad: what rounding of rotary words may do to the tool's lean.
+ROUNDED = math.radians(0.01)
+# mm: diameter of a ball that stands for the tip of a tool that nobody names.
+POINT = 1e-6
+
+NOT_CHECKED = (
+    "the way to the first row: where the axes stand before it isn't in the program",
+    "acceleration and jerk",
+)
+NO_TOOL = "the cutter: no tool was given, so the way of the tip is checked and nothing beside it"
+NO_PATH = "whether the program cuts what it should: no path to compare it with was given"
+
+
+@dataclass(frozen=True, eq=False)
+class Program:
+    """A program as the checks see it.
+
+    Parameters
+    ----------
+    motion : of the axes, one row a block
+    path : of the tool's tip along it, which knows file and line of each row
+    findings : what reading assumed or left out
+    straight : whether it holds locations between which the tool's centre is led straight, not blocks
+    """
+
+    motion: Motion
+    path: Toolpath
+    findings: tuple[Finding, ...]
+    straight: bool
+
+
+def verify_program(
+    program: str | Path,
+    machine: Machine,
+    *,
+    tool: Tool | None = None,
+    part: str | Path | trimesh.Trimesh | None = None,
+    toolpath: Toolpath | None = None,
+    tilt: tuple[float, float] | None = None,
+    cone: float | None = None,
+    lead: tuple[float, float] | None = None,
+    lean: tuple[float, float] | None = None,
+    plane: tuple[float, float, float] | None = None,
+    hold: Mapping[str, float] | None = None,
+    max_turn: float | None = None,
+    singular_cone: float | None = 5.0,
+    singular_rate: float = 5.0,
+    surface_tolerance: float = 0.05,
+    unit: Literal["mm", "inch"] | None = None,
+    start: Mapping[str, float] | None = None,
+    program_zero: Mapping[str, float] | None = None,
+    rapid_mm_min: float | None = None,
+    block_delete: bool = False,
+    tolerances: Tolerances = DEFAULT_TOLERANCES,
+) -> Report:
+    """Check an NC program, or the table of a motion, against its machine; part and path are optional.
+
+    Between two blocks all axes run linearly in time; moves under tool centre point control are first cut into
+    the parts in which such axes keep the tip on its way. Between two rows of a motion's table the tool's
+    centre is led straight.
+
+    Parameters
+    ----------
+    program : in any language that `read_program` knows, or ``.csv`` as `write_motion` writes it
+    machine : on which it runs
+    tool : the cutter; that of `toolpath` by default. Without one only the tip is followed
+    part : mesh of the finished part in mm, or its file: then gouges are looked for
+    toolpath : that the program should follow: its tool's centre keeps to the path within
+        `Tolerances.deviation` and comes by all of its locations in order
+    tilt, lead, lean : degrees, about surface normals: those of `toolpath`, else they are found on the part
+    cone : degrees, about the axes of `toolpath`
+    plane : a vector at right angles to a plane that the tool axis stays in
+    hold, max_turn, singular_cone, singular_rate : as for `verify`
+    surface_tolerance : mm, gap between cutter and part that counts as touching
+    unit, start, program_zero, rapid_mm_min, block_delete : as for `read_program`
+    tolerances : from where on a difference is a finding
+
+    Returns
+    -------
+    Findings with file and line of the program: ``not-finite``, ``axis-limit``, ``held-axis``, ``tilt``,
+    ``gouge``, ``off-path``, ``path-missed`` (errors), ``jump`` (an error, and a warning where the sweep was
+    checked for gouges), ``feed-over``, ``singular-turn``, ``tip-deviation`` (warnings: a control slows down,
+    and what lies between a foreign program's blocks is its author's choice), and what reading it assumed.
+
+    Raises
+    ------
+    FiveAxisError
+        As `read_program`, `verify` and `find_contacts`; bounds that refer to what isn't given.
+    """
+    if toolpath is not None and any(asked is not None for asked in (tilt, cone, lead, lean)):
+        toolpath = for_tilt(toolpath, tilt, cone, lead=lead, lean=lean)
+    tool = tool or (None if toolpath is None else toolpath.tool)
+    if part is not None and tool is None:
+        raise SettingError("a part is checked against a cutter; name the tool (--tool ball:10)")
+    reading: dict[str, Any] = {"unit": unit, "start": start, "program_zero": program_zero}
+    reading |= {"rapid_mm_min": rapid_mm_min, "block_delete": block_delete}
+    read = load_program(program, machine, tool, toolpath, **reading)
+    leaning = {"tilt": tilt, "cone": cone, "lead": lead, "lean": lean, "plane": plane}
+    mesh = load_mesh(part, allow_open=True) if isinstance(part, str | Path) else part
+    turning: dict[str, Any] = {"hold": hold, "max_turn": max_turn}
+    turning |= {"singular_cone": singular_cone, "singular_rate": singular_rate if singular_cone else 0.0}
+    asked = Asked.of_degrees(read.path, machine, **turning)
+    allowed = replace(tolerances, chord_gouge=tolerances.chord_gouge + PATH_TOLERANCE)
+    # Its rows aren't locations alone: inserted ones lie on chords, and words are rounded.
+    allowed = replace(allowed, gouge=allowed.chord_gouge, lean=max(allowed.lean, ROUNDED))
+    subject = make_subject(read.motion, machine, read.path, asked, allowed)
+    results = [check_finite(subject), check_limits(subject), check_hold(subject)]
+    missed: tuple[Finding, ...] = ()
+    match = None
+    if toolpath is not None:
+        following, missed, match = check_following(subject, toolpath, straight=read.straight)
+        results.append(following)
+    results.append(_check_leaning(subject, leaning, mesh, toolpath, match, surface_tolerance))
+    results += [
+        _as_severe(check_jumps(subject), Severity.ERROR if mesh is None else Severity.WARNING),
+        check_singular(subject),
+        replace(_as_severe(check_speeds(subject), Severity.WARNING), code="feed-over"),
+        check_deviation(subject),
+        check_gouge(subject, mesh, straight=read.straight),
+    ]
+    left = (*NOT_CHECKED, *((NO_TOOL,) if tool is None else ()), *((NO_PATH,) if toolpath is None else ()))
+    report = make_report(results, read.path, left)
+    return _with_findings(report, (*missed, *read.findings), {} if match is None else match.missed)
+
+
+def load_program(
+    file: str | Path, machine: Machine, tool: Tool | None, toolpath: Toolpath | None, **reading: Any
+) -> Program:
+    """Read a program or the table of a motion, and follow its tool.
+
+    Raises
+    ------
+    FiveAxisError
+        As `read_program` and `read_motion`.
+    """
+    motion = _read(Path(file), machine, reading)
+    name: str = Path(file).name
+    findings: tuple[Finding, ...] = ()
+    if isinstance(motion, ProgramMotion):
+        name, findings = motion.name, motion.findings
+    tip, axis = tool_poses(machine, motion.positions)
+    path = Toolpath.from_tips(
+        tip,
+        axis,
+        tool or Tool.ball(POINT),
+        feed_mm_min=60.0 * np.where(np.isfinite(motion.feed) & (motion.feed > 0.0), motion.feed, 1.0),
+        kind=motion.kind,
+        source=motion.source,
+        name=name,
+    )
+    path = path if toolpath is None else path.in_zone(toolpath.zone)
+    return Program(motion, path, findings, straight=not isinstance(motion, ProgramMotion))
+
+
+def _read(file: Path, machine: Machine, reading: Mapping[str, Any]) -> Motion:
+    name = file.with_suffix("") if file.suffix.lower() == ".gz" else file
+    if name.suffix.lower() != MOTION_SUFFIX:
+        return read_program(file, machine, **reading)
+    said = sorted(key for key, value in reading.items() if value)
+    if said:
+        raise SettingError(
+            f"{', '.join(said)} is for NC programs, and this is the table of a motion", file=file
+        )
+    motion = read_motion(file, machine)
+    # Lines of the table, under its header: what it calls source are lines of another file.
+    return replace(motion, source=np.arange(2, len(motion) + 2))
+
+
+def _check_leaning(
+    subject: Subject,
+    leaning: Mapping[str, Any],
+    mesh: trimesh.Trimesh | None,
+    toolpath: Toolpath | None,
+    match: Match | None,
+    surface_tolerance: float,
+) -> Result:
+    """Check the tool's lean where directions that it refers to are known."""
+    if all(value is None for value in leaning.values()):
+        return check_tilt(subject)
+    rows = np.arange(len(subject.positions))
+    path = subject.toolpath
+    if toolpath is not None and match is not None:
+        known = np.flatnonzero(match.row >= 0)
+        path, rows = toolpath.at(known), match.row[known]
+    elif leaning["cone"] is not None:
+        raise SettingError("a cone stands about the axes of a path; give the path (--path)")
+    elif any(leaning[name] is not None for name in ("tilt", "lead", "lean")):
+        if mesh is None:
+            raise SettingError("tilt refers to surface normals; give the part (--part) or the path (--path)")
+        path = find_contacts(path, mesh, tolerance=surface_tolerance)
+    if len(rows) == 0:
+        return check_tilt(subject)
+    if toolpath is None:
+        path = for_tilt(path, leaning["tilt"], leaning["cone"], lead=leaning["lead"], lean=leaning["lean"])
+    asked = Asked.of_degrees(path, subject.machine, **leaning)
+    motion = subject.motion
+    columns = ("positions", "feed", "time", "kind", "source")
+    some = Motion(motion.letters, *(getattr(motion, name)[rows] for name in columns))
+    result = check_tilt(make_subject(some, subject.machine, path, asked, subject.tolerances))
+    return replace(result, rows=rows[result.rows])
+
+
+def _as_severe(result: Result, severity: Severity) -> Result:
+    return replace(result, severity=severity)
+
+
+def _with_findings(report: Report, more: tuple[Finding, ...], counts: Mapping[str, int]) -> Report:
+    """Add findings that no check on rows made; `counts` where more were found than are listed."""
+    findings = sorted((*report.findings, *more), key=lambda f: SEVERITY_ORDER.index(f.severity))
+    total = dict(sorted((report.counts | count_codes(more) | dict(counts)).items()))
+    return replace(report, findings=tuple(findings), counts=total)

@@ -1,0 +1,224 @@
+"""Whether a program of its own blocks follows a path: nowhere off it, and by every location of it.
+
+A program read back has other rows than the path: locations inserted, blocks left out, an approach before.
+So rows aren't compared one by one: the way of the tool's centre is held against the path's, in order.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from fiveaxis.findings import Finding, Severity
+from fiveaxis.geometry import Array, IntArray
+from fiveaxis.motion import PATH_TOLERANCE
+from fiveaxis.toolpath import Toolpath, across
+from fiveaxis.verification.checks import largest
+from fiveaxis.verification.model import tool_poses
+from fiveaxis.verification.moves import segment_distances
+from fiveaxis.verification.report import MOST_LISTED, Result
+from fiveaxis.verification.subject import Subject
+
+# Where within a block the way is compared, as shares of the block.
+SHARES = (0.25, 0.5, 0.75, 1.0)
+# A location is looked for this much farther on than the path's own way to it, as a share of that and in mm.
+DETOUR, SPARE = 2.0, 1.0
+# Places of the track that are looked at first.
+FIRST_BLOCK = 64
+# A program that comes by none of so many locations at the path's begin follows another path.
+MOST_LOST = 20
+
+
+@dataclass(frozen=True, eq=False)
+class Match:
+    """Which of a program's rows stands for which location.
+
+    Parameters
+    ----------
+    row : (n,), of the program, the first that comes by the location; −1 for none
+    gap : (n,), mm, how far it passes from the location; NaN for none
+    """
+
+    row: IntArray
+    gap: Array
+
+    @property
+    def missed(self) -> dict[str, int]:
+        """How many locations the program doesn't come by, under their code; empty where it is none."""
+        count = int((self.row < 0).sum())
+        return {"path-missed": count} if count else {}
+
+
+@dataclass(frozen=True, eq=False)
+class Track:
+    """The way of a program's tool.
+
+    Parameters
+    ----------
+    centre, axis : (m, 3), mm and unit vectors, at the shares of every block
+    row : (m,), of the program, where the block ends
+    """
+
+    centre: Array
+    axis: Array
+    row: IntArray
+
+    @classmethod
+    def of(cls, subject: Subject, shares: tuple[float, ...]) -> Track:
+        """Follow all axes linearly in time, at shares of every block."""
+        before, after = subject.positions[:-1], subject.positions[1:]
+        places = np.stack([before + share * (after - before) for share in shares], axis=1)
+        positions = np.concatenate([subject.positions[:1], places.reshape(-1, places.shape[-1])])
+        tip, axis = tool_poses(subject.machine, positions)
+        rows = np.repeat(np.arange(1, len(subject.positions)), len(shares))
+        return cls(tip + subject.toolpath.zone.height * axis, axis, np.append(0, rows))
+
+
+def check_following(
+    subject: Subject, path: Toolpath, *, straight: bool = False
+) -> tuple[Result, tuple[Finding, ...], Match]:
+    """Check that a program follows a path.
+
+    Parameters
+    ----------
+    subject : the program, its tool and zone those of the path
+    path : that it should follow
+    straight : whether the tool's centre is led straight between rows; else all axes run linearly
+
+    Returns
+    -------
+    The result, on rows of the program; findings on locations that the program doesn't come by; the match
+    """
+    tolerance = subject.tolerances.deviation
+    track = Track.of(subject, (1.0,) if straight else SHARES)
+    match, off = _follow(track, path, tolerance)
+    worst = np.zeros(len(subject.positions))
+    np.maximum.at(worst, track.row, np.nan_to_num(off))
+    rows = np.flatnonzero(worst > tolerance)
+
+    def message(i: int) -> str:
+        return (
+            f"the tool's centre goes {worst[rows[i]]:.3g} mm off the path {path.name} (at most {tolerance:g} "
+            "mm); compare zero, unit and this block with the path"
+        )
+
+    leaving = Result(
+        code="off-path",
+        severity=Severity.ERROR,
+        rows=rows,
+        values=worst[rows],
+        message=message,
+        figures={"off_path_mm": largest(off)},
+        checked=(
+            f"way of the tool's centre against the path {path.name}, within {tolerance:g} mm, by all "
+            f"{len(path)} locations in order",
+        ),
+        not_checked=("the way before the first location of the path",),
+    )
+    return leaving, _missed(match, path, tolerance), match
+
+
+def _missed(match: Match, path: Toolpath, tolerance: float) -> tuple[Finding, ...]:
+    missed = np.flatnonzero(match.row < 0)
+    return tuple(
+        Finding(
+            Severity.ERROR,
+            "path-missed",
+            f"the program doesn't come within {tolerance:g} mm of this location, in order; one of "
+            f"{len(missed)}",
+            path.place(int(row)),
+            float(len(missed)),
+        )
+        for row in missed[:MOST_LISTED]
+    )
+
+
+def _follow(track: Track, path: Toolpath, tolerance: float) -> tuple[Match, Array]:
+    """Walk along both: the program's place beside each location, and how far the rest is off the chords.
+
+    Returns
+    -------
+    match : of the locations
+    off : (m,), mm, of the track's places from the chord between the locations before and after; NaN before
+        the first location
+    """
+    count = len(path)
+    rows, gaps = np.full(count, -1, dtype=np.int64), np.full(count, np.nan)
+    off = np.full(len(track.row), np.nan)
+    steps = np.linalg.norm(np.diff(track.centre, axis=0), axis=1)
+    way = np.append(0.0, np.cumsum(np.nan_to_num(steps)))
+    lengths = path.lengths
+    at, allowed, last = 0, np.inf, -1
+    for i in range(count):
+        if last < 0 and i >= MOST_LOST:
+            break
+        allowed += DETOUR * lengths[i] + SPARE if i else 0.0
+        end = int(np.searchsorted(way, way[at] + allowed, side="right"))
+        found = _pass(track, path, i, at, max(end, at + 1), tolerance)
+        if found is None:
+            continue
+        place, gap = found
+        if last >= 0:
+            # A place may be on the next chord already: the location is somewhere on the way to it.
+            stop = min(i + 1, count - 1)
+            off[at + 1 : place + 1] = _off(track, path, last, stop, at + 1, place + 1)
+        rows[i], gaps[i] = track.row[_nearer(track, path, i, place, at)], gap
+        at, last, allowed = place, i, 0.0
+    if last >= 0:
+        stop = min(last + 1, count - 1)
+        off[at + 1 :] = _off(track, path, last, stop, at + 1, len(track.row))
+    return Match(rows, gaps), off
+
+
+def _pass(
+    track: Track, path: Toolpath, i: int, begin: int, end: int, tolerance: float
+) -> tuple[int, float] | None:
+    """Find the first place of the track, its chords included, that comes by a location; its nearest."""
+    first, block = begin, FIRST_BLOCK
+    while first < end:
+        places = np.arange(first, min(first + block, end))
+        first, block = first + block, 2 * block
+        wanted = _centre(path, i, track.axis[places])
+        before = track.centre[np.maximum(places - 1, begin)]
+        gap = segment_distances(wanted, before, track.centre[places])
+        near = np.flatnonzero(gap <= tolerance)
+        if not len(near):
+            continue
+        best = int(near[0])
+        # It may come nearer yet in the places that follow.
+        while best + 1 < len(gap) and gap[best + 1] < gap[best]:
+            best += 1
+        return int(places[best]), float(gap[best])
+    return None
+
+
+def _nearer(track: Track, path: Toolpath, i: int, place: int, begin: int) -> int:
+    """Give the end of the chord to a place that is nearer to a location."""
+    ends = np.array([place, max(place - 1, begin)])
+    gaps = np.linalg.norm(_centre(path, i, track.axis[ends]) - track.centre[ends], axis=1)
+    return int(ends[np.argmin(gaps)])
+
+
+def _centre(path: Toolpath, i: int, axis: Array) -> Array:
+    """Place the tool's centre over a location for tool axes, (m, 3)."""
+    pivot, zone = path.pivot[i], path.zone
+    if not zone.offset:
+        return np.broadcast_to(pivot, axis.shape)
+    normal = np.broadcast_to(path.normal[i], axis.shape)
+    return np.asarray(pivot + zone.offset * across(normal, axis))
+
+
+def _off(track: Track, path: Toolpath, i: int, k: int, begin: int, end: int) -> Array:
+    """Measure how far places of the track are from the way through locations i to k, (m,) mm."""
+    places = slice(begin, end)
+    axis = track.axis[places]
+    if begin >= end:
+        return np.empty(0)
+    ends = [_centre(path, j, axis) for j in range(i, k + 1)]
+    gaps = [segment_distances(track.centre[places], a, b) for a, b in pairwise(ends)]
+    near = np.linalg.norm(track.centre[places] - ends[0], axis=1)
+    least = np.min([near, *gaps], axis=0)
+    # Inserted locations hold the way of the centre within this.
+    return np.asarray(np.maximum(least - PATH_TOLERANCE, 0.0))
