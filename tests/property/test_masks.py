@@ -1,0 +1,91 @@
+"""Whatever a mask refuses: a path that comes back is admitted everywhere, sound and no dearer than others."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from fiveaxis.errors import Infeasible
+from fiveaxis.kinematics import tool_axes
+from fiveaxis.machine import load_machine
+from fiveaxis.posture import optimise, repair
+from fiveaxis.toolpath import Tool, Toolpath
+
+MACHINE = load_machine("hayashi-640123")
+N = 48
+
+
+def ring(n: int = N) -> Toolpath:
+    """Contacts once round a lobed wall, normals leaning downwards."""
+    angle = np.linspace(0.0, 2.0 * np.pi, n, endpoint=False)
+    flat = np.sqrt(1.0 - 0.3**2)
+    normal = np.stack([flat * np.cos(angle), flat * np.sin(angle), np.full(n, -0.3)], axis=1)
+    r = 20.0 + 3.0 * np.cos(3.0 * angle)
+    contact = np.stack([r * np.cos(angle), r * np.sin(angle), np.full(n, 10.0)], axis=1)
+    return Toolpath.from_contacts(contact, normal, Tool.ball(6), name="ring")
+
+
+PATH = ring()
+# Tool axes of the path that knows no mask: what refuses none of them is no test.
+OPTIONS = {"tilt": (15, 75), "max_turn": 40.0}
+FREE = tool_axes(MACHINE, optimise(PATH, MACHINE, **OPTIONS).motion.positions[:, MACHINE.rotary_columns])
+
+
+class Caps:
+    """Refuses tool axes near some directions at some locations."""
+
+    def __init__(self, caps: list[tuple[int, int, float, float, float]]) -> None:
+        self.caps = caps
+
+    def __call__(self, rows: np.ndarray, rotary: np.ndarray) -> np.ndarray:
+        axis, admitted = tool_axes(MACHINE, rotary), np.ones(len(rows), dtype=bool)
+        for first, count, east, north, size in self.caps:
+            centre = FREE[min(first + count // 2, N - 1)] + np.array([east, north, 0.0])
+            centre /= np.linalg.norm(centre)
+            admitted &= ~((rows >= first) & (rows < first + count) & (axis @ centre > np.cos(size)))
+        return admitted
+
+
+class MappedCaps(Caps):
+    """The same with a map of directions of its own."""
+
+    def rough(self, rows: np.ndarray, rotary: np.ndarray) -> np.ndarray:
+        return self(rows, np.round(rotary / 0.05) * 0.05)
+
+
+caps = st.lists(
+    st.tuples(
+        st.integers(0, N - 1),
+        st.integers(1, N),
+        st.floats(-0.3, 0.3),
+        st.floats(-0.3, 0.3),
+        st.floats(0.05, 0.8),
+    ),
+    min_size=1,
+    max_size=4,
+)
+
+
+@pytest.mark.parametrize("kind", [Caps, MappedCaps])
+@pytest.mark.parametrize("patched", [True, False])
+@settings(max_examples=6, deadline=None, derandomize=True)
+@given(drawn=caps)
+def test_a_path_that_comes_back_is_admitted_everywhere_and_sound(kind, patched, drawn):
+    mask = kind(drawn)
+    with pytest.MonkeyPatch.context() as context:
+        if not patched:
+            # As a long path is: searched off what is roughly refused.
+            context.setattr(repair, "MOST_ROWS", 10)
+            context.setattr(repair, "MOST_PATCHED", -1.0)
+        try:
+            found = optimise(PATH, MACHINE, **OPTIONS, mask=mask)
+        except Infeasible:
+            return
+    rotary = found.motion.positions[:, MACHINE.rotary_columns]
+    assert mask(np.arange(N), rotary).all()
+    assert max(found.residuals().values()) <= 1e-9
+    assert found.problem.violation(rotary) <= 1e-9
+    for baseline in found.compared.values():
+        assert mask(np.arange(N), baseline.motion.positions[:, MACHINE.rotary_columns]).all()
+        if found.problem.violation(baseline.motion.positions[:, MACHINE.rotary_columns]) <= 1e-9:
+            assert found.energy.total <= baseline.energy.total + 1e-6
