@@ -8,10 +8,11 @@ import pytest
 
 from fiveaxis.machine import Limits, load_machine
 from fiveaxis.posture.clearance import NODE_STEP, NODE_STRIDE, Clearance, NodeMap, Nodes
-from fiveaxis.posture.lattice import Lattice
+from fiveaxis.posture.lattice import Coordinates, Lattice, level_lattice, tube_lattice
 from fiveaxis.posture.mask import Known, Mask, clean_path, way_among
 from fiveaxis.posture.problem import Problem
 from fiveaxis.posture.search import shortest_path
+from fiveaxis.posture.tube import REFUSED_PRICE, path_through_tube, problem_waves
 from fiveaxis.toolpath import Tool, Toolpath, tilt_bounds
 
 SPIN = 4  # column of C
@@ -160,3 +161,51 @@ def test_the_cheapest_clean_path_is_that_of_brute_force(seed):
         else:
             assert problem.cost(path) == pytest.approx(best, rel=1e-12)
             assert problem.cost(again) == pytest.approx(best, rel=1e-12)
+
+
+@pytest.mark.parametrize("coordinates", [Coordinates(0, 2), Coordinates(0, None), Coordinates(1, None)])
+def test_the_compiled_tube_off_a_mask_holds_the_path_of_the_general_one(coordinates):
+    n = 60
+    problem = problem_of(n, max_turn=0.4)
+    columns = problem.machine.rotary_columns
+    middle = level_lattice(problem, Coordinates(0, 2), np.radians(5.0), 30, (np.pi, 3))
+    near = shortest_path(problem, middle)
+    spin = columns[coordinates.spin]
+    second = near[:, coordinates.second_column(problem)]
+    tube = (problem, coordinates, near[:, [spin]], second, (0.02, 0.05), 2)
+
+    def rough(rows, rotary):
+        return np.sin(40.0 * rotary[:, 0] + rows) < 0.3
+
+    mask = Mask(rough)
+    clear = Clearance(mask, NodeMap.of(mask, problem), np.arange(n))
+    found = path_through_tube(*tube, problem_waves(problem), Roughly(rough))
+    general = tube_lattice(*tube)
+
+    def states(rows):
+        positions, price = general.states(rows)
+        at = np.nonzero(np.isfinite(price))
+        refused = ~rough(rows[at[0]], positions[at][:, columns])
+        return positions, price + REFUSED_PRICE * refused.reshape(price.shape)
+
+    expected = shortest_path(problem, replace(general, states=states))
+
+    def priced(path):
+        return (
+            problem.priced(path[:, columns]) + REFUSED_PRICE * (~rough(np.arange(n), path[:, columns])).sum()
+        )
+
+    assert priced(found) == pytest.approx(priced(expected), rel=1e-9)
+    assert not rough(np.arange(n), path_through_tube(*tube, problem_waves(problem))[:, columns]).all()
+    asked = path_through_tube(*tube, problem_waves(problem), clear, 20)
+    assert rough(np.arange(n), asked[:, columns]).all()
+
+
+class Roughly:
+    """What answers roughly as it would exactly, and may not be asked exactly."""
+
+    def __init__(self, function):
+        self.roughly = function
+
+    def exactly(self, rows, rotary):
+        raise AssertionError("nobody wanted to look")
