@@ -44,6 +44,11 @@ class Joints:
         return self.problem.positions(slice(None), self.rotary)
 
     @cached_property
+    def places(self) -> Array:
+        """(n, 6), pivots in mm and normals."""
+        return np.hstack([self.problem.pivot, self.problem.normal])
+
+    @cached_property
     def longest(self) -> float:
         """The longest way, mm, on which one pass leads straight into the next."""
         rings, pivot = self.layout.rings, self.problem.pivot
@@ -121,9 +126,8 @@ class Joints:
     def _chain(self, leaving: Side, arriving: Side, way: Array) -> tuple[Array, Array]:
         """Put a link between its ends: pivots with normals, (m, 6), and angles, (m, 2) rad."""
         sides = ((leaving, -1), (arriving, 0))
-        rows = [None if s is None else int(self.layout.rings[s[0]].rows(s[1])[end]) for s, end in sides]
-        places = np.hstack([self.problem.pivot, self.problem.normal])
-        before, after = ([] if row is None else [places[row]] for row in rows)
+        rows = [None if s is None else int(self.layout.opened(s)[end]) for s, end in sides]
+        before, after = ([] if row is None else [self.places[row]] for row in rows)
         chain = np.vstack([*before, np.hstack([way, np.zeros_like(way)]), *after])
         known = [row for row in rows if row is not None]
         first, last = self.rotary[known[0]], self.rotary[known[-1]]

@@ -28,11 +28,11 @@ from fiveaxis.toolpath import TiltBounds, Toolpath
 from fiveaxis.toolpath.passes import Passes
 
 # Places of a ring that are looked at as its start: where passes join, and where each needs a link.
-STARTS, LINKED_STARTS = 72, 24
+STARTS, LINKED_STARTS = 72, 16
 # Places at which a path without links is tried to begin.
 BEGINNINGS = 8
 # So often starts are chosen again by the postures found for those before.
-ROUNDS = 3
+ROUNDS = 2
 
 Build = Callable[[Toolpath], tuple[Problem, TiltBounds]]
 Refine = Callable[[Problem, Array], Array]

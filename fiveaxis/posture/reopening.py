@@ -29,13 +29,14 @@ class Layout:
     path : the locations
     rings : in order; what lies between them is a link
     relink : lays other links; None where nobody knows the part
-    laid : (kept by itself) links that were asked for before
+    laid, order : (kept by itself) links, and rows of openings, that were asked for before
     """
 
     path: Toolpath
     rings: Sequence[Ring]
     relink: Relink | None
     laid: dict[tuple[Side, Side], Array | None] = field(default_factory=dict)
+    order: dict[tuple[int, Opening], IntArray] = field(default_factory=dict)
 
     def link_rows(self, joint: int) -> IntArray:
         """Give the rows of the link before a ring, or behind the last one; none where passes join."""
@@ -47,6 +48,12 @@ class Layout:
         """Tell whether a ring may begin elsewhere: closed, and links beside it can be laid anew."""
         bound = any(len(self.link_rows(joint)) for joint in (number, number + 1))
         return self.rings[number].closed and (self.relink is not None or not bound)
+
+    def opened(self, side: tuple[int, Opening]) -> IntArray:
+        """Give the rows of a ring in the order of an opening."""
+        if side not in self.order:
+            self.order[side] = self.rings[side[0]].rows(side[1])
+        return self.order[side]
 
     def way(self, leaving: Side, arriving: Side) -> Array | None:
         """Give the pivots of a link, (k, 3) mm; None where there is none."""
@@ -66,9 +73,7 @@ class Layout:
         return all(side is None or side[1] == self.rings[side[0]].own for side in sides)
 
     def _end(self, side: tuple[int, Opening], end: int, inner: int) -> PassEnd:
-        number, opening = side
-        rows = self.rings[number].rows(opening)
-        pivot = self.path.pivot
+        rows, pivot = self.opened(side), self.path.pivot
         return PassEnd(pivot[rows[end]], self.path.normal[rows[end]], pivot[rows[end]] - pivot[rows[inner]])
 
 
