@@ -1,10 +1,10 @@
 """A user's mask on postures, asked as seldom as possible: about what a search is going to use.
 
 A mask says of a location and a posture whether it is admissible, and costs what a collision query costs. So
-a path is first found without it. Where the mask refuses a few of its locations, they are patched (`repair`): a
-lattice search looks for another way, the mask is asked about the states of that way alone and about some
-round those that it refuses, and what it refuses is forbidden, until a way is clean or there is none. Where it
-refuses many, the whole path is searched again off what it roughly refuses (`clearance`).
+a path is first found without it. Where the mask refuses a few of its locations, they are patched
+(`repair`): a lattice search looks for another way, the mask is asked about the states of that way alone and
+about some round those that it refuses, and what it refuses is forbidden, until a way is clean or there is
+none. Where it refuses many, the whole path is searched again off what it roughly refuses (`clearance`).
 """
 
 from __future__ import annotations
