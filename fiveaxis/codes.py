@@ -51,6 +51,16 @@ CHECKS = {
     "linear-acceleration": Code(WARNING, "the speed of a linear axis changes faster than it can"),
     "tip-deviation": Code(WARNING, "between blocks the tool leaves its straight way; an error for NC blocks"),
     "gouge": Code(ERROR, "the cutting part reaches into the part, at a location or on the way to it"),
+    "shank-collision": Code(ERROR, "the shank reaches into part, stock, fixture or table"),
+    "holder-collision": Code(ERROR, "the holder reaches into part, stock, fixture or table"),
+    "fixture-collision": Code(ERROR, "the cutter reaches into a fixture or the table"),
+    "machine-collision": Code(ERROR, "bodies of the machine reach into each other, part, stock or fixture"),
+    "shank-clearance": Code(WARNING, "the shank comes nearer than its clearance"),
+    "holder-clearance": Code(WARNING, "the holder comes nearer than its clearance"),
+    "fixture-clearance": Code(
+        WARNING, "the cutter comes nearer to a fixture or the table than its clearance"
+    ),
+    "machine-clearance": Code(WARNING, "bodies of the machine come nearer than their clearance"),
     "off-path": Code(ERROR, "a program leads the tool where the path that it should follow isn't"),
     "path-missed": Code(ERROR, "a program doesn't come by a location of the path that it should follow"),
 }
@@ -107,7 +117,12 @@ READING = {
     "unit-assumed": Code(WARNING, "the unit of lengths isn't said"),
     "zero-assumed": Code(WARNING, "where the program's zero lies isn't said"),
 }
-CODES: dict[str, Code] = CHECKS | PLANNING | READING
+# Said by writers of programs.
+WRITING = {
+    "feed-floor": Code(WARNING, "blocks slower than the control runs any: they go quicker than planned"),
+    "number-assumed": Code(WARNING, "a number that the control needs and nobody has given"),
+}
+CODES: dict[str, Code] = CHECKS | PLANNING | READING | WRITING
 
 # A warning at a location, and for the blocks of a program as bad as an error.
 WORSE_IN_BLOCKS = ("tip-deviation",)

@@ -1,17 +1,21 @@
 """Reading toolpaths, and writing and reading motions: the border where inches, degrees and mm/min live."""
 
 from fiveaxis.nc.control.program_reader import ProgramMotion, read_program
-from fiveaxis.nc.dialects import DIALECTS, Dialect, find_dialect
 from fiveaxis.nc.formats import read_toolpath
 from fiveaxis.nc.motion_table import read_motion, write_motion
 from fiveaxis.nc.point_table import write_toolpath
 from fiveaxis.nc.program import Program, compose_program, write_program
+from fiveaxis.nc.writing.catalogue import DIALECTS, find_dialect
+from fiveaxis.nc.writing.program_settings import ProgramSettings
+from fiveaxis.nc.writing.tables import Coordinates, Dialect
 
 __all__ = [
     "DIALECTS",
+    "Coordinates",
     "Dialect",
     "Program",
     "ProgramMotion",
+    "ProgramSettings",
     "compose_program",
     "find_dialect",
     "read_motion",

@@ -15,16 +15,33 @@ import pytest
 
 from fiveaxis.machine import Machine, load_machine
 from fiveaxis.motion import Motion, follow
-from fiveaxis.nc import compose_program, write_motion, write_program
-from fiveaxis.nc.dialects import DIALECTS
+from fiveaxis.nc import DIALECTS, ProgramSettings, compose_program, write_motion, write_program
 from fiveaxis.toolpath import MoveKind, Tool, Toolpath
 
 GOLDEN = Path(__file__).parent
 HEADER = {"tool": "ball:10", "source": "five-points.apt", "energy": "7424 J (feed drives)"}
+SETTINGS = ProgramSettings(
+    number=12, tool_number=3, spindle_rpm=8000, coolant="flood", retract=0.0, home="XY", line_numbers=10
+)
+# Machine, control, coordinates; what stands around the moves, in one of each control.
 CASES = [
-    ("hayashi-640123", "linuxcnc"),
-    ("linuxcnc-xyzac-trt", "linuxcnc"),
-    ("linuxcnc-xyzac-trt", "linuxcnc-switchkins"),
+    ("hayashi-640123", "linuxcnc", "axes", None),
+    ("linuxcnc-xyzac-trt", "linuxcnc", "axes", None),
+    ("linuxcnc-xyzac-trt", "linuxcnc", "tip", SETTINGS),
+    ("linuxcnc-xyzac-trt", "linuxcnc-switchkins", "axes", None),
+    ("umc-750", "haas", "axes", None),
+    ("umc-750", "haas", "tip", SETTINGS.model_copy(update={"work_offset": "G154 P3"})),
+    ("variaxis-630", "fanuc", "axes", None),
+    ("variaxis-630", "fanuc", "tip", SETTINGS),
+    ("variaxis-630", "fanuc", "vector", None),
+    ("dmu80p-duoblock", "sinumerik", "axes", None),
+    ("dmu80p-duoblock", "sinumerik", "tip", SETTINGS),
+    ("dmu80p-duoblock", "sinumerik", "vector", None),
+    ("dmu50ev", "heidenhain", "tip", SETTINGS.model_copy(update={"line_numbers": None})),
+    ("dmu50ev", "heidenhain", "vector", None),
+    ("dmu50ev", "heidenhain-m128", "tip", None),
+    ("hayashi-640123", "apt", "vector", None),
+    ("hayashi-640123", "points", "vector", None),
 ]
 
 
@@ -42,6 +59,23 @@ def five_points(machine: Machine) -> Motion:
     return follow(toolpath, machine, rotary)
 
 
+def posture_of(machine: Machine) -> Motion:
+    """The slope where it fits the machine's travel, else five places around the middle of it."""
+    if machine.letters == "XYZAC":
+        motion = five_points(machine)
+        if ((motion.positions >= machine.low) & (motion.positions <= machine.high)).all():
+            return motion
+    limits = [axis.limits for axis in machine.axes]
+    middle = [(a.low + a.high) / 2.0 if np.isfinite([a.low, a.high]).all() else 0.0 for a in limits]
+    steps = [[0, 0, 0, 0, 0], [3, 4, -2, 5, 10], [3, 4, -2, 5, 40], [-7, 9, 1, -8, 40], [-7, 9, 31, -8, 40]]
+    return replace(
+        five_points(load_machine("hayashi-640123")),
+        letters=machine.letters,
+        positions=np.array(middle) + np.array(steps) * [1, 1, 1, np.pi / 180, np.pi / 180],
+        time=np.array([0.0, 0.5, 0.4, 0.25, 0.1]),
+    )
+
+
 def hold(path: Path, name: str) -> None:
     """Hold a file to its golden one."""
     if os.environ.get("FIVEAXIS_WRITE_GOLDEN"):
@@ -49,12 +83,20 @@ def hold(path: Path, name: str) -> None:
     assert path.read_bytes() == (GOLDEN / name).read_bytes()
 
 
-@pytest.mark.parametrize(("name", "control"), CASES)
-def test_a_program_has_the_bytes_of_its_golden_file(tmp_path, name, control):
+@pytest.mark.parametrize(("name", "control", "coordinates", "around"), CASES)
+def test_a_program_has_the_bytes_of_its_golden_file(tmp_path, name, control, coordinates, around):
     machine = load_machine(name)
-    motion = five_points(machine)
-    path = write_program(motion, tmp_path / "part.ngc", machine=machine, control=control, header=HEADER)
-    hold(path, f"{control}_{name}{DIALECTS[control].suffix}")
+    path = write_program(
+        posture_of(machine),
+        tmp_path / "part.nc",
+        machine=machine,
+        control=control,
+        coordinates=coordinates,
+        header=HEADER,
+        settings=around,
+    )
+    kind = "" if coordinates == "axes" else f"_{coordinates}"
+    hold(path, f"{control}_{name}{kind}{DIALECTS[control].suffix}")
 
 
 @pytest.mark.parametrize("winding", ["modulo", "rezero"])
@@ -76,7 +118,13 @@ def test_a_motion_table_has_the_bytes_of_its_golden_file(tmp_path, name):
 
 
 def test_every_control_has_a_golden_file():
-    assert {control for _, control in CASES} == set(DIALECTS)
+    assert {(control, coordinates) for _, control, coordinates, _ in CASES} >= {
+        (name, coordinates)
+        for name, dialect in DIALECTS.items()
+        for coordinates in dialect.modes
+        if not name.endswith(("-switchkins", "-m128"))
+    }
+    assert {control for _, control, _, _ in CASES} == set(DIALECTS)
 
 
 def test_the_same_motion_gives_the_same_bytes():

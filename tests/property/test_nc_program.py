@@ -24,8 +24,9 @@ WORD = re.compile(r"([A-Z])(-?\d+(?:\.\d+)?)")
 @st.composite
 def motions(draw: st.DrawFn) -> Motion:
     n = draw(st.integers(1, 6))
-    reach = np.array([500.0, 500.0, 500.0, 4.0, 700.0])
-    positions = draw(arrays(float, (n, 5), elements=st.floats(-1, 1))) * reach
+    # Inside the travel of both machines.
+    low, high = np.array([[-200, -100, -120, -0.8, -600], [200, 100, 120, 0.5, 600]])
+    positions = low + draw(arrays(float, (n, 5), elements=st.floats(0, 1))) * (high - low)
     time = draw(arrays(float, n, elements=st.floats(1e-4, 1e4)))
     time[0] = 0.0
     return Motion(
@@ -111,7 +112,9 @@ def test_a_motion_table_read_again_is_the_motion(motion: Motion, name: str, tmp_
 @given(name=st.text(max_size=40), value=st.text(max_size=400))
 def test_no_header_can_break_out_of_its_comment(name: str, value: str):
     machine = load_machine("hayashi-640123")
-    motion = Motion("XYZAC", np.eye(5), np.ones(5), np.ones(5), np.zeros(5, dtype=np.int64), np.arange(5))
+    motion = Motion(
+        "XYZAC", np.eye(5) / 2.0, np.ones(5), np.ones(5), np.zeros(5, dtype=np.int64), np.arange(5)
+    )
     bare = compose_program(motion, machine=machine)
     program = compose_program(motion, machine=machine, header={name: value})
     comments = [line for line in program.lines if line.startswith("(")]

@@ -87,7 +87,7 @@ def test_a_program_of_a_machine_with_a_clamped_axis_puts_it_there_first():
     n = 2
     motion = Motion(
         letters=machine.letters,
-        positions=np.array([[0.0, 0.0, 5.0, 0.0], [1.0, 0.0, 5.0, 0.1]]),
+        positions=np.array([[0.0, 0.0, -5.0, 0.0], [1.0, 0.0, -5.0, 0.1]]),
         feed=np.full(n, 10.0),
         time=np.array([0.0, 0.1]),
         kind=np.full(n, 1),

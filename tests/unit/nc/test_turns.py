@@ -14,13 +14,15 @@ from hypothesis import strategies as st
 from fiveaxis.errors import SettingError
 from fiveaxis.machine import Limits, Machine, load_machine
 from fiveaxis.motion import Motion
-from fiveaxis.nc import compose_program, read_program
-from fiveaxis.nc.dialects import DIALECTS, LINUXCNC
-from fiveaxis.nc.turns import within_a_turn
+from fiveaxis.nc import DIALECTS, compose_program, read_program
+from fiveaxis.nc.writing.tables import Modulo
+from fiveaxis.nc.writing.turns import within_a_turn
 from fiveaxis.toolpath import MoveKind
 
 WORD = re.compile(r"([A-Z])(-?\d+(?:\.\d+)?)")
-SHORTER = replace(LINUXCNC, name="shorter", modulo="shorter", reset="", winding_notes={})
+SHORTER = DIALECTS["linuxcnc"].model_copy(
+    update={"name": "shorter", "modulo": Modulo(way="shorter"), "reset": None, "winding_notes": {}}
+)
 C_TOLERANCE = 2e-6  # deg: half a unit of the last decimal at both ends, and the place beside zero
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import textwrap
 import unicodedata
 
-from fiveaxis.nc.dialects import Dialect
+from fiveaxis.nc.writing.tables import Comments
 
 # Brackets can't nest; the rest are signs without a plain relative in Unicode's own decompositions.
 _PLAIN = str.maketrans(
@@ -16,20 +16,22 @@ _PLAIN = str.maketrans(
 )  # fmt: skip
 
 
-def comment_lines(text: str, dialect: Dialect) -> list[str]:
+def comment_lines(text: str, form: Comments) -> list[str]:
     """Write a text as comment blocks of a control.
 
     Everything becomes ASCII (accents are dropped, unknown signs turn into ``?``), round brackets become
-    square ones, line ends become spaces, long texts are wrapped, and a text that the control would act on
-    (``MSG,...``) loses its comma.
+    square ones, line ends become spaces, long texts are wrapped, a text that the control would act on
+    (``MSG,...``) loses its comma, and signs that end a program or go on with a line become ``_``.
 
     Parameters
     ----------
     text : anything
+    form : of the control's comments
     """
-    plain = " ".join(_ascii(text).split())
-    wrapped = textwrap.wrap(plain, width=dialect.comment_width, subsequent_indent="  ") or [""]
-    return [dialect.comment.format(_disarmed(line, dialect)) for line in wrapped]
+    plain = " ".join(_ascii(text).split()).translate({ord(sign): "_" for sign in form.forbidden})
+    plain = plain.upper() if form.capitals else plain
+    wrapped = textwrap.wrap(plain, width=form.width, subsequent_indent="  ") or [""]
+    return [form.template.format(_disarmed(line, form)) for line in wrapped]
 
 
 def _ascii(text: str) -> str:
@@ -38,7 +40,7 @@ def _ascii(text: str) -> str:
     return "".join(c if " " <= c <= "~" else " " if c.isspace() else "?" for c in kept)
 
 
-def _disarmed(line: str, dialect: Dialect) -> str:
+def _disarmed(line: str, form: Comments) -> str:
     word, comma, rest = line.partition(",")
-    active = comma and word.strip().lower() in dialect.active_comments
+    active = comma and word.strip().lower() in form.active
     return f"{word} {rest}" if active else line

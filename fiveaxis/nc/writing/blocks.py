@@ -1,0 +1,164 @@
+"""From a motion to lines: one block for each move, thousands of them at a time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fiveaxis.errors import ToolpathError
+from fiveaxis.findings import Finding
+from fiveaxis.geometry import Array, BoolArray
+from fiveaxis.motion import STANDSTILL, Motion
+from fiveaxis.nc.writing.feeds import (
+    feed_form,
+    feeds_of,
+    note_floor,
+    require_range,
+    rounded_feeds,
+    without_creep,
+)
+from fiveaxis.nc.writing.numbers import feed_formats, fill_formats
+from fiveaxis.nc.writing.places import Wording
+from fiveaxis.nc.writing.turns import Moves, Words, count_turns, modulo_templates, shortened
+
+# s: a shorter duration is none; its F would be a number that no control reads.
+SHORTEST = 1e-9
+
+
+@dataclass(frozen=True)
+class Blocks:
+    """The blocks of a motion's moves.
+
+    Parameters
+    ----------
+    lines : in order
+    dropped : moves left out, because no word changes in them
+    findings : what the control does otherwise than it was planned
+    """
+
+    lines: list[str]
+    dropped: int
+    findings: tuple[Finding, ...]
+
+
+def block_lines(motion: Motion, wording: Wording, winding: str) -> Blocks:
+    """Write the blocks of all moves but the first, which is the approach's.
+
+    Raises
+    ------
+    ToolpathError
+        A move that takes no time; a feed that the control doesn't read.
+    """
+    moves, dropped = _moves(motion, wording)
+    if winding == "modulo":
+        moves = shortened(moves, wording.machine)
+    moves = without_creep(moves, wording)
+    words = count_turns(moves, wording, winding)
+    _require_numbers(words.values, moves, motion, wording)
+    plain = wording.rounded(moves.values)
+    feeds = np.ones(len(moves))
+    feeds[1:] = rounded_feeds(feeds_of(plain, _some(moves.time), wording), feed_form(wording))[1:]
+    require_range(feeds, moves, motion, wording)
+    kept = words.kept & (_needed(plain, wording)[:, None] | ~wording.is_linear)
+    lines = _lines(words, kept, feeds, wording, modulo_templates(wording, winding))
+    return Blocks(lines, dropped, tuple(note_floor(plain, moves, wording)))
+
+
+def moving(motion: Motion, values: Array, wording: Wording) -> BoolArray:
+    """Find the moves to write, (n,): those in which a word changes. The first row is the approach's.
+
+    A move without duration may differ in the last decimal, when its way is below `STANDSTILL`; it is left to
+    the next one.
+
+    Parameters
+    ----------
+    values : (n, c), numbers of words
+    """
+    words = wording.rounded(values)
+    steps = np.abs(np.diff(words, axis=0, prepend=words[:1]))
+    timeless = motion.time < SHORTEST
+    bad = timeless & (steps > 2.0 * np.maximum(STANDSTILL, 10.0**-wording.decimals)).any(axis=1)
+    if bad.any():
+        row = int(np.argmax(bad))
+        raise ToolpathError(
+            f"location {row}: an axis moves by {steps[row].max():g} mm or deg in {motion.time[row]:g} s; "
+            "every move needs a duration (block_times)",
+            line=int(motion.source[row]),
+        )
+    return (steps > 0.0).any(axis=1) & ~timeless
+
+
+def _moves(motion: Motion, wording: Wording) -> tuple[Moves, int]:
+    """Pick the moves to write; what is too small for the decimals leaves its duration to the next one."""
+    values = wording.values(motion.positions)
+    written = moving(motion, values, wording)
+    creeps = ~written & (motion.moves != 0.0).any(axis=1)
+    kept = np.append(0, np.flatnonzero(written))
+    spent = np.cumsum(np.where(written | creeps, motion.time, 0.0))
+    spent[0] = 0.0
+    time = np.diff(spent[kept], prepend=0.0)
+    # Where nothing was left over the duration is the motion's, to the digit.
+    alone = np.diff(np.cumsum(creeps)[kept], prepend=0) == 0
+    time = np.where(alone, motion.time[kept], time)
+    return Moves(values[kept], time, motion.kind[kept], kept), len(motion) - len(kept)
+
+
+def _some(time: Array) -> Array:
+    """Give the first row, which has no move, a duration to divide by."""
+    return np.concatenate([[1.0], time[1:]])
+
+
+def _needed(values: Array, wording: Wording) -> BoolArray:
+    """Tell which rows need their linear words, (m,): a block of rotary words only turns.
+
+    Controls that count F along X, Y and Z would take it for a way of no length.
+    """
+    steps = np.diff(values, axis=0, prepend=values[:1])
+    return np.asarray((steps[:, wording.is_linear] != 0.0).any(axis=1))
+
+
+def _require_numbers(values: Array, moves: Moves, motion: Motion, wording: Wording) -> None:
+    """Refuse a number that the control doesn't read."""
+    most = wording.dialect.number.most
+    bad = np.abs(values) > most
+    if bad.any():
+        row, column = (int(i) for i in np.argwhere(bad)[0])
+        where = int(moves.row[row])
+        raise ToolpathError(
+            f"location {where}: {wording.names[column]}{values[row, column]:g} is beyond {most:g}, the most "
+            f"that control {wording.dialect.name!r} reads in a word; unwind the axis (winding, or a rewind)",
+            line=int(motion.source[where]),
+        )
+
+
+def _lines(
+    words: Words, kept: BoolArray, feeds: Array, wording: Wording, templates: list[str | None]
+) -> list[str]:
+    """Write one line for each row but the first."""
+    if len(feeds) < 2:
+        return []
+    by_feed = feed_formats(feeds[1:], feed_form(wording))
+    formats = _formats(kept[1:], by_feed, wording, templates)
+    for row, block in words.before.items():
+        formats[row - 1] = f"{block.replace('%', '%%')}\n{formats[row - 1]}"
+    plain = np.array([text[0] == "%" for text in by_feed])
+    values = np.column_stack([words.values[1:], feeds[1:]])
+    places = np.column_stack([kept[1:], plain])
+    return [line for text in fill_formats(formats, values, places) for line in text.split("\n")]
+
+
+def _formats(kept: BoolArray, feeds: list[str], wording: Wording, templates: list[str | None]) -> list[str]:
+    """Give the format of every row, (m,): few different ones, but for feeds written out."""
+    words = wording.formats(templates)
+    linear = (wording.mode.linear or wording.dialect.linear).replace("%", "%%")
+    patterns, owner = np.unique(kept, axis=0, return_inverse=True)
+    made: dict[tuple[int, str], str] = {}
+    joined = [" ".join(w for w, keep in zip(words, pattern, strict=True) if keep) for pattern in patterns]
+    formats = []
+    for pattern, feed in zip(owner.reshape(-1).tolist(), feeds, strict=True):
+        key = pattern, feed
+        if key not in made:
+            made[key] = linear.format(words=joined[pattern], feed=feed)
+        formats.append(made[key])
+    return formats

@@ -1,0 +1,243 @@
+"""The blocks around the moves: modes, tool, spindle, coolant, the approach, and the way out."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from fiveaxis.errors import SettingError
+from fiveaxis.geometry import Array
+from fiveaxis.kinematics import linear_positions, tool_poses
+from fiveaxis.machine import Machine
+from fiveaxis.motion import STANDSTILL, Motion
+from fiveaxis.nc.rows import MILLIMETRES
+from fiveaxis.nc.writing.feeds import SECONDS, feed_form
+from fiveaxis.nc.writing.header import contains_length, counted
+from fiveaxis.nc.writing.numbers import feed_text
+from fiveaxis.nc.writing.places import Wording
+from fiveaxis.nc.writing.program_settings import ProgramSettings
+from fiveaxis.nc.writing.turns import first_words
+from fiveaxis.toolpath import MoveKind
+
+# mm: the way along the tool axis on which a first cut is approached at its own feed, not in rapid.
+APPROACH = 5.0
+
+# Ends of the tape, and the program's own number.
+_UNNUMBERED = re.compile(r"%|O[0-9]")
+
+# What stands for a number or a name that a control needs and nobody has given.
+ASSUMED_NUMBER, ASSUMED_NAME = 1, "PROGRAM"
+
+
+@dataclass(frozen=True, eq=False)
+class Frame:
+    """What stands around the moves of a program.
+
+    Parameters
+    ----------
+    wording, settings, winding : how it is written
+    name : of the program, from its file; the settings' own goes first
+    """
+
+    wording: Wording
+    settings: ProgramSettings
+    winding: str
+    name: str = ""
+    rotary: str = field(init=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "rotary", "".join(c for c in self.wording.machine.letters if c in "ABC"))
+
+    @property
+    def offset(self) -> int:
+        """The number of the tool's length."""
+        given = (self.settings.length_offset, self.settings.tool_number, ASSUMED_NUMBER)
+        return next(number for number in given if number is not None)
+
+    def head(self) -> list[str]:
+        """Lines before the comments."""
+        return self._fill(self.wording.dialect.head)
+
+    def modes(self) -> list[str]:
+        """Modes, work offset, retract, tool, spindle, coolant: all before the first move on the workpiece."""
+        dialect, settings = self.wording.dialect, self.settings
+        lines = self._fill(dialect.start)
+        offset = settings.work_offset or dialect.default_offset
+        lines += dialect.work_offset.format(offset=offset).splitlines() if offset else []
+        lines += self._retract()
+        if settings.tool_number is not None:
+            lines += dialect.tool_change.format(tool=settings.tool_number).splitlines()
+        if settings.spindle_rpm is not None:
+            left = settings.spindle_direction == "left"
+            template = dialect.spindle_left if left else dialect.spindle
+            lines += template.format(rpm=f"{settings.spindle_rpm:.0f}").splitlines()
+        if settings.coolant is not None:
+            lines += dialect.coolant[settings.coolant].splitlines()
+        if self.winding == "rezero" and dialect.reset is not None:
+            lines.append(dialect.reset.clear)
+        if self.winding == "modulo" and dialect.modulo is not None:
+            lines += dialect.modulo.on
+        return lines
+
+    def approach(self, motion: Motion) -> list[str]:
+        """Lead the tool to the first location: in rapid, but for the last of the way to a first cut."""
+        wording, machine = self.wording, self.wording.machine
+        way = clear_way(motion, machine)
+        places = np.array([motion.positions[0] + way, motion.positions[0]])
+        by_axes = Wording(wording.dialect, "axes", machine, wording.unit)
+        start = first_words(by_axes.values(places[:1]), by_axes, self.winding)[0]
+        lines = [] if wording.coordinates != "axes" else self._on()
+        lines += [
+            self._rapid(f"{axis.letter}{counted(axis, value):.{wording.dialect.number.rotary}f}")
+            for axis, value in machine.clamped
+        ]
+        turn = by_axes.words(start, only=self.rotary)
+        lines += [self._rapid(turn)] if turn else []
+        if wording.coordinates == "axes":
+            groups = (by_axes.words(start, only=group) for group in ("XY", "Z"))
+            lines += [self._rapid(words) for words in groups if words]
+        else:
+            tips = wording.values(places[:1])[0]
+            lines += [*self._on(), self._rapid(wording.words(tips, only="XYZ"))]
+        word = feed_form(wording).word
+        lines += [word] if word else []
+        return lines + self._last_way(motion, way, wording.values(places[1:]))
+
+    def end(self) -> list[str]:
+        """Switch off what was switched on, and go clear of the part."""
+        wording, dialect, settings = self.wording, self.wording.dialect, self.settings
+        lines = [dialect.reset.clear] if self.winding == "rezero" and dialect.reset is not None else []
+        normal = dialect.feed.get("per_minute")
+        lines += [normal.word] if wording.mode.feed == "inverse_time" and normal and normal.word else []
+        lines += self._fill(wording.mode.off)
+        if self.winding == "modulo" and dialect.modulo is not None:
+            lines += dialect.modulo.off
+        lines += self._retract()
+        lines += [block for block in (dialect.spindle_off, dialect.coolant_off) if block]
+        for group in settings.home.split():
+            lines.append(self._machine_move(dict.fromkeys(group, 0.0)))
+        return lines + self._fill(dialect.end)
+
+    def assumptions(self) -> list[str]:
+        """Say which numbers stand for what nobody has given, and the control needs."""
+        said = []
+        dialect, settings = self.wording.dialect, self.settings
+        if any("{offset}" in block for block in self._on_templates()) and (
+            settings.length_offset is None and settings.tool_number is None
+        ):
+            said.append(f"no tool number was given: H{self.offset} is written")
+        if any("{number}" in line for line in dialect.head) and settings.number is None:
+            said.append(f"no program number was given: {ASSUMED_NUMBER} is written")
+        return said
+
+    def _on_templates(self) -> tuple[str, ...]:
+        mode = self.wording.mode
+        contained = self.wording.coordinates == "axes" and contains_length(self.wording.machine)
+        return mode.on_contained if contained and mode.on_contained is not None else mode.on
+
+    def _on(self) -> list[str]:
+        return self._fill(self._on_templates())
+
+    def _fill(self, templates: Iterable[str]) -> list[str]:
+        settings, dialect = self.settings, self.wording.dialect
+        number = settings.number if settings.number is not None else ASSUMED_NUMBER
+        values = {
+            "unit": dialect.unit[settings.unit],
+            "name": name_word(settings.name or self.name),
+            "number": f"{number:04d}",
+            "offset": self.offset,
+        }
+        return [line for template in templates for line in template.format(**values).splitlines()]
+
+    def _rapid(self, words: str) -> str:
+        return (self.wording.mode.rapid or self.wording.dialect.rapid).format(words=words)
+
+    def _retract(self) -> list[str]:
+        return [] if self.settings.retract is None else [self._machine_move({"Z": self.settings.retract})]
+
+    def _machine_move(self, places: dict[str, float]) -> str:
+        number = self.wording.dialect.number
+        sign = "+" if number.plus else ""
+        scale = MILLIMETRES[self.wording.unit]
+        words = (
+            f"{letter}{value / (scale if letter in 'XYZ' else 1.0):{sign}.{number.linear}f}"
+            for letter, value in places.items()
+        )
+        return self.wording.dialect.machine_move.format(words=" ".join(words))
+
+    def _last_way(self, motion: Motion, way: Array, target: Array) -> list[str]:
+        """Write the last of the way to a first cut, at the feed of the cut."""
+        wording, dialect = self.wording, self.wording.dialect
+        length = float(np.linalg.norm(way))
+        if length <= STANDSTILL:
+            return []
+        # A signed word of the place where an axis stands might be a whole turn.
+        modulo = dialect.modulo if self.winding == "modulo" else None
+        stands = self.rotary if modulo is not None and (modulo.way == "signed" or modulo.word) else ""
+        moved = "".join(c for c in wording.machine.letters if c not in stands)
+        only = "XYZ" if wording.coordinates != "axes" else moved
+        words = wording.words(first_words(target, wording, self.winding)[0], only=only)
+        form, speed = feed_form(wording), float(motion.feed[0])
+        inches = 1.0 if wording.unit == "mm" else dialect.inch_feed
+        per_minute = speed * SECONDS / MILLIMETRES[wording.unit] / inches
+        feed = SECONDS * speed / length if wording.mode.feed == "inverse_time" else per_minute
+        # The control's own bounds hold for this block as for all; it is no place to fail.
+        feed = min(max(feed, form.least or 0.0), form.most or np.inf)
+        linear = wording.mode.linear or dialect.linear
+        return [linear.format(words=words, feed=feed_text(feed, form))]
+
+
+def clear_way(motion: Motion, machine: Machine) -> Array:
+    """Find the way, (k,) mm, from the first location back along the tool axis, inside the axis limits.
+
+    Zero where the path doesn't begin with a cut. The linear axes are linear in the tip while the rotary axes
+    stand, so the limits cut the way at a fraction of it.
+    """
+    first = motion.positions[:1]
+    if motion.kind[0] != MoveKind.CUT:
+        return np.zeros(first.shape[1])
+    tip, axis = tool_poses(machine, first)
+    way = (linear_positions(machine, tip + APPROACH * axis, first[:, machine.rotary_columns]) - first)[0]
+    room = np.where(way > 0.0, machine.high - first[0], first[0] - machine.low)
+    moving = np.abs(way) > STANDSTILL
+    fraction = float(np.min(room[moving] / np.abs(way[moving]), initial=1.0))
+    return max(fraction, 0.0) * np.where(moving, way, 0.0)
+
+
+def name_word(name: str) -> str:
+    """Make a name that every control takes: capitals, digits and ``_``, a letter first."""
+    kept = "".join(c if c.isascii() and c.isalnum() else "_" for c in name.upper())[:24]
+    return kept if kept[:1].isalpha() else f"P{kept}" if kept else ASSUMED_NAME
+
+
+def numbered(lines: list[str], wording: Wording, step: int | None) -> Iterator[str]:
+    """Put block numbers before lines: those without comments, or all, as the control has it.
+
+    Raises
+    ------
+    SettingError
+        A control that numbers all lines has none left.
+    """
+    dialect = wording.dialect
+    if step is None and not dialect.numbered:
+        yield from lines
+        return
+    template, most = dialect.line_number, dialect.most_number
+    begin, end = template.split("{n}")
+    if dialect.numbered and len(lines) > most:
+        raise SettingError(
+            f"{len(lines)} lines, and control {dialect.name!r} numbers at most {most}; write several programs"
+        )
+    opening = dialect.comment.template.partition("{}")[0].strip()
+    number = 0 if dialect.numbered else (step or 1)
+    for line in lines:
+        if not dialect.numbered and (line.startswith(opening) or _UNNUMBERED.match(line)):
+            yield line
+            continue
+        yield f"{begin}{number}{end}{line}"
+        # A number that has come to its end begins anew, as controls let it.
+        number = number + (1 if dialect.numbered else step or 1)
+        number = number if number <= most else (step or 1)

@@ -1,0 +1,124 @@
+"""What a program says about itself: what it was made for, and what has to be so at the machine."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from fiveaxis.machine import Axis, Machine, Setup
+from fiveaxis.nc.writing.comments import comment_lines
+from fiveaxis.nc.writing.places import Wording
+from fiveaxis.nc.writing.program_settings import ProgramSettings
+
+VECTOR_NOTE = (
+    "directions of the tool are written, and the control chooses its rotary angles for them: they may be "
+    "others than those that were optimised and verified"
+)
+
+
+def head_lines(
+    wording: Wording, settings: ProgramSettings, pairs: Sequence[tuple[str, str]], winding: str
+) -> list[str]:
+    """Write the header's comments.
+
+    Parameters
+    ----------
+    pairs : name and value of what the caller says: tool, source, energy, verdict
+    """
+    machine, dialect = wording.machine, wording.dialect
+    texts = [
+        f"machine: {machine.name}, form-shaping code {machine.code}",
+        *(f"{name.replace(',', ' ')}: {value}" for name, value in pairs),
+        *dialect.notes,
+        *wording.mode.notes,
+        *([VECTOR_NOTE] if wording.coordinates == "vector" else []),
+        *_missing_note(settings, wording),
+    ]
+    if dialect.language == "blocks":
+        texts += [
+            *([dialect.winding_notes[winding]] if winding in dialect.winding_notes else []),
+            zero_note(wording),
+            *_setup_note(wording),
+            *_clamped_notes(machine),
+            _length_note(wording),
+            _start_note(wording),
+            *_sign_note(wording),
+        ]
+    return [line for text in texts for line in comment_lines(text, dialect.comment)]
+
+
+def contains_length(machine: Machine) -> bool:
+    """Tell whether the axis positions already contain the tool's length."""
+    return not machine.length_is_along_z or machine.tool_length > 0.0
+
+
+def counted(axis: Axis, value: float) -> float:
+    """Give an axis value as the control counts it, mm or deg."""
+    return (-1.0 if axis.reversed else 1.0) * axis.shown(value) + 0.0
+
+
+def zero_note(wording: Wording) -> str:
+    """Say where the zero of the words is."""
+    machine = wording.machine
+    if wording.coordinates != "axes":
+        return "zero: the work offset is the workpiece origin, with every axis at 0"
+    home = " ".join(f"{a.letter}0" for a in machine.axes)
+    x, y, z = np.round(machine.chain.tool_home[:3, 3], 6) + 0.0
+    place = "at the workpiece origin" if x == y == z == 0.0 else f"at {x:g} {y:g} {z:g} mm of the workpiece"
+    return f"zero: at {home} of the work offset the tool tip is {place}, as in the machine model"
+
+
+def _missing_note(settings: ProgramSettings, wording: Wording) -> list[str]:
+    missing = settings.missing
+    if wording.dialect.language != "blocks" or not missing:
+        return []
+    return [f"not written: {', '.join(missing)}; see to it before the start"]
+
+
+def _setup_note(wording: Wording) -> list[str]:
+    setup = wording.machine.setup
+    if setup == Setup():
+        return []
+    turned = wording.coordinates != "axes" and not np.allclose(setup.frame[:3, :3], np.eye(3), atol=1e-12)
+    note = "; the work offset must be turned like it" if turned else ""
+    return [f"setup: workpiece at {setup} in the machine frame{note}"]
+
+
+def _clamped_notes(machine: Machine) -> list[str]:
+    return [
+        f"clamped: {axis.letter} at {counted(axis, value):g} {axis.unit}; these words hold there only"
+        for axis, value in machine.clamped
+    ]
+
+
+def _length_note(wording: Wording) -> str:
+    machine = wording.machine
+    if wording.coordinates != "axes":
+        return (
+            "tool length: words are the tip's, and the control adds the length of the loaded tool: measure it"
+        )
+    if not machine.length_is_along_z:
+        return (
+            f"tool length {machine.tool_length:g} mm: it isn't always along Z, so it is part of the machine "
+            "model and the words hold for that tool only; the control adds none"
+        )
+    if machine.tool_length > 0.0:
+        return f"tool length {machine.tool_length:g} mm is contained in the words; the control adds none"
+    return "tool length: Z is the tool tip's; the control adds the length of the loaded tool, so measure it"
+
+
+def _start_note(wording: Wording) -> str:
+    way = "then X and Y move, then Z" if wording.coordinates == "axes" else "then X, Y and Z move together"
+    return f"start with the tool clear of part and table: first the rotary axes turn, {way}"
+
+
+def _sign_note(wording: Wording) -> list[str]:
+    flipped = [
+        a.letter
+        for a in wording.machine.axes
+        if a.reversed and (a.is_rotary or wording.coordinates == "axes")
+    ]
+    if not flipped or wording.coordinates == "vector":
+        return []
+    return [f"{' '.join(flipped)} count as on this control, opposite to tool relative to workpiece"]

@@ -1,0 +1,107 @@
+"""What a program says beside its moves: tool, spindle, coolant, where it begins and ends."""
+
+from __future__ import annotations
+
+import re
+from typing import Literal
+
+from pydantic import Field, field_validator
+
+from fiveaxis.errors import SettingError
+from fiveaxis.nc.writing.tables import Dialect
+from fiveaxis.settings import StrictModel
+
+
+class ProgramSettings(StrictModel):
+    """What to write beside the moves; nothing of it is written unless it is given.
+
+    Parameters
+    ----------
+    name : of the program, for controls that name it; the file's name where none is given
+    number : of the program, for controls that number it
+    tool_number : the tool is changed for this one
+    length_offset : number of the tool's length (H); the tool's number where none is given
+    spindle_rpm, spindle_direction : speed, rev/min, and sense, seen along the tool from the spindle
+    coolant : a name that the control knows
+    work_offset : a word that the control knows, ``G55``; its usual one where none is given
+    line_numbers : step of block numbers
+    retract : mm, Z in machine coordinates, to go to before and after everything
+    home : letters of axes that go to the machine's zero at the end, group by group: ``Z XY AC``
+    unit : of lengths
+    """
+
+    name: str | None = Field(None, min_length=1, max_length=60)
+    number: int | None = Field(None, ge=1, le=99999999)
+    tool_number: int | None = Field(None, ge=0, le=99999999)
+    length_offset: int | None = Field(None, ge=0, le=99999999)
+    spindle_rpm: float | None = Field(None, gt=0.0, le=200000.0)
+    spindle_direction: Literal["right", "left"] = "right"
+    coolant: str | None = None
+    work_offset: str | None = None
+    line_numbers: int | None = Field(None, ge=1, le=1000)
+    retract: float | None = None
+    home: str = ""
+    unit: Literal["mm", "inch"] = "mm"
+
+    @field_validator("home")
+    @classmethod
+    def _names_axes_once(cls, home: str) -> str:
+        letters = home.replace(" ", "")
+        if len(set(letters)) < len(letters) or not set(letters) <= set("XYZABC"):
+            raise ValueError(f"home = {home!r} must be groups of axis letters, each once, like 'Z XY AC'")
+        return home
+
+    @property
+    def missing(self) -> list[str]:
+        """What isn't written."""
+        given = {
+            "tool change": self.tool_number,
+            "spindle speed": self.spindle_rpm,
+            "coolant": self.coolant,
+            "safe retract": self.retract,
+        }
+        return [what for what, value in given.items() if value is None]
+
+
+def require_writable(settings: ProgramSettings, dialect: Dialect, letters: str) -> None:
+    """Check that a control has words for what is to be written.
+
+    Parameters
+    ----------
+    letters : of the machine's axes
+
+    Raises
+    ------
+    SettingError
+        Something that the control hasn't, with what it has.
+    """
+    name = dialect.name
+    if settings.unit not in dialect.unit:
+        raise SettingError(
+            f"control {name!r} isn't written in {settings.unit}; it has {', '.join(dialect.unit)}"
+        )
+    if settings.coolant is not None and settings.coolant not in dialect.coolant:
+        known = ", ".join(dialect.coolant) or "none"
+        raise SettingError(f"control {name!r} has no coolant {settings.coolant!r}; known: {known}")
+    offset = settings.work_offset
+    if offset is not None and not (dialect.work_offset and re.fullmatch(dialect.work_offsets, offset)):
+        raise SettingError(
+            f"control {name!r} has no work offset {offset!r}; it knows those like "
+            f"{dialect.default_offset or dialect.work_offsets or 'none'}"
+        )
+    spindle = dialect.spindle_left if settings.spindle_direction == "left" else dialect.spindle
+    wanted = (
+        ("tool_number", settings.tool_number, dialect.tool_change),
+        ("spindle_rpm", settings.spindle_rpm, spindle),
+        ("retract", settings.retract, dialect.machine_move),
+        ("home", settings.home or None, dialect.machine_move),
+        ("line_numbers", settings.line_numbers, dialect.line_number),
+    )
+    for what, value, template in wanted:
+        if value is not None and not template:
+            raise SettingError(f"control {name!r} has no words for {what} = {value}; leave it out")
+    strange = [c for c in settings.home if c not in f"{letters} "]
+    if strange:
+        raise SettingError(
+            f"home = {settings.home!r} names {strange[0]}, and the machine has {', '.join(letters)}"
+        )

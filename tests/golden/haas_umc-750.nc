@@ -1,0 +1,38 @@
+%
+O0001
+(machine: umc-750, form-shaping code 650123)
+(tool: ball:10)
+(source: five-points.apt)
+(energy: 7424 J [feed drives])
+(verification: NOT VERIFIED, nobody has checked limits,)
+(  contact, gouges or collisions of this motion)
+(assumed: no tool number was given: H1 is written)
+(assumed: no program number was given: 1 is written)
+(words are positions of the machine's axes, not of the)
+(  workpiece: TCPC is off, and so is dynamic work offset)
+(not written: tool change, spindle speed, coolant, safe)
+(  retract; see to it before the start)
+(zero: at X0 Y0 Z0 B0 C0 of the work offset the tool tip is)
+(  at the workpiece origin, as in the machine model)
+(tool length: Z is the tool tip's; the control adds the)
+(  length of the loaded tool, so measure it)
+(start with the tool clear of part and table: first the)
+(  rotary axes turn, then X and Y move, then Z)
+G21 G90 G94 G17 G40 G49 G80
+G54
+G43 H1
+G0 B37.5000 C0.0000
+G0 X0.0000 Y0.0000
+G0 Z5.0000
+G93
+G1 X0.0000 Y0.0000 Z0.0000 B37.5000 C0.0000 F120.000
+G1 X3.0000 Y4.0000 Z-2.0000 B42.5000 C10.0000 F120.000
+G1 B42.5000 C40.0000 F150.000
+G1 X-7.0000 Y9.0000 Z1.0000 B29.5000 C40.0000 F240.000
+G1 X-7.0000 Y9.0000 Z31.0000 B29.5000 C40.0000 F600.000
+G94
+G49
+M5
+M9
+M30
+%

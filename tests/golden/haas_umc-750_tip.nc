@@ -1,0 +1,38 @@
+%
+O0012
+(machine: umc-750, form-shaping code 650123)
+(tool: ball:10)
+(source: five-points.apt)
+(energy: 7424 J [feed drives])
+(verification: NOT VERIFIED, nobody has checked limits,)
+(  contact, gouges or collisions of this motion)
+(X Y Z are the tool tip's on the workpiece, which turns with)
+(  the table [TCPC, G234])
+(zero: the work offset is the workpiece origin, with every)
+(  axis at 0)
+(tool length: words are the tip's, and the control adds the)
+(  length of the loaded tool: measure it)
+(start with the tool clear of part and table: first the)
+(  rotary axes turn, then X, Y and Z move together)
+N10 G21 G90 G94 G17 G40 G49 G80
+N20 G154 P3
+N30 G53 G0 Z0.0000
+N40 T3 M6
+N50 S8000 M3
+N60 M8
+N70 G0 B37.5000 C0.0000
+N80 G234 H3
+N90 G0 X3.0438 Y0.0000 Z3.9668
+N100 G94
+N110 G1 X0.0000 Y0.0000 Z0.0000 F600.000
+N120 G1 X0.1530 Y4.0887 Z-3.5013 B42.5000 C10.0000 F646.220
+N130 G1 X-1.9119 Y3.6174 Z-3.5013 B42.5000 C40.0000 F317.700
+N140 G1 X-10.0750 Y3.2947 Z4.3173 B29.5000 C40.0000 F2713.920
+N150 G1 X1.2416 Y12.7905 Z30.4280 B29.5000 C40.0000 F18000.043
+N160 G49
+N170 G53 G0 Z0.0000
+N180 M5
+N190 M9
+N200 G53 G0 X0.0000 Y0.0000
+N210 M30
+%

@@ -1,0 +1,35 @@
+0 BEGIN PGM PART MM
+1 ; machine: dmu50ev, form-shaping code 650123
+2 ; tool: ball:10
+3 ; source: five-points.apt
+4 ; energy: 7424 J [feed drives]
+5 ; verification: NOT VERIFIED, nobody has checked limits, contact, gouges or
+6 ;   collisions of this motion
+7 ; X Y Z are the tool tip's on the workpiece, which turns with the table [FUNCTION
+8 ;   TCPM]; F is the tip's
+9 ; zero: the work offset is the workpiece origin, with every axis at 0
+10 ; tool length: words are the tip's, and the control adds the length of the loaded
+11 ;   tool: measure it
+12 ; start with the tool clear of part and table: first the rotary axes turn, then X,
+13 ;   Y and Z move together
+14 ; B count as on this control, opposite to tool relative to workpiece
+15 L Z+0.0000 R0 FMAX M91
+16 TOOL CALL 3 Z
+17 TOOL CALL Z S8000
+18 L M3
+19 L M8
+20 L B+90.0000 C+0.0000 R0 FMAX
+21 FUNCTION TCPM F TCP AXIS POS PATHCTRL AXIS
+22 L X-103.9447 Y-128.5000 Z+283.5000 R0 FMAX
+23 L X-100.4092 Y-126.0000 Z+281.0000 R0 F600.000
+24 L X-79.7353 Y-130.4391 Z+286.3885 B+85.0000 C+10.0000 R0 F2618.508
+25 L X-3.8332 Y-152.8312 Z+286.3885 B+85.0000 C+40.0000 R0 F11870.427
+26 L X+7.5826 Y-173.1032 Z+261.5213 B+98.0000 C+40.0000 R0 F8172.880
+27 L X+2.4741 Y-199.6960 Z+274.4337 B+98.0000 C+40.0000 R0 F18000.039
+28 FUNCTION RESET TCPM
+29 L Z+0.0000 R0 FMAX M91
+30 L M5
+31 L M9
+32 L X+0.0000 Y+0.0000 R0 FMAX M91
+33 L M30
+34 END PGM PART MM
