@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from fiveaxis.collision import Surroundings
 from fiveaxis.contour import find_contacts, load_mesh
 from fiveaxis.errors import SettingError
 from fiveaxis.findings import Finding, Severity, count_codes
@@ -20,6 +21,7 @@ from fiveaxis.nc import ProgramMotion, read_motion, read_program
 from fiveaxis.toolpath import Tool, Toolpath, for_tilt
 from fiveaxis.verification import Asked, Report, Tolerances
 from fiveaxis.verification.checks import check_finite, check_limits, check_tilt
+from fiveaxis.verification.collisions import check_collisions
 from fiveaxis.verification.following import Match, check_following
 from fiveaxis.verification.gouging import check_gouge
 from fiveaxis.verification.moves import check_deviation, check_speeds
@@ -41,7 +43,7 @@ NOT_CHECKED = (
     "the way to the first row: where the axes stand before it isn't in the program",
     "acceleration and jerk",
 )
-NO_TOOL = "the cutter: no tool was given, so the way of the tip is checked and nothing beside it"
+NO_TOOL = "gouges and collisions: no tool was given, so the way of its tip is checked and nothing beside it"
 NO_PATH = "whether the program cuts what it should: no path to compare it with was given"
 
 
@@ -80,6 +82,7 @@ def verify_program(
     singular_cone: float | None = 5.0,
     singular_rate: float = 5.0,
     surface_tolerance: float = 0.05,
+    surroundings: Surroundings | None = None,
     unit: Literal["mm", "inch"] | None = None,
     start: Mapping[str, float] | None = None,
     program_zero: Mapping[str, float] | None = None,
@@ -106,15 +109,18 @@ def verify_program(
     plane : a vector at right angles to a plane that the tool axis stays in
     hold, max_turn, singular_cone, singular_rate : as for `verify`
     surface_tolerance : mm, gap between cutter and part that counts as touching
+    surroundings : part, stock and fixtures that shank, holder and machine keep away from; the part alone by
+        default
     unit, start, program_zero, rapid_mm_min, block_delete : as for `read_program`
     tolerances : from where on a difference is a finding
 
     Returns
     -------
     Findings with file and line of the program: ``not-finite``, ``axis-limit``, ``held-axis``, ``tilt``,
-    ``gouge``, ``off-path``, ``path-missed`` (errors), ``jump`` (an error, and a warning where the sweep was
-    checked for gouges), ``feed-over``, ``singular-turn``, ``tip-deviation`` (warnings: a control slows down,
-    and what lies between a foreign program's blocks is its author's choice), and what reading it assumed.
+    ``gouge``, ``…-collision``, ``off-path``, ``path-missed`` (errors), ``jump`` (an error, and a warning
+    where the sweep was checked for gouges), ``feed-over``, ``singular-turn``, ``…-clearance``,
+    ``tip-deviation`` (warnings: a control slows down, and what lies between a foreign program's blocks is its
+    author's choice), and what reading it assumed.
 
     Raises
     ------
@@ -152,6 +158,8 @@ def verify_program(
         check_deviation(subject),
         check_gouge(subject, mesh, straight=read.straight),
     ]
+    if tool is not None:
+        results += check_collisions(subject, surroundings or Surroundings(part=mesh))
     left = (*NOT_CHECKED, *((NO_TOOL,) if tool is None else ()), *((NO_PATH,) if toolpath is None else ()))
     report = make_report(results, read.path, left)
     return _with_findings(report, (*missed, *read.findings), {} if match is None else match.missed)

@@ -17,8 +17,15 @@ OTHER_ROOMS = {"machine", "energy", "report", "viewer", "cli", "codes.py"}
 OTHER_WORDS = {
     "as-programmed", "exact-stop", "latin-1", "lead-lean", "linuxcnc-switchkins", "utf-8", "utf-8-sig",
 }  # fmt: skip
-# Codes that are put together from the kind of axis.
-COMPOSED = {"linear-acceleration", "rotary-acceleration"}
+# Codes that are put together from the kind of axis or body.
+COMPOSED = {
+    *(f"{kind}-acceleration" for kind in ("linear", "rotary")),
+    *(
+        f"{kind}-{what}"
+        for kind in ("shank", "holder", "fixture", "machine")
+        for what in ("collision", "clearance")
+    ),
+}
 
 
 def words_in(path: Path) -> set[str]:
@@ -47,7 +54,7 @@ def test_every_code_that_is_emitted_is_described(path):
 def test_every_code_that_is_described_is_emitted():
     emitted = set().union(*(words_in(p) | codes_named(p) for p in SOURCES))
     source = "\n".join(p.read_text(encoding="utf-8") for p in SOURCES)
-    assert '-acceleration"' in source
+    assert all(f'}}-{end}"' in source for end in ("acceleration", "collision", "clearance"))
     silent = {code for code in set(CODES) - COMPOSED - emitted if f'"{code}"' not in source}
     assert not silent, f"nothing emits {silent}"
 

@@ -19,7 +19,7 @@ from fiveaxis.kinematics import rotary_angles
 from fiveaxis.machine import Limits
 from fiveaxis.motion import fill_in, follow
 from fiveaxis.nc import write_motion, write_program, write_toolpath
-from fiveaxis.toolpath import Tool, Toolpath
+from fiveaxis.toolpath import Holder, Section, Tool, Toolpath
 
 BALL = 10.0
 RADIUS = 40.0
@@ -39,7 +39,7 @@ def wall() -> Toolpath:
 @pytest.fixture(scope="module")
 def cone() -> trimesh.Trimesh:
     """The part under that path: a cone that widens upwards, 1 µm inside of the contacts' circle."""
-    count, height = 720, 8.0
+    count, height = 720, 30.0
     angle = np.linspace(0.0, 2.0 * np.pi, count, endpoint=False)
     rise = np.tan(np.radians(20.0))
     rings = []
@@ -210,6 +210,21 @@ def test_the_table_of_a_motion_is_checked_like_a_program(wall, hayashi, tmp_path
     assert {f.place.line for f in report.findings if f.code == "off-path"} == {12}
     with pytest.raises(SettingError, match="unit is for NC programs"):
         fx.verify_program(table, hayashi, unit="mm")
+
+
+def test_a_holder_that_is_clamped_too_short_is_found_with_its_line(program, hayashi, cone):
+    """Beside a wall that widens upwards, with the tool leaning upwards from its normal."""
+    long, short = (
+        Tool.ball(BALL, shank_diameter=8.0, holder=Holder(stick_out, (Section(30.0, 60.0),)))
+        for stick_out in (60.0, 12.0)
+    )
+    assert fx.verify_program(program, hayashi, tool=long, part=cone).ok
+    report = fx.verify_program(program, hayashi, tool=short, part=cone)
+    assert not report.ok
+    found = [f for f in report.findings if f.code == "holder-collision"]
+    moves = {1 + i for i in blocks(program.read_text().splitlines())}
+    assert found
+    assert {f.place.line for f in found} & moves
 
 
 def test_a_lean_is_checked_about_the_normals_of_the_part(program, hayashi, wall, cone):
