@@ -41,8 +41,9 @@ WIDER = (1, 4, 12)
 LEAST_ROWS = 100
 # How often a search inside of a mask may look for another way where the mask refuses its own.
 LOOKS = 6
-# Rounds of refining inside of a mask, of a path on some locations and on all.
-COARSE_ROUNDS, ROUNDS = 1, 4
+# Rounds of refining inside of a mask, of a path on some locations, on all, and on all of a long one: the
+# first two save nearly all that there is to save.
+COARSE_ROUNDS, ROUNDS, LONG_ROUNDS = 1, 4, 2
 
 
 @dataclass(eq=False)
@@ -199,7 +200,8 @@ class Portfolio:
         if self.clear is None:
             return self._freely(name, problem, start, coarse=coarse)
         clear = self.clear if rows is None else self.clear.at(rows)
-        return self._confined(name, problem, clear, start, ROUNDS if rows is None else COARSE_ROUNDS)
+        most = ROUNDS if len(problem) <= self.budget.whole else LONG_ROUNDS
+        return self._confined(name, problem, clear, start, most if rows is None else COARSE_ROUNDS)
 
     def _confined(
         self, name: str, problem: Problem, clear: Clearance, start: Array, rounds: int
