@@ -37,7 +37,7 @@ class Verdict(Protocol):
 
 
 def pass_gate(
-    verdict: Verdict | None, override: Sequence[str] = (), *, file: str | None = None
+    verdict: Verdict | None, override: Sequence[str] = (), *, led: bool = False
 ) -> list[tuple[str, str]]:
     """Let a motion pass, or say what keeps it back.
 
@@ -45,7 +45,7 @@ def pass_gate(
     ----------
     verdict : on the motion; None where nobody has verified it
     override : codes of errors that are accepted
-    file : the program, for messages
+    led : whether the control leads the tool's tip between blocks; else its axes run linearly
 
     Returns
     -------
@@ -62,14 +62,12 @@ def pass_gate(
     accepted = require_codes(override)
     if verdict is None:
         if accepted:
-            raise SettingError("override accepts errors of a verification; give its report, too", file=file)
+            raise SettingError("override accepts errors of a verification; give its report, too")
         return [("verification", NOT_VERIFIED)]
-    errors = error_counts(verdict)
+    errors = error_counts(verdict, led=led)
     unused = [code for code in accepted if code not in errors]
     if unused:
-        raise SettingError(
-            f"override names {', '.join(unused)}, and verification found none; take it away", file=file
-        )
+        raise SettingError(f"override names {', '.join(unused)}, and verification found none; take it away")
     kept = {code: count for code, count in errors.items() if code not in accepted}
     if kept:
         found = ", ".join(f"{code} ({count})" for code, count in kept.items())
@@ -85,11 +83,12 @@ def pass_gate(
     return notes
 
 
-def error_counts(verdict: Verdict) -> dict[str, int]:
+def error_counts(verdict: Verdict, *, led: bool = False) -> dict[str, int]:
     """Count what keeps a program's blocks back, by code, sorted.
 
     A control without tool centre point control does what the blocks say, so leaving the way between them is
-    an error here.
+    an error unless the control leads the tip.
     """
-    codes = {f.code for f in verdict.findings if f.severity is Severity.ERROR or f.code in WORSE_IN_BLOCKS}
+    worse = () if led else WORSE_IN_BLOCKS
+    codes = {f.code for f in verdict.findings if f.severity is Severity.ERROR or f.code in worse}
     return {code: verdict.counts[code] for code in sorted(codes)}

@@ -145,7 +145,8 @@ def compose_program(
     Raises
     ------
     Unverified
-        The report has an error that isn't accepted, or the tool leaves its way between blocks.
+        The report has an error that isn't accepted; or, in positions of the machine's axes, the tool leaves
+        its way between blocks.
     SettingError
         An unknown control; coordinates, a winding or settings that the control or the machine hasn't; an
         override of a code that doesn't exist or didn't occur.
@@ -157,12 +158,12 @@ def compose_program(
     """
     dialect = find_dialect(control)
     settings = settings or ProgramSettings()
-    verified = pass_gate(report, override)
     if motion.letters != machine.letters:
         raise MachineError(
             f"the motion has axes {motion.letters}, and machine {machine.name!r} has {machine.letters}"
         )
     chosen = require_expressible(dialect, coordinates, machine)
+    verified = pass_gate(report, override, led=chosen != "axes")
     require_writable(settings, dialect, machine.letters)
     wording = Wording(dialect, chosen, machine, settings.unit)
     require_winding(winding, wording)

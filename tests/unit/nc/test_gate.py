@@ -69,6 +69,14 @@ def test_blocks_that_leave_their_way_are_kept_back_though_it_is_a_warning(motion
     )
 
 
+def test_blocks_of_the_tip_are_led_by_the_control(motion, trunnion):
+    told = found("tip-deviation", severity=Severity.WARNING)
+    with pytest.raises(Unverified, match="tip-deviation"):
+        compose_program(motion, machine=trunnion, report=told)
+    program = compose_program(motion, machine=trunnion, coordinates="tip", report=told)
+    assert "verification: no errors" in comments(program)
+
+
 @pytest.mark.parametrize("control", DIALECTS)
 def test_an_accepted_error_stands_in_the_header(motion, hayashi, control):
     program = compose_program(
