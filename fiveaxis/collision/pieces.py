@@ -26,7 +26,8 @@ class Piece:
     frame : (4, 4), mm, its own frame in the workpiece frame, every axis at 0
     low, high : (3,), mm, its bounding box in its own frame
     inner : (3,), mm, a point of it in its own frame
-    triangles : (t, 3, 3), mm, own frame, of a closed mesh; None where it is no mesh or has holes
+    triangles : (t, 3, 3), mm, own frame; None where it is no mesh
+    closed : whether it has an inside that the triangles tell
     """
 
     geometry: Any
@@ -35,6 +36,7 @@ class Piece:
     high: Array
     inner: Array
     triangles: Array | None = None
+    closed: bool = False
 
     @property
     def corners(self) -> Array:
@@ -50,12 +52,14 @@ class Piece:
     @property
     def is_mesh(self) -> bool:
         """Whether it is a surface of triangles, with or without an inside."""
-        return isinstance(self.geometry, load_coal().BVHModelBase)
+        return self.triangles is not None
 
     @property
     def memory(self) -> int:
-        """Bytes that a mesh's tree takes; 0 for other shapes."""
-        return int(load_coal().computeMemoryFootprint(self.geometry)) if self.is_mesh else 0
+        """Bytes that a mesh takes with its tree; 0 for other shapes."""
+        if self.triangles is None:
+            return 0
+        return int(load_coal().computeMemoryFootprint(self.geometry)) + self.triangles.nbytes
 
 
 def load_coal() -> Any:
@@ -174,8 +178,8 @@ def mesh_piece(vertices: Array, faces: IntArray, frame: Array, *, closed: bool) 
     tree.addTriangles(corners)
     tree.endModel()
     used = points[np.unique(corners)]
-    triangles = points[corners] if closed else None
-    return Piece(tree, frame, used.min(axis=0), used.max(axis=0), used[0], triangles)
+    low, high = used.min(axis=0), used.max(axis=0)
+    return Piece(tree, frame, low, high, used[0], triangles=points[corners], closed=closed)
 
 
 class Question:

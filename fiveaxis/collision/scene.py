@@ -148,7 +148,7 @@ def _surrounding_bodies(
         name = f"fixture {fixture.name!r}"
         piece = _of_shape(fixture.shape, np.eye(4))
         bodies.append(SceneBody(name, FIXTURE, link, (piece,)))
-        if piece.is_mesh and piece.triangles is None:
+        if piece.is_mesh and not piece.closed:
             gaps.append(f"whether something lies wholly inside {name}: its mesh isn't watertight")
     return bodies, facts, gaps
 

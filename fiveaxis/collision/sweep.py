@@ -144,7 +144,7 @@ class Sweep:
         if pair.rapid_only:
             # What was cut isn't simulated, so a retract begins in the stock: only entering it tells.
             return hits.at(search.free_before(hits.rows))
-        return join([hits, _enclosed(travel, hits)])
+        return join([hits, _enclosed(travel, hits, counted)])
 
 
 class _Search:
@@ -280,13 +280,14 @@ def _farthest(a: Array, b: Array) -> Array:
     return np.asarray(np.linalg.norm(a - b, axis=2).max(axis=1))
 
 
-def _enclosed(travel: Travel, hits: Hits) -> Hits:
+def _enclosed(travel: Travel, hits: Hits, counted: BoolArray) -> Hits:
     """Find the rows where one piece lies wholly inside the other, a closed mesh, and touches no surface.
 
-    Nothing gets in or out without touching, so between two touches one location tells for all.
+    Nothing gets in or out without touching, so between two touches one location tells for all. Moves that
+    weren't looked at may have touched.
     """
     n = len(travel.places)
-    touched = np.zeros(n, dtype=bool)
+    touched = ~counted
     touched[hits.rows[hits.touching]] = True
     starts = np.flatnonzero(touched | (np.arange(n) == 0))
     ends = np.append(starts[1:], n)
@@ -309,4 +310,4 @@ def _one_in_other(travel: Travel, row: int) -> bool:
 
 def _holds(piece: Piece, point: Array) -> bool:
     boxed = bool((point >= piece.low).all() and (point <= piece.high).all())
-    return boxed and piece.triangles is not None and encloses(piece.triangles, point)
+    return boxed and piece.closed and piece.triangles is not None and encloses(piece.triangles, point)

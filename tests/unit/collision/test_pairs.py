@@ -117,4 +117,4 @@ def test_a_mesh_of_a_million_triangles_is_taken_and_its_memory_said(bodied, monk
     monkeypatch.setattr("fiveaxis.collision.scene.MANY_TRIANGLES", 1000)
     part = trimesh.creation.icosphere(subdivisions=4)
     (said,) = build_scene(bodied, TOOL, Surroundings(part)).checked
-    assert said == "part: 5,120 triangles, 1 MiB of memory"
+    assert said == "part: 5,120 triangles, 2 MiB of memory"

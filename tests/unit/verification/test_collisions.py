@@ -263,3 +263,13 @@ def test_the_same_motion_gives_the_same_words_twice(table_table):
     ]
     assert reports[0] == reports[1]
     assert reports[0]["counts"]["shank-collision"] > 0
+
+
+def test_a_machine_of_meshes_is_checked_against_a_part_inside_it(table_table, tmp_path):
+    """A small part inside a closed mesh touches no surface and is found all the same."""
+    trimesh.creation.box(extents=(80.0, 80.0, 80.0)).export(tmp_path / "yoke.stl")
+    machine = replace(table_table, bodies=(Body("A", MeshShape(tmp_path / "yoke.stl")),))
+    part = trimesh.creation.box(extents=(10.0, 10.0, 10.0))
+    found = check(subject_of(machine, [[0.0, 0.0, 200.0, 0.0, 0.0]], tool=Tool.ball(6)), part=part)
+    assert set(found) == {"machine-collision"}
+    assert "wholly inside or around the part" in found["machine-collision"].message(0)
