@@ -14,6 +14,7 @@ from fiveaxis.nc.writing.feeds import (
     feed_form,
     feeds_of,
     note_floor,
+    raised_feeds,
     require_range,
     rounded_feeds,
     without_creep,
@@ -58,11 +59,12 @@ def block_lines(motion: Motion, wording: Wording, winding: str) -> Blocks:
     _require_numbers(words.values, moves, motion, wording)
     plain = wording.rounded(moves.values)
     feeds = np.ones(len(moves))
-    feeds[1:] = rounded_feeds(feeds_of(plain, _some(moves.time), wording), feed_form(wording))[1:]
+    wanted, raised = raised_feeds(feeds_of(plain, _some(moves.time), wording), plain, wording)
+    feeds[1:] = rounded_feeds(wanted, feed_form(wording))[1:]
     require_range(feeds, moves, motion, wording)
     kept = words.kept & (_needed(plain, wording)[:, None] | ~wording.is_linear)
     lines = _lines(words, kept, feeds, wording, modulo_templates(wording, winding))
-    return Blocks(lines, dropped, tuple(note_floor(plain, moves, wording)))
+    return Blocks(lines, dropped, tuple(note_floor(plain, raised, moves, wording)))
 
 
 def moving(motion: Motion, values: Array, wording: Wording) -> BoolArray:

@@ -105,6 +105,28 @@ def rounded_feeds(feeds: Array, form: Feed) -> Array:
     return feeds if form.decimals is None else np.round(feeds, form.decimals)
 
 
+def raised_feeds(feeds: Array, values: Array, wording: Wording) -> tuple[Array, BoolArray]:
+    """Raise F to the least that the control reads where the linear axes creep alone.
+
+    They then get there earlier, at a speed that is nearly none all the same. Rotary axes that turn with them
+    would be driven, so such blocks stay as they are, and are refused.
+
+    Parameters
+    ----------
+    values : (m, c), rounded
+
+    Returns
+    -------
+    feeds, (m,), and where they were raised, (m,)
+    """
+    least = feed_form(wording).least
+    if least is None or wording.mode.feed == "inverse_time":
+        return feeds, np.zeros(len(feeds), dtype=bool)
+    steps = np.diff(values, axis=0, prepend=values[:1])
+    raised = (feeds < least) & ~(steps[:, ~wording.is_linear] != 0.0).any(axis=1)
+    return np.where(raised, least, feeds), raised
+
+
 def require_range(feeds: Array, moves: Moves, motion: Motion, wording: Wording) -> None:
     """Refuse a feed that the control doesn't read.
 
@@ -135,19 +157,19 @@ def require_range(feeds: Array, moves: Moves, motion: Motion, wording: Wording) 
     )
 
 
-def note_floor(values: Array, moves: Moves, wording: Wording) -> list[Finding]:
+def note_floor(values: Array, raised: BoolArray, moves: Moves, wording: Wording) -> list[Finding]:
     """Say how many blocks the control runs quicker than they were planned, because it knows no slower way.
 
     Parameters
     ----------
     values : (m, c), rounded
+    raised : (m,), where F was raised to the least
     """
-    floor = feed_form(wording).least_speed
-    if floor is None:
-        return []
+    form = feed_form(wording)
+    floor = form.least_speed or form.least or 0.0
     way, along = ways(values, wording)
     speed = way[1:] * MILLIMETRES[wording.unit] / moves.time[1:] * SECONDS
-    slow = along[1:] & (speed < floor)
+    slow = raised[1:] | (along[1:] & (form.least_speed is not None) & (speed < floor))
     if not slow.any():
         return []
     row = int(np.argmax(slow)) + 1

@@ -1,0 +1,175 @@
+"""Laws of programs for every control: its readers find the motion that was given."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from fiveaxis.geometry import Array
+from fiveaxis.kinematics import tool_poses
+from fiveaxis.machine import Machine, load_machine
+from fiveaxis.motion import Motion
+from fiveaxis.nc import (
+    DIALECTS,
+    Coordinates,
+    Program,
+    ProgramSettings,
+    compose_program,
+    read_program,
+    read_toolpath,
+)
+from fiveaxis.toolpath import MoveKind, Tool
+
+# Table-table, head-table and head-head; with and without limits, axes that the control counts the other way,
+# tools that aren't along Z, offsets between the axes.
+MACHINES = [
+    "dmu50ev",
+    "dmu80p-duoblock",
+    "hayashi-640123",
+    "linuxcnc-bridgemill",
+    "linuxcnc-max5",
+    "linuxcnc-xyzac-trt",
+    "linuxcnc-xyzbc-trt",
+    "pocketnc-v2",
+    "umc-750",
+    "variaxis-630",
+]
+REACH = {"X": 300.0, "Y": 300.0, "Z": 300.0, "A": 4.0, "B": 4.0, "C": 400.0}
+BY_ANGLE = [(n, c) for n, d in DIALECTS.items() for c in d.modes if c != "vector"]
+BY_VECTOR = [(n, "vector") for n, d in DIALECTS.items() if "vector" in d.modes]
+QUIET = settings(
+    deadline=None,
+    derandomize=True,
+    max_examples=8,
+    suppress_health_check=[HealthCheck.function_scoped_fixture],
+)
+
+
+@st.composite
+def motions(draw: st.DrawFn) -> tuple[Machine, Motion]:
+    """Any places inside the travel, some of them with linear or rotary axes that stand."""
+    machine = load_machine(draw(st.sampled_from(MACHINES)))
+    n, k = draw(st.integers(2, 5)), len(machine.axes)
+    reach = np.array([REACH[c] for c in machine.letters])
+    low, high = np.maximum(machine.low, -reach), np.minimum(machine.high, reach)
+    share = draw(arrays(float, (n, k), elements=st.floats(0, 1)))
+    linear = [not a.is_rotary for a in machine.axes]
+    for row in range(1, n):
+        still = draw(st.sampled_from([None, None, True, False]))
+        if still is not None:
+            share[row, [c == still for c in linear]] = share[row - 1, [c == still for c in linear]]
+    time = draw(arrays(float, n, elements=st.floats(0.5, 60.0)))
+    time[0] = 0.0
+    return machine, Motion(
+        letters=machine.letters,
+        positions=low + share * (high - low),
+        feed=draw(arrays(float, n, elements=st.floats(0.1, 100.0))),
+        time=time,
+        kind=draw(arrays(np.int64, n, elements=st.sampled_from(list(MoveKind)))),
+        source=np.arange(1, n + 1),
+    )
+
+
+def written(path: Path, program: Program) -> Path:
+    file = path.with_suffix(program.suffix)
+    file.write_text(program.text, encoding="ascii")
+    return file
+
+
+def ends_of_blocks(again: Motion) -> Array:
+    """Rows at which blocks end: moves of the tip are cut into parts when they are read."""
+    return np.append(np.flatnonzero(np.diff(again.source)), len(again) - 1)
+
+
+def uncertainty(again: Motion, motion: Motion, control: str, coordinates: Coordinates) -> Array:
+    """What half a step of F is of it, move by move, and 2e-6 for significant digits."""
+    kind = DIALECTS[control].modes[coordinates].feed
+    decimals = DIALECTS[control].feed[kind].decimals
+    feed = 60.0 / motion.time[1:] if kind == "inverse_time" else again.feed[1:] * 60.0
+    return 2e-6 + (0.0 if decimals is None else 0.55 * 10.0**-decimals) / feed
+
+
+def require_same_places(again: Motion, motion: Motion, machine: Machine, control: str, *, tips: bool) -> None:
+    """Hold places to the decimals that are printed: half a step, or three where a short way is left out."""
+    number = DIALECTS[control].number
+    rotary = machine.rotary_columns
+    np.testing.assert_allclose(
+        machine.shown(again.positions)[:, rotary],
+        machine.shown(motion.positions)[:, rotary],
+        atol=0.51 * 10.0**-number.rotary,
+    )
+    if tips:
+        places, wanted = tool_poses(machine, again.positions)[0], tool_poses(machine, motion.positions)[0]
+    else:
+        places, wanted = (m.positions[:, machine.linear_columns] for m in (again, motion))
+    # In tip mode the tip is where its words say for the rounded angles.
+    np.testing.assert_allclose(places, wanted, atol=3.0 * 10.0**-number.linear)
+
+
+@pytest.mark.parametrize(("control", "coordinates"), BY_ANGLE)
+@QUIET
+@given(case=motions())
+def test_a_program_of_angles_is_read_as_its_motion(tmp_path: Path, case, control, coordinates):
+    machine, motion = case
+    program = compose_program(motion, machine=machine, control=control, coordinates=coordinates)
+    if program.dropped:
+        return
+    again = read_program(written(tmp_path / "part", program), machine)
+    ends = ends_of_blocks(again)[-len(motion) :]
+    assert len(ends) == len(motion)
+    at_ends = replace(
+        again,
+        **{name: getattr(again, name)[ends] for name in ("positions", "feed", "time", "kind", "source")},
+    )
+    require_same_places(at_ends, motion, machine, control, tips=coordinates == "tip")
+    if any(f.code == "feed-floor" for f in program.findings):
+        return
+    spent = np.cumsum(again.time)[ends]
+    np.testing.assert_array_less(
+        np.abs(np.diff(spent) / motion.time[1:] - 1.0), uncertainty(at_ends, motion, control, coordinates)
+    )
+
+
+@pytest.mark.parametrize(("control", "coordinates"), BY_VECTOR)
+@QUIET
+@given(case=motions())
+def test_a_program_of_directions_is_read_as_its_path(tmp_path: Path, case, control, coordinates):
+    machine, motion = case
+    program = compose_program(motion, machine=machine, control=control, coordinates=coordinates)
+    if program.dropped:
+        return
+    path = read_toolpath(written(tmp_path / "part", program), tool=Tool.ball(6), machine=machine)
+    tips, axes = tool_poses(machine, motion.positions)
+    number = DIALECTS[control].number
+    np.testing.assert_allclose(path.tips(path.axis)[-len(motion) :], tips, atol=3.0 * 10.0**-number.linear)
+    # The first location's direction is that of the angles which the approach turns to.
+    got = path.axis[-len(motion) :]
+    np.testing.assert_allclose(got, axes, atol=2.0 * 10.0**-number.direction + 2e-6)
+
+
+@pytest.mark.parametrize(("control", "coordinates"), BY_ANGLE + BY_VECTOR)
+@settings(QUIET, max_examples=5)
+@given(case=motions(), unit=st.sampled_from(["mm", "inch"]), step=st.sampled_from([None, 1, 10]))
+def test_the_same_motion_gives_the_same_bytes_that_every_control_can_read(
+    case, control, coordinates, unit, step
+):
+    machine, motion = case
+    dialect = DIALECTS[control]
+    around = ProgramSettings(
+        unit=unit if unit in dialect.unit else "mm", line_numbers=step if dialect.line_number else None
+    )
+    made = [
+        compose_program(motion, machine=machine, control=control, coordinates=coordinates, settings=around)
+        for _ in range(2)
+    ]
+    assert made[0].text == made[1].text
+    assert made[0].text.isascii()
+    assert max(map(len, made[0].lines)) <= dialect.longest
+    moves = [line for line in made[0].lines if line[:1] not in "(;$#%"]
+    assert not any("e-" in line or "e+" in line or "-0.0000 " in line for line in moves)
