@@ -13,7 +13,9 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 import fiveaxis as fx
-from fiveaxis.contour import path_quality
+from fiveaxis.collision import Surroundings
+from fiveaxis.contour import load_mesh, path_quality
+from fiveaxis.contour.distance import TriangleTree
 from fiveaxis.kinematics import axis_positions, tool_poses
 from fiveaxis.machine import Limits
 from fiveaxis.motion import time_motion
@@ -22,7 +24,12 @@ from fiveaxis.nc.languages.sinumerik import split_sinumerik
 from fiveaxis.nc.source import Source
 from fiveaxis.posture.baselines import find_baselines
 from fiveaxis.posture.rewinding import rewound
-from fiveaxis.toolpath import tilt_bounds
+from fiveaxis.toolpath import parse_tool, tilt_bounds
+from fiveaxis.verification.cutting_body import CuttingBody
+from fiveaxis.toolpath.tool import Holder, Section
+from fiveaxis.verification import Tolerances
+from fiveaxis.verification.collisions import check_collisions
+from fiveaxis.verification.subject import make_subject
 
 ROOT = Path(__file__).parents[2]
 DATA = ROOT.parent / "shared" / "data"
@@ -140,6 +147,42 @@ def time_rewinds(hayashi: fx.Machine) -> None:
     rate("rewinds of 1 000 turns, locations", n, lambda: rewound(path, machine, rotary, tilt=bounds))
 
 
+def time_collisions(part: Path, hayashi: fx.Machine) -> None:
+    """Shank and holder against the propeller, as it is and with four triangles for each, all the way."""
+    holder = Holder(70.0, (Section(20.0, 20.0, 30.0), Section(40.0, 40.0)))
+    tool = fx.Tool.ball(4, shank_diameter=3.0, holder=holder)
+    planned = fx.plan_contour(part, tool, stepdown=8)
+    motion = fx.optimise(planned, hayashi, tilt=(15, 75), effort="quick").motion
+    subject = make_subject(motion, hayashi, planned, None, Tolerances())
+    mesh = Surroundings.load(part).part
+    for solid in (mesh, mesh.subdivide()):
+        around, effort = Surroundings(solid), {}
+        rate(
+            f"collisions, {len(solid.faces):,} triangles, locations",
+            len(planned),
+            lambda around=around, effort=effort: check_collisions(subject, around, effort=effort),
+        )
+        asked = {first: f"{e.asked / 2:,.0f}" for (first, _), e in effort.items()}
+        bad = sum(len(result.rows) for result in check_collisions(subject, around))
+        print(f"{'':45} {len(planned):,} locations, {bad:,} findings, queries {asked}")
+
+
+def time_gouges(part: Path) -> None:
+    """Depths of cutters on a mesh at places where they touch it, and whole checks along a path."""
+    mesh = load_mesh(part, allow_open=True)
+    tree = TriangleTree.build(np.asarray(mesh.triangles, dtype=float))
+    planned = fx.plan_contour(part, fx.Tool.ball(4), stepdown=5)
+    cuts = np.isfinite(planned.normal).all(axis=1)
+    normal, centre = planned.normal[cuts], planned.pivot[cuts]
+    for name in ("ball:4", "flat:4", "bull:4:1", "taper:2:5:4", "barrel:4:50:1"):
+        tool = parse_tool(name)
+        body = CuttingBody.of(tool)
+        # With the heart where the ball's centre was, the cutter is about as near to the surface.
+        tips, floors = centre - body.heart * normal, np.full(len(normal), -0.5)
+        what = f"depth in {len(mesh.faces)} triangles, {name}"
+        rate(what, len(tips), lambda b=body, t=tips, f=floors: b.depths(t, normal, tree, f))
+
+
 def main() -> None:
     machine = fx.load_machine("linuxcnc-xyzac-trt")
     positions = np.random.default_rng(0).uniform(-1.0, 1.0, (POSES, 5))
@@ -158,6 +201,7 @@ def main() -> None:
     planned = fx.plan_contour(part, fx.Tool.ball(4), stepdown=5)
     rate("planner, locations", len(planned), lambda: fx.plan_contour(part, fx.Tool.ball(4), stepdown=5))
     time_strategies(part)
+    time_collisions(part, fx.load_machine("hayashi-640123"))
 
     vase = fx.read_toolpath(DATA / "cases" / "vase_overhang.csv", tool=tool)
     hayashi = fx.load_machine("hayashi-640123")
