@@ -25,10 +25,10 @@ from fiveaxis.nc.source import Source
 from fiveaxis.posture.baselines import find_baselines
 from fiveaxis.posture.rewinding import rewound
 from fiveaxis.toolpath import parse_tool, tilt_bounds
-from fiveaxis.verification.cutting_body import CuttingBody
 from fiveaxis.toolpath.tool import Holder, Section
 from fiveaxis.verification import Tolerances
 from fiveaxis.verification.collisions import check_collisions
+from fiveaxis.verification.cutting_body import CuttingBody
 from fiveaxis.verification.subject import make_subject
 
 ROOT = Path(__file__).parents[2]

@@ -140,3 +140,40 @@ def test_no_sampled_point_of_the_surface_is_deeper_than_the_depth_and_one_is_as_
         assert best <= told + EXACT
         # 40 000 points on the sphere lie about half a millimetre apart.
         assert told < 0.0 or told - best < 0.5
+
+
+def test_coal_says_of_a_flat_end_and_a_ball_whether_they_touch():
+    """A cylinder and a sphere of coal against a BVH of the same triangles, at poses near the surface."""
+    coal = pytest.importorskip("coal")
+    rng = np.random.default_rng(11)
+    mesh = trimesh.creation.icosphere(subdivisions=3, radius=30.0)
+    bvh = coal.BVHModelOBBRSS()
+    bvh.beginModel(len(mesh.faces), len(mesh.vertices))
+    bvh.addVertices(np.asarray(mesh.vertices))
+    bvh.addTriangles(np.asarray(mesh.faces))
+    bvh.endModel()
+    tree = TriangleTree.build(np.asarray(mesh.triangles, dtype=float))
+    height, radius, count = 25.0, 5.0, 150
+    flat, ball = (CuttingBody.of(t) for t in (Tool(shapes.flat(10, length=height)), Tool.ball(10)))
+    axes = rng.normal(size=(count, 3))
+    axes /= np.linalg.norm(axes, axis=1)[:, None]
+    out = rng.normal(size=(count, 3))
+    out /= np.linalg.norm(out, axis=1)[:, None]
+    tips = out * rng.uniform(26.0, 40.0, size=(count, 1))
+    floors = np.full(count, FAR)
+    both = [flat.depths(tips, axes, tree, floors), ball.depths(tips, axes, tree, floors)]
+    shapes_of = [(coal.Cylinder(radius, height), height / 2.0), (coal.Sphere(radius), radius)]
+    for depths, (shape, centre) in zip(both, shapes_of, strict=True):
+        touching = []
+        for tip, axis in zip(tips, axes, strict=True):
+            across = np.cross(axis, [0.3, 0.5, 0.8])
+            across /= np.linalg.norm(across)
+            turn = np.column_stack([across, np.cross(axis, across), axis])
+            pose = coal.Transform3s(turn, tip + centre * axis)
+            found = coal.CollisionResult()
+            coal.collide(bvh, coal.Transform3s.Identity(), shape, pose, coal.CollisionRequest(), found)
+            touching.append(found.isCollision())
+        near = np.abs(depths) < 1e-4
+        assert near.sum() < 3
+        np.testing.assert_array_equal((depths > 0.0)[~near], np.array(touching)[~near])
+        assert 20 < sum(touching) < count - 20
