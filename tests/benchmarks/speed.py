@@ -18,7 +18,8 @@ from fiveaxis.contour import load_mesh, path_quality
 from fiveaxis.contour.distance import TriangleTree
 from fiveaxis.kinematics import axis_positions, tool_poses
 from fiveaxis.machine import Limits
-from fiveaxis.motion import time_motion
+from fiveaxis.motion import Motion, time_motion
+from fiveaxis.nc import DIALECTS, compose_program
 from fiveaxis.nc.languages.klartext import split_klartext
 from fiveaxis.nc.languages.sinumerik import split_sinumerik
 from fiveaxis.nc.source import Source
@@ -103,6 +104,27 @@ def time_programs(machine: fx.Machine) -> None:
                 f"{what} as a path, blocks",
                 BLOCKS,
                 lambda path=path: fx.read_toolpath(path, tool=tool, machine=machine),
+            )
+
+
+def time_writing(machine: fx.Machine) -> None:
+    """Whole programs of every control, from motion to text."""
+    turn = np.linspace(0.0, 600.0, BLOCKS)
+    positions = np.column_stack(
+        [50.0 * np.sin(turn), 50.0 * np.cos(turn), 0.01 * turn, 0.2 * np.sin(turn) - 0.3, turn]
+    )
+    flat = np.ones(BLOCKS)
+    motion = Motion(
+        machine.letters, positions, 10.0 * flat, 0.02 * flat, 0 * flat.astype(int), np.arange(BLOCKS)
+    )
+    for control, dialect in DIALECTS.items():
+        for coordinates in dialect.modes:
+            rate(
+                f"{control} by {coordinates}, blocks written",
+                BLOCKS,
+                lambda control=control, coordinates=coordinates: (
+                    compose_program(motion, machine=machine, control=control, coordinates=coordinates).text
+                ),
             )
 
 
@@ -197,6 +219,7 @@ def main() -> None:
     rate("APT with 1 026 arcs, statements", 12_427, lambda: fx.read_toolpath(arcs, tool=tool))
     time_languages()
     time_programs(machine)
+    time_writing(fx.load_machine("hayashi-640123"))
     part = DATA / "meshes" / "propeller_d.stl"
     planned = fx.plan_contour(part, fx.Tool.ball(4), stepdown=5)
     rate("planner, locations", len(planned), lambda: fx.plan_contour(part, fx.Tool.ball(4), stepdown=5))

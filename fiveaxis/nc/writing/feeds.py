@@ -147,7 +147,7 @@ def require_range(feeds: Array, moves: Moves, motion: Motion, wording: Wording) 
         return
     row = int(np.argmax(bad)) + 1
     above = feeds[row] > high
-    bound = f"above the most, {high:g}" if above else f"below the least, {low:g}"
+    bound = f"above the most, {high:.9g}" if above else f"below the least, {low:g}"
     where = int(moves.row[row])
     raise ToolpathError(
         f"location {where}: F{feeds[row]:g} {_unit(wording.mode.feed, wording.unit)} of a block of "

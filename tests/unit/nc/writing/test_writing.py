@@ -1,0 +1,365 @@
+"""Programs of several controls: what is written around moves, feeds, places, and what is refused."""
+
+from __future__ import annotations
+
+import errno
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fiveaxis.errors import MachineError, SettingError, ToolpathError
+from fiveaxis.kinematics import tool_poses
+from fiveaxis.machine import Limits, Machine
+from fiveaxis.motion import Motion
+from fiveaxis.nc import (
+    DIALECTS,
+    ProgramSettings,
+    compose_program,
+    read_program,
+    read_toolpath,
+    write_program,
+)
+from fiveaxis.toolpath import MoveKind, Tool
+
+OPEN = Machine.from_code("640123")
+
+
+def motion_of(rows, times=None, letters="XYZAC", kind=MoveKind.RAPID) -> Motion:
+    """Make a motion from rows of mm and degrees."""
+    values = np.array(rows, dtype=float) * [1.0 if c in "XYZ" else np.pi / 180 for c in letters]
+    n = len(values)
+    return Motion(
+        letters=letters,
+        positions=values,
+        feed=np.full(n, 10.0),
+        time=np.array([0.0, *[1.0] * (n - 1)] if times is None else times),
+        kind=np.full(n, kind),
+        source=np.arange(2, n + 2),
+    )
+
+
+SLOPE = motion_of([[0, 0, 0, 0, 0], [1, 2, 3, 4, 5], [2, 3, 4, 4, 5]])
+
+
+def blocks(program) -> list[str]:
+    return [line for line in program.lines if not line.startswith(("(", ";", "$$", "%"))]
+
+
+def moves(program) -> list[str]:
+    return [line for line in blocks(program) if line.startswith(("G1 ", "L ", "LN "))]
+
+
+# What stands around the moves
+
+
+FULL = ProgramSettings(
+    tool_number=7,
+    length_offset=17,
+    spindle_rpm=12000,
+    spindle_direction="left",
+    coolant="flood",
+    work_offset="G55",
+    retract=-5.0,
+    home="XY AC",
+)
+
+
+def test_tool_spindle_coolant_and_work_offset_come_before_anything_moves():
+    lines = blocks(compose_program(SLOPE, machine=OPEN, control="fanuc", coordinates="tip", settings=FULL))
+    assert lines[1:8] == [
+        "G21 G90 G94 G17 G40 G49 G80",
+        "G55",
+        "G53 G0 Z-5.0000",
+        "T7 M6",
+        "S12000 M4",
+        "M8",
+        "G0 A0.0000 C0.0000",
+    ]
+    assert lines[8] == "G43.4 H17"
+
+
+def test_at_the_end_the_tool_goes_clear_before_the_axes_go_home():
+    lines = blocks(compose_program(SLOPE, machine=OPEN, control="fanuc", coordinates="tip", settings=FULL))
+    assert lines[-7:] == [
+        "G49",
+        "G53 G0 Z-5.0000",
+        "M5",
+        "M9",
+        "G53 G0 X0.0000 Y0.0000",
+        "G53 G0 A0.0000 C0.0000",
+        "M30",
+    ]
+
+
+def test_klartext_calls_the_tool_and_its_speed_in_its_own_words():
+    around = FULL.model_copy(update={"work_offset": "2"})
+    program = compose_program(SLOPE, machine=OPEN, control="heidenhain", settings=around)
+    texts = [line.split(" ", 1)[1] for line in program.lines if "; " not in line]
+    assert texts[1:7] == [
+        "CYCL DEF 247 DATUM SETTING Q339=+2",
+        "L Z-5.0000 R0 FMAX M91",
+        "TOOL CALL 7 Z",
+        "TOOL CALL Z S12000",
+        "L M4",
+        "L M8",
+    ]
+
+
+@pytest.mark.parametrize("control", [n for n, d in DIALECTS.items() if d.language == "blocks"])
+def test_what_stands_around_the_moves_is_read_again(tmp_path, control):
+    around = FULL.model_copy(
+        update={"work_offset": None, "home": "XY", "line_numbers": 5, "spindle_direction": "right"}
+    )
+    program = compose_program(SLOPE, machine=OPEN, control=control, settings=around)
+    path = tmp_path / f"p{program.suffix}"
+    path.write_text(program.text)
+    places = read_program(path, OPEN, rapid_mm_min=1000).positions
+    # The way home is two rapid moves more where the words are axes; after tip control the reader doesn't know
+    # where they begin.
+    for row in SLOPE.positions:
+        assert np.abs(places - row).max(axis=1).min() < 1e-3
+
+
+def test_the_header_says_what_is_not_written():
+    text = compose_program(SLOPE, machine=OPEN).text
+    assert (
+        "(not written: tool change, spindle speed, coolant, safe retract; see to it before the start)" in text
+    )
+    assert "not written" not in compose_program(SLOPE, machine=OPEN, control="haas", settings=FULL).text
+
+
+def test_numbers_that_nobody_gave_are_assumed_aloud():
+    program = compose_program(SLOPE, machine=OPEN, control="haas")
+    assert {f.code for f in program.findings} == {"number-assumed"}
+    assert "(assumed: no tool number was given: H1 is written)" in program.lines
+    given = ProgramSettings(tool_number=4, number=20)
+    assert compose_program(SLOPE, machine=OPEN, control="haas", settings=given).findings == ()
+
+
+def test_a_named_program_takes_the_name_of_its_file(tmp_path):
+    path = write_program(SLOPE, tmp_path / "3 wings-é.h", machine=OPEN, control="heidenhain")
+    assert path.read_text().startswith("0 BEGIN PGM P3_WINGS__ MM\n")
+
+
+def test_blocks_are_numbered_and_comments_are_not():
+    program = compose_program(SLOPE, machine=OPEN, settings=ProgramSettings(line_numbers=10))
+    numbers = [line.split()[0] for line in program.lines if line.startswith("N")]
+    assert numbers == [f"N{10 * (i + 1)}" for i in range(len(numbers))]
+    assert all(line.startswith(("N", "(")) for line in program.lines)
+
+
+def test_block_numbers_begin_anew_after_the_highest(monkeypatch):
+    monkeypatch.setitem(DIALECTS, "small", DIALECTS["linuxcnc"].model_copy(update={"most_number": 12}))
+    program = compose_program(SLOPE, machine=OPEN, control="small", settings=ProgramSettings(line_numbers=5))
+    numbers = [line.split()[0] for line in program.lines if line.startswith("N")]
+    assert numbers[:4] == ["N5", "N10", "N5", "N10"]
+
+
+@pytest.mark.parametrize(
+    ("control", "settings", "message"),
+    [
+        ("fanuc", {"coolant": "through"}, "no coolant 'through'; known: flood, mist"),
+        ("fanuc", {"work_offset": "G60"}, "no work offset 'G60'; it knows those like G54"),
+        ("fanuc", {"work_offset": "G54\nM0"}, "no work offset"),
+        ("heidenhain", {"line_numbers": 10, "home": "U"}, "home"),
+        ("apt", {"tool_number": 3}, "control 'apt' has no words for tool_number = 3"),
+        ("apt", {"unit": "inch"}, "control 'apt' isn't written in inch; it has mm"),
+        ("linuxcnc", {"home": "B"}, "home = 'B' names B, and the machine has X, Y, Z, A, C"),
+    ],
+)
+def test_what_a_control_has_no_words_for_is_refused(control, settings, message):
+    with pytest.raises((SettingError, ValueError), match=message):
+        compose_program(SLOPE, machine=OPEN, control=control, settings=ProgramSettings(**settings))
+
+
+# Places and feeds
+
+
+def test_tip_positions_and_angles_are_those_of_the_motion():
+    program = compose_program(SLOPE, machine=OPEN, control="sinumerik", coordinates="tip")
+    tips, _ = tool_poses(OPEN, SLOPE.positions)
+    words = [{w[0]: float(w[1:]) for w in block.split()} for block in moves(program)]
+    np.testing.assert_allclose([[w[c] for c in "XYZ"] for w in words], tips[1:], atol=6e-6)
+    assert [(w["A"], w["C"]) for w in words] == [(4, 5), (4, 5)]
+
+
+def test_the_feed_of_the_tip_takes_the_time_of_the_motion():
+    times = [0.0, 0.5, 2.0]
+    program = compose_program(
+        replace(SLOPE, time=np.array(times)), machine=OPEN, control="sinumerik", coordinates="tip"
+    )
+    tips, _ = tool_poses(OPEN, SLOPE.positions)
+    ways = np.linalg.norm(np.diff(tips, axis=0), axis=1)
+    feeds = [float(block.split("F")[1]) for block in moves(program)]
+    np.testing.assert_allclose(feeds, 60.0 * ways / times[1:], atol=0.01)
+
+
+def test_a_turn_about_the_tip_has_a_feed_in_degrees_and_no_lengths():
+    turn = motion_of([[0, 0, 0, 0, 0], [0, 0, 0, 3, 4]], [0.0, 0.5])
+    program = compose_program(turn, machine=OPEN, control="fanuc", coordinates="tip")
+    assert moves(program) == ["G1 A3.0000 C4.0000 F600.000"]
+
+
+def test_by_inverse_time_too_a_turn_has_no_lengths():
+    turn = motion_of([[0, 0, 0, 0, 0], [0, 0, 1e-6, 3, 4]], [0.0, 0.5])
+    assert moves(compose_program(turn, machine=OPEN)) == ["G1 A3.000000 C4.000000 F120"]
+
+
+def test_lengths_left_out_beside_turns_never_add_up():
+    n = 40
+    rows = np.column_stack([np.arange(n) * 1e-6, np.zeros((n, 3)), np.arange(n)])
+    program = compose_program(motion_of(rows), machine=OPEN)
+    x = 0.0
+    for block, row in zip(moves(program), rows[1:], strict=True):
+        words = {w[0]: float(w[1:]) for w in block.split()}
+        x = words.get("X", x)
+        assert abs(x - row[0]) < 2.6e-6
+    assert any("X" in block for block in moves(program))
+
+
+def test_moves_too_short_for_the_decimals_leave_their_time_to_the_next():
+    rows = np.column_stack([np.arange(4) * 2e-5, np.zeros((4, 4))])
+    program = compose_program(motion_of(rows), machine=OPEN, control="fanuc")
+    assert moves(program) == ["G1 X0.0001 Y0.0000 Z0.0000 A0.0000 C0.0000 F20.000"]
+    assert program.dropped == 2
+
+
+def test_inches_are_the_same_places(tmp_path):
+    for control in ("linuxcnc", "fanuc", "heidenhain", "sinumerik"):
+        program = compose_program(
+            SLOPE, machine=OPEN, control=control, coordinates="tip", settings=ProgramSettings(unit="inch")
+        )
+        path = tmp_path / f"{control}{program.suffix}"
+        path.write_text(program.text)
+        again = read_program(path, OPEN)
+        np.testing.assert_allclose(again.positions[-1], SLOPE.positions[-1], atol=2e-3)
+        assert again.time.sum() == pytest.approx(2.0, rel=1e-3)
+
+
+def test_positions_in_the_machines_frame_are_read_in_it(tmp_path, monkeypatch):
+    tip = DIALECTS["fanuc"].modes["tip"].model_copy(update={"positions": "machine"})
+    mine = DIALECTS["fanuc"].model_copy(update={"modes": {"tip": tip}})
+    monkeypatch.setitem(DIALECTS, "mine", mine)
+    motion = motion_of([[10, 0, 0, 0, 0], [10, 2, 3, 40, 50], [20, 3, 4, -40, 150]])
+    program = compose_program(motion, machine=OPEN, control="mine")
+    path = tmp_path / "p.nc"
+    path.write_text(program.text)
+    read = read_toolpath(path, tool=Tool.ball(6), machine=OPEN, positions="machine")
+    np.testing.assert_allclose(read.tips(read.axis)[-3:], tool_poses(OPEN, motion.positions)[0], atol=2e-4)
+
+
+def test_directions_come_with_a_warning():
+    text = compose_program(SLOPE, machine=OPEN, control="sinumerik", coordinates="vector").text
+    assert "the control chooses its rotary angles" in " ".join(text.split("\n;   "))
+
+
+def test_angles_of_a_shorter_way_are_dc_on_a_sinumerik():
+    turn = motion_of([[0, 0, 0, 0, 350], [1, 0, 0, 0, 370]])
+    program = compose_program(turn, machine=OPEN, control="sinumerik", winding="modulo")
+    assert moves(program)[-1].split()[-2] == "C=DC(10.00000)"
+
+
+def test_an_angle_that_wraps_is_switched_on_and_off_again_in_klartext():
+    turn = motion_of([[0, 0, 0, 0, 350], [1, 0, 0, 0, 370]])
+    lines = compose_program(turn, machine=OPEN, control="heidenhain", winding="modulo").lines
+    at = {
+        word: next(i for i, line in enumerate(lines) if word in line)
+        for word in ("L M126", "C+10.0000", "L M127")
+    }
+    assert at["L M126"] < at["C+10.0000"] < at["L M127"]
+
+
+# What is refused before a byte is written
+
+
+def test_klartext_has_no_machine_coordinates_and_says_why():
+    with pytest.raises(SettingError, match="isn't written in coordinates 'axes': Klartext has no feed by"):
+        compose_program(SLOPE, machine=OPEN, control="heidenhain", coordinates="axes")
+
+
+def test_coordinates_that_a_control_lacks_are_named():
+    with pytest.raises(
+        SettingError, match="'linuxcnc' isn't written in coordinates 'vector'; it has axes, tip"
+    ):
+        compose_program(SLOPE, machine=OPEN, coordinates="vector")
+
+
+def test_a_machine_without_rotary_axes_needs_no_tip_control():
+    mill = Machine.from_code("1203")
+    motion = motion_of([[0, 0, 0], [1, 0, 0]], letters="XYZ")
+    assert moves(compose_program(motion, machine=mill, control="fanuc"))
+    with pytest.raises(
+        MachineError, match="no rotary axis, so there is nothing for tool centre point control"
+    ):
+        compose_program(motion, machine=mill, control="fanuc", coordinates="tip")
+
+
+def test_an_axis_that_the_control_does_not_know_is_named(monkeypatch):
+    monkeypatch.setitem(DIALECTS, "mill", DIALECTS["fanuc"].model_copy(update={"axes": "XYZ"}))
+    with pytest.raises(MachineError, match="has axis A, and control 'fanuc' knows X, Y, Z"):
+        compose_program(SLOPE, machine=OPEN, control="mill")
+
+
+@pytest.mark.parametrize(
+    ("control", "coordinates", "time", "message"),
+    [
+        ("fanuc", "axes", 0.005, "F12000 1/min of a block of 0.005 s is above the most, 9999.99"),
+        ("fanuc", "axes", 200000.0, "F0 1/min of a block of 200000 s is below the least, 0.001"),
+        ("fanuc", "tip", 1e-5, r"mm/min of a block of 1e-05 s is above the most, 240000"),
+    ],
+)
+def test_a_feed_that_the_control_does_not_read_is_named(control, coordinates, time, message):
+    fast = motion_of([[0, 0, 0, 0, 0], [1, 2, 3, 4, 5]], [0.0, time])
+    with pytest.raises(ToolpathError, match=f"line 3: location 1: .*{message}"):
+        compose_program(fast, machine=OPEN, control=control, coordinates=coordinates)
+
+
+def test_an_axis_beyond_its_travel_is_named():
+    axes = tuple(replace(a, limits=Limits(-2.0, 1.5)) if a.letter == "X" else a for a in OPEN.axes)
+    with pytest.raises(
+        ToolpathError, match=r"line 4: location 2: X = 2 mm is above the limit 1.5 mm of machine"
+    ):
+        compose_program(SLOPE, machine=replace(OPEN, axes=axes))
+
+
+def test_a_number_beyond_what_the_control_reads_is_named(monkeypatch):
+    far = motion_of([[0, 0, 0, 0, 0], [1, 0, 0, 0, 100_001]])
+    with pytest.raises(ToolpathError, match=r"location 1: C100001 is beyond 99999, .* unwind the axis"):
+        compose_program(far, machine=OPEN, control="fanuc")
+
+
+def test_a_line_that_is_too_long_is_named(monkeypatch):
+    monkeypatch.setitem(DIALECTS, "narrow", DIALECTS["linuxcnc"].model_copy(update={"longest": 60}))
+    with pytest.raises(SettingError, match=r"has 1?[0-9]{2} characters, and control 'linuxcnc' reads 60"):
+        compose_program(SLOPE, machine=OPEN, control="narrow")
+
+
+def test_blocks_slower_than_the_control_runs_any_are_counted():
+    creep = motion_of([[0, 0, 0, 0, 0], [0.001, 0, 0, 4, 5]], [0.0, 2.0])
+    program = compose_program(creep, machine=OPEN)
+    assert [(f.code, f.value) for f in program.findings] == [("feed-floor", 1.0)]
+
+
+def test_a_full_disk_leaves_the_old_file(tmp_path, monkeypatch):
+    path = tmp_path / "part.nc"
+    path.write_text("old")
+
+    def full(self, *args, **kwargs):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(Path, "open", full)
+    with pytest.raises(SettingError, match="No space left"):
+        write_program(SLOPE, path, machine=OPEN, control="fanuc")
+    monkeypatch.undo()
+    assert path.read_text() == "old"
+    assert [p.name for p in tmp_path.iterdir()] == ["part.nc"]
+
+
+def test_a_refused_motion_leaves_the_old_file(tmp_path):
+    path = tmp_path / "part.nc"
+    path.write_text("old")
+    with pytest.raises(SettingError):
+        write_program(SLOPE, path, machine=OPEN, control="heidenhain", coordinates="axes")
+    assert path.read_text() == "old"
