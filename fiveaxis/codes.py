@@ -79,6 +79,7 @@ PLANNING = {
 }
 # Said by readers of programs and paths: what was assumed, left out, or looks wrong.
 READING = {
+    "angles-assumed": Code(WARNING, "the program doesn't say where the rotary axes are"),
     "angles-as-written": Code(NOTE, "angles are read as given, where a control could take the shorter way"),
     "approach-unknown": Code(NOTE, "the first moves begin at a place that the program doesn't tell"),
     "arc-centre-assumed": Code(WARNING, "what an arc's centre counts from isn't said"),

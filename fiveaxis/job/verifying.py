@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -14,10 +14,9 @@ from fiveaxis.collision import Surroundings
 from fiveaxis.contour import find_contacts, load_mesh
 from fiveaxis.errors import SettingError
 from fiveaxis.findings import Finding, Severity, count_codes
-from fiveaxis.kinematics import tool_poses
+from fiveaxis.job.checked_program import load_program
 from fiveaxis.machine import Machine
 from fiveaxis.motion import PATH_TOLERANCE, Motion
-from fiveaxis.nc import ProgramMotion, read_motion, read_program
 from fiveaxis.toolpath import Tool, Toolpath, for_tilt
 from fiveaxis.verification import Asked, Report, Tolerances
 from fiveaxis.verification.checks import check_finite, check_limits, check_tilt
@@ -32,37 +31,14 @@ from fiveaxis.verification.turns import check_hold, check_jumps, check_singular
 if TYPE_CHECKING:
     import trimesh
 
-# The table of a motion, beside the programs.
-MOTION_SUFFIX = ".csv"
 # rad: what rounding of rotary words may do to the tool's lean.
 ROUNDED = math.radians(0.01)
-# mm: diameter of a ball that stands for the tip of a tool that nobody names.
-POINT = 1e-6
-
 NOT_CHECKED = (
     "the way to the first row: where the axes stand before it isn't in the program",
-    "acceleration and jerk",
+    "acceleration and jerk; durations of rapid moves of axes without a known speed",
 )
 NO_TOOL = "gouges and collisions: no tool was given, so the way of its tip is checked and nothing beside it"
 NO_PATH = "whether the program cuts what it should: no path to compare it with was given"
-
-
-@dataclass(frozen=True, eq=False)
-class Program:
-    """A program as the checks see it.
-
-    Parameters
-    ----------
-    motion : of the axes, one row a block
-    path : of the tool's tip along it, which knows file and line of each row
-    findings : what reading assumed or left out
-    straight : whether it holds locations between which the tool's centre is led straight, not blocks
-    """
-
-    motion: Motion
-    path: Toolpath
-    findings: tuple[Finding, ...]
-    straight: bool
 
 
 def verify_program(
@@ -94,7 +70,8 @@ def verify_program(
 
     Between two blocks all axes run linearly in time; moves under tool centre point control are first cut into
     the parts in which such axes keep the tip on its way. Between two rows of a motion's table the tool's
-    centre is led straight.
+    centre is led straight. A program that doesn't say where the axes are is checked as a path of the tool,
+    with the finding ``angles-assumed``.
 
     Parameters
     ----------
@@ -134,11 +111,14 @@ def verify_program(
         raise SettingError("a part is checked against a cutter; name the tool (--tool ball:10)")
     reading: dict[str, Any] = {"unit": unit, "start": start, "program_zero": program_zero}
     reading |= {"rapid_mm_min": rapid_mm_min, "block_delete": block_delete}
-    read = load_program(program, machine, tool, toolpath, **reading)
+    read = load_program(program, machine, tool, reading)
+    if toolpath is not None:
+        read = replace(read, path=read.path.in_zone(toolpath.zone))
     leaning = {"tilt": tilt, "cone": cone, "lead": lead, "lean": lean, "plane": plane}
     mesh = load_mesh(part, allow_open=True) if isinstance(part, str | Path) else part
     turning: dict[str, Any] = {"hold": hold, "max_turn": max_turn}
-    turning |= {"singular_cone": singular_cone, "singular_rate": singular_rate if singular_cone else 0.0}
+    if singular_cone is not None and len(machine.rotaries) == 2:
+        turning |= {"singular_cone": singular_cone, "singular_rate": singular_rate}
     asked = Asked.of_degrees(read.path, machine, **turning)
     allowed = replace(tolerances, chord_gouge=tolerances.chord_gouge + PATH_TOLERANCE)
     # Its rows aren't locations alone: inserted ones lie on chords, and words are rounded.
@@ -163,49 +143,6 @@ def verify_program(
     left = (*NOT_CHECKED, *((NO_TOOL,) if tool is None else ()), *((NO_PATH,) if toolpath is None else ()))
     report = make_report(results, read.path, left)
     return _with_findings(report, (*missed, *read.findings), {} if match is None else match.missed)
-
-
-def load_program(
-    file: str | Path, machine: Machine, tool: Tool | None, toolpath: Toolpath | None, **reading: Any
-) -> Program:
-    """Read a program or the table of a motion, and follow its tool.
-
-    Raises
-    ------
-    FiveAxisError
-        As `read_program` and `read_motion`.
-    """
-    motion = _read(Path(file), machine, reading)
-    name: str = Path(file).name
-    findings: tuple[Finding, ...] = ()
-    if isinstance(motion, ProgramMotion):
-        name, findings = motion.name, motion.findings
-    tip, axis = tool_poses(machine, motion.positions)
-    path = Toolpath.from_tips(
-        tip,
-        axis,
-        tool or Tool.ball(POINT),
-        feed_mm_min=60.0 * np.where(np.isfinite(motion.feed) & (motion.feed > 0.0), motion.feed, 1.0),
-        kind=motion.kind,
-        source=motion.source,
-        name=name,
-    )
-    path = path if toolpath is None else path.in_zone(toolpath.zone)
-    return Program(motion, path, findings, straight=not isinstance(motion, ProgramMotion))
-
-
-def _read(file: Path, machine: Machine, reading: Mapping[str, Any]) -> Motion:
-    name = file.with_suffix("") if file.suffix.lower() == ".gz" else file
-    if name.suffix.lower() != MOTION_SUFFIX:
-        return read_program(file, machine, **reading)
-    said = sorted(key for key, value in reading.items() if value)
-    if said:
-        raise SettingError(
-            f"{', '.join(said)} is for NC programs, and this is the table of a motion", file=file
-        )
-    motion = read_motion(file, machine)
-    # Lines of the table, under its header: what it calls source are lines of another file.
-    return replace(motion, source=np.arange(2, len(motion) + 2))
 
 
 def _check_leaning(

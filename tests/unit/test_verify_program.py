@@ -296,3 +296,30 @@ def test_codes_are_listed():
     rows = json.loads(run("verify", "--codes", "--json").stdout)
     assert rows["gouge"]["override"] is True
     assert rows["long-dwell"]["override"] is False
+
+
+def test_a_program_of_directions_is_checked_as_a_path_and_says_so(trunnion, tmp_path):
+    path = tmp_path / "vector.mpf"
+    blocks_of = ["N10 G710 G90", "N20 TRAORI", "N30 G0 X0 Y0 Z30 A3=0 B3=0 C3=1"]
+    for i in range(12):
+        lean = np.radians(2.0 * i)
+        blocks_of.append(f"N{40 + i} G1 X{i} Y0 Z5 A3=0 B3={-np.sin(lean):.6f} C3={np.cos(lean):.6f} F600")
+    path.write_text("\n".join([*blocks_of, "TRAFOOF", "M30"]) + "\n")
+    box = trimesh.creation.box(extents=(3.0, 20.0, 20.0))
+    box.apply_translation([6.0, 0.0, -3.0])
+    report = fx.verify_program(path, trunnion, tool=Tool.ball(2), part=box)
+    assert report.counts["angles-assumed"] == 1
+    told = next(f for f in report.findings if f.code == "angles-assumed")
+    assert "the control may take others" in told.message
+    # The box reaches to Z 7, the tip runs at Z 5.
+    assert {f.place.line for f in report.findings if f.code == "gouge"} <= set(range(8, 14))
+    assert report.counts["gouge"] >= 3
+    assert "axis-limit" not in report.counts
+
+
+def test_a_machine_without_rotary_axes_has_no_singular_direction(tmp_path):
+    path = tmp_path / "p.ngc"
+    path.write_text("G21\nG0 X0 Y0 Z30\nG1 Z5 F600\nG1 X30\nG0 Z30\nM2\n")
+    report = fx.verify_program(path, fx.Machine.from_code("0123"), tool=Tool.ball(6))
+    assert report.ok
+    assert any("durations of rapid moves" in sentence for sentence in report.not_checked)

@@ -1,0 +1,162 @@
+"""What `verify_program` checks: a program, or the table of a motion, as a motion and the path of its tool."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fiveaxis.errors import SettingError, ToolpathError
+from fiveaxis.findings import Finding, Place, Severity
+from fiveaxis.geometry import Array
+from fiveaxis.kinematics import axis_positions, tool_poses
+from fiveaxis.kinematics.windings import nearest_turn
+from fiveaxis.machine import Machine
+from fiveaxis.motion import Motion, block_times
+from fiveaxis.nc import read_motion, read_program, read_toolpath
+from fiveaxis.toolpath import Tool, Toolpath
+
+# The table of a motion, beside the programs.
+MOTION_SUFFIX = ".csv"
+# mm: diameter of a ball that stands for the tip of a tool that nobody names.
+POINT = 1e-6
+# mm/min: of rapid moves of axes whose speed nobody knows; nothing but their duration depends on it.
+RAPID = 10_000.0
+
+
+@dataclass(frozen=True, eq=False)
+class Program:
+    """A program as the checks see it.
+
+    Parameters
+    ----------
+    motion : of the axes, one row a block
+    path : of the tool's tip along it, which knows file and line of each row
+    findings : what reading assumed or left out
+    straight : whether the control leads the tool's centre straight between rows; else all axes run linearly
+    """
+
+    motion: Motion
+    path: Toolpath
+    findings: tuple[Finding, ...]
+    straight: bool
+
+
+def load_program(
+    file: str | Path, machine: Machine, tool: Tool | None, reading: Mapping[str, Any]
+) -> Program:
+    """Read a program or the table of a motion, and follow its tool.
+
+    A program that doesn't say where the axes are (directions of the tool, places that only the machine knows)
+    is read as a path of the tool, and the axes take the angles next to those before.
+
+    Parameters
+    ----------
+    file : a program, or ``.csv`` as `write_motion` writes it
+    machine : on which it runs
+    tool : None for its tip alone
+    reading : as for `read_program`
+
+    Raises
+    ------
+    FiveAxisError
+        As `read_program` and `read_motion`.
+    """
+    path = Path(file)
+    name = path.with_suffix("") if path.suffix.lower() == ".gz" else path
+    if name.suffix.lower() == MOTION_SUFFIX:
+        return _load_table(path, machine, tool, reading)
+    timed = {**reading, "rapid_mm_min": reading.get("rapid_mm_min") or RAPID}
+    try:
+        motion = read_program(path, machine, **timed)
+    except ToolpathError as fault:
+        return _load_path(path, machine, tool, timed, fault)
+    return Program(motion, _tool_path(motion, machine, tool, motion.name), motion.findings, straight=False)
+
+
+def _load_table(path: Path, machine: Machine, tool: Tool | None, reading: Mapping[str, Any]) -> Program:
+    said = sorted(key for key, value in reading.items() if value)
+    if said:
+        raise SettingError(
+            f"{', '.join(said)} is for NC programs, and this is the table of a motion", file=path
+        )
+    motion = read_motion(path, machine)
+    # Lines of the table, under its header: what it calls source are lines of another file.
+    motion = replace(motion, source=np.arange(2, len(motion) + 2))
+    return Program(motion, _tool_path(motion, machine, tool, path.name), (), straight=True)
+
+
+def _tool_path(motion: Motion, machine: Machine, tool: Tool | None, name: str) -> Toolpath:
+    tip, axis = tool_poses(machine, motion.positions)
+    feed = np.where(np.isfinite(motion.feed) & (motion.feed > 0.0), motion.feed, 1.0)
+    return Toolpath.from_tips(
+        tip,
+        axis,
+        tool or Tool.ball(POINT),
+        feed_mm_min=60.0 * feed,
+        kind=motion.kind,
+        source=motion.source,
+        name=name,
+    )
+
+
+def _load_path(
+    file: Path, machine: Machine, tool: Tool | None, reading: Mapping[str, Any], fault: ToolpathError
+) -> Program:
+    """Read a program as a path of the tool, because it isn't one of the axes; or say why it isn't."""
+    try:
+        path = read_toolpath(file, tool=tool or Tool.ball(POINT), machine=machine, **reading)
+    except ToolpathError:
+        raise fault from None
+    positions = _next_to_each_other(path, machine)
+    motion = Motion(
+        letters=machine.letters,
+        positions=positions,
+        feed=path.feed,
+        time=block_times(path, machine, positions),
+        kind=path.kind,
+        source=path.source,
+    )
+    assumed = Finding(
+        Severity.WARNING,
+        "angles-assumed",
+        f"it isn't a motion of the axes ({fault.message}), so the tool's path is checked, and the axes on "
+        "the angles next to those before; the control may take others",
+        Place(line=fault.line, file=path.name),
+    )
+    # Normals that a program gives belong to contacts; the tool is followed by its tip here.
+    bare = Toolpath.from_tips(
+        path.tips(path.axis),
+        path.axis,
+        path.tool,
+        feed_mm_min=60.0 * path.feed,
+        kind=path.kind,
+        source=path.source,
+        name=path.name,
+    )
+    return Program(motion, bare, (assumed, *path.findings), straight=True)
+
+
+def _next_to_each_other(path: Toolpath, machine: Machine) -> Array:
+    """Solve the axes, (n, k), each row with the turns and the branch nearest to the row before.
+
+    Of branches outside the limits one is taken only where there is no other: the check of limits names it.
+    """
+    branches = axis_positions(machine, path.tips(path.axis), path.axis)
+    columns = machine.rotary_columns
+    low, high = machine.low[columns], machine.high[columns]
+    found = np.full(branches.shape[1:], np.nan)
+    before = np.clip(np.zeros(len(columns)), low, high)
+    for i in range(len(found)):
+        rows = branches[:, i].copy()
+        rows[:, columns] = nearest_turn(rows[:, columns], before, low, high)
+        turn = np.abs(rows[:, columns] - before).sum(axis=1)
+        outside = ((rows < machine.low - 1e-9) | (rows > machine.high + 1e-9)).any(axis=1)
+        order = np.lexsort((turn, outside, np.isnan(rows).any(axis=1)))
+        found[i] = rows[order[0]]
+        if np.isfinite(found[i]).all():
+            before = found[i, columns]
+    return found
