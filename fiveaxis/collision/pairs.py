@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from fiveaxis.collision.pieces import Question
+from fiveaxis.collision.pieces import Piece, Question
 from fiveaxis.collision.scene import BODY, CUTTER, PART, STOCK, TOOL_KINDS, Scene, SceneBody
 from fiveaxis.collision.surroundings import Clearances
 from fiveaxis.geometry import inverse_transform
@@ -30,6 +30,19 @@ class Pair:
     second: SceneBody
     clearance: float
     rapid_only: bool = False
+
+    @property
+    def pieces(self) -> Iterator[tuple[Piece, Piece, float]]:
+        """Pieces of the one and of the other body, with their clearance, mm.
+
+        The shank goes on from the cutter, which touches part and stock: there its first piece needs no
+        clearance, and only mustn't touch.
+        """
+        touched = self.second.kind in (PART, STOCK)
+        for i, first in enumerate(self.first.pieces):
+            for second in self.second.pieces:
+                beside = touched and i < self.first.beside_cut
+                yield first, second, 0.0 if beside else self.clearance
 
 
 @dataclass(frozen=True)
@@ -108,9 +121,11 @@ def _say_checked(pairs: list[Pair]) -> Iterator[str]:
         against.setdefault(pair.first.name, []).append(pair)
     for name, found in against.items():
         others = [f"{p.second.name}{' (rapid moves that enter it)' * p.rapid_only}" for p in found]
+        beside = any(p.first.beside_cut and p.second.kind in (PART, STOCK) for p in found)
+        above = ", to part and stock from half its diameter above the cutter on" * beside
         yield (
             f"{name} against {', '.join(others)}: at every location and all the way between them, clearance "
-            f"{found[0].clearance:g} mm"
+            f"{found[0].clearance:g} mm{above}"
         )
 
 

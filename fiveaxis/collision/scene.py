@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -39,12 +40,14 @@ class SceneBody:
     kind : ``cutter``, ``shank``, ``holder``, ``part``, ``stock``, ``fixture`` or ``body`` (of the machine)
     link : the link that carries it
     pieces : at least one
+    beside_cut : how many of them, from the first, go on from the cutter: where that touches, they are near
     """
 
     name: str
     kind: str
     link: str
     pieces: tuple[Piece, ...]
+    beside_cut: int = 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,7 +99,8 @@ def build_scene(machine: Machine, tool: Tool, surroundings: Surroundings) -> Sce
 def tool_bodies(tool: Tool, home: Array, link: str) -> list[SceneBody]:
     """Split a tool into cutter, shank and holder, as far as they are known.
 
-    A shank that nobody has described is as thick as the cutter's upper end and counts as cutter.
+    A shank that nobody has described is as thick as the cutter's upper end and counts as cutter. The first
+    piece of one that is described reaches as far up as it is thick: half of its diameter.
 
     Parameters
     ----------
@@ -107,13 +111,14 @@ def tool_bodies(tool: Tool, home: Array, link: str) -> list[SceneBody]:
     shank: list[Piece] = []
     upper: list[Piece] = []
     if holder is not None:
-        radius, top = outline[-1]
-        neck = np.array([[radius, top], [radius, holder.stick_out]])
+        thick, top = outline[-1]
         if tool.shank_diameter is None:
-            outline = np.vstack([outline, neck[1:]])
+            outline = np.vstack([outline, [[thick, holder.stick_out]]])
         else:
-            neck[:, 0] = tool.shank_diameter / 2.0
-            shank = revolved_pieces(neck, home)
+            thick = tool.shank_diameter / 2.0
+            ends = [top, min(top + thick, holder.stick_out), holder.stick_out]
+            for low, high in pairwise(ends):
+                shank += revolved_pieces(np.array([[thick, low], [thick, high]]), home)
         height = holder.stick_out
         for section in holder.sections:
             end = section.diameter if section.upper_diameter is None else section.upper_diameter
@@ -121,7 +126,11 @@ def tool_bodies(tool: Tool, home: Array, link: str) -> list[SceneBody]:
             upper += revolved_pieces(np.array(rows), home)
             height += section.length
     named = {CUTTER: revolved_pieces(outline, home), SHANK: shank, HOLDER: upper}
-    return [SceneBody(kind, kind, link, tuple(pieces)) for kind, pieces in named.items() if pieces]
+    return [
+        SceneBody(kind, kind, link, tuple(pieces), beside_cut=int(kind == SHANK))
+        for kind, pieces in named.items()
+        if pieces
+    ]
 
 
 def _unknown_of(tool: Tool) -> list[str]:
@@ -166,7 +175,10 @@ def _machine_bodies(machine: Machine) -> tuple[list[SceneBody], list[str]]:
     if unplaced:
         gap = "bodies of the head: how far the tip is from the spindle isn't said (tool_length)"
         return bodies, [gap]
-    return bodies, [] if machine.bodies else ["bodies of the machine: its file states none"]
+    if machine.bodies:
+        return bodies, []
+    why = "they aren't known while an axis is clamped" if machine.clamped else "its file states none"
+    return bodies, [f"bodies of the machine: {why}"]
 
 
 def _of_shape(shape: Box | Cylinder | MeshShape, base: Array) -> Piece:

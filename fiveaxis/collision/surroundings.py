@@ -29,7 +29,8 @@ class Clearances:
 
     Parameters
     ----------
-    shank : mm, shank and the workpiece side: part, stock, fixtures, bodies of the table
+    shank : mm, shank and the workpiece side: part, stock, fixtures, bodies of the table. To part and stock it
+        counts from half the shank's diameter above the cutter on: below, the shank is as near as the cut
     holder : mm, holder and the workpiece side
     cutter : mm, cutter and everything that it isn't meant to cut: fixtures, bodies of the table
     machine : mm, bodies of the machine, head side, and the workpiece side or each other

@@ -118,15 +118,22 @@ class Sweep:
         """
         started = time.perf_counter()
         effort = self.effort.setdefault((pair.first.name, pair.second.name), Effort())
-        found = []
-        for first in pair.first.pieces:
-            for second in pair.second.pieces:
-                found.append(self._pieces(pair, first, second, stretch, counted, effort))
+        found = [
+            self._pieces(pair, first, second, clearance, stretch, counted, effort)
+            for first, second, clearance in pair.pieces
+        ]
         effort.seconds += time.perf_counter() - started
         return join(found).worst()
 
     def _pieces(
-        self, pair: Pair, first: Piece, second: Piece, stretch: Stretch, counted: BoolArray, effort: Effort
+        self,
+        pair: Pair,
+        first: Piece,
+        second: Piece,
+        clearance: float,
+        stretch: Stretch,
+        counted: BoolArray,
+        effort: Effort,
     ) -> Hits:
         # The smaller piece moves: its points stay nearer together.
         if first.size <= second.size:
@@ -134,9 +141,9 @@ class Sweep:
         else:
             travel = Travel(stretch, second, first, pair.second.link, pair.first.link)
         search = _Search(travel, self.tolerance, effort)
-        near = search.find(pair.clearance, counted)
+        near = search.find(clearance, counted)
         hits = near
-        if pair.clearance > 0.0:
+        if clearance > 0.0:
             rows = np.zeros(len(stretch), dtype=bool)
             rows[near.rows[~near.touching]] = True
             hits = join([near, search.find(0.0, rows)]) if rows.any() else near

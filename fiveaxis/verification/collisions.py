@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -73,17 +73,11 @@ def check_collisions(
     met = _sweep_all(subject, choice.pairs, sweep)
     unknown = int(np.isnan(subject.positions).any(axis=1).sum())
     gap = f"collisions at {unknown} locations whose axis values aren't numbers, and on the way to them"
-    results = [result for kind in CODES for result in _results_of(kind, met)]
-    first = Result(
-        **{**vars(results[0]), "checked": (*scene.checked, *choice.checked)},
-    )
-    last = Result(
-        **{
-            **vars(results[-1]),
-            "not_checked": (*scene.not_checked, *choice.not_checked, *((gap,) if unknown else ())),
-        }
-    )
-    return (first, *results[1:-1], last)
+    way = f"collisions between locations: all axes linear in time, to {TOLERANCE:g} mm of movement"
+    checked = (*scene.checked, *choice.checked, *((way,) if choice.pairs else ()))
+    not_checked = (*scene.not_checked, *choice.not_checked, *((gap,) if unknown else ()))
+    first, *others = [result for kind in CODES for result in _results_of(kind, met)]
+    return (replace(first, checked=checked, not_checked=not_checked), *others)
 
 
 def pinocchio_poses(machine: Machine) -> Poses:

@@ -97,6 +97,17 @@ def test_a_sentence_names_each_body_with_its_clearance(bodied):
     assert said.endswith("clearance 1.5 mm")
 
 
+def test_the_shanks_sentence_says_from_where_on_it_keeps_clear_of_the_cut(bodied):
+    choice = choose_pairs(build_scene(bodied, TOOL, surroundings()), Clearances())
+    (said,) = [s for s in choice.checked if s.startswith("shank ")]
+    assert said.endswith("clearance 0.2 mm, to part and stock from half its diameter above the cutter on")
+
+
+def test_a_clamped_axis_leaves_no_bodies_and_that_is_said(bodied):
+    scene = build_scene(bodied.holding("C", 0.0), TOOL, surroundings())
+    assert "bodies of the machine: they aren't known while an axis is clamped" in scene.not_checked
+
+
 def test_an_open_mesh_is_said(bodied):
     part = trimesh.creation.box(extents=(20.0, 20.0, 20.0))
     part.update_faces([True] * 11 + [False])

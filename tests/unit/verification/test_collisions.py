@@ -153,6 +153,11 @@ def test_a_clamp_is_named_and_the_depth_told(table_table):
     assert found["shank-collision"].values[0] == pytest.approx(1.0, abs=1e-4)
 
 
+def test_a_fixture_is_not_cut_so_the_whole_shank_keeps_clear_of_it(table_table):
+    clamp = Fixture("clamp", Box((10.0, 10.0, 10.0), (SHANK + 5.1, 0.0, 0.9)))
+    assert "shank-clearance" in check(subject_of(table_table, [[0.0] * 5]), fixtures=(clamp,))
+
+
 def test_too_near_is_a_warning_with_the_room_left(table_table):
     shelf = trimesh.creation.box(bounds=[[20.7, -20.0, 50.0], [60.0, 20.0, 60.0]])
     found = check(subject_of(table_table, [[0.0] * 5]), part=shelf, clearances=Clearances(holder=1.0))
@@ -160,6 +165,16 @@ def test_too_near_is_a_warning_with_the_room_left(table_table):
     assert (result.code, result.severity) == ("holder-clearance", Severity.WARNING)
     assert result.values[0] == pytest.approx(0.3, abs=0.011)
     assert "(clearance 1 mm)" in result.message(0)
+
+
+@pytest.mark.parametrize(
+    ("gap", "top", "code"), [(0.1, 5.7, None), (0.1, 6.1, "clearance"), (-0.1, 5.7, "collision")]
+)
+def test_just_above_the_cutter_the_shank_may_be_as_near_as_the_cut(table_table, gap, top, code):
+    """The shank begins 3 mm above the tip; from 6 mm on, which is its radius higher, it needs clearance."""
+    ledge = trimesh.creation.box(bounds=[[SHANK + gap, -20.0, -20.0], [60.0, 20.0, top]])
+    found = check(subject_of(table_table, [[0.0] * 5]), part=ledge)
+    assert set(found) == (set() if code is None else {f"shank-{code}"})
 
 
 def test_a_tool_wholly_inside_the_part_has_not_slipped_through(table_table):
