@@ -36,13 +36,15 @@ class Program:
     motion : of the axes, one row a block
     path : of the tool's tip along it, which knows file and line of each row
     findings : what reading assumed or left out
-    straight : whether the control leads the tool's centre straight between rows; else all axes run linearly
+    straight : whether the tool's centre goes straight between rows; else all axes run linearly
+    led : whether that is because a control leads it
     """
 
     motion: Motion
     path: Toolpath
     findings: tuple[Finding, ...]
-    straight: bool
+    straight: bool = False
+    led: bool = False
 
 
 def load_program(
@@ -67,23 +69,23 @@ def load_program(
     """
     path = Path(file)
     name = path.with_suffix("") if path.suffix.lower() == ".gz" else path
-    if name.suffix.lower() == MOTION_SUFFIX:
-        return _load_table(path, machine, tool, reading)
     timed = {**reading, "rapid_mm_min": reading.get("rapid_mm_min") or RAPID}
     try:
+        if name.suffix.lower() == MOTION_SUFFIX:
+            return _load_table(path, machine, tool, reading)
         motion = read_program(path, machine, **timed)
     except ToolpathError as fault:
         return _load_path(path, machine, tool, timed, fault)
-    return Program(motion, _tool_path(motion, machine, tool, motion.name), motion.findings, straight=False)
+    return Program(motion, _tool_path(motion, machine, tool, motion.name), motion.findings)
 
 
 def _load_table(path: Path, machine: Machine, tool: Tool | None, reading: Mapping[str, Any]) -> Program:
+    motion = read_motion(path, machine)
     said = sorted(key for key, value in reading.items() if value)
     if said:
         raise SettingError(
             f"{', '.join(said)} is for NC programs, and this is the table of a motion", file=path
         )
-    motion = read_motion(path, machine)
     # Lines of the table, under its header: what it calls source are lines of another file.
     motion = replace(motion, source=np.arange(2, len(motion) + 2))
     return Program(motion, _tool_path(motion, machine, tool, path.name), (), straight=True)
@@ -111,6 +113,8 @@ def _load_path(
         path = read_toolpath(file, tool=tool or Tool.ball(POINT), machine=machine, **reading)
     except ToolpathError:
         raise fault from None
+    if not path.has_axes:
+        raise fault
     positions = _next_to_each_other(path, machine)
     motion = Motion(
         letters=machine.letters,
@@ -137,7 +141,7 @@ def _load_path(
         source=path.source,
         name=path.name,
     )
-    return Program(motion, bare, (assumed, *path.findings), straight=True)
+    return Program(motion, bare, (assumed, *path.findings), straight=True, led=True)
 
 
 def _next_to_each_other(path: Toolpath, machine: Machine) -> Array:

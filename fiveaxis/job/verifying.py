@@ -135,7 +135,7 @@ def verify_program(
         _as_severe(check_jumps(subject), Severity.ERROR if mesh is None else Severity.WARNING),
         check_singular(subject),
         replace(_as_severe(check_speeds(subject), Severity.WARNING), code="feed-over"),
-        check_deviation(subject),
+        *([] if read.led else [check_deviation(subject)]),
         check_gouge(subject, mesh, straight=read.straight),
     ]
     if tool is not None:

@@ -18,7 +18,7 @@ from fiveaxis.geometry import normalise
 from fiveaxis.kinematics import rotary_angles
 from fiveaxis.machine import Limits
 from fiveaxis.motion import fill_in, follow
-from fiveaxis.nc import write_motion, write_program, write_toolpath
+from fiveaxis.nc import DIALECTS, write_motion, write_program, write_toolpath
 from fiveaxis.toolpath import Holder, Section, Tool, Toolpath
 
 BALL = 10.0
@@ -315,6 +315,33 @@ def test_a_program_of_directions_is_checked_as_a_path_and_says_so(trunnion, tmp_
     assert {f.place.line for f in report.findings if f.code == "gouge"} <= set(range(8, 14))
     assert report.counts["gouge"] >= 3
     assert "axis-limit" not in report.counts
+
+
+@pytest.mark.parametrize(
+    ("control", "coordinates"),
+    [
+        ("linuxcnc", "axes"),
+        ("fanuc", "tip"),
+        ("heidenhain", "vector"),
+        ("points", "vector"),
+        ("apt", "vector"),
+    ],
+)
+def test_what_every_control_is_written_in_is_verified_too(wall, trunnion, tmp_path, control, coordinates):
+    rotary = np.unwrap(rotary_angles(trunnion, lean(wall))[0], axis=0)
+    motion = fill_in(wall, trunnion, rotary)[1] if coordinates == "axes" else follow(wall, trunnion, rotary)
+    path = tmp_path / f"p{DIALECTS[control].suffix}"
+    write_program(motion, path, machine=trunnion, control=control, coordinates=coordinates)
+    report = fx.verify_program(path, trunnion, toolpath=wall, tilt=TILT)
+    # The table of that machine fills the place where this path lies; nothing else may be wrong.
+    wrong = {f.code for f in report.findings if f.severity == "error"}
+    assert wrong <= {"fixture-collision", "machine-collision"}
+    assert "tip-deviation" not in report.counts
+    assert report.counts.get("angles-assumed", 0) == (coordinates == "vector")
+    assert report.figures["off_path_mm"] == 0.0
+    up = np.array([0.0, 0.0, 0.1])
+    lifted = replace(wall, pivot=wall.pivot + up, contact=wall.contact + up)
+    assert fx.verify_program(path, trunnion, toolpath=lifted).counts["path-missed"] == len(wall)
 
 
 def test_a_machine_without_rotary_axes_has_no_singular_direction(tmp_path):
