@@ -29,7 +29,7 @@ CODES = {SHANK: "shank", HOLDER: "holder", CUTTER: FIXTURE, MACHINE: MACHINE}
 REMEDIES = {
     SHANK: "tilt the tool away, or take a thinner or longer one",
     HOLDER: "tilt the tool away, or clamp it with more stick-out",
-    CUTTER: "move the fixture, or lead the path around it",
+    CUTTER: "lead the path around it, or move it",
     MACHINE: "move the part on the table, take a longer tool, or bound the rotary axes",
 }
 
