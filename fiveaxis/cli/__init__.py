@@ -10,6 +10,7 @@ from fiveaxis.cli.calibration_verb import calibrate
 from fiveaxis.cli.energy_verb import energy
 from fiveaxis.cli.machine_verbs import check, import_machine, info, machines, urdf
 from fiveaxis.cli.path_verbs import optimise, plan, preview
+from fiveaxis.cli.post_verb import controls, post
 from fiveaxis.cli.surface_verb import surface
 from fiveaxis.cli.verify_verb import verify
 
@@ -28,6 +29,8 @@ app.command()(energy)
 app.command()(plan)
 app.command()(optimise)
 app.command()(verify)
+app.command()(post)
+app.command()(controls)
 # Unknown options pass as arguments, since a tip like -10,0,5 looks like one.
 app.command(context_settings={"ignore_unknown_options": True})(surface)
 app.command()(preview)

@@ -6,7 +6,7 @@ from fiveaxis.nc.motion_table import read_motion, write_motion
 from fiveaxis.nc.point_table import write_toolpath
 from fiveaxis.nc.program import Program, compose_program, write_program
 from fiveaxis.nc.writing.catalogue import DIALECTS, find_dialect
-from fiveaxis.nc.writing.program_settings import ProgramSettings
+from fiveaxis.nc.writing.program_settings import ProgramSettings, make_settings
 from fiveaxis.nc.writing.tables import Coordinates, Dialect
 
 __all__ = [
@@ -18,6 +18,7 @@ __all__ = [
     "ProgramSettings",
     "compose_program",
     "find_dialect",
+    "make_settings",
     "read_motion",
     "read_program",
     "read_toolpath",

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import re
-from typing import Literal
+from typing import Any, Literal
 
-from pydantic import Field, field_validator
+from pydantic import Field, ValidationError, field_validator
 
 from fiveaxis.errors import SettingError
 from fiveaxis.nc.writing.tables import Dialect
-from fiveaxis.settings import StrictModel
+from fiveaxis.settings import StrictModel, explain
 
 
 class ProgramSettings(StrictModel):
@@ -61,6 +61,20 @@ class ProgramSettings(StrictModel):
             "safe retract": self.retract,
         }
         return [what for what, value in given.items() if value is None]
+
+
+def make_settings(**given: Any) -> ProgramSettings:
+    """Make settings of what is given.
+
+    Raises
+    ------
+    SettingError
+        An unknown one, with the nearest known; a value out of its range.
+    """
+    try:
+        return ProgramSettings.model_validate(given)
+    except ValidationError as fault:
+        raise SettingError(explain(fault, ProgramSettings)) from None
 
 
 def require_writable(settings: ProgramSettings, dialect: Dialect, letters: str) -> None:

@@ -1,0 +1,132 @@
+"""Verbs about controls: which there are, and a motion or a program written for one of them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from rich.markup import escape
+from rich.table import Table
+
+from fiveaxis.cli.options import (
+    AsJson,
+    BlockDelete,
+    MachineName,
+    ProgramZero,
+    Rapid,
+    Start,
+    ToolLength,
+    Unit,
+    Winding,
+    WorkOffset,
+    takes,
+)
+from fiveaxis.cli.terminal import (
+    err,
+    errors_explained,
+    out,
+    parse_numbers,
+    parse_places,
+    print_json,
+    required,
+)
+from fiveaxis.cli.writing_options import WRITING, coordinates_of, settings_of
+
+if TYPE_CHECKING:
+    from fiveaxis.machine import Machine
+
+POSTING: Mapping[str, Any] = {
+    "machine": MachineName,
+    "winding": Winding,
+    "unit": Unit,
+    "program_zero": ProgramZero,
+    "start": Start,
+    "rapid": Rapid,
+    "block_delete": BlockDelete,
+    "tool_length": ToolLength,
+    "work_offset": WorkOffset,
+}
+
+
+def controls(as_json: AsJson = False) -> None:
+    """List the controls that programs are written for."""
+    with errors_explained(as_json):
+        from fiveaxis.nc import DIALECTS
+
+        rows = {
+            name: {
+                "title": dialect.title,
+                "suffix": dialect.suffix,
+                "coordinates": list(dialect.modes),
+                "windings": list(dialect.windings),
+            }
+            for name, dialect in DIALECTS.items()
+        }
+        if as_json:
+            return print_json(rows)
+        table = Table("control", "what it is", "file", "coordinates", "winding", box=None)
+        for name, dialect in DIALECTS.items():
+            windings = ", ".join(dialect.windings)
+            table.add_row(name, dialect.title, dialect.suffix, ", ".join(dialect.modes), windings)
+        out.print(table)
+        out.print("more: --control MY.toml, a table that says what differs from one of these (based_on)")
+
+
+@takes(POSTING, WRITING)
+def post(
+    context: typer.Context,
+    source: Annotated[Path, typer.Argument(help="motion.csv, or a program of any language that is read")],
+    control: Annotated[str, typer.Option("--control", "-c", help="`fiveaxis controls`, or a .toml file")],
+    output: Annotated[Path, typer.Option("--output", "-o", help="the new program")],
+    as_json: AsJson = False,
+    **_: Any,
+) -> None:
+    """Write a motion, or a program of another control, for a control; nothing is verified."""
+    with errors_explained(as_json) as written:
+        from fiveaxis.job.posting import post_program
+
+        options = context.params
+        posted = post_program(
+            source,
+            _machine(options),
+            control=control,
+            output=output,
+            coordinates=coordinates_of(options),
+            winding=options["winding"] or "unwound",
+            settings=settings_of(options),
+            unit=options["unit"],
+            rapid_mm_min=options["rapid"],
+            block_delete=bool(options["block_delete"]),
+            start=parse_places("--start", options["start"]),
+            program_zero=parse_places("--program-zero", options["program_zero"]),
+        )
+        written.append(output)
+        program = posted.program
+        document = {
+            "program": str(output),
+            "control": program.control,
+            "coordinates": program.coordinates,
+            "locations": len(posted.motion),
+            "lines": len(program.lines),
+            "dropped": program.dropped,
+            "findings": [finding.as_dict() for finding in posted.findings],
+        }
+        for finding in posted.findings:
+            err.print(f"{finding.severity}: {finding}", markup=False)
+        if as_json:
+            return print_json(document)
+        written_as = f"{len(program.lines)} lines for {program.control}, {program.coordinates}"
+        out.print(f"wrote {escape(str(output))}: {written_as}", soft_wrap=True)
+
+
+def _machine(options: Mapping[str, Any]) -> Machine:
+    from fiveaxis.machine import load_machine
+
+    machine = load_machine(required(options["machine"], "machine"))
+    if options["work_offset"] is not None:
+        x, y, z = parse_numbers(options["work_offset"], 3, "X,Y,Z")
+        machine = machine.with_setup((x, y, z))
+    length = options["tool_length"]
+    return machine if length is None else machine.with_tool_length(length)

@@ -1,0 +1,124 @@
+"""The verbs that write a motion for a control and list the controls."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import fiveaxis as fx
+from fiveaxis.cli import app
+from fiveaxis.job.posting import post_program
+from fiveaxis.nc import DIALECTS, compose_program, read_motion, read_program, write_motion
+
+
+@pytest.fixture
+def table(tmp_path, trunnion):
+    """A motion as `optimise` leaves it."""
+    positions = np.array([[0, 0, 0, 0, 0], [5, 4, 3, 10, 20], [6, 4, 3, 12, 200]]) * [
+        1,
+        1,
+        1,
+        *[np.pi / 180] * 2,
+    ]
+    motion = fx.Motion(
+        "XYZAC", positions, np.full(3, 10.0), np.array([0.0, 1.0, 2.0]), np.zeros(3, int), np.arange(1, 4)
+    )
+    return write_motion(motion, tmp_path / "motion.csv", trunnion)
+
+
+def run(*words):
+    return CliRunner().invoke(app, [*map(str, words)])
+
+
+@pytest.mark.parametrize("control", DIALECTS)
+def test_a_motion_is_written_for_every_control(table, tmp_path, trunnion, control):
+    output = tmp_path / f"part{DIALECTS[control].suffix}"
+    done = run("post", table, "-m", "linuxcnc-xyzac-trt", "-c", control, "-o", output)
+    assert done.exit_code == 0, done.stderr
+    text = output.read_text()
+    assert "motion.csv sha256" in text.lower().replace("\n", " ")
+    assert "NOT VERIFIED" in text
+    posted = post_program(table, trunnion, control=control, output=tmp_path / "again" / output.name)
+    assert posted.path is not None
+    assert posted.path.read_text() == text
+
+
+def test_options_reach_the_program(table, tmp_path):
+    output = tmp_path / "part.nc"
+    done = run(
+        *("post", table, "-m", "linuxcnc-xyzac-trt", "-c", "fanuc", "--tcp", "-o", output),
+        *("--tool-number", 3, "--spindle-rpm", 9000, "--spindle-direction", "left", "--coolant", "mist"),
+        *("--zero-word", "G55", "--line-numbers", 5, "--retract", 0, "--home", "XY", "--program-number", 77),
+        *("--length-offset", 13, "--nc-unit", "inch"),
+    )
+    assert done.exit_code == 0, done.stderr
+    lines = output.read_text().splitlines()
+    words = " ".join(line.split(" ", 1)[1] for line in lines if line.startswith("N"))
+    assert lines[1] == "O0077"
+    for block in (
+        "G20 ",
+        "G55",
+        "T3 M6",
+        "S9000 M4",
+        "M7",
+        "G43.4 H13",
+        "G53 G0 Z0.0000",
+        "G53 G0 X0.0000 Y0.0000",
+    ):
+        assert block in words
+
+
+def test_a_program_goes_from_one_control_to_another(table, tmp_path, trunnion):
+    first, second = tmp_path / "part.h", tmp_path / "part.mpf"
+    assert run("post", table, "-m", "linuxcnc-xyzac-trt", "-c", "heidenhain", "-o", first).exit_code == 0
+    done = run("post", first, "-m", "linuxcnc-xyzac-trt", "-c", "sinumerik", "-o", second, "--json")
+    assert done.exit_code == 0, done.stderr
+    document = json.loads(done.stdout)
+    assert document["control"] == "sinumerik"
+    assert document["coordinates"] == "axes"
+    wanted = read_motion(table, trunnion)
+    again = read_program(second, trunnion)
+    np.testing.assert_allclose(again.positions[-1], wanted.positions[-1], atol=2e-4)
+    # The approach of the first cut is among the blocks that are read.
+    assert again.time.sum() == pytest.approx(wanted.time.sum() + 0.5, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("words", "fault"),
+    [
+        (["-c", "fanuk"], "unknown control 'fanuk'; did you mean 'fanuc'"),
+        (["-c", "fanuc", "--tcp", "--vectors"], "give one of them"),
+        (["-c", "haas", "--vectors"], "a Haas has no words for a direction of the tool"),
+        (["-c", "fanuc", "--coolant", "steam"], "no coolant 'steam'; known: flood, mist"),
+        (["-c", "fanuc", "--spindle-rpm", "-3"], "spindle_rpm = -3.0 must be above 0"),
+        (["-c", "fanuc", "--winding", "rezero"], "has no winding 'rezero'"),
+        (["-c", "gone.toml"], "gone.toml: can't be read"),
+    ],
+)
+def test_what_cannot_be_written_is_one_message_and_no_file(table, tmp_path, words, fault):
+    output = tmp_path / "part.nc"
+    done = run("post", table, "-m", "linuxcnc-xyzac-trt", "-o", output, *words)
+    assert done.exit_code == 2
+    assert fault in done.stderr
+    assert done.stdout == ""
+    assert not output.exists()
+
+
+def test_the_controls_are_listed():
+    rows = json.loads(run("controls", "--json").stdout)
+    assert list(rows) == list(DIALECTS)
+    assert rows["haas"]["coordinates"] == ["axes", "tip"]
+    text = run("controls").stdout
+    assert all(name in text for name in DIALECTS)
+
+
+def test_posting_says_what_composing_says(table, trunnion):
+    posted = post_program(table, trunnion, control="haas")
+    assert posted.path is None
+    assert posted.findings == posted.program.findings
+    motion = read_motion(table, trunnion)
+    blocks = compose_program(motion, machine=trunnion, control="haas").lines
+    assert [b for b in posted.program.lines if b[0] != "("] == [b for b in blocks if b[0] != "("]
