@@ -1,16 +1,18 @@
 """The cutter against a mesh, at locations and on the ways between them."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 import trimesh
 
+from fiveaxis.contour import load_mesh, plan_contour
 from fiveaxis.contour.distance import TriangleTree
 from fiveaxis.kinematics import rotary_angles
 from fiveaxis.motion import follow
 from fiveaxis.toolpath import MoveKind, Tool, Toolpath, shapes
-from fiveaxis.verification import verify
+from fiveaxis.verification import Asked, verify
 from fiveaxis.verification.cutting_body import CuttingBody
 from fiveaxis.verification.gouging import Ways, gouge_depths
 from fiveaxis.verification.subject import DEFAULT_TOLERANCES, make_subject
@@ -181,3 +183,28 @@ def test_axes_that_run_linearly_leave_the_straight_way_of_the_centre(hayashi, bo
 def leant_axis(degrees):
     angle = np.radians(degrees)
     return np.array([[0.0, -np.sin(angle), np.cos(angle)]])
+
+
+PART = Path(__file__).parents[3] / "examples" / "overhang" / "part.stl"
+
+
+@pytest.mark.parametrize(
+    "plan",
+    [
+        {"stepdown": 6.0},
+        {"stepdown": 6.0, "spiral": True},
+        {"stepdown": 6.0, "lead_in": 2.0, "lead_out": 2.0, "order": "islands"},
+        {"strategy": "raster", "stepover": 6.0, "direction": "zigzag", "raster_angle": 30.0},
+    ],
+    ids=str,
+)
+def test_a_path_that_was_planned_for_a_ball_gouges_nowhere(hayashi, plan):
+    path = plan_contour(PART, Tool.ball(8.0), spacing=1.0, **plan)
+    here, way = gouge_depths(
+        make_subject(upright(path, hayashi), hayashi, path, Asked(), DEFAULT_TOLERANCES), load_mesh(PART)
+    )
+    assert here.max() <= DEFAULT_TOLERANCES.gouge
+    assert way.max() <= DEFAULT_TOLERANCES.chord_gouge
+    # Links among them, and somewhere it touches.
+    assert (path.kind != MoveKind.CUT).any()
+    assert here.max() > -1e-6
