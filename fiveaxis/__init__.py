@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from fiveaxis.machine import Machine, load_machine, machine_names
     from fiveaxis.motion import Motion
     from fiveaxis.nc import read_program, read_toolpath, write_program
-    from fiveaxis.posture import Solution, optimise
+    from fiveaxis.posture import Solution
     from fiveaxis.toolpath import Tool, Toolpath
     from fiveaxis.verification import Report, verify
     from fiveaxis.viewer import preview
@@ -47,7 +47,7 @@ _HOMES = {
     "find_contacts": "contour",
     "load_machine": "machine",
     "machine_names": "machine",
-    "optimise": "posture",
+    "optimise": "job",
     "plan_contour": "contour",
     "power_surface": "energy",
     "preview": "viewer",

@@ -65,6 +65,14 @@ Unit = Annotated[str | None, typer.Option("--unit", help="mm or inch, for an inp
 Part = Annotated[
     Path | None, typer.Option("--part", help="mesh: missing normals, gouge check and preview come from it")
 ]
+Stock = Annotated[Path | None, typer.Option("--stock", help="mesh of what the part is cut from")]
+Fixtures = Annotated[
+    Path | None, typer.Option("--fixtures", help="TOML with [[fixture]] and [clearance], as in a job")
+]
+KeepClear = Annotated[
+    bool | None,
+    typer.Option("--keep-clear/--only-verify", help="choose postures clear of collisions; else only verify"),
+]
 SurfaceTolerance = Annotated[
     float | None, typer.Option("--surface-tolerance", help="gap to the part that counts as touching, mm")
 ]
@@ -156,6 +164,9 @@ POSTURE: Mapping[str, Any] = {
     "plane": ToolPlane,
     "hold": Hold,
     "part": Part,
+    "stock": Stock,
+    "fixtures": Fixtures,
+    "keep_clear": KeepClear,
     "surface_tolerance": SurfaceTolerance,
     "drives": Drives,
     "up_penalty": UpPenalty,

@@ -115,7 +115,7 @@ def preview(
 
 def _job(options: Mapping[str, Any]) -> Job:
     """Make the job of a verb's options; a job file's own settings give way to them."""
-    from fiveaxis.job import Job, PlanTable, make_job, read_job
+    from fiveaxis.job import Job, PlanTable, make_job, read_fixtures, read_job
 
     settings = {name: value for name, value in options.items() if name in Job.model_fields}
     setup = {"offset": options.get("work_offset"), "rotation": options.get("part_rotation")}
@@ -136,6 +136,8 @@ def _job(options: Mapping[str, Any]) -> Job:
         settings[name] = settings.get(name) or None
     settings["override"] = tuple(settings.get("override") or ()) or None
     settings["hold"] = parse_places("--hold", settings.get("hold"))
+    if options.get("fixtures") is not None:
+        settings |= read_fixtures(options["fixtures"])
     source = options["source"]
     if source.suffix.lower() == ".toml":
         return read_job(source, **settings)

@@ -96,6 +96,15 @@ class FixtureTable(StrictModel):
             raise ValueError(f"fixture {self.name!r}: scale is for a mesh")
         return self
 
+    @property
+    def file(self) -> Path | None:
+        """The mesh's file, None for a box or cylinder."""
+        return None if self.mesh is None else Path(self.mesh)
+
+    def beside(self, folder: Path) -> FixtureTable:
+        """Return the table with its mesh's file named as seen from a folder."""
+        return self if self.mesh is None else self.model_copy(update={"mesh": str(folder / self.mesh)})
+
     def build(self, folder: Path) -> Fixture:
         """Make the fixture.
 

@@ -12,6 +12,10 @@ from fiveaxis.toolpath import Tool
 CUTTER, SHANK, HOLDER = "cutter", "shank", "holder"
 # mm: pieces of an outline lower than this are steps; the piece beside them is as wide.
 LOWEST = 1e-9
+# Shares of a margin at which the space below and above a profile is cut into pieces; heights in a piece at
+# which its chord is compared with what it stands for.
+CAP_STEPS = np.array([1.0, 0.75, 0.5, 0.25])
+LIFTED = 17
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,30 +41,80 @@ class Solid:
     def grown(self, margin: float) -> Solid:
         """Return the solid with its surface moved out by a margin, mm; inwards where that is negative.
 
-        Outwards every piece becomes at least as wide as all that is nearer to it than the margin, with sharp
-        ends in place of round ones. Inwards the lower end of the lowest piece moves up with the surface; a
-        piece that nothing is left of is dropped.
+        Outwards nothing nearer than the margin is left out, and sharp ends stand in place of round ones.
+        Inwards the lower end of the lowest piece moves up with the surface; a piece that nothing is left of
+        is dropped.
         """
-        z0, r0, z1, r1 = self.frusta.T
-        slope = (r1 - r0) / (z1 - z0)
-        wider = margin * np.hypot(1.0, slope)
-        low, high = (z0 - margin, z1 + margin) if margin > 0.0 else (z0.copy(), z1)
-        if margin < 0.0 and len(low):
-            low[0] -= margin
-        lower, upper = r0 + slope * (low - z0) + wider, r1 + slope * (high - z1) + wider
-        if margin < 0.0:
-            # Where two pieces join, what is left is as wide as the narrower one is there.
-            joint = np.minimum(upper[:-1], (r0 + wider)[1:])
-            joined = np.abs(z1[:-1] - z0[1:]) <= LOWEST
-            upper[:-1], lower[1:] = (np.where(joined, joint, own) for own in (upper[:-1], lower[1:]))
-        frusta = np.column_stack([low, lower, high, upper])
-        return Solid(self.name, _above_nothing(frusta))
+        return Solid(
+            self.name, _widened(self.frusta, margin) if margin > 0.0 else _shrunk(self.frusta, -margin)
+        )
 
     @property
     def reach(self) -> float:
         """Largest distance of its points from the tip, mm."""
         ends = np.concatenate([self.frusta[:, :2], self.frusta[:, 2:]])
         return float(np.hypot(*ends.T).max(initial=0.0))
+
+
+def _widened(frusta: Array, margin: float) -> Array:
+    """Move the surface of a stack, (m, 4) mm, outwards."""
+    z0, r0, z1, r1 = frusta.T
+    slope = (r1 - r0) / (z1 - z0)
+    joined = (np.abs(z1[:-1] - z0[1:]) <= LOWEST) & (np.abs(r1[:-1] - r0[1:]) <= LOWEST)
+    # Where a profile steps or bends inwards, each side has a margin of its own.
+    ends = np.flatnonzero(~(joined & (slope[1:] <= slope[:-1] + LOWEST))) + 1
+    return np.concatenate([_merged(_convex_widened(run, margin)) for run in np.split(frusta, ends)])
+
+
+def _convex_widened(frusta: Array, margin: float) -> Array:
+    """Move the surface of a stack that nowhere bends inwards outwards, (m, 4) mm.
+
+    No point of the wider body is beyond any of the parallel lines of the profile, nor farther out than its
+    widest place and the margin. That bound is concave, so the chords of it that the pieces are get a lift.
+    """
+    z0, r0, z1, r1 = frusta.T
+    slope = (r1 - r0) / (z1 - z0)
+    wider = margin * np.hypot(1.0, slope)
+    widest = max(r0.max(), r1.max()) + margin
+    caps = z0[0] - margin * CAP_STEPS, z1[-1] + margin * CAP_STEPS
+    knots = np.unique(np.concatenate([caps[0], z0, z1, caps[1]]))
+    low, high = knots[:-1, None], knots[1:, None]
+    height = low + (high - low) * np.linspace(0.0, 1.0, LIFTED)
+    lines = (r0 + wider)[:, None, None] + slope[:, None, None] * (height - z0[:, None, None])
+    bound = np.minimum(lines.min(axis=0), widest)
+    chord = bound[:, :1] + (bound[:, -1:] - bound[:, :1]) * np.linspace(0.0, 1.0, LIFTED)
+    lift = (bound - chord).max(axis=1)
+    return _above_nothing(np.column_stack([low[:, 0], bound[:, 0] + lift, high[:, 0], bound[:, -1] + lift]))
+
+
+def _merged(frusta: Array) -> Array:
+    """Join neighbours that lie on one line, (m, 4) mm: fewer pieces are quicker to test."""
+    kept = [frusta[0]]
+    for z0, r0, z1, r1 in frusta[1:]:
+        low, radius, high, end = kept[-1]
+        ahead = end + (end - radius) / (high - low) * (z1 - high)
+        if abs(z0 - high) <= LOWEST and abs(r0 - end) <= LOWEST and abs(r1 - ahead) <= LOWEST:
+            kept[-1] = np.array([low, radius, z1, r1])
+        else:
+            kept.append(np.array([z0, r0, z1, r1]))
+    return np.array(kept)
+
+
+def _shrunk(frusta: Array, margin: float) -> Array:
+    """Move the surface of a stack, (m, 4) mm, inwards; its upper end stays where it is."""
+    z0, r0, z1, r1 = frusta.T
+    if not len(frusta):
+        return frusta
+    slope = (r1 - r0) / (z1 - z0)
+    narrower = margin * np.hypot(1.0, slope)
+    low = z0.copy()
+    low[0] += margin
+    lower, upper = r0 + slope * (low - z0) - narrower, r1 - narrower
+    # Where two pieces join, what is left is as wide as the narrower one is there.
+    joint = np.minimum(upper[:-1], (r0 - narrower)[1:])
+    joined = np.abs(z1[:-1] - z0[1:]) <= LOWEST
+    upper[:-1], lower[1:] = (np.where(joined, joint, own) for own in (upper[:-1], lower[1:]))
+    return _above_nothing(np.column_stack([low, lower, z1, upper]))
 
 
 def _above_nothing(frusta: Array) -> Array:

@@ -1,6 +1,7 @@
 """One job: from a part or a path to the files that a machine and its programmer need."""
 
-from fiveaxis.job.description import Job, PlanTable, SetupTable, make_job, read_job
+from fiveaxis.job.clearing import optimise
+from fiveaxis.job.description import Job, PlanTable, SetupTable, make_job, read_fixtures, read_job
 from fiveaxis.job.programs import ProgramEnergy, program_energy
 from fiveaxis.job.results import require_folder, write_outcome
 from fiveaxis.job.stages import (
@@ -30,9 +31,11 @@ __all__ = [
     "load_job_toolpath",
     "make_job",
     "measure_plan",
+    "optimise",
     "part_of",
     "program_energy",
     "program_motion",
+    "read_fixtures",
     "read_job",
     "require_folder",
     "run_job",

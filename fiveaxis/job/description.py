@@ -9,6 +9,7 @@ from typing import Any, Literal
 from pydantic import Field, ValidationError, ValidationInfo, field_validator
 
 from fiveaxis.codes import require_codes
+from fiveaxis.collision import ClearanceTable, FixtureTable
 from fiveaxis.contour.mesh import SUFFIXES as MESH_SUFFIXES
 from fiveaxis.contour.options import Direction, Order, Strategy
 from fiveaxis.errors import FiveAxisError, InputError, JobError, SettingError
@@ -70,6 +71,13 @@ class SetupTable(StrictModel):
     rotation: Triple = Field((0.0, 0.0, 0.0), description="about the machine's X, then Y, then Z, deg")
 
 
+class FixtureFile(StrictModel):
+    """Fixtures and clearances in a file of their own."""
+
+    fixture: tuple[FixtureTable, ...] = ()
+    clearance: ClearanceTable | None = None
+
+
 class ProcessTable(StrictModel):
     """The cut, the same all along the path: for the energy of the whole job."""
 
@@ -112,6 +120,12 @@ class Job(StrictModel):
     columns: tuple[str, ...] | None = Field(None, description="of a list of points without header")
     part: Path | None = Field(
         None, description="mesh of the part: for normals that the input lacks, the gouge check, the preview"
+    )
+    stock: Path | None = Field(None, description="mesh of what the part is cut from, for collisions")
+    fixture: tuple[FixtureTable, ...] = Field((), description="clamps and vices, in the workpiece frame")
+    clearance: ClearanceTable = ClearanceTable()
+    keep_clear: bool = Field(
+        True, description="choose postures that keep cutter, shank and holder clear; else only verify"
     )
     surface_tolerance: float = Field(
         0.05, gt=0.0, description="gap between cutter and part that counts as touching, mm"
@@ -206,8 +220,10 @@ def read_job(path: Path, **settings: Any) -> Job:
     """
     job = read_settings(path, Job, JobError)
     places: dict[str, Any] = {"input": path.parent / job.input}
-    if job.part is not None:
-        places["part"] = path.parent / job.part
+    for name in ("part", "stock"):
+        if getattr(job, name) is not None:
+            places[name] = path.parent / getattr(job, name)
+    places["fixture"] = tuple(fixture.beside(path.parent) for fixture in job.fixture)
     if job.tool is not None and job.tool.lower().endswith(TOOL_FILE):
         places["tool"] = str(path.parent / job.tool)
     for name in ("machine", "drives"):
@@ -223,11 +239,25 @@ def read_job(path: Path, **settings: Any) -> Job:
     return make_job(own, **settings)
 
 
+def read_fixtures(path: Path) -> dict[str, Any]:
+    """Read fixtures and clearances from a file of their own, as settings for `make_job`.
+
+    Raises
+    ------
+    JobError
+        As `read_job`.
+    """
+    found = read_settings(path, FixtureFile, JobError)
+    fixtures = tuple(fixture.beside(path.parent) for fixture in found.fixture)
+    return {"fixture": fixtures or None, "clearance": found.clearance}
+
+
 def _check_names(job: Job, file: Path, replaced: Collection[str]) -> None:
     """Look for what a job file names, so that a wrong name is reported on its line."""
     checks: dict[str, Callable[[Any], object]] = {
         "input": require_input,
         "part": require_file,
+        "stock": require_file,
         "machine": load_machine,
         "drives": load_machine,
         "tool": parse_tool,

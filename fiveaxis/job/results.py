@@ -14,6 +14,7 @@ from fiveaxis.job.stages import Outcome, part_of
 from fiveaxis.nc import DIALECTS, find_dialect, write_motion, write_program
 from fiveaxis.report import write_json, write_report
 from fiveaxis.report.front_figure import write_front_figure
+from fiveaxis.report.landscape import Admits
 from fiveaxis.viewer import write_preview
 
 
@@ -96,7 +97,7 @@ def _make_files(outcome: Outcome, folder: Path) -> list[Path]:
     made = [
         write_motion(solution.motion, folder / "motion.csv", solution.machine),
         write_json(outcome.document, folder / "report.json"),
-        write_report(solution, outcome.document, folder / "report.html"),
+        write_report(solution, outcome.document, folder / "report.html", admits=_admits(outcome)),
         write_preview(solution, folder / "preview.html", part=part_of(job)),
     ]
     if outcome.front is not None:
@@ -117,6 +118,12 @@ def _make_files(outcome: Outcome, folder: Path) -> list[Path]:
             )
         )
     return made
+
+
+def _admits(outcome: Outcome) -> Admits | None:
+    """Give what the posture map asks about collisions, where something was kept clear of."""
+    cleared = outcome.cleared
+    return None if cleared is None or cleared.admits is None else cleared.admits.rough
 
 
 def _header(outcome: Outcome) -> dict[str, str]:

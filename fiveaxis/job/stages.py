@@ -7,14 +7,14 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
+from fiveaxis.collision import Surroundings
 from fiveaxis.contour import (
     Plan,
     PlanOptions,
     PlanReport,
     find_contacts,
-    load_mesh,
     path_quality,
     plan_passes,
 )
@@ -31,19 +31,18 @@ from fiveaxis.energy import (
     motion_energy,
 )
 from fiveaxis.errors import JobError, SettingError, ToolError
+from fiveaxis.job.clearing import Cleared, keep_clear
 from fiveaxis.job.description import Job, require_input
 from fiveaxis.job.passing import Gate, make_gate
 from fiveaxis.machine import Machine, load_machine
 from fiveaxis.motion import PATH_TOLERANCE, Motion, fill_in, fill_in_rows
 from fiveaxis.nc import read_toolpath
-from fiveaxis.posture import Front, Solution, find_front, optimise
+from fiveaxis.posture import Front, Solution, find_front
+from fiveaxis.posture import optimise as optimise_postures
 from fiveaxis.report import describe_input, report_document
 from fiveaxis.toolpath import Tool, Toolpath, parse_tool
 from fiveaxis.toolpath.passes import Passes
 from fiveaxis.verification import Asked, Report, Tolerances, examine, verify
-
-if TYPE_CHECKING:
-    import trimesh
 
 # rad: angles between two locations that keep their bounds may break them by this, as both ends turn.
 LEAN_BETWEEN = math.radians(0.5)
@@ -66,7 +65,17 @@ SOLVING = (
 
 @dataclass(frozen=True, eq=False)
 class Outcome:
-    """What a job gave: the solution, the verdict on it, the report's document, the front if one was asked."""
+    """What a job gave.
+
+    Parameters
+    ----------
+    job : what was asked
+    solution, verdict : the result, and what verification says of it
+    program : the motion of its NC program, with a verdict of its own
+    budget, document : energy of the whole job, and the report's figures
+    front : where one was asked for
+    cleared : what kept the solution clear of collisions
+    """
 
     job: Job
     solution: Solution
@@ -75,6 +84,7 @@ class Outcome:
     budget: Budget
     document: dict[str, Any]
     front: Front | None = None
+    cleared: Cleared | None = None
 
     @property
     def ok(self) -> bool:
@@ -313,16 +323,17 @@ def run_job(job: Job, progress: Progress | None = None) -> Outcome:
         require_cut(process, float(toolpath.feed.max()))
     # A part that can't be read is found out before the work, not after it.
     mesh = part_of(job)
-    part = None if mesh is None else load_mesh(mesh, allow_open=True)
+    around = load_surroundings(job)
     tell = progress or _tell_nobody
-    solution, front = solve(job, toolpath, machine, progress, passes)
+    solution, front, cleared = solve(job, toolpath, machine, progress, passes, around)
     tell("verify", 0, 3)
     # The solution's own path knows which part of the cutter touches.
     toolpath = solution.toolpath
-    verdict = verify(solution.motion, machine, toolpath, **job.bounds, part=part)
+    verdict = verify(solution.motion, machine, toolpath, **job.bounds, surroundings=around)
     tell("verify", 1, 3)
-    inputs = [describe_input(p) for p in dict.fromkeys((job.input, mesh or job.input))]
-    program = program_motion(solution, part, job.bounds)
+    files = (job.input, mesh, job.stock, *(f.file for f in job.fixture))
+    inputs = [describe_input(p) for p in dict.fromkeys(files) if p is not None]
+    program = program_motion(solution, around, job.bounds)
     tell("verify", 2, 3)
     found, driven = verdict.as_dict(), program.as_dict()
     budget = job_budget(machine, program.motion, process, factors)
@@ -334,7 +345,7 @@ def run_job(job: Job, progress: Progress | None = None) -> Outcome:
         document["overridden"] = {code: gate.report.counts[code] for code in gate.accepted}
         document["override_unused"] = [finding.as_dict() for finding in gate.unused]
     tell("verify", 3, 3)
-    return Outcome(job, solution, verdict, program, budget, document, front)
+    return Outcome(job, solution, verdict, program, budget, document, front, cleared)
 
 
 def _tell_nobody(stage: str, done: int, total: int) -> None:
@@ -347,31 +358,53 @@ def solve(
     machine: Machine,
     progress: Progress | None,
     passes: Passes | None = None,
-) -> tuple[Solution, Front | None]:
-    """Optimise a job's path; with the front of solutions that it asks for.
+    around: Surroundings | None = None,
+) -> tuple[Solution, Front | None, Cleared | None]:
+    """Optimise a job's path, clear of what stands around; with the front of solutions that it asks for.
 
     `passes` are those of a planned path: with a free start the links between them are laid anew.
     """
     options = {name: getattr(job, name) for name in SOLVING} | job.bounds | {"progress": progress}
     if job.free_start and passes is not None:
         options["free_start"] = passes
-    if job.front is None:
-        return optimise(toolpath, machine, **options), None
-    if job.smoothing:
+    if job.front is not None and job.smoothing:
         raise JobError("smoothing is what a front sweeps; leave one of them out", file=job.input)
-    del options["smoothing"]
-    front = find_front(toolpath, machine, job.front, **options)
-    return front.solution, front
+    front: Front | None = None
+
+    def once(mask: Any) -> Solution:
+        nonlocal front
+        if job.front is None:
+            return optimise_postures(toolpath, machine, mask=mask, **options)
+        swept = {name: value for name, value in options.items() if name != "smoothing"}
+        front = find_front(toolpath, machine, job.front, mask=mask, **swept)
+        return front.solution
+
+    if around is None or not job.keep_clear:
+        return once(None), front, None
+    cleared = keep_clear(once, toolpath, machine, around, options)
+    return cleared.solution, front, cleared
 
 
-def program_motion(
-    solution: Solution, part: trimesh.Trimesh | None, bounds: Mapping[str, Any]
-) -> ProgramMotion:
+def load_surroundings(job: Job) -> Surroundings:
+    """Load what stands around a job's tool: part, stock and fixtures.
+
+    Raises
+    ------
+    JobError
+        A fixture whose file is missing.
+    MeshError
+        A mesh that can't be read, or is refused.
+    """
+    fixtures = tuple(table.build(Path()) for table in job.fixture)
+    return Surroundings.load(part_of(job), job.stock, fixtures, job.clearance.build())
+
+
+def program_motion(solution: Solution, around: Surroundings, bounds: Mapping[str, Any]) -> ProgramMotion:
     """Work out, and verify, what an NC program in machine coordinates makes of a solution.
 
     Parameters
     ----------
-    part : mesh, for the gouge check
+    around : part, stock and fixtures
     bounds : on postures and turns, as `verify` takes them; between two locations, what they refer to turns
         evenly from the one to the other
     """
@@ -396,7 +429,7 @@ def program_motion(
         machine,
         path,
         asked,
-        part=part,
+        surroundings=around,
         tolerances=allowed,
         accelerations=path is toolpath,
         straight=False,

@@ -6,11 +6,13 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from fiveaxis.collision import Surroundings
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Motion
 from fiveaxis.toolpath import Toolpath, for_tilt
 from fiveaxis.verification.asked import Asked
 from fiveaxis.verification.checks import check_contact, check_finite, check_limits, check_tilt
+from fiveaxis.verification.collisions import check_collisions
 from fiveaxis.verification.gouging import check_gouge
 from fiveaxis.verification.moves import check_deviation, check_speeds
 from fiveaxis.verification.rates import KINDS, check_accelerations
@@ -23,7 +25,6 @@ if TYPE_CHECKING:
 
 # No check of this version looks at these; a report says so each time.
 NOT_CHECKED = (
-    "collision of shank and holder with the part, and of machine bodies with each other: not offered yet",
     "tilt and axis limits between locations: checked at the locations",
     "jerk, acceleration in links, and whether the durations keep the programmed feed",
 )
@@ -46,6 +47,7 @@ def verify(
     singular_cone: float | None = None,
     singular_rate: float = 0.0,
     part: str | Path | trimesh.Trimesh | None = None,
+    surroundings: Surroundings | None = None,
     tolerances: Tolerances = DEFAULT_TOLERANCES,
 ) -> Report:
     """Check a motion against its machine, its path and what was asked for, with kinematics of its own.
@@ -69,13 +71,16 @@ def verify(
     singular_cone, singular_rate : half angle, degrees, about the direction of the first rotary axis in which
         a cut turns that axis by this many deg/mm at most
     part : mesh of the finished part in mm, or its file; without it, gouges aren't checked
+    surroundings : part, stock and fixtures that cutter, shank, holder and machine keep away from, in place
+        of `part`; the bodies of the machine are held against each other in any case
     tolerances : from where on a difference is a finding
 
     Returns
     -------
     Findings with the codes ``not-finite``, ``axis-limit``, ``contact-error``, ``tilt``, ``held-axis``,
-    ``jump``, ``turn-rate``, ``speed``, ``gouge`` (errors), ``singular-turn``, ``rotary-acceleration``,
-    ``linear-acceleration`` and ``tip-deviation`` (warnings: a control slows down, or needs a table of its
+    ``jump``, ``turn-rate``, ``speed``, ``gouge``, ``…-collision`` of shank, holder, fixture and machine
+    (errors), ``singular-turn``, ``rotary-acceleration``, ``linear-acceleration``, ``…-clearance`` and
+    ``tip-deviation`` (warnings: a control slows down, bodies come near, or the program needs a table of its
     own), and the worst figure of every check.
 
     Raises
@@ -105,7 +110,8 @@ def verify(
         lean=lean,
         plane=plane,
     )
-    return examine(motion, machine, toolpath, asked, part=part, tolerances=tolerances)
+    around = surroundings or Surroundings.load(part)
+    return examine(motion, machine, toolpath, asked, surroundings=around, tolerances=tolerances)
 
 
 def examine(
@@ -114,7 +120,7 @@ def examine(
     toolpath: Toolpath,
     asked: Asked,
     *,
-    part: str | Path | trimesh.Trimesh | None = None,
+    surroundings: Surroundings | None = None,
     tolerances: Tolerances = DEFAULT_TOLERANCES,
     accelerations: bool = True,
     straight: bool = True,
@@ -123,7 +129,7 @@ def examine(
 
     Parameters
     ----------
-    motion, machine, toolpath, part, tolerances : as for `verify`
+    motion, machine, toolpath, surroundings, tolerances : as for `verify`
     asked : bounds, for each location of the path
     accelerations : whether the blocks' speeds tell accelerations; not where moves were cut into parts
     straight : whether gouges between locations are looked for as a control leads the tool's centre, straight;
@@ -135,6 +141,7 @@ def examine(
         As `verify`.
     """
     subject = make_subject(motion, machine, toolpath, asked, tolerances)
+    around = surroundings or Surroundings()
     changes = [check_accelerations(subject, kind) for kind in KINDS] if accelerations else []
     results = (
         check_finite(subject),
@@ -148,6 +155,7 @@ def examine(
         check_speeds(subject),
         *changes,
         check_deviation(subject),
-        check_gouge(subject, part, straight=straight),
+        check_gouge(subject, around.part, straight=straight),
+        *check_collisions(subject, around),
     )
     return make_report(results, toolpath, NOT_CHECKED if changes else (*NOT_CHECKED, NO_ACCELERATIONS))

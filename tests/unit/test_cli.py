@@ -238,7 +238,7 @@ def test_an_error_is_a_json_document_too(path):
 
 @pytest.mark.parametrize("inside", ["", "deeper/still"])
 def test_a_file_in_the_place_of_the_folder_is_found_before_the_work(path, monkeypatch, inside):
-    monkeypatch.setattr(fiveaxis.job.stages, "optimise", lambda *_, **__: pytest.fail("too late"))
+    monkeypatch.setattr(fiveaxis.job.stages, "optimise_postures", lambda *_, **__: pytest.fail("too late"))
     (path.parent / "out").write_text("mine")
     message = refused(run("optimise", path, *MACHINE, *BALL, *TILT, "-o", path.parent / "out" / inside))
     assert "out: is a file; name a folder for the results" in message
@@ -246,7 +246,7 @@ def test_a_file_in_the_place_of_the_folder_is_found_before_the_work(path, monkey
 
 
 def test_a_part_that_cannot_be_read_is_found_before_the_work(path, monkeypatch):
-    monkeypatch.setattr(fiveaxis.job.stages, "optimise", lambda *_, **__: pytest.fail("too late"))
+    monkeypatch.setattr(fiveaxis.job.stages, "optimise_postures", lambda *_, **__: pytest.fail("too late"))
     (path.parent / "part.stl").write_text("")
     options = (*MACHINE, *BALL, *TILT, "--part", path.parent / "part.stl")
     assert "part.stl: has no triangles" in refused(run("optimise", path, *options))
@@ -359,7 +359,7 @@ def test_a_motion_with_errors_gets_no_program_and_a_stale_one_is_taken_away(path
     assert sorted(p.name for p in out.iterdir()) == sorted([*kept, "notes.txt"])
 
 
-@pytest.mark.parametrize(("room", "stage"), [("stages", "optimise"), ("results", "write_report")])
+@pytest.mark.parametrize(("room", "stage"), [("stages", "optimise_postures"), ("results", "write_report")])
 def test_ctrl_c_leaves_nothing(path, monkeypatch, room, stage):
     def interrupt(*_: object, **__: object) -> None:
         raise KeyboardInterrupt

@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from fiveaxis.collision.obstacles import Obstacle
 from fiveaxis.collision.solids import HOLDER, Solid
+from fiveaxis.toolpath import Tool
 
 MICRON = 1e-3
 UPRIGHT = np.array([[0.0, 0.0, 1.0]])
@@ -145,6 +146,20 @@ def test_a_margin_is_kept_in_every_direction():
             assert met
         if distance > 2.0 * 1.9:  # sharp ends in place of round ones
             assert not met
+
+
+def test_a_grown_ball_is_a_larger_ball():
+    """Its sampled profile has nearly flat pieces at the bottom: they don't run far out."""
+    ball = Solid.of_outline("cutter", Tool.ball(8.0).cutter.outline()).grown(0.5)
+    points = np.random.default_rng(7).uniform([-6.0, -6.0, -2.0], [6.0, 6.0, 4.0], (3000, 3))
+    away = np.linalg.norm(points - [0.0, 0.0, 4.0], axis=1)
+    specks = points[:, None] + 1e-6 * np.eye(3)[None]
+    met = np.array(
+        [Obstacle.build("speck", speck[None], [ball]).met(np.zeros((1, 3)), UPRIGHT)[0] for speck in specks]
+    )
+    # The profile's chords lie inside of the ball by up to 4 (1 − cos 2.5 deg).
+    assert met[away < 4.5 - 0.005].all()
+    assert not met[away > 4.5 + 0.3].any()
 
 
 def _nearest(points, a, b):

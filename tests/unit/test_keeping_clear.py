@@ -1,0 +1,175 @@
+"""Postures that keep shank and holder clear, from the library's front door to a job's report."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+import trimesh
+
+import fiveaxis as fx
+from fiveaxis.collision import Clearances, Fixture, Surroundings
+from fiveaxis.errors import JobError, MeshError
+from fiveaxis.job import clearing, make_job, read_job, run_job, write_outcome
+from fiveaxis.machine import Box
+from fiveaxis.posture import optimise as optimise_postures
+from fiveaxis.toolpath.tool import Holder, Section
+
+TILT = (10.0, 70.0)
+TOOL_FILE = """
+shape = "ball"
+diameter = 8
+shank_diameter = 7
+[holder]
+stick_out = 25
+sections = [{length = 40, diameter = 40}]
+"""
+JOB_FILE = """
+input = "arc.csv"
+machine = "hayashi-640123"
+tool = "tool.toml"
+tilt = [10, 70]
+effort = "quick"
+[clearance]
+holder = 0.5
+[[fixture]]
+name = "block"
+box = {size = [20, 300, 120], center = [35, 0, 0]}
+"""
+
+
+@pytest.fixture(scope="module")
+def machine():
+    return fx.load_machine("hayashi-640123")
+
+
+@pytest.fixture(scope="module")
+def tool():
+    return fx.Tool.ball(8.0, shank_diameter=7.0, holder=Holder(25.0, (Section(40.0, 40.0),)))
+
+
+@pytest.fixture(scope="module")
+def arc(tool):
+    """A bow on the floor, beside which a block stands."""
+    turn = np.radians(np.linspace(-60.0, 60.0, 40))
+    contact = np.column_stack([15.0 * np.cos(turn), 40.0 * np.sin(turn), np.zeros_like(turn)])
+    return fx.Toolpath.from_contacts(contact, np.tile([0.0, 0.0, 1.0], (40, 1)), tool)
+
+
+@pytest.fixture(scope="module")
+def block():
+    """From x = 25 on, 60 high: the holder reaches it unless the tool leans away."""
+    return Fixture("block", Box((20.0, 300.0, 120.0), (35.0, 0.0, 0.0)))
+
+
+def errors(report):
+    return {f.code for f in report.findings if f.severity == "error"}
+
+
+def test_without_the_mask_the_holder_hits_the_block_and_with_it_it_doesnt(arc, machine, block):
+    around = Surroundings(fixtures=(block,), clearances=Clearances(0.0, 0.5, 0.0, 0.0))
+    free = optimise_postures(arc, machine, tilt=TILT, effort="quick")
+    kept = fx.optimise(
+        arc, machine, tilt=TILT, effort="quick", fixtures=(block,), clearances=around.clearances
+    )
+    hit = fx.verify(free.motion, machine, free.toolpath, tilt=TILT, surroundings=around)
+    assert errors(hit) == {"holder-collision"}
+    report = fx.verify(kept.motion, machine, kept.toolpath, tilt=TILT, surroundings=around)
+    assert errors(report) == set()
+    assert not any(code.startswith("holder") for code in report.counts)
+    assert kept.energy.total >= free.energy.total
+
+
+def test_what_collides_between_locations_is_refused_and_searched_again(arc, machine, block, monkeypatch):
+    """Where the mask knows nothing, verification's findings alone lead the path around."""
+    monkeypatch.setattr(clearing, "find_accessible", lambda *_, **__: None)
+    around = Surroundings(fixtures=(block,), clearances=Clearances(0.0, 0.0, 0.0, 0.0))
+    asked = []
+
+    def solve(mask):
+        asked.append(mask)
+        return optimise_postures(arc, machine, tilt=TILT, effort="quick", mask=mask)
+
+    cleared = clearing.keep_clear(solve, arc, machine, around, {"tilt": TILT})
+    assert cleared.rounds == clearing.ROUNDS
+    assert asked[0] is None
+    assert len(asked) == 1 + clearing.ROUNDS
+    before = clearing.colliding_rows(optimise_postures(arc, machine, tilt=TILT, effort="quick"), around)
+    spots = asked[1].spots
+    assert set(before.tolist()) <= set(spots)
+    # What was refused is kept away from.
+    rotary = cleared.solution.motion.positions[:, machine.rotary_columns]
+    assert asked[1](np.arange(len(arc)), rotary).all()
+
+
+def test_a_ball_with_nothing_above_it_is_solved_once(machine, block):
+    path = fx.Toolpath.from_contacts([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]], [[0, 0, 1.0]] * 2, fx.Tool.ball(8.0))
+    calls = []
+
+    def solve(mask):
+        calls.append(mask)
+        return optimise_postures(path, machine, tilt=TILT, effort="quick")
+
+    part = trimesh.creation.box(extents=(100.0, 100.0, 10.0))
+    part.apply_translation([0.0, 0.0, -5.0])
+    assert clearing.keep_clear(solve, path, machine, Surroundings(part=part), {"tilt": TILT}).rounds == 0
+    assert calls == [None]
+
+
+def test_with_free_starts_it_is_said_that_nothing_was_kept_clear(arc, machine, block):
+    around = Surroundings(fixtures=(block,))
+
+    def solve(mask):
+        assert mask is None
+        return optimise_postures(arc, machine, tilt=TILT, effort="quick")
+
+    cleared = clearing.keep_clear(solve, arc, machine, around, {"tilt": TILT, "free_start": True})
+    assert "not-kept-clear" in {f.code for f in cleared.solution.toolpath.findings}
+
+
+def test_a_mesh_that_is_inside_out_is_refused(arc, machine):
+    part = trimesh.creation.box(extents=(10.0, 10.0, 10.0))
+    part.invert()
+    with pytest.raises(MeshError, match="normals point into the material"):
+        fx.optimise(arc, machine, tilt=TILT, part=part)
+
+
+@pytest.fixture
+def job_folder(tmp_path, arc):
+    (tmp_path / "tool.toml").write_text(TOOL_FILE, encoding="utf-8")
+    rows = np.hstack([arc.contact, arc.normal])
+    np.savetxt(tmp_path / "arc.csv", rows, delimiter=",", header="x,y,z,nx,ny,nz", comments="")
+    (tmp_path / "job.toml").write_text(JOB_FILE, encoding="utf-8")
+    return tmp_path
+
+
+def test_a_job_keeps_clear_of_its_fixtures_and_its_report_shows_where_it_would_collide(job_folder):
+    outcome = run_job(read_job(job_folder / "job.toml"))
+    assert outcome.ok
+    assert outcome.cleared is not None
+    written = write_outcome(outcome, job_folder / "out")
+    assert any(path.suffix == ".ngc" for path in written)
+    assert "Hatched: there would be one" in (job_folder / "out" / "report.html").read_text(encoding="utf-8")
+    document = json.loads((job_folder / "out" / "report.json").read_text(encoding="utf-8"))
+    assert any("holder" in sentence for sentence in document["verification"]["checked"])
+
+
+def test_a_job_that_only_verifies_writes_no_program_for_a_holder_in_a_clamp(job_folder):
+    outcome = run_job(read_job(job_folder / "job.toml", keep_clear=False))
+    assert not outcome.ok
+    assert "holder-collision" in outcome.verdict.counts
+    written = write_outcome(outcome, job_folder / "out")
+    assert not any(path.suffix == ".ngc" for path in written)
+
+
+def test_a_fixture_without_its_mesh_file_is_one_clear_error(job_folder):
+    text = (job_folder / "job.toml").read_text(encoding="utf-8")
+    (job_folder / "job.toml").write_text(text + '[[fixture]]\nname = "vice"\nmesh = "vice.stl"\n', "utf-8")
+    with pytest.raises(JobError, match="vice"):
+        run_job(read_job(job_folder / "job.toml"))
+
+
+def test_stock_that_isnt_there_is_one_clear_error(job_folder):
+    with pytest.raises(MeshError, match="no such file"):
+        run_job(make_job(read_job(job_folder / "job.toml"), stock=job_folder / "stock.stl"))
