@@ -45,7 +45,7 @@ def pair_of(obstacle: str, clearance: float) -> Pair:
     )
 
 
-def sampled_depths(pair: Pair, stretch: Stretch) -> np.ndarray:
+def sampled_depths(pair: Pair, stretch: Stretch, samples: int = SAMPLES) -> np.ndarray:
     """Deepest overlap of samples in the move to each row, 0 where none."""
     (first,), (second,) = pair.first.pieces, pair.second.pieces
     travel = Travel(stretch, first, second, pair.first.link, pair.second.link)
@@ -53,7 +53,7 @@ def sampled_depths(pair: Pair, stretch: Stretch) -> np.ndarray:
     depths = np.zeros(len(stretch))
     depths[0] = question.depth(travel.places[0])
     for move in range(len(stretch) - 1):
-        places = travel.between(np.full(SAMPLES, move), np.linspace(0.0, 1.0, SAMPLES))
+        places = travel.between(np.full(samples, move), np.linspace(0.0, 1.0, samples))
         depths[move + 1] = max(question.depth(place) for place in places)
     return depths
 
@@ -73,6 +73,25 @@ def test_a_sweep_finds_what_close_samples_find_and_nothing_else(machine, obstacl
     # A sweep may look between two samples, which are nearer together than this.
     assert (found[depths == 0.0] == 0.0).mean() > 0.98
     assert 10 < found.sum() < len(found) - 10
+
+
+def test_groups_of_short_moves_hide_nothing(machine):
+    """A dense path is proven clear in groups; nearly all of it without a look at its single locations."""
+    stretch, pair = random_stretch(machine, 1, n=1500), pair_of("torus", 0.0)
+    sweep = Sweep(TOLERANCE)
+    hits = sweep.run(pair, stretch, np.ones(len(stretch), dtype=bool))
+    found = np.zeros(len(stretch), dtype=bool)
+    found[hits.rows] = True
+    depths = sampled_depths(pair, stretch, samples=4)
+    assert found[depths > TOLERANCE].all()
+    assert not found[(depths == 0.0)].any()
+    assert 50 < found.sum() < 1000
+    clear = Sweep(TOLERANCE)
+    above = stretch.positions + np.array([0.0, 0.0, 40.0, 0.0, 0.0])
+    hits = clear.run(pair, Stretch(machine, stretch.poses, above), np.ones(len(above), dtype=bool))
+    assert len(hits.rows) == 0
+    (effort,) = clear.effort.values()
+    assert 0 < effort.asked < len(above) / 10
 
 
 def test_a_clearance_finds_all_that_touching_finds(machine):
