@@ -14,10 +14,12 @@ from fiveaxis.cli.options import (
     AsJson,
     BlockDelete,
     MachineName,
+    Override,
     ProgramZero,
     Rapid,
     Start,
     ToolLength,
+    ToolName,
     Unit,
     Winding,
     WorkOffset,
@@ -32,10 +34,12 @@ from fiveaxis.cli.terminal import (
     print_json,
     required,
 )
+from fiveaxis.cli.verify_verb import path_and_tool
 from fiveaxis.cli.writing_options import WRITING, coordinates_of, settings_of
 
 if TYPE_CHECKING:
     from fiveaxis.machine import Machine
+    from fiveaxis.nc.gate import Verdict
 
 POSTING: Mapping[str, Any] = {
     "machine": MachineName,
@@ -80,17 +84,29 @@ def post(
     source: Annotated[Path, typer.Argument(help="motion.csv, or a program of any language that is read")],
     control: Annotated[str, typer.Option("--control", "-c", help="`fiveaxis controls`, or a .toml file")],
     output: Annotated[Path, typer.Option("--output", "-o", help="the new program")],
+    tool: ToolName = None,
+    part: Annotated[Path | None, typer.Option("--part", help="mesh of the part: verified against it")] = None,
+    path: Annotated[
+        Path | None, typer.Option("--path", help="toolpath, or job .toml: verified against it")
+    ] = None,
+    override: Override = None,
     as_json: AsJson = False,
     **_: Any,
 ) -> None:
-    """Write a motion, or a program of another control, for a control; nothing is verified."""
+    """Write a motion, or a program of another control, for a control.
+
+    With --tool, --part or --path it is verified first, as by `verify`; else it says NOT VERIFIED.
+    """
     with errors_explained(as_json) as written:
         from fiveaxis.job.posting import post_program
 
         options = context.params
+        machine = _machine(options)
         posted = post_program(
             source,
-            _machine(options),
+            machine,
+            report=_verdict(source, machine, options),
+            override=tuple(override or ()),
             control=control,
             output=output,
             coordinates=coordinates_of(options),
@@ -119,6 +135,25 @@ def post(
             return print_json(document)
         written_as = f"{len(program.lines)} lines for {program.control}, {program.coordinates}"
         out.print(f"wrote {escape(str(output))}: {written_as}", soft_wrap=True)
+
+
+def _verdict(source: Path, machine: Machine, options: Mapping[str, Any]) -> Verdict | None:
+    """Verify what is to be written, where something to hold it against is given."""
+    if all(options[name] is None for name in ("tool", "part", "path")):
+        return None
+    from fiveaxis.job import verify_program
+
+    return verify_program(
+        source,
+        machine,
+        part=options["part"],
+        **path_and_tool(options["path"], options, machine),
+        unit=options["unit"],
+        rapid_mm_min=options["rapid"],
+        block_delete=bool(options["block_delete"]),
+        start=parse_places("--start", options["start"]),
+        program_zero=parse_places("--program-zero", options["program_zero"]),
+    )
 
 
 def _machine(options: Mapping[str, Any]) -> Machine:

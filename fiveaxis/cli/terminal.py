@@ -16,7 +16,7 @@ from rich.console import Console
 from rich.markup import escape
 
 from fiveaxis.cli.work import leave_if_working
-from fiveaxis.errors import FiveAxisError, Infeasible, SettingError
+from fiveaxis.errors import FiveAxisError, Infeasible, SettingError, Unverified
 
 # Exit code of a command that Ctrl-C ended, as shells have it.
 INTERRUPTED = 130
@@ -32,7 +32,7 @@ def errors_explained(as_json: bool) -> Iterator[list[Path]]:
     try:
         yield written
     except FiveAxisError as fault:
-        findings = fault.findings if isinstance(fault, Infeasible) else ()
+        findings = fault.findings if isinstance(fault, Infeasible | Unverified) else ()
         err.print(f"[bold red]error:[/] {escape(str(fault))}")
         for finding in findings:
             err.print(f"  {finding}", markup=False)

@@ -107,7 +107,7 @@ def verify(
             program,
             machine,
             part=part,
-            **_path_and_tool(path, options, machine),
+            **path_and_tool(path, options, machine),
             **_settings(options),
         )
         if as_json:
@@ -131,7 +131,7 @@ def _triple(text: str) -> tuple[float, float, float]:
     return x, y, z
 
 
-def _path_and_tool(path: Path | None, options: Mapping[str, Any], machine: Machine) -> dict[str, Any]:
+def path_and_tool(path: Path | None, options: Mapping[str, Any], machine: Machine) -> dict[str, Any]:
     """Load the tool, and the path that the program is compared with."""
     from fiveaxis.job import load_job_toolpath, read_job
     from fiveaxis.nc import read_toolpath

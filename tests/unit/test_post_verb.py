@@ -86,6 +86,35 @@ def test_a_program_goes_from_one_control_to_another(table, tmp_path, trunnion):
     assert again.time.sum() == pytest.approx(wanted.time.sum() + 0.5, rel=1e-3)
 
 
+def test_with_a_tool_it_is_verified_first_and_errors_are_accepted_by_name(table, tmp_path):
+    output = tmp_path / "part.nc"
+    words = (
+        "post",
+        table,
+        "-m",
+        "linuxcnc-xyzac-trt",
+        "-c",
+        "fanuc",
+        "--tcp",
+        "--tool",
+        "ball:4",
+        "-o",
+        output,
+    )
+    refused = run(*words)
+    assert refused.exit_code == 1
+    assert "no program is written" in refused.stderr
+    # C turns by half a turn in one cut, and zero lies in the table of this machine.
+    assert "[jump]" in refused.stderr
+    assert not output.exists()
+    accepted = ("--override", "jump", "--override", "fixture-collision")
+    done = run(*words, *accepted)
+    assert done.exit_code == 0, done.stderr
+    text = output.read_text()
+    assert "NOT VERIFIED" not in text
+    assert "(OVERRIDDEN: JUMP [1])" in text
+
+
 @pytest.mark.parametrize(
     ("words", "fault"),
     [
