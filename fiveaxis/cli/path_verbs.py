@@ -22,6 +22,7 @@ from fiveaxis.cli.terminal import (
     print_json,
 )
 from fiveaxis.cli.work import work_with_bars
+from fiveaxis.cli.writing_options import WRITING, coordinates_of, given_settings
 from fiveaxis.errors import SettingError
 
 PLACES = ("start", "program_zero")
@@ -60,7 +61,7 @@ def plan(
             out.print(f"{name}: {value}")
 
 
-@takes(POSTURE, PLANNING, READING)
+@takes(POSTURE, PLANNING, READING, WRITING)
 def optimise(
     context: typer.Context,
     source: Input,
@@ -124,6 +125,7 @@ def _job(options: Mapping[str, Any]) -> Job:
     }
     settings["plan"] = {name: value for name, value in options.items() if name in PlanTable.model_fields}
     settings["program"] = _program(options)
+    settings["nc"], settings["coordinates"] = given_settings(options), coordinates_of(options)
     if settings.get("columns") is not None:
         settings["columns"] = tuple(name.strip() for name in settings["columns"].split(","))
     for name in ("tilt", "lead", "lean"):

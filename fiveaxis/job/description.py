@@ -16,7 +16,7 @@ from fiveaxis.errors import FiveAxisError, InputError, JobError, SettingError
 from fiveaxis.machine import load_machine
 from fiveaxis.machine.chain import Triple
 from fiveaxis.machine.files import READERS as MACHINE_READERS
-from fiveaxis.nc import find_dialect
+from fiveaxis.nc import ProgramSettings, find_dialect
 from fiveaxis.nc.formats import READERS
 from fiveaxis.settings import StrictModel, explain, line_of, read_settings
 from fiveaxis.toolpath import parse_tool, require_range
@@ -152,7 +152,11 @@ class Job(StrictModel):
     free_direction: bool = Field(
         False, description="with free_start: let them be followed backwards, climb or conventional"
     )
-    control: str = Field("linuxcnc", description="NC dialect")
+    control: str = Field("linuxcnc", description="NC dialect: a name, or a table of one's own (.toml)")
+    coordinates: Literal["axes", "tip", "vector"] | None = Field(
+        None, description="of the NC program; by default axes, where the control has them"
+    )
+    nc: ProgramSettings = Field(ProgramSettings(), description="tool, spindle, coolant… of the NC program")
     winding: Literal["unwound", "modulo", "rezero"] = Field(
         "unwound", description="how the program counts endless rotary axes"
     )
@@ -195,7 +199,7 @@ class Job(StrictModel):
     @field_validator("tool", "control")
     @classmethod
     def _known(cls, name: str | None, info: ValidationInfo) -> str | None:
-        if name is None or (info.field_name == "tool" and name.lower().endswith(TOOL_FILE)):
+        if name is None or name.lower().endswith(TOOL_FILE):
             return name  # a file is read when its folder is known
         try:
             parse_tool(name) if info.field_name == "tool" else find_dialect(name)
@@ -226,6 +230,8 @@ def read_job(path: Path, **settings: Any) -> Job:
     places["fixture"] = tuple(fixture.beside(path.parent) for fixture in job.fixture)
     if job.tool is not None and job.tool.lower().endswith(TOOL_FILE):
         places["tool"] = str(path.parent / job.tool)
+    if job.control.lower().endswith(TOOL_FILE):
+        places["control"] = str(path.parent / job.control)
     for name in ("machine", "drives"):
         value = getattr(job, name)
         if value is not None and Path(value).suffix.lower() in MACHINE_READERS:
@@ -286,7 +292,7 @@ def make_job(base: Job | None = None, **settings: Any) -> Job:
     given = {name: value for name, value in settings.items() if value is not None}
     # What nobody set stays unset: `load_job_toolpath` refuses settings that would go unused.
     values = {} if base is None else base.model_dump(exclude_unset=True)
-    for name in ("plan", "program", "setup"):
+    for name in ("plan", "program", "setup", "nc"):
         table = {key: value for key, value in given.pop(name, {}).items() if value is not None}
         if table:
             values[name] = values.get(name, {}) | table

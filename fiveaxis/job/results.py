@@ -113,6 +113,8 @@ def _make_files(outcome: Outcome, folder: Path) -> list[Path]:
                 control=job.control,
                 header=header,
                 winding=job.winding,
+                coordinates=job.coordinates,
+                settings=job.nc,
                 report=outcome.gate.report,
                 override=outcome.gate.accepted,
             )

@@ -36,7 +36,7 @@ from fiveaxis.job.description import Job, require_input
 from fiveaxis.job.passing import Gate, make_gate
 from fiveaxis.machine import Machine, load_machine
 from fiveaxis.motion import PATH_TOLERANCE, Motion, fill_in, fill_in_rows
-from fiveaxis.nc import read_toolpath
+from fiveaxis.nc import read_toolpath, require_program
 from fiveaxis.posture import Front, Solution, find_front
 from fiveaxis.posture import optimise as optimise_postures
 from fiveaxis.report import describe_input, report_document
@@ -317,6 +317,8 @@ def run_job(job: Job, progress: Progress | None = None) -> Outcome:
         Wrong input, or no admissible posture somewhere (`Infeasible`).
     """
     machine = load_job_machine(job)
+    # A program that the control can't write is found out before the work, not after it.
+    require_program(machine, job.control, job.coordinates, job.winding, job.nc)
     toolpath, passes = load_job_passes(job, progress)
     process, factors = load_process(job, toolpath.tool), load_factors(job)
     if process is not None:

@@ -103,6 +103,33 @@ def write_program(
     return write_atomically(path, program.text)
 
 
+def require_program(
+    machine: Machine,
+    control: str | Path,
+    coordinates: Coordinates | None = None,
+    winding: Winding = "unwound",
+    settings: ProgramSettings | None = None,
+) -> Wording:
+    """Check that a control can write a machine's motions as asked, before there is one.
+
+    Returns
+    -------
+    How places become its words.
+
+    Raises
+    ------
+    SettingError, MachineError
+        See `compose_program`.
+    """
+    dialect = find_dialect(control)
+    settings = settings or ProgramSettings()
+    chosen = require_expressible(dialect, coordinates, machine)
+    require_writable(settings, dialect, machine.letters)
+    wording = Wording(dialect, chosen, machine, settings.unit)
+    require_winding(winding, wording)
+    return wording
+
+
 def compose_program(
     motion: Motion,
     *,
@@ -156,45 +183,46 @@ def compose_program(
         No location; a value that isn't finite; an axis beyond its travel; a feed that isn't positive or that
         the control doesn't read; a move that takes no time.
     """
-    dialect = find_dialect(control)
     settings = settings or ProgramSettings()
     if motion.letters != machine.letters:
         raise MachineError(
             f"the motion has axes {motion.letters}, and machine {machine.name!r} has {machine.letters}"
         )
-    chosen = require_expressible(dialect, coordinates, machine)
-    verified = pass_gate(report, override, led=chosen != "axes")
-    require_writable(settings, dialect, machine.letters)
-    wording = Wording(dialect, chosen, machine, settings.unit)
-    require_winding(winding, wording)
+    wording = require_program(machine, control, coordinates, winding, settings)
+    verified = pass_gate(report, override, led=wording.coordinates != "axes")
     _require_numbers(motion)
     if "axis-limit" not in override:
         _require_travel(motion, machine)
-    pairs = list(header.items() if isinstance(header, Mapping) else header or ())
-    if dialect.language != "blocks":
-        comments = head_lines(wording, settings, [*pairs, *verified], winding)
-        lines = location_lines(motion, wording, comments)
-        return Program(dialect.name, dialect.suffix, tuple(lines), 0, chosen)
-    frame = Frame(wording, settings, winding)
+    pairs = [*(header.items() if isinstance(header, Mapping) else header or ()), *verified]
+    if wording.dialect.language == "blocks":
+        return _program_of_blocks(motion, Frame(wording, settings, winding), pairs)
+    lines = location_lines(motion, wording, head_lines(wording, settings, pairs, winding))
+    return Program(wording.dialect.name, wording.dialect.suffix, tuple(lines), 0, wording.coordinates)
+
+
+def _program_of_blocks(motion: Motion, frame: Frame, pairs: Sequence[tuple[str, str]]) -> Program:
+    """Put a program together: what stands around the moves, the header, and the moves.
+
+    Parameters
+    ----------
+    pairs : name and value of the header's comments
+    """
+    wording, dialect = frame.wording, frame.wording.dialect
     assumed = frame.assumptions()
-    comments = head_lines(
-        wording, settings, [*pairs, *verified, *(("assumed", text) for text in assumed)], winding
-    )
-    blocks = block_lines(motion, wording, winding)
+    said = [*pairs, *(("assumed", text) for text in assumed)]
+    blocks = block_lines(motion, wording, frame.winding)
     lines = [
         *frame.head(),
-        *comments,
+        *head_lines(wording, frame.settings, said, frame.winding),
         *frame.modes(),
         *frame.approach(motion),
         *blocks.lines,
         *frame.end(),
     ]
-    lines = list(numbered(lines, wording, settings.line_numbers))
+    lines = list(numbered(lines, wording, frame.settings.line_numbers))
     _require_width(lines, wording)
-    findings = [Finding(Severity.WARNING, "number-assumed", text) for text in assumed]
-    return Program(
-        dialect.name, dialect.suffix, tuple(lines), blocks.dropped, chosen, (*findings, *blocks.findings)
-    )
+    findings = (*(Finding(Severity.WARNING, "number-assumed", text) for text in assumed), *blocks.findings)
+    return Program(dialect.name, dialect.suffix, tuple(lines), blocks.dropped, wording.coordinates, findings)
 
 
 def _require_numbers(motion: Motion) -> None:

@@ -151,3 +151,36 @@ def test_posting_says_what_composing_says(table, trunnion):
     motion = read_motion(table, trunnion)
     blocks = compose_program(motion, machine=trunnion, control="haas").lines
     assert [b for b in posted.program.lines if b[0] != "("] == [b for b in blocks if b[0] != "("]
+
+
+def test_what_cannot_be_written_is_said_before_the_work(tmp_path, monkeypatch):
+    def never(*_, **__):
+        raise AssertionError("the work has begun")
+
+    monkeypatch.setattr("fiveaxis.job.stages.load_job_passes", never)
+    path = tmp_path / "ring.csv"
+    path.write_text("x,y,z,nx,ny,nz\n1,0,0,0,0,1\n2,0,0,0,0,1\n")
+    words = ("optimise", path, "-m", "hayashi-640123", "--tool", "ball:6", "--tilt", "15:75")
+    for options, fault in (
+        (("--control", "fanuc", "--coolant", "steam"), "no coolant 'steam'"),
+        (("--control", "haas", "--vectors"), "a Haas has no words"),
+        (("--control", "gone.toml"), "gone.toml: can't be read"),
+        (("--winding", "modulo", "--control", "haas"), "has no winding 'modulo'"),
+    ):
+        done = run(*words, *options)
+        assert done.exit_code == 2
+        assert fault in done.stderr.replace("\n", " ")
+
+
+def test_optimise_writes_for_the_control_with_its_settings(tmp_path):
+    rows = [f"{x},0,{x / 10},{-0.1},0,1" for x in range(8)]
+    (tmp_path / "slope.csv").write_text("\n".join(["x,y,z,nx,ny,nz", *rows]) + "\n")
+    (tmp_path / "mine.toml").write_text('based_on = "fanuc"\nsuffix = ".tap"\n')
+    (tmp_path / "job.toml").write_text(
+        'input = "slope.csv"\nmachine = "hayashi-640123"\ntool = "ball:6"\ntilt = [10, 40]\n'
+        'control = "mine.toml"\ncoordinates = "tip"\n[nc]\ntool_number = 4\nspindle_rpm = 8000\n'
+    )
+    done = run("optimise", tmp_path / "job.toml", "-o", tmp_path / "out", "--spindle-rpm", 9000)
+    assert done.exit_code == 0, done.stderr
+    lines = (tmp_path / "out" / "program.tap").read_text().splitlines()
+    assert {"T4 M6", "S9000 M3", "G43.4 H4"} <= set(lines)
