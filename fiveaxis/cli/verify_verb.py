@@ -13,6 +13,7 @@ from rich.table import Table
 from fiveaxis.cli.options import (
     BlockDelete,
     Cone,
+    Fixtures,
     Hold,
     Lead,
     Lean,
@@ -24,6 +25,7 @@ from fiveaxis.cli.options import (
     SingularCone,
     SingularRate,
     Start,
+    Stock,
     SurfaceTolerance,
     Tilt,
     ToolLength,
@@ -45,6 +47,7 @@ from fiveaxis.cli.terminal import (
 from fiveaxis.errors import SettingError
 
 if TYPE_CHECKING:
+    from fiveaxis.collision import Surroundings
     from fiveaxis.machine import Machine
     from fiveaxis.verification import Report
 
@@ -63,6 +66,8 @@ CHECKING: Mapping[str, Any] = {
     "max_turn": MaxTurn,
     "singular_cone": SingularCone,
     "singular_rate": SingularRate,
+    "stock": Stock,
+    "fixtures": Fixtures,
     "surface_tolerance": SurfaceTolerance,
     "unit": Unit,
     "program_zero": ProgramZero,
@@ -106,7 +111,7 @@ def verify(
         report = verify_program(
             program,
             machine,
-            part=part,
+            surroundings=_surroundings(part, options),
             **path_and_tool(path, options, machine),
             **_settings(options),
         )
@@ -124,6 +129,21 @@ def _machine(options: Mapping[str, Any]) -> Machine:
     machine = load_machine(required(options["machine"], "machine"))
     offset, rotation = (_triple(options[name] or "0,0,0") for name in ("work_offset", "part_rotation"))
     return machine.with_setup(offset, rotation).with_tool_length(options["tool_length"] or 0.0)
+
+
+def _surroundings(part: Path | None, options: Mapping[str, Any]) -> Surroundings | None:
+    """Load what stands around the tool; None where nothing is given."""
+    from fiveaxis.collision import Surroundings
+    from fiveaxis.job import read_fixtures
+
+    if part is None and options["stock"] is None and options["fixtures"] is None:
+        return None
+    found = {} if options["fixtures"] is None else read_fixtures(options["fixtures"])
+    fixtures = tuple(table.build(Path()) for table in found.get("fixture") or ())
+    clearance = found.get("clearance")
+    return Surroundings.load(
+        part, options["stock"], fixtures, None if clearance is None else clearance.build()
+    )
 
 
 def _triple(text: str) -> tuple[float, float, float]:

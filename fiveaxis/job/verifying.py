@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from fiveaxis.collision import Surroundings
-from fiveaxis.contour import find_contacts, load_mesh
+from fiveaxis.contour import find_contacts
 from fiveaxis.errors import SettingError
 from fiveaxis.findings import Finding, Severity, count_codes
 from fiveaxis.job.checked_program import load_program
@@ -86,8 +86,8 @@ def verify_program(
     plane : a vector at right angles to a plane that the tool axis stays in
     hold, max_turn, singular_cone, singular_rate : as for `verify`
     surface_tolerance : mm, gap between cutter and part that counts as touching
-    surroundings : part, stock and fixtures that shank, holder and machine keep away from; the part alone by
-        default
+    surroundings : part, stock and fixtures that cutter, shank, holder and machine keep away from, in place of
+        `part`
     unit, start, program_zero, rapid_mm_min, block_delete : as for `read_program`
     tolerances : from where on a difference is a finding
 
@@ -107,7 +107,7 @@ def verify_program(
     if toolpath is not None and any(asked is not None for asked in (tilt, cone, lead, lean)):
         toolpath = for_tilt(toolpath, tilt, cone, lead=lead, lean=lean)
     tool = tool or (None if toolpath is None else toolpath.tool)
-    if part is not None and tool is None:
+    if (part is not None or surroundings is not None) and tool is None:
         raise SettingError("a part is checked against a cutter; name the tool (--tool ball:10)")
     reading: dict[str, Any] = {"unit": unit, "start": start, "program_zero": program_zero}
     reading |= {"rapid_mm_min": rapid_mm_min, "block_delete": block_delete}
@@ -115,7 +115,8 @@ def verify_program(
     if toolpath is not None:
         read = replace(read, path=read.path.in_zone(toolpath.zone))
     leaning = {"tilt": tilt, "cone": cone, "lead": lead, "lean": lean, "plane": plane}
-    mesh = load_mesh(part, allow_open=True) if isinstance(part, str | Path) else part
+    around = surroundings or Surroundings.load(part)
+    mesh = around.part
     turning: dict[str, Any] = {"hold": hold, "max_turn": max_turn}
     if singular_cone is not None and len(machine.rotaries) == 2:
         turning |= {"singular_cone": singular_cone, "singular_rate": singular_rate}
@@ -139,7 +140,7 @@ def verify_program(
         check_gouge(subject, mesh, straight=read.straight),
     ]
     if tool is not None:
-        results += check_collisions(subject, surroundings or Surroundings(part=mesh))
+        results += check_collisions(subject, around)
     left = (*NOT_CHECKED, *((NO_TOOL,) if tool is None else ()), *((NO_PATH,) if toolpath is None else ()))
     report = make_report(results, read.path, left)
     return _with_findings(report, (*missed, *read.findings), {} if match is None else match.missed)

@@ -227,6 +227,21 @@ def test_a_holder_that_is_clamped_too_short_is_found_with_its_line(program, haya
     assert {f.place.line for f in found} & moves
 
 
+def test_a_fixture_in_the_way_is_found_by_the_verb(program, wall, tmp_path):
+    fixtures = tmp_path / "fixtures.toml"
+    x, y, z = wall.contact[20] + 8.0 * wall.normal[20]
+    fixtures.write_text(
+        f'[[fixture]]\nname = "clamp"\nbox = {{size = [6, 6, 6], center = [{x}, {y}, {z}]}}\n'
+    )
+    asked = ("verify", program, "-m", "hayashi-640123", "--tool", "ball:10", "--json")
+    assert run(*asked).exit_code == 0
+    result = run(*asked, "--fixtures", fixtures)
+    assert result.exit_code == 1, result.output
+    found = [f for f in json.loads(result.stdout)["findings"] if f["code"] == "fixture-collision"]
+    assert found
+    assert all("clamp" in f["message"] for f in found)
+
+
 def test_a_lean_is_checked_about_the_normals_of_the_part(program, hayashi, wall, cone):
     good = fx.verify_program(program, hayashi, tool=wall.tool, part=cone, tilt=TILT)
     assert good.figures["tilt_max_deg"] == pytest.approx(30.0, abs=0.3)
