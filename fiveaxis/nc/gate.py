@@ -65,7 +65,9 @@ def pass_gate(
             raise SettingError("override accepts errors of a verification; give its report, too")
         return [("verification", NOT_VERIFIED)]
     errors = error_counts(verdict, led=led)
-    unused = [code for code in accepted if code not in errors]
+    # What a control that leads the tip makes harmless may be accepted all the same.
+    needless = WORSE_IN_BLOCKS if led else ()
+    unused = [code for code in accepted if code not in errors and code not in needless]
     if unused:
         raise SettingError(f"override names {', '.join(unused)}, and verification found none; take it away")
     kept = {code: count for code, count in errors.items() if code not in accepted}
@@ -76,8 +78,8 @@ def pass_gate(
             "(override)",
             [f for f in verdict.findings if f.code in kept],
         )
-    notes = [(OVERRIDDEN, f"{code} ({errors[code]})") for code in accepted]
-    notes.append(("verification", "errors accepted by name" if accepted else "no errors"))
+    notes = [(OVERRIDDEN, f"{code} ({errors[code]})") for code in accepted if code in errors]
+    notes.append(("verification", "errors accepted by name" if notes else "no errors"))
     notes += [("checked", text) for text in dict.fromkeys(verdict.checked)]
     notes += [("not checked", text) for text in dict.fromkeys(verdict.not_checked)]
     return notes
