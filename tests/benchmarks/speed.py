@@ -241,6 +241,14 @@ def main() -> None:
     rate(
         "verify, every bound, locations", 3600, lambda: fx.verify(solution.motion, hayashi, vase, **bounds_of)
     )
+    with TemporaryDirectory() as folder:
+        file = fx.write_program(solution.motion, Path(folder) / "vase.ngc", machine=hayashi)
+        rate("verify a program, blocks", 3600, lambda: fx.verify_program(file, hayashi))
+        rate(
+            "verify a program against its path, blocks",
+            3600,
+            lambda: fx.verify_program(file, hayashi, toolpath=vase, tilt=(15, 75)),
+        )
 
 
 if __name__ == "__main__":
