@@ -21,7 +21,7 @@ from fiveaxis.toolpath import MoveKind, Tool, Toolpath
 GOLDEN = Path(__file__).parent
 HEADER = {"tool": "ball:10", "source": "five-points.apt", "energy": "7424 J (feed drives)"}
 SETTINGS = ProgramSettings(
-    number=12, tool_number=3, spindle_rpm=8000, coolant="flood", retract=0.0, home="XY", line_numbers=10
+    tool_number=3, spindle_rpm=8000, coolant="flood", retract=0.0, home="XY", line_numbers=10
 )
 # Machine, control, coordinates; what stands around the moves, in one of each control.
 CASES = [
@@ -30,9 +30,9 @@ CASES = [
     ("linuxcnc-xyzac-trt", "linuxcnc", "tip", SETTINGS),
     ("linuxcnc-xyzac-trt", "linuxcnc-switchkins", "axes", None),
     ("umc-750", "haas", "axes", None),
-    ("umc-750", "haas", "tip", SETTINGS.model_copy(update={"work_offset": "G154 P3"})),
+    ("umc-750", "haas", "tip", SETTINGS.model_copy(update={"number": 12, "work_offset": "G154 P3"})),
     ("variaxis-630", "fanuc", "axes", None),
-    ("variaxis-630", "fanuc", "tip", SETTINGS),
+    ("variaxis-630", "fanuc", "tip", SETTINGS.model_copy(update={"length_offset": 13})),
     ("variaxis-630", "fanuc", "vector", None),
     ("dmu80p-duoblock", "sinumerik", "axes", None),
     ("dmu80p-duoblock", "sinumerik", "tip", SETTINGS),

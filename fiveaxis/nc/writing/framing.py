@@ -73,7 +73,7 @@ class Frame:
         if settings.spindle_rpm is not None:
             left = settings.spindle_direction == "left"
             template = dialect.spindle_left if left else dialect.spindle
-            lines += template.format(rpm=f"{settings.spindle_rpm:.0f}").splitlines()
+            lines += template.format(rpm=f"{settings.spindle_rpm:.3f}".rstrip("0").rstrip(".")).splitlines()
         if settings.coolant is not None:
             lines += dialect.coolant[settings.coolant].splitlines()
         if self.winding == "rezero" and dialect.reset is not None:

@@ -32,7 +32,7 @@ def head_lines(
         *(f"{name.replace(',', ' ')}: {value}" for name, value in pairs),
         *dialect.notes,
         *wording.mode.notes,
-        *([VECTOR_NOTE] if wording.coordinates == "vector" else []),
+        *([VECTOR_NOTE] if wording.coordinates == "vector" and dialect.language == "blocks" else []),
         *_missing_note(settings, wording),
     ]
     if dialect.language == "blocks":

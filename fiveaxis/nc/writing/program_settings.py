@@ -111,7 +111,11 @@ def require_writable(settings: ProgramSettings, dialect: Dialect, letters: str) 
         ("home", settings.home or None, dialect.machine_move),
         ("line_numbers", settings.line_numbers, dialect.line_number),
     )
-    for what, value, template in wanted:
+    asked = (
+        ("length_offset", settings.length_offset, dialect.asks("offset")),
+        ("number", settings.number, dialect.asks("number")),
+    )
+    for what, value, template in (*wanted, *asked):
         if value is not None and not template:
             raise SettingError(f"control {name!r} has no words for {what} = {value}; leave it out")
     strange = [c for c in settings.home if c not in f"{letters} "]

@@ -162,12 +162,14 @@ class Modulo(StrictModel):
         (``signed``)
     word : template of one word; None for the plain one
     on, off : blocks that put it in force, and back
+    low : deg, where the words begin: 0, or -180 for a control that shows -180 to 180
     """
 
     way: Literal["shorter", "signed"]
     word: str | None = None
     on: Lines = ()
     off: Lines = ()
+    low: Literal[0, -180] = 0
 
     @field_validator("word")
     @classmethod
@@ -175,6 +177,12 @@ class Modulo(StrictModel):
         if word is not None:
             _require_fields("modulo_word", word)
         return word
+
+    @model_validator(mode="after")
+    def _signs_are_free(self) -> Modulo:
+        if self.way == "signed" and self.low < 0:
+            raise ValueError("signed words say the way by their sign, so they begin at 0; leave low out")
+        return self
 
 
 class Reset(StrictModel):
@@ -220,7 +228,6 @@ class Dialect(StrictModel):
     work_offsets, default_offset : pattern of the names that the control knows, and the name that is written
         where nobody says another
     spindle_off, coolant_off : blocks
-    length_offset : whether the tool's length is asked for by a number that has to be written
     rapid, linear : templates of moves
     end : last blocks
     modes : the coordinates that can be written
@@ -256,7 +263,6 @@ class Dialect(StrictModel):
     coolant: dict[str, str] = Field(default_factory=dict)
     spindle_off: str = ""
     coolant_off: str = ""
-    length_offset: bool = False
     rapid: str = ""
     linear: str = ""
     end: Lines = ()
@@ -287,6 +293,16 @@ class Dialect(StrictModel):
         except re.error as fault:
             raise ValueError(f"work_offsets = {self.work_offsets!r}: {fault}") from None
         return self
+
+    def asks(self, field: str) -> bool:
+        """Tell whether a block that stands around the moves needs a number or a name that people give."""
+        modes = self.modes.values()
+        around = (
+            *self.head,
+            *self.end,
+            *(b for m in modes for b in (*m.on, *(m.on_contained or ()), *m.off)),
+        )
+        return any(f"{{{field}}}" in block for block in around)
 
     def _require_moves(self) -> None:
         for name, mode in self.modes.items():

@@ -141,14 +141,18 @@ def first_words(values: Array, wording: Wording, winding: str) -> Array:
         return values
     counted = values.copy()
     columns = counted_columns(wording.machine)
-    counted[:, columns] = within_a_turn(values[:, columns], wording.decimals[columns])
+    counted[:, columns] = within_a_turn(values[:, columns], wording.decimals[columns], _low(wording))
     return counted
 
 
-def within_a_turn(degrees: Array, decimals: Array | int) -> Array:
-    """Take degrees into [0, 360) so that they are below 360 when rounded, too."""
+def within_a_turn(degrees: Array, decimals: Array | int, low: float = 0.0) -> Array:
+    """Take degrees into [low, low + 360) so that they are below its end when rounded, too."""
     scale = 10.0 ** np.asarray(decimals)
-    return np.remainder(np.rint(np.remainder(degrees, TURN) * scale) / scale, TURN)
+    return low + np.remainder(np.rint(np.remainder(degrees - low, TURN) * scale) / scale, TURN)
+
+
+def _low(wording: Wording) -> float:
+    return 0.0 if wording.dialect.modulo is None else float(wording.dialect.modulo.low)
 
 
 def modulo_templates(wording: Wording, winding: str) -> list[str | None]:
@@ -163,7 +167,7 @@ def modulo_templates(wording: Wording, winding: str) -> list[str | None]:
 
 def _modulo(moves: Moves, columns: list[int], wording: Wording) -> Words:
     counted = moves.values.copy()
-    counted[:, columns] = within_a_turn(moves.values[:, columns], wording.decimals[columns])
+    counted[:, columns] = within_a_turn(moves.values[:, columns], wording.decimals[columns], _low(wording))
     values, kept = wording.rounded(counted), np.ones(counted.shape, dtype=bool)
     modulo = wording.dialect.modulo
     if modulo is not None and modulo.way == "signed":

@@ -94,10 +94,12 @@ def test_at_the_end_the_tool_goes_clear_before_the_axes_go_home():
 
 
 def test_klartext_calls_the_tool_and_its_speed_in_its_own_words():
-    around = FULL.model_copy(update={"work_offset": "2"})
+    around = FULL.model_copy(update={"work_offset": "2", "length_offset": None})
     program = compose_program(SLOPE, machine=OPEN, control="heidenhain", settings=around)
     texts = [line.split(" ", 1)[1] for line in program.lines if "; " not in line]
-    assert texts[1:7] == [
+    assert texts[1:9] == [
+        "FUNCTION RESET TCPM",
+        "L M127",
         "CYCL DEF 247 DATUM SETTING Q339=+2",
         "L Z-5.0000 R0 FMAX M91",
         "TOOL CALL 7 Z",
@@ -110,7 +112,13 @@ def test_klartext_calls_the_tool_and_its_speed_in_its_own_words():
 @pytest.mark.parametrize("control", [n for n, d in DIALECTS.items() if d.language == "blocks"])
 def test_what_stands_around_the_moves_is_read_again(tmp_path, control):
     around = FULL.model_copy(
-        update={"work_offset": None, "home": "XY", "line_numbers": 5, "spindle_direction": "right"}
+        update={
+            "work_offset": None,
+            "home": "XY",
+            "line_numbers": 5,
+            "spindle_direction": "right",
+            "length_offset": None,
+        }
     )
     program = compose_program(SLOPE, machine=OPEN, control=control, settings=around)
     path = tmp_path / f"p{program.suffix}"
@@ -166,6 +174,8 @@ def test_block_numbers_begin_anew_after_the_highest(monkeypatch):
         ("heidenhain", {"line_numbers": 10, "home": "U"}, "home"),
         ("apt", {"tool_number": 3}, "control 'apt' has no words for tool_number = 3"),
         ("apt", {"unit": "inch"}, "control 'apt' isn't written in inch; it has mm"),
+        ("linuxcnc", {"length_offset": 3}, "control 'linuxcnc' has no words for length_offset = 3"),
+        ("sinumerik", {"number": 3}, "control 'sinumerik' has no words for number = 3"),
         ("linuxcnc", {"home": "B"}, "home = 'B' names B, and the machine has X, Y, Z, A, C"),
     ],
 )
@@ -263,12 +273,28 @@ def test_angles_of_a_shorter_way_are_dc_on_a_sinumerik():
 
 def test_an_angle_that_wraps_is_switched_on_and_off_again_in_klartext():
     turn = motion_of([[0, 0, 0, 0, 350], [1, 0, 0, 0, 370]])
-    lines = compose_program(turn, machine=OPEN, control="heidenhain", winding="modulo").lines
-    at = {
-        word: next(i for i, line in enumerate(lines) if word in line)
-        for word in ("L M126", "C+10.0000", "L M127")
-    }
-    assert at["L M126"] < at["C+10.0000"] < at["L M127"]
+    lines = compose_program(turn, machine=OPEN, control="heidenhain", winding="modulo").lines[::-1]
+    places = [next(i for i, x in enumerate(lines) if w in x) for w in ("L M127", "C+10.0000", "L M126")]
+    assert places == sorted(places)
+
+
+@pytest.mark.parametrize("low", [0, -180])
+def test_angles_of_one_turn_are_read_as_the_motion_but_for_whole_turns(tmp_path, monkeypatch, low):
+    dialect = DIALECTS["sinumerik"]
+    modulo = dialect.modulo.model_copy(update={"low": low, "word": None if low else dialect.modulo.word})
+    monkeypatch.setitem(DIALECTS, "mine", dialect.model_copy(update={"modulo": modulo}))
+    angles = [350.0, 370.0, 500.0, 340.0, -20.0, -200.0]
+    motion = motion_of([[i, 0, 0, 0, c] for i, c in enumerate(angles)])
+    program = compose_program(motion, machine=OPEN, control="mine", winding="modulo")
+    path = tmp_path / "p.mpf"
+    path.write_text(program.text)
+    c = np.degrees(read_program(path, OPEN).positions[:, 4])
+    assert np.abs(np.remainder(c[-1] - angles[-1] + 1.0, 360.0) - 1.0) < 1e-4
+    if low:  # plain words, which the reader takes as they are
+        assert (c >= low).all()
+        assert (c < low + 360).all()
+    else:  # DC, which it takes the shorter way
+        assert c[-1] - c[0] == pytest.approx(angles[-1] - angles[0], abs=1e-4)
 
 
 # What is refused before a byte is written
