@@ -21,10 +21,10 @@ if TYPE_CHECKING:
     from fiveaxis.energy import Energy, PowerSurface, calibrate_drive, power_surface
     from fiveaxis.errors import FiveAxisError
     from fiveaxis.findings import Finding
-    from fiveaxis.job import program_energy, verify_program
+    from fiveaxis.job import post_program, program_energy, verify_program
     from fiveaxis.machine import Machine, load_machine, machine_names
     from fiveaxis.motion import Motion
-    from fiveaxis.nc import read_program, read_toolpath, write_program
+    from fiveaxis.nc import ProgramSettings, read_program, read_toolpath, write_program
     from fiveaxis.posture import Solution
     from fiveaxis.toolpath import Tool, Toolpath
     from fiveaxis.verification import Report, verify
@@ -39,6 +39,7 @@ _HOMES = {
     "Machine": "machine",
     "Motion": "motion",
     "PowerSurface": "energy",
+    "ProgramSettings": "nc",
     "Report": "verification",
     "Solution": "posture",
     "Tool": "toolpath",
@@ -49,6 +50,7 @@ _HOMES = {
     "machine_names": "machine",
     "optimise": "job",
     "plan_contour": "contour",
+    "post_program": "job",
     "power_surface": "energy",
     "preview": "viewer",
     "program_energy": "job",
@@ -66,6 +68,7 @@ __all__ = [
     "Machine",
     "Motion",
     "PowerSurface",
+    "ProgramSettings",
     "Report",
     "Solution",
     "Tool",
@@ -76,6 +79,7 @@ __all__ = [
     "machine_names",
     "optimise",
     "plan_contour",
+    "post_program",
     "power_surface",
     "preview",
     "program_energy",

@@ -74,7 +74,7 @@ def optimise(
 ) -> None:
     """Choose the posture of every cutter location, verify it, and write motion, report, preview and NC."""
     with errors_explained(as_json) as written:
-        from fiveaxis.job import require_folder, write_outcome
+        from fiveaxis.job import compose_outcome, require_folder, write_outcome
 
         if output is not None:
             require_folder(output)
@@ -87,7 +87,8 @@ def optimise(
             print_json(outcome.document)
         else:
             _print_outcome(outcome)
-        for finding in outcome.gate.unused:
+        assumed = compose_outcome(outcome).findings if written and outcome.gate.is_open else ()
+        for finding in (*assumed, *outcome.gate.unused):
             err.print(f"{finding.severity}: {finding}", markup=False)
         for code in outcome.gate.accepted:
             err.print(f"[bold red]overridden[/]: {code} ({outcome.gate.report.counts[code]})")

@@ -98,7 +98,7 @@ def post(
     With --tool, --part or --path it is verified first, as by `verify`; else it says NOT VERIFIED.
     """
     with errors_explained(as_json) as written:
-        from fiveaxis.job.posting import post_program
+        from fiveaxis.job import post_program
 
         options = context.params
         machine = _machine(options)

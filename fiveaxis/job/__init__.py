@@ -2,8 +2,9 @@
 
 from fiveaxis.job.clearing import optimise
 from fiveaxis.job.description import Job, PlanTable, SetupTable, make_job, read_fixtures, read_job
+from fiveaxis.job.posting import Posted, post_program
 from fiveaxis.job.programs import ProgramEnergy, program_energy
-from fiveaxis.job.results import require_folder, write_outcome
+from fiveaxis.job.results import compose_outcome, require_folder, write_outcome
 from fiveaxis.job.stages import (
     RESULT,
     Outcome,
@@ -23,9 +24,11 @@ __all__ = [
     "Job",
     "Outcome",
     "PlanTable",
+    "Posted",
     "ProgramEnergy",
     "ProgramMotion",
     "SetupTable",
+    "compose_outcome",
     "is_mesh",
     "load_job_machine",
     "load_job_toolpath",
@@ -33,6 +36,7 @@ __all__ = [
     "measure_plan",
     "optimise",
     "part_of",
+    "post_program",
     "program_energy",
     "program_motion",
     "read_fixtures",

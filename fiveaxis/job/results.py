@@ -10,8 +10,9 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from fiveaxis.errors import SettingError
+from fiveaxis.files import write_atomically
 from fiveaxis.job.stages import Outcome, part_of
-from fiveaxis.nc import DIALECTS, find_dialect, write_motion, write_program
+from fiveaxis.nc import DIALECTS, Program, compose_program, write_motion
 from fiveaxis.report import write_json, write_report
 from fiveaxis.report.front_figure import write_front_figure
 from fiveaxis.report.landscape import Admits
@@ -103,23 +104,32 @@ def _make_files(outcome: Outcome, folder: Path) -> list[Path]:
     if outcome.front is not None:
         made.append(write_front_figure(outcome.front, folder / "front.svg"))
     if outcome.gate.is_open:
-        path = folder / f"program{find_dialect(job.control).suffix}"
-        machine, header = solution.machine, _header(outcome)
-        made.append(
-            write_program(
-                outcome.program.motion,
-                path,
-                machine=machine,
-                control=job.control,
-                header=header,
-                winding=job.winding,
-                coordinates=job.coordinates,
-                settings=job.nc,
-                report=outcome.gate.report,
-                override=outcome.gate.accepted,
-            )
-        )
+        program = compose_outcome(outcome)
+        made.append(write_atomically(folder / f"program{program.suffix}", program.text))
     return made
+
+
+def compose_outcome(outcome: Outcome) -> Program:
+    """Write the blocks of an outcome's program; its findings are what that assumed.
+
+    Raises
+    ------
+    FiveAxisError
+        As `compose_program`.
+    """
+    job = outcome.job
+    settings = job.nc if job.nc.name else job.nc.model_copy(update={"name": job.input.stem[:60] or None})
+    return compose_program(
+        outcome.program.motion,
+        machine=outcome.solution.machine,
+        control=job.control,
+        coordinates=job.coordinates,
+        header=_header(outcome),
+        winding=job.winding,
+        report=outcome.gate.report,
+        override=outcome.gate.accepted,
+        settings=settings,
+    )
 
 
 def _admits(outcome: Outcome) -> Admits | None:

@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 
 import fiveaxis as fx
 from fiveaxis.cli import app
-from fiveaxis.job.posting import post_program
+from fiveaxis.job import post_program
 from fiveaxis.nc import DIALECTS, compose_program, read_motion, read_program, write_motion
 
 
@@ -184,3 +184,4 @@ def test_optimise_writes_for_the_control_with_its_settings(tmp_path):
     assert done.exit_code == 0, done.stderr
     lines = (tmp_path / "out" / "program.tap").read_text().splitlines()
     assert {"T4 M6", "S9000 M3", "G43.4 H4"} <= set(lines)
+    assert "no program number was given: 1 is written [number-assumed]" in done.stderr
