@@ -27,6 +27,7 @@ from fiveaxis.posture.lattice import (
     level_lattice,
 )
 from fiveaxis.posture.mask import Known, stored, way_among
+from fiveaxis.posture.mending import mended
 from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.posture.refine import SOLVED, Refinement, refine, refine_windows
 from fiveaxis.posture.search import LONG, density, refill, shortest_path, thin
@@ -69,7 +70,7 @@ class Portfolio:
         """Find the cheapest admissible path, (n, 2) rad, never dearer than an admissible baseline."""
         best: Refinement | None = None
         if len(self.problem) > 1:
-            best = self._searched()
+            best = self._mended(self._searched())
         start = self._cheapest(compared)
         if start is not None and (best is None or self._is_worse(best, start)):
             name, rotary = start
@@ -86,6 +87,19 @@ class Portfolio:
     def refined_from(self, name: str, start: Array) -> Array:
         """Refine a path, (n, 2) rad, on all locations; the start itself where that doesn't better it."""
         return self._refined(f"refine, from {name}", None, start).rotary
+
+    def _mended(self, found: Refinement | None) -> Refinement | None:
+        """Lead a path that breaks bounds in a few places another way there, and refine it again."""
+        if found is None or self.clear is not None or self.problem.violation(found.rotary) <= ALLOWED:
+            return found
+        path = mended(self.problem, found.rotary, self.lattice, self.budget.widths)
+        before, after = (int(self.problem.broken(p).sum()) for p in (found.rotary, path))
+        if after == before:
+            return found
+        cost = self.problem.cost(self.problem.positions(slice(None), path))
+        status = f"{before} of {len(path)} locations broke a bound, {after} do now"
+        self.stages.append(Stage("another way round broken bounds", status, before, found.cost, cost))
+        return self._refined("refine, mended", None, path)
 
     def _searched(self) -> Refinement | None:
         coordinates = choose_coordinates(self.problem)
@@ -253,6 +267,11 @@ class Portfolio:
         if len(problem) <= budget.whole or is_banded(problem):
             found = refine(problem, start, iterations=limit, barrier=barrier)
             self.stages.append(Stage(name, found.status, found.iterations, before, found.cost))
+            unbroken = start if coarse or found.status == SOLVED else self._unbroken(problem, start)
+            if unbroken is not start:
+                found = refine(problem, unbroken, iterations=limit, barrier=barrier)
+                name = f"{name}, mended start"
+                self.stages.append(Stage(name, found.status, found.iterations, before, found.cost))
         if found.status != SOLVED and len(problem) > 2:
             whole = found.cost
             found = refine_windows(
@@ -269,6 +288,13 @@ class Portfolio:
             done = sum(stage.name.startswith("refine") for stage in self.stages)
             self.progress("refine", done, max(done, len(budget.searches) + budget.kept + 1))
         return found
+
+    def _unbroken(self, problem: Problem, start: Array) -> Array:
+        """Mend a start, (n, 2) rad, that the refinement couldn't, where that can be done wholly."""
+        if not problem.broken(start).any():
+            return start
+        path = mended(problem, start, self.lattice, self.budget.widths)
+        return start if problem.broken(path).any() else path
 
     def _cheapest(self, compared: Mapping[str, Baseline]) -> tuple[str, Array] | None:
         """Name the cheapest baseline that keeps all bounds, with its rotary angles."""

@@ -143,7 +143,8 @@ class Repair:
         problem = self.run.problem
         every, path = np.arange(len(problem)), start
         for margin, rows, stride in self._rounds(most):
-            clean = self.mask.admits(every, path)
+            # What breaks a bound is mended as what the mask refuses is.
+            clean = self.mask.admits(every, path) & ~problem.broken(path)
             if clean.all():
                 return path
             scattered = most is None and clean.mean() < 1.0 - MOST_DIRTY
