@@ -143,7 +143,7 @@ def _header(outcome: Outcome) -> dict[str, str]:
     solution = outcome.solution
     lines = {"tool": str(solution.toolpath.tool)}
     for number, source in enumerate(outcome.document["inputs"], start=1):
-        lines[f"source {number}"] = f"{source['name']} sha256 {source['sha256']}"
+        lines[f"source {number}"] = f"{source['name']} sha256 {source['sha256'][:16]}"
     for name, energy in outcome.program.energy.items():
         joules = f"{energy.total:.1f} J"
         lines[f"energy {name}"] = f"{joules} travel metric of the feed drives, in blocks like these"

@@ -11,6 +11,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
+from fiveaxis.errors import FiveAxisError
 from fiveaxis.geometry import Array
 from fiveaxis.kinematics import tool_poses
 from fiveaxis.machine import Machine, load_machine
@@ -21,6 +22,7 @@ from fiveaxis.nc import (
     Program,
     ProgramSettings,
     compose_program,
+    make_settings,
     read_program,
     read_toolpath,
 )
@@ -151,6 +153,47 @@ def test_a_program_of_directions_is_read_as_its_path(tmp_path: Path, case, contr
     # The first location's direction is that of the angles which the approach turns to.
     got = path.axis[-len(motion) :]
     np.testing.assert_allclose(got, axes, atol=2.0 * 10.0**-number.direction + 2e-6)
+
+
+texts = st.one_of(st.text(max_size=8), st.sampled_from(["flood", "G55", "1", "Z XY AC", "mist"]))
+numbers = st.integers(-5, 20_000)
+SETTINGS = {
+    **dict.fromkeys(("coolant", "work_offset", "name", "home"), texts),
+    **dict.fromkeys(("tool_number", "length_offset", "number", "line_numbers"), numbers),
+    **dict.fromkeys(("spindle_rpm", "retract"), st.floats()),
+    "unit": st.sampled_from(["mm", "inch"]),
+}
+MOTION = Motion("XYZAC", np.eye(5) / 2.0, np.ones(5), np.ones(5), np.zeros(5, int), np.arange(5))
+
+
+@settings(QUIET, max_examples=150)
+@given(
+    data=st.data(),
+    control=st.sampled_from(sorted(DIALECTS)),
+    coordinates=st.sampled_from([None, "axes", "tip", "vector"]),
+    winding=st.sampled_from(["unwound", "unwound", "modulo", "rezero"]),
+    names=st.lists(st.sampled_from(sorted(SETTINGS)), max_size=2, unique=True),
+)
+def test_whatever_is_asked_gives_a_program_or_one_message(data, control, coordinates, winding, names):
+    asked = {name: data.draw(SETTINGS[name]) for name in names}
+    machine, program, message = load_machine("hayashi-640123"), None, "one line"
+    try:
+        around = make_settings(**asked)
+        program = compose_program(
+            MOTION,
+            machine=machine,
+            control=control,
+            coordinates=coordinates,
+            winding=winding,
+            settings=around,
+        )
+    except FiveAxisError as fault:
+        message = str(fault)
+    assert len(message.splitlines()) == 1
+    if program is not None:
+        assert program.text.isascii()
+        assert max(map(len, program.lines)) <= DIALECTS[control].longest
+        assert not any("\n" in line for line in program.lines)
 
 
 @pytest.mark.parametrize(("control", "coordinates"), BY_ANGLE + BY_VECTOR)

@@ -22,7 +22,7 @@ Lines = tuple[str, ...]
 KNOWN_FIELDS = {
     "comment": {""},
     "head": {"name", "number", "unit"},
-    "start": {"unit"},
+    "start": {"unit", "blend"},
     "end": {"name", "number", "unit"},
     "machine_move": {"words"},
     "tool_change": {"tool"},
@@ -223,6 +223,7 @@ class Dialect(StrictModel):
     inch_feed : inch/min that F counts in programs in inch
     head : lines before the comments
     start : blocks that fix every mode the program relies on
+    blend : mm, how far corners may be cut, for controls whose `start` says it
     machine_move : template of a rapid move to a place in machine coordinates
     tool_change, work_offset, spindle, spindle_left, coolant : templates, and blocks of coolants by name
     work_offsets, default_offset : pattern of the names that the control knows, and the name that is written
@@ -253,6 +254,7 @@ class Dialect(StrictModel):
     inch_feed: float = Field(1.0, gt=0.0)
     head: Lines = ()
     start: Lines = ()
+    blend: float = Field(0.01, gt=0.0)
     machine_move: str = ""
     tool_change: str = ""
     work_offset: str = ""

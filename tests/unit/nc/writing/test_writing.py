@@ -236,6 +236,12 @@ def test_moves_too_short_for_the_decimals_leave_their_time_to_the_next():
     assert program.dropped == 2
 
 
+def test_corners_are_blended_by_the_same_way_in_both_units():
+    inch = ProgramSettings(unit="inch")
+    assert "G64 P0.01" in compose_program(SLOPE, machine=OPEN).lines
+    assert "G64 P0.000394" in compose_program(SLOPE, machine=OPEN, settings=inch).lines
+
+
 def test_inches_are_the_same_places(tmp_path):
     for control in ("linuxcnc", "fanuc", "heidenhain", "sinumerik"):
         program = compose_program(
