@@ -36,7 +36,7 @@ def energy_bars(solution: Solution, baseline: str | None) -> str:
     ----------
     baseline : name of the baseline shown as "before"; None draws the result alone
     """
-    series = _series(solution, baseline)
+    series = series_of(solution, baseline)
     energies = [solution.energy if name == "optimised" else solution.baselines[name] for name in series]
     with drawing("energy-bars"):
         figure = new_figure(WIDTH, 2.9)
@@ -62,7 +62,7 @@ def spending_lines(solution: Solution, baseline: str | None) -> str:
     with drawing("spending-lines"):
         figure = new_figure(WIDTH, 2.6)
         axes = figure.subplots()
-        for name, colour in _series(solution, baseline).items():
+        for name, colour in series_of(solution, baseline).items():
             spent = np.cumsum(move_energies(solution.machine, motion_of(solution, name)).sum(axis=1))
             _line(axes, spent, name, colour)
         axes.set_ylim(bottom=0.0)
@@ -78,7 +78,7 @@ def axis_lines(solution: Solution, baseline: str | None) -> str:
     with drawing("axis-lines"):
         figure = new_figure(WIDTH, 1.15 * (len(letters) + 1) + 0.6)
         bands = figure.subplots(len(letters) + 1, 1, sharex=True)
-        for name, colour in _series(solution, baseline).items():
+        for name, colour in series_of(solution, baseline).items():
             motion = motion_of(solution, name)
             shown = solution.machine.shown(motion.positions)
             for band, values in zip(bands, [*shown.T, tilts_shown(solution, motion)], strict=True):
@@ -105,7 +105,7 @@ def tilts_shown(solution: Solution, motion: Motion) -> Array:
     return np.degrees(solution.tilt.angles(tool_axes(solution.machine, rotary)))
 
 
-def _series(solution: Solution, baseline: str | None) -> dict[str, str]:
+def series_of(solution: Solution, baseline: str | None) -> dict[str, str]:
     """Give the lines of a chart with their colours, before first."""
     return {"optimised": AFTER} if baseline is None else {baseline: BEFORE, "optimised": AFTER}
 

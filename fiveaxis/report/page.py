@@ -25,6 +25,7 @@ from fiveaxis.report.landscape import (
     surface_at,
 )
 from fiveaxis.report.maps import posture_map_png, surface_png
+from fiveaxis.report.time_figures import power_lines, speed_lines
 from fiveaxis.report.verdict import verdict_section
 
 # Every percentage stands beside the boundary that it was drawn for.
@@ -182,7 +183,19 @@ def _motion(solution: Solution, baseline: str | None) -> str:
         f"band: angle between tool axis and {solution.tilt.name}, its bounds dotted. Long paths are thinned; "
         "the highest and lowest values are kept."
     )
-    return _figure(axis_lines(solution, baseline), escape(caption))
+    speeds = (
+        "Over time instead of along the path: the mean speed of every axis in each move, as the feed and the "
+        "slowest axis allow it; highest speeds of the machine dotted where the motion comes near them."
+    )
+    powers = (
+        "Power of each feed drive at those speeds, and of all together; base load, spindle and what "
+        "acceleration takes aren’t in it. The area under the last band is the power integral."
+    )
+    return (
+        _figure(axis_lines(solution, baseline), escape(caption))
+        + _figure(speed_lines(solution, baseline), escape(speeds))
+        + _figure(power_lines(solution, baseline), escape(powers))
+    )
 
 
 def _posture(solution: Solution, baseline: str | None, admits: Admits | None) -> str:
