@@ -1,0 +1,178 @@
+"""LinuxCNC's own stand-alone interpreter, `rs274`, reads what is written for it.
+
+It comes with Debian's linuxcnc-uspace: ``apt-get install -y --no-install-recommends linuxcnc-uspace``.
+"""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fiveaxis.machine import load_machine, machine_names
+from fiveaxis.motion import Motion
+from fiveaxis.nc import compose_program
+from fiveaxis.nc.words import control_values
+from fiveaxis.toolpath import MoveKind
+
+RS274 = shutil.which("rs274")
+needs_rs274 = pytest.mark.skipif(
+    RS274 is None, reason="rs274 isn't installed (apt-get install linuxcnc-uspace)"
+)
+pytestmark = needs_rs274
+
+# The interpreter prints positions with four decimals.
+PRINTED = 0.5e-4 + 1e-9
+CANON_LETTERS = "XYZABC"
+MOVE = re.compile(r"STRAIGHT_(TRAVERSE|FEED)\(([^)]*)\)")
+OFFSET = re.compile(r"SET_G92_OFFSET\(([^)]*)\)")
+SWITCHES = re.compile(r"\bM42[89]\b")
+RATE = re.compile(r"SET_FEED_RATE\(([^)]*)\)")
+
+
+def interpreted(text, folder):
+    """Run a program; gives the end of every feed move, (n, 6) mm and deg, and its canonical rate, (n,).
+
+    The codes that switch the kinematics are remapped by a machine's own configuration, which the stand-alone
+    interpreter hasn't: they are left out.
+    """
+    file, tools = folder / "program.ngc", folder / "tool.tbl"
+    file.write_text(SWITCHES.sub("", text), encoding="ascii")
+    tools.write_text("T3 P3 Z0 D10\n", encoding="ascii")
+    run = subprocess.run(
+        [str(RS274), "-t", str(tools), "-g", str(file)],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        cwd=folder,
+        check=False,
+    )
+    assert run.returncode == 0, run.stdout[-600:] + run.stderr[-600:]
+    ends, rates, offset, rate = [], [], np.zeros(6), np.nan
+    for line in run.stdout.splitlines():
+        if found := OFFSET.search(line):
+            offset = np.array([float(v) for v in found[1].split(",")])
+        elif found := RATE.search(line):
+            rate = float(found[1])
+        elif (found := MOVE.search(line)) and found[1] == "FEED":
+            ends.append(np.array([float(v) for v in found[2].split(",")]) + offset)
+            rates.append(rate)
+    return np.array(ends), np.array(rates)
+
+
+def wandering(machine, turns):
+    """Make a motion inside a machine's limits that turns its endless axes by some turns."""
+    draw = np.random.default_rng(3)
+    n = 60
+    share = np.linspace(0.0, 1.0, n)
+    columns = []
+    for axis in machine.axes:
+        low, high = axis.limits.low, axis.limits.high
+        if axis.is_rotary and not np.isfinite([low, high]).all():
+            columns.append(2.0 * np.pi * turns * share)
+            continue
+        low, high = max(low, -150.0), min(high, 150.0)
+        columns.append(low + (high - low) * (0.5 + 0.4 * np.sin(7.0 * share + draw.uniform(0.0, 6.0))))
+    kind = np.full(n, MoveKind.CUT)
+    kind[25:30] = MoveKind.LINK
+    return Motion(
+        letters=machine.letters,
+        positions=np.column_stack(columns),
+        feed=np.full(n, 20.0),
+        time=np.append(0.0, draw.uniform(0.02, 3.0, n - 1)),
+        kind=kind,
+        source=np.arange(n),
+    )
+
+
+GOLDEN = Path(__file__).parents[3] / "golden"
+WORD = re.compile(r"([XYZABC])(-?[0-9.]+)")
+
+
+@pytest.mark.parametrize("file", sorted(path.name for path in GOLDEN.glob("linuxcnc*.ngc")))
+def test_rs274_takes_every_golden_program_and_goes_where_its_words_say(file, tmp_path):
+    text = (GOLDEN / file).read_text(encoding="ascii")
+    ends, _ = interpreted(text, tmp_path)
+    if "modulo" in file or "rezero" in file:
+        return  # their words aren't places on a straight count of turns
+    place, wanted = dict.fromkeys(CANON_LETTERS, 0.0), []
+    for line in text.splitlines():
+        code = line.split("(")[0]
+        if "G53" in code:
+            continue
+        place.update({letter: float(value) for letter, value in WORD.findall(code)})
+        if re.search(r"\bG1\b", code):
+            wanted.append([place[letter] for letter in CANON_LETTERS])
+    assert len(wanted) > 3
+    np.testing.assert_allclose(ends, wanted, atol=PRINTED)
+
+
+def rotary_machines():
+    return [name for name in machine_names() if "takisawa" not in name]
+
+
+@pytest.mark.parametrize("name", rotary_machines())
+def test_rs274_goes_where_the_motion_goes(name, tmp_path):
+    machine = load_machine(name)
+    motion = wandering(machine, turns=3)
+    program = compose_program(motion, machine=machine)
+    ends, _ = interpreted(program.text, tmp_path)
+    wanted = control_values(machine, motion.positions)
+    columns = [CANON_LETTERS.index(letter) for letter in machine.letters]
+    # The first moves are the approach; every move after it is a row.
+    np.testing.assert_allclose(ends[-(len(wanted) - 1) :, columns], wanted[1:], atol=PRINTED)
+
+
+def test_rs274_counts_on_where_the_program_names_turns_anew(tmp_path):
+    machine = load_machine("hayashi-640123")
+    motion = wandering(machine, turns=5)
+    ends, _ = interpreted(compose_program(motion, machine=machine, winding="rezero").text, tmp_path)
+    wanted = control_values(machine, motion.positions)
+    columns = [CANON_LETTERS.index(letter) for letter in machine.letters]
+    np.testing.assert_allclose(ends[-(len(wanted) - 1) :, columns], wanted[1:], atol=PRINTED)
+
+
+def test_rs274_gives_every_block_the_time_of_the_motion(tmp_path):
+    machine = load_machine("linuxcnc-xyzac-trt")
+    motion = wandering(machine, turns=2)
+    ends, rates = interpreted(compose_program(motion, machine=machine).text, tmp_path)
+    count = len(motion) - 1
+    way = np.linalg.norm(np.diff(ends[:, :3], axis=0), axis=1)[-count:]
+    # In inverse time the canonical rate is the length in X, Y, Z over the time, per minute.
+    np.testing.assert_allclose(60.0 * way / rates[-count:], motion.time[1:], rtol=2e-3)
+
+
+def test_a_block_that_turns_alone_takes_its_time(tmp_path):
+    """In inverse time rs274 floors the rate of a move in X, Y, Z at 0.1 mm/min: turning alone names none."""
+    machine = load_machine("linuxcnc-xyzac-trt")
+    still = wandering(machine, turns=1)
+    positions = np.repeat(still.positions[:1], 4, axis=0)
+    positions[:, machine.column("C")] += np.radians([0.0, 10.0, 25.0, 30.0])
+    turning = Motion(
+        letters=machine.letters,
+        positions=positions,
+        feed=np.full(4, 20.0),
+        time=np.array([0.0, 2.0, 5.0, 0.5]),
+        kind=np.full(4, MoveKind.CUT),
+        source=np.arange(4),
+    )
+    program = compose_program(turning, machine=machine)
+    blocks = [line for line in program.lines if line.startswith("G1")][-3:]
+    assert not any(letter in block for block in blocks for letter in "XYZ")
+    _, rates = interpreted(program.text, tmp_path)
+    # deg/min
+    np.testing.assert_allclose(rates[-3:], [300.0, 180.0, 600.0], rtol=1e-3)
+
+
+def test_rs274_refuses_a_word_that_isnt_one(tmp_path):
+    """The interpreter does look: a program that is broken on purpose ends with exit code 1."""
+    machine = load_machine("linuxcnc-xyzac-trt")
+    program = compose_program(wandering(machine, turns=1), machine=machine)
+    broken = replace(program, lines=(*program.lines[:-3], "G1 X1 A2", *program.lines[-3:]))
+    with pytest.raises(AssertionError):
+        interpreted(broken.text, tmp_path)
