@@ -7,7 +7,8 @@ from fiveaxis.nc.point_table import write_toolpath
 from fiveaxis.nc.program import Program, compose_program, require_program, write_program
 from fiveaxis.nc.writing.catalogue import DIALECTS, find_dialect
 from fiveaxis.nc.writing.program_settings import ProgramSettings, make_settings
-from fiveaxis.nc.writing.tables import Coordinates, Dialect
+from fiveaxis.nc.writing.table_parts import Coordinates
+from fiveaxis.nc.writing.tables import Dialect
 
 __all__ = [
     "DIALECTS",

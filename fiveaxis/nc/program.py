@@ -21,7 +21,7 @@ from fiveaxis.nc.writing.framing import Frame, numbered
 from fiveaxis.nc.writing.header import head_lines
 from fiveaxis.nc.writing.places import Wording, require_expressible
 from fiveaxis.nc.writing.program_settings import ProgramSettings, require_writable
-from fiveaxis.nc.writing.tables import Coordinates
+from fiveaxis.nc.writing.table_parts import Coordinates
 from fiveaxis.nc.writing.turns import Winding, require_winding
 
 Header = Mapping[str, str] | Sequence[tuple[str, str]]

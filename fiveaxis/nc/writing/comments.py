@@ -5,7 +5,7 @@ from __future__ import annotations
 import textwrap
 import unicodedata
 
-from fiveaxis.nc.writing.tables import Comments
+from fiveaxis.nc.writing.table_parts import Comments
 
 # Brackets can't nest; the rest are signs without a plain relative in Unicode's own decompositions.
 _PLAIN = str.maketrans(

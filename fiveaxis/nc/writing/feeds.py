@@ -12,7 +12,7 @@ from fiveaxis.geometry import Array, BoolArray
 from fiveaxis.motion import Motion
 from fiveaxis.nc.rows import MILLIMETRES
 from fiveaxis.nc.writing.places import Wording
-from fiveaxis.nc.writing.tables import Feed, FeedMode
+from fiveaxis.nc.writing.table_parts import Feed, FeedMode
 from fiveaxis.nc.writing.turns import Moves
 
 # Steps of the last decimal of the linear words: a way as short is rounding beside a turn of the rotary axes,

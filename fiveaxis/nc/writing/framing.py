@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -39,17 +39,16 @@ class Frame:
     Parameters
     ----------
     wording, settings, winding : how it is written
-    name : of the program, from its file; the settings' own goes first
     """
 
     wording: Wording
     settings: ProgramSettings
     winding: str
-    name: str = ""
-    rotary: str = field(init=False)
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "rotary", "".join(c for c in self.wording.machine.letters if c in "ABC"))
+    @property
+    def rotary(self) -> str:
+        """Letters of the rotary axes."""
+        return "".join(c for c in self.wording.machine.letters if c in "ABC")
 
     @property
     def offset(self) -> int:
@@ -147,7 +146,7 @@ class Frame:
         values = {
             "unit": dialect.unit[settings.unit],
             "blend": f"{dialect.blend / MILLIMETRES[settings.unit]:.6f}".rstrip("0"),
-            "name": name_word(settings.name or self.name),
+            "name": name_word(settings.name or ""),
             "number": f"{number:04d}",
             "offset": self.offset,
         }

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from fiveaxis.geometry import Array, BoolArray
-from fiveaxis.nc.writing.tables import Feed
+from fiveaxis.nc.writing.table_parts import Feed
 
 # Rows that are formatted at once: few enough to stay in the processor's memory, many enough that what a call
 # costs doesn't count.

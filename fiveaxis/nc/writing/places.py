@@ -15,7 +15,8 @@ from fiveaxis.machine import BED, Machine
 from fiveaxis.nc.rows import MILLIMETRES
 from fiveaxis.nc.words import control_values
 from fiveaxis.nc.writing.numbers import rounded
-from fiveaxis.nc.writing.tables import Coordinates, Dialect, Mode
+from fiveaxis.nc.writing.table_parts import Coordinates, Mode
+from fiveaxis.nc.writing.tables import Dialect
 
 LINEAR = "XYZ"
 

@@ -89,6 +89,29 @@ def require_writable(settings: ProgramSettings, dialect: Dialect, letters: str) 
     SettingError
         Something that the control hasn't, with what it has.
     """
+    _require_names(settings, dialect)
+    spindle = dialect.spindle_left if settings.spindle_direction == "left" else dialect.spindle
+    wanted = (
+        ("tool_number", settings.tool_number, dialect.tool_change),
+        ("spindle_rpm", settings.spindle_rpm, spindle),
+        ("retract", settings.retract, dialect.machine_move),
+        ("home", settings.home or None, dialect.machine_move),
+        ("line_numbers", settings.line_numbers, dialect.line_number),
+        ("length_offset", settings.length_offset, dialect.asks("offset")),
+        ("number", settings.number, dialect.asks("number")),
+    )
+    for what, value, has_words in wanted:
+        if value is not None and not has_words:
+            raise SettingError(f"control {dialect.name!r} has no words for {what} = {value}; leave it out")
+    strange = [c for c in settings.home if c not in f"{letters} "]
+    if strange:
+        raise SettingError(
+            f"home = {settings.home!r} names {strange[0]}, and the machine has {', '.join(letters)}"
+        )
+
+
+def _require_names(settings: ProgramSettings, dialect: Dialect) -> None:
+    """Check what is chosen by name: unit, coolant, work offset."""
     name = dialect.name
     if settings.unit not in dialect.unit:
         raise SettingError(
@@ -102,24 +125,4 @@ def require_writable(settings: ProgramSettings, dialect: Dialect, letters: str) 
         raise SettingError(
             f"control {name!r} has no work offset {offset!r}; it knows those like "
             f"{dialect.default_offset or dialect.work_offsets or 'none'}"
-        )
-    spindle = dialect.spindle_left if settings.spindle_direction == "left" else dialect.spindle
-    wanted = (
-        ("tool_number", settings.tool_number, dialect.tool_change),
-        ("spindle_rpm", settings.spindle_rpm, spindle),
-        ("retract", settings.retract, dialect.machine_move),
-        ("home", settings.home or None, dialect.machine_move),
-        ("line_numbers", settings.line_numbers, dialect.line_number),
-    )
-    asked = (
-        ("length_offset", settings.length_offset, dialect.asks("offset")),
-        ("number", settings.number, dialect.asks("number")),
-    )
-    for what, value, template in (*wanted, *asked):
-        if value is not None and not template:
-            raise SettingError(f"control {name!r} has no words for {what} = {value}; leave it out")
-    strange = [c for c in settings.home if c not in f"{letters} "]
-    if strange:
-        raise SettingError(
-            f"home = {settings.home!r} names {strange[0]}, and the machine has {', '.join(letters)}"
         )

@@ -15,7 +15,7 @@ from fiveaxis.errors import SettingError
 from fiveaxis.machine import Limits, Machine, load_machine
 from fiveaxis.motion import Motion
 from fiveaxis.nc import DIALECTS, compose_program, read_program
-from fiveaxis.nc.writing.tables import Modulo
+from fiveaxis.nc.writing.table_parts import Modulo
 from fiveaxis.nc.writing.turns import within_a_turn
 from fiveaxis.toolpath import MoveKind
 
