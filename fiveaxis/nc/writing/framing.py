@@ -233,8 +233,11 @@ def numbered(lines: list[str], wording: Wording, step: int | None) -> Iterator[s
         )
     opening = dialect.comment.template.partition("{}")[0].strip()
     number = 0 if dialect.numbered else (step or 1)
+    goes_on = False
     for line in lines:
-        if not dialect.numbered and (line.startswith(opening) or _UNNUMBERED.match(line)):
+        bare = not dialect.numbered and (line.startswith(opening) or _UNNUMBERED.match(line))
+        continues, goes_on = goes_on, bool(dialect.continuation) and line.endswith(dialect.continuation)
+        if bare or continues:
             yield line
             continue
         yield f"{begin}{number}{end}{line}"

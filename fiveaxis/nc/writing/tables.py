@@ -42,6 +42,7 @@ class Dialect(StrictModel):
     longest : characters of a line that it reads
     line_number, most_number, numbered : template of a block number, the highest, and whether all lines have
         one, from 0
+    continuation : sign at the end of a line that goes on in the next one; empty where there is none
     number, feed : how words and F are written
     unit : the words of ``mm`` and ``inch``; what is missing the control can't be told
     inch_feed : inch/min that F counts in programs in inch
@@ -72,6 +73,7 @@ class Dialect(StrictModel):
     line_number: str = ""
     most_number: int = Field(99999, ge=1)
     numbered: bool = False
+    continuation: str = ""
     number: Numbers = Numbers()
     feed: dict[FeedMode, Feed] = Field(default_factory=dict)
     unit: dict[Unit, str] = Field(default_factory=_no_unit_words)

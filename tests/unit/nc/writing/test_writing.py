@@ -96,11 +96,12 @@ def test_at_the_end_the_tool_goes_clear_before_the_axes_go_home():
 def test_klartext_calls_the_tool_and_its_speed_in_its_own_words():
     around = FULL.model_copy(update={"work_offset": "2", "length_offset": None})
     program = compose_program(SLOPE, machine=OPEN, control="heidenhain", settings=around)
-    texts = [line.split(" ", 1)[1] for line in program.lines if "; " not in line]
-    assert texts[1:9] == [
+    texts = [line.split(" ", 1)[1] for line in program.lines if " ; " not in line[:6]]
+    assert texts[1:10] == [
         "FUNCTION RESET TCPM",
         "L M127",
-        "CYCL DEF 247 DATUM SETTING Q339=+2",
+        "CYCL DEF 247 DATUM SETTING ~",
+        "   Q339=+2 ; DATUM NUMBER",
         "L Z-5.0000 R0 FMAX M91",
         "TOOL CALL 7 Z",
         "TOOL CALL Z S12000",
