@@ -7,7 +7,7 @@ turn of an axis. So what was asked is remembered by location and cell of directi
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from threading import Lock
 from typing import Any
 
@@ -73,6 +73,20 @@ class Accessibility:
             open_rows = np.flatnonzero(free)
             free[open_rows] = ~obstacle.met(tip[open_rows], axis[open_rows])
         return free
+
+    def blockers(self, row: int, axis: Array) -> dict[str, float]:
+        """Tell what blocks tool axes, (m, 3) unit vectors, at a location: pair of bodies → share of them."""
+        rows = np.full(len(axis), row)
+        path = self.toolpath
+        tip = path.zone.tip(path.pivot[rows], np.nan_to_num(path.normal[rows]), axis)
+        met: dict[str, BoolArray] = {}
+        for obstacle in self.obstacles:
+            for solid in obstacle.solids:
+                pair = f"{solid.name} with {obstacle.name}"
+                hit = replace(obstacle, solids=(solid,)).met(tip, axis)
+                met[pair] = met[pair] | hit if pair in met else hit
+        shares = {pair: float(hit.mean()) for pair, hit in met.items() if hit.any()}
+        return dict(sorted(shares.items(), key=lambda item: -item[1]))
 
     def rough(self, rows: IntArray, rotary: Array) -> BoolArray:
         """Tell about which postures are clear, by the middle of their cell; as `__call__` otherwise."""

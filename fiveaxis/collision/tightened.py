@@ -12,7 +12,7 @@ from fiveaxis.geometry import Array, BoolArray, IntArray
 TURN = 2.0 * np.pi
 Ask = Callable[[IntArray, Array], BoolArray]
 # rad: how near to a posture that collides others are refused; twice as far each time a location comes again.
-RADIUS = np.radians(2.0)
+RADIUS = np.radians(4.0)
 
 
 @dataclass(eq=False)

@@ -10,17 +10,19 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fiveaxis.collision import Clearances, Fixture, Surroundings
-from fiveaxis.collision.accessibility import Accessibility
+from fiveaxis.collision.accessibility import CELLS, Accessibility
 from fiveaxis.collision.clearing import find_accessible
+from fiveaxis.collision.directions import cell_centres
 from fiveaxis.collision.pairs import choose_pairs
 from fiveaxis.collision.scene import build_scene
 from fiveaxis.collision.tightened import Ask, Tightened
+from fiveaxis.errors import Infeasible
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import IntArray
 from fiveaxis.machine import Machine
 from fiveaxis.posture import Solution
 from fiveaxis.posture import optimise as optimise_postures
-from fiveaxis.toolpath import Toolpath, for_tilt
+from fiveaxis.toolpath import Toolpath, for_tilt, tilt_bounds
 from fiveaxis.verification import Asked
 from fiveaxis.verification.collisions import check_collisions
 from fiveaxis.verification.subject import DEFAULT_TOLERANCES, make_subject
@@ -28,8 +30,12 @@ from fiveaxis.verification.subject import DEFAULT_TOLERANCES, make_subject
 if TYPE_CHECKING:
     import trimesh
 
+# Options that bound the tool's lean; all but the last also say which part of the cutter touches.
+LEANING = ("tilt", "cone", "lead", "lean", "plane")
+# Locations without a posture of which it is worked out what blocks them.
+MOST_EXPLAINED = 20
 # How often a path that collides on the way is tightened there and searched again.
-ROUNDS = 2
+ROUNDS = 3
 
 Solve = Callable[[Any], Solution]
 
@@ -110,27 +116,59 @@ def keep_clear(
     FiveAxisError
         As `solve`.
     """
-    leaning = {name: options.get(name) for name in ("tilt", "cone", "lead", "lean")}
+    leaning = {name: options.get(name) for name in LEANING[:4]}
     path = for_tilt(toolpath, **leaning) if any(v is not None for v in leaning.values()) else toolpath
     admits = find_accessible(path, machine, around)
     if options.get("free_start"):
         return Cleared(_told(solve(options.get("mask")), admits), None, 0)
     mask = _joined(admits, options.get("mask"))
-    solution = solve(mask if mask.exact is not None else None)
+    try:
+        solution = solve(mask if mask.exact is not None else None)
+    except Infeasible as fault:
+        raise fault if admits is None else _explained(fault, admits, options) from None
     scene = build_scene(machine, toolpath.tool, around)
-    looked_at = choose_pairs(scene, around.clearances).pairs
-    for done in range(ROUNDS if looked_at else 0):
-        if len(solution.toolpath) != len(toolpath):
-            # With rewinds in it the path has other rows than the mask.
-            return Cleared(solution, None, done)
+    if not choose_pairs(scene, around.clearances).pairs:
+        return Cleared(solution, _with_its_rows(admits, solution), 0)
+    best, fewest, rounds = solution, len(toolpath) + 1, 0
+    while len(solution.toolpath) == len(toolpath):  # with rewinds in it the path has other rows than a mask
         rows = colliding_rows(solution, around)
-        if not len(rows):
-            return Cleared(solution, admits, done)
-        rotary = solution.motion.positions[:, machine.rotary_columns]
-        mask.refuse(rows, rotary[rows])
-        solution = solve(mask)
-    own_rows = len(solution.toolpath) == len(toolpath)
-    return Cleared(solution, admits if own_rows else None, ROUNDS if looked_at else 0)
+        if len(rows) < fewest:
+            best, fewest = solution, len(rows)
+        if not len(rows) or rounds == ROUNDS:
+            break
+        mask.refuse(rows, solution.motion.positions[:, machine.rotary_columns][rows])
+        rounds += 1
+        try:
+            solution = solve(mask)
+        except Infeasible:
+            # No way keeps off what was refused: the verification of the best one names what it hits.
+            break
+    return Cleared(best, _with_its_rows(admits, best), rounds)
+
+
+def _with_its_rows(admits: Accessibility | None, solution: Solution) -> Accessibility | None:
+    """Give the mask if a solution's locations are those that it was made for."""
+    own = admits is not None and len(admits.toolpath) == len(solution.toolpath)
+    return admits if own else None
+
+
+def _explained(fault: Infeasible, admits: Accessibility, options: Mapping[str, Any]) -> Infeasible:
+    """Add to each location without a posture what blocks those that its bounds admit."""
+    asked = {name: options.get(name) for name in LEANING}
+    bounds = tilt_bounds(admits.toolpath, **asked)
+    axes = cell_centres(np.arange(CELLS * CELLS), CELLS)
+    findings = []
+    for number, finding in enumerate(fault.findings):
+        row = finding.place.location
+        if number >= MOST_EXPLAINED or row is None:
+            findings.append(finding)
+            continue
+        inside = axes[bounds.admits(np.broadcast_to(axes, (1, *axes.shape)), np.array([row]))[0]]
+        shares = admits.blockers(row, inside) if len(inside) else {}
+        said = ", ".join(f"{pair} in {100.0 * share:.0f} %" for pair, share in shares.items())
+        more = f"; of the directions that the tool's lean admits, these collide: {said}" if said else ""
+        findings.append(replace(finding, message=finding.message + more))
+    return Infeasible(str(fault), findings)
 
 
 def colliding_rows(solution: Solution, around: Surroundings) -> IntArray:

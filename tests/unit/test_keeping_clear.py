@@ -10,7 +10,7 @@ import trimesh
 
 import fiveaxis as fx
 from fiveaxis.collision import Clearances, Fixture, Surroundings
-from fiveaxis.errors import JobError, MeshError
+from fiveaxis.errors import Infeasible, JobError, MeshError
 from fiveaxis.job import clearing, make_job, read_job, run_job, write_outcome
 from fiveaxis.machine import Box
 from fiveaxis.posture import optimise as optimise_postures
@@ -92,15 +92,42 @@ def test_what_collides_between_locations_is_refused_and_searched_again(arc, mach
         return optimise_postures(arc, machine, tilt=TILT, effort="quick", mask=mask)
 
     cleared = clearing.keep_clear(solve, arc, machine, around, {"tilt": TILT})
-    assert cleared.rounds == clearing.ROUNDS
-    assert asked[0] is None
-    assert len(asked) == 1 + clearing.ROUNDS
     before = clearing.colliding_rows(optimise_postures(arc, machine, tilt=TILT, effort="quick"), around)
-    spots = asked[1].spots
-    assert set(before.tolist()) <= set(spots)
-    # What was refused is kept away from.
-    rotary = cleared.solution.motion.positions[:, machine.rotary_columns]
-    assert asked[1](np.arange(len(arc)), rotary).all()
+    after = clearing.colliding_rows(cleared.solution, around)
+    assert asked[0] is None
+    assert len(asked) == 1 + cleared.rounds
+    assert set(before.tolist()) <= set(asked[1].spots)
+    assert len(before) > 10
+    assert len(after) == 0
+
+
+def test_where_no_posture_is_clear_the_blocking_pair_is_named(arc, machine):
+    lid = Fixture("lid", Box((400.0, 400.0, 4.0), (0.0, 0.0, 20.0)))
+    with pytest.raises(Infeasible) as caught:
+        fx.optimise(arc, machine, tilt=(0.0, 30.0), effort="quick", fixtures=(lid,))
+    messages = [finding.message for finding in caught.value.findings]
+    assert len(messages) == len(arc)
+    assert "shank with lid in 100 %" in messages[0]
+
+
+def test_a_path_that_tightening_makes_impossible_comes_back_with_its_collisions(
+    arc, machine, block, monkeypatch
+):
+    monkeypatch.setattr(clearing, "find_accessible", lambda *_, **__: None)
+    around = Surroundings(fixtures=(block,))
+    solved = []
+
+    def solve(mask):
+        if mask is not None:
+            raise Infeasible("no way", ())
+        solved.append(optimise_postures(arc, machine, tilt=TILT, effort="quick"))
+        return solved[-1]
+
+    cleared = clearing.keep_clear(solve, arc, machine, around, {"tilt": TILT})
+    assert cleared.solution is solved[0]
+    assert cleared.rounds == 1
+    report = fx.verify(cleared.solution.motion, machine, arc, tilt=TILT, surroundings=around)
+    assert any("the holder" in f.message and "'block'" in f.message for f in report.findings)
 
 
 def test_a_ball_with_nothing_above_it_is_solved_once(machine, block):
