@@ -8,6 +8,7 @@ import typer
 
 from fiveaxis.cli.calibration_verb import calibrate
 from fiveaxis.cli.energy_verb import energy
+from fiveaxis.cli.job_verb import job
 from fiveaxis.cli.machine_verbs import check, import_machine, info, machines, urdf
 from fiveaxis.cli.path_verbs import optimise, plan, preview
 from fiveaxis.cli.post_verb import controls, post
@@ -35,6 +36,7 @@ app.command()(controls)
 app.command(context_settings={"ignore_unknown_options": True})(surface)
 app.command()(preview)
 app.command()(calibrate)
+app.command()(job)
 
 
 def main() -> None:

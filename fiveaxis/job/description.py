@@ -39,7 +39,7 @@ class PlanTable(StrictModel):
     spacing: float = Field(0.5, gt=0.0, description="largest distance of contact points along a pass, mm")
     overhang: bool = Field(False, description="overhanging walls only")
     spiral: bool = Field(False, description="join closed waterlines to spirals")
-    direction: Direction = "climb"
+    direction: Direction = Field("climb", description="how the cutter runs along its passes")
     order: Order = Field("levels", description="section by section, or as links are short")
     lead_in: float = Field(0.0, ge=0.0, description="radius of the arcs that lead to passes, mm")
     lead_out: float = Field(0.0, ge=0.0, description="radius of the arcs that lead from passes, mm")
@@ -81,9 +81,9 @@ class FixtureFile(StrictModel):
 class ProcessTable(StrictModel):
     """The cut, the same all along the path: for the energy of the whole job."""
 
-    spindle_rpm: float = Field(gt=0.0)
-    teeth: int = Field(ge=1)
-    helix: float = Field(0.0, gt=-90.0, lt=90.0, description="deg")
+    spindle_rpm: float = Field(gt=0.0, description="speed of the spindle, rev/min")
+    teeth: int = Field(ge=1, description="of the cutter")
+    helix: float = Field(0.0, gt=-90.0, lt=90.0, description="angle of its teeth, deg")
     depth: float = Field(ge=0.0, description="along the surface normal, mm")
     width: float = Field(ge=0.0, description="distance of the passes, mm")
     tangential: float = Field(gt=0.0, description="cutting coefficient K_tc, N/mm2")
@@ -95,8 +95,8 @@ class ProcessTable(StrictModel):
 class FactorsTable(StrictModel):
     """What a kWh costs and emits."""
 
-    price: float | None = Field(None, ge=0.0, description="of 1 kWh")
-    currency: str = "EUR"
+    price: float | None = Field(None, ge=0.0, description="of 1 kWh, in the currency")
+    currency: str = Field("EUR", description="of the price")
     co2: float | None = Field(None, ge=0.0, description="kg of CO2 per kWh")
     source: str = Field(min_length=1, description="where price and factor come from")
 
@@ -142,7 +142,9 @@ class Job(StrictModel):
         None, gt=0.0, lt=90.0, description="about the first rotary axis, in which it is held, half angle, deg"
     )
     singular_rate: float = Field(0.0, ge=0.0, description="largest turn of that axis in the cone, deg/mm")
-    effort: Literal["quick", "normal", "thorough"] = "normal"
+    effort: Literal["quick", "normal", "thorough"] = Field(
+        "normal", description="how much is searched before the best is taken"
+    )
     front: int | None = Field(
         None, ge=2, le=50, description="solutions between the cheapest path and the steadiest one"
     )

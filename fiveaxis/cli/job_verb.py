@@ -1,0 +1,46 @@
+"""The verb about job files: what they may hold, and one to begin with."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.markup import escape
+from rich.table import Table
+
+from fiveaxis.cli.options import AsJson
+from fiveaxis.cli.terminal import err, errors_explained, out, print_json
+from fiveaxis.errors import SettingError
+
+STARTER = Path("job.toml")
+
+
+def job(
+    file: Annotated[Path | None, typer.Argument(help=f"that --init writes; {STARTER} by default")] = None,
+    explain: Annotated[bool, typer.Option("--explain", help="tell every field of a job file")] = False,
+    init: Annotated[bool, typer.Option("--init", help="write a commented job file to begin with")] = False,
+    as_json: AsJson = False,
+) -> None:
+    """Explain job files, or write a commented one."""
+    with errors_explained(as_json) as written:
+        from fiveaxis.job.guide import list_entries, write_starter
+
+        if explain == init:
+            raise SettingError("say either --explain or --init [FILE]")
+        if explain and file is not None:
+            raise SettingError(f"{file} is for --init; --explain tells what every job file may hold")
+        if init:
+            written.append(write_starter(file or STARTER))
+            err.print(f"wrote {escape(str(written[0]))}; fill in input, then fiveaxis optimise it")
+            return print_json({"written": [str(path) for path in written]}) if as_json else None
+        entries = list_entries()
+        if as_json:
+            return print_json([entry.as_dict() for entry in entries])
+        table = Table("field", "type", "unit", "default", "what it says", box=None)
+        for entry in entries:
+            default = "must be given" if entry.default is None else entry.default
+            table.add_row(
+                *(escape(t) for t in (entry.key, entry.kind, entry.unit, default, entry.description))
+            )
+        out.print(table)

@@ -1,0 +1,280 @@
+"""What a job file may hold: every field told from the model itself, and a commented file to begin with."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from types import NoneType
+from typing import Any, Literal, get_args, get_origin
+
+from pydantic import BaseModel
+from pydantic.fields import FieldInfo
+from pydantic_core import PydanticUndefined
+
+from fiveaxis.errors import SettingError
+from fiveaxis.files import write_atomically
+from fiveaxis.job.description import Job
+
+# What a description says about the unit, between commas: the longest first.
+_UNIT = re.compile(
+    r"(?:^|, )(mm and deg|mm/min|deg/mm|deg/min|rev/min|J/mm|J/rad2|N/mm2|N/mm|kg of CO2 per kWh|deg|mm|kg|W)"
+    r"(?=$|[,;.: ])"
+)
+_BOUNDS = {"gt": ">", "ge": ">=", "lt": "<", "le": "<="}
+_PLAIN = {float: "number", int: "whole number", bool: "true or false", str: "text", Path: "file"}
+
+# Fields that a new job file sets: what nobody can guess for the user stands there to be changed.
+SET = {"input": "part.stl", "machine": "hayashi-640123", "tool": "ball:10", "tilt": [15, 75]}
+# What a field without a default, or with an empty one, may look like.
+EXAMPLES: Mapping[str, Any] = {
+    "cone": 20,
+    "lead": [0, 10],
+    "lean": [-5, 5],
+    "plane": [0, 1, 0],
+    "hold": {"C": 30},
+    "feed": 1000,
+    "unit": "mm",
+    "columns": ["x", "y", "z", "nx", "ny", "nz"],
+    "part": "part.stl",
+    "stock": "stock.stl",
+    "drives": "hayashi-640123",
+    "turn_rate": 5,
+    "time_price": 0,
+    "singular_cone": 5,
+    "front": 5,
+    "coordinates": "axes",
+    "override": ["axis-limit"],
+    "tool_length": 120,
+    "load": 12,
+    "nc.name": "PART",
+    "nc.number": 1,
+    "nc.tool_number": 1,
+    "nc.length_offset": 1,
+    "nc.spindle_rpm": 8000,
+    "nc.coolant": "flood",
+    "nc.work_offset": "G54",
+    "nc.line_numbers": 10,
+    "nc.retract": 0,
+    "nc.home": "Z XY",
+    "plan.stepdown": 1,
+    "plan.stepover": 1,
+    "plan.scallop": 0.01,
+    "plan.raster_angle": 0,
+    "program.machine": "hayashi-640123",
+    "program.start": {"X": 0, "Z": 100},
+    "program.zero": {"X": 0, "Y": 0, "Z": 0},
+    "program.rapid": 10000,
+    "process.spindle_rpm": 8000,
+    "process.teeth": 2,
+    "process.depth": 0.3,
+    "process.width": 0.5,
+    "process.tangential": 800,
+    "process.basis": "assumed",
+    "process.source": "where the coefficients come from",
+    "factors.price": 0.3,
+    "factors.co2": 0.35,
+    "factors.source": "where price and factor come from",
+    "fixture.name": "vice",
+    "fixture.box": {"size": [40, 20, 30], "center": [60, 0, 15]},
+    "setup.search.x": [-50, 50],
+    "setup.search.y": [-50, 50],
+    "setup.search.z": [0, 50],
+    "setup.search.angle": [-180, 180],
+}
+# Tables of which a list holds one kind each: the example shows one of the kinds.
+LEFT_OUT = ("fixture.cylinder", "fixture.mesh", "fixture.scale", "fixture.box.size", "fixture.box.center")
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One field of a job file.
+
+    Parameters
+    ----------
+    key : as TOML users write it, ``plan.stepdown``
+    kind : what it must be, bounds included
+    unit : of its numbers; empty where it has none
+    default : in TOML's words; None where it must be given, ``""`` where it is left open
+    description : what it says
+    is_table, is_list : whether it is a table of further fields, and whether there may be several
+    """
+
+    key: str
+    kind: str
+    unit: str
+    default: str | None
+    description: str
+    is_table: bool = False
+    is_list: bool = False
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the entry as plain data for JSON."""
+        return {
+            "key": self.key,
+            "type": self.kind,
+            "unit": self.unit or None,
+            "default": self.default,
+            "description": self.description,
+        }
+
+
+def list_entries(model: type[BaseModel] = Job, above: str = "") -> list[Entry]:
+    """Tell every field of a job file, tables after the fields beside them.
+
+    Parameters
+    ----------
+    model : whose fields
+    above : key of the table that they stand in
+    """
+    told = [(_entry(name, field, model, above), field) for name, field in model.model_fields.items()]
+    plain = [entry for entry, _ in told if not entry.is_table]
+    tables = [
+        part
+        for entry, field in told
+        if entry.is_table
+        for part in (entry, *list_entries(_models_in(field.annotation)[0], entry.key))
+    ]
+    return [*plain, *tables]
+
+
+def write_starter(path: Path) -> Path:
+    """Write a job file to begin with: every field there, those that nobody needs as comments.
+
+    Raises
+    ------
+    SettingError
+        There is a file of that name; it can't be written.
+    """
+    if path.suffix.lower() != ".toml":
+        raise SettingError("a job file's name ends in .toml", file=path)
+    if path.exists():
+        raise SettingError("is there already and stays as it is; name another file, or move it", file=path)
+    return write_atomically(path, starter_text())
+
+
+def starter_text() -> str:
+    """Compose a job file that is valid as soon as its input exists."""
+    lines = [
+        "# A job of fiveaxis: `fiveaxis optimise THIS_FILE -o FOLDER`.",
+        "# Files are named as seen from this file. Take away a # to set a field; what follows it is the",
+        "# default, or an example where there is none. `fiveaxis job --explain` tells them all.",
+    ]
+    return "\n".join([*lines, *_starter_lines()]) + "\n"
+
+
+def _starter_lines() -> Iterator[str]:
+    left = tuple(f"{key}." for key in LEFT_OUT)
+    for entry in list_entries():
+        if entry.key in LEFT_OUT or entry.key.startswith(left):
+            continue
+        if entry.is_table and entry.key not in EXAMPLES:
+            yield f"\n# {entry.description}" if entry.description else ""
+            yield f"# [[{entry.key}]]" if entry.is_list else f"# [{entry.key}]"
+            continue
+        name, value = entry.key.rpartition(".")[2], _shown_value(entry)
+        if entry.key in SET:
+            yield f"{name} = {value}  # {_remark(entry)}"
+        else:
+            yield f"# {name} = {value}  # {_remark(entry)}"
+
+
+def _shown_value(entry: Entry) -> str:
+    if entry.key in SET:
+        return to_toml(SET[entry.key])
+    return to_toml(EXAMPLES[entry.key]) if entry.key in EXAMPLES else entry.default or '""'
+
+
+def _remark(entry: Entry) -> str:
+    parts = [entry.description, entry.unit]
+    if "|" in entry.kind:
+        parts.append(entry.kind)
+    return "; ".join(part for part in parts if part)
+
+
+def _entry(name: str, field: FieldInfo, model: type[BaseModel], above: str) -> Entry:
+    text = field.description or _from_docstring(name, model) or _about(_models_in(field.annotation))
+    found = _UNIT.search(text) or (None if field.description is None else _UNIT.search(model.__doc__ or ""))
+    unit = found[1] if found else ""
+    said = _UNIT.sub("", text, count=1).lstrip(",;: ") if found else text
+    models = _models_in(field.annotation)
+    return Entry(
+        key=f"{above}.{name}" if above else name,
+        kind=_kind(field.annotation, field.metadata),
+        unit="" if models or not _has_numbers(field.annotation) else unit,
+        default=_default(field, bool(models)),
+        description=(text if models or not said else said).removesuffix("."),
+        is_table=bool(models),
+        is_list=bool(models) and _is_list(field.annotation),
+    )
+
+
+def _default(field: FieldInfo, is_table: bool) -> str | None:
+    if field.default is PydanticUndefined:
+        return None
+    return "" if is_table or field.default is None else to_toml(field.default)
+
+
+def _from_docstring(name: str, model: type[BaseModel]) -> str:
+    """Find what a model's docstring says under a parameter's name."""
+    for line in (model.__doc__ or "").splitlines():
+        names, separator, text = line.partition(" : ")
+        if separator and name in (part.strip() for part in names.split(",")):
+            return text.strip().replace("``", "")
+    return ""
+
+
+def _about(models: list[type[BaseModel]]) -> str:
+    return (models[0].__doc__ or "").strip().splitlines()[0] if models else ""
+
+
+def _kind(annotation: Any, metadata: list[Any]) -> str:
+    """Say what a value must be, as people who write TOML say it."""
+    parts = [part for part in get_args(annotation) if part is not NoneType]
+    if NoneType in get_args(annotation):
+        return _kind(parts[0], metadata)
+    if get_origin(annotation) is Literal:
+        return " | ".join(json.dumps(part) for part in parts)
+    if _models_in(annotation):
+        return "list of tables" if _is_list(annotation) else "table"
+    if get_origin(annotation) is tuple:
+        inner = [_kind(part, []) for part in parts if part is not Ellipsis]
+        return f"[{', '.join(inner)}{', ...' if Ellipsis in parts else ''}]"
+    if get_origin(annotation) is dict:
+        return f"table of a {_kind(parts[1], [])} by letter"
+    plain = _PLAIN.get(annotation) or (_kind(parts[0], []) if parts else str(annotation))
+    bounds = [
+        f"{sign} {getattr(m, name):.15g}"
+        for m in metadata
+        for name, sign in _BOUNDS.items()
+        if hasattr(m, name)
+    ]
+    return " ".join([plain, " and ".join(bounds)]).strip()
+
+
+def _has_numbers(annotation: Any) -> bool:
+    return annotation in (float, int) or any(_has_numbers(part) for part in get_args(annotation))
+
+
+def _is_list(annotation: Any) -> bool:
+    return Ellipsis in get_args(annotation) or any(_is_list(part) for part in get_args(annotation))
+
+
+def _models_in(annotation: Any) -> list[type[BaseModel]]:
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return [annotation]
+    return [found for part in get_args(annotation) for found in _models_in(part)]
+
+
+def to_toml(value: Any) -> str:
+    """Write a value on one line of TOML."""
+    if isinstance(value, Mapping):
+        inner = ", ".join(f"{key} = {to_toml(item)}" for key, item in value.items())
+        return f"{{ {inner} }}" if inner else "{}"
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(map(to_toml, value))}]"
+    if isinstance(value, float) and value.is_integer():
+        return str(int(value))
+    return json.dumps(str(value) if isinstance(value, Path) else value, ensure_ascii=False)

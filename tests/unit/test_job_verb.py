@@ -1,0 +1,127 @@
+"""Job files explained, and begun."""
+
+from __future__ import annotations
+
+import json
+import re
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import pytest
+import trimesh
+from typer.testing import CliRunner
+
+from fiveaxis.cli import app
+from fiveaxis.errors import SettingError
+from fiveaxis.job.description import Job, read_job
+from fiveaxis.job.guide import list_entries, starter_text, to_toml, write_starter
+
+# Numbers that count or compare, and directions: they have no unit.
+WITHOUT_UNIT = {"plane", "front", "process.teeth", "factors.price", "fixture.cylinder.direction"}
+WITHOUT_UNIT |= {"nc.number", "nc.tool_number", "nc.length_offset", "nc.line_numbers"}
+
+
+def run(*words: object) -> Any:
+    return CliRunner().invoke(app, [str(word) for word in words])
+
+
+def commented() -> list[tuple[str, str]]:
+    """List (table header or nothing, line of a field) of what the starter has as comments."""
+    header, found = "", []
+    for line in starter_text().splitlines():
+        if re.match(r"# \[", line):
+            header = line.removeprefix("# ")
+        elif re.match(r"# \w+ = ", line):
+            found.append((header, line.removeprefix("# ")))
+    return found
+
+
+def test_every_field_of_the_model_is_explained():
+    keys = {entry.key for entry in list_entries()}
+    assert set(Job.model_fields) <= keys
+    assert {"plan.stepdown", "setup.offset", "nc.home", "fixture.box.size", "clearance.holder"} <= keys
+    assert [e.key for e in list_entries() if not e.description and not e.unit] == [
+        "fixture.cylinder.direction"
+    ]
+
+
+def test_every_number_has_a_unit_or_is_known_to_have_none():
+    bare = {e.key for e in list_entries() if "number" in e.kind and not e.unit and not e.is_table}
+    assert bare <= WITHOUT_UNIT
+
+
+def test_a_field_is_told_with_kind_unit_default_and_bounds():
+    found = {entry.key: entry.as_dict() for entry in list_entries()}
+    assert found["cone"]["type"] == "number > 0 and <= 180"
+    assert (found["cone"]["unit"], found["cone"]["default"]) == ("deg", "")
+    assert (found["max_turn"]["unit"], found["max_turn"]["default"]) == ("deg", "15")
+    assert found["input"]["default"] is None
+    assert found["effort"]["type"] == '"quick" | "normal" | "thorough"'
+    assert found["tilt"]["type"] == "[number, number]"
+
+
+def test_explain_as_json_is_one_document_on_stdout():
+    result = run("job", "--explain", "--json")
+    assert result.exit_code == 0
+    assert {entry["key"] for entry in json.loads(result.stdout)} == {e.key for e in list_entries()}
+
+
+def test_explain_prints_a_line_for_each_field():
+    result = run("job", "--explain")
+    assert result.exit_code == 0
+    assert all(entry.key in result.stdout for entry in list_entries())
+
+
+def test_a_new_job_file_is_valid_once_its_input_exists(tmp_path):
+    path = tmp_path / "new.toml"
+    result = run("job", path, "--init")
+    assert result.exit_code == 0, result.stderr
+    trimesh.creation.box((10, 10, 10)).export(tmp_path / "part.stl")
+    job = read_job(path)
+    assert job.input == tmp_path / "part.stl"
+    assert job.model_fields_set - {"fixture"} == {"input", "machine", "tool", "tilt"}
+
+
+def test_a_new_job_file_without_its_input_says_what_is_missing(tmp_path):
+    path = write_starter(tmp_path / "new.toml")
+    with pytest.raises(Exception, match=r"input: .*part\.stl: no such file"):
+        read_job(path)
+
+
+@pytest.mark.parametrize(("header", "line"), commented(), ids=lambda text: text.split(" =")[0])
+def test_every_commented_field_may_be_uncommented(header, line):
+    required = [text for table, text in commented() if table == header and is_required(table, text)]
+    lines = ['input = "part.stl"', *([header] if header else []), line]
+    lines += [text for text in required if text != line]
+    Job.model_validate(tomllib.loads("\n".join(lines)))
+
+
+def is_required(header: str, line: str) -> bool:
+    key = f"{header.strip('[]')}.{line.split(' =')[0]}"
+    return any(e.key == key and (e.default is None or key == "fixture.box") for e in list_entries())
+
+
+def test_an_existing_file_is_not_overwritten(tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text("kept")
+    result = run("job", path, "--init")
+    assert result.exit_code == 2
+    assert "is there already and stays as it is" in result.stderr
+    assert path.read_text() == "kept"
+
+
+def test_a_job_file_has_its_suffix(tmp_path):
+    with pytest.raises(SettingError, match=r"ends in \.toml"):
+        write_starter(tmp_path / "job.txt")
+
+
+@pytest.mark.parametrize("words", [(), ("--explain", "--init"), ("mine.toml", "--explain")])
+def test_what_the_verb_is_to_do_must_be_said(words):
+    assert run("job", *words).exit_code == 2
+
+
+def test_values_are_written_as_toml():
+    for value in ({"X": 1.5, "Y": "a"}, [1, 2.5, "ü"], True, 'a"b', Path("p")):
+        read = tomllib.loads(f"v = {to_toml(value)}")["v"]
+        assert read == (str(value) if isinstance(value, Path) else value)
