@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from fiveaxis.errors import ToolpathError
 from fiveaxis.findings import Finding
-from fiveaxis.geometry import Array, BoolArray
+from fiveaxis.geometry import Array, BoolArray, IntArray
+from fiveaxis.machine import Machine
 from fiveaxis.motion import STANDSTILL, Motion
 from fiveaxis.nc.writing.feeds import (
     feed_form,
@@ -25,6 +26,12 @@ from fiveaxis.nc.writing.turns import Moves, Words, count_turns, modulo_template
 
 # s: a shorter duration is none; its F would be a number that no control reads.
 SHORTEST = 1e-9
+
+# rad: a turn this near to whole ones leaves the tool where it was.
+WHOLE_TURN = 1e-9
+
+# rad: the tip stays within 0.1 mm of its circle, half a metre from the axis.
+PART_OF_TURN = np.radians(2.0)
 
 
 @dataclass(frozen=True)
@@ -93,6 +100,9 @@ def moving(motion: Motion, values: Array, wording: Wording) -> BoolArray:
 
 def _moves(motion: Motion, wording: Wording) -> tuple[Moves, int]:
     """Pick the moves to write; what is too small for the decimals leaves its duration to the next one."""
+    whole, owner = motion, np.arange(len(motion))
+    if wording.coordinates == "tip":
+        motion, owner = turned_on_the_spot(motion, wording.machine)
     values = wording.values(motion.positions)
     written = moving(motion, values, wording)
     creeps = ~written & (motion.moves != 0.0).any(axis=1)
@@ -103,7 +113,43 @@ def _moves(motion: Motion, wording: Wording) -> tuple[Moves, int]:
     # Where nothing was left over the duration is the motion's, to the digit.
     alone = np.diff(np.cumsum(creeps)[kept], prepend=0) == 0
     time = np.where(alone, motion.time[kept], time)
-    return Moves(values[kept], time, motion.kind[kept], kept), len(motion) - len(kept)
+    rows = owner[kept]
+    return Moves(values[kept], time, motion.kind[kept], rows), len(whole) - len(np.unique(rows))
+
+
+def turned_on_the_spot(motion: Motion, machine: Machine) -> tuple[Motion, IntArray]:
+    """Cut rewinds into parts: moves in which nothing but a rotary axis turns, by whole turns.
+
+    The tip's place is the same after a whole turn, so a control that leads the tip would hold it there, and
+    swing the linear axes round with the table. Between parts it leads the tip where the standing linear axes
+    leave it.
+
+    Returns
+    -------
+    The motion in parts, and the row of the given one that each belongs to.
+    """
+    turns = np.abs(motion.moves[:, machine.rotary_columns])
+    stands = (np.abs(motion.moves[:, machine.linear_columns]) < STANDSTILL).all(axis=1)
+    whole = np.abs(np.remainder(turns + np.pi, 2.0 * np.pi) - np.pi) < WHOLE_TURN
+    rewinds = stands & whole.all(axis=1) & (turns > np.pi).any(axis=1)
+    most = turns.max(axis=1, initial=0.0)
+    parts = np.where(rewinds, np.ceil(most / PART_OF_TURN), 1.0).astype(np.int64)
+    if not rewinds.any():
+        return motion, np.arange(len(motion))
+    owner = np.repeat(np.arange(len(motion)), parts)
+    order = np.arange(len(owner)) - np.repeat(np.cumsum(parts) - parts, parts) + 1
+    left = (parts[owner] - order) / parts[owner]
+    return (
+        replace(
+            motion,
+            positions=motion.positions[owner] - left[:, None] * motion.moves[owner],
+            feed=motion.feed[owner],
+            time=motion.time[owner] / parts[owner],
+            kind=motion.kind[owner],
+            source=motion.source[owner],
+        ),
+        owner,
+    )
 
 
 def _some(time: Array) -> Array:

@@ -267,6 +267,23 @@ def test_positions_in_the_machines_frame_are_read_in_it(tmp_path, monkeypatch):
     np.testing.assert_allclose(read.tips(read.axis)[-3:], tool_poses(OPEN, motion.positions)[0], atol=2e-4)
 
 
+@pytest.mark.parametrize("code", ["640123", "601234", "012346"])
+def test_a_rewind_leaves_the_linear_axes_where_they_are(tmp_path, code):
+    machine = Machine.from_code(code).with_tool_length(100.0)
+    rows = [[50, 20, 3, 30, 10], [50, 20, 3, 30, 370], [50, 20, 3, 30, -350], [51, 20, 3, 30, -350]]
+    motion = motion_of(rows, [0.0, 2.0, 4.0, 1.0], kind=MoveKind.LINK)
+    program = compose_program(motion, machine=machine, control="sinumerik", coordinates="tip")
+    path = tmp_path / "p.mpf"
+    path.write_text(program.text)
+    again = read_program(path, machine)
+    assert program.dropped == 0
+    assert again.time.sum() == pytest.approx(7.0, rel=1e-4)
+    turning = again.positions[again.positions[:, 0] < 50.5]
+    np.testing.assert_allclose(turning[:, :3], np.tile([50.0, 20.0, 3.0], (len(turning), 1)), atol=0.02)
+    # Positions of axes need no such care.
+    assert len(moves(compose_program(motion, machine=machine))) == 3
+
+
 def test_directions_come_with_a_warning():
     text = compose_program(SLOPE, machine=OPEN, control="sinumerik", coordinates="vector").text
     assert "the control chooses its rotary angles" in " ".join(text.split("\n;   "))
