@@ -17,6 +17,7 @@ import numpy as np
 
 import fiveaxis as fx
 from fiveaxis.energy import Energy
+from fiveaxis.posture import optimise
 from fiveaxis.posture.budget import EFFORTS
 
 DATA = Path(__file__).resolve().parents[3] / "shared" / "data"
@@ -81,7 +82,7 @@ def run(name: str, efforts: list[str]) -> None:
     notes = []
     for effort in efforts:
         started = time.perf_counter()
-        found[effort] = fx.optimise(toolpath, machine, effort=effort, **case.options)
+        found[effort] = optimise(toolpath, machine, effort=effort, **case.options)
         rate = len(toolpath) / (time.perf_counter() - started)
         notes.append(f"{effort}: {rate:,.0f} locations/s")
         print(row(f"optimised, {effort}", found[effort].energy), flush=True)

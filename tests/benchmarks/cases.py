@@ -13,6 +13,7 @@ from pathlib import Path
 import fiveaxis as fx
 from fiveaxis.energy import motion_energy
 from fiveaxis.motion import fill_in
+from fiveaxis.posture import optimise
 
 ROOT = Path(__file__).parents[2]
 DATA = ROOT.parent / "shared" / "data"
@@ -48,7 +49,7 @@ def run(name: str) -> None:
     make, options = CASES[name]
     toolpath = make()
     started = time.perf_counter()
-    solution = fx.optimise(toolpath, fx.load_machine("hayashi-640123"), **options)
+    solution = optimise(toolpath, fx.load_machine("hayashi-640123"), **options)
     seconds = time.perf_counter() - started
     print(f"{name}: {len(toolpath)} locations, {options}, {len(toolpath) / seconds:.0f} locations/s")
     driven = program_energy(solution, solution.motion)

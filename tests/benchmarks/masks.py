@@ -19,6 +19,7 @@ from scale import fine_vase
 
 import fiveaxis as fx
 from fiveaxis.kinematics import tool_axes
+from fiveaxis.posture import optimise
 
 VASE = Path(__file__).parents[3] / "shared" / "data" / "cases" / "vase_overhang.csv"
 MACHINE = fx.load_machine("hayashi-640123")
@@ -71,7 +72,7 @@ MASKS = {"everything": everything, "scattered": scattered, "wall": wall, "scatte
 
 def run(what: str, path: fx.Toolpath) -> None:
     started = time.process_time()
-    free = fx.optimise(path, MACHINE, tilt=(15, 75))
+    free = optimise(path, MACHINE, tilt=(15, 75))
     print(f"{what}, {len(path):,} locations")
     print(
         f"{'without a mask':20} {time.process_time() - started:6.1f} s {free.energy.total:9.0f} J", flush=True
@@ -79,7 +80,7 @@ def run(what: str, path: fx.Toolpath) -> None:
     for name, make in MASKS.items():
         mask = make(path)
         started = time.process_time()
-        found = fx.optimise(path, MACHINE, tilt=(15, 75), mask=mask)
+        found = optimise(path, MACHINE, tilt=(15, 75), mask=mask)
         seconds = time.process_time() - started
         rotary = found.motion.positions[:, MACHINE.rotary_columns]
         refused = int((~mask(np.arange(len(path)), rotary)).sum())
@@ -95,7 +96,7 @@ def main() -> None:
     }
     # Compilers and caches.
     small = cases["vase"]().at(np.arange(450))
-    fx.optimise(small, MACHINE, tilt=(15, 75), mask=scattered(small))
+    optimise(small, MACHINE, tilt=(15, 75), mask=scattered(small))
     for name in sys.argv[1:] or ["vase"]:
         run(name, cases[name]())
 

@@ -16,6 +16,7 @@ import numpy as np
 from scipy.interpolate import RectBivariateSpline
 
 import fiveaxis as fx
+from fiveaxis.posture import optimise
 
 VASE = Path(__file__).parents[3] / "shared" / "data" / "cases" / "vase_overhang.csv"
 PASSES, ROUND = 10, 360
@@ -42,7 +43,7 @@ def fine_vase(passes: int, around: int) -> fx.Toolpath:
 def run(passes: int) -> None:
     toolpath, machine = fine_vase(passes, LOCATIONS), fx.load_machine("hayashi-640123")
     clock, processor = time.perf_counter(), time.process_time()
-    solution = fx.optimise(toolpath, machine, tilt=(15, 75))
+    solution = optimise(toolpath, machine, tilt=(15, 75))
     clock, processor = time.perf_counter() - clock, time.process_time() - processor
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
     print(
@@ -55,6 +56,6 @@ def run(passes: int) -> None:
 
 if __name__ == "__main__":
     # Compilers and caches.
-    fx.optimise(fine_vase(1, 400), fx.load_machine("hayashi-640123"), tilt=(15, 75))
+    optimise(fine_vase(1, 400), fx.load_machine("hayashi-640123"), tilt=(15, 75))
     for count in map(int, sys.argv[1:] or ["1", "10", "100"]):
         run(count)
