@@ -318,7 +318,7 @@ def run_job(job: Job, progress: Progress | None = None) -> Outcome:
     """
     machine = load_job_machine(job)
     # A program that the control can't write is found out before the work, not after it.
-    require_program(machine, job.control, job.coordinates, job.winding, job.nc)
+    wording = require_program(machine, job.control, job.coordinates, job.winding, job.nc)
     toolpath, passes = load_job_passes(job, progress)
     process, factors = load_process(job, toolpath.tool), load_factors(job)
     if process is not None:
@@ -335,7 +335,7 @@ def run_job(job: Job, progress: Progress | None = None) -> Outcome:
     tell("verify", 1, 3)
     files = (job.input, mesh, job.stock, *(f.file for f in job.fixture))
     inputs = [describe_input(p) for p in dict.fromkeys(files) if p is not None]
-    program = program_motion(solution, around, job.bounds)
+    program = program_motion(solution, around, job.bounds, led=wording.coordinates != "axes")
     tell("verify", 2, 3)
     found, driven = verdict.as_dict(), program.as_dict()
     budget = job_budget(machine, program.motion, process, factors)
@@ -401,7 +401,9 @@ def load_surroundings(job: Job) -> Surroundings:
     return Surroundings.load(part_of(job), job.stock, fixtures, job.clearance.build())
 
 
-def program_motion(solution: Solution, around: Surroundings, bounds: Mapping[str, Any]) -> ProgramMotion:
+def program_motion(
+    solution: Solution, around: Surroundings, bounds: Mapping[str, Any], *, led: bool = False
+) -> ProgramMotion:
     """Work out, and verify, what an NC program in machine coordinates makes of a solution.
 
     Parameters
@@ -409,10 +411,11 @@ def program_motion(solution: Solution, around: Surroundings, bounds: Mapping[str
     around : part, stock and fixtures
     bounds : on postures and turns, as `verify` takes them; between two locations, what they refer to turns
         evenly from the one to the other
+    led : whether the tool has to stay on its way under a control that leads the tip, too
     """
     machine, toolpath = solution.machine, solution.toolpath
     rotary = solution.motion.positions[:, machine.rotary_columns]
-    path, motion, row = fill_in_rows(toolpath, machine, rotary)
+    path, motion, row = fill_in_rows(toolpath, machine, rotary, led=led)
     energy = {RESULT: motion_energy(machine, motion)}
     for name, baseline in solution.compared.items():
         angles = baseline.motion.positions[:, machine.rotary_columns]

@@ -1,6 +1,12 @@
 """Axis motion along a path, and its timing."""
 
-from fiveaxis.motion.filling import PATH_TOLERANCE, fill_in, fill_in_rows, midway_deviation
+from fiveaxis.motion.filling import (
+    PATH_TOLERANCE,
+    fill_in,
+    fill_in_rows,
+    led_deviation,
+    midway_deviation,
+)
 from fiveaxis.motion.motion import Motion, follow
 from fiveaxis.motion.profiles import Profile, block_profiles, move_profiles
 from fiveaxis.motion.rates import PeakRate, peak_rates
@@ -21,6 +27,7 @@ __all__ = [
     "fill_in",
     "fill_in_rows",
     "follow",
+    "led_deviation",
     "midway_deviation",
     "move_profiles",
     "peak_rates",

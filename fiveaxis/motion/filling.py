@@ -46,9 +46,18 @@ def fill_in(
 
 
 def fill_in_rows(
-    toolpath: Toolpath, machine: Machine, rotary: Array, tolerance: float = PATH_TOLERANCE
+    toolpath: Toolpath,
+    machine: Machine,
+    rotary: Array,
+    tolerance: float = PATH_TOLERANCE,
+    *,
+    led: bool = False,
 ) -> tuple[Toolpath, Motion, Array]:
     """Do the same, and say where each location lies among the given ones.
+
+    Parameters
+    ----------
+    led : whether the tool's centre has to stay on the path under a control that leads the tip, too
 
     Returns
     -------
@@ -58,6 +67,8 @@ def fill_in_rows(
     path, angles, row = toolpath, rotary, np.arange(len(toolpath), dtype=float)
     for _ in range(MOST_ROUNDS):
         off = midway_deviation(path, machine, angles)
+        if led:
+            off = np.maximum(off, led_deviation(path, machine, angles))
         # A parabola's height falls with the square of the parts that its chord is cut into.
         parts = np.maximum(np.ceil(np.sqrt(off / tolerance)), 1.0).astype(np.int64)
         if (parts == 1).all():
@@ -89,3 +100,20 @@ def midway_deviation(toolpath: Toolpath, machine: Machine, rotary: Array) -> Arr
     stands = (np.abs(moves[:, machine.linear_columns]) < STANDSTILL).all(axis=1)
     whole = np.abs(np.remainder(moves[:, machine.rotary_columns] + np.pi, 2.0 * np.pi) - np.pi)
     return np.where(stands & (whole < WHOLE_TURN).all(axis=1), 0.0, off)
+
+
+def led_deviation(toolpath: Toolpath, machine: Machine, rotary: Array) -> Array:
+    """Measure the same for a control that leads the tip straight while the rotary axes turn in proportion.
+
+    The centre is ``h`` above the tip, along the tool: with the tip on its chord it is off by ``h`` times the
+    way of the halfway axis from the mean of both.
+
+    Returns
+    -------
+    (n − 1,), mm
+    """
+    axes = tool_axes(machine, rotary)
+    halfway = tool_axes(machine, (rotary[1:] + rotary[:-1]) / 2.0)
+    bend = np.linalg.norm(halfway - (axes[1:] + axes[:-1]) / 2.0, axis=1)
+    whole = np.abs(np.remainder(np.diff(rotary, axis=0) + np.pi, 2.0 * np.pi) - np.pi) < WHOLE_TURN
+    return np.where(whole.all(axis=1), 0.0, toolpath.zone.height * bend)

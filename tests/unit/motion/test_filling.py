@@ -5,8 +5,16 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from fiveaxis.kinematics import tool_poses
-from fiveaxis.motion import fill_in, follow, midway_deviation
+from fiveaxis.kinematics import tool_axes, tool_poses
+from fiveaxis.machine import Machine
+from fiveaxis.motion import (
+    PATH_TOLERANCE,
+    fill_in,
+    fill_in_rows,
+    follow,
+    led_deviation,
+    midway_deviation,
+)
 from fiveaxis.toolpath import Tool, Toolpath, divide
 
 
@@ -69,3 +77,24 @@ def test_a_bull_noses_centre_keeps_to_its_chord_and_its_contacts_stay(hayashi):
         way = (centre[last] - centre[first]) / np.linalg.norm(centre[last] - centre[first])
         off = np.cross(centre[first : last + 1] - centre[first], way)
         np.testing.assert_allclose(off, 0.0, atol=1e-9)
+
+
+def test_a_control_that_leads_the_tip_bends_the_way_of_the_balls_centre():
+    # A head that turns about the ball's centre: axes that run straight keep it on its way, a tip that does
+    # so doesn't.
+    machine = Machine.from_code("012346").with_tool_length(0.0)
+    path = Toolpath.from_contacts(
+        np.column_stack([np.linspace(0.0, 30.0, 4), np.zeros((4, 2))]),
+        np.tile([0.0, 0.0, 1.0], (4, 1)),
+        Tool.ball(20),
+    )
+    rotary = np.radians(np.column_stack([np.linspace(0.0, 45.0, 4), np.zeros(4)]))
+    off = led_deviation(path, machine, rotary)
+    axes = tool_axes(machine, rotary)
+    turns = np.arccos(np.clip(np.einsum("ni,ni->n", axes[1:], axes[:-1]), -1.0, 1.0))
+    np.testing.assert_allclose(off, 10.0 * (1.0 - np.cos(turns / 2.0)), atol=1e-9)
+    filled, motion, _ = fill_in_rows(path, machine, rotary, led=True)
+    angles = motion.positions[:, machine.rotary_columns]
+    assert led_deviation(filled, machine, angles).max() <= PATH_TOLERANCE
+    assert midway_deviation(filled, machine, angles).max() <= PATH_TOLERANCE
+    assert len(filled) > len(path)
