@@ -18,11 +18,15 @@ TILT = (10.0, 60.0)
 
 
 def with_powers(machine: Machine) -> Machine:
-    """The machine with plain drives, Z+ the dear one, and linear axes that reach everything."""
+    """The machine with plain drives, Z+ the dear one, and linear axes that reach everything.
+
+    Beyond its travel a machine's bodies would run into each other: they are left out.
+    """
     drives = {c: DirectionalDrive(40.0, 40.0) for c in "XY"} | {"Z": DirectionalDrive(600.0, 400.0)}
     turning = DirectionalDrive(200.0, 200.0, proportional=True)
     return replace(
         machine,
+        bodies=(),
         axes=tuple(
             replace(a, drive=turning) if a.is_rotary else replace(a, drive=drives[a.letter], limits=Limits())
             for a in machine.axes
