@@ -1,11 +1,13 @@
 """The command line: each verb is one library call with the same option names.
 
 What a verb answers goes to stdout, everything else (progress, warnings, errors) to stderr. Exit codes: 0
-fine, 1 verification or a check found an error, 2 wrong input or usage, 3 no feasible posture.
+fine, 1 verification or a check found an error, 2 wrong input or usage, 3 no feasible posture; of a batch that
+of its worst job.
 """
 
 import typer
 
+from fiveaxis.cli.batch_verb import batch
 from fiveaxis.cli.calibration_verb import calibrate
 from fiveaxis.cli.energy_verb import energy
 from fiveaxis.cli.job_verb import job
@@ -36,6 +38,7 @@ app.command()(controls)
 app.command(context_settings={"ignore_unknown_options": True})(surface)
 app.command()(preview)
 app.command()(calibrate)
+app.command()(batch)
 app.command()(job)
 
 

@@ -1,7 +1,16 @@
 """One job: from a part or a path to the files that a machine and its programmer need."""
 
 from fiveaxis.job.clearing import optimise
-from fiveaxis.job.description import Job, PlanTable, SetupTable, make_job, read_fixtures, read_job
+from fiveaxis.job.description import (
+    SWEEP,
+    Job,
+    PlanTable,
+    SetupTable,
+    build_job,
+    make_job,
+    read_fixtures,
+    read_job,
+)
 from fiveaxis.job.posting import Posted, post_program
 from fiveaxis.job.programs import ProgramEnergy, program_energy
 from fiveaxis.job.results import compose_outcome, require_folder, write_outcome
@@ -21,6 +30,7 @@ from fiveaxis.job.verifying import verify_program
 
 __all__ = [
     "RESULT",
+    "SWEEP",
     "Job",
     "Outcome",
     "PlanTable",
@@ -28,6 +38,7 @@ __all__ = [
     "ProgramEnergy",
     "ProgramMotion",
     "SetupTable",
+    "build_job",
     "compose_outcome",
     "is_mesh",
     "load_job_machine",

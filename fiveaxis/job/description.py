@@ -18,10 +18,19 @@ from fiveaxis.machine.chain import Triple
 from fiveaxis.machine.files import READERS as MACHINE_READERS
 from fiveaxis.nc import ProgramSettings, find_dialect
 from fiveaxis.nc.formats import READERS
-from fiveaxis.settings import StrictModel, explain, line_of, read_settings
+from fiveaxis.settings import (
+    StrictModel,
+    explain,
+    line_of,
+    read_document,
+    read_settings,
+    validate_settings,
+)
 from fiveaxis.toolpath import parse_tool, require_range
 
 TOOL_FILE = ".toml"
+# Table that makes many jobs of one file (`fiveaxis.batch`).
+SWEEP = "sweep"
 
 # Settings that bound the tool's lean, and the turns of the rotary axes.
 LEANING = ("tilt", "cone", "lead", "lean", "plane")
@@ -224,7 +233,28 @@ def read_job(path: Path, **settings: Any) -> Job:
         Missing file, not TOML, unknown key (with the nearest known one), wrong value, a name that stands for
         nothing; with its line.
     """
-    job = read_settings(path, Job, JobError)
+    text, data = read_document(path, JobError)
+    if SWEEP in data:
+        line = line_of(text, [SWEEP])
+        raise JobError("is a sweep, many jobs in one file; run it with `fiveaxis batch`", file=path, line=line)
+    return build_job(data, text, path, **settings)
+
+
+def build_job(data: dict[str, Any], text: str, path: Path, **settings: Any) -> Job:
+    """Build a job from what its file says, as `read_job` does.
+
+    Parameters
+    ----------
+    data, text : what the file says, and its text, in which lines are looked for
+    path : the file; relative paths are relative to it
+    settings : as for `make_job`, in place of the file's own
+
+    Raises
+    ------
+    JobError
+        As `read_job`.
+    """
+    job = validate_settings(data, text, path, Job, JobError)
     places: dict[str, Any] = {"input": path.parent / job.input}
     for name in ("part", "stock"):
         if getattr(job, name) is not None:

@@ -17,6 +17,7 @@ LAYER = {
     "posture": 6,
     "verification": 7, "report": 7, "viewer": 7,
     "job": 8,
+    "batch": 9,
     "cli": 10,
 }  # fmt: skip
 ALLOWED = {
@@ -28,6 +29,8 @@ ALLOWED = {
     "matplotlib": {"report"},
     "numba": {"collision", "contour", "motion", "posture", "verification"},
     "typer": {"cli"},
+    "dask": {"batch"},
+    "distributed": {"batch"},
 }
 MODULES = sorted(PACKAGE.rglob("*.py"))
 

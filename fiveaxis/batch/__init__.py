@@ -1,0 +1,6 @@
+"""Many jobs: sweeps that make many of one file, workers that run them, and one table of what they gave."""
+
+from fiveaxis.batch.record import Row, Status
+from fiveaxis.batch.run import Batch, Event, run_batch
+
+__all__ = ["Batch", "Event", "Row", "Status", "run_batch"]

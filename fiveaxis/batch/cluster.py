@@ -1,0 +1,103 @@
+"""Where jobs run: workers on this computer, or those of a scheduler that runs already."""
+
+from __future__ import annotations
+
+import logging
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+from fiveaxis.batch.worker import THREADS
+from fiveaxis.errors import MissingDependency, SettingError
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+# s to wait for a scheduler's answer.
+ANSWER = 10.0
+# A worker isn't taken for dead because a compiled step keeps it from answering, and is handed one job at a
+# time, so that a job that kills its worker takes no other one with it.
+LOCAL = {
+    "distributed.scheduler.worker-ttl": None,
+    "distributed.scheduler.worker-saturation": 1.0,
+    "distributed.worker.profile.enabled": False,
+}
+
+
+@contextmanager
+def open_client(scheduler: str | None, workers: int) -> Iterator[Client]:
+    """Connect to a scheduler, or start one with workers on this computer, which end with the block.
+
+    Parameters
+    ----------
+    scheduler : its address, ``tcp://host:8786``; None starts one that only this computer reaches
+    workers : processes of one thread each, where they are started here
+
+    Raises
+    ------
+    MissingDependency
+        dask.distributed isn't installed.
+    SettingError
+        No scheduler at that address.
+    """
+    require_distributed()
+    import dask
+    from distributed import Client, LocalCluster
+
+    if scheduler is not None:
+        with _connected(Client, scheduler) as client:
+            yield client
+        return
+    with (
+        dask.config.set(LOCAL),
+        LocalCluster(
+            n_workers=workers,
+            threads_per_worker=1,
+            host="127.0.0.1",
+            dashboard_address=None,
+            memory_limit=None,
+            silence_logs=logging.CRITICAL,
+            env=THREADS,
+            preload=["fiveaxis.batch.worker"],
+        ) as cluster,
+        Client(cluster, set_as_default=False) as client,
+    ):
+        yield client
+
+
+def require_distributed() -> None:
+    """Refuse, before any work, to go on without dask.distributed.
+
+    Raises
+    ------
+    MissingDependency
+        It isn't installed.
+    """
+    try:
+        import distributed  # noqa: F401
+    except ImportError:
+        raise MissingDependency(
+            "dask.distributed", "a batch", "install it with `pip install 'fiveaxis[cluster]'`"
+        ) from None
+
+
+@contextmanager
+def _connected(client_class: Any, scheduler: str) -> Iterator[Client]:
+    try:
+        client = client_class(scheduler, timeout=ANSWER, set_as_default=False)
+    except (OSError, ValueError) as fault:  # a time-out is an OSError, an address without port a ValueError
+        raise SettingError(
+            f"no scheduler answers at {scheduler} ({fault}); start one with `dask scheduler`, or leave "
+            "--scheduler out"
+        ) from None
+    with client:
+        yield client
+
+
+def count_cores() -> int:
+    """Count the cores that this process may use."""
+    try:
+        return len(os.sched_getaffinity(0))
+    except AttributeError:  # not on macOS and Windows
+        return os.cpu_count() or 1

@@ -1,0 +1,174 @@
+"""What became of one job: a row of plain data, the same for the same inputs."""
+
+from __future__ import annotations
+
+import traceback
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field, fields, replace
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from fiveaxis.errors import FiveAxisError, Infeasible, Unverified
+from fiveaxis.findings import Severity, count_codes
+from fiveaxis.report.document import main_baseline
+
+if TYPE_CHECKING:
+    from fiveaxis.job import Outcome
+
+# Findings that a row of an infeasible job carries; all of them are counted.
+LISTED = 100
+
+
+class Status(StrEnum):
+    """How a job ended."""
+
+    FINE = "fine"
+    ERRORS = "errors"
+    NO_POSTURE = "no posture"
+    WRONG_INPUT = "wrong input"
+    BROKEN = "broken"
+
+    @property
+    def exit_code(self) -> int:
+        """Exit code of a command whose worst job ended so."""
+        return _CODES[self]
+
+    @property
+    def is_final(self) -> bool:
+        """Whether the inputs alone decide it, so that another run would end the same way."""
+        return self in (Status.FINE, Status.ERRORS, Status.NO_POSTURE)
+
+
+_CODES = {
+    Status.FINE: 0,
+    Status.ERRORS: 1,
+    Status.NO_POSTURE: 3,
+    Status.WRONG_INPUT: 2,
+    Status.BROKEN: 4,
+}
+# From bad to worse.
+ORDER = tuple(_CODES)
+
+
+@dataclass(frozen=True)
+class Row:
+    """What became of one job.
+
+    Parameters
+    ----------
+    name : of the job, and of its folder
+    file : the job file's name
+    status : how it ended
+    sweep, values : of which sweep it is a variant, and what it sets
+    message : the error, where there was one
+    digest : of everything it was made from; empty where that isn't known, and the job runs again
+    locations : cutter locations
+    energy, power_integral, base, time : J, J, J and s: travel metric of the feed drives and their ∫P dt, both
+        without base load; base power × time, None where it isn't known
+    baseline, baseline_energy, saved : what it is compared with, its travel metric in J, and the share saved
+    errors, warnings, counts : findings by severity and by code
+    findings : of a job without posture, the first `LISTED`
+    files : what it left in its folder
+    """
+
+    name: str
+    file: str
+    status: Status
+    sweep: str = ""
+    values: Mapping[str, Any] = field(default_factory=dict)
+    message: str = ""
+    digest: str = ""
+    locations: int | None = None
+    energy: float | None = None
+    power_integral: float | None = None
+    base: float | None = None
+    time: float | None = None
+    baseline: str = ""
+    baseline_energy: float | None = None
+    saved: float | None = None
+    errors: int = 0
+    warnings: int = 0
+    counts: Mapping[str, int] = field(default_factory=dict)
+    findings: Sequence[Mapping[str, Any]] = ()
+    files: Sequence[str] = ()
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the row as plain data for JSON."""
+        return asdict(self) | {"status": str(self.status)}
+
+    @classmethod
+    def from_dict(cls, data: Mapping[str, Any]) -> Row:
+        """Make a row of plain data again.
+
+        Raises
+        ------
+        ValueError
+            A key that no row has, one that is missing, or a status that isn't known.
+        """
+        known = {f.name for f in fields(cls)}
+        missing = {"name", "file", "status"} - data.keys()
+        if missing or not data.keys() <= known:
+            raise ValueError(f"has {sorted(data.keys() - known)} too much and lacks {sorted(missing)}")
+        return replace(cls(**data), status=Status(data["status"]))
+
+
+def row_of(blank: Row, outcome: Outcome, files: Sequence[Path]) -> Row:
+    """Fill in what a job gave.
+
+    Parameters
+    ----------
+    blank : with name, file and values
+    outcome : of the job
+    files : what was written
+    """
+    document = outcome.document
+    energy, verdict = document["energy"], document["verification"]
+    severities = [found["severity"] for found in document["findings"]]
+    baseline = main_baseline(document["baselines"]) or ""
+    compared = document["baselines"].get(baseline, {}).get("total")
+    return replace(
+        blank,
+        status=Status.FINE if outcome.gate.is_open else Status.ERRORS,
+        message="" if outcome.gate.is_open else "verification found errors: no NC program was written",
+        locations=document["locations"],
+        energy=energy["total"],
+        power_integral=energy["power_integral"],
+        base=energy["base"],
+        time=energy["time"],
+        baseline=baseline,
+        baseline_energy=compared,
+        saved=document["savings"].get(baseline, {}).get("travel_metric"),
+        errors=severities.count(Severity.ERROR),
+        warnings=severities.count(Severity.WARNING),
+        counts=dict(verdict["counts"]),
+        files=sorted(path.name for path in files),
+    )
+
+
+def row_of_fault(blank: Row, fault: Exception) -> Row:
+    """Fill in why a job gave nothing; a fault that isn't ours is one of the program, and is told as such."""
+    if not isinstance(fault, FiveAxisError):
+        return replace(blank, status=Status.BROKEN, message=f"{type(fault).__name__}: {fault}{_where(fault)}")
+    if not isinstance(fault, Infeasible | Unverified):
+        return replace(blank, status=Status.WRONG_INPUT, message=str(fault))
+    return replace(
+        blank,
+        status=Status.NO_POSTURE if isinstance(fault, Infeasible) else Status.ERRORS,
+        message=str(fault),
+        errors=sum(found.severity is Severity.ERROR for found in fault.findings),
+        warnings=sum(found.severity is Severity.WARNING for found in fault.findings),
+        counts=count_codes(fault.findings),
+        findings=[found.as_dict() for found in fault.findings[:LISTED]],
+    )
+
+
+def _where(fault: Exception) -> str:
+    """Say where a fault of the program itself came up, for whoever mends it."""
+    frames = traceback.extract_tb(fault.__traceback__)
+    return f" ({Path(frames[-1].filename).name}:{frames[-1].lineno})" if frames else ""
+
+
+def worst(rows: Sequence[Row]) -> Status:
+    """Give the worst status of some rows; none are fine."""
+    return max((row.status for row in rows), key=ORDER.index, default=Status.FINE)

@@ -1,0 +1,176 @@
+"""Sweeps: a table of lists in a job file makes many jobs of it, with names that stay."""
+
+from __future__ import annotations
+
+import copy
+import hashlib
+import itertools
+import json
+import math
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from fiveaxis.errors import JobError
+from fiveaxis.job import SWEEP
+from fiveaxis.settings import line_of
+
+COMBINE = "combine"
+WAYS = ("product", "zip")
+# Jobs that one file may make: a list too long by mistake shouldn't keep a computer busy for a year.
+LARGEST = 10_000
+# Characters of a value in a name; what is longer is cut, and told apart by a hash.
+LONGEST_VALUE = 60
+LONGEST_NAME = 180
+
+
+@dataclass(frozen=True)
+class Variant:
+    """One job of a sweep.
+
+    Parameters
+    ----------
+    name : of its folder, inside the sweep's
+    values : what it sets, by key of a job: ``tilt``, ``setup.offset``
+    """
+
+    name: str
+    values: Mapping[str, Any]
+
+    def applied_to(self, data: Mapping[str, Any]) -> dict[str, Any]:
+        """Lay the values over what a job file says.
+
+        As on the command line, a cone takes the place of a tilt, and a tilt that of a cone.
+
+        Raises
+        ------
+        JobError
+            A key inside something that is no table.
+        """
+        made = copy.deepcopy({key: value for key, value in data.items() if key != SWEEP})
+        for one, other in (("cone", "tilt"), ("tilt", "cone")):
+            if one in self.values and other not in self.values:
+                made.pop(other, None)
+        for key, value in self.values.items():
+            *tables, last = key.split(".")
+            inner = made
+            for table in tables:
+                inner = inner.setdefault(table, {})
+                if not isinstance(inner, dict):
+                    raise JobError(f"{SWEEP}.{key}: {table} is {inner!r} in the job, not a table with keys")
+            inner[last] = copy.deepcopy(value)
+        return made
+
+
+def read_sweep(data: Mapping[str, Any], text: str, path: Path) -> list[Variant]:
+    """List the jobs that a job file's ``[sweep]`` makes, in the order of its lists, the last key fastest.
+
+    Parameters
+    ----------
+    data, text : what the file says, and its text
+    path : the file
+
+    Returns
+    -------
+    Empty where the file has no sweep.
+
+    Raises
+    ------
+    JobError
+        No list of values, nothing that says how several lists are combined, lists of unequal length to be
+        zipped, too many jobs, two of one name; with its line.
+    """
+    if SWEEP not in data:
+        return []
+    try:
+        return _expand(data[SWEEP])
+    except _Fault as fault:
+        line = line_of(text, fault.keys) or line_of(text, [SWEEP])
+        raise JobError(str(fault), file=path, line=line) from None
+
+
+class _Fault(Exception):
+    """What is wrong with a sweep, and at which key."""
+
+    def __init__(self, message: str, *keys: str) -> None:
+        self.keys = [SWEEP, *keys]
+        super().__init__(message)
+
+
+def _expand(table: Any) -> list[Variant]:
+    if not isinstance(table, dict):
+        raise _Fault(f"{SWEEP} = {table!r} must be a table: keys of a job, each with a list of values")
+    lists = dict(_lists({key: value for key, value in table.items() if key != COMBINE}))
+    if not lists:
+        raise _Fault(f"{SWEEP} names nothing to vary; give keys of a job, each with a list of values")
+    variants = [Variant(_name(values), values) for values in _combined(lists, table.get(COMBINE))]
+    seen: set[str] = set()
+    for variant in variants:
+        if variant.name.casefold() in seen:
+            raise _Fault(f"{SWEEP} makes two jobs of the name {variant.name!r}; take a value out")
+        seen.add(variant.name.casefold())
+    return variants
+
+
+def _lists(table: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, list[Any]]]:
+    """Give the lists of a sweep by dotted key; ``setup.offset = …`` is a table inside it."""
+    for key, value in table.items():
+        if isinstance(value, dict):
+            yield from _lists(value, f"{above}{key}.")
+            continue
+        if not isinstance(value, list) or not value:
+            raise _Fault(
+                f"{SWEEP}.{above}{key} = {value!r} must be a list of values, one each job (what combines "
+                f"several lists is called {COMBINE!r})",
+                *f"{above}{key}".split("."),
+            )
+        yield f"{above}{key}", value
+
+
+def _combined(lists: Mapping[str, list[Any]], way: Any) -> Iterator[dict[str, Any]]:
+    """Take one value of each list, as `way` says."""
+    if (way is not None or len(lists) > 1) and way not in WAYS:
+        found = "doesn't say" if way is None else f"has {COMBINE} = {way!r} for"
+        ways = f'{COMBINE} = "product" (each with each) or "zip" (first with first)'
+        raise _Fault(f"{SWEEP} {found} how {', '.join(lists)} are combined; give {ways}", COMBINE)
+    lengths = {key: len(values) for key, values in lists.items()}
+    shown = ", ".join(f"{key} {n}" for key, n in lengths.items())
+    zipped = way == "zip"
+    if zipped and len(set(lengths.values())) > 1:
+        raise _Fault(f"{SWEEP} zips lists of unequal length ({shown}); give each as many values", COMBINE)
+    count = min(lengths.values()) if zipped else math.prod(lengths.values())
+    if count > LARGEST:
+        raise _Fault(f"{SWEEP} makes {count} jobs ({shown}), more than {LARGEST}; take values out")
+    rows = zip(*lists.values(), strict=True) if zipped else itertools.product(*lists.values())
+    return (dict(zip(lists, row, strict=True)) for row in rows)
+
+
+def _name(values: Mapping[str, Any]) -> str:
+    """Name a variant by what it sets, so that its name doesn't change when other values join the lists."""
+    return _shortened(
+        "_".join(f"{key}={_said(value)}" for key, value in values.items()), values, LONGEST_NAME
+    )
+
+
+def _said(value: Any) -> str:
+    """Write a value so that it can stand in the name of a folder on every system."""
+    if isinstance(value, bool):
+        text = "true" if value else "false"
+    elif isinstance(value, int | float):
+        text = f"{value:.12g}"
+    elif isinstance(value, list):
+        text = ",".join(map(_said, value))
+    elif isinstance(value, dict):
+        text = ",".join(f"{key}{_said(inner)}" for key, inner in value.items())
+    else:
+        text = str(value)
+    return _shortened(re.sub(r"[^\w.,+-]+", "-", text), value, LONGEST_VALUE)
+
+
+def _shortened(text: str, value: Any, longest: int) -> str:
+    if len(text) <= longest:
+        return text
+    told = json.dumps(value, sort_keys=True, default=str).encode()
+    return f"{text[: longest - 9]}-{hashlib.sha256(told).hexdigest()[:8]}"

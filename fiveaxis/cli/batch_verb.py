@@ -1,0 +1,169 @@
+"""The verb that runs many jobs."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.console import Console
+from rich.live import Live
+from rich.markup import escape
+from rich.table import Table
+
+from fiveaxis.cli.options import AsJson
+from fiveaxis.cli.terminal import INTERRUPTED, err, errors_explained, out, print_json
+
+if TYPE_CHECKING:
+    from fiveaxis.batch import Batch, Event, Row
+    from fiveaxis.batch.comparison import Comparison
+    from fiveaxis.batch.run import Tell
+
+# Rows that a live table shows: one longer than the screen can't be redrawn.
+SHOWN = 24
+
+
+def batch(
+    files: Annotated[list[Path], typer.Argument(help="job files (.toml), sweeps too", metavar="JOB.toml…")],
+    output: Annotated[Path, typer.Option("--output", "-o", help="folder for the results")],
+    scheduler: Annotated[
+        str | None,
+        typer.Option("--scheduler", help="tcp://host:8786 of a dask scheduler; by default this computer"),
+    ] = None,
+    workers: Annotated[
+        int | None, typer.Option("--workers", help="processes on this computer; by default one a core", min=1)
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Run many jobs, each into its own folder; what is done isn't run again. Exit code: that of the worst.
+
+    From bad to worse: 0 fine, 1 verification found errors, 3 no admissible posture, 2 wrong input, 4 broken
+    (a fault of the program, or a job whose workers died). Wrong input and broken jobs run again the next
+    time.
+    """
+    with errors_explained(as_json):
+        from fiveaxis.batch import run_batch
+
+        try:
+            with _told(err) as tell:
+                done = run_batch(files, output, scheduler=scheduler, workers=workers, tell=tell)
+        except KeyboardInterrupt:
+            err.print("interrupted; what is done is kept, the same command does the rest")
+            raise typer.Exit(INTERRUPTED) from None
+        if as_json:
+            print_json(done.as_dict())
+        else:
+            _print_batch(done)
+        if done.exit_code:
+            raise typer.Exit(done.exit_code)
+
+
+class Board:
+    """What jobs are doing, as a table that fits the screen."""
+
+    def __init__(self) -> None:
+        self._latest: dict[str, Event] = {}
+        self._began: dict[str, float] = {}
+
+    def hear(self, event: Event) -> None:
+        """Take note of what happened to a job."""
+        if event.state == "running" and self._latest[event.name].state == "waiting":
+            self._began[event.name] = time.monotonic()
+        self._latest[event.name] = event
+
+    def count(self, state: str) -> int:
+        """Count the jobs in a state."""
+        return sum(event.state == state for event in self._latest.values())
+
+    def __rich__(self) -> Table:
+        states = ("done", "running", "waiting")
+        title = ", ".join(f"{self.count(state)} {state}" for state in states)
+        table = Table("job", "state", "stage", "s", "J", title=title, box=None, title_justify="left")
+        order = ("running", "done", "waiting")
+        latest = sorted(self._latest.values(), key=lambda event: order.index(event.state))
+        for event in latest[:SHOWN]:
+            table.add_row(*self._cells(event))
+        if len(latest) > SHOWN:
+            table.add_row(f"… {len(latest) - SHOWN} more")
+        return table
+
+    def _cells(self, event: Event) -> tuple[str, ...]:
+        name = escape(event.name)
+        if event.row is not None:
+            spent = "" if event.row.energy is None else f"{event.row.energy:.0f}"
+            return name, _coloured(event.row), "as before" if event.again else "", "", spent
+        began = self._began.get(event.name)
+        seconds = "" if began is None else f"{time.monotonic() - began:.0f}"
+        stage = f"{event.stage} {100.0 * event.share:.0f} %" if event.stage else ""
+        return name, event.state, escape(stage), seconds, ""
+
+
+@contextmanager
+def _told(console: Console) -> Iterator[Tell]:
+    """Show what happens: a table that changes on a terminal, a line for each job that is done elsewhere."""
+    board = Board()
+    if console.is_terminal:
+        with Live(board, console=console, refresh_per_second=4, transient=True):
+            yield board.hear
+        return
+
+    def hear(event: Event) -> None:
+        board.hear(event)
+        if event.row is not None:
+            total = sum(board.count(state) for state in ("done", "running", "waiting"))
+            again = ", as before" if event.again else ""
+            said = f"{event.name}: {_summary(event.row)}{again} ({board.count('done')} of {total})"
+            console.print(said, markup=False)
+
+    yield hear
+
+
+def _summary(row: Row) -> str:
+    """Say in one line what became of a job."""
+    if row.energy is None:
+        return f"{row.status}: {row.message}"
+    saved = "" if row.saved is None else f", {100.0 * row.saved:.1f} % less than {row.baseline}"
+    said = f"{row.status}: {row.message}" if row.message else str(row.status)
+    return f"{said}, {row.energy:.0f} J{saved}"
+
+
+def _coloured(row: Row) -> str:
+    return str(row.status) if row.status == "fine" else f"[bold red]{row.status}[/]"
+
+
+def _print_batch(done: Batch) -> None:
+    table = Table("job", "state", "J", "saved", "s", "error", box=None)
+    for row in done.rows:
+        table.add_row(escape(row.name), _coloured(row), *_figures(row), escape(row.message))
+    out.print("travel metric of the feed drives (no base load), and what is saved of the baseline's")
+    out.print(table)
+    for comparison in done.comparisons:
+        _print_comparison(comparison)
+    states = {row.status: sum(other.status is row.status for other in done.rows) for row in done.rows}
+    resumed = f"; {len(done.resumed)} as before" if done.resumed else ""
+    out.print(", ".join(f"{count} {status}" for status, count in states.items()) + resumed)
+    for path in (done.folder / "results.csv", *(path for c in done.comparisons for path in c.files)):
+        err.print(f"wrote {escape(str(path))}")
+
+
+def _print_comparison(comparison: Comparison) -> None:
+    from fiveaxis.batch.comparison import shown_value
+
+    keys = (escape(key) for key in comparison.keys)
+    table = Table(*keys, "state", "J", "saved", "s", "against the first", box=None)
+    for row in comparison.rows:
+        share = comparison.against_first(row)
+        against = "" if share is None or row is comparison.rows[0] else f"{100.0 * share:+.1f} %"
+        values = (escape(shown_value(row.values[key])) for key in comparison.keys)
+        table.add_row(*values, _coloured(row), *_figures(row), against)
+    out.print(f"\nsweep {escape(comparison.name)}")
+    out.print(table)
+
+
+def _figures(row: Row) -> tuple[str, str, str]:
+    energy = "" if row.energy is None else f"{row.energy:.0f}"
+    saved = "" if row.saved is None else f"{100.0 * row.saved:.1f} % of {row.baseline}"
+    return energy, saved, "" if row.time is None else f"{row.time:.1f}"
