@@ -1,14 +1,16 @@
-"""Colours for energies: what each millimetre of the way costs."""
+"""Colours for power: what the feed drives draw in each move."""
 
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
-from fiveaxis.energy import move_energies
+from fiveaxis.energy import move_powers
 from fiveaxis.geometry import Array
 from fiveaxis.machine import Machine
-from fiveaxis.motion import STANDSTILL, Motion
-from fiveaxis.toolpath import Toolpath
+from fiveaxis.motion import Motion
+
+ByteArray = NDArray[np.uint8]
 
 # viridis at 0, 1/8 … 1 (van der Walt and Smith, CC0): even steps for the eye, safe for the colour-blind.
 VIRIDIS = np.array(
@@ -24,7 +26,7 @@ VIRIDIS = np.array(
         [0.993, 0.906, 0.144],
     ]
 )
-# Links and rapids carry no energy colour.
+# Links and rapids carry no colour of their own.
 AIR = (0.36, 0.38, 0.42)
 # Moves dearer than this share of all take the last colour, so that one reversal doesn't darken the rest;
 # and the scale ends at this multiple of what nine in ten of the result's moves cost at most, so that a very
@@ -40,32 +42,30 @@ def viridis(shares: Array) -> Array:
     return np.stack([np.interp(known, place, channel) for channel in VIRIDIS.T], axis=1)
 
 
-def energy_density(machine: Machine, motion: Motion, toolpath: Toolpath) -> Array:
-    """Compute the travel energy of each cut per length of the ball centre's way.
+def cutting_powers(machine: Machine, motion: Motion) -> Array:
+    """Compute the power of all feed drives in each cut, at its mean speeds.
 
     Returns
     -------
-    (n,), J/mm, for the move that ends at the row; NaN for the first row, for links, and where the way is too
-    short to divide by
+    (n,), W, of the move that ends at the row; NaN for the first row, for links and rapids, and where a move
+    takes no time
     """
-    energy = move_energies(machine, motion).sum(axis=1)
-    way = toolpath.lengths
-    known = toolpath.cutting & (way > STANDSTILL)
-    density = np.full(len(way), np.nan)
-    density[known] = energy[known] / way[known]
-    return density
+    power = move_powers(machine, motion).sum(axis=1)
+    known = motion.cutting & (motion.time > 0.0)
+    known[:1] = False
+    return np.where(known, power, np.nan)
 
 
 def colour_top(result: Array, *others: Array) -> float:
-    """Choose the energy density that takes the last colour.
+    """Choose the power that takes the last colour.
 
     Parameters
     ----------
-    result, others : (n,), J/mm, energy densities of the result and of what stands beside it; NaN is left out
+    result, others : (n,), W, powers of the result and of what stands beside it; NaN is left out
 
     Returns
     -------
-    J/mm, positive even where nothing costs
+    W, positive even where nothing costs
     """
     together = np.concatenate([result, *others])
     known = together[np.isfinite(together)]
@@ -77,6 +77,7 @@ def colour_top(result: Array, *others: Array) -> float:
     return min(dearest, bound) if bound > 0.0 else dearest
 
 
-def move_colours(density: Array, toolpath: Toolpath, top: float) -> Array:
-    """Colour moves by their energy density: (n,) J/mm → (n, 3) RGB; links and rapids are grey."""
-    return np.where(toolpath.cutting[:, None], viridis(density / top), AIR)
+def move_colours(powers: Array, top: float) -> ByteArray:
+    """Colour moves by power: (n,) W → (n, 3) RGB bytes; what has no power known, links too, is grey."""
+    colours = np.where(np.isnan(powers)[:, None], AIR, viridis(powers / top))
+    return np.round(255.0 * colours).astype(np.uint8)

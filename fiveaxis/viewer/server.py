@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import webbrowser
+from collections.abc import Sequence
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
@@ -16,11 +17,23 @@ from fiveaxis.viewer.page import render_page
 if TYPE_CHECKING:
     import trimesh
 
+    from fiveaxis.collision import Surroundings
+    from fiveaxis.findings import Finding
     from fiveaxis.posture.solution import Solution
 
 LOOPBACK = "127.0.0.1"
 # How long closing may wait for the server to look up, s.
 POLL = 0.1
+# A connection that says nothing for so long is closed, s.
+PATIENCE = 10.0
+# Nothing may be guessed from the page, framed around it or read from another site.
+HEADERS = {
+    "Cache-Control": "no-store",
+    "X-Content-Type-Options": "nosniff",
+    "X-Frame-Options": "DENY",
+    "Referrer-Policy": "no-referrer",
+    "Cross-Origin-Resource-Policy": "same-origin",
+}
 
 
 class Preview:
@@ -84,6 +97,8 @@ def preview(
     solution: Solution,
     *,
     part: str | Path | trimesh.Trimesh | None = None,
+    surroundings: Surroundings | None = None,
+    findings: Sequence[Finding] = (),
     open_browser: bool = True,
     port: int = 0,
 ) -> Preview:
@@ -95,18 +110,21 @@ def preview(
     Parameters
     ----------
     solution : what to show
-    part : mesh of the part in mm, or its file
+    part : mesh of the part in mm, or its file; None takes that of the surroundings
+    surroundings : stock and fixtures to show
+    findings : of verification, on the solution's motion
     open_browser : open the page
     port : of the loopback address; 0 takes a free one
 
     Raises
     ------
     MeshError
-        The part or a mesh of the machine can't be read.
+        The part, a fixture's mesh or one of the machine can't be read.
     SettingError
         The port is taken.
     """
-    shown = Preview(render_page(solution, part=part), port)
+    page = render_page(solution, part=part, surroundings=surroundings, findings=findings)
+    shown = Preview(page, port)
     if open_browser:
         webbrowser.open(shown.url())
     return shown
@@ -116,10 +134,17 @@ def _handler(page: bytes) -> type[BaseHTTPRequestHandler]:
     """Make a request handler that knows one page."""
 
     class Handler(BaseHTTPRequestHandler):
+        server_version, sys_version = "fiveaxis", ""
+        timeout = PATIENCE
+
         def do_GET(self) -> None:
             known = {f"{name}:{self.server.server_port}" for name in (LOOPBACK, "localhost")}  # type: ignore[attr-defined]
             if self.headers.get("Host") not in known:
                 self.send_error(HTTPStatus.FORBIDDEN)
+            elif self.path == "/favicon.ico":
+                # Every browser asks for one, and shows a fault where there is none.
+                self.send_response(HTTPStatus.NO_CONTENT)
+                self.end_headers()
             elif self.path != "/":
                 self.send_error(HTTPStatus.NOT_FOUND)
             else:
@@ -129,7 +154,8 @@ def _handler(page: bytes) -> type[BaseHTTPRequestHandler]:
             self.send_response(HTTPStatus.OK)
             self.send_header("Content-Type", "text/html; charset=utf-8")
             self.send_header("Content-Length", str(len(page)))
-            self.send_header("Cache-Control", "no-store")
+            for name, value in HEADERS.items():
+                self.send_header(name, value)
             self.end_headers()
             self.wfile.write(page)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,7 +14,8 @@ from fiveaxis.machine import Machine
 from fiveaxis.motion import Motion
 from fiveaxis.viewer.library import load_meshcat
 
-MOST_FRAMES = 600
+# Straight ways between key frames leave the path, so there are as many as a page can carry.
+MOST_FRAMES = 10_000
 # A longer motion is shown as a time lapse of this length, s.
 LONGEST_SHOW = 60.0
 UP = np.array([0.0, 0.0, 1.0])
@@ -37,16 +39,35 @@ class KeyFrames:
     pace: float
 
 
-def choose_frames(motion: Motion) -> KeyFrames:
-    """Choose at most `MOST_FRAMES` locations, evenly in time, first and last included."""
-    clock = np.cumsum(motion.time)
-    if not clock[-1] > 0.0:
-        clock = np.arange(len(motion), dtype=float)
-    wanted = np.linspace(clock[0], clock[-1], min(MOST_FRAMES, len(motion)))
-    rows = np.unique(np.searchsorted(clock, wanted).clip(0, len(motion) - 1))
-    duration = float(clock[-1] - clock[0])
-    pace = max(duration / LONGEST_SHOW, 1.0)
+def choose_frames(motion: Motion, pace: float | None = None) -> KeyFrames:
+    """Choose at most `MOST_FRAMES` locations, evenly in time, first and last included.
+
+    Parameters
+    ----------
+    motion : what is shown
+    pace : machine seconds in one second of the show; None takes the motion's own, see `show_pace`
+    """
+    clock = _clock(motion)
+    # One location of those at one time: a key frame has a time of its own.
+    _, rows = np.unique(clock, return_index=True)
+    if len(rows) > MOST_FRAMES:
+        wanted = np.linspace(clock[0], clock[-1], MOST_FRAMES)
+        rows = np.unique(np.searchsorted(clock, wanted).clip(0, len(motion) - 1))
+    rows[-1] = len(motion) - 1
+    pace = show_pace(motion) if pace is None else pace
     return KeyFrames(rows, (clock[rows] - clock[0]) / pace, pace)
+
+
+def show_pace(*motions: Motion) -> float:
+    """Choose the pace at which motions are shown together: machine seconds in one of the show, 1 or more."""
+    longest = max(float(np.ptp(_clock(motion))) for motion in motions)
+    return max(longest / LONGEST_SHOW, 1.0)
+
+
+def _clock(motion: Motion) -> Array:
+    """When each location is reached, (n,) s; one a second where no move takes time."""
+    clock: Array = np.cumsum(motion.time)
+    return clock if clock[-1] > 0.0 else np.arange(len(motion), dtype=float)
 
 
 def tool_frames(machine: Machine, motion: Motion, rows: IntArray) -> Poses:
@@ -76,25 +97,54 @@ def transport(axis: Array) -> Array:
     return turned
 
 
-def make_animation(vis: Any, frames: KeyFrames, moving: dict[str, Poses]) -> Any:
-    """Make meshcat's animation of what moves, by the path of its scene node."""
+def make_animation(vis: Any, moving: Mapping[str, tuple[KeyFrames, Poses]]) -> Any:
+    """Make meshcat's animation of what moves, by the path of its scene node.
+
+    All run for the time of the longest; a shorter one waits at its end, or each would start again on its own.
+    """
     meshcat = load_meshcat()
     animation = meshcat.animation.Animation()
-    # Track times count in frames of the clip; at one frame per second they are seconds.
-    times = [float(t) for t in frames.times]
-    for name, (centre, quaternion) in moving.items():
+    end = max(float(frames.times[-1]) for frames, _ in moving.values())
+    for name, (frames, (centre, quaternion)) in moving.items():
+        # Track times count in frames of the clip; at one frame per second they are seconds.
+        rows = np.arange(len(frames.times))
+        times = frames.times
+        if times[-1] < end:
+            times, rows = np.append(times, end), np.append(rows, rows[-1])
         tracks = {
-            "position": _track("position", "vector3", times, centre),
-            "quaternion": _track("quaternion", "quaternion", times, quaternion),
+            "position": PackedTrack("position", "vector3", times, centre[rows]),
+            "quaternion": PackedTrack("quaternion", "quaternion", times, quaternion[rows]),
         }
         clip = meshcat.animation.AnimationClip(tracks=tracks, fps=1, name="default")
         animation.clips[vis[name].path] = clip
     return animation
 
 
-def _track(name: str, kind: str, times: list[float], values: Array) -> Any:
-    track = load_meshcat().animation.AnimationTrack
-    return track(name, kind, frames=times, values=[[float(v) for v in row] for row in values])
+class PackedTrack:
+    """One property of one node over time, as three.js keeps it: two flat arrays.
+
+    meshcat's own tracks name every key and every time, six times as many bytes.
+
+    Parameters
+    ----------
+    name, kind : property, and three.js's type of track
+    times : (f,), s
+    values : (f, d)
+    """
+
+    def __init__(self, name: str, kind: str, times: Array, values: Array) -> None:
+        self.name, self.kind, self.times, self.values = name, kind, times, values
+
+    def lower(self) -> dict[str, Any]:
+        """Give what three.js reads."""
+        pack = load_meshcat().geometry.pack_numpy_array
+        times, values = (np.asarray(x, dtype=np.float32) for x in (self.times, self.values))
+        return {
+            "name": f".{self.name}",
+            "type": self.kind,
+            "times": pack(times.reshape(1, -1))["array"],
+            "values": pack(values.T)["array"],
+        }
 
 
 def _smallest_turn(before: Array, after: Array) -> Array:

@@ -1,17 +1,16 @@
-"""Energy per millimetre as colour."""
+"""Power as colour."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from fiveaxis.energy import move_energies
 from fiveaxis.toolpath import MoveKind
 from fiveaxis.viewer.colours import (
     AIR,
     VIRIDIS,
     colour_top,
-    energy_density,
+    cutting_powers,
     move_colours,
     viridis,
 )
@@ -31,24 +30,24 @@ def test_the_scale_grows_lighter_all_the_way():
     assert (np.diff(luminance) > 0.0).all()
 
 
-def test_density_times_way_is_the_energy_of_the_cuts(solution):
-    path = solution.toolpath
-    density = energy_density(solution.machine, solution.motion, path)
-    energy = move_energies(solution.machine, solution.motion).sum(axis=1)
-    known = np.isfinite(density)
-    assert known.sum() == path.cutting.sum() - 1
-    np.testing.assert_allclose((density * path.lengths)[known], energy[known])
+def test_power_times_duration_is_the_power_integral_of_the_cuts(solution):
+    motion = replace(solution.motion, kind=np.full(len(solution.motion), MoveKind.CUT))
+    power = cutting_powers(solution.machine, motion)
+    assert np.isnan(power).tolist() == [True] + [False] * (len(motion) - 1)
+    assert np.nansum(power * motion.time) == pytest.approx(solution.energy.power_integral)
 
 
-def test_a_turn_on_the_spot_has_no_density_and_raises_no_warning(solution):
-    path = solution.toolpath
-    still = replace(path, pivot=np.repeat(path.pivot[:1], len(path), axis=0))
-    assert np.isnan(energy_density(solution.machine, solution.motion, still)).all()
+def test_a_link_and_a_move_without_duration_have_no_power_and_raise_no_warning(solution):
+    motion = solution.motion
+    still = replace(motion, time=np.zeros(len(motion)))
+    assert np.isnan(cutting_powers(solution.machine, still)).all()
+    power = cutting_powers(solution.machine, motion)
+    assert np.isnan(power[motion.kind == MoveKind.LINK]).all()
 
 
-@pytest.mark.parametrize("density", [[np.nan, np.nan], [0.0, 0.0], []])
-def test_a_path_that_costs_nothing_still_has_a_scale(density):
-    assert colour_top(np.array(density)) == 1.0
+@pytest.mark.parametrize("powers", [[np.nan, np.nan], [0.0, 0.0], []])
+def test_a_path_that_costs_nothing_still_has_a_scale(powers):
+    assert colour_top(np.array(powers)) == 1.0
 
 
 def test_one_dear_move_does_not_darken_the_rest():
@@ -63,8 +62,8 @@ def test_one_dear_move_among_free_ones_is_seen():
     assert colour_top(np.append(np.zeros(999), 3.0)) == 3.0
 
 
-def test_links_are_grey(solution):
-    path = solution.toolpath
-    colours = move_colours(np.ones(len(path)), path, 1.0)
-    np.testing.assert_array_equal(colours[path.kind == MoveKind.LINK], [AIR])
-    np.testing.assert_array_equal(colours[path.cutting], np.tile(VIRIDIS[-1], (path.cutting.sum(), 1)))
+def test_moves_without_power_are_grey_and_the_dearest_have_the_last_colour():
+    colours = move_colours(np.array([np.nan, 5.0, 7.0]), 5.0)
+    last = np.round(255.0 * VIRIDIS[-1])
+    np.testing.assert_array_equal(colours, [np.round(255.0 * np.array(AIR)), last, last])
+    assert colours.dtype == np.uint8

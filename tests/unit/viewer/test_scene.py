@@ -11,11 +11,14 @@ from fiveaxis.errors import MeshError
 from fiveaxis.kinematics import tool_poses
 from fiveaxis.toolpath import MoveKind, parse_tool
 from fiveaxis.viewer import build_scene
-from fiveaxis.viewer.bodies import revolve
 from fiveaxis.viewer.library import load_meshcat
-from fiveaxis.viewer.page import Recorder
-from fiveaxis.viewer.scene import LIFT, shown_points
+from fiveaxis.viewer.lines import LIFT, shown_points
+from fiveaxis.viewer.payload import Recorder
+from fiveaxis.viewer.solids import revolve
 from fiveaxis.viewer.thinning import MOST_TRIANGLES, thin_mesh
+
+# mm: places up to a metre away, in the single precision that browsers draw in.
+SINGLE = 1e-4
 
 
 def scene(solution, part=None) -> tuple[dict[str, dict], list[dict]]:
@@ -33,7 +36,9 @@ def floats(attribute: dict) -> np.ndarray:
 def test_the_scene_has_part_paths_and_tools_and_few_objects(solution, part):
     objects, _ = scene(solution, part)
     root = "/meshcat/fiveaxis/"
-    names = {"zero", "part"} | {f"{m}/{x}" for m in ("after", "before") for x in ("path", "tool/body")}
+    names = {"zero", "part"} | {
+        f"{m}/{x}" for m in ("after", "before") for x in ("path", "tool/cutter", "tool/shank")
+    }
     assert set(objects) == {root + name for name in names}
 
 
@@ -42,7 +47,9 @@ def test_the_whole_path_is_one_object_with_a_colour_per_move(solution):
     way = objects["/meshcat/fiveaxis/after/path"]
     assert way["object"]["type"] == "LineSegments"
     attributes = way["geometries"][0]["data"]["attributes"]
-    points, colours = floats(attributes["position"]), floats(attributes["color"])
+    points = floats(attributes["position"])
+    colours = np.frombuffer(attributes["color"]["array"].data, dtype=np.uint8).reshape(-1, 3)
+    assert attributes["color"]["normalized"] is True
     moves = len(solution.toolpath) - 1
     assert points.shape == colours.shape == (2 * moves, 3)
     np.testing.assert_array_equal(colours[0::2], colours[1::2])
@@ -71,13 +78,46 @@ def test_a_link_without_contact_does_not_hide_the_others(solution):
 def test_the_tool_stands_where_the_motion_puts_it(solution):
     _, commands = scene(solution)
     animation = next(c for c in commands if c["type"] == "set_animation")
-    clips = {a["path"]: {t["name"]: t["keys"] for t in a["clip"]["tracks"]} for a in animation["animations"]}
+    clips = {a["path"]: {t["name"]: t for t in a["clip"]["tracks"]} for a in animation["animations"]}
     tracks = clips["/meshcat/fiveaxis/after/tool"]
+    times, positions = (singles(tracks[".position"][name]) for name in ("times", "values"))
+    quaternions = singles(tracks[".quaternion"]["values"])
     tip, axis = tool_poses(solution.machine, solution.motion.positions)
     for key, row in ((0, 0), (-1, len(tip) - 1)):
-        np.testing.assert_allclose(tracks[".position"][key]["value"], tip[row], atol=1e-9)
-        np.testing.assert_allclose(axis_of(tracks[".quaternion"][key]["value"]), axis[row], atol=1e-9)
-    assert tracks[".position"][0]["time"] == 0.0
+        np.testing.assert_allclose(positions.reshape(-1, 3)[key], tip[row], atol=SINGLE)
+        np.testing.assert_allclose(axis_of(quaternions.reshape(-1, 4)[key]), axis[row], atol=SINGLE / 100.0)
+    assert times[0] == 0.0
+
+
+def test_the_show_of_both_postures_ends_at_one_time_and_the_quicker_waits(solution):
+    baseline = solution.compared["normal"]
+    slow = replace(baseline, motion=replace(baseline.motion, time=1.5 * baseline.motion.time))
+    _, commands = scene(replace(solution, compared={"normal": slow}))
+    animation = next(c for c in commands if c["type"] == "set_animation")
+    clips = {a["path"]: a["clip"]["tracks"][0] for a in animation["animations"]}
+    quick, slow_track = (clips[f"/meshcat/fiveaxis/{side}/tool"] for side in ("after", "before"))
+    times, positions = singles(quick["times"]), singles(quick["values"]).reshape(-1, 3)
+    assert times[-1] == singles(slow_track["times"])[-1] == np.float32(slow.motion.time.sum())
+    assert times[-2] == np.float32(solution.motion.time.sum())
+    np.testing.assert_array_equal(positions[-2], positions[-1])
+
+
+def test_a_baseline_with_locations_of_its_own_is_drawn_along_those(solution):
+    rows = np.concatenate([[0, 1], np.arange(len(solution.toolpath))])
+    baseline, path = solution.compared["normal"], solution.toolpath
+    fields = {name: getattr(baseline.motion, name)[rows] for name in ("positions", "feed", "time", "kind")}
+    motion = replace(baseline.motion, source=baseline.motion.source[rows], **fields)
+    longer = replace(baseline, motion=motion, toolpath=path.at(rows))
+    objects, _ = scene(replace(solution, compared={"normal": longer}))
+    drawn = [
+        floats(objects[f"/meshcat/fiveaxis/{side}/path"]["geometries"][0]["data"]["attributes"]["position"])
+        for side in ("after", "before")
+    ]
+    assert [len(points) for points in drawn] == [2 * (len(path) - 1), 2 * (len(path) + 1)]
+
+
+def singles(packed) -> np.ndarray:
+    return np.frombuffer(packed.data, dtype=np.float32)
 
 
 def axis_of(quaternion: list[float]) -> list[float]:

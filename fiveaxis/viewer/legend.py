@@ -1,0 +1,136 @@
+"""What the page says in words: legend and controls. All that comes from files is escaped."""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from fiveaxis.findings import Finding
+from fiveaxis.viewer.colours import VIRIDIS
+from fiveaxis.viewer.marks import when_shown
+from fiveaxis.viewer.scene import Scene
+from fiveaxis.viewer.sides import Side
+
+if TYPE_CHECKING:
+    from fiveaxis.posture.solution import Solution
+
+# More findings than this are counted, not listed: the report has them all.
+MOST_LISTED = 100
+# Marks the box of what is shown a second time beside the baseline.
+COPIED = ' data-copied="yes"'
+SPEEDS = (0.1, 0.25, 0.5, 1, 2, 5, 10)
+
+
+def title_of(solution: Solution) -> str:
+    """Name the path, without its folder, as HTML."""
+    return html.escape(Path(solution.toolpath.name).name)
+
+
+def make_legend(solution: Solution, scene: Scene, findings: Sequence[Finding]) -> str:
+    """Say in a corner of the page what there is to see, as HTML."""
+    lines = [
+        f"<h1>{title_of(solution)}</h1>",
+        f"<p>{len(solution.toolpath)} locations, {html.escape(solution.machine.name)}</p>",
+        f"<p>{'<br>'.join(_figures(side) for side in scene.sides)}<br>travel metric of the feed drives</p>",
+        *_views(scene),
+        f"<p>{''.join(_boxes(scene))}</p>",
+        *_remarks(solution, scene),
+        *_scale(scene.top),
+        *_listed(findings, scene),
+    ]
+    return '<div id="legend">' + "\n".join(lines) + "</div>"
+
+
+def make_controls() -> str:
+    """Make the bar below the scene: play and pause, the slider of the clock, the speed, as HTML."""
+    speeds = "".join(
+        f'<option value="{speed:g}"{" selected" if speed == 1 else ""}>{speed:g}×</option>'
+        for speed in SPEEDS
+    )
+    return (
+        '<div id="controls"><button id="play" type="button">pause</button>'
+        '<input id="time" type="range" min="0" max="1" step="any" value="0" aria-label="time">'
+        f'<select id="speed" aria-label="speed">{speeds}</select><span id="clock"></span></div>'
+    )
+
+
+def _figures(side: Side) -> str:
+    """Say what a posture costs; both figures by the same measures."""
+    time = float(side.motion.time.sum())
+    return f"{html.escape(side.name)} {side.energy:,.0f} J, {time:,.1f} s"
+
+
+def _views(scene: Scene) -> list[str]:
+    if len(scene.sides) < 2:
+        return []
+    before = scene.sides[1].name
+    views = {
+        "after": "result",
+        "before": before,
+        "both": "both at one place",
+        "apart": f"side by side, {before} on the left",
+    }
+    chosen = "".join(
+        f'<label><input type="radio" name="view" value="{value}"{" checked" if value == "after" else ""}> '
+        f"{html.escape(label)}</label>"
+        for value, label in views.items()
+    )
+    return [f"<p>{chosen}</p>"]
+
+
+def _boxes(scene: Scene) -> list[str]:
+    """Make a box for everything that can be hidden."""
+    copied = len(scene.sides) > 1
+    wanted = [
+        ("part", "part", scene.has_part, True, copied),
+        ("stock", "stock", scene.has_stock, False, copied),
+        ("fixtures", "fixtures", bool(scene.fixtures), True, copied),
+        ("machine", "machine", scene.has_machine, False, copied),
+        ("findings", "after/marks", scene.has_marks, True, False),
+    ]
+    return [
+        f'<label><input type="checkbox" value="{node}"{" checked" * shown}{COPIED * twice}> {label}</label>'
+        for label, node, there, shown, twice in wanted
+        if there
+    ]
+
+
+def _remarks(solution: Solution, scene: Scene) -> list[str]:
+    """Say what isn't as it seems."""
+    said = []
+    pace = scene.sides[0].frames.pace
+    if pace > 1.0:
+        said.append(f"tool shown {pace:.1f} times as fast as programmed")
+    if scene.fixtures:
+        said.append("fixtures: " + ", ".join(scene.fixtures))
+    if solution.toolpath.tool.holder is None:
+        said.append("no holder is known; the shank's length is assumed")
+    return [f"<p>{html.escape(line)}</p>" for line in said]
+
+
+def _scale(top: float) -> list[str]:
+    stops = ", ".join("rgb({:.0f} {:.0f} {:.0f})".format(*(255.0 * stop)) for stop in VIRIDIS)
+    return [
+        f'<div id="scale" style="background: linear-gradient(to right, {stops})"></div>',
+        f'<div id="ends"><span>0</span><span>{top:.3g} W and more, feed drives in a cut</span></div>',
+    ]
+
+
+def _listed(findings: Sequence[Finding], scene: Scene) -> list[str]:
+    """List findings; one with a location is a button that takes the show there."""
+    if not findings:
+        return []
+    entries = []
+    for finding in findings[:MOST_LISTED]:
+        time = when_shown(finding, scene.sides[0])
+        when = "" if time is None else f' data-time="{time:.3f}"'
+        entries.append(
+            f'<button type="button" class="{finding.severity}"{when}>{html.escape(str(finding))}</button>'
+        )
+    more = len(findings) - len(entries)
+    if more > 0:
+        entries.append(f"<p>and {more} more, which the report lists</p>")
+    inside = "\n".join(entries)
+    return [f'<details id="findings"><summary>{len(findings)} findings</summary>\n{inside}</details>']

@@ -1,0 +1,102 @@
+"""Shapes as meshcat's geometries: boxes, cylinders, meshes, turned bodies, marks."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from fiveaxis.contour import load_mesh
+from fiveaxis.geometry import Array, IntArray
+from fiveaxis.machine import Box, Cylinder, MeshShape
+from fiveaxis.machine.bodies import Shape
+from fiveaxis.viewer.library import UPRIGHT, load_meshcat
+from fiveaxis.viewer.thinning import thin_mesh
+
+# Corners and faces of an octahedron of radius 1, anticlockwise seen from outside.
+CORNERS = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], dtype=float)
+FACES = np.array(
+    [[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]], dtype=np.int64
+)
+
+
+def make_geometry(shape: Shape, most_triangles: int) -> Any:
+    """Make a shape's geometry in its own frame.
+
+    Parameters
+    ----------
+    shape : box, cylinder or the file of a mesh
+    most_triangles : to which a mesh is thinned
+
+    Raises
+    ------
+    MeshError
+        The mesh can't be read.
+    """
+    shapes = load_meshcat().geometry
+    if isinstance(shape, Box):
+        return shapes.Box(list(shape.size))
+    if isinstance(shape, Cylinder):
+        return shapes.Cylinder(shape.height, shape.radius)
+    mesh = load_mesh(shape.file, allow_open=True)
+    return mesh_geometry(shape.scale * np.asarray(mesh.vertices, dtype=float), mesh.faces, most_triangles)
+
+
+def mesh_geometry(vertices: Array, faces: IntArray, most_triangles: int) -> Any:
+    """Make a mesh's geometry, thinned where it is too fine to be shown: (v, 3) mm, (f, 3)."""
+    thin = thin_mesh(np.asarray(vertices, dtype=float), np.asarray(faces), most_triangles)
+    return load_meshcat().geometry.TriangularMeshGeometry(*thin)
+
+
+def place(shape: Shape) -> Array:
+    """Place a shape's geometry where the shape says, (4, 4) mm: meshcat's cylinder lies along y."""
+    return shape.frame @ UPRIGHT if isinstance(shape, Cylinder) else shape.frame
+
+
+def is_flat(shape: Shape) -> bool:
+    """Tell whether faces are lit flat: a mesh has no normals of its own here, cylinders have round ones."""
+    return isinstance(shape, MeshShape)
+
+
+def revolve(outline: Array, sectors: int = 36) -> tuple[Array, IntArray]:
+    """Turn an outline about the z axis into a closed body.
+
+    Parameters
+    ----------
+    outline : (m, 2), mm, distance from the axis and height, from the bottom up
+    sectors : of a turn
+
+    Returns
+    -------
+    vertices : (v, 3), mm
+    faces : (f, 3), indices of vertices, anticlockwise seen from outside
+    """
+    closed = np.vstack([outline, [[0.0, outline[-1, 1]]]])
+    turn = np.linspace(0.0, 2.0 * np.pi, sectors, endpoint=False)
+    ring = np.column_stack([np.cos(turn), np.sin(turn)])
+    sides = closed[:, None, :1] * ring
+    heights = np.repeat(closed[:, 1], sectors).reshape(len(closed), sectors, 1)
+    vertices = np.concatenate([sides, heights], axis=2).reshape(-1, 3)
+    level, sector = np.meshgrid(np.arange(len(closed) - 1), np.arange(sectors), indexing="ij")
+    here, after = level * sectors + sector, level * sectors + (sector + 1) % sectors
+    lower = np.stack([here, after, after + sectors], axis=-1).reshape(-1, 3)
+    upper = np.stack([here, after + sectors, here + sectors], axis=-1).reshape(-1, 3)
+    return vertices, np.concatenate([lower, upper])
+
+
+def scatter_marks(places: Array, radius: float) -> tuple[Array, IntArray]:
+    """Put an octahedron at every place, all in one mesh.
+
+    Parameters
+    ----------
+    places : (m, 3), mm
+    radius : mm
+
+    Returns
+    -------
+    vertices : (6m, 3), mm
+    faces : (8m, 3)
+    """
+    vertices = (places[:, None] + radius * CORNERS).reshape(-1, 3)
+    first = len(CORNERS) * np.arange(len(places))
+    return vertices, (first[:, None, None] + FACES).reshape(-1, 3)
