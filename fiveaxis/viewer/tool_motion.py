@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -88,12 +89,20 @@ def transport(axis: Array) -> Array:
     Every turn is the smallest one from the axis before, so there is no direction in which the sequence
     breaks, as the smallest turn from +z alone would at −z.
     """
+    turns = _smallest_turns(np.vstack([UP, axis[:-1]]), axis)
     turned = np.empty((len(axis), 4))
-    before, quaternion = UP, np.array([0.0, 0.0, 0.0, 1.0])
-    for i, after in enumerate(axis):
-        quaternion = _multiply(_smallest_turn(before, after), quaternion)
-        quaternion /= np.linalg.norm(quaternion)
-        turned[i], before = quaternion, after
+    x, y, z, w = 0.0, 0.0, 0.0, 1.0
+    # Numbers, not arrays: one product after the other is a hundred times quicker with them.
+    for i, (a, b, c, d) in enumerate(turns.tolist()):
+        x, y, z, w = (
+            d * x + a * w + b * z - c * y,
+            d * y + b * w + c * x - a * z,
+            d * z + c * w + a * y - b * x,
+            d * w - a * x - b * y - c * z,
+        )
+        length = math.sqrt(x * x + y * y + z * z + w * w)
+        x, y, z, w = x / length, y / length, z / length, w / length
+        turned[i] = x, y, z, w
     return turned
 
 
@@ -147,19 +156,15 @@ class PackedTrack:
         }
 
 
-def _smallest_turn(before: Array, after: Array) -> Array:
-    """Give the quaternion x y z w of the smallest turn between two unit vectors."""
+def _smallest_turns(before: Array, after: Array) -> Array:
+    """Give the quaternions x y z w of the smallest turns between unit vectors, (f, 3) each."""
     half = before + after
-    length = np.linalg.norm(half)
-    if length < 1e-9:
-        # Opposite directions: half a turn about anything across.
-        across = np.cross(before, np.eye(3)[np.argmin(np.abs(before))])
-        return np.append(across / np.linalg.norm(across), 0.0)
-    half = half / length
-    return np.append(np.cross(before, half), before @ half)
-
-
-def _multiply(a: Array, b: Array) -> Array:
-    """Multiply quaternions x y z w: first b, then a."""
-    vector = a[3] * b[:3] + b[3] * a[:3] + np.cross(a[:3], b[:3])
-    return np.append(vector, a[3] * b[3] - a[:3] @ b[:3])
+    length = np.linalg.norm(half, axis=1)
+    opposite = length < 1e-9
+    # Half a turn about anything across, where directions are opposite.
+    across = np.cross(before, np.eye(3)[np.argmin(np.abs(before), axis=1)])
+    half[opposite] = across[opposite]
+    half /= np.linalg.norm(half, axis=1, keepdims=True)
+    turns = np.column_stack([np.cross(before, half), np.sum(before * half, axis=1)])
+    turns[opposite] = np.column_stack([half[opposite], np.zeros(int(opposite.sum()))])
+    return turns
