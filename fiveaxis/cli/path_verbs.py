@@ -106,11 +106,12 @@ def preview(
 ) -> None:
     """Optimise and show the result live, on this computer only, until Ctrl-C."""
     with errors_explained(False):
-        from fiveaxis.job import part_of
+        from fiveaxis.job.stages import load_surroundings
         from fiveaxis.viewer import preview as show
 
         outcome = _run(_job(context.params))
-        with show(outcome.solution, part=part_of(outcome.job), open_browser=browser) as viewer:
+        around, findings = load_surroundings(outcome.job), outcome.verdict.findings
+        with show(outcome.solution, surroundings=around, findings=findings, open_browser=browser) as viewer:
             out.print(f"preview at {viewer.url()} until Ctrl-C")
             viewer.wait()
 

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from fiveaxis.errors import SettingError
 from fiveaxis.files import write_atomically
-from fiveaxis.job.stages import Outcome, part_of
+from fiveaxis.job.stages import Outcome, load_surroundings
 from fiveaxis.nc import DIALECTS, Program, compose_program, write_motion
 from fiveaxis.report import write_json, write_report
 from fiveaxis.report.front_figure import write_front_figure
@@ -99,7 +99,12 @@ def _make_files(outcome: Outcome, folder: Path) -> list[Path]:
         write_motion(solution.motion, folder / "motion.csv", solution.machine),
         write_json(outcome.document, folder / "report.json"),
         write_report(solution, outcome.document, folder / "report.html", admits=_admits(outcome)),
-        write_preview(solution, folder / "preview.html", part=part_of(job)),
+        write_preview(
+            solution,
+            folder / "preview.html",
+            surroundings=load_surroundings(job),
+            findings=outcome.verdict.findings,
+        ),
     ]
     if outcome.front is not None:
         made.append(write_front_figure(outcome.front, folder / "front.svg"))
