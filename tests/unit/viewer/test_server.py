@@ -49,9 +49,68 @@ def test_a_foreign_host_name_gets_nothing():
         assert PAGE.encode() not in content
 
 
-def test_there_is_one_page_only():
+def test_no_other_address_of_this_computer_answers():
+    # A datagram socket finds the address towards elsewhere without sending anything.
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        try:
+            probe.connect(("192.0.2.1", 9))
+        except OSError:
+            pytest.skip("this computer has no other interface")
+        address = probe.getsockname()[0]
+    with Preview(PAGE) as shown, pytest.raises(ConnectionRefusedError):
+        socket.create_connection((address, port_of(shown)), timeout=5.0)
+
+
+@pytest.mark.parametrize(
+    "path",
+    [
+        "/../etc/passwd",
+        "/../../../../../../etc/passwd",
+        "//etc/passwd",
+        "/%2e%2e/%2e%2e/etc/passwd",
+        "/..%2f..%2fetc%2fpasswd",
+        "/.%00/etc/passwd",
+        "/..\\..\\etc\\passwd",
+        "file:///etc/passwd",
+        "http://127.0.0.1/etc/passwd",
+        "/preview.js",
+        "/index.html",
+        "/?file=/etc/passwd",
+    ],
+)
+def test_nothing_but_the_page_is_served_whatever_is_asked_for(path):
     with Preview(PAGE) as shown:
-        assert get(port_of(shown), "/../etc/passwd")[0] == 404
+        port = port_of(shown)
+        status, content = get(port, path, host=f"127.0.0.1:{port}")
+    assert status == 404
+    assert b"root:" not in content
+
+
+@pytest.mark.parametrize("method", ["POST", "PUT", "DELETE", "OPTIONS", "HEAD", "PROPFIND"])
+def test_the_page_can_only_be_read(method):
+    with Preview(PAGE) as shown:
+        connection = http.client.HTTPConnection("127.0.0.1", port_of(shown), timeout=5.0)
+        connection.request(method, "/", body=b"x" if method in {"POST", "PUT"} else None)
+        assert connection.getresponse().status == 501
+        connection.close()
+
+
+def test_a_browser_is_told_not_to_frame_keep_or_share_the_page():
+    with Preview(PAGE) as shown:
+        connection = http.client.HTTPConnection("127.0.0.1", port_of(shown), timeout=5.0)
+        connection.request("GET", "/")
+        told = connection.getresponse().headers
+        connection.close()
+    assert told["X-Frame-Options"] == "DENY"
+    assert told["X-Content-Type-Options"] == "nosniff"
+    assert told["Cache-Control"] == "no-store"
+    assert told["Cross-Origin-Resource-Policy"] == "same-origin"
+    assert "Python" not in told["Server"]
+
+
+def test_the_icon_that_browsers_ask_for_is_nothing():
+    with Preview(PAGE) as shown:
+        assert get(port_of(shown), "/favicon.ico") == (204, b"")
 
 
 def test_closed_means_gone_and_closing_twice_is_no_fault():
