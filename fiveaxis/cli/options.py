@@ -105,6 +105,9 @@ WorkOffset = Annotated[
 PartRotation = Annotated[
     str | None, typer.Option("--part-rotation", help="part on the table, about machine X,Y,Z in deg")
 ]
+SetupSearch = Annotated[
+    str | None, typer.Option("--setup", help="choose the part's place: x=-50:50,angle=0:90, or names in a job")
+]
 Control = Annotated[str | None, typer.Option("--control", help="NC dialect")]
 Strategy = Annotated[str | None, typer.Option("--strategy", help="waterline or raster")]
 Stepdown = Annotated[float | None, typer.Option("--stepdown", help="distance of waterlines in z, mm")]
@@ -183,6 +186,7 @@ POSTURE: Mapping[str, Any] = {
     "tool_length": ToolLength,
     "work_offset": WorkOffset,
     "part_rotation": PartRotation,
+    "setup_search": SetupSearch,
 }
 
 

@@ -118,7 +118,7 @@ def preview(
 
 def _job(options: Mapping[str, Any]) -> Job:
     """Make the job of a verb's options; a job file's own settings give way to them."""
-    from fiveaxis.job import Job, PlanTable, make_job, read_fixtures, read_job
+    from fiveaxis.job import Job, PlanTable, choose_search, make_job, read_fixtures, read_job
 
     settings = {name: value for name, value in options.items() if name in Job.model_fields}
     setup = {"offset": options.get("work_offset"), "rotation": options.get("part_rotation")}
@@ -144,8 +144,11 @@ def _job(options: Mapping[str, Any]) -> Job:
         settings |= read_fixtures(options["fixtures"])
     source = options["source"]
     if source.suffix.lower() == ".toml":
-        return read_job(source, **settings)
-    return make_job(input=source, **settings)
+        job = read_job(source, **settings)
+    else:
+        job = make_job(input=source, **settings)
+    searched = options.get("setup_search")
+    return job if searched is None else choose_search(job, searched)
 
 
 def _program(options: Mapping[str, Any]) -> dict[str, Any]:
@@ -212,6 +215,8 @@ def _print_outcome(outcome: Outcome) -> None:
         integral = f"{solution.energy.power_integral:.0f} J"
         out.print(f"power integral of the result: {integral}; the travel metric differs by {percent:+.1f} %")
     out.print(f"program: {program.inserted} blocks inserted, so that the ball stays on its path without TCP")
+    if "setup_search" in outcome.document:
+        _print_setup(outcome.document["setup_search"])
     _print_budget(outcome.budget)
     if outcome.front is not None:
         out.print(outcome.front.as_markdown(), markup=False, soft_wrap=True)
@@ -221,6 +226,17 @@ def _print_outcome(outcome: Outcome) -> None:
         for code, count in verdict.counts.items():
             out.print(f"{subject} {code}: {count}")
     out.print("verification: " + ("no errors" if outcome.ok else "[bold red]errors[/]"))
+
+
+def _print_setup(found: Mapping[str, Any]) -> None:
+    """Print where the workpiece is to be set up, where that was chosen."""
+    chosen, given = found["chosen"], found["given"]
+    place = f"offset {chosen['offset']} mm, rotation {chosen['rotation_deg']} deg"
+    if chosen == given:
+        return out.print(f"setup: {place}, as given; none that is cheaper was found", markup=False)
+    saved = "can't be followed" if found["saved"] is None else f"costs {given['energy']:.0f} J"
+    share = "" if found["saved"] is None else f", {100.0 * found['saved']:.1f} % saved"
+    out.print(f"set the part up at {place}: the given setup {saved}{share}", markup=False, soft_wrap=True)
 
 
 def _print_budget(budget: Budget) -> None:

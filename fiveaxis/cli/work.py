@@ -35,7 +35,7 @@ GRACE = 0.5
 
 # Where stages lie in the whole, as shares of it; others are steps on the way and move no total.
 TOTAL = "total"
-SHARES = {"plan": (0.0, 0.1), "refine": (0.1, 0.8), "front": (0.1, 0.8), "verify": (0.8, 1.0)}
+SHARES = {"plan": (0.0, 0.1), "setup": (0.0, 0.1), "refine": (0.1, 0.8), "front": (0.1, 0.8), "verify": (0.8, 1.0)}
 
 
 class Bars:

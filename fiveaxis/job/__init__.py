@@ -14,6 +14,7 @@ from fiveaxis.job.description import (
 from fiveaxis.job.posting import Posted, post_program
 from fiveaxis.job.programs import ProgramEnergy, program_energy
 from fiveaxis.job.results import compose_outcome, require_folder, write_outcome
+from fiveaxis.job.setting_up import choose_search, run_job
 from fiveaxis.job.stages import (
     RESULT,
     Outcome,
@@ -24,7 +25,6 @@ from fiveaxis.job.stages import (
     measure_plan,
     part_of,
     program_motion,
-    run_job,
 )
 from fiveaxis.job.verifying import verify_program
 
@@ -39,6 +39,7 @@ __all__ = [
     "ProgramMotion",
     "SetupTable",
     "build_job",
+    "choose_search",
     "compose_outcome",
     "is_mesh",
     "load_job_machine",

@@ -6,7 +6,7 @@ from collections.abc import Callable, Collection
 from pathlib import Path
 from typing import Any, Literal
 
-from pydantic import Field, ValidationError, ValidationInfo, field_validator
+from pydantic import Field, ValidationError, ValidationInfo, field_validator, model_validator
 
 from fiveaxis.codes import require_codes
 from fiveaxis.collision import ClearanceTable, FixtureTable
@@ -31,6 +31,9 @@ from fiveaxis.toolpath import parse_tool, require_range
 TOOL_FILE = ".toml"
 # Table that makes many jobs of one file (`fiveaxis.batch`).
 SWEEP = "sweep"
+
+# What of a setup the optimiser may choose.
+SEARCHED = ("x", "y", "z", "angle")
 
 # Settings that bound the tool's lean, and the turns of the rotary axes.
 LEANING = ("tilt", "cone", "lead", "lean", "plane")
@@ -73,11 +76,36 @@ class ProgramTable(StrictModel):
     block_delete: bool = Field(False, description="skip blocks that begin with /")
 
 
+class SetupSearch(StrictModel):
+    """Where the optimiser may set the workpiece up; what has no range stays as given."""
+
+    x: tuple[float, float] | None = Field(None, description="range of the workpiece zero's X, mm")
+    y: tuple[float, float] | None = Field(None, description="range of its Y, mm")
+    z: tuple[float, float] | None = Field(None, description="range of its Z, mm")
+    angle: tuple[float, float] | None = Field(
+        None, description="range of the rotation about the machine's Z through the workpiece zero, deg"
+    )
+    tries: int = Field(40, ge=2, le=2000, description="how many setups are looked at, on some of the path")
+
+    @model_validator(mode="after")
+    def _has_a_range(self) -> SetupSearch:
+        ranges = {name: ends for name in SEARCHED if (ends := getattr(self, name)) is not None}
+        if not ranges:
+            raise ValueError(f"setup.search has no range; give {', '.join(SEARCHED)}, or some of them")
+        for name, (low, high) in ranges.items():
+            if not low < high:
+                raise ValueError(f"setup.search.{name} = [{low:g}, {high:g}]: the first must be the lower one")
+        return self
+
+
 class SetupTable(StrictModel):
     """Where the workpiece stands on the table, with every axis at 0."""
 
     offset: Triple = Field((0.0, 0.0, 0.0), description="workpiece zero in the machine frame, mm")
     rotation: Triple = Field((0.0, 0.0, 0.0), description="about the machine's X, then Y, then Z, deg")
+    search: SetupSearch | None = Field(
+        None, description="where the optimiser may set it up instead, with postures chosen anew"
+    )
 
 
 class FixtureFile(StrictModel):

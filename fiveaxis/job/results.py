@@ -147,6 +147,9 @@ def _header(outcome: Outcome) -> dict[str, str]:
     """Say in the program where it comes from and what it costs."""
     solution = outcome.solution
     lines = {"tool": str(solution.toolpath.tool)}
+    chosen = outcome.document.get("setup_search")
+    if chosen is not None:
+        lines["workpiece"] = f"set up elsewhere than given: {solution.machine.setup}"
     for number, source in enumerate(outcome.document["inputs"], start=1):
         lines[f"source {number}"] = f"{source['name']} sha256 {source['sha256'][:16]}"
     for name, energy in outcome.program.energy.items():

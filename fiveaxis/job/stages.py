@@ -303,13 +303,16 @@ def is_mesh(path: Path) -> bool:
     return path.suffix.lower() in MESH_SUFFIXES
 
 
-def run_job(job: Job, progress: Progress | None = None) -> Outcome:
+def run_job(
+    job: Job, progress: Progress | None = None, loaded: tuple[Toolpath, Passes | None] | None = None
+) -> Outcome:
     """Take a job through planning or reading, optimisation and verification.
 
     Parameters
     ----------
     job : what to do
     progress : called with a stage's name, steps done and steps in all
+    loaded : path and passes, where `load_job_passes` has given them already
 
     Raises
     ------
@@ -319,7 +322,7 @@ def run_job(job: Job, progress: Progress | None = None) -> Outcome:
     machine = load_job_machine(job)
     # A program that the control can't write is found out before the work, not after it.
     wording = require_program(machine, job.control, job.coordinates, job.winding, job.nc)
-    toolpath, passes = load_job_passes(job, progress)
+    toolpath, passes = loaded or load_job_passes(job, progress)
     process, factors = load_process(job, toolpath.tool), load_factors(job)
     if process is not None:
         require_cut(process, float(toolpath.feed.max()))

@@ -25,6 +25,7 @@ from fiveaxis.report.landscape import (
     surface_at,
 )
 from fiveaxis.report.maps import posture_map_png, surface_png
+from fiveaxis.report.setup_section import setup_section
 from fiveaxis.report.time_figures import power_lines, speed_lines
 from fiveaxis.report.verdict import verdict_section
 
@@ -68,6 +69,7 @@ def compose_page(solution: Solution, document: Mapping[str, Any], admits: Admits
         facts=_facts(document),
         **verdict_section(document),
         saved=_saved(document, baseline),
+        setup=setup_section(document.get("setup_search")),
         energy=_energy(solution, document, baseline),
         budget=_budget(document),
         motion=_motion(solution, baseline),

@@ -19,7 +19,7 @@ from fiveaxis.job.guide import list_entries, starter_text, to_toml, write_starte
 
 # Numbers that count or compare, and directions: they have no unit.
 WITHOUT_UNIT = {"plane", "front", "process.teeth", "factors.price", "fixture.cylinder.direction"}
-WITHOUT_UNIT |= {"nc.number", "nc.tool_number", "nc.length_offset", "nc.line_numbers"}
+WITHOUT_UNIT |= {"nc.number", "nc.tool_number", "nc.length_offset", "nc.line_numbers", "setup.search.tries"}
 
 
 def run(*words: object) -> Any:
@@ -99,7 +99,10 @@ def test_every_commented_field_may_be_uncommented(header, line):
 
 def is_required(header: str, line: str) -> bool:
     key = f"{header.strip('[]')}.{line.split(' =')[0]}"
-    return any(e.key == key and (e.default is None or key == "fixture.box") for e in list_entries())
+    return any(
+        e.key == key and (e.default is None or key in ("fixture.box", "setup.search.x"))
+        for e in list_entries()
+    )
 
 
 def test_an_existing_file_is_not_overwritten(tmp_path):

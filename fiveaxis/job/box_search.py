@@ -1,0 +1,76 @@
+"""Minimum of a dear function over a box, with few calls and no chance: scattered points, then a compass."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from fiveaxis.geometry import Array
+
+# Bases of the Halton sequence, one for each side of a box.
+BASES = (2, 3, 5, 7)
+# Scattered points for each side; at most this share of all calls.
+SCATTERED, SCATTERED_SHARE = 6, 0.5
+# Share of a side: the compass's first step, and the one below which it ends.
+FIRST_STEP, LAST_STEP = 0.25, 1.0 / 200.0
+
+
+def search_box(cost: Callable[[Array], float], start: Array, calls: int) -> None:
+    """Look for the point of the unit box at which a cost is least.
+
+    Points scattered evenly (Halton) come first, with the start among them; from the best one a compass
+    search goes on: a step along each side, the step halved where none is better. What `cost` is asked about
+    is its own to remember.
+
+    Parameters
+    ----------
+    cost : of a point (d,), each side 0…1; infinite where the point isn't admissible
+    start : (d,), the first point
+    calls : of `cost` at most
+
+    References
+    ----------
+    Kolda, Lewis & Torczon (2003), SIAM Review 45(3), section 1.1: compass search.
+    """
+    sides = len(start)
+    scattered = min(SCATTERED * sides, int(SCATTERED_SHARE * calls))
+    points = [start, *halton(scattered, sides)][:calls]
+    costs = [cost(point) for point in points]
+    best = int(np.argmin(costs))
+    _follow_compass(cost, points[best], costs[best], calls - len(points))
+
+
+def _follow_compass(cost: Callable[[Array], float], here: Array, least: float, calls: int) -> None:
+    step, seen = FIRST_STEP, {here.tobytes()}
+    while step >= LAST_STEP:
+        better = False
+        for way in np.vstack([np.eye(len(here)), -np.eye(len(here))]):
+            there = np.clip(here + step * way, 0.0, 1.0)
+            if there.tobytes() in seen:
+                continue
+            if calls == 0:
+                return
+            calls -= 1
+            seen.add(there.tobytes())
+            found = cost(there)
+            if found < least:
+                here, least, better = there, found, True
+        if not better:
+            step /= 2.0
+
+
+def halton(count: int, sides: int) -> Array:
+    """Scatter points evenly over the unit box, (count, sides): the same ones every time.
+
+    References
+    ----------
+    Halton (1960), Numerische Mathematik 2: radical inverses in different prime bases.
+    """
+    points = np.zeros((count, sides))
+    for side, base in enumerate(BASES[:sides]):
+        digits, share = np.arange(1, count + 1), 1.0 / base
+        while digits.any():
+            points[:, side] += share * (digits % base)
+            digits, share = digits // base, share / base
+    return points

@@ -1,0 +1,167 @@
+"""Where the workpiece stands on the table, chosen with the postures."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import fiveaxis.job.setting_up as setting_up
+from fiveaxis.cli import app
+from fiveaxis.errors import Infeasible, JobError
+from fiveaxis.job import choose_search, make_job, run_job
+from fiveaxis.job.box_search import halton, search_box
+from fiveaxis.job.setting_up import search_setups
+from fiveaxis.machine import DirectionalDrive, load_machine
+from fiveaxis.nc import read_toolpath
+from fiveaxis.toolpath import Tool
+
+MACHINE = "hayashi-640123"
+
+
+@pytest.fixture
+def ring(tmp_path: Path) -> Path:
+    """Contacts once round a cylinder whose axis passes the workpiece zero."""
+    angle = np.linspace(0.0, 2.0 * np.pi, 40)
+    around = np.stack([np.cos(angle), np.sin(angle), np.zeros(len(angle))], axis=1)
+    normal = np.cos(0.5) * around - np.sin(0.5) * np.array([0.0, 0.0, 1.0])
+    rows = np.hstack([20.0 * around + [0.0, 0.0, 30.0], normal])
+    path = tmp_path / "ring.csv"
+    np.savetxt(path, rows, delimiter=",", header="x,y,z,nx,ny,nz", comments="")
+    return path
+
+
+def make(ring: Path, offset: tuple[float, float, float] = (25.0, 0.0, 0.0), **search: object):
+    setup = {"offset": offset, "search": {"tries": 6} | search}
+    return make_job(input=ring, machine=MACHINE, tool="ball:10", tilt=(15, 75), effort="quick", setup=setup)
+
+
+def same_both_ways():
+    """The machine with drives that cost the same in both directions, turning next to nothing."""
+    machine = load_machine(MACHINE)
+    costs = [0.1 if axis.is_rotary else 10.0 for axis in machine.axes]
+    drives = [DirectionalDrive(cost, cost, proportional=True) for cost in costs]
+    axes = tuple(replace(a, drive=d) for a, d in zip(machine.axes, drives, strict=True))
+    return replace(machine, axes=axes)
+
+
+def test_a_ring_is_cheapest_where_its_middle_stands_on_the_axis_of_the_table(ring):
+    job = make(ring, x=(-40.0, 30.0), tries=20)
+    search = search_setups(job, same_both_ways(), read_toolpath(ring, tool=Tool.ball(10.0)))
+    best = search.ranked[0]
+    assert best.setup.offset[0] == pytest.approx(0.0, abs=1.0)
+    assert best.setup.offset[1:] == (0.0, 0.0)
+    assert len(search.tried) <= 20
+
+
+def test_the_chosen_setup_is_never_dearer_and_the_report_tells_both(ring):
+    outcome = run_job(make(ring, x=(-30.0, 30.0)))
+    found = outcome.document["setup_search"]
+    assert outcome.solution.energy.total == found["chosen"]["energy"] < found["given"]["energy"]
+    assert found["given"]["offset"] == [25.0, 0.0, 0.0]
+    assert found["saved"] == pytest.approx(1.0 - found["chosen"]["energy"] / found["given"]["energy"])
+    assert outcome.document["machine"]["setup"]["offset"] == found["chosen"]["offset"]
+    assert outcome.ok
+    assert len(found["tried"]) <= 6
+
+
+def test_two_searches_give_the_same_document(ring):
+    job = make(ring, x=(-30.0, 30.0), angle=(0.0, 90.0), tries=3)
+    assert run_job(job).document == run_job(job).document
+
+
+def test_setups_that_cannot_be_followed_are_skipped_and_told(ring, monkeypatch):
+    whole = setting_up.optimise
+
+    def fenced(path, machine, **options):
+        if machine.setup.offset[0] < 20.0:
+            raise Infeasible("out of reach", [])
+        return whole(path, machine, **options)
+
+    monkeypatch.setattr(setting_up, "optimise", fenced)
+    found = run_job(make(ring, x=(-30.0, 30.0), tries=6)).document["setup_search"]
+    refused = [tried for tried in found["tried"] if tried["rough"] is None]
+    assert refused
+    assert all(tried["why"] == "out of reach" and tried["offset"][0] < 20.0 for tried in refused)
+    assert found["chosen"]["offset"][0] >= 20.0
+
+
+def test_where_nothing_is_cheaper_the_given_setup_stays(ring, monkeypatch):
+    monkeypatch.setattr(setting_up, "_rough_cost", lambda *_: lambda setup: abs(setup.offset[0] - 25.0))
+    found = run_job(make(ring, x=(-30.0, 30.0))).document["setup_search"]
+    assert found["chosen"] == found["given"]
+    assert found["saved"] == 0.0
+
+
+def test_a_setup_that_looks_cheaper_and_is_not_is_not_taken(ring, monkeypatch):
+    # The thinned path lies: far off the axis is dear.
+    monkeypatch.setattr(setting_up, "_rough_cost", lambda *_: lambda setup: -abs(setup.offset[0] - 25.0))
+    found = run_job(make(ring, x=(-200.0, 30.0), tries=8)).document["setup_search"]
+    assert found["chosen"]["offset"] == [25.0, 0.0, 0.0]
+    assert sum(tried["energy"] is not None for tried in found["tried"]) == 1 + setting_up.FULL_RUNS
+
+
+def test_the_command_line_sets_ranges_and_prints_where_the_part_stands(ring, tmp_path):
+    job = tmp_path / "job.toml"
+    job.write_text(
+        'input = "ring.csv"\n[setup]\noffset = [25, 0, 0]\n[setup.search]\nx = [0, 30]\ntries = 4\n'
+    )
+    words = ["optimise", str(job), "--machine", MACHINE, "--tool", "ball:10", "--tilt", "15:75"]
+    words += ["--effort", "quick", "--setup", "x", "-o", str(tmp_path / "out")]
+    result = CliRunner().invoke(app, words)
+    assert result.exit_code == 0, result.output
+    assert "set the part up at offset" in result.stdout
+    page = (tmp_path / "out" / "report.html").read_text()
+    assert "Where the workpiece stands" in page
+    assert "setup_search" in json.loads((tmp_path / "out" / "report.json").read_text())
+    assert "set up elsewhere than given" in (tmp_path / "out" / "program.ngc").read_text()
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("q=0:1", "'q' is unknown; known: x, y, z, angle"),
+        ("y", "y has no range"),
+        ("x=3", "isn't of the form x=LOW:HIGH"),
+        ("x=a:b", "isn't of the form x=LOW:HIGH"),
+        ("x=5:1", "the first must be the lower one"),
+    ],
+)
+def test_what_the_setup_option_cannot_mean_is_refused(ring, text, message):
+    with pytest.raises(JobError, match=message):
+        choose_search(make(ring, x=(0.0, 1.0)), text)
+
+
+def test_names_alone_choose_among_the_ranges_of_the_job(ring):
+    job = choose_search(make(ring, x=(0.0, 1.0), y=(0.0, 2.0), tries=7), "y")
+    assert (job.setup.search.x, job.setup.search.y, job.setup.search.tries) == (None, (0.0, 2.0), 7)
+    assert job.setup.offset == (25.0, 0.0, 0.0)
+
+
+def test_a_search_without_a_range_is_refused(ring):
+    with pytest.raises(JobError, match="has no range"):
+        make(ring)
+
+
+def test_the_box_search_finds_a_minimum_within_its_calls():
+    asked = []
+
+    def cost(point):
+        asked.append(point.copy())
+        return float(((point - [0.3, 0.7]) ** 2).sum())
+
+    search_box(cost, np.array([1.0, 0.0]), 60)
+    assert len(asked) <= 60
+    np.testing.assert_allclose(min(list(asked), key=cost), [0.3, 0.7], atol=0.02)
+    assert all((p >= 0.0).all() and (p <= 1.0).all() for p in asked)
+
+
+def test_scattered_points_are_even():
+    points = halton(64, 2)
+    counts, *_ = np.histogram2d(*points.T, bins=4, range=[[0, 1], [0, 1]])
+    assert counts.min() >= 2
+    assert counts.max() <= 6
