@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import html
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -101,7 +102,7 @@ def _remarks(solution: Solution, scene: Scene) -> list[str]:
     """Say what isn't as it seems."""
     said = []
     pace = scene.sides[0].frames.pace
-    if pace > 1.0:
+    if round(pace, 1) > 1.0:
         said.append(f"tool shown {pace:.1f} times as fast as programmed")
     if scene.fixtures:
         said.append("fixtures: " + ", ".join(scene.fixtures))
@@ -118,6 +119,13 @@ def _scale(top: float) -> list[str]:
     ]
 
 
+def _said(finding: Finding) -> str:
+    """Say a finding without the folder of its file: a page is passed on."""
+    place = finding.place
+    file = None if place.file is None else Path(place.file).name
+    return str(replace(finding, place=replace(place, file=file)))
+
+
 def _listed(findings: Sequence[Finding], scene: Scene) -> list[str]:
     """List findings; one with a location is a button that takes the show there."""
     if not findings:
@@ -127,7 +135,7 @@ def _listed(findings: Sequence[Finding], scene: Scene) -> list[str]:
         time = when_shown(finding, scene.sides[0])
         when = "" if time is None else f' data-time="{time:.3f}"'
         entries.append(
-            f'<button type="button" class="{finding.severity}"{when}>{html.escape(str(finding))}</button>'
+            f'<button type="button" class="{finding.severity}"{when}>{html.escape(_said(finding))}</button>'
         )
     more = len(findings) - len(entries)
     if more > 0:

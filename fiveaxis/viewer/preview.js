@@ -73,11 +73,13 @@ function operate(viewer, head) {
   document.addEventListener("keydown", event => {
     if (event.code === "Space" && event.target === document.body) { event.preventDefault(); button.click(); }
   });
+  let told = "";
   const follow = () => {
-    if (animator.playing) { slider.value = animator.time; tell(); }
+    // meshcat's own controls work, too: whatever moved the clock, it is told.
+    const state = `${animator.time} ${animator.playing}`;
+    if (state !== told) { slider.value = animator.time; tell(); told = state; }
     requestAnimationFrame(follow);
   };
-  tell();
   follow();
 }
 

@@ -7,15 +7,20 @@ import pytest
 import trimesh
 import umsgpack
 
+from fiveaxis.collision import Fixture, Surroundings
 from fiveaxis.errors import MeshError
+from fiveaxis.findings import Finding, Place, Severity
 from fiveaxis.kinematics import tool_poses
+from fiveaxis.machine import Box, Cylinder
 from fiveaxis.toolpath import MoveKind, parse_tool
+from fiveaxis.toolpath.tool import Holder, Section
 from fiveaxis.viewer import build_scene
 from fiveaxis.viewer.library import load_meshcat
 from fiveaxis.viewer.lines import LIFT, shown_points
 from fiveaxis.viewer.payload import Recorder
-from fiveaxis.viewer.solids import revolve
+from fiveaxis.viewer.solids import revolve, scatter_marks
 from fiveaxis.viewer.thinning import MOST_TRIANGLES, thin_mesh
+from fiveaxis.viewer.tools import tool_outlines
 
 # mm: places up to a metre away, in the single precision that browsers draw in.
 SINGLE = 1e-4
@@ -168,3 +173,77 @@ def test_a_turned_outline_is_a_closed_body_of_its_volume():
     disc, corner = np.pi * 64.0 * 26.0, np.pi * 16.0 * 4.0
     ring = 2.0 * np.pi * (np.pi * 16.0 / 4.0) * (4.0 + 4.0 * 4.0 / (3.0 * np.pi))
     assert body.volume == pytest.approx(disc + corner + ring, rel=2e-3)
+
+
+def test_marks_stand_where_findings_are_one_object_per_severity(solution):
+    places = {"error": [5, 9, 5], "warning": [200]}
+    findings = [
+        Finding(Severity(severity), "code", "said", Place(row))
+        for severity, rows in places.items()
+        for row in rows
+    ]
+    lost = [Finding(Severity.NOTE, "code", "said", Place(row)) for row in (None, -1, 10_000)]
+    recorder = Recorder()
+    build_scene(load_meshcat().Visualizer(window=recorder), solution, findings=[*findings, *lost])
+    commands = [umsgpack.unpackb(c) for c in recorder.commands]
+    marks = {c["path"]: c["object"] for c in commands if "/marks/" in c["path"]}
+    assert set(marks) == {f"/meshcat/fiveaxis/after/marks/{name}" for name in places}
+    for name, rows in places.items():
+        shown = marks[f"/meshcat/fiveaxis/after/marks/{name}"]
+        assert shown["materials"][0]["depthTest"] is False
+        corners = floats(shown["geometries"][0]["data"]["attributes"]["position"]).reshape(-1, 6, 3)
+        expected = shown_points(solution.toolpath)[sorted(set(rows))]
+        np.testing.assert_allclose(corners.mean(axis=1), expected, atol=SINGLE)
+
+
+def test_a_mark_is_a_closed_body():
+    vertices, faces = scatter_marks(np.array([[0.0, 0.0, 0.0], [10.0, 0.0, 0.0]]), 2.0)
+    body = trimesh.Trimesh(vertices, faces)
+    assert body.is_volume
+    assert body.volume == pytest.approx(2.0 * 4.0 / 3.0 * 2.0**3)
+
+
+def test_stock_is_hidden_and_fixtures_stand_where_their_file_says(solution, part):
+    post = Cylinder(5.0, 40.0, (0.0, 60.0, -10.0), (1.0, 0.0, 0.0))
+    around = Surroundings(
+        part=part,
+        stock=part,
+        fixtures=(Fixture("a/b", Box((1.0, 2.0, 3.0), (60.0, 0, 0))), Fixture("post", post)),
+    )
+    recorder = Recorder()
+    built = build_scene(load_meshcat().Visualizer(window=recorder), solution, surroundings=around)
+    assert built.fixtures == ("a/b", "post")
+    commands = [umsgpack.unpackb(c) for c in recorder.commands]
+    root = "/meshcat/fiveaxis/"
+    objects = {c["path"] for c in commands if c["type"] == "set_object"}
+    assert {root + name for name in ("part", "stock", "fixtures/0", "fixtures/1")} <= objects
+    placed = {c["path"]: np.reshape(c["matrix"], (4, 4)).T for c in commands if c["type"] == "set_transform"}
+    np.testing.assert_allclose(placed[root + "fixtures/0"][:3, 3], [60.0, 0.0, 0.0])
+    np.testing.assert_allclose(placed[root + "fixtures/1"][:3, 1], [1.0, 0.0, 0.0], atol=1e-12)
+    hidden = {c["path"] for c in commands if c["type"] == "set_property" and c["value"] is False}
+    assert root + "stock" in hidden
+    assert root + "part" not in hidden
+    assert set(built.copies) == {"part", "stock", "fixtures/0", "fixtures/1"}
+
+
+HOLDER = Holder(60.0, (Section(10.0, 30.0, 40.0), Section(20.0, 50.0)))
+
+
+@pytest.mark.parametrize("tool", ["ball:10", "bull:16:4", "flat:12", "lollipop:12:6"])
+@pytest.mark.parametrize("holder", [None, HOLDER])
+def test_cutter_shank_and_holder_stand_on_each_other(tool, holder):
+    held = replace(parse_tool(tool), holder=holder, shank_diameter=6.0)
+    parts = tool_outlines(held)
+    assert list(parts) == ["cutter", "shank", "holder"][: 2 + (holder is not None)]
+    ends = [(outline[0, 1], outline[-1, 1]) for outline in parts.values()]
+    assert ends[0][0] == 0.0
+    assert [low for low, _ in ends[1:]] == [high for _, high in ends[:-1]]
+    assert (parts["shank"][1:, 0] == 3.0).all()
+    if holder is not None:
+        assert ends[2] == (60.0, 90.0)
+        np.testing.assert_array_equal(parts["holder"][:, 0], [0.0, 15.0, 20.0, 25.0, 25.0])
+
+
+def test_a_holder_down_to_the_cutting_edges_leaves_no_shank():
+    held = replace(parse_tool("ball:10"), holder=Holder(5.0, (Section(10.0, 30.0),)))
+    assert list(tool_outlines(held)) == ["cutter", "holder"]
