@@ -1,4 +1,4 @@
-"""Writing files so that nobody ever finds half of one."""
+"""Writing files so that nobody ever finds half of one, and refusing those too large to be read."""
 
 from __future__ import annotations
 
@@ -6,7 +6,35 @@ import os
 import uuid
 from pathlib import Path
 
-from fiveaxis.errors import SettingError
+from fiveaxis.errors import InputError, SettingError
+
+# Bytes: larger files aren't read. A block takes some 40 bytes and a triangle 50, so these are paths of ten
+# million locations and meshes of twenty million triangles: more than anybody has been seen to use, and less
+# than what fills the memory of a computer.
+MEGABYTE = 1_000_000
+MOST_PATH_BYTES = 400 * MEGABYTE
+MOST_MESH_BYTES = 1000 * MEGABYTE
+
+
+def require_size(path: str | Path, size: int, most: int, error: type[InputError]) -> None:
+    """Refuse what is too large to be read.
+
+    Parameters
+    ----------
+    path : the file, for the message
+    size, most : bytes, what it holds, unpacked, and what it may hold
+    error : class of the error raised
+
+    Raises
+    ------
+    error
+        It is larger.
+    """
+    if size > most:
+        raise error(
+            f"holds more than {most // MEGABYTE} MB, the most that is read; split it, or make it coarser",
+            file=path,
+        )
 
 
 def write_atomically(path: str | Path, content: str | bytes) -> Path:

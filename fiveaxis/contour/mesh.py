@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fiveaxis.errors import MeshError
+from fiveaxis.files import MOST_MESH_BYTES, require_size
 
 if TYPE_CHECKING:
     import trimesh
@@ -31,8 +32,8 @@ def load_mesh(path: str | Path, *, allow_open: bool = False, turn: bool = True) 
     Raises
     ------
     MeshError
-        Missing file, unknown suffix, a file without triangles, vertices that aren't finite, a mesh that
-        isn't watertight.
+        Missing file, unknown suffix, a file too large or without triangles, vertices that aren't finite, a
+        mesh that isn't watertight.
     """
     file = Path(path)
     if not file.is_file():
@@ -40,6 +41,7 @@ def load_mesh(path: str | Path, *, allow_open: bool = False, turn: bool = True) 
     if file.suffix.lower() not in SUFFIXES:
         known = ", ".join(SUFFIXES)
         raise MeshError(f"suffix {file.suffix!r} is not a mesh format read here; known: {known}", file=file)
+    require_size(file, file.stat().st_size, MOST_MESH_BYTES, MeshError)
     return check_mesh(_parse(file), name=str(file), allow_open=allow_open, turn=turn)
 
 

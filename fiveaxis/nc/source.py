@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from fiveaxis.errors import ToolpathError
+from fiveaxis.files import MOST_PATH_BYTES, require_size
 
 # What a text file may hold below the space: tab, line ends, form feed, and the end mark of DOS.
 _CONTROL_BYTES = bytes(set(range(32)) - set(b"\t\n\r\f\x1a"))
@@ -42,7 +43,7 @@ def load_source(path: str | Path) -> Source:
     Raises
     ------
     ToolpathError
-        The file is missing, can't be unpacked, or isn't text.
+        The file is missing, too large, can't be unpacked, or isn't text.
     """
     data = _load_bytes(Path(path))
     _require_text(data, path)
@@ -75,8 +76,12 @@ def _require_text(data: bytes, path: str | Path) -> None:
 
 def _load_bytes(path: Path) -> bytes:
     try:
-        data = path.read_bytes()
-        return gzip.decompress(data) if path.suffix.lower() == ".gz" else data
+        require_size(path, path.stat().st_size, MOST_PATH_BYTES, ToolpathError)
+        # A small packed file may unpack to any size: no more of it is unpacked than may be read.
+        with gzip.open(path) if path.suffix.lower() == ".gz" else path.open("rb") as stream:
+            data = stream.read(MOST_PATH_BYTES + 1)
+        require_size(path, len(data), MOST_PATH_BYTES, ToolpathError)
+        return data
     except (gzip.BadGzipFile, EOFError, zlib.error) as fault:
         raise ToolpathError(f"can't be unpacked: {fault}", file=path) from None
     except (OSError, ValueError) as fault:  # ValueError: a null character in the name

@@ -1,0 +1,112 @@
+"""Names and sizes that somebody chose to do harm."""
+
+from __future__ import annotations
+
+import gzip
+import html
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fiveaxis import files
+from fiveaxis.contour.mesh import load_mesh
+from fiveaxis.errors import JobError, MeshError, ToolpathError
+from fiveaxis.job import make_job, read_job, run_job, write_outcome
+from fiveaxis.nc import source
+from fiveaxis.nc.source import load_source
+
+MARKUP = "<img src=x onerror=alert(1)>"
+FILES = {"motion.csv", "preview.html", "program.ngc", "report.html", "report.json"}
+
+
+def write_ring(path: Path) -> Path:
+    angle = np.linspace(0.0, 2.0 * np.pi, 24)
+    around = np.stack([np.cos(angle), np.sin(angle), np.zeros(len(angle))], axis=1)
+    rows = np.hstack([20.0 * around + [0.0, 0.0, 30.0], np.cos(0.5) * around - [0.0, 0.0, np.sin(0.5)]])
+    np.savetxt(path, rows, delimiter=",", header="x,y,z,nx,ny,nz", comments="")
+    return path
+
+
+def run(folder: Path, name: str, out: Path, **settings: object) -> None:
+    job = make_job(
+        input=write_ring(folder / name),
+        machine="hayashi-640123",
+        tool="ball:10",
+        tilt=(15, 75),
+        effort="quick",
+        **settings,
+    )
+    write_outcome(run_job(job), out)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="such names can't be files on Windows")
+def test_a_file_name_is_no_markup_in_the_pages_and_no_block_in_the_program(tmp_path):
+    run(tmp_path, f"{MARKUP})\nG0 X999 (.csv", tmp_path / "out")
+    for page in ("report.html", "preview.html"):
+        assert MARKUP not in (tmp_path / "out" / page).read_text(encoding="utf-8")
+    assert html.escape(MARKUP) in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    blocks = (tmp_path / "out" / "program.ngc").read_text().splitlines()
+    assert [
+        line for line in blocks if "X999" in line and not line.lstrip("N0123456789 ").startswith("(")
+    ] == []
+
+
+def test_a_job_writes_into_its_folder_and_nowhere_else(tmp_path):
+    inside = tmp_path / "a" / "b"
+    inside.mkdir(parents=True)
+    run(inside, "ring.csv", inside / "out", nc={"name": "../../../evil"})
+    assert {path.name for path in (inside / "out").iterdir()} == FILES
+    everything = {path.relative_to(tmp_path) for path in tmp_path.rglob("*") if path.is_file()}
+    assert everything == {Path("a/b/ring.csv"), *(Path("a/b/out") / name for name in FILES)}
+
+
+@pytest.mark.parametrize("suffix", ["/../../evil", ".ngc/../../evil", "..", ".a b"])
+def test_a_control_of_ones_own_cannot_name_a_file_elsewhere(tmp_path, suffix):
+    table = Path(source.__file__).parent / "controls" / "linuxcnc.toml"
+    text = table.read_text(encoding="utf-8").replace('suffix = ".ngc"', f'suffix = "{suffix}"')
+    (tmp_path / "own.toml").write_text(text, encoding="utf-8")
+    with pytest.raises(Exception, match="suffix"):
+        run(tmp_path, "ring.csv", tmp_path / "out", control=str(tmp_path / "own.toml"))
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_job_file_has_no_key_for_where_results_go(tmp_path):
+    write_ring(tmp_path / "ring.csv")
+    (tmp_path / "job.toml").write_text('input = "ring.csv"\noutput = "/etc"\n')
+    with pytest.raises(JobError, match="unknown key 'output'"):
+        read_job(tmp_path / "job.toml")
+
+
+def test_a_program_too_large_to_read_is_refused_with_the_limit(tmp_path, monkeypatch):
+    monkeypatch.setattr(source, "MOST_PATH_BYTES", 2 * files.MEGABYTE)
+    path = tmp_path / "long.nc"
+    with path.open("wb") as stream:
+        stream.truncate(2 * files.MEGABYTE + 1)
+    with pytest.raises(ToolpathError, match=r"long\.nc: holds more than 2 MB, the most that is read"):
+        load_source(path)
+
+
+def test_a_small_file_that_unpacks_to_a_huge_one_is_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr(source, "MOST_PATH_BYTES", files.MEGABYTE)
+    path = tmp_path / "bomb.nc.gz"
+    path.write_bytes(gzip.compress(b" " * (3 * files.MEGABYTE)))
+    assert path.stat().st_size < 10_000
+    with pytest.raises(ToolpathError, match=r"bomb\.nc\.gz: holds more than 1 MB"):
+        load_source(path)
+
+
+def test_a_packed_program_at_the_limit_is_read(tmp_path, monkeypatch):
+    monkeypatch.setattr(source, "MOST_PATH_BYTES", files.MEGABYTE)
+    path = tmp_path / "just.nc.gz"
+    path.write_bytes(gzip.compress(b"\n" * files.MEGABYTE))
+    assert len(load_source(path).lines) == files.MEGABYTE + 1
+
+
+def test_a_mesh_too_large_to_read_is_refused_before_it_is_read(tmp_path):
+    path = tmp_path / "huge.stl"
+    with path.open("wb") as stream:
+        stream.truncate(files.MOST_MESH_BYTES + 1)  # takes no room on the disk
+    with pytest.raises(MeshError, match=r"huge\.stl: holds more than 1000 MB, the most that is read"):
+        load_mesh(path)
