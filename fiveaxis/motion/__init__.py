@@ -6,20 +6,25 @@ from fiveaxis.motion.filling import (
     fill_in_rows,
     led_deviation,
     midway_deviation,
+    off_plane,
 )
 from fiveaxis.motion.motion import Motion, follow
 from fiveaxis.motion.profiles import Profile, block_profiles, move_profiles
 from fiveaxis.motion.rates import PeakRate, peak_rates
+from fiveaxis.motion.thinning import AXIS_TOLERANCE, SPEED_TOLERANCE, Thinned, thinned
 from fiveaxis.motion.time_law import Samples, TimeLaw, time_motion
 from fiveaxis.motion.timing import STANDSTILL, block_times, feed_times
 
 __all__ = [
+    "AXIS_TOLERANCE",
     "PATH_TOLERANCE",
+    "SPEED_TOLERANCE",
     "STANDSTILL",
     "Motion",
     "PeakRate",
     "Profile",
     "Samples",
+    "Thinned",
     "TimeLaw",
     "block_profiles",
     "block_times",
@@ -30,6 +35,8 @@ __all__ = [
     "led_deviation",
     "midway_deviation",
     "move_profiles",
+    "off_plane",
     "peak_rates",
+    "thinned",
     "time_motion",
 ]

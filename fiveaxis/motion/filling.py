@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fiveaxis.geometry import Array
+from fiveaxis.geometry import Array, BoolArray
 from fiveaxis.kinematics import positions_about, tool_axes, tool_poses
 from fiveaxis.machine import Machine
 from fiveaxis.motion.motion import Motion, follow
@@ -96,10 +96,14 @@ def midway_deviation(toolpath: Toolpath, machine: Machine, rotary: Array) -> Arr
     centre = toolpath.centres(axes)
     middle = (centre[1:] + centre[:-1]) / 2.0
     off = np.linalg.norm(tip + zone.height * axis - middle, axis=1)
-    moves = np.diff(positions, axis=0)
+    return np.where(turns_on_the_spot(machine, np.diff(positions, axis=0)), 0.0, off)
+
+
+def turns_on_the_spot(machine: Machine, moves: Array) -> BoolArray:
+    """Find moves, (m, k) mm and rad, in which nothing but rotary axes turns, by whole turns."""
     stands = (np.abs(moves[:, machine.linear_columns]) < STANDSTILL).all(axis=1)
     whole = np.abs(np.remainder(moves[:, machine.rotary_columns] + np.pi, 2.0 * np.pi) - np.pi)
-    return np.where(stands & (whole < WHOLE_TURN).all(axis=1), 0.0, off)
+    return np.asarray(stands & (whole < WHOLE_TURN).all(axis=1))
 
 
 def led_deviation(toolpath: Toolpath, machine: Machine, rotary: Array) -> Array:
@@ -117,3 +121,27 @@ def led_deviation(toolpath: Toolpath, machine: Machine, rotary: Array) -> Array:
     bend = np.linalg.norm(halfway - (axes[1:] + axes[:-1]) / 2.0, axis=1)
     whole = np.abs(np.remainder(np.diff(rotary, axis=0) + np.pi, 2.0 * np.pi) - np.pi) < WHOLE_TURN
     return np.where(whole.all(axis=1), 0.0, toolpath.zone.height * bend)
+
+
+def off_plane(machine: Machine, rotary: Array) -> Array:
+    """Measure how far the tool axis leaves the plane of its directions before and after each move.
+
+    Rotary axes that run in proportion take it along a cone, not along the plane. That is what was optimised
+    and is checked, and inserted blocks lie on the same cone; a control that turns the tool in the plane
+    (vector mode) goes this far from there.
+
+    Parameters
+    ----------
+    rotary : (n, 2), rad, chain order
+
+    Returns
+    -------
+    (n − 1,), rad, halfway; 0 where both directions are the same
+    """
+    axes = tool_axes(machine, rotary)
+    halfway = tool_axes(machine, (rotary[1:] + rotary[:-1]) / 2.0)
+    across = np.cross(axes[:-1], axes[1:])
+    size = np.linalg.norm(across, axis=1)
+    out = np.abs(np.einsum("ni,ni->n", across, halfway))
+    share = np.divide(out, size, out=np.zeros_like(out), where=size > WHOLE_TURN)
+    return np.asarray(np.arcsin(np.minimum(share, 1.0)))

@@ -1,0 +1,302 @@
+"""Needless blocks: locations that a control passes at the same moment when they aren't written."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from fiveaxis.geometry import Array, BoolArray, IntArray
+from fiveaxis.kinematics import linear_positions, tool_axes, tool_poses
+from fiveaxis.machine import Machine
+from fiveaxis.motion.filling import PATH_TOLERANCE, turns_on_the_spot
+from fiveaxis.motion.motion import Motion
+from fiveaxis.toolpath import Toolpath
+
+# rad: largest angle between the tool axis of the thinned motion and that of the given one.
+AXIS_TOLERANCE = math.radians(0.05)
+# Blocks of one span differ in the speed along the way by less than this, relative.
+SPEED_TOLERANCE = 0.01
+# The way is compared at the ends and the middle of every given block. A parabola through three places within
+# r of the way stays within 1.25 r of it between them.
+BETWEEN = 1.25
+# s: a block of no duration has no moment in it.
+SHORTEST = 1e-9
+# Spans are sought within stretches of so many rows, all stretches at once; in stretches of so many times the
+# rows where they hold fewer spans than that on average, as each stretch ends with one cut short.
+STRETCH, LONGER = 64, 8
+# mm, rad, and a share of speeds: rounding.
+ROUNDING = 5e-7
+
+
+@dataclass(frozen=True, eq=False)
+class Thinned:
+    """A motion without its needless blocks.
+
+    Parameters
+    ----------
+    motion : m rows, what the blocks say
+    kept : (m,), rows of the given motion
+    driven : n rows: where that takes the axes, at the moment of every given row
+    """
+
+    motion: Motion
+    kept: IntArray
+    driven: Motion
+
+    @classmethod
+    def whole(cls, motion: Motion) -> Thinned:
+        """Take a motion as it is, needless blocks and all."""
+        return cls(motion, np.arange(len(motion)), motion)
+
+    @property
+    def removed(self) -> int:
+        """How many rows were needless."""
+        return len(self.driven) - len(self.motion)
+
+
+def thinned(
+    toolpath: Toolpath,
+    machine: Machine,
+    motion: Motion,
+    *,
+    tolerance: float = PATH_TOLERANCE,
+    max_turn: float = math.inf,
+    led: bool = False,
+    needed: BoolArray | None = None,
+) -> Thinned:
+    """Leave out the rows that a control passes by itself, at the moment at which it would.
+
+    The control moves all axes linearly in time from one kept row to the next or, where it leads the tip, the
+    tip straight and the rotary axes in proportion. All along, the tool's centre stays within the tolerance of
+    where the given motion has it at that moment (on the straight way between given rows), and so does the
+    contact at rows that know one; the tool axis stays within `AXIS_TOLERANCE`. It is always the given motion
+    that is compared with, so nothing adds up. A span of blocks takes their time together, and holds no change
+    of kind or feed, no turn on the spot and no block of another speed.
+
+    Spans are as long as they can be from where they begin; of those that come out no two neighbours could be
+    one.
+
+    Parameters
+    ----------
+    toolpath, motion : n locations and the axes there, as `fill_in` gives them
+    machine : two rotary and three linear axes
+    tolerance : mm
+    max_turn : rad, of a rotary axis in one block that stands for several
+    led : whether the control leads the tip
+    needed : (n,), rows that stay in any case
+    """
+    course = _Course(toolpath, machine, motion, tolerance / BETWEEN, max_turn, led, needed)
+    kept = _joined(course, _longest_spans(course))
+    time = np.append(0.0, np.add.reduceat(motion.time, kept[:-1] + 1)) if len(kept) > 1 else motion.time[kept]
+    # The last span of `reduceat` runs to the end, and the last row is always kept.
+    few = Motion(
+        letters=motion.letters,
+        positions=motion.positions[kept],
+        feed=motion.feed[kept],
+        time=time,
+        kind=motion.kind[kept],
+        source=motion.source[kept],
+    )
+    return Thinned(few, kept, replace(motion, positions=course.driven(kept)))
+
+
+@dataclass(frozen=True, eq=False)
+class _Course:
+    """The given motion, and whether spans of it can be single blocks."""
+
+    path: Toolpath
+    machine: Machine
+    motion: Motion
+    tolerance: float
+    max_turn: float
+    led: bool
+    needed: BoolArray | None
+
+    @cached_property
+    def clock(self) -> Array:
+        """(n,), s, at each row."""
+        return np.cumsum(self.motion.time)
+
+    @cached_property
+    def rotary(self) -> Array:
+        """(n, r), rad, chain order."""
+        return self.motion.positions[:, self.machine.rotary_columns]
+
+    @cached_property
+    def poses(self) -> tuple[Array, Array]:
+        """Tip, mm, and tool axis, (n, 3) each, workpiece frame."""
+        return tool_poses(self.machine, self.motion.positions)
+
+    @cached_property
+    def middles(self) -> Array:
+        """(n, 3), mm: halfway on the chord to each row; the first row's own place."""
+        centre = self.path.centres(self.poses[1])
+        return (centre + np.concatenate([centre[:1], centre[:-1]])) / 2.0
+
+    @cached_property
+    def speed(self) -> Array:
+        """(n,), mm/s, along the way in the block to each row."""
+        lasting = self.motion.time > SHORTEST
+        return np.divide(self.path.lengths, self.motion.time, out=np.zeros(len(self.motion)), where=lasting)
+
+    @cached_property
+    def needed_before(self) -> IntArray:
+        """(n,), how many rows up to each one have to stay."""
+        motion = self.motion
+        stays = np.zeros(len(motion), dtype=bool) if self.needed is None else self.needed.copy()
+        stays[:-1] |= (np.diff(motion.kind) != 0) | (np.diff(motion.feed) != 0.0)
+        alone = np.append(False, turns_on_the_spot(self.machine, np.diff(motion.positions, axis=0)))
+        alone |= motion.time < SHORTEST
+        stays |= alone
+        stays[:-1] |= alone[1:]
+        return np.cumsum(stays)
+
+    def fits(self, first: IntArray, last: IntArray) -> BoolArray:
+        """Tell of spans, from row to row, (s,), which can be single blocks."""
+        single = last - first == 1
+        ok = self.needed_before[last - 1] == self.needed_before[first]
+        turns = np.abs(self.rotary[last] - self.rotary[first]).max(axis=1, initial=0.0)
+        ok &= turns <= self.max_turn
+        at = np.flatnonzero(ok & ~single)
+        if len(at):
+            ok[at] = self._keeps(first[at], last[at])
+        return ok | single
+
+    def _keeps(self, first: IntArray, last: IntArray) -> BoolArray:
+        """Compare spans with the given motion, at the ends and the middles of all their blocks, (s,)."""
+        parts = last - first
+        begins = np.cumsum(parts) - parts
+        span = np.repeat(np.arange(len(first)), parts)
+        row = first[span] + np.arange(len(span)) - begins[span] + 1
+        top = np.maximum.reduceat(self.speed[row], begins)
+        level = top - np.minimum.reduceat(self.speed[row], begins) <= SPEED_TOLERANCE * top
+        ends, middle = self._shares(row, first[span], last[span])
+        tip, axis = self._poses(ends, first[span], last[span])
+        height = self.path.zone.height
+        touching = self.path.at(row)
+        off = np.linalg.norm(tip + height * axis - touching.centres(axis), axis=1)
+        bad = (off > self.tolerance) | (_angles(axis, self.poses[1][row]) > AXIS_TOLERANCE)
+        halfway, leaning = self._poses(middle, first[span], last[span])
+        bad |= np.linalg.norm(halfway + height * leaning - self.middles[row], axis=1) > self.tolerance
+        level &= ~np.logical_or.reduceat(bad, begins)
+        return level & self._drives_no_more(row, begins, first[span], last[span]) if self.led else level
+
+    def _shares(self, row: IntArray, first: IntArray, last: IntArray) -> tuple[Array, Array]:
+        """Give the moments of rows, and of the middles of the blocks to them, as shares of their spans."""
+        begin, long = self.clock[first], self.clock[last] - self.clock[first]
+        before, now = self.clock[row - 1] - begin, self.clock[row] - begin
+        return now / long, (now + before) / (2.0 * long)
+
+    def _poses(self, share: Array, first: IntArray, last: IntArray) -> tuple[Array, Array]:
+        """Find tip and tool axis at shares of spans, as the control moves them."""
+        if not self.led:
+            return tool_poses(self.machine, _between(self.motion.positions, share, first, last))
+        tip = _between(self.poses[0], share, first, last)
+        return tip, tool_axes(self.machine, _between(self.rotary, share, first, last))
+
+    def _positions(self, row: IntArray, first: IntArray, last: IntArray) -> Array:
+        """Find the axes at the moments of rows within spans, as the control moves them."""
+        share = (self.clock[row] - self.clock[first]) / (self.clock[last] - self.clock[first])
+        if not self.led:
+            return _between(self.motion.positions, share, first, last)
+        tip = _between(self.poses[0], share, first, last)
+        return linear_positions(self.machine, tip, _between(self.rotary, share, first, last))
+
+    def _drives_no_more(self, row: IntArray, begins: IntArray, first: IntArray, last: IntArray) -> BoolArray:
+        """Tell which spans, (s,), keep axes that follow a tip within limits, speeds and the given travel.
+
+        A way that bends within the tolerance is nothing for the part, and yet an axis that goes to and fro on
+        it takes energy.
+
+        Parameters
+        ----------
+        row, first, last : (r,), rows at the ends of all blocks, and their spans' ends
+        begins : (s,), where the blocks of each span begin among them
+        """
+        axes, time = self.machine.axes, self.motion.time[row][:, None]
+        most = np.array([math.inf if a.max_speed is None else a.max_speed for a in axes])
+        now = self._positions(row, first, last)
+        moves = np.abs(now - self._positions(row - 1, first, last))
+        bad = (moves > most * time * (1.0 + ROUNDING)) | np.isnan(now)
+        bad |= (now > self.machine.high + ROUNDING) | (now < self.machine.low - ROUNDING)
+        travel = np.add.reduceat(moves - np.abs(self.motion.moves[row]), begins)
+        return ~np.logical_or.reduceat(bad.any(axis=1), begins) & (travel <= ROUNDING).all(axis=1)
+
+    def driven(self, kept: IntArray) -> Array:
+        """Find the axes at all rows when only some are written, (n, k)."""
+        positions = self.motion.positions.copy()
+        left = np.setdiff1d(np.arange(len(positions)), kept)
+        span = np.searchsorted(kept, left)
+        if len(left):
+            positions[left] = self._positions(left, kept[span - 1], kept[span])
+        return positions
+
+
+def _between(columns: Array, share: Array, first: IntArray, last: IntArray) -> Array:
+    """Take columns, (n, k), at shares of the way from first to last rows."""
+    return columns[first] + share[:, None] * (columns[last] - columns[first])
+
+
+def _angles(one: Array, other: Array) -> Array:
+    """Measure angles between unit vectors, rad, exactly where they are small."""
+    chord = np.linalg.norm(one - other, axis=1)
+    return np.asarray(2.0 * np.arcsin(np.minimum(chord / 2.0, 1.0)))
+
+
+def _longest_spans(course: _Course) -> IntArray:
+    """Take span after span, each as long as it can be, in stretches that hold several."""
+    count, stretch = len(course.motion) - 1, STRETCH
+    kept = _spans_within(course, stretch)
+    while stretch < count and LONGER * count > stretch * (len(kept) - 1):
+        stretch *= LONGER
+        kept = _spans_within(course, stretch)
+    return kept
+
+
+def _spans_within(course: _Course, stretch: int) -> IntArray:
+    """Do so in all stretches at once."""
+    end = len(course.motion) - 1
+    at = np.arange(0, max(end, 1), stretch)
+    stops = np.minimum(at + stretch, end)
+    kept = np.zeros(end + 1, dtype=bool)
+    kept[at] = kept[end] = True
+    while (going := at < stops).any():
+        at, stops = at[going], stops[going]
+        at = _farthest(course, at, stops)
+        kept[at] = True
+    return np.flatnonzero(kept)
+
+
+def _farthest(course: _Course, at: IntArray, stops: IntArray) -> IntArray:
+    """Find for each row, (s,), how far a span may go from it: by doubled strides, then by halves."""
+    good, bad = at + 1, stops + 1
+    stride, going = 1, good < stops
+    while going.any():
+        some = np.flatnonzero(going)
+        trial = np.minimum(good[some] + stride, stops[some])
+        ok = course.fits(at[some], trial)
+        good[some[ok]], bad[some[~ok]] = trial[ok], trial[~ok]
+        going[some] = ok & (good[some] < stops[some])
+        stride *= 2
+    while (going := bad - good > 1).any():
+        some = np.flatnonzero(going)
+        trial = (good[some] + bad[some]) // 2
+        ok = course.fits(at[some], trial)
+        good[some[ok]], bad[some[~ok]] = trial[ok], trial[~ok]
+    return good
+
+
+def _joined(course: _Course, kept: IntArray) -> IntArray:
+    """Join neighbouring spans until no two can be one."""
+    while True:
+        before = len(kept)
+        for parity in (0, 1):
+            between = np.arange(parity + 1, len(kept) - 1, 2)
+            if len(between):
+                needless = between[course.fits(kept[between - 1], kept[between + 1])]
+                kept = np.delete(kept, needless)
+        if len(kept) == before:
+            return kept

@@ -1,0 +1,109 @@
+"""Laws of the thinned motion, for every machine: on its way, in time, and the same each time."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from fiveaxis.geometry import angle_between
+from fiveaxis.kinematics import linear_positions, tool_axes
+from fiveaxis.machine import load_machine
+from fiveaxis.motion import AXIS_TOLERANCE, PATH_TOLERANCE, fill_in_rows, thinned
+from fiveaxis.toolpath import MoveKind, Tool, Toolpath
+from fiveaxis.verification.model import tool_poses
+
+MACHINES = ("hayashi-640123", "linuxcnc-xyzac-trt", "linuxcnc-bridgemill", "dmu50ev", "dmu80p-duoblock")
+# Moments within each given block at which the two motions are compared.
+SHARES = np.linspace(0.0, 1.0, 8)[1:]
+ROUNDING = 1e-8
+
+waves = st.tuples(st.floats(0.0, 0.4), st.floats(0.0, 3.0), st.floats(0.0, 0.3), st.floats(-0.3, 0.3))
+cases = st.tuples(st.sampled_from(MACHINES), waves, st.booleans(), st.integers(3, 150))
+
+
+def make(case):
+    """Lay a wave with a link in its middle, and angles that turn along it."""
+    name, (height, turns, turn, rise), led, n = case
+    machine = load_machine(name)
+    along = np.linspace(0.0, 1.0, n)
+    contact = np.column_stack([30.0 * along, 5.0 * np.sin(turns * along), height * along])
+    path = Toolpath.from_contacts(contact, np.tile([0.0, 0.0, 1.0], (n, 1)), Tool.ball(8))
+    links = (along > 0.4) & (along < 0.5)
+    path = replace(path.with_links(links), feed=np.where(links, 2.0 * path.feed, path.feed))
+    rotary = np.column_stack([0.4 + turn * np.sin(3.0 * along), -0.5 + rise * along])
+    filled, motion, _ = fill_in_rows(path, machine, rotary, led=led)
+    return machine, filled, motion, led
+
+
+def sampled(machine, motion, led, moments):
+    """Give tip and tool axis of a control that drives a motion, by kinematics of verification's own."""
+    clock = np.cumsum(motion.time)
+    positions = np.stack([np.interp(moments, clock, c) for c in motion.positions.T], axis=1)
+    if led:
+        tips = tool_poses(machine, motion.positions)[0]
+        tip = np.stack([np.interp(moments, clock, c) for c in tips.T], axis=1)
+        positions = linear_positions(machine, tip, positions[:, machine.rotary_columns])
+    return tool_poses(machine, positions)
+
+
+@settings(max_examples=40, deadline=None)
+@given(cases)
+def test_the_centre_is_where_the_path_has_it_at_every_moment(case):
+    machine, path, motion, led = make(case)
+    found = thinned(path, machine, motion, led=led)
+    clock = np.cumsum(motion.time)
+    moments = (clock[:-1, None] + SHARES * np.diff(clock)[:, None]).ravel()
+    tip, axis = sampled(machine, found.motion, led, moments)
+    wanted = np.stack([np.interp(moments, clock, c) for c in path.pivot.T], axis=1)
+    off = np.linalg.norm(tip + path.zone.height * axis - wanted, axis=1)
+    assert off.max() <= PATH_TOLERANCE + ROUNDING
+    angles = np.stack([np.interp(moments, clock, c) for c in motion.positions.T], axis=1)
+    given_axis = tool_axes(machine, angles[:, machine.rotary_columns])
+    assert angle_between(axis, given_axis).max() <= AXIS_TOLERANCE + ROUNDING
+
+
+@settings(max_examples=25, deadline=None)
+@given(cases)
+def test_kept_rows_are_the_given_ones_and_times_add_up(case):
+    machine, path, motion, led = make(case)
+    found = thinned(path, machine, motion, led=led)
+    assert found.kept[0] == 0
+    assert found.kept[-1] == len(motion) - 1
+    np.testing.assert_array_equal(found.motion.positions, motion.positions[found.kept])
+    np.testing.assert_array_equal(found.driven.positions[found.kept], motion.positions[found.kept])
+    np.testing.assert_allclose(np.cumsum(found.motion.time), np.cumsum(motion.time)[found.kept], rtol=1e-12)
+    # Every change of kind is where it was.
+    for kind in MoveKind:
+        way = path.lengths[motion.kind == kind].sum()
+        few = path.at(found.kept)
+        assert few.lengths[found.motion.kind == kind].sum() == pytest.approx(way, rel=1e-3, abs=1e-9)
+
+
+@settings(max_examples=20, deadline=None)
+@given(cases)
+def test_no_axis_travels_farther_for_fewer_blocks(case):
+    machine, path, motion, led = make(case)
+    found = thinned(path, machine, motion, led=led)
+    before, after = (np.abs(m.moves).sum(axis=0) for m in (motion, found.driven))
+    assert (after <= before + 1e-6 * len(motion)).all()
+
+
+@settings(max_examples=20, deadline=None)
+@given(cases)
+def test_the_same_motion_is_thinned_to_the_same_bytes(case):
+    machine, path, motion, led = make(case)
+    one, other = (thinned(path, machine, motion, led=led) for _ in range(2))
+    assert one.motion.positions.tobytes() == other.motion.positions.tobytes()
+    assert one.motion.time.tobytes() == other.motion.time.tobytes()
+
+
+@settings(max_examples=20, deadline=None)
+@given(cases)
+def test_what_is_kept_of_a_motion_is_kept_when_its_needless_rows_are_sought_again(case):
+    machine, path, motion, led = make(case)
+    found = thinned(path, machine, motion, led=led)
+    needed = np.isin(np.arange(len(motion)), found.kept)
+    again = thinned(path, machine, motion, led=led, needed=needed)
+    np.testing.assert_array_equal(again.kept, found.kept)
