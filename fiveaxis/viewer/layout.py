@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -15,6 +15,9 @@ CAMERA = (1.75, 1.05, 1.75)  # x, up, -y
 RIGHT = np.array([1.0, 1.0, 0.0]) / np.sqrt(2.0)
 # Side by side: from one to the other, sizes of the scene; and at what share of its size.
 GAP, SMALLER = 1.35, 0.62
+# How much farther away the scene is seen with the machine. If all that a machine sweeps, seen from the part,
+# were in view, nothing would be left of the part.
+STEP_BACK = 4.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,6 +33,10 @@ class Layout:
     low: Array
     high: Array
     size: float
+
+    def with_machine(self) -> Layout:
+        """Step back, so that the machine is seen around the part: table and spindle, if not all of it."""
+        return replace(self, size=STEP_BACK * self.size)
 
     def together(self) -> Array:
         """Scale the scene to the view, its middle in the middle, (4, 4)."""

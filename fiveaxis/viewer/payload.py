@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from importlib import import_module
 from typing import Any
 
+from fiveaxis.viewer.layout import Layout
 from fiveaxis.viewer.scene import ROOT, Scene
 
 # Figures of the show are told with so many digits.
@@ -45,18 +46,24 @@ def pack_payload(commands: Sequence[bytes], head: dict[str, Any]) -> str:
 
 def describe_show(scene: Scene) -> dict[str, Any]:
     """Say what the page's script has to know: arrangement, copies, and what is shown when."""
-    layout = scene.layout
     frames = scene.sides[0].frames
     return {
         "root": f"/meshcat/{ROOT}",
-        "together": _matrix(layout.together()),
-        "apart": _matrix(layout.apart()),
-        "shift": _matrix(layout.shift()),
+        "layout": _arrangement(scene.layout),
+        "machine_layout": _arrangement(scene.layout.with_machine()),
         "copies": scene.copies,
         "duration": max(_round(side.frames.times[-1]) for side in scene.sides),
         "pace": _round(frames.pace),
         "times": [_round(time) for time in frames.times],
         "rows": frames.rows.tolist(),
+    }
+
+
+def _arrangement(layout: Layout) -> dict[str, list[float]]:
+    return {
+        "together": _matrix(layout.together()),
+        "apart": _matrix(layout.apart()),
+        "shift": _matrix(layout.shift()),
     }
 
 

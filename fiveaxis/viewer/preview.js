@@ -33,11 +33,13 @@ function arrange(viewer, head) {
   const chosen = pick('input[name="view"]:checked');
   const view = chosen ? chosen.value : "after", apart = view === "apart";
   const identity = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1];
-  move(head.root, apart ? head.apart : head.together);
+  const machine = pick('#legend input[value="machine"]');
+  const layout = machine && machine.checked ? head.machine_layout : head.layout;
+  move(head.root, apart ? layout.apart : layout.together);
   show("after", view !== "before");
   if (chosen) {
     show("before", view !== "after");
-    move(node("before"), apart ? head.shift : identity);
+    move(node("before"), apart ? layout.shift : identity);
   }
   for (const box of pickAll("#legend input[type=checkbox]")) {
     const name = box.value, moves = name === "machine";
