@@ -31,6 +31,7 @@ from fiveaxis.verification import Tolerances
 from fiveaxis.verification.collisions import check_collisions
 from fiveaxis.verification.cutting_body import CuttingBody
 from fiveaxis.verification.subject import make_subject
+from fiveaxis.viewer import render_page
 
 ROOT = Path(__file__).parents[2]
 DATA = ROOT.parent / "shared" / "data"
@@ -237,6 +238,7 @@ def main() -> None:
     solution = fx.optimise(vase, hayashi, tilt=(15, 75))
     rate("time law, locations", 3600, lambda: time_motion(solution.motion, machine, corners=0.01))
     rate("verify, locations", 3600, lambda: fx.verify(solution.motion, hayashi, vase, tilt=(15, 75)))
+    rate("preview page with a baseline, locations", 3600, lambda: render_page(solution))
     bounds_of = {"tilt": (15, 75), "max_turn": 15, "turn_rate": 5, "singular_cone": 5}
     rate(
         "verify, every bound, locations", 3600, lambda: fx.verify(solution.motion, hayashi, vase, **bounds_of)
