@@ -15,6 +15,7 @@ from fiveaxis.cli.machine_verbs import check, import_machine, info, machines, ur
 from fiveaxis.cli.path_verbs import optimise, plan, preview
 from fiveaxis.cli.post_verb import controls, post
 from fiveaxis.cli.surface_verb import surface
+from fiveaxis.cli.telling import told
 from fiveaxis.cli.verify_verb import verify
 
 app = typer.Typer(
@@ -23,23 +24,23 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     help="Choose the tool posture of a 5-axis path that costs the machine the least energy.",
 )
-app.command()(machines)
-app.command()(info)
-app.command()(check)
-app.command("import")(import_machine)
-app.command()(urdf)
-app.command()(energy)
-app.command()(plan)
-app.command()(optimise)
-app.command()(verify)
-app.command()(post)
-app.command()(controls)
+app.command()(told(machines))
+app.command()(told(info))
+app.command()(told(check))
+app.command("import")(told(import_machine))
+app.command()(told(urdf))
+app.command()(told(energy))
+app.command()(told(plan))
+app.command()(told(optimise))
+app.command()(told(verify))
+app.command()(told(post))
+app.command()(told(controls))
 # Unknown options pass as arguments, since a tip like -10,0,5 looks like one.
-app.command(context_settings={"ignore_unknown_options": True})(surface)
-app.command()(preview)
-app.command()(calibrate)
-app.command()(batch)
-app.command()(job)
+app.command(context_settings={"ignore_unknown_options": True})(told(surface))
+app.command()(told(preview))
+app.command()(told(calibrate))
+app.command()(told(batch))
+app.command()(told(job))
 
 
 def main() -> None:

@@ -106,7 +106,8 @@ PartRotation = Annotated[
     str | None, typer.Option("--part-rotation", help="part on the table, about machine X,Y,Z in deg")
 ]
 SetupSearch = Annotated[
-    str | None, typer.Option("--setup", help="choose the part's place: x=-50:50,angle=0:90, or names in a job")
+    str | None,
+    typer.Option("--setup", help="choose the part's place: x=-50:50,angle=0:90, or names in a job"),
 ]
 Control = Annotated[str | None, typer.Option("--control", help="NC dialect")]
 Strategy = Annotated[str | None, typer.Option("--strategy", help="waterline or raster")]

@@ -14,6 +14,7 @@ from rich.table import Table
 
 from fiveaxis.cli.options import PLANNING, POSTURE, READING, AsJson, Control, Input, Override, Winding, takes
 from fiveaxis.cli.terminal import (
+    alarm,
     err,
     errors_explained,
     out,
@@ -91,9 +92,9 @@ def optimise(
         for finding in (*assumed, *outcome.gate.unused):
             err.print(f"{finding.severity}: {finding}", markup=False)
         for code in outcome.gate.accepted:
-            err.print(f"[bold red]overridden[/]: {code} ({outcome.gate.report.counts[code]})")
+            alarm.print(f"[bold red]overridden[/]: {code} ({outcome.gate.report.counts[code]})")
         if not outcome.gate.is_open:
-            err.print("[bold red]verification found errors[/]: no NC program was written")
+            alarm.print("[bold red]verification found errors[/]: no NC program was written")
             raise typer.Exit(1)
 
 

@@ -22,7 +22,9 @@ from fiveaxis.errors import FiveAxisError, Infeasible, SettingError, Unverified
 INTERRUPTED = 130
 # A pipe or a log has no width of its own; tables need more than the usual 80.
 out = Console(width=None if sys.stdout.isatty() else 140, emoji=False)
+# Progress and notes, which -q silences; and what nothing does.
 err = Console(stderr=True, highlight=False, soft_wrap=True, emoji=False)
+alarm = Console(stderr=True, highlight=False, soft_wrap=True, emoji=False)
 
 
 @contextmanager
@@ -33,15 +35,15 @@ def errors_explained(as_json: bool) -> Iterator[list[Path]]:
         yield written
     except FiveAxisError as fault:
         findings = fault.findings if isinstance(fault, Infeasible | Unverified) else ()
-        err.print(f"[bold red]error:[/] {escape(str(fault))}")
+        alarm.print(f"[bold red]error:[/] {escape(str(fault))}")
         for finding in findings:
-            err.print(f"  {finding}", markup=False)
+            alarm.print(f"  {finding}", markup=False)
         if as_json:
             print_json({"error": str(fault), "findings": [f.as_dict() for f in findings]})
         raise typer.Exit(fault.exit_code) from None
     except KeyboardInterrupt:
         files = ", ".join(map(str, written)) or "nothing"
-        err.print(f"interrupted; {files} {'were' if len(written) > 1 else 'was'} written", markup=False)
+        alarm.print(f"interrupted; {files} {'were' if len(written) > 1 else 'was'} written", markup=False)
         leave_if_working(INTERRUPTED)
         raise typer.Exit(INTERRUPTED) from None
 

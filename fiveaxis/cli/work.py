@@ -7,6 +7,7 @@ writes no file, is left behind where it doesn't come to an end by itself.
 
 from __future__ import annotations
 
+import logging
 import os
 import sys
 import threading
@@ -25,6 +26,8 @@ from rich.progress import (
     TimeRemainingColumn,
 )
 
+logger = logging.getLogger(__name__)
+
 T = TypeVar("T")
 Step = Callable[[str, int, int], None]
 
@@ -35,7 +38,13 @@ GRACE = 0.5
 
 # Where stages lie in the whole, as shares of it; others are steps on the way and move no total.
 TOTAL = "total"
-SHARES = {"plan": (0.0, 0.1), "setup": (0.0, 0.1), "refine": (0.1, 0.8), "front": (0.1, 0.8), "verify": (0.8, 1.0)}
+SHARES = {
+    "plan": (0.0, 0.1),
+    "setup": (0.0, 0.1),
+    "refine": (0.1, 0.8),
+    "front": (0.1, 0.8),
+    "verify": (0.8, 1.0),
+}
 
 
 class Bars:
@@ -64,6 +73,7 @@ class Bars:
         if self.stopped.is_set():
             raise KeyboardInterrupt
         if stage not in self._bars:
+            logger.info("%s", stage)
             self._bars[stage] = self.shown.add_task(stage, total=total)
         self.shown.update(self._bars[stage], completed=done, total=total)
         self._reached = max(self._reached, overall(stage, done, total))
@@ -101,7 +111,7 @@ def work_with_bars(work: Callable[[Step], T], console: Console) -> T:
         TimeElapsedColumn(),
         TimeRemainingColumn(),
     )
-    with Progress(*columns, console=console, disable=not console.is_terminal) as shown:
+    with Progress(*columns, console=console, disable=not console.is_terminal or console.quiet) as shown:
         bars = Bars(shown)
         future = _begin(lambda: work(bars.step))
         try:

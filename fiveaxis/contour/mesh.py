@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,6 +13,8 @@ from fiveaxis.files import MOST_MESH_BYTES, require_size
 
 if TYPE_CHECKING:
     import trimesh
+
+logger = logging.getLogger(__name__)
 
 SUFFIXES = (".stl", ".ply", ".obj", ".off")
 
@@ -42,7 +45,9 @@ def load_mesh(path: str | Path, *, allow_open: bool = False, turn: bool = True) 
         known = ", ".join(SUFFIXES)
         raise MeshError(f"suffix {file.suffix!r} is not a mesh format read here; known: {known}", file=file)
     require_size(file, file.stat().st_size, MOST_MESH_BYTES, MeshError)
-    return check_mesh(_parse(file), name=str(file), allow_open=allow_open, turn=turn)
+    mesh = check_mesh(_parse(file), name=str(file), allow_open=allow_open, turn=turn)
+    logger.info("%s: %d triangles", file.name, len(mesh.faces))
+    return mesh
 
 
 def check_mesh(

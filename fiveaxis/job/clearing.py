@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -34,6 +35,8 @@ if TYPE_CHECKING:
 LEANING = ("tilt", "cone", "lead", "lean", "plane")
 # Locations without a posture of which it is worked out what blocks them.
 MOST_EXPLAINED = 20
+logger = logging.getLogger(__name__)
+
 # How often a path that collides on the way is tightened there and searched again.
 ROUNDS = 3
 
@@ -136,6 +139,7 @@ def keep_clear(
             best, fewest = solution, len(rows)
         if not len(rows) or rounds == ROUNDS:
             break
+        logger.info("%d locations collide or lie beside one; searched again", len(rows))
         mask.refuse(rows, solution.motion.positions[:, machine.rotary_columns][rows])
         rounds += 1
         try:

@@ -94,7 +94,9 @@ class SetupSearch(StrictModel):
             raise ValueError(f"setup.search has no range; give {', '.join(SEARCHED)}, or some of them")
         for name, (low, high) in ranges.items():
             if not low < high:
-                raise ValueError(f"setup.search.{name} = [{low:g}, {high:g}]: the first must be the lower one")
+                raise ValueError(
+                    f"setup.search.{name} = [{low:g}, {high:g}]: the first must be the lower one"
+                )
         return self
 
 
@@ -264,7 +266,9 @@ def read_job(path: Path, **settings: Any) -> Job:
     text, data = read_document(path, JobError)
     if SWEEP in data:
         line = line_of(text, [SWEEP])
-        raise JobError("is a sweep, many jobs in one file; run it with `fiveaxis batch`", file=path, line=line)
+        raise JobError(
+            "is a sweep, many jobs in one file; run it with `fiveaxis batch`", file=path, line=line
+        )
     return build_job(data, text, path, **settings)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -18,6 +19,8 @@ from fiveaxis.machine import Machine
 from fiveaxis.nc import require_program
 from fiveaxis.posture import optimise
 from fiveaxis.toolpath import Toolpath
+
+logger = logging.getLogger(__name__)
 
 # A setup is looked at roughly on at most so many locations.
 ROUGH_LOCATIONS = 120
@@ -76,6 +79,7 @@ class Search:
                 self.tried[setup] = Tried(setup, self.cost(setup))
             except Infeasible as fault:
                 self.tried[setup] = Tried(setup, None, why=str(fault))
+            logger.debug("setup %s: %s", setup, self.tried[setup].rough)
         rough = self.tried[setup].rough
         return np.inf if rough is None else rough
 
@@ -142,6 +146,7 @@ def run_job(job: Job, progress: Progress | None = None) -> Outcome:
         except Infeasible as fault:
             return fault
 
+    logger.info("%d setups looked at; the given one and the cheapest are run in full", len(search.tried))
     best = run(given)
     runs = {given: best}
     for tried in search.ranked[:FULL_RUNS]:

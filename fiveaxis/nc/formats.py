@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Literal
@@ -14,6 +15,8 @@ from fiveaxis.nc.options import Positions, ReadOptions
 from fiveaxis.nc.source import Source, load_source
 from fiveaxis.nc.table import read_points
 from fiveaxis.toolpath import Tool, Toolpath
+
+logger = logging.getLogger(__name__)
 
 Reader = Callable[[Source, ReadOptions], Toolpath]
 
@@ -94,7 +97,11 @@ def read_toolpath(
         columns=columns,
     )
     reader = _find_reader(Path(path))
-    return reader(load_source(path), options)
+    source = load_source(path)
+    logger.info("%s: %d lines", Path(path).name, len(source.lines))
+    found = reader(source, options)
+    logger.info("%s: %d locations", Path(path).name, len(found))
+    return found
 
 
 def _find_reader(path: Path) -> Reader:

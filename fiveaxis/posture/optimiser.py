@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 
@@ -31,6 +32,8 @@ from fiveaxis.posture.winding import endless, winding_columns
 from fiveaxis.posture.wound import asked_within, keeping, rewound_solution
 from fiveaxis.toolpath import TiltBounds, Toolpath, for_tilt, tilt_bounds
 from fiveaxis.toolpath.passes import Passes
+
+logger = logging.getLogger(__name__)
 
 # Links may turn this many times as far as cuts: nothing is touched there.
 LINK_SHARE = 3.0
@@ -255,9 +258,12 @@ def _solved(
         if mask is not None:
             rotary = Repair(run, mask).repaired(rotary, toolpath, compared)
             rotary = never_dearer(problem, rotary, compared)
+    for stage in run.stages:
+        logger.debug("%s: %s, %d steps, %.1f J", stage.name, stage.status, stage.iterations, stage.after)
     _require_admissible(problem, rotary, toolpath)
     motion = follow(toolpath, machine, rotary)
     energy = motion_energy(machine, motion)
+    logger.info("%d locations on %s: %.1f J", len(toolpath), machine.name, energy.total)
     return Solution(
         machine, toolpath, bounds, motion, energy, compared, missing, tuple(run.stages), problem, optima
     )

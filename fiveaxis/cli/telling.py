@@ -1,0 +1,70 @@
+"""How much a command tells on stderr: every verb takes -v and -q."""
+
+from __future__ import annotations
+
+import functools
+import inspect
+import logging
+from collections.abc import Callable
+from typing import Annotated, Any, get_type_hints
+
+import typer
+
+from fiveaxis.cli.terminal import alarm, err
+
+Verbose = Annotated[
+    int, typer.Option("--verbose", "-v", count=True, help="tell the stages on stderr; -vv their details")
+]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="no progress and no notes on stderr, only errors")]
+
+# The root of the loggers of all rooms, each of which logs under its modules' names.
+ROOT = "fiveaxis"
+LEVELS = (logging.WARNING, logging.INFO, logging.DEBUG)
+
+
+class ConsoleHandler(logging.Handler):
+    """Print records on stderr, above the progress where there is one."""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Print one record: the room, and what it says."""
+        console = alarm if record.levelno >= logging.ERROR else err
+        room = record.name.removeprefix(f"{ROOT}.").partition(".")[0]
+        console.print(f"{room}: {record.getMessage()}", markup=False)
+
+
+def set_telling(verbose: int, quiet: bool) -> None:
+    """Say how much is told from now on.
+
+    Parameters
+    ----------
+    verbose : 0 for warnings, 1 for stages, 2 for their details
+    quiet : errors only
+    """
+    err.quiet = quiet
+    logger = logging.getLogger(ROOT)
+    logger.setLevel(logging.ERROR if quiet else LEVELS[min(verbose, len(LEVELS) - 1)])
+    if not any(isinstance(handler, ConsoleHandler) for handler in logger.handlers):
+        logger.addHandler(ConsoleHandler())
+
+
+def told(verb: Callable[..., Any]) -> Callable[..., Any]:
+    """Give a verb the options that say how much is told."""
+    signature = inspect.signature(verb)
+    options = {"verbose": (Verbose, 0), "quiet": (Quiet, False)}
+    added = [
+        inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=kind)
+        for name, (kind, default) in options.items()
+    ]
+    kinds = get_type_hints(verb, include_extras=True)
+    own = [p.replace(annotation=kinds.get(p.name, p.annotation)) for p in signature.parameters.values()]
+    rest = [p for p in own if p.kind is p.VAR_KEYWORD]
+
+    @functools.wraps(verb)
+    def telling(*args: Any, verbose: int = 0, quiet: bool = False, **kwargs: Any) -> Any:
+        set_telling(verbose, quiet)
+        return verb(*args, **kwargs)
+
+    kept = [p for p in own if p.kind is not p.VAR_KEYWORD]
+    telling.__signature__ = signature.replace(parameters=[*kept, *added, *rest])  # type: ignore[attr-defined]
+    telling.__annotations__ = kinds | {name: kind for name, (kind, _) in options.items()}
+    return telling

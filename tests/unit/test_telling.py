@@ -1,0 +1,95 @@
+"""How much commands tell on stderr, and that nothing of it is on stdout."""
+
+from __future__ import annotations
+
+import json
+import logging
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import fiveaxis
+from fiveaxis.cli import app
+from fiveaxis.cli.telling import ROOT, ConsoleHandler, set_telling
+
+ROOMS = ("nc", "posture", "cli")
+
+
+@pytest.fixture(autouse=True)
+def as_before():
+    yield
+    set_telling(0, False)
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    angle = np.linspace(0.0, 2.0 * np.pi, 30)
+    around = np.stack([np.cos(angle), np.sin(angle), np.zeros(len(angle))], axis=1)
+    rows = np.hstack([20.0 * around + [0.0, 0.0, 30.0], np.cos(0.5) * around - [0.0, 0.0, np.sin(0.5)]])
+    file = tmp_path / "ring.csv"
+    np.savetxt(file, rows, delimiter=",", header="x,y,z,nx,ny,nz", comments="")
+    return file
+
+
+def optimise(path: Path, *words: object, tilt: str = "15:75") -> Any:
+    given = ["optimise", path, "--machine", "hayashi-640123", "--tool", "ball:10", "--tilt", tilt]
+    return CliRunner().invoke(app, [str(word) for word in [*given, "--effort", "quick", *words]])
+
+
+@pytest.mark.parametrize("words", [(), ("-v",), ("-vv",), ("-q",)])
+def test_json_is_alone_on_stdout_however_much_is_told(path, words):
+    result = optimise(path, "--json", *words)
+    assert result.exit_code == 0
+    assert json.loads(result.stdout)["locations"] == 30
+
+
+def test_verbose_tells_the_stages_room_by_room_and_more_verbose_their_details(path):
+    plain, told, detailed = (optimise(path, *words).stderr for words in ((), ("-v",), ("-vv",)))
+    assert not any(f"{room}: " in plain for room in ROOMS)
+    assert all(f"{room}: " in told for room in ROOMS)
+    assert "nc: ring.csv: 30 locations" in told
+    assert re.search(r"posture: 30 locations on hayashi-640123: \d+\.\d J", told)
+    assert len(detailed.splitlines()) > len(told.splitlines())
+
+
+def test_quiet_tells_nothing_of_a_run_that_went_well(path, tmp_path):
+    result = optimise(path, "-q", "-o", tmp_path / "out")
+    assert result.exit_code == 0
+    assert result.stderr == ""
+    assert "travel metric" in result.stdout
+
+
+def test_quiet_still_tells_errors(path):
+    result = optimise(path, "-q", tilt="75:15")
+    assert result.exit_code == 2
+    assert result.stderr.startswith("error: ")
+
+
+def test_one_command_being_quiet_leaves_the_next_as_it_was(path, tmp_path):
+    optimise(path, "-q")
+    assert "wrote" in optimise(path, "-o", tmp_path / "out").stderr
+
+
+def test_telling_again_adds_no_second_handler():
+    set_telling(1, False)
+    set_telling(2, False)
+    handlers = logging.getLogger(ROOT).handlers
+    assert sum(isinstance(handler, ConsoleHandler) for handler in handlers) == 1
+
+
+@pytest.mark.parametrize("verb", sorted(c.name or c.callback.__name__ for c in app.registered_commands))
+def test_every_verb_takes_both_options(verb):
+    text = CliRunner(env={"COLUMNS": "200", "NO_COLOR": "1"}).invoke(app, [verb, "--help"]).stdout
+    assert "--verbose" in text
+    assert "--quiet" in text
+
+
+def test_no_room_prints():
+    package = Path(fiveaxis.__file__).parent
+    printing = re.compile(r"^\s*print\(", re.MULTILINE)
+    sources = [path for path in package.rglob("*.py") if "cli" not in path.parts]
+    assert [path.name for path in sources if printing.search(path.read_text(encoding="utf-8"))] == []
