@@ -9,11 +9,12 @@ import numpy as np
 from fiveaxis.collision.accessibility import Accessibility
 from fiveaxis.collision.obstacles import Obstacle
 from fiveaxis.collision.shapes import shape_triangles
-from fiveaxis.collision.solids import CUTTER, SHANK, Solid, tool_solids
+from fiveaxis.collision.solids import Solid, tool_solids
 from fiveaxis.collision.surroundings import Clearances, Surroundings
 from fiveaxis.geometry import Array
 from fiveaxis.machine import BED, Cylinder, Machine
 from fiveaxis.toolpath import Tool, Toolpath
+from fiveaxis.toolpath.tool import CUTTER, SHANK
 
 # mm: the cutter may reach so deep into the part; it touches it, after all.
 GOUGE = 0.01
@@ -87,12 +88,15 @@ def _grown(solids: list[Solid], margin: float) -> list[Solid]:
 
 
 def _cutter_beside_the_cut(tool: Tool) -> Solid:
-    """Give what of the cutter may touch the part but not enter; a ball's lower half stays as it leans."""
+    """Give what of the cutter may touch the part but not enter; a ball stays where it is as it leans."""
+    cutter = tool.cutter
     solid = tool_solids(tool)[0].grown(-GOUGE)
-    if not tool.cutter.is_ball:
+    if not cutter.is_ball:
         return solid
-    above = solid.frusta[solid.frusta[:, 0] >= tool.cutter.zones[0].height - GOUGE]
-    return Solid(CUTTER, above)
+    if cutter.length is None:
+        return Solid(CUTTER, solid.frusta[:0])
+    ball = cutter.zones[0].outline()[-1, 1]
+    return Solid(CUTTER, solid.frusta[solid.frusta[:, 0] >= ball - GOUGE])
 
 
 def _beside_the_cut(tool: Tool, clearances: Clearances, extra: float) -> Iterator[Solid]:

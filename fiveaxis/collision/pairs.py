@@ -6,9 +6,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from fiveaxis.collision.pieces import Piece, Question
-from fiveaxis.collision.scene import BODY, CUTTER, PART, STOCK, TOOL_KINDS, Scene, SceneBody
+from fiveaxis.collision.scene import BODY, PART, STOCK, TOOL_KINDS, Scene, SceneBody
 from fiveaxis.collision.surroundings import Clearances
 from fiveaxis.geometry import inverse_transform
+from fiveaxis.toolpath.tool import CUTTER
 
 MACHINE = "machine"
 

@@ -19,11 +19,11 @@ from fiveaxis.collision.surroundings import Surroundings, read_solid
 from fiveaxis.geometry import Array
 from fiveaxis.machine import BED, Box, Cylinder, FormShapingCode, Machine, MeshShape
 from fiveaxis.toolpath import Tool
+from fiveaxis.toolpath.tool import CUTTER, HOLDER, SHANK
 
 if TYPE_CHECKING:
     import trimesh
 
-CUTTER, SHANK, HOLDER = "cutter", "shank", "holder"
 PART, STOCK, FIXTURE, BODY = "part", "stock", "fixture", "body"
 TOOL_KINDS = (CUTTER, SHANK, HOLDER)
 # A mesh of more triangles is worth a sentence about the memory it takes.
@@ -97,48 +97,40 @@ def build_scene(machine: Machine, tool: Tool, surroundings: Surroundings) -> Sce
 
 
 def tool_bodies(tool: Tool, home: Array, link: str) -> list[SceneBody]:
-    """Split a tool into cutter, shank and holder, as far as they are known.
+    """Make bodies of the parts of a tool that are known (`Tool.parts`).
 
-    A shank that nobody has described is as thick as the cutter's upper end and counts as cutter. The first
-    piece of one that is described reaches as far up as it is thick: half of its diameter.
+    The first piece of a shank reaches as far up as it is thick: half of its diameter.
 
     Parameters
     ----------
     home : (4, 4), mm, tool-tip frame in the workpiece frame, every axis at 0
     link : that carries it
     """
-    outline, holder = tool.cutter.outline(), tool.holder
-    shank: list[Piece] = []
-    upper: list[Piece] = []
-    if holder is not None:
-        thick, top = outline[-1]
-        if tool.shank_diameter is None:
-            outline = np.vstack([outline, [[thick, holder.stick_out]]])
-        else:
-            thick = tool.shank_diameter / 2.0
-            ends = [top, min(top + thick, holder.stick_out), holder.stick_out]
-            for low, high in pairwise(ends):
-                shank += revolved_pieces(np.array([[thick, low], [thick, high]]), home)
-        height = holder.stick_out
-        for section in holder.sections:
-            end = section.diameter if section.upper_diameter is None else section.upper_diameter
-            rows = [[section.diameter / 2.0, height], [end / 2.0, height + section.length]]
-            upper += revolved_pieces(np.array(rows), home)
-            height += section.length
-    named = {CUTTER: revolved_pieces(outline, home), SHANK: shank, HOLDER: upper}
-    return [
-        SceneBody(kind, kind, link, tuple(pieces), beside_cut=int(kind == SHANK))
-        for kind, pieces in named.items()
-        if pieces
-    ]
+    bodies = []
+    for part in tool.parts():
+        outlines = [part.outline]
+        if part.name == SHANK:
+            (thick, low), (_, high) = part.outline.tolist()
+            ends = [low, min(low + thick, high), high]
+            outlines = [np.array([[thick, a], [thick, b]]) for a, b in pairwise(ends)]
+        elif part.name == HOLDER:
+            outlines = [part.outline[i : i + 2] for i in range(0, len(part.outline), 2)]
+        pieces = tuple(piece for outline in outlines for piece in revolved_pieces(outline, home))
+        if pieces:
+            bodies.append(SceneBody(part.name, part.name, link, pieces, beside_cut=int(part.name == SHANK)))
+    return bodies
 
 
 def _unknown_of(tool: Tool) -> list[str]:
+    unknown = []
+    if tool.cutter.length is None:
+        top = tool.parts()[0].outline[-1, 1]
+        unknown.append(f"cutting edges above {top:g} mm: the tool states no cutting length")
     if tool.holder is None:
-        return ["shank and holder against anything: the tool states no holder"]
-    if tool.shank_diameter is None:
-        return ["shank: the tool states no shank_diameter, so all below the holder counts as cutter"]
-    return []
+        unknown.append("shank and holder against anything: the tool states no holder")
+    elif tool.shank_diameter is None:
+        unknown.append("whether the shank is as thick as the cutter's upper end, as it states no diameter")
+    return unknown
 
 
 def _surrounding_bodies(

@@ -9,7 +9,6 @@ import numpy as np
 from fiveaxis.geometry import Array
 from fiveaxis.toolpath import Tool
 
-CUTTER, SHANK, HOLDER = "cutter", "shank", "holder"
 # mm: pieces of an outline lower than this are steps; the piece beside them is as wide.
 LOWEST = 1e-9
 # Shares of a margin at which the space below and above a profile is cut into pieces; heights in a piece at
@@ -58,6 +57,8 @@ class Solid:
 
 def _widened(frusta: Array, margin: float) -> Array:
     """Move the surface of a stack, (m, 4) mm, outwards."""
+    if not len(frusta):
+        return frusta
     z0, r0, z1, r1 = frusta.T
     slope = (r1 - r0) / (z1 - z0)
     joined = (np.abs(z1[:-1] - z0[1:]) <= LOWEST) & (np.abs(r1[:-1] - r0[1:]) <= LOWEST)
@@ -128,23 +129,5 @@ def _above_nothing(frusta: Array) -> Array:
 
 
 def tool_solids(tool: Tool) -> tuple[Solid, ...]:
-    """Split a tool into its cutter, shank and holder, as far as they are known, from the tip upwards.
-
-    A shank that nobody has described is as thick as the cutter's upper end, and cuts like it.
-    """
-    cutter, holder = tool.cutter.outline(), tool.holder
-    if holder is None:
-        return (Solid.of_outline(CUTTER, cutter),)
-    top = cutter[-1, 1]
-    shank = []
-    if tool.shank_diameter is None:
-        cutter = np.vstack([cutter, [[cutter[-1, 0], holder.stick_out]]])
-    elif holder.stick_out - top > LOWEST:
-        radius = tool.shank_diameter / 2.0
-        shank = [Solid.of_outline(SHANK, np.array([[radius, top], [radius, holder.stick_out]]))]
-    outline, height = [], holder.stick_out
-    for section in holder.sections:
-        upper = section.diameter if section.upper_diameter is None else section.upper_diameter
-        outline += [[section.diameter / 2.0, height], [upper / 2.0, height + section.length]]
-        height += section.length
-    return Solid.of_outline(CUTTER, cutter), *shank, Solid.of_outline(HOLDER, np.array(outline))
+    """Make solids of the parts of a tool that are known (`Tool.parts`), from the tip upwards."""
+    return tuple(Solid.of_outline(part.name, part.outline) for part in tool.parts())

@@ -96,8 +96,10 @@ def optimise(
     """
     around = Surroundings.load(part, stock, fixtures, clearances)
 
+    asked = {name: value for name, value in options.items() if name != "mask"}
+
     def solve(mask: Any) -> Solution:
-        return optimise_postures(toolpath, machine, mask=mask, **options)
+        return optimise_postures(toolpath, machine, mask=mask, **asked)
 
     return keep_clear(solve, toolpath, machine, around, options).solution
 

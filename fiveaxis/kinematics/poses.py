@@ -124,7 +124,7 @@ def positions_about(
     given = np.zeros(3) if normal is None else normal
     with np.errstate(divide="ignore", invalid="ignore"):
         tip = leaning_tip(_vector(pivot), axis, zone.height, zone.offset, _vector(given))
-    values = _linear_values(machine.chain, cosines, tip)
+        values = _linear_values(machine.chain, cosines, tip)
     values |= {c: rotary[..., i] for i, c in enumerate(machine.rotaries)}
     return _stack([values[a.letter] for a in machine.axes], shape), _stack(axis, shape)
 

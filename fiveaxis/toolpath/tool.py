@@ -15,6 +15,13 @@ from fiveaxis.toolpath import shapes
 from fiveaxis.toolpath.cutter import Cutter, Zone
 
 
+CUTTER, SHANK, HOLDER = "cutter", "shank", "holder"
+# mm: lower pieces of an outline aren't any.
+LOWEST = 1e-9
+# Heights at which the upper half of a ball is sampled.
+UPPER_HALF = 19
+
+
 @dataclass(frozen=True)
 class Section:
     """A cylinder or cone of a holder.
@@ -56,6 +63,20 @@ class Holder:
             raise ToolError(f"holder: stick-out is {self.stick_out:g} mm; it must be a number above 0")
         if not self.sections:
             raise ToolError("holder: it has no sections; give at least one, from its face upwards")
+
+
+@dataclass(frozen=True, eq=False)
+class ToolPart:
+    """A part of a tool as a body of revolution.
+
+    Parameters
+    ----------
+    name : `CUTTER`, `SHANK` or `HOLDER`
+    outline : (m, 2), mm, from the bottom up: distance from the axis, height above the tip
+    """
+
+    name: str
+    outline: Array
 
 
 @dataclass(frozen=True)
@@ -131,6 +152,36 @@ class Tool:
     def zone(self) -> Zone:
         """The part of the profile that is meant to cut."""
         return self.cutter.zones[self.cutter.main]
+
+    def parts(self) -> tuple[ToolPart, ...]:
+        """Split the tool into its cutter, shank and holder, as far as they are known, from the tip upwards.
+
+        A cutter that states no cutting length is there up to the end of its profile, at least as high as its
+        radius, and a ball is whole. Without `shank_diameter` the shank is as thick as the cutter's upper end;
+        without a holder nobody knows how far it goes.
+        """
+        outline, holder = self.cutter.outline(), self.holder
+        thick, top = outline[-1].tolist()
+        if self.cutter.length is None:
+            if self.cutter.is_ball:
+                turn = np.linspace(math.asin(min(1.0, thick / self.radius)), 0.0, UPPER_HALF)
+                above = self.radius * np.column_stack([np.sin(turn), 1.0 + np.cos(turn)])
+                outline = np.vstack([outline, above[1:]])
+            elif self.radius - top > LOWEST:
+                top = self.radius
+                outline = np.vstack([outline, [[thick, top]]])
+        found = [ToolPart(CUTTER, outline)]
+        if holder is None:
+            return tuple(found)
+        if holder.stick_out - top > LOWEST:
+            thick = thick if self.shank_diameter is None else self.shank_diameter / 2.0
+            found.append(ToolPart(SHANK, np.array([[thick, top], [thick, holder.stick_out]])))
+        rows, height = [], holder.stick_out
+        for section in holder.sections:
+            upper = section.diameter if section.upper_diameter is None else section.upper_diameter
+            rows += [[section.diameter / 2.0, height], [upper / 2.0, height + section.length]]
+            height += section.length
+        return (*found, ToolPart(HOLDER, np.array(rows)))
 
     def outline(self) -> Array:
         """Sample the profile of cutter, shank and holder from the tip upwards.

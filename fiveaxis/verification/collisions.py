@@ -9,13 +9,14 @@ import numpy as np
 
 from fiveaxis.collision import Surroundings
 from fiveaxis.collision.pairs import MACHINE, Pair, choose_pairs
-from fiveaxis.collision.scene import CUTTER, FIXTURE, HOLDER, SHANK, build_scene, links_of
+from fiveaxis.collision.scene import FIXTURE, build_scene, links_of
 from fiveaxis.collision.sweep import Effort, Hits, Sweep
 from fiveaxis.collision.travel import Poses, Stretch
 from fiveaxis.findings import Severity
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.machine import Machine
 from fiveaxis.toolpath import MoveKind
+from fiveaxis.toolpath.tool import CUTTER, HOLDER, SHANK
 from fiveaxis.verification.model import build_model, load_pinocchio
 from fiveaxis.verification.report import Result
 from fiveaxis.verification.subject import Subject

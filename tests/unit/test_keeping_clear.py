@@ -101,6 +101,37 @@ def test_what_collides_between_locations_is_refused_and_searched_again(arc, mach
     assert len(after) == 0
 
 
+def test_a_mask_of_the_users_holds_beside_ours(arc, machine, block):
+    def own(rows, rotary):
+        return rotary[:, 1] > np.radians(12.0)
+
+    clear = Clearances(0.0, 0.5, 0.0, 0.0)
+    kept = fx.optimise(arc, machine, tilt=TILT, effort="quick", fixtures=(block,), clearances=clear, mask=own)
+    rotary = kept.motion.positions[:, machine.rotary_columns]
+    assert own(np.arange(len(arc)), rotary).all()
+    around = Surroundings(fixtures=(block,), clearances=clear)
+    assert errors(fx.verify(kept.motion, machine, arc, tilt=TILT, surroundings=around)) == set()
+
+
+@pytest.mark.parametrize(
+    "cutter", [fx.Tool.flat(20.0), fx.Tool.bull(20.0, 2.0), fx.Tool.ball(20.0), fx.Tool.lollipop(20.0, 8.0)]
+)
+def test_a_cutter_without_cutting_length_is_seen_under_a_bridge(machine, cutter):
+    """The bridge is 6 mm above the floor that is cut: nothing 20 mm wide fits under it."""
+    contact = np.column_stack([np.linspace(-5.0, 5.0, 6), np.zeros(6), np.zeros(6)])
+    path = fx.Toolpath.from_contacts(contact, np.tile([0.0, 0.0, 1.0], (6, 1)), cutter)
+    bridge = Fixture("bridge", Box((400.0, 400.0, 20.0), (0.0, 0.0, 16.0)))
+    free = optimise_postures(path, machine, tilt=(2.0, 6.0), effort="quick")
+    around = Surroundings(fixtures=(bridge,))
+    hit = fx.verify(free.motion, machine, free.toolpath, tilt=(2.0, 6.0), surroundings=around)
+    if cutter.cutter.shape == "bull":
+        # Its profile ends 2 mm up; it is known to its radius.
+        assert any("cutting edges above 10 mm" in sentence for sentence in hit.not_checked)
+    assert errors(hit) == {"fixture-collision"}
+    with pytest.raises(Infeasible, match="no posture"):
+        fx.optimise(path, machine, tilt=(2.0, 6.0), effort="quick", fixtures=(bridge,))
+
+
 def test_where_no_posture_is_clear_the_blocking_pair_is_named(arc, machine):
     lid = Fixture("lid", Box((400.0, 400.0, 4.0), (0.0, 0.0, 20.0)))
     with pytest.raises(Infeasible) as caught:

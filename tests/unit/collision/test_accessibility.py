@@ -7,10 +7,10 @@ import fiveaxis as fx
 from fiveaxis.collision.accessibility import Accessibility
 from fiveaxis.collision.directions import cell_centres, cells_of
 from fiveaxis.collision.obstacles import Obstacle
-from fiveaxis.collision.solids import CUTTER, HOLDER, SHANK, tool_solids
+from fiveaxis.collision.solids import tool_solids
 from fiveaxis.geometry import angle_between
 from fiveaxis.kinematics import axis_positions, tool_axes
-from fiveaxis.toolpath.tool import Holder, Section
+from fiveaxis.toolpath.tool import CUTTER, HOLDER, SHANK, Holder, Section
 
 # Half of the widest cell of the map of directions, deg.
 HALF_CELL = 3.8

@@ -10,10 +10,10 @@ import fiveaxis as fx
 from fiveaxis.collision import Clearances, Fixture, Surroundings
 from fiveaxis.collision.clearing import find_accessible, head_solids
 from fiveaxis.collision.shapes import shape_triangles
-from fiveaxis.collision.solids import CUTTER, HOLDER, tool_solids
+from fiveaxis.collision.solids import tool_solids
 from fiveaxis.machine import Body, Box, Cylinder
 from fiveaxis.toolpath import shapes
-from fiveaxis.toolpath.tool import Holder, Section
+from fiveaxis.toolpath.tool import CUTTER, HOLDER, SHANK, Holder, Section
 
 
 @pytest.fixture(scope="module")
@@ -83,12 +83,20 @@ def test_a_cutter_may_touch_the_part_at_any_lean_but_not_enter(machine, cutter):
         assert mask.clear(rows, axes).tolist() == [is_clear] * 3
 
 
-def test_an_end_mill_whose_shank_nobody_described_cuts_up_to_its_holder():
+def test_an_end_mill_of_which_nobody_said_more_cuts_to_its_radius_and_goes_on_as_a_shank():
     tool = fx.Tool.flat(10.0, holder=Holder(40.0, (Section(50.0, 40.0),)))
     assert [(solid.name, solid.frusta.tolist()) for solid in tool_solids(tool)] == [
-        (CUTTER, [[0.0, 5.0, 40.0, 5.0]]),
+        (CUTTER, [[0.0, 5.0, 5.0, 5.0]]),
+        (SHANK, [[5.0, 5.0, 40.0, 5.0]]),
         (HOLDER, [[40.0, 20.0, 90.0, 20.0]]),
     ]
+
+
+def test_a_ball_of_which_nobody_said_more_is_whole():
+    (ball,) = tool_solids(fx.Tool.ball(8.0))
+    ends = np.concatenate([ball.frusta[:, :2], ball.frusta[:, 2:]])
+    assert np.hypot(ends[:, 0] - 4.0, ends[:, 1]) == pytest.approx(4.0)
+    assert ends[:, 0].max() == pytest.approx(8.0)
 
 
 def test_a_cylinder_of_the_head_about_the_tool_axis_turns_with_the_tool(machine):

@@ -8,8 +8,9 @@ import trimesh
 from scipy.spatial.transform import Rotation
 
 from fiveaxis.collision.obstacles import Obstacle
-from fiveaxis.collision.solids import HOLDER, Solid
+from fiveaxis.collision.solids import Solid
 from fiveaxis.toolpath import Tool
+from fiveaxis.toolpath.tool import HOLDER
 
 MICRON = 1e-3
 UPRIGHT = np.array([[0.0, 0.0, 1.0]])

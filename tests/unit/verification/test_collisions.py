@@ -148,7 +148,7 @@ def test_only_the_holder_is_named_where_only_the_holder_is_met(table_table):
 def test_a_clamp_is_named_and_the_depth_told(table_table):
     clamp = Fixture("left clamp", Box((20.0, 20.0, 20.0), (12.0, 0.0, 15.0)))
     found = check(subject_of(table_table, [[0.0] * 5]), fixtures=(clamp,))
-    assert set(found) == {"shank-collision"}
+    assert set(found) == {"shank-collision", "fixture-collision"}
     assert "fixture 'left clamp'" in found["shank-collision"].message(0)
     assert found["shank-collision"].values[0] == pytest.approx(1.0, abs=1e-4)
 
