@@ -46,6 +46,16 @@ class Program:
     straight: bool = False
     led: bool = False
 
+    @property
+    def led_height(self) -> float | None:
+        """Height above the tip, mm, of the point that goes straight; None where all axes run linearly.
+
+        A control leads the tip, and a motion's table stands for the tool's centre.
+        """
+        if not self.straight:
+            return None
+        return 0.0 if self.led else self.path.zone.height
+
 
 def load_program(
     file: str | Path, machine: Machine, tool: Tool | None, reading: Mapping[str, Any]

@@ -140,7 +140,7 @@ def verify_program(
         check_gouge(subject, mesh, straight=read.straight),
     ]
     if tool is not None:
-        results += check_collisions(subject, around)
+        results += check_collisions(subject, around, led=read.led_height)
     left = (*NOT_CHECKED, *((NO_TOOL,) if tool is None else ()), *((NO_PATH,) if toolpath is None else ()))
     report = make_report(results, read.path, left)
     return _with_findings(report, (*missed, *read.findings), {} if match is None else match.missed)

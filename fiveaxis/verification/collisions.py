@@ -17,6 +17,7 @@ from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.machine import Machine
 from fiveaxis.toolpath import MoveKind
 from fiveaxis.toolpath.tool import CUTTER, HOLDER, SHANK
+from fiveaxis.verification.leading import led_positions
 from fiveaxis.verification.model import build_model, load_pinocchio
 from fiveaxis.verification.report import Result
 from fiveaxis.verification.subject import Subject
@@ -44,16 +45,22 @@ class _Met:
 
 
 def check_collisions(
-    subject: Subject, surroundings: Surroundings, *, effort: dict[tuple[str, str], Effort] | None = None
+    subject: Subject,
+    surroundings: Surroundings,
+    *,
+    led: float | None = None,
+    effort: dict[tuple[str, str], Effort] | None = None,
 ) -> tuple[Result, ...]:
     """Check all pairs of bodies that could touch, with coal, along the real motion of the axes.
 
-    Between locations all axes move linearly in time; links and rapids are checked like cuts.
+    Between locations all axes move linearly in time, or a point of the tool is led straight; links and
+    rapids are checked like cuts.
 
     Parameters
     ----------
     subject : motion, machine and path; the path's tool is what is in the spindle
     surroundings : part, stock, fixtures and clearances
+    led : mm above the tip, of the point that a control leads straight; None where all axes run linearly
     effort : takes what each pair cost, by the names of its bodies
 
     Returns
@@ -71,10 +78,11 @@ def check_collisions(
     scene = build_scene(subject.machine, subject.toolpath.tool, surroundings)
     choice = choose_pairs(scene, surroundings.clearances)
     sweep = Sweep(TOLERANCE, {} if effort is None else effort)
-    met = _sweep_all(subject, choice.pairs, sweep)
+    met = _sweep_all(subject, choice.pairs, sweep, led)
     unknown = int(np.isnan(subject.positions).any(axis=1).sum())
     gap = f"collisions at {unknown} locations whose axis values aren't numbers, and on the way to them"
-    way = f"collisions between locations: all axes linear in time, to {TOLERANCE:g} mm of movement"
+    how = "all axes linear in time" if led is None else "the tool led straight while it turns"
+    way = f"collisions between locations: {how}, to {TOLERANCE:g} mm of movement"
     checked = (*scene.checked, *choice.checked, *((way,) if choice.pairs else ()))
     not_checked = (*scene.not_checked, *choice.not_checked, *((gap,) if unknown else ()))
     first, *others = [result for kind in CODES for result in _results_of(kind, met)]
@@ -109,23 +117,36 @@ def pinocchio_poses(machine: Machine) -> Poses:
     return poses
 
 
-def _sweep_all(subject: Subject, pairs: tuple[Pair, ...], sweep: Sweep) -> list[_Met]:
+def _sweep_all(subject: Subject, pairs: tuple[Pair, ...], sweep: Sweep, led: float | None) -> list[_Met]:
     """Take every pair along every stretch of known axis values."""
     poses = pinocchio_poses(subject.machine)
     rapid = subject.toolpath.kind == MoveKind.RAPID
     met = []
     known = np.asarray(np.isfinite(subject.positions).all(axis=1))
     for begin, end in _stretches(known):
-        stretch = Stretch(subject.machine, poses, subject.positions[begin:end])
+        positions, place = subject.positions[begin:end], np.arange(float(end - begin))
+        if led is not None:
+            positions, place = led_positions(subject.machine, positions, led)
+        row = np.ceil(place).astype(np.int64)
+        stretch = Stretch(subject.machine, poses, positions)
         # The first row may be the last one of the stretch before.
         new = np.arange(begin, end) > (begin if begin and known[begin - 1] else -1)
         for pair in pairs:
             counted = new & rapid[begin:end] if pair.rapid_only else new
-            hits = sweep.run(pair, stretch, counted)
-            hits = hits.at(new[hits.rows])
+            hits = sweep.run(pair, stretch, counted[row])
+            hits = hits.at(new[row[hits.rows]])
+            hits = hits if led is None else _of_rows(hits, place)
             if len(hits.rows):
                 met.append(_Met(pair, hits.moved(begin)))
     return met
+
+
+def _of_rows(hits: Hits, place: Array) -> Hits:
+    """Count hits in rows that moves were cut from: place, (m,), of each part's end in those rows."""
+    parts = np.diff(place, prepend=place[0])
+    at = place[hits.rows] - (1.0 - hits.shares) * parts[hits.rows]
+    row = np.ceil(place[hits.rows]).astype(np.int64)
+    return replace(hits, rows=row, shares=at - row + 1.0).worst()
 
 
 def _stretches(known: BoolArray) -> Iterator[tuple[int, int]]:

@@ -1,0 +1,30 @@
+"""Programs of others, verified: what only they do."""
+
+import fiveaxis as fx
+from fiveaxis.collision import Fixture, Surroundings
+from fiveaxis.machine import Box
+from fiveaxis.toolpath import Holder, Section, Tool
+
+TURNED = """G71 G90 G17
+TRAORI
+ORIWKS
+ORIAXES
+G1 X60 Y10 Z0 A3=0 B3=0.5 C3=0.8660254 F1000
+G1 X60 Y11 Z0 A3=0 B3=0.5 C3=0.8660254
+G0 X-60 Y11 Z0 A3=0 B3=-0.5 C3=0.8660254
+G1 X-60 Y12 Z0 A3=0 B3=-0.5 C3=0.8660254
+TRAFOOF
+M30
+"""
+
+
+def test_a_program_of_directions_is_swept_where_the_control_leads_the_tip(hayashi, tmp_path):
+    """The rapid turns the table by half a turn: axes that ran linearly would go around the pin."""
+    program = tmp_path / "turned.mpf"
+    program.write_text(TURNED)
+    pin = Fixture("pin", Box((4.0, 4.0, 20.0), (0.0, 11.0, 4.0)))
+    tool = Tool.ball(6, shank_diameter=6, holder=Holder(40.0, (Section(40.0, 40.0),)))
+    report = fx.verify_program(program, hayashi, tool=tool, surroundings=Surroundings(fixtures=(pin,)))
+    (found,) = [f for f in report.findings if f.code == "fixture-collision"]
+    assert found.place.line == 7
+    assert "the tool led straight while it turns" in " ".join(report.checked)
