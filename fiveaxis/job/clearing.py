@@ -26,6 +26,7 @@ from fiveaxis.posture import optimise as optimise_postures
 from fiveaxis.toolpath import Toolpath, for_tilt, tilt_bounds
 from fiveaxis.verification import Asked
 from fiveaxis.verification.collisions import check_collisions
+from fiveaxis.verification.gouging import check_gouge
 from fiveaxis.verification.subject import DEFAULT_TOLERANCES, make_subject
 
 if TYPE_CHECKING:
@@ -178,11 +179,16 @@ def _explained(fault: Infeasible, admits: Accessibility, options: Mapping[str, A
 
 
 def colliding_rows(solution: Solution, around: Surroundings) -> IntArray:
-    """Find the locations at which, or on the way to or from which, a solution's motion collides."""
+    """Find the locations at which, or on the way to or from which, a solution's motion collides.
+
+    Where a ball gouges it does so in any posture; of other cutters gouges count, too.
+    """
     machine, path = solution.machine, solution.toolpath
     asked = Asked.of_degrees(path, machine)
     subject = make_subject(solution.motion, machine, path, asked, DEFAULT_TOLERANCES)
     errors = [r.rows for r in check_collisions(subject, around) if r.severity is Severity.ERROR]
+    if not path.tool.cutter.is_ball:
+        errors.append(check_gouge(subject, around.part).rows)
     ends = np.unique(np.concatenate(errors)).astype(np.int64)
     return np.unique(np.concatenate([ends, np.maximum(ends - 1, 0)]))
 
