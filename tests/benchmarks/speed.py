@@ -16,6 +16,8 @@ import fiveaxis as fx
 from fiveaxis.collision import Surroundings
 from fiveaxis.contour import load_mesh, path_quality
 from fiveaxis.contour.distance import TriangleTree
+from fiveaxis.job import make_job
+from fiveaxis.job.setting_up import search_setups
 from fiveaxis.kinematics import axis_positions, tool_poses
 from fiveaxis.machine import Limits
 from fiveaxis.motion import Motion, time_motion
@@ -206,6 +208,16 @@ def time_gouges(part: Path) -> None:
         rate(what, len(tips), lambda b=body, t=tips, f=floors: b.depths(t, normal, tree, f))
 
 
+def time_setups(vase: fx.Toolpath, hayashi: fx.Machine) -> None:
+    """Time setups looked at roughly, on some of the path's locations."""
+    search = {"x": (-60.0, 60.0), "y": (-60.0, 60.0), "tries": 10}
+    case = DATA / "cases" / "vase_overhang.csv"
+    job = make_job(
+        input=case, machine="hayashi-640123", tool="ball:10", tilt=(15, 75), setup={"search": search}
+    )
+    rate("setups of the vase, looked at roughly", 10, lambda: search_setups(job, hayashi, vase))
+
+
 def main() -> None:
     machine = fx.load_machine("linuxcnc-xyzac-trt")
     positions = np.random.default_rng(0).uniform(-1.0, 1.0, (POSES, 5))
@@ -230,6 +242,7 @@ def main() -> None:
     vase = fx.read_toolpath(DATA / "cases" / "vase_overhang.csv", tool=tool)
     hayashi = fx.load_machine("hayashi-640123")
     time_rewinds(hayashi)
+    time_setups(vase, hayashi)
     bounds = tilt_bounds(vase, (15, 75))
     rate("baselines of the vase, locations", 3600, lambda: find_baselines(vase, hayashi, bounds))
     rate(
