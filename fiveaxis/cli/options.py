@@ -53,6 +53,9 @@ FreeDirection = Annotated[
 Winding = Annotated[
     str | None, typer.Option("--winding", help="unwound, modulo or rezero: how NC counts endless axes")
 ]
+Thin = Annotated[
+    bool | None, typer.Option("--thin/--keep-blocks", help="leave blocks out that NC doesn't need; else none")
+]
 Override = Annotated[
     list[str] | None,
     typer.Option("--override", help="CODE of errors with which NC is written all the same; repeatable"),

@@ -12,7 +12,18 @@ import typer
 from rich.markup import escape
 from rich.table import Table
 
-from fiveaxis.cli.options import PLANNING, POSTURE, READING, AsJson, Control, Input, Override, Winding, takes
+from fiveaxis.cli.options import (
+    PLANNING,
+    POSTURE,
+    READING,
+    AsJson,
+    Control,
+    Input,
+    Override,
+    Thin,
+    Winding,
+    takes,
+)
 from fiveaxis.cli.terminal import (
     alarm,
     err,
@@ -68,6 +79,7 @@ def optimise(
     source: Input,
     control: Control = None,
     winding: Winding = None,
+    thin: Thin = None,
     override: Override = None,
     output: Annotated[Path | None, typer.Option("--output", "-o", help="folder for the results")] = None,
     as_json: AsJson = False,
@@ -215,7 +227,13 @@ def _print_outcome(outcome: Outcome) -> None:
         percent = round(100.0 * error, 1) + 0.0
         integral = f"{solution.energy.power_integral:.0f} J"
         out.print(f"power integral of the result: {integral}; the travel metric differs by {percent:+.1f} %")
-    out.print(f"program: {program.inserted} blocks inserted, so that the ball stays on its path without TCP")
+    held = f"; none left out because of {', '.join(program.held_back)}" if program.held_back else ""
+    out.print(
+        f"program: {len(program.motion)} blocks for {program.locations} locations: {program.inserted} blocks "
+        "inserted, so that the ball stays on its path without TCP, and "
+        f"{program.removed} needless ones left out{held}",
+        soft_wrap=True,
+    )
     if "setup_search" in outcome.document:
         _print_setup(outcome.document["setup_search"])
     _print_budget(outcome.budget)

@@ -1,5 +1,6 @@
 """One job: from a part or a path to the files that a machine and its programmer need."""
 
+from fiveaxis.job.blocks import RESULT, ProgramMotion, program_motion
 from fiveaxis.job.clearing import optimise
 from fiveaxis.job.description import (
     SWEEP,
@@ -16,15 +17,12 @@ from fiveaxis.job.programs import ProgramEnergy, program_energy
 from fiveaxis.job.results import compose_outcome, require_folder, write_outcome
 from fiveaxis.job.setting_up import choose_search, run_job
 from fiveaxis.job.stages import (
-    RESULT,
     Outcome,
-    ProgramMotion,
     is_mesh,
     load_job_machine,
     load_job_toolpath,
     measure_plan,
     part_of,
-    program_motion,
 )
 from fiveaxis.job.verifying import verify_program
 

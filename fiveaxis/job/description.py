@@ -201,6 +201,9 @@ class Job(StrictModel):
     winding: Literal["unwound", "modulo", "rezero"] = Field(
         "unwound", description="how the program counts endless rotary axes"
     )
+    thin: bool = Field(
+        True, description="leave out blocks that the NC program's path doesn't need; else keep them all"
+    )
     override: tuple[str, ...] = Field(
         (), description="codes of errors with which the program is written all the same"
     )

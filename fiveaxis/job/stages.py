@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal
@@ -24,31 +24,23 @@ from fiveaxis.energy import (
     Cut,
     CuttingCoefficients,
     EndMill,
-    Energy,
     Factors,
     Process,
     job_budget,
-    motion_energy,
 )
 from fiveaxis.errors import JobError, SettingError, ToolError
+from fiveaxis.job.blocks import ProgramMotion, may_thin, program_motion
 from fiveaxis.job.clearing import Cleared, keep_clear
 from fiveaxis.job.description import Job, require_input
 from fiveaxis.job.passing import Gate, make_gate
 from fiveaxis.machine import Machine, load_machine
-from fiveaxis.motion import PATH_TOLERANCE, Motion, fill_in, fill_in_rows
 from fiveaxis.nc import read_toolpath, require_program
 from fiveaxis.posture import Front, Solution, find_front
 from fiveaxis.posture import optimise as optimise_postures
 from fiveaxis.report import describe_input, report_document
 from fiveaxis.toolpath import Tool, Toolpath, parse_tool
 from fiveaxis.toolpath.passes import Passes
-from fiveaxis.verification import Asked, Report, Tolerances, examine, verify
-
-# rad: angles between two locations that keep their bounds may break them by this, as both ends turn.
-LEAN_BETWEEN = math.radians(0.5)
-
-# Name of the optimised result beside the baselines'.
-RESULT = "optimised"
+from fiveaxis.verification import Report, verify
 
 Progress = Callable[[str, int, int], None]
 
@@ -95,43 +87,6 @@ class Outcome:
     def gate(self) -> Gate:
         """What keeps the program back, and which of it the job accepts by name."""
         return make_gate(self.verdict, self.program.verdict, self.job.override)
-
-
-@dataclass(frozen=True, eq=False)
-class ProgramMotion:
-    """The motion that an NC program in machine coordinates describes: locations inserted to hold the path.
-
-    Parameters
-    ----------
-    motion : what the program's blocks say
-    inserted : locations that the solution doesn't have
-    energy : of the solution's and of each baseline's program, by name
-    verdict : on it, the bounds on the tool's lean at inserted locations included
-    """
-
-    motion: Motion
-    inserted: int
-    energy: dict[str, Energy]
-    verdict: Report
-
-    @property
-    def ok(self) -> bool:
-        """Whether the program may be written: no error, and the ball on its path all along.
-
-        A control does what the blocks say, so what is a warning for the solution's locations, the way between
-        them, is an error for a program.
-        """
-        return self.verdict.ok and "tip-deviation" not in self.verdict.counts
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return the figures as plain data for JSON."""
-        return {
-            "blocks": len(self.motion),
-            "inserted": self.inserted,
-            "path_tolerance_mm": PATH_TOLERANCE,
-            "energy": {name: energy.as_dict() for name, energy in self.energy.items()},
-            "verification": self.verdict.as_dict() | {"ok": self.ok},
-        }
 
 
 def load_job_machine(job: Job) -> Machine:
@@ -338,10 +293,12 @@ def run_job(
     tell("verify", 1, 3)
     files = (job.input, mesh, job.stock, *(f.file for f in job.fixture))
     inputs = [describe_input(p) for p in dict.fromkeys(files) if p is not None]
-    program = program_motion(solution, around, job.bounds, led=wording.coordinates != "axes")
+    program = program_motion(
+        solution, around, job.bounds, led=wording.coordinates != "axes", thin=job.thin and may_thin(wording)
+    )
     tell("verify", 2, 3)
     found, driven = verdict.as_dict(), program.as_dict()
-    budget = job_budget(machine, program.motion, process, factors)
+    budget = job_budget(machine, program.driven, process, factors)
     document = report_document(solution, found, inputs=inputs, program=driven, budget=budget.as_dict())
     if front is not None:
         document["front"] = front.as_dict()
@@ -402,47 +359,6 @@ def load_surroundings(job: Job) -> Surroundings:
     """
     fixtures = tuple(table.build(Path()) for table in job.fixture)
     return Surroundings.load(part_of(job), job.stock, fixtures, job.clearance.build())
-
-
-def program_motion(
-    solution: Solution, around: Surroundings, bounds: Mapping[str, Any], *, led: bool = False
-) -> ProgramMotion:
-    """Work out, and verify, what an NC program in machine coordinates makes of a solution.
-
-    Parameters
-    ----------
-    around : part, stock and fixtures
-    bounds : on postures and turns, as `verify` takes them; between two locations, what they refer to turns
-        evenly from the one to the other
-    led : whether the tool has to stay on its way under a control that leads the tip, too
-    """
-    machine, toolpath = solution.machine, solution.toolpath
-    rotary = solution.motion.positions[:, machine.rotary_columns]
-    path, motion, row = fill_in_rows(toolpath, machine, rotary, led=led)
-    energy = {RESULT: motion_energy(machine, motion)}
-    for name, baseline in solution.compared.items():
-        angles = baseline.motion.positions[:, machine.rotary_columns]
-        filled = fill_in(baseline.toolpath or toolpath, machine, angles)[1]
-        energy[name] = motion_energy(machine, filled)
-    # An inserted location lies on a chord of the path, and no deeper than a chord may; between two of them
-    # axes that run linearly leave the chord by what `fill_in` lets them.
-    chord = Tolerances().chord_gouge
-    allowed = Tolerances(gouge=chord, chord_gouge=chord + PATH_TOLERANCE, lean=LEAN_BETWEEN)
-    asked = Asked.of_degrees(toolpath, machine, **bounds).between(row)
-    if toolpath.zone.offset:
-        # Between two locations the way of a pivot beside the tool's axis isn't known, nor is a turn per mm.
-        asked = replace(asked, turn_rate=None)
-    verdict = examine(
-        motion,
-        machine,
-        path,
-        asked,
-        surroundings=around,
-        tolerances=allowed,
-        accelerations=path is toolpath,
-        straight=False,
-    )
-    return ProgramMotion(motion, len(motion) - len(toolpath), energy, verdict)
 
 
 def part_of(job: Job) -> Path | None:

@@ -16,8 +16,8 @@ from fiveaxis.errors import SettingError
 from fiveaxis.findings import Finding, Severity, count_codes
 from fiveaxis.job.checked_program import load_program
 from fiveaxis.machine import Machine
-from fiveaxis.motion import PATH_TOLERANCE, Motion
-from fiveaxis.toolpath import Tool, Toolpath, for_tilt
+from fiveaxis.motion import AXIS_TOLERANCE, PATH_TOLERANCE, Motion
+from fiveaxis.toolpath import Tool, Toolpath, for_tilt, interpolate
 from fiveaxis.verification import Asked, Report, Tolerances
 from fiveaxis.verification.checks import check_finite, check_limits, check_tilt
 from fiveaxis.verification.collisions import check_collisions
@@ -122,8 +122,8 @@ def verify_program(
         turning |= {"singular_cone": singular_cone, "singular_rate": singular_rate}
     asked = Asked.of_degrees(read.path, machine, **turning)
     allowed = replace(tolerances, chord_gouge=tolerances.chord_gouge + PATH_TOLERANCE)
-    # Its rows aren't locations alone: inserted ones lie on chords, and words are rounded.
-    allowed = replace(allowed, gouge=allowed.chord_gouge, lean=max(allowed.lean, ROUNDED))
+    # Its rows aren't the locations: some are inserted on chords, some have no block, and words are rounded.
+    allowed = replace(allowed, gouge=allowed.chord_gouge, lean=max(allowed.lean, ROUNDED + AXIS_TOLERANCE))
     subject = make_subject(read.motion, machine, read.path, asked, allowed)
     results = [check_finite(subject), check_limits(subject), check_hold(subject)]
     missed: tuple[Finding, ...] = ()
@@ -136,7 +136,8 @@ def verify_program(
         _as_severe(check_jumps(subject), Severity.ERROR if mesh is None else Severity.WARNING),
         check_singular(subject),
         replace(_as_severe(check_speeds(subject), Severity.WARNING), code="feed-over"),
-        *([] if read.led else [check_deviation(subject)]),
+        # Beside a path the way between blocks is checked against that: few blocks may well follow its bends.
+        *([] if read.led or toolpath is not None else [check_deviation(subject)]),
         check_gouge(subject, mesh, straight=read.straight),
     ]
     if tool is not None:
@@ -158,10 +159,12 @@ def _check_leaning(
     if all(value is None for value in leaning.values()):
         return check_tilt(subject)
     rows = np.arange(len(subject.positions))
-    path = subject.toolpath
+    path, positions = subject.toolpath, subject.motion.positions
     if toolpath is not None and match is not None:
         known = np.flatnonzero(match.row >= 0)
         path, rows = toolpath.at(known), match.row[known]
+        # A program needs no block at every location: the axes are on their way between two there.
+        positions = interpolate(positions, match.place[known])
     elif leaning["cone"] is not None:
         raise SettingError("a cone stands about the axes of a path; give the path (--path)")
     elif any(leaning[name] is not None for name in ("tilt", "lead", "lean")):
@@ -174,8 +177,8 @@ def _check_leaning(
         path = for_tilt(path, leaning["tilt"], leaning["cone"], lead=leaning["lead"], lean=leaning["lean"])
     asked = Asked.of_degrees(path, subject.machine, **leaning)
     motion = subject.motion
-    columns = ("positions", "feed", "time", "kind", "source")
-    some = Motion(motion.letters, *(getattr(motion, name)[rows] for name in columns))
+    columns = ("feed", "time", "kind", "source")
+    some = Motion(motion.letters, positions, *(getattr(motion, name)[rows] for name in columns))
     result = check_tilt(make_subject(some, subject.machine, path, asked, subject.tolerances))
     return replace(result, rows=rows[result.rows])
 

@@ -14,15 +14,17 @@ import numpy as np
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array, IntArray
 from fiveaxis.motion import PATH_TOLERANCE
-from fiveaxis.toolpath import Toolpath, across
+from fiveaxis.toolpath import Toolpath, across, divided_rows
 from fiveaxis.verification.checks import largest
 from fiveaxis.verification.model import tool_poses
 from fiveaxis.verification.moves import segment_distances
 from fiveaxis.verification.report import MOST_LISTED, Result
 from fiveaxis.verification.subject import Subject
 
-# Where within a block the way is compared, as shares of the block.
-SHARES = (0.25, 0.5, 0.75, 1.0)
+# A block in which axes run linearly is compared at so many places, one in which the tip is led at its end; at
+# more where it passes several of the path's shortest chords (those next to nothing, mm, left out).
+LEAST_PLACES, MOST_PLACES = 4, 400
+SHORTEST_CHORD = 1e-2
 # A location is looked for this much farther on than the path's own way to it, as a share of that and in mm.
 DETOUR, SPARE = 2.0, 1.0
 # Places of the track that are looked at first.
@@ -39,10 +41,12 @@ class Match:
     ----------
     row : (n,), of the program, the first that comes by the location; −1 for none
     gap : (n,), mm, how far it passes from the location; NaN for none
+    place : (n,), in rows of the program, where it comes by: 3.25 lies in the block to row 4
     """
 
     row: IntArray
     gap: Array
+    place: Array
 
     @property
     def missed(self) -> dict[str, int]:
@@ -59,21 +63,32 @@ class Track:
     ----------
     centre, axis : (m, 3), mm and unit vectors, at the shares of every block
     row : (m,), of the program, where the block ends
+    place : (m,), the same with shares of the block: 3.25 lies in the block to row 4
     """
 
     centre: Array
     axis: Array
     row: IntArray
+    place: Array
 
     @classmethod
-    def of(cls, subject: Subject, shares: tuple[float, ...]) -> Track:
-        """Follow all axes linearly in time, at shares of every block."""
-        before, after = subject.positions[:-1], subject.positions[1:]
-        places = np.stack([before + share * (after - before) for share in shares], axis=1)
-        positions = np.concatenate([subject.positions[:1], places.reshape(-1, places.shape[-1])])
-        tip, axis = tool_poses(subject.machine, positions)
-        rows = np.repeat(np.arange(1, len(subject.positions)), len(shares))
-        return cls(tip + subject.toolpath.zone.height * axis, axis, np.append(0, rows))
+    def of(cls, subject: Subject, path: Toolpath, *, straight: bool) -> Track:
+        """Follow all axes linearly in time, or the tip straight, place by place as the path's chords ask."""
+        tip, axis = subject.tip, subject.axis
+        height = subject.toolpath.zone.height
+        way = np.nan_to_num(np.linalg.norm(np.diff(tip + height * axis, axis=0), axis=1))
+        chords = path.lengths[path.lengths > SHORTEST_CHORD]
+        passed = way / (chords.min() if len(chords) else np.inf)
+        asked = np.round(passed) if straight else np.ceil(2.0 * passed)
+        parts = np.clip(asked, 1 if straight else LEAST_PLACES, MOST_PLACES).astype(np.int64)
+        place = divided_rows(parts)
+        row = np.ceil(place).astype(np.int64)
+        before, share = np.maximum(row - 1, 0), (place - row + 1.0)[:, None]
+        positions = subject.positions[before] + share * (subject.positions[row] - subject.positions[before])
+        led, axes = tool_poses(subject.machine, positions)
+        if straight:
+            led = tip[before] + share * (tip[row] - tip[before])
+        return cls(led + height * axes, axes, row, place)
 
 
 def check_following(
@@ -92,7 +107,7 @@ def check_following(
     The result, on rows of the program; findings on locations that the program doesn't come by; the match
     """
     tolerance = subject.tolerances.deviation
-    track = Track.of(subject, (1.0,) if straight else SHARES)
+    track = Track.of(subject, path, straight=straight)
     match, off = _follow(track, path, tolerance)
     worst = np.zeros(len(subject.positions))
     np.maximum.at(worst, track.row, np.nan_to_num(off))
@@ -146,6 +161,7 @@ def _follow(track: Track, path: Toolpath, tolerance: float) -> tuple[Match, Arra
     """
     count = len(path)
     rows, gaps = np.full(count, -1, dtype=np.int64), np.full(count, np.nan)
+    places = np.full(count, np.nan)
     off = np.full(len(track.row), np.nan)
     steps = np.linalg.norm(np.diff(track.centre, axis=0), axis=1)
     way = np.append(0.0, np.cumsum(np.nan_to_num(steps)))
@@ -165,11 +181,12 @@ def _follow(track: Track, path: Toolpath, tolerance: float) -> tuple[Match, Arra
             stop = min(i + 1, count - 1)
             off[at + 1 : place + 1] = _off(track, path, last, stop, at + 1, place + 1)
         rows[i], gaps[i] = track.row[_nearer(track, path, i, place, at)], gap
+        places[i] = _beside(track, path, i, place, at)
         at, last, allowed = place, i, 0.0
     if last >= 0:
         stop = min(last + 1, count - 1)
         off[at + 1 :] = _off(track, path, last, stop, at + 1, len(track.row))
-    return Match(rows, gaps), off
+    return Match(rows, gaps, places), off
 
 
 def _pass(
@@ -199,6 +216,18 @@ def _nearer(track: Track, path: Toolpath, i: int, place: int, begin: int) -> int
     ends = np.array([place, max(place - 1, begin)])
     gaps = np.linalg.norm(_centre(path, i, track.axis[ends]) - track.centre[ends], axis=1)
     return int(ends[np.argmin(gaps)])
+
+
+def _beside(track: Track, path: Toolpath, i: int, place: int, begin: int) -> float:
+    """Find where between its places the track is nearest to a location, in rows of the program."""
+    before = max(place - 1, begin)
+    wanted = _centre(path, i, track.axis[[place]])[0]
+    step = track.centre[place] - track.centre[before]
+    length = float(step @ step)
+    share = (
+        1.0 if length == 0.0 else float(np.clip((wanted - track.centre[before]) @ step / length, 0.0, 1.0))
+    )
+    return float(track.place[before] + share * (track.place[place] - track.place[before]))
 
 
 def _centre(path: Toolpath, i: int, axis: Array) -> Array:

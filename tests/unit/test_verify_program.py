@@ -170,6 +170,9 @@ def test_blocks_far_apart_leave_their_chord(wall, hayashi, tmp_path):
     report = fx.verify_program(path, hayashi, tool=wall.tool)
     assert report.ok
     assert report.counts["tip-deviation"] >= 5
+    # A table that stands still takes no part in the wall's bend.
+    straight = np.repeat(rotary[:1], len(coarse), axis=0)
+    path = write_program(follow(coarse, hayashi, straight), tmp_path / "p.ngc", machine=hayashi)
     following = fx.verify_program(path, hayashi, toolpath=wall)
     assert {"off-path", "path-missed"} <= set(following.counts)
     missed = [f.place.location for f in following.findings if f.code == "path-missed"]

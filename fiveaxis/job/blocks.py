@@ -1,0 +1,217 @@
+"""The motion that an outcome's NC program describes, and what verification says of it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from fiveaxis.collision import Surroundings
+from fiveaxis.energy import Energy, motion_energy
+from fiveaxis.geometry import Array
+from fiveaxis.machine import Machine
+from fiveaxis.motion import (
+    AXIS_TOLERANCE,
+    PATH_TOLERANCE,
+    SPEED_TOLERANCE,
+    Motion,
+    Thinned,
+    fill_in,
+    fill_in_rows,
+    off_plane,
+    thinned,
+)
+from fiveaxis.nc.writing.places import Wording
+from fiveaxis.posture import Solution
+from fiveaxis.toolpath import Toolpath
+from fiveaxis.verification import Asked, Report, Tolerances, examine
+
+# rad: angles between two locations that keep their bounds may break them by this, as both ends turn.
+LEAN_BETWEEN = math.radians(0.5)
+
+# rad: a rotary axis turns no farther in a block that stands for several.
+LARGEST_TURN = math.radians(15.0)
+
+# Name of the optimised result beside the baselines'.
+RESULT = "optimised"
+
+
+@dataclass(frozen=True, eq=False)
+class ProgramMotion:
+    """The motion that an NC program describes: locations inserted to hold the path, needless ones left out.
+
+    Parameters
+    ----------
+    motion : what the program's blocks say
+    driven : where that takes the axes at every location of the path, those without a block included
+    locations : of the solution
+    inserted : locations that the solution doesn't have
+    energy : of the solution's and of each baseline's program, by name
+    verdict : on the driven motion, the bounds on the tool's lean at inserted locations included
+    off_plane : rad, the most by which the tool axis leaves the plane of its directions at both ends of a cut
+    held_back : codes of errors for whose sake needless blocks stay; empty where they don't
+    """
+
+    motion: Motion
+    driven: Motion
+    locations: int
+    inserted: int
+    energy: dict[str, Energy]
+    verdict: Report
+    off_plane: float = 0.0
+    held_back: tuple[str, ...] = ()
+
+    @property
+    def removed(self) -> int:
+        """How many locations, given or inserted, got no block."""
+        return len(self.driven) - len(self.motion)
+
+    @property
+    def ok(self) -> bool:
+        """Whether the program may be written: no error, and the ball on its path all along.
+
+        A control does what the blocks say, so what is a warning for the solution's locations, the way between
+        them, is an error for a program.
+        """
+        return self.verdict.ok and "tip-deviation" not in self.verdict.counts
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the figures as plain data for JSON."""
+        return {
+            "blocks": len(self.motion),
+            "blocks_before": self.locations,
+            "inserted": self.inserted,
+            "removed": self.removed,
+            "needless_kept_for": list(self.held_back),
+            "path_tolerance_mm": PATH_TOLERANCE,
+            "axis_tolerance_deg": round(math.degrees(AXIS_TOLERANCE), 9),
+            "axis_off_plane_deg": math.degrees(self.off_plane),
+            "energy": {name: energy.as_dict() for name, energy in self.energy.items()},
+            "verification": self.verdict.as_dict() | {"ok": self.ok},
+        }
+
+
+def may_thin(wording: Wording) -> bool:
+    """Tell whether it is known how a control moves between two blocks far apart.
+
+    Directions of the tool leave the angles between them to the control, a tip that is named in a frame that
+    stands still while the table turns its way, and a list of cutter locations all of it.
+    """
+    if wording.dialect.language != "blocks" or wording.coordinates == "vector":
+        return False
+    return wording.coordinates == "axes" or wording.mode.positions == "table"
+
+
+def program_motion(
+    solution: Solution,
+    around: Surroundings,
+    bounds: Mapping[str, Any],
+    *,
+    led: bool = False,
+    thin: bool = True,
+) -> ProgramMotion:
+    """Work out, and verify, what an NC program makes of a solution.
+
+    Needless blocks are left out where the motion that is left passes every check that it passes with them.
+
+    Parameters
+    ----------
+    around : part, stock and fixtures
+    bounds : on postures and turns, as `verify` takes them; between two locations, what they refer to turns
+        evenly from the one to the other
+    led : whether the tool has to stay on its way under a control that leads the tip, too
+    thin : whether blocks that the path doesn't need are left out
+    """
+    machine, toolpath = solution.machine, solution.toolpath
+    rotary = solution.motion.positions[:, machine.rotary_columns]
+    path, motion, row = fill_in_rows(toolpath, machine, rotary, led=led)
+    blocks, verdict = Thinned.whole(motion), None
+    held_back: tuple[str, ...] = ()
+    if thin:
+        blocks = _without_needless(toolpath, path, machine, motion, row, bounds, led=led)
+    if blocks.removed:
+        verdict = _examine_program(solution, around, bounds, path, blocks, row)
+        if not (verdict.ok and "tip-deviation" not in verdict.counts):
+            blocks, held_back, verdict = Thinned.whole(motion), tuple(verdict.counts), None
+    if verdict is None:
+        verdict = _examine_program(solution, around, bounds, path, blocks, row)
+    energy = {RESULT: motion_energy(machine, blocks.driven)}
+    for name, baseline in solution.compared.items():
+        angles = baseline.motion.positions[:, machine.rotary_columns]
+        filled = fill_in(baseline.toolpath or toolpath, machine, angles)[1]
+        energy[name] = motion_energy(machine, filled)
+    return ProgramMotion(
+        blocks.motion,
+        blocks.driven,
+        len(toolpath),
+        len(motion) - len(toolpath),
+        energy,
+        verdict,
+        float(off_plane(machine, rotary)[toolpath.cutting[1:]].max(initial=0.0)),
+        held_back,
+    )
+
+
+def _without_needless(
+    toolpath: Toolpath,
+    path: Toolpath,
+    machine: Machine,
+    motion: Motion,
+    row: Array,
+    bounds: Mapping[str, Any],
+    *,
+    led: bool,
+) -> Thinned:
+    """Leave needless blocks out, but those of locations that something was found about."""
+    told = [
+        f.place.location for f in toolpath.findings if f.place is not None and f.place.location is not None
+    ]
+    most = bounds.get("max_turn")
+    return thinned(
+        path,
+        machine,
+        motion,
+        max_turn=LARGEST_TURN if most is None else min(math.radians(most), LARGEST_TURN),
+        led=led,
+        needed=np.isin(row, told),
+    )
+
+
+def _examine_program(
+    solution: Solution,
+    around: Surroundings,
+    bounds: Mapping[str, Any],
+    path: Toolpath,
+    blocks: Thinned,
+    row: Array,
+) -> Report:
+    """Verify the motion that a program's blocks describe, at every location of the path."""
+    toolpath, exact = solution.toolpath, not blocks.removed
+    # An inserted location lies on a chord of the path, and no deeper than a chord may; between two of them
+    # axes that run linearly leave the chord by what `fill_in` lets them, and so they do all along where
+    # `thinned` lets them.
+    chord = Tolerances().chord_gouge
+    deepest = chord + PATH_TOLERANCE
+    allowed = Tolerances(gouge=chord if exact else deepest, chord_gouge=deepest, lean=LEAN_BETWEEN)
+    if not exact:
+        allowed = replace(allowed, contact=PATH_TOLERANCE)
+    asked = Asked.of_degrees(toolpath, solution.machine, **bounds).between(row)
+    if toolpath.zone.offset:
+        # Between two locations the way of a pivot beside the tool's axis isn't known, nor is a turn per mm.
+        asked = replace(asked, turn_rate=None)
+    elif asked.turn_rate is not None and not exact:
+        # Turns go with time there, and ways only as nearly as blocks of one span have one speed.
+        asked = replace(asked, turn_rate=asked.turn_rate * (1.0 + SPEED_TOLERANCE))
+    return examine(
+        blocks.driven,
+        solution.machine,
+        path,
+        asked,
+        surroundings=around,
+        tolerances=allowed,
+        accelerations=path is toolpath and exact,
+        straight=False,
+    )

@@ -1,0 +1,96 @@
+"""The blocks of an outcome's program: needless ones left out, and the gate on what is left."""
+
+import numpy as np
+import pytest
+
+import fiveaxis as fx
+from fiveaxis.collision import Surroundings
+from fiveaxis.job import blocks, make_job, program_motion, verify_program
+from fiveaxis.job.blocks import may_thin
+from fiveaxis.nc import require_program
+from fiveaxis.posture import optimise
+from fiveaxis.toolpath import Tool, Toolpath
+
+BOUNDS = {"tilt": (15.0, 75.0), "max_turn": 15.0}
+
+
+@pytest.fixture(scope="module")
+def solution(hayashi):
+    angle = np.linspace(0.0, 2.0 * np.pi, 721)
+    out = np.column_stack([np.cos(angle), np.sin(angle), np.zeros(721)])
+    rising = np.column_stack([np.zeros((721, 2)), 5.0 + angle])
+    path = Toolpath.from_contacts(25.0 * out + rising, out, Tool.ball(8))
+    return optimise(path, hayashi, effort="quick", **BOUNDS)
+
+
+@pytest.mark.parametrize("led", [False, True])
+def test_blocks_are_the_locations_and_the_inserted_ones_without_the_needless(solution, led):
+    program = program_motion(solution, Surroundings(), BOUNDS, led=led)
+    said = program.as_dict()
+    # A tip led straight would make axes go to and fro that stand still otherwise: fewer blocks can go there.
+    assert program.removed > 50 or led
+    assert said["blocks"] == said["blocks_before"] + said["inserted"] - said["removed"] == len(program.motion)
+    assert said["needless_kept_for"] == []
+    assert program.ok
+    # The gate looked at every location, those without a block included.
+    assert len(program.driven) == 721 + program.inserted
+    figures = program.verdict.figures
+    assert figures["contact_error_mm"] <= 0.005
+    assert (figures["contact_error_mm"] > 1e-6) is (program.removed > 0)
+
+
+def test_all_blocks_stay_where_that_is_asked_for(solution):
+    program = program_motion(solution, Surroundings(), BOUNDS, thin=False)
+    assert program.removed == 0
+    assert len(program.motion) == 721 + program.inserted
+    assert program.verdict.figures["contact_error_mm"] < 1e-6
+
+
+def test_fewer_blocks_cost_no_more(solution):
+    few, all_of_them = (program_motion(solution, Surroundings(), BOUNDS, thin=t) for t in (True, False))
+    assert few.energy["optimised"].total <= all_of_them.energy["optimised"].total * (1.0 + 1e-6)
+    assert few.energy["optimised"].time == pytest.approx(all_of_them.energy["optimised"].time)
+
+
+def test_where_fewer_blocks_fail_verification_all_stay(solution, monkeypatch):
+    careful = blocks.thinned
+
+    def careless(*args, **options):
+        return careful(*args, **options, tolerance=0.1)
+
+    monkeypatch.setattr(blocks, "thinned", careless)
+    program = program_motion(solution, Surroundings(), BOUNDS)
+    assert "contact-error" in program.held_back
+    assert program.removed == 0
+    assert program.ok
+
+
+@pytest.mark.parametrize(
+    ("control", "coordinates", "may"),
+    [
+        ("linuxcnc", "axes", True),
+        ("heidenhain", "tip", True),
+        ("fanuc", "vector", False),
+        ("apt", None, False),
+    ],
+)
+def test_blocks_go_only_where_the_way_between_them_is_known(hayashi, control, coordinates, may):
+    assert may_thin(require_program(hayashi, control, coordinates)) is may
+
+
+def test_a_job_thins_unless_it_says_otherwise(tmp_path):
+    (tmp_path / "path.csv").write_text("x,y,z,nx,ny,nz\n0,0,0,0,0,1\n1,0,0,0,0,1\n")
+    given = {"input": tmp_path / "path.csv", "machine": "hayashi-640123", "tool": "ball:8"}
+    assert make_job(**given).thin
+    assert not make_job(**given, thin=False).thin
+
+
+@pytest.mark.parametrize(("coordinates", "control"), [("axes", "linuxcnc"), ("tip", "heidenhain")])
+def test_a_thinned_program_read_back_follows_the_path_and_keeps_its_bounds(
+    solution, hayashi, tmp_path, coordinates, control
+):
+    program = program_motion(solution, Surroundings(), BOUNDS, led=coordinates == "tip")
+    file = tmp_path / ("part.h" if control == "heidenhain" else "part.ngc")
+    fx.write_program(program.motion, file, machine=hayashi, control=control, coordinates=coordinates)
+    report = verify_program(file, hayashi, toolpath=solution.toolpath, **BOUNDS)
+    assert report.ok, report.findings
