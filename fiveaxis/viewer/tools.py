@@ -10,6 +10,7 @@ import numpy as np
 from fiveaxis.geometry import Array
 from fiveaxis.machine import Machine
 from fiveaxis.toolpath import Tool
+from fiveaxis.toolpath.tool import CUTTER, HOLDER, SHANK
 from fiveaxis.viewer.library import identify, load_meshcat
 from fiveaxis.viewer.sides import Side
 from fiveaxis.viewer.solids import revolve
@@ -34,7 +35,7 @@ def add_tools(
     for side in sides:
         node = f"{side.node}/tool"
         for name, outline in tool_outlines(tool).items():
-            colour = {"cutter": CUTTER_COLOURS[side.node], "holder": HOLDER_COLOUR}.get(name, SHANK_COLOUR)
+            colour = {CUTTER: CUTTER_COLOURS[side.node], HOLDER: HOLDER_COLOUR}.get(name, SHANK_COLOUR)
             _add_turned(vis, root, f"{node}/{name}", outline, colour)
         poses = tool_frames(machine, side.motion, side.frames.rows)
         vis[f"{root}/{node}"].set_transform(first_pose(*poses))
@@ -43,25 +44,19 @@ def add_tools(
 
 
 def tool_outlines(tool: Tool) -> dict[str, Array]:
-    """Cut a tool's outline into what cuts, what is clamped and what clamps it.
+    """Give the outlines of a tool's parts, closed at the bottom: what is seen is what collides.
 
     Returns
     -------
-    ``cutter``, ``shank`` where there is a length of it, ``holder`` where one is known: (m, 2), mm, as
-    `Tool.outline`. Without a holder the shank is as long as `SHANK_LENGTH` says.
+    By name of the part, (m, 2), mm, as `Tool.parts`. Without a holder there is a shank all the same, as
+    long as `SHANK_LENGTH` says: a cutter alone is hard to see.
     """
-    cutter = tool.cutter.outline()
-    top = float(cutter[-1, 1])
-    shank = (tool.shank_diameter or 2.0 * float(cutter[-1, 0])) / 2.0
-    end = top + SHANK_LENGTH * tool.diameter if tool.holder is None else tool.holder.stick_out
-    parts = {"cutter": cutter}
-    if end > top:
-        parts["shank"] = np.array([[0.0, top], [shank, top], [shank, end]])
-    if tool.holder is not None:
-        whole = tool.outline()
-        # Beside the cutter's rows stand two of the shank; all others are the holder's.
-        parts["holder"] = np.vstack([[[0.0, end]], whole[len(cutter) + 2 :]])
-    return parts
+    outlines = {part.name: part.outline for part in tool.parts()}
+    if tool.holder is None:
+        thick, top = tool.cutter.outline()[-1].tolist()
+        thick = thick if tool.shank_diameter is None else tool.shank_diameter / 2.0
+        outlines[SHANK] = np.array([[thick, top], [thick, top + SHANK_LENGTH * tool.diameter]])
+    return {name: np.vstack([[0.0, rows[0, 1]], rows]) for name, rows in outlines.items()}
 
 
 def _add_turned(vis: Any, root: str, name: str, outline: Array, colour: int) -> None:

@@ -230,20 +230,17 @@ HOLDER = Holder(60.0, (Section(10.0, 30.0, 40.0), Section(20.0, 50.0)))
 
 
 @pytest.mark.parametrize("tool", ["ball:10", "bull:16:4", "flat:12", "lollipop:12:6"])
-@pytest.mark.parametrize("holder", [None, HOLDER])
-def test_cutter_shank_and_holder_stand_on_each_other(tool, holder):
-    held = replace(parse_tool(tool), holder=holder, shank_diameter=6.0)
-    parts = tool_outlines(held)
-    assert list(parts) == ["cutter", "shank", "holder"][: 2 + (holder is not None)]
-    ends = [(outline[0, 1], outline[-1, 1]) for outline in parts.values()]
-    assert ends[0][0] == 0.0
-    assert [low for low, _ in ends[1:]] == [high for _, high in ends[:-1]]
-    assert (parts["shank"][1:, 0] == 3.0).all()
-    if holder is not None:
-        assert ends[2] == (60.0, 90.0)
-        np.testing.assert_array_equal(parts["holder"][:, 0], [0.0, 15.0, 20.0, 25.0, 25.0])
+def test_the_tool_that_is_seen_is_the_one_that_collides(tool):
+    held = replace(parse_tool(tool), holder=HOLDER, shank_diameter=6.0)
+    shown = tool_outlines(held)
+    assert list(shown) == ["cutter", "shank", "holder"]
+    for part in held.parts():
+        np.testing.assert_array_equal(shown[part.name][1:], part.outline)
+        np.testing.assert_array_equal(shown[part.name][0], [0.0, part.outline[0, 1]])
 
 
-def test_a_holder_down_to_the_cutting_edges_leaves_no_shank():
-    held = replace(parse_tool("ball:10"), holder=Holder(5.0, (Section(10.0, 30.0),)))
-    assert list(tool_outlines(held)) == ["cutter", "holder"]
+@pytest.mark.parametrize(("thick", "radius"), [(None, 5.0), (6.0, 3.0)])
+def test_without_a_holder_a_shank_is_drawn_all_the_same(thick, radius):
+    shown = tool_outlines(replace(parse_tool("ball:10"), shank_diameter=thick))
+    assert list(shown) == ["cutter", "shank"]
+    np.testing.assert_allclose(shown["shank"], [[0.0, 5.0], [radius, 5.0], [radius, 45.0]])
