@@ -12,6 +12,7 @@ from fiveaxis.contour import load_mesh
 from fiveaxis.contour.distance import TriangleTree
 from fiveaxis.findings import Severity
 from fiveaxis.geometry import Array, BoolArray, IntArray, angle_between
+from fiveaxis.kinematics import jacobian
 from fiveaxis.verification.checks import largest
 from fiveaxis.verification.cutting_body import CuttingBody
 from fiveaxis.verification.model import tool_poses
@@ -134,6 +135,31 @@ class Ways:
         centre = np.linalg.norm(two.tip - one.tip + height * (two.axis - one.axis), axis=1)
         return np.asarray(centre + self.lever * angle_between(one.axis, two.axis))
 
+    def bends(self, row: IntArray) -> Array:
+        """Bound the second derivative of any point's place by the share of the ways to rows, (m,) mm.
+
+        A point's place is a product of one factor per joint. Its second derivative by two joint values is 0
+        where the one nearer to the workpiece is linear; where it turns it is no longer than the derivative by
+        the other: 1 for a linear joint, the distance to the axis for a rotary one. That is measured where the
+        way begins, and grows no more than the joints beyond the axis move the point.
+        """
+        subject, machine = self.subject, self.subject.machine
+        height = subject.toolpath.zone.height
+        steps, slopes = subject.steps[row], jacobian(machine, subject.positions[row - 1])
+        arms = np.linalg.norm(slopes.tip + height * slopes.axis, axis=1) + self.lever
+        bend, moved = np.zeros(len(row)), np.zeros(len(row))
+        for joint in reversed(machine.chain.joints):
+            column = machine.column(joint.letter)
+            step = steps[:, column]
+            if joint.is_rotary:
+                # Where the centre is led straight, the cutter's points turn about it alone.
+                arm = np.full(len(row), self.lever) if self.straight else arms[:, column] + moved
+                bend = bend + step * (step * arm + 2.0 * moved)
+                moved = moved + step * arm
+            elif not self.straight:
+                moved = moved + step
+        return bend
+
 
 def gouge_depths(subject: Subject, mesh: trimesh.Trimesh, *, straight: bool = True) -> tuple[Array, Array]:
     """Measure how deep the cutter reaches into the part.
@@ -197,7 +223,9 @@ def _begin(ways: Ways, known: BoolArray) -> Stretches:
     share = np.repeat(1.0 / parts, parts)
     low, high = number * share, (number + 1) * share
     one, two = ways.places(owner, low), ways.places(owner, high)
-    return Stretches(owner, low, high, ways.movement(one, two))
+    # No point is faster or slower than its chord by more than half its bend: ends may coincide.
+    bends = np.repeat(ways.bends(row), parts) * share * share / 2.0
+    return Stretches(owner, low, high, ways.movement(one, two) + bends)
 
 
 def _search(

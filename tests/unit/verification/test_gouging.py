@@ -9,8 +9,8 @@ import trimesh
 
 from fiveaxis.contour import load_mesh, plan_contour
 from fiveaxis.contour.distance import TriangleTree
-from fiveaxis.kinematics import rotary_angles
-from fiveaxis.motion import follow
+from fiveaxis.kinematics import linear_positions, rotary_angles, tool_axes, tool_poses
+from fiveaxis.motion import Motion, follow
 from fiveaxis.toolpath import MoveKind, Tool, Toolpath, shapes
 from fiveaxis.verification import Asked, verify
 from fiveaxis.verification.cutting_body import CuttingBody
@@ -178,6 +178,50 @@ def test_axes_that_run_linearly_leave_the_straight_way_of_the_centre(hayashi, bo
     _, linear = gouge_depths(subject, box, straight=False)
     assert straight[1] == pytest.approx(0.0, abs=1e-9)
     assert abs(linear[1]) > 0.1
+
+
+@pytest.mark.parametrize("step", [1.0, 1.9, 4.0])
+@pytest.mark.parametrize("arm", [200.0, 1000.0])
+def test_axes_that_run_linearly_bulge_between_ends_that_coincide(hayashi, arm, step):
+    """A ball that turns about its centre, far from the axis of A: between the rows it swings aside."""
+    angle = np.radians(step)
+    rotary = np.array([[0.0, 0.0], [0.0, -angle], [0.0, -2.0 * angle]])
+    axis = tool_axes(hayashi, rotary)
+    tips = np.array([0.0, 0.0, arm]) - RADIUS * axis
+    path = Toolpath.from_tips(tips, axis, Tool.ball(2.0 * RADIUS))
+    positions = linear_positions(hayashi, tips, rotary)
+    motion = Motion(hayashi.letters, positions, path.feed, np.ones(3), path.kind, path.source)
+    subject = make_subject(motion, hayashi, path, None, DEFAULT_TOLERANCES)
+    bulge = arm * (1.0 - np.cos(angle / 2.0))
+    tip, way = tool_poses(hayashi, (positions[1:] + positions[:-1]) / 2.0)
+    aside = tip + RADIUS * way - [0.0, 0.0, arm]
+    assert np.linalg.norm(aside, axis=1) == pytest.approx(bulge, rel=1e-6)
+    wall = trimesh.creation.box(extents=(20.0, 100.0, 100.0))
+    wall.apply_transform(trimesh.geometry.align_vectors([1.0, 0.0, 0.0], aside[0]))
+    wall.apply_translation([0.0, 0.0, arm] + aside[0] / bulge * (RADIUS + 10.0))
+    here, deepest = gouge_depths(subject, wall, straight=False)
+    assert here == pytest.approx(0.0, abs=1e-6)
+    if bulge > DEFAULT_TOLERANCES.chord_gouge:
+        assert deepest[1:] == pytest.approx(bulge, abs=0.005)
+
+
+@pytest.mark.parametrize("straight", [False, True])
+def test_no_point_of_the_cutter_goes_farther_than_is_reckoned_with(hayashi, straight):
+    generator = np.random.default_rng(8)
+    positions = np.cumsum(generator.normal(size=(40, 5)) * [3.0, 3.0, 3.0, 0.02, 0.02], axis=0)
+    positions[:, :3] += 100.0
+    tip, axis = tool_poses(hayashi, positions)
+    path = Toolpath.from_tips(tip, axis, Tool.ball(2.0 * RADIUS))
+    motion = Motion(hayashi.letters, positions, path.feed, np.ones(40), path.kind, path.source)
+    ways = Ways(make_subject(motion, hayashi, path, None, DEFAULT_TOLERANCES), straight, RADIUS)
+    row = np.arange(1, 40)
+    ends = [ways.places(row, np.full(39, share)) for share in (0.0, 1.0)]
+    bound = ways.movement(*ends) + ways.bends(row) / 2.0
+    dense = [ways.places(row, np.full(39, share)) for share in np.linspace(0.0, 1.0, 51)]
+    for height in (0.0, RADIUS, 2.0 * RADIUS):
+        points = np.array([place.tip + height * place.axis for place in dense])
+        length = np.linalg.norm(np.diff(points, axis=0), axis=2).sum(axis=0)
+        assert (length <= bound + 1e-9).all()
 
 
 def leant_axis(degrees):
