@@ -95,7 +95,8 @@ class Row:
 
     def as_dict(self) -> dict[str, Any]:
         """Return the row as plain data for JSON."""
-        return asdict(self) | {"status": str(self.status)}
+        lists = {"findings": list(self.findings), "files": list(self.files)}
+        return asdict(self) | lists | {"status": str(self.status)}
 
     @classmethod
     def from_dict(cls, data: Mapping[str, Any]) -> Row:

@@ -5,12 +5,16 @@ from __future__ import annotations
 import io
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fiveaxis.errors import SettingError
 from fiveaxis.report.calibration_figure import FORMATS
 from fiveaxis.report.canvas import AFTER, BEFORE, WIDTH, drawing, label_axes, new_figure
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 # Inches that a variant takes, and what title and axis take beside them.
 STEP, FRAME = 0.42, 1.3
@@ -57,34 +61,37 @@ def comparison_figure(title: str, bars: Sequence[Bar], baseline: str) -> bytes:
     """
     if not bars:
         raise SettingError("no variants; there is nothing to draw")
-    shown = bars[:MOST]
     cut = "" if len(bars) <= MOST else f", the first {MOST} of {len(bars)}"
-    places = np.arange(len(shown))
     with drawing("comparison"):
-        figure = new_figure(WIDTH, FRAME + STEP * len(shown))
+        figure = new_figure(WIDTH, FRAME + STEP * min(len(bars), MOST))
         axes = figure.subplots()
-        known = [np.nan if bar.baseline is None else bar.baseline for bar in shown]
-        spent = [np.nan if bar.energy is None else bar.energy for bar in shown]
-        if baseline:
-            axes.barh(places + 0.2, known, 0.36, color=BEFORE, label=baseline)
-        axes.barh(places - 0.2, spent, 0.36, color=AFTER, label="optimised")
-        for place, bar in zip(places, shown, strict=True):
-            said = bar.status if bar.energy is None else f"{bar.energy:,.0f} J".replace(",", " ")
-            axes.annotate(
-                f" {said}", (bar.energy or 0.0, place - 0.2), verticalalignment="center", fontsize=8.0
-            )
-        axes.set_yticks(places, [_shortened(bar.name) for bar in shown])
-        axes.invert_yaxis()
-        axes.margins(x=0.15)
-        axes.set_xlim(left=0.0)
+        _draw(axes, bars[:MOST], baseline)
         if baseline:
             figure.legend(loc="outside lower right", ncols=2)
-        label_axes(axes, "travel metric of the feed drives, no base load (J)", "", f"{title}{cut}")
+        # A dollar sign would start a formula.
+        name = title.replace("$", r"\$")
+        label_axes(axes, "travel metric of the feed drives, no base load (J)", "", f"{name}{cut}")
         buffer = io.BytesIO()
         figure.savefig(buffer, format="svg", metadata=dict.fromkeys(FORMATS[".svg"]))
     return buffer.getvalue()
 
 
+def _draw(axes: Axes, bars: Sequence[Bar], baseline: str) -> None:
+    places = np.arange(len(bars))
+    spent = [bar.energy or 0.0 for bar in bars]
+    known = [bar.baseline or 0.0 for bar in bars]
+    if baseline:
+        axes.barh(places + 0.2, known, 0.36, color=BEFORE, label=baseline)
+    axes.barh(places - 0.2, spent, 0.36, color=AFTER, label="optimised")
+    for place, bar in zip(places, bars, strict=True):
+        said = bar.status if bar.energy is None else f"{bar.energy:,.0f} J".replace(",", " ")
+        end = bar.energy or 0.0
+        axes.annotate(f" {said}", (end, place - 0.2), verticalalignment="center", fontsize=8.0)
+    axes.set_yticks(places, [_shortened(bar.name) for bar in bars])
+    # Said outright, as bars that are missing would leave the limits to chance.
+    axes.set_ylim(len(bars) - 0.5, -0.5)
+    axes.set_xlim(0.0, 1.15 * max(*spent, *known) or 1.0)
+
+
 def _shortened(name: str) -> str:
-    # A dollar sign would start a formula.
     return (name if len(name) <= LONGEST else f"{name[: LONGEST - 1]}…").replace("$", r"\$")

@@ -1,0 +1,91 @@
+"""Jobs for batches: small files, and workers that are threads and only pretend to optimise."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from fiveaxis.errors import FiveAxisError
+from fiveaxis.job import Job
+
+POINTS = "x,y,z,nx,ny,nz\n0,0,0,0,0,1\n1,0,0,0,0,1\n"
+JOB = 'input = "path.csv"\nmachine = "hayashi-640123"\ntool = "ball:10"\n'
+
+
+@pytest.fixture
+def write_job(tmp_path: Path) -> Callable[..., Path]:
+    """Give what writes a job file beside its path."""
+
+    def write(name: str, more: str = "tilt = [15, 75]\n", folder: str = "jobs") -> Path:
+        place = tmp_path / folder
+        place.mkdir(exist_ok=True)
+        (place / "path.csv").write_text(POINTS)
+        path = place / f"{name}.toml"
+        path.write_text(JOB + more)
+        return path
+
+    return write
+
+
+class Pretended:
+    """Stands for the optimiser: notes what was run, and fails where it is told to."""
+
+    def __init__(self) -> None:
+        self.ran: list[str] = []
+        self.faults: dict[str, Exception] = {}
+        self.unsound: set[str] = set()
+
+    def run(self, job: Job, _tell: object = None) -> Any:
+        self.ran.append(job.input.name)
+        if job.input.name in self.faults:
+            raise self.faults[job.input.name]
+        joules = 1000.0 + sum(job.setup.offset)
+        spent = {"total": joules, "power_integral": 2.0 * joules, "base": None, "time": 9.5}
+        sound = job.input.name not in self.unsound
+        document = {
+            "locations": 2,
+            "energy": spent,
+            "baselines": {"normal": {"total": 2000.0}},
+            "savings": {"normal": {"travel_metric": 1.0 - joules / 2000.0}},
+            "findings": [] if sound else [{"severity": "error"}],
+            "verification": {"counts": {} if sound else {"axis-limit": 1}},
+        }
+        return SimpleNamespace(job=job, document=document, gate=SimpleNamespace(is_open=sound))
+
+    def write(self, outcome: Any, folder: Path) -> list[Path]:
+        folder.mkdir(parents=True, exist_ok=True)
+        names = ("report.json", "program.ngc") if outcome.gate.is_open else ("report.json",)
+        for name in names:
+            (folder / name).write_text(str(outcome.document["energy"]))
+        return [folder / name for name in names]
+
+
+@pytest.fixture
+def pretended(monkeypatch: pytest.MonkeyPatch) -> Pretended:
+    """Let batches run on threads of this process, with what only pretends to optimise."""
+    distributed = pytest.importorskip("distributed")
+    stand_in = Pretended()
+
+    @contextmanager
+    def threads(scheduler: str | None, workers: int) -> Iterator[Any]:
+        if scheduler is not None:
+            raise FiveAxisError("no scheduler in these tests")
+        with distributed.Client(
+            processes=False,
+            n_workers=workers,
+            threads_per_worker=1,
+            dashboard_address=None,
+            memory_limit=None,
+            set_as_default=False,
+        ) as client:
+            yield client
+
+    monkeypatch.setattr("fiveaxis.batch.run.open_client", threads)
+    monkeypatch.setattr("fiveaxis.batch.worker.run_job", stand_in.run)
+    monkeypatch.setattr("fiveaxis.batch.worker.write_outcome", stand_in.write)
+    return stand_in

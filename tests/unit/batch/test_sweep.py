@@ -1,0 +1,124 @@
+"""Sweeps: many jobs of one file."""
+
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from fiveaxis.batch.sweep import LARGEST, Variant, read_sweep
+from fiveaxis.errors import JobError
+from fiveaxis.job import read_job
+
+FILE = Path("cup.toml")
+
+
+def variants(text):
+    return read_sweep(tomllib.loads(text), text, FILE)
+
+
+def test_a_file_without_sweep_has_no_variants():
+    assert variants('input = "a.csv"') == []
+
+
+def test_a_product_takes_each_with_each_and_the_last_key_runs_fastest():
+    found = variants('[sweep]\ncombine = "product"\ncone = [10, 20]\nmachine = ["a", "b"]\n')
+    assert [dict(v.values) for v in found] == [
+        {"cone": 10, "machine": "a"},
+        {"cone": 10, "machine": "b"},
+        {"cone": 20, "machine": "a"},
+        {"cone": 20, "machine": "b"},
+    ]
+    assert [v.name for v in found][:2] == ["cone=10_machine=a", "cone=10_machine=b"]
+
+
+def test_a_zip_takes_first_with_first():
+    found = variants('[sweep]\ncombine = "zip"\ncone = [10, 20]\nmachine = ["a", "b"]\n')
+    assert [v.name for v in found] == ["cone=10_machine=a", "cone=20_machine=b"]
+
+
+def test_one_list_needs_no_word_how_it_is_combined():
+    assert [v.name for v in variants("[sweep]\ntilt = [[15, 75], [30, 60]]\n")] == [
+        "tilt=15,75",
+        "tilt=30,60",
+    ]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "[sweep]\nsetup.offset = [[0, 0, 50]]\n",
+        '[sweep]\n"setup.offset" = [[0, 0, 50]]\n',
+        "[sweep.setup]\noffset = [[0, 0, 50]]\n",
+    ],
+)
+def test_keys_of_tables_are_written_as_toml_likes_it(text):
+    (found,) = variants(text)
+    assert found.name == "setup.offset=0,0,50"
+    assert found.applied_to({"setup": {"rotation": [0, 0, 9]}}) == {
+        "setup": {"rotation": [0, 0, 9], "offset": [0, 0, 50]}
+    }
+
+
+def test_names_stay_where_a_value_joins_the_list():
+    few = {v.name for v in variants("[sweep]\nfeed = [500, 1000.0]\n")}
+    assert few < {v.name for v in variants("[sweep]\nfeed = [250, 500, 750.5, 1000.0]\n")}
+
+
+def test_names_are_names_of_one_folder_whatever_the_values_are():
+    text = "x" * 300
+    found = variants(
+        f"[sweep]\nmachine = ['../../etc/a.toml', 'C:\\b.ini', '..', '/', '{text}', '{text}y']\n"
+    )
+    assert len({v.name for v in found}) == 6
+    assert all(len(Path(v.name).parts) == 1 and "\\" not in v.name and len(v.name) < 200 for v in found)
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "message"),
+    [
+        ("a = 1\nsweep = 3\n", 2, "must be a table"),
+        ("[sweep]\n", 1, "names nothing to vary"),
+        ("[sweep]\ncone = 20\n", 2, "sweep.cone = 20 must be a list of values"),
+        ("[sweep]\ncone = []\n", 2, "sweep.cone = [] must be a list of values"),
+        ("[sweep]\nplan.stepdown = 2\n", 2, "sweep.plan.stepdown = 2 must be a list"),
+        ("[sweep]\ncone = [1]\nfeed = [2]\n", 1, "doesn't say how cone, feed are combined"),
+        ('[sweep]\ncone = [1]\ncombine = "each"\n', 3, "has combine = 'each'"),
+        ('[sweep]\ncombine = "zip"\ncone = [1, 2]\nfeed = [2]\n', 2, "unequal length (cone 2, feed 1)"),
+        ("[sweep]\ncone = [20, 20.0]\n", 1, "two jobs of the name 'cone=20'"),
+        ('[sweep]\nmachine = ["a", "A"]\n', 1, "two jobs of the name"),
+        (f"[sweep]\ncone = {list(range(LARGEST + 1))}\n", 1, f"makes {LARGEST + 1} jobs"),
+    ],
+)
+def test_a_wrong_sweep_is_reported_on_its_line(text, line, message):
+    with pytest.raises(JobError) as caught:
+        variants(text)
+    assert (caught.value.file, caught.value.line) == ("cup.toml", line)
+    assert message in caught.value.message
+
+
+def test_a_huge_product_is_refused_before_it_is_made():
+    lists = "".join(f"k{i} = {list(range(100))}\n" for i in range(9))
+    with pytest.raises(JobError, match=f"makes {10**18} jobs"):
+        variants(f'[sweep]\ncombine = "product"\n{lists}')
+
+
+def test_a_cone_takes_the_place_of_the_tilt():
+    assert Variant("v", {"cone": 20}).applied_to({"tilt": [15, 75]}) == {"cone": 20}
+    assert Variant("v", {"tilt": [1, 2]}).applied_to({"cone": 20, "feed": 5}) == {"tilt": [1, 2], "feed": 5}
+
+
+def test_a_variant_leaves_the_base_as_it_is():
+    base = {"setup": {"offset": [0, 0, 0]}}
+    Variant("v", {"setup.offset": [1, 2, 3]}).applied_to(base)
+    assert base == {"setup": {"offset": [0, 0, 0]}}
+
+
+def test_a_key_inside_what_is_no_table_is_refused():
+    with pytest.raises(JobError, match="plan is 3 in the job"):
+        Variant("v", {"plan.stepdown": 1}).applied_to({"plan": 3})
+
+
+def test_a_sweep_isnt_one_job(write_job):
+    file = write_job("cup", "[sweep]\ntilt = [[15, 75]]\n")
+    with pytest.raises(JobError, match=r"cup\.toml:4: is a sweep, .*fiveaxis batch"):
+        read_job(file)
