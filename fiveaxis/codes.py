@@ -61,6 +61,10 @@ CHECKS = {
         WARNING, "the cutter comes nearer to a fixture or the table than its clearance"
     ),
     "machine-clearance": Code(WARNING, "bodies of the machine come nearer than their clearance"),
+    "approach-blocked": Code(
+        ERROR, "no way to the first location is clear of part, stock, fixtures and machine"
+    ),
+    "retreat-blocked": Code(ERROR, "the way up from the last location isn't clear"),
     "off-path": Code(ERROR, "a program leads the tool where the path that it should follow isn't"),
     "path-missed": Code(ERROR, "a program doesn't come by a location of the path that it should follow"),
 }

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.nc.gate import error_counts
@@ -65,10 +65,10 @@ def joined(locations: Report, blocks: Report) -> Report:
         code: max(blocks.counts.get(code, 0), locations.counts[code] if _has(errors, code) else 0)
         for code in codes
     }
-    return Report(
+    return replace(
+        blocks,
         findings=(*errors, *blocks.findings),
         counts=counts,
-        figures=blocks.figures,
         checked=tuple(dict.fromkeys((*locations.checked, *blocks.checked))),
         not_checked=tuple(dict.fromkeys((*locations.not_checked, *blocks.not_checked))),
     )

@@ -29,6 +29,7 @@ from fiveaxis.energy import (
     job_budget,
 )
 from fiveaxis.errors import JobError, SettingError, ToolError
+from fiveaxis.job.approaching import with_way_in
 from fiveaxis.job.blocks import ProgramMotion, may_thin, program_motion
 from fiveaxis.job.clearing import Cleared, keep_clear
 from fiveaxis.job.description import Job, require_input
@@ -296,6 +297,7 @@ def run_job(
     program = program_motion(
         solution, around, job.bounds, led=wording.coordinates != "axes", thin=job.thin and may_thin(wording)
     )
+    program = with_way_in(program, solution.toolpath, wording, job, around)
     tell("verify", 2, 3)
     found, driven = verdict.as_dict(), program.as_dict()
     budget = job_budget(machine, program.driven, process, factors)

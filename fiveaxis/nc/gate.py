@@ -5,12 +5,18 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Protocol
 
+import numpy as np
+
 from fiveaxis.codes import WORSE_IN_BLOCKS, require_codes
 from fiveaxis.errors import SettingError, Unverified
 from fiveaxis.findings import Finding, Severity
+from fiveaxis.geometry import Array
 
 # What the header of a program says for which nobody gave a verdict.
 NOT_VERIFIED = "NOT VERIFIED, nobody has checked limits, contact, gouges or collisions of this motion"
+
+# What it says where nobody has checked what the writer puts around the moves.
+NO_APPROACH = "the approach to the first location and the way out at the end, which the program adds"
 
 # What it says before each code that was accepted.
 OVERRIDDEN = "OVERRIDDEN"
@@ -81,8 +87,18 @@ def pass_gate(
     notes = [(OVERRIDDEN, f"{code} ({errors[code]})") for code in accepted if code in errors]
     notes.append(("verification", "errors accepted by name" if notes else "no errors"))
     notes += [("checked", text) for text in dict.fromkeys(verdict.checked)]
-    notes += [("not checked", text) for text in dict.fromkeys(verdict.not_checked)]
+    left = (*verdict.not_checked, *(() if checked_lead_in(verdict) is not None else (NO_APPROACH,)))
+    notes += [("not checked", text) for text in dict.fromkeys(left)]
     return notes
+
+
+def checked_lead_in(verdict: Verdict | None) -> Array | None:
+    """Give the last way to the first location, (k,) mm back from there, that a verdict has checked.
+
+    None where it has checked none.
+    """
+    way = getattr(verdict, "lead_in", None)
+    return None if way is None else np.array(way, dtype=float)
 
 
 def error_counts(verdict: Verdict, *, led: bool = False) -> dict[str, int]:

@@ -11,9 +11,10 @@ import numpy as np
 from fiveaxis.errors import MachineError, SettingError, ToolpathError
 from fiveaxis.files import write_atomically
 from fiveaxis.findings import Finding, Severity
+from fiveaxis.geometry import Array
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Motion
-from fiveaxis.nc.gate import Verdict, pass_gate
+from fiveaxis.nc.gate import Verdict, checked_lead_in, pass_gate
 from fiveaxis.nc.writing.blocks import block_lines
 from fiveaxis.nc.writing.catalogue import find_dialect
 from fiveaxis.nc.writing.cutter_locations import location_lines
@@ -151,7 +152,7 @@ def compose_program(
 
     The way to the first location has no duration: the rotary axes turn where the tool is, then the linear
     axes move. A first cut is approached in rapid only up to 5 mm along the tool axis, less where an axis
-    limit is nearer.
+    limit is nearer; where the report found another way to be clear, that one is taken.
 
     Parameters
     ----------
@@ -195,17 +196,21 @@ def compose_program(
         _require_travel(motion, machine)
     pairs = [*(header.items() if isinstance(header, Mapping) else header or ()), *verified]
     if wording.dialect.language == "blocks":
-        return _program_of_blocks(motion, Frame(wording, settings, winding), pairs)
+        lead_in = checked_lead_in(report)
+        return _program_of_blocks(motion, Frame(wording, settings, winding), pairs, lead_in)
     lines = location_lines(motion, wording, head_lines(wording, settings, pairs, winding))
     return Program(wording.dialect.name, wording.dialect.suffix, tuple(lines), 0, wording.coordinates)
 
 
-def _program_of_blocks(motion: Motion, frame: Frame, pairs: Sequence[tuple[str, str]]) -> Program:
+def _program_of_blocks(
+    motion: Motion, frame: Frame, pairs: Sequence[tuple[str, str]], lead_in: Array | None
+) -> Program:
     """Put a program together: what stands around the moves, the header, and the moves.
 
     Parameters
     ----------
     pairs : name and value of the header's comments
+    lead_in : (k,), mm, the last of the way to the first location, back from there; None for the usual one
     """
     wording, dialect = frame.wording, frame.wording.dialect
     assumed = frame.assumptions()
@@ -215,7 +220,7 @@ def _program_of_blocks(motion: Motion, frame: Frame, pairs: Sequence[tuple[str, 
         *frame.head(),
         *head_lines(wording, frame.settings, said, frame.winding),
         *frame.modes(),
-        *frame.approach(motion),
+        *frame.approach(motion, lead_in),
         *blocks.lines,
         *frame.end(),
     ]

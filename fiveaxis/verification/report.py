@@ -66,6 +66,8 @@ class Report:
     counts : number of violations by code, those that aren't listed included
     figures : the worst value of every check, by name with its unit; None where there was nothing to measure
     checked, not_checked : sentences that say what the verdict rests on and what it leaves open
+    lead_in : mm by axis, the last of the way to the first location, back from there, that a program of the
+        motion takes; None where the way there wasn't looked at
     """
 
     findings: tuple[Finding, ...]
@@ -73,6 +75,7 @@ class Report:
     figures: dict[str, float | None]
     checked: tuple[str, ...]
     not_checked: tuple[str, ...]
+    lead_in: tuple[float, ...] | None = None
 
     @property
     def ok(self) -> bool:

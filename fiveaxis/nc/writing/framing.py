@@ -24,6 +24,8 @@ from fiveaxis.toolpath import MoveKind
 
 # mm: the way along the tool axis on which a first cut is approached at its own feed, not in rapid.
 APPROACH = 5.0
+# mm: the leg of Z down to the workpiece begins so far above its end, where Z has no limit.
+ABOVE = 100.0
 
 # Ends of the tape, and the program's own number.
 _UNNUMBERED = re.compile(r"%|O[0-9]")
@@ -81,11 +83,16 @@ class Frame:
             lines += dialect.modulo.on
         return lines
 
-    def approach(self, motion: Motion) -> list[str]:
-        """Lead the tool to the first location: in rapid, but for the last of the way to a first cut."""
+    def approach(self, motion: Motion, lead_in: Array | None = None) -> list[str]:
+        """Lead the tool to the first location: in rapid, but for the last of the way to a first cut.
+
+        Parameters
+        ----------
+        lead_in : (k,), mm, that last way, from the first location back; `clear_way` by default
+        """
         wording, machine = self.wording, self.wording.machine
-        way = clear_way(motion, machine)
-        places = np.array([motion.positions[0] + way, motion.positions[0]])
+        way = clear_way(motion, machine) if lead_in is None else lead_in
+        places = approach_places(motion, machine, way)[1:]
         by_axes = Wording(wording.dialect, "axes", machine, wording.unit)
         start = first_words(by_axes.values(places[:1]), by_axes, self.winding)[0]
         lines = [] if wording.coordinates != "axes" else self._on()
@@ -190,21 +197,51 @@ class Frame:
         return [linear.format(words=words, feed=feed_text(feed, form))]
 
 
-def clear_way(motion: Motion, machine: Machine) -> Array:
+def clear_way(
+    motion: Motion, machine: Machine, direction: Array | None = None, length: float = APPROACH
+) -> Array:
     """Find the way, (k,) mm, from the first location back along the tool axis, inside the axis limits.
 
     Zero where the path doesn't begin with a cut. The linear axes are linear in the tip while the rotary axes
     stand, so the limits cut the way at a fraction of it.
+
+    Parameters
+    ----------
+    direction : (3,), unit vector, workpiece frame, in place of the tool axis
+    length : mm
     """
     first = motion.positions[:1]
     if motion.kind[0] != MoveKind.CUT:
         return np.zeros(first.shape[1])
     tip, axis = tool_poses(machine, first)
-    way = (linear_positions(machine, tip + APPROACH * axis, first[:, machine.rotary_columns]) - first)[0]
+    along = axis if direction is None else direction
+    way = (linear_positions(machine, tip + length * along, first[:, machine.rotary_columns]) - first)[0]
     room = np.where(way > 0.0, machine.high - first[0], first[0] - machine.low)
     moving = np.abs(way) > STANDSTILL
     fraction = float(np.min(room[moving] / np.abs(way[moving]), initial=1.0))
     return max(fraction, 0.0) * np.where(moving, way, 0.0)
+
+
+def approach_places(motion: Motion, machine: Machine, way: Array) -> Array:
+    """Give the places of the approach, (3, k): where its leg of Z begins and ends, and the first location.
+
+    Parameters
+    ----------
+    way : (k,), mm, from the first location back to where the leg of Z ends
+    """
+    first = motion.positions[0]
+    start = first + way
+    return np.array([raised(start, machine), start, first])
+
+
+def raised(place: Array, machine: Machine) -> Array:
+    """Lift a place, (k,), along Z to the end of its travel, or by `ABOVE` where it has none."""
+    if "Z" not in machine.letters:
+        return place.copy()
+    column, above = machine.column("Z"), place.copy()
+    top = float(machine.high[column])
+    above[column] = max(top, place[column]) if np.isfinite(top) else place[column] + ABOVE
+    return above
 
 
 def name_word(name: str) -> str:
