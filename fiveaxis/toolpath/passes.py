@@ -56,7 +56,7 @@ class Passes:
     def __post_init__(self) -> None:
         if len(self.first) != len(self.last) or (self.first > self.last).any():
             raise ToolpathError("a pass ends before it begins; give the rows of both, for every pass")
-        if len(self.last) and not (0 <= self.first[0] and self.last[-1] < self.locations):
+        if len(self.last) and (self.first[0] < 0 or self.last[-1] >= self.locations):
             raise ToolpathError(f"passes end at row {self.last[-1]} of {self.locations} locations")
         if (self.first[1:] <= self.last[:-1]).any():
             raise ToolpathError("a pass begins before the one before it ends; give passes in their order")

@@ -14,7 +14,6 @@ from fiveaxis.geometry import Array
 from fiveaxis.toolpath import shapes
 from fiveaxis.toolpath.cutter import Cutter, Zone
 
-
 CUTTER, SHANK, HOLDER = "cutter", "shank", "holder"
 # mm: lower pieces of an outline aren't any.
 LOWEST = 1e-9
