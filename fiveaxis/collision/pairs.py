@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from fiveaxis.collision.pieces import Piece, Question
+from fiveaxis.collision.rapids import LONGEST_RETRACT
 from fiveaxis.collision.scene import BODY, PART, STOCK, TOOL_KINDS, Scene, SceneBody
 from fiveaxis.collision.surroundings import Clearances
 from fiveaxis.geometry import inverse_transform
@@ -46,6 +47,13 @@ class Pair:
                 yield first, second, 0.0 if beside else self.clearance
 
 
+# What isn't known of moves out of the stock.
+RETRACTS = (
+    f"rapid moves of the cutter out of the stock, within {LONGEST_RETRACT:g} mm or back along the tool's "
+    "axis: what was cut before them isn't simulated"
+)
+
+
 @dataclass(frozen=True)
 class Choice:
     """The pairs of a scene.
@@ -77,7 +85,8 @@ def choose_pairs(scene: Scene, clearances: Clearances) -> Choice:
             continue
         rapid_only = kind == CUTTER and second.kind == STOCK
         pairs.append(Pair(kind, first, second, clearance, rapid_only))
-    return Choice(tuple(pairs), tuple(_say_checked(pairs)), tuple(_say_skipped(skipped)))
+    left_out = (*_say_skipped(skipped), *((RETRACTS,) if any(p.rapid_only for p in pairs) else ()))
+    return Choice(tuple(pairs), tuple(_say_checked(pairs)), left_out)
 
 
 def touch_at_home(first: SceneBody, second: SceneBody, margin: float) -> bool:
@@ -121,7 +130,9 @@ def _say_checked(pairs: list[Pair]) -> Iterator[str]:
     for pair in pairs:
         against.setdefault(pair.first.name, []).append(pair)
     for name, found in against.items():
-        others = [f"{p.second.name}{' (rapid moves that enter it)' * p.rapid_only}" for p in found]
+        others = [
+            f"{p.second.name}{' (rapid moves that enter it or stay in it)' * p.rapid_only}" for p in found
+        ]
         beside = any(p.first.beside_cut and p.second.kind in (PART, STOCK) for p in found)
         above = ", to part and stock from half its diameter above the cutter on" * beside
         yield (

@@ -9,13 +9,14 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from fiveaxis.collision.containment import encloses
 from fiveaxis.collision.pairs import Pair
 from fiveaxis.collision.pieces import Piece, Question
+from fiveaxis.collision.rapids import Stay, stays
 from fiveaxis.collision.travel import Stretch, Travel
 from fiveaxis.geometry import Array, BoolArray, IntArray
 
@@ -105,12 +106,15 @@ class Sweep:
     tolerance: float = 0.05
     effort: dict[tuple[str, str], Effort] = field(default_factory=dict)
 
-    def run(self, pair: Pair, stretch: Stretch, counted: BoolArray) -> Hits:
+    def run(
+        self, pair: Pair, stretch: Stretch, counted: BoolArray, withdrawn: BoolArray | None = None
+    ) -> Hits:
         """Find where a pair overlaps or comes nearer than its clearance.
 
         Parameters
         ----------
         counted : (n,), rows whose move is to be looked at
+        withdrawn : (n,), rows whose move goes back along the tool's axis; none by default
 
         Returns
         -------
@@ -118,8 +122,9 @@ class Sweep:
         """
         started = time.perf_counter()
         effort = self.effort.setdefault((pair.first.name, pair.second.name), Effort())
+        back = np.zeros(len(stretch), dtype=bool) if withdrawn is None else withdrawn
         found = [
-            self._pieces(pair, first, second, clearance, stretch, counted, effort)
+            self._pieces(pair, first, second, clearance, stretch, counted, back, effort)
             for first, second, clearance in pair.pieces
         ]
         effort.seconds += time.perf_counter() - started
@@ -133,6 +138,7 @@ class Sweep:
         clearance: float,
         stretch: Stretch,
         counted: BoolArray,
+        withdrawn: BoolArray,
         effort: Effort,
     ) -> Hits:
         # The smaller piece moves: its points stay nearer together.
@@ -149,8 +155,7 @@ class Sweep:
             hits = join([near, search.find(0.0, rows)]) if rows.any() else near
         effort.asked += search.question.asked
         if pair.rapid_only:
-            # What was cut isn't simulated, so a retract begins in the stock: only entering it tells.
-            return hits.at(search.free_before(hits.rows))
+            return search.of_rapids(hits, counted, withdrawn)
         return join([hits, _enclosed(travel, hits, counted)])
 
 
@@ -178,15 +183,39 @@ class _Search:
         known = np.array([int(hits.rows[0]) for hits in here], dtype=np.int64)
         return join([*here, *self._within(moves[~np.isin(moves + 1, known)], margin)])
 
-    def free_before(self, rows: IntArray) -> BoolArray:
-        """Tell which moves to rows, (m,), begin where the pieces don't overlap."""
-        free = {row: row == 0 or not self._meets(row - 1) for row in np.unique(rows).tolist()}
-        return np.array([free[row] for row in rows.tolist()], dtype=bool)
+    def of_rapids(self, hits: Hits, counted: BoolArray, withdrawn: BoolArray) -> Hits:
+        """Keep hits of moves from outside, and find what moves that begin within the other piece do wrong."""
+        inside = counted.copy()
+        inside[0] = False
+        rows = np.flatnonzero(inside)
+        inside[rows] = [self.meets(self.travel.places[row - 1]) for row in rows.tolist()]
+        found = [hits.at(~inside[hits.rows])]
+        for stay in stays(self, inside, counted, withdrawn):
+            found.append(self._after(stay) if stay.left else self._staying(stay))
+        return join(found)
 
-    def _meets(self, row: int) -> bool:
-        """Tell whether the pieces overlap at a location, or one is wholly inside the other."""
-        touching = self.question.depth(self.travel.places[row]) > ROUNDING
-        return touching or _one_in_other(self.travel, row)
+    def _after(self, stay: Stay) -> Hits:
+        """Find hits on the rest of a move that has left the other piece."""
+        stretch = self.travel.stretch
+        before, end = stretch.positions[stay.row - 1], stretch.positions[stay.row]
+        rest = Stretch(stretch.machine, stretch.poses, np.array([before + stay.share * (end - before), end]))
+        search = _Search(self.travel.along(rest), self.tolerance, self.effort)
+        hits = search.find(0.0, np.array([False, True]))
+        self.effort.asked += search.question.asked
+        return replace(
+            hits, rows=hits.rows - 1 + stay.row, shares=stay.share + (1.0 - stay.share) * hits.shares
+        )
+
+    def _staying(self, stay: Stay) -> Hits:
+        """Tell how deep a move is in the other piece that should have left it."""
+        place = self.travel.between(np.array([stay.row - 1]), np.array([stay.share]))[0]
+        depth = self.question.depth(place)
+        deep = np.array([depth if depth > ROUNDING else np.inf])
+        return Hits(np.array([stay.row], dtype=np.int64), np.array([stay.share]), deep, np.zeros(1))
+
+    def meets(self, place: Array) -> bool:
+        """Tell whether the pieces overlap at a place, or one is wholly inside the other."""
+        return self.question.depth(place) > ROUNDING or _one_in_other(self.travel, place)
 
     def _open_moves(self, margin: float, counted: BoolArray) -> IntArray:
         """Leave out the moves that are proven clear, groups from one of their locations first."""
@@ -301,15 +330,15 @@ def _enclosed(travel: Travel, hits: Hits, counted: BoolArray) -> Hits:
     rows = [
         np.arange(start, end)[~touched[start:end]]
         for start, end in zip(starts.tolist(), ends.tolist(), strict=True)
-        if not touched[start:end].all() and _one_in_other(travel, end - 1)
+        if not touched[start:end].all() and _one_in_other(travel, travel.places[end - 1])
     ]
     inside = np.concatenate([*rows, np.empty(0, dtype=np.int64)]).astype(np.int64)
     return Hits(inside, np.ones(len(inside)), np.full(len(inside), np.inf), np.zeros(len(inside)))
 
 
-def _one_in_other(travel: Travel, row: int) -> bool:
+def _one_in_other(travel: Travel, place: Array) -> bool:
     """Tell whether a point of one piece lies inside the mesh of the other."""
-    place, mover, other = travel.places[row], travel.mover, travel.other
+    mover, other = travel.mover, travel.other
     there = place[:3, :3] @ mover.inner + place[:3, 3]
     back = place[:3, :3].T @ (other.inner - place[:3, 3])
     return _holds(other, there) or _holds(mover, back)

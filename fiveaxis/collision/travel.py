@@ -75,6 +75,10 @@ class Travel:
         self.places = self._relative(stretch.links)
         self.corners = self.corners_at(self.places)
 
+    def along(self, stretch: Stretch) -> Travel:
+        """Take the same pieces along another stretch."""
+        return Travel(stretch, self.mover, self.other, *self._links)
+
     def between(self, moves: IntArray, shares: Array) -> Array:
         """Place the mover in the other's frame within moves: (m,) and shares, (m,) → (m, 4, 4) mm."""
         return self._relative(self.stretch.between(moves, shares))

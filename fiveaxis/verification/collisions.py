@@ -26,6 +26,8 @@ from fiveaxis.verification.subject import Subject
 TOLERANCE = 0.05
 # Locations whose link poses are held in memory at once.
 LONGEST_STRETCH = 20_000
+# mm and rad: what leads and turns the tool by no more while it goes back along its axis is rounding.
+MOST_ASIDE, MOST_TURNED = 0.01, 1e-4
 # Kind of pair → its finding's code, and what to do about it.
 CODES = {SHANK: "shank", HOLDER: "holder", CUTTER: FIXTURE, MACHINE: MACHINE}
 REMEDIES = {
@@ -121,6 +123,7 @@ def _sweep_all(subject: Subject, pairs: tuple[Pair, ...], sweep: Sweep, led: flo
     """Take every pair along every stretch of known axis values."""
     poses = pinocchio_poses(subject.machine)
     rapid = subject.toolpath.kind == MoveKind.RAPID
+    back = _withdrawn(subject)
     met = []
     known = np.asarray(np.isfinite(subject.positions).all(axis=1))
     for begin, end in _stretches(known):
@@ -133,12 +136,21 @@ def _sweep_all(subject: Subject, pairs: tuple[Pair, ...], sweep: Sweep, led: flo
         new = np.arange(begin, end) > (begin if begin and known[begin - 1] else -1)
         for pair in pairs:
             counted = new & rapid[begin:end] if pair.rapid_only else new
-            hits = sweep.run(pair, stretch, counted[row])
+            hits = sweep.run(pair, stretch, counted[row], back[begin:end][row])
             hits = hits.at(new[row[hits.rows]])
             hits = hits if led is None else _of_rows(hits, place)
             if len(hits.rows):
                 met.append(_Met(pair, hits.moved(begin)))
     return met
+
+
+def _withdrawn(subject: Subject) -> BoolArray:
+    """Tell which moves, (n,), draw the tool back along its own axis, and turn nothing."""
+    steps = np.diff(subject.tip, axis=0, prepend=subject.tip[:1])
+    back = np.sum(steps * subject.axis, axis=1)
+    aside = np.linalg.norm(steps - back[:, None] * subject.axis, axis=1)
+    turns = subject.steps[:, subject.machine.rotary_columns].max(axis=1, initial=0.0)
+    return np.asarray((back > 0.0) & (aside <= MOST_ASIDE) & (turns <= MOST_TURNED))
 
 
 def _of_rows(hits: Hits, place: Array) -> Hits:

@@ -233,6 +233,44 @@ def test_the_cutter_may_leave_the_stock_in_a_rapid_but_not_enter_it(table_table,
     assert ("fixture-collision" in found) is hits
 
 
+@pytest.mark.parametrize(
+    ("places", "bad"),
+    [
+        (((-40.0, -5.0), (40.0, -5.0)), [1]),  # through all of the stock
+        (((-40.0, -5.0), (-30.0, -5.0), (-20.0, -5.0), (90.0, -5.0)), [2, 3]),  # the same in parts
+        (((-40.0, -5.0), (-33.0, -5.0)), [1]),  # ends in it
+        (((46.0, -5.0), (90.0, -5.0)), []),  # leaves it after 7 mm
+        (((46.0, -5.0), (49.0, -5.0), (90.0, -5.0)), []),
+        (((46.0, -5.0), (60.0, -5.0), (40.0, -5.0)), [2]),  # comes back
+        (((0.0, -25.0), (0.0, 30.0), (0.0, 40.0)), []),  # back along its axis
+        (((0.0, -25.0), (0.0, -24.0), (20.0, -24.0)), [2]),
+    ],
+)
+@pytest.mark.parametrize("sunk", [0.0, 40.0])
+def test_a_rapid_that_stays_in_the_stock_is_an_error(table_table, places, bad, sunk):
+    """The stock's right face is at 50 mm, its top at 0; sunk, the whole cutter is under it at first."""
+    stock = trimesh.creation.box(bounds=[[-60.0, -60.0, -90.0], [50.0, 60.0, 0.0]])
+    rows = [[x, 0.0, z - sunk, 0.0, 0.0] for x, z in places]
+    if sunk and places[-1][1] > 0.0:
+        rows = [[x, 0.0, z - sunk * (z < 0.0), 0.0, 0.0] for x, z in places]
+    kinds = [MoveKind.CUT, *[MoveKind.RAPID] * (len(rows) - 1)]
+    found = check(subject_of(table_table, rows, kinds, Tool.flat(6)), stock=stock)
+    assert [r.rows.tolist() for r in found.values()] == ([bad] if bad else [])
+
+
+def test_a_rapid_that_leaves_the_stock_and_enters_it_again_is_an_error(table_table):
+    """Two blocks of one stock with a gap between: 5 mm in the one, then into the other."""
+    blocks = [trimesh.creation.box(bounds=[[x, -20.0, -20.0], [x + 20.0, 20.0, 20.0]]) for x in (-20.0, 20.0)]
+    stock = trimesh.util.concatenate(blocks)
+    rows = [[-2.0, 0.0, 0.0, 0.0, 0.0], [60.0, 0.0, 0.0, 0.0, 0.0]]
+    found = check(subject_of(table_table, rows, [MoveKind.CUT, MoveKind.RAPID], Tool.flat(6)), stock=stock)
+    assert found["fixture-collision"].rows.tolist() == [1]
+    out = [[-2.0, 0.0, 0.0, 0.0, 0.0], [10.0, 0.0, 0.0, 0.0, 0.0]]
+    assert (
+        check(subject_of(table_table, out, [MoveKind.CUT, MoveKind.RAPID], Tool.flat(6)), stock=stock) == {}
+    )
+
+
 def test_rows_that_are_not_numbers_are_left_out_and_said(table_table):
     rows = [[0.0] * 5, [np.nan] * 5, [0.0] * 5, [0.0] * 5]
     results = check_collisions(subject_of(table_table, rows), Surroundings(part=wall(SHANK - 1.0)))
