@@ -30,6 +30,8 @@ SWITCH_OBJECTIVE, SWITCH_OFF = 2.3, 1.1
 MOST_HALVINGS = 25
 # Inertia: the first shift of the diagonal (J/rad²), its growth and decay, and where to give up.
 FIRST_SHIFT, GROWTH, DECAY, MOST_SHIFT = 0.1, 8.0, 3.0, 1e14
+# Least room that a value keeps to its bound: less is rounded away beside it, and divided by.
+LEAST_ROOM = 1e-13
 # Duals stay within this factor of what the barrier asks for.
 DUAL_RANGE = 1e10
 # Slacks start this share of their range inside it.
@@ -198,9 +200,18 @@ class _Method:
             getattr(p, name)[...] += taken * getattr(step, name)
         for name in DUAL:
             getattr(p, name)[...] += dual * getattr(step, name)
+        self._keep_room()
         self._evaluate(p.x)
         self._reset_duals()
         return True
+
+    def _keep_room(self) -> None:
+        """Move values off the bounds that they have come so near to that nothing is left between."""
+        p, q = self.point, self.problem
+        room = np.minimum(LEAST_ROOM, (q.high - q.low) / 4.0)
+        np.clip(p.y, q.low + room, q.high - room, out=p.y)
+        for way in (p.s, p.t):
+            np.minimum(way, q.most - np.minimum(LEAST_ROOM, q.most / 4.0), out=way)
 
     def _evaluate(self, x: Array) -> None:
         kernel.evaluate(self.problem.waves, x, self.value, self.slope, self.bow)

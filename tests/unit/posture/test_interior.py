@@ -7,6 +7,7 @@ import pytest
 
 from fiveaxis.machine import Limits, Machine, load_machine
 from fiveaxis.posture import interior_kernel as kernel
+from fiveaxis.posture import optimise
 from fiveaxis.posture.interior import as_banded, is_banded, minimise, split
 from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.posture.refine import _by_ipopt
@@ -146,3 +147,15 @@ def test_a_held_axis_and_steps_that_may_not_turn_are_left_to_ipopt(problem):
         ),
     )
     assert not is_banded(replace(problem, machine=machine))
+
+
+def test_a_slack_that_rounds_to_nothing_beside_its_bound_stops_nothing() -> None:
+    """A level circle: steps end so near to their bounds that no room is left in double precision."""
+    turn = np.linspace(0.0, 2.0 * np.pi, 721)
+    contact = np.column_stack([25.0 * np.cos(turn), 25.0 * np.sin(turn), np.full_like(turn, 5.0)])
+    normal = np.column_stack([np.cos(turn), np.sin(turn), np.zeros_like(turn)])
+    path = Toolpath.from_contacts(contact, normal, Tool.ball(8.0))
+    machine = load_machine("hayashi-640123")
+    solution = optimise(path, machine, tilt=(15.0, 75.0), max_turn=15.0, effort="quick")
+    assert np.isfinite(solution.motion.positions).all()
+    assert all(solution.energy.total <= energy.total for energy in solution.baselines.values())
