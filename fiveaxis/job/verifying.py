@@ -26,7 +26,7 @@ from fiveaxis.verification.gouging import check_gouge
 from fiveaxis.verification.moves import check_deviation, check_speeds
 from fiveaxis.verification.report import SEVERITY_ORDER, Result, make_report
 from fiveaxis.verification.subject import DEFAULT_TOLERANCES, Subject, make_subject
-from fiveaxis.verification.turns import check_hold, check_jumps, check_singular
+from fiveaxis.verification.turns import check_hold, check_jumps, check_singular, programmed_turns
 
 if TYPE_CHECKING:
     import trimesh
@@ -95,9 +95,9 @@ def verify_program(
     -------
     Findings with file and line of the program: ``not-finite``, ``axis-limit``, ``held-axis``, ``tilt``,
     ``gouge``, ``…-collision``, ``off-path``, ``path-missed`` (errors), ``jump`` (an error, and a warning
-    where the sweep was checked for gouges), ``feed-over``, ``singular-turn``, ``…-clearance``,
-    ``tip-deviation`` (warnings: a control slows down, and what lies between a foreign program's blocks is its
-    author's choice), and what reading it assumed.
+    where the sweep was checked for gouges and nobody named a bound), ``feed-over``, ``singular-turn``,
+    ``…-clearance``, ``tip-deviation`` (warnings: a control slows down, and what lies between a foreign
+    program's blocks is its author's choice), and what reading it assumed.
 
     Raises
     ------
@@ -133,7 +133,7 @@ def verify_program(
         results.append(following)
     results.append(_check_leaning(subject, leaning, mesh, toolpath, match, surface_tolerance))
     results += [
-        _as_severe(check_jumps(subject), Severity.ERROR if mesh is None else Severity.WARNING),
+        _check_turns(subject, toolpath, match, swept=mesh is not None),
         check_singular(subject),
         replace(_as_severe(check_speeds(subject), Severity.WARNING), code="feed-over"),
         # Beside a path the way between blocks is checked against that: few blocks may well follow its bends.
@@ -145,6 +145,23 @@ def verify_program(
     left = (*NOT_CHECKED, *((NO_TOOL,) if tool is None else ()), *((NO_PATH,) if toolpath is None else ()))
     report = make_report(results, read.path, left)
     return _with_findings(report, (*missed, *read.findings), {} if match is None else match.missed)
+
+
+def _check_turns(subject: Subject, toolpath: Toolpath | None, match: Match | None, *, swept: bool) -> Result:
+    """Check how far rotary axes turn in a cut; a bound that somebody names holds for whole blocks.
+
+    What the program itself turns the tool by is no excuse there: only what a path turns it by is.
+    """
+    if subject.asked.max_turn is None:
+        return _as_severe(check_jumps(subject), Severity.WARNING if swept else Severity.ERROR)
+    programmed = np.zeros(len(subject.positions))
+    if toolpath is not None and match is not None:
+        known = np.flatnonzero(match.row >= 0)
+        # A row before a location is on the way to it.
+        following = np.searchsorted(match.row[known], np.arange(len(programmed)))
+        turns = np.append(programmed_turns(toolpath)[known], 0.0)
+        programmed = turns[following]
+    return check_jumps(subject, programmed, blocks=True)
 
 
 def _check_leaning(

@@ -8,6 +8,7 @@ import numpy as np
 
 from fiveaxis.findings import Severity
 from fiveaxis.geometry import Array, angle_between
+from fiveaxis.toolpath import Toolpath
 from fiveaxis.verification.checks import largest
 from fiveaxis.verification.model import tool_poses
 from fiveaxis.verification.report import Result, left_out
@@ -47,16 +48,25 @@ def check_hold(subject: Subject) -> Result:
     )
 
 
-def check_jumps(subject: Subject) -> Result:
+def check_jumps(subject: Subject, programmed: Array | None = None, *, blocks: bool = False) -> Result:
     """Check that no rotary axis turns suddenly while the tool cuts.
 
     A control that interpolates in machine coordinates would sweep the tool through the part. Links and
     rapids may turn as far as they like, and a cut in which the program itself turns the tool as far as that.
+
+    Parameters
+    ----------
+    subject : the motion
+    programmed : (n,), rad, that the move to each row may turn in any case; by default what the subject's own
+        path turns the tool by
+    blocks : whether cuts with one line in the program count as one, as parts of a block do
     """
     most = subject.tolerances.jump if subject.asked.max_turn is None else subject.asked.max_turn
-    allowed = np.maximum(most, programmed_turns(subject))
+    allowed = np.maximum(most, programmed_turns(subject.toolpath) if programmed is None else programmed)
     columns = subject.machine.rotary_columns
     turns = np.where(subject.cutting[:, None], subject.steps[:, columns], 0.0)
+    if blocks:
+        turns = _by_block(turns, subject)
     rows, which = np.nonzero(turns > allowed[:, None] + subject.tolerances.angle)
     degrees = np.degrees(turns)
 
@@ -81,12 +91,22 @@ def check_jumps(subject: Subject) -> Result:
     )
 
 
-def programmed_turns(subject: Subject) -> Array:
-    """Measure how far the program turns the tool in the move to each location, (n,) rad; 0 where unknown.
+def _by_block(turns: Array, subject: Subject) -> Array:
+    """Add up the turns, (n, r), of cuts with one line, at the last of them."""
+    line, cutting = subject.toolpath.source, subject.cutting
+    begins = np.append(True, (line[1:] != line[:-1]) | (cutting[1:] != cutting[:-1]))
+    first = np.flatnonzero(begins)
+    summed = np.zeros_like(turns)
+    summed[np.append(first[1:], len(turns)) - 1] = np.add.reduceat(np.nan_to_num(turns), first, axis=0)
+    return summed
+
+
+def programmed_turns(toolpath: Toolpath) -> Array:
+    """Measure how far a path turns the tool in the move to each location, (n,) rad; 0 where unknown.
 
     A location that was inserted knows no axis: the parts of a move count as the whole of it.
     """
-    axis = subject.toolpath.axis
+    axis = toolpath.axis
     known = np.flatnonzero(np.isfinite(axis).all(axis=1))
     if len(known) < 2:
         return np.zeros(len(axis))

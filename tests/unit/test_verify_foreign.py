@@ -1,5 +1,7 @@
 """Programs of others, verified: what only they do."""
 
+import pytest
+
 import fiveaxis as fx
 from fiveaxis.collision import Fixture, Surroundings
 from fiveaxis.machine import Box
@@ -28,3 +30,28 @@ def test_a_program_of_directions_is_swept_where_the_control_leads_the_tip(hayash
     (found,) = [f for f in report.findings if f.code == "fixture-collision"]
     assert found.place.line == 7
     assert "the tool led straight while it turns" in " ".join(report.checked)
+
+
+LEANING = """G21 G90 G94
+G0 A0 C0
+G0 X0 Y0 Z50
+G1 X0 Y0 Z0 F500
+G1 X1 A-5
+G1 X2 A-65
+G1 X3 A-66
+M2
+"""
+
+
+@pytest.mark.parametrize("led", [False, True])
+def test_a_bound_on_turns_that_is_named_holds_for_whole_blocks(hayashi, tmp_path, led):
+    """The tool leans with A: that the program says so is no excuse, and neither is that it is led."""
+    program = tmp_path / "leaning.ngc"
+    program.write_text(LEANING.replace("G0 A0 C0", "G0 A0 C0\nG0 X0 Y0 Z50\nG43.4 H1") if led else LEANING)
+    checked = {"tool": Tool.ball(10), "singular_cone": None}
+    report = fx.verify_program(program, hayashi, max_turn=10.0, **checked)
+    assert [f.place.line for f in report.findings if f.code == "jump"] == [8 if led else 6]
+    assert fx.verify_program(program, hayashi, max_turn=61.0, **checked).ok
+    path = fx.read_toolpath(program, tool=Tool.ball(10), machine=hayashi)
+    allowed = fx.verify_program(program, hayashi, toolpath=path, max_turn=10.0, tool=Tool.ball(10))
+    assert "jump" not in allowed.counts
