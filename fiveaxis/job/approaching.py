@@ -7,6 +7,7 @@ from dataclasses import replace
 from fiveaxis.collision import Surroundings
 from fiveaxis.job.blocks import ProgramMotion
 from fiveaxis.job.description import Job
+from fiveaxis.motion import motion_digest
 from fiveaxis.nc.writing.places import Wording
 from fiveaxis.toolpath import Toolpath
 from fiveaxis.verification import with_approach
@@ -17,12 +18,21 @@ def with_way_in(
 ) -> ProgramMotion:
     """Choose a clear way to the first location of a job's program, and say in its verdict what was checked.
 
-    A list of cutter locations has no approach of ours.
+    The verdict rests on all rows of the path, and holds for the blocks that stand for them. A list of cutter
+    locations has no approach of ours.
     """
+    found = replace(program.verdict, about=motion_digest(program.motion, wording.machine))
+    if wording.coordinates != "axes":
+        # Rows stand so close that the tip led straight and axes run linearly go the same way.
+        found = replace(
+            found,
+            gouges_between=_on_both_ways(found.gouges_between),
+            collisions_between=_on_both_ways(found.collisions_between),
+        )
     if wording.dialect.language != "blocks":
-        return program
+        return replace(program, verdict=found)
     verdict = with_approach(
-        program.verdict,
+        found,
         program.motion,
         wording.machine,
         toolpath,
@@ -32,3 +42,7 @@ def with_way_in(
         rows=len(program.driven),
     )
     return replace(program, verdict=verdict)
+
+
+def _on_both_ways(ways: tuple[str, ...] | None) -> tuple[str, ...] | None:
+    return ways and ("axes", "led")

@@ -16,7 +16,7 @@ from fiveaxis.errors import SettingError
 from fiveaxis.findings import Finding, Severity, count_codes
 from fiveaxis.job.checked_program import load_program
 from fiveaxis.machine import Machine
-from fiveaxis.motion import AXIS_TOLERANCE, PATH_TOLERANCE, Motion
+from fiveaxis.motion import AXIS_TOLERANCE, PATH_TOLERANCE, Motion, motion_digest
 from fiveaxis.toolpath import Tool, Toolpath, for_tilt, interpolate
 from fiveaxis.verification import Asked, Report, Tolerances
 from fiveaxis.verification.checks import check_finite, check_limits, check_tilt
@@ -143,7 +143,13 @@ def verify_program(
     if tool is not None:
         results += check_collisions(subject, around, led=read.led_height)
     left = (*NOT_CHECKED, *((NO_TOOL,) if tool is None else ()), *((NO_PATH,) if toolpath is None else ()))
-    report = make_report(results, read.path, left)
+    way = "led" if read.straight else "axes"
+    report = replace(
+        make_report(results, read.path, left),
+        about=motion_digest(read.motion, machine),
+        gouges_between=None if mesh is None else (way,),
+        collisions_between=None if tool is None else (way,),
+    )
     return _with_findings(report, (*missed, *read.findings), {} if match is None else match.missed)
 
 

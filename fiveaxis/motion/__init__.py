@@ -1,5 +1,6 @@
 """Axis motion along a path, and its timing."""
 
+from fiveaxis.motion.digest import motion_digest
 from fiveaxis.motion.filling import (
     PATH_TOLERANCE,
     fill_in,
@@ -34,6 +35,7 @@ __all__ = [
     "follow",
     "led_deviation",
     "midway_deviation",
+    "motion_digest",
     "move_profiles",
     "off_plane",
     "peak_rates",

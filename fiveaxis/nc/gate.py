@@ -43,7 +43,7 @@ class Verdict(Protocol):
 
 
 def pass_gate(
-    verdict: Verdict | None, override: Sequence[str] = (), *, led: bool = False
+    verdict: Verdict | None, override: Sequence[str] = (), *, led: bool = False, about: str | None = None
 ) -> list[tuple[str, str]]:
     """Let a motion pass, or say what keeps it back.
 
@@ -52,6 +52,7 @@ def pass_gate(
     verdict : on the motion; None where nobody has verified it
     override : codes of errors that are accepted
     led : whether the control leads the tool's tip between blocks; else its axes run linearly
+    about : `motion_digest` of the motion that is to be written; None for no comparison
 
     Returns
     -------
@@ -61,7 +62,7 @@ def pass_gate(
     Raises
     ------
     Unverified
-        An error that isn't accepted.
+        An error that isn't accepted; a verdict on another motion.
     SettingError
         A code that doesn't exist or didn't occur; one to accept, and no verdict.
     """
@@ -70,6 +71,13 @@ def pass_gate(
         if accepted:
             raise SettingError("override accepts errors of a verification; give its report, too")
         return [("verification", NOT_VERIFIED)]
+    found_about = getattr(verdict, "about", None)
+    if about is not None and found_about is not None and about != found_about:
+        raise Unverified(
+            "the report is about another motion, or another machine or tool length; no program is written; "
+            "verify the motion that is to be written, on its machine",
+            [],
+        )
     errors = error_counts(verdict, led=led)
     # What a control that leads the tip makes harmless may be accepted all the same.
     needless = WORSE_IN_BLOCKS if led else ()
@@ -87,9 +95,24 @@ def pass_gate(
     notes = [(OVERRIDDEN, f"{code} ({errors[code]})") for code in accepted if code in errors]
     notes.append(("verification", "errors accepted by name" if notes else "no errors"))
     notes += [("checked", text) for text in dict.fromkeys(verdict.checked)]
-    left = (*verdict.not_checked, *(() if checked_lead_in(verdict) is not None else (NO_APPROACH,)))
+    left = (
+        *verdict.not_checked,
+        *_other_ways(verdict, led),
+        *(() if checked_lead_in(verdict) is not None else (NO_APPROACH,)),
+    )
     notes += [("not checked", text) for text in dict.fromkeys(left)]
     return notes
+
+
+def _other_ways(verdict: Verdict, led: bool) -> list[str]:
+    """Say what a verdict has looked for on another way between locations than the program's alone."""
+    way, how = ("led", "the tip led straight") if led else ("axes", "all axes linear in time")
+    checked = {what: getattr(verdict, f"{what}_between", None) for what in ("gouges", "collisions")}
+    return [
+        f"{what} between locations with {how}, as this program has it"
+        for what, ways in checked.items()
+        if ways is not None and way not in ways
+    ]
 
 
 def checked_lead_in(verdict: Verdict | None) -> Array | None:

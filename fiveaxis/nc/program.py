@@ -13,7 +13,7 @@ from fiveaxis.files import write_atomically
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array
 from fiveaxis.machine import Machine
-from fiveaxis.motion import Motion
+from fiveaxis.motion import Motion, motion_digest
 from fiveaxis.nc.gate import Verdict, checked_lead_in, pass_gate
 from fiveaxis.nc.writing.blocks import block_lines
 from fiveaxis.nc.writing.catalogue import find_dialect
@@ -173,8 +173,8 @@ def compose_program(
     Raises
     ------
     Unverified
-        The report has an error that isn't accepted; or, in positions of the machine's axes, the tool leaves
-        its way between blocks.
+        The report has an error that isn't accepted, or is about another motion; or, in positions of the
+        machine's axes, the tool leaves its way between blocks.
     SettingError
         An unknown control; coordinates, a winding or settings that the control or the machine hasn't; an
         override of a code that doesn't exist or didn't occur.
@@ -190,7 +190,8 @@ def compose_program(
             f"the motion has axes {motion.letters}, and machine {machine.name!r} has {machine.letters}"
         )
     wording = require_program(machine, control, coordinates, winding, settings)
-    verified = pass_gate(report, override, led=wording.coordinates != "axes")
+    about = None if report is None else motion_digest(motion, machine)
+    verified = pass_gate(report, override, led=wording.coordinates != "axes", about=about)
     _require_numbers(motion)
     if "axis-limit" not in override:
         _require_travel(motion, machine)

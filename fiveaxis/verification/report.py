@@ -66,6 +66,10 @@ class Report:
     counts : number of violations by code, those that aren't listed included
     figures : the worst value of every check, by name with its unit; None where there was nothing to measure
     checked, not_checked : sentences that say what the verdict rests on and what it leaves open
+    about : `motion_digest` of the motion; None where that isn't known
+    gouges_between, collisions_between : ways between locations for which there are none but those found:
+        ``axes``, all of them linear in time, ``led``, the tool led straight by the control; None where that
+        isn't known, or nothing was there to be checked
     lead_in : mm by axis, the last of the way to the first location, back from there, that a program of the
         motion takes; None where the way there wasn't looked at
     """
@@ -75,6 +79,9 @@ class Report:
     figures: dict[str, float | None]
     checked: tuple[str, ...]
     not_checked: tuple[str, ...]
+    about: str | None = None
+    gouges_between: tuple[str, ...] | None = None
+    collisions_between: tuple[str, ...] | None = None
     lead_in: tuple[float, ...] | None = None
 
     @property

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fiveaxis.collision import Surroundings
 from fiveaxis.machine import Machine
-from fiveaxis.motion import Motion
+from fiveaxis.motion import Motion, motion_digest
 from fiveaxis.toolpath import Toolpath, for_tilt
 from fiveaxis.verification.asked import Asked
+from fiveaxis.verification.between import Between, Ways, check_gouges
 from fiveaxis.verification.checks import check_contact, check_finite, check_limits, check_tilt
 from fiveaxis.verification.collisions import check_collisions
-from fiveaxis.verification.gouging import check_gouge
 from fiveaxis.verification.moves import check_deviation, check_speeds
 from fiveaxis.verification.rates import KINDS, check_accelerations
 from fiveaxis.verification.report import Report, make_report
@@ -28,6 +29,8 @@ NOT_CHECKED = (
     "tilt and axis limits between locations: checked at the locations",
     "jerk, acceleration in links, and whether the durations keep the programmed feed",
 )
+# mm above the tip, of the point that a control leads.
+TIP = 0.0
 NO_ACCELERATIONS = "acceleration: inserted locations cut moves into parts whose speeds don't tell it"
 
 
@@ -48,6 +51,7 @@ def verify(
     singular_rate: float = 0.0,
     part: str | Path | trimesh.Trimesh | None = None,
     surroundings: Surroundings | None = None,
+    between: Between | Ways | None = None,
     tolerances: Tolerances = DEFAULT_TOLERANCES,
 ) -> Report:
     """Check a motion against its machine, its path and what was asked for, with kinematics of its own.
@@ -73,6 +77,10 @@ def verify(
     part : mesh of the finished part in mm, or its file; without it, gouges aren't checked
     surroundings : part, stock and fixtures that cutter, shank, holder and machine keep away from, in place
         of `part`; the bodies of the machine are held against each other in any case
+    between : the way between locations: ``axes``, all of them linear in time, as blocks of axis words say;
+        ``led``, the tool led straight, as tool centre point control does. By default gouges are looked for
+        on the way that is led, in links on both, and collisions on that of the axes; the report says on
+        which way what was checked, and a program that takes another one says so
     tolerances : from where on a difference is a finding
 
     Returns
@@ -86,7 +94,7 @@ def verify(
     Raises
     ------
     SettingError
-        Both tilt and cone; a bad range or bound; a motion of other axes than the machine's.
+        Both tilt and cone; a bad range, bound or way; a motion of other axes than the machine's.
     ToolpathError
         A motion of another length than the path; a path without the direction that tilt or cone refers to.
     MeshError
@@ -111,7 +119,8 @@ def verify(
         plane=plane,
     )
     around = surroundings or Surroundings.load(part)
-    return examine(motion, machine, toolpath, asked, surroundings=around, tolerances=tolerances)
+    ways = Ways.asked(between)
+    return examine(motion, machine, toolpath, asked, surroundings=around, tolerances=tolerances, ways=ways)
 
 
 def examine(
@@ -124,6 +133,7 @@ def examine(
     tolerances: Tolerances = DEFAULT_TOLERANCES,
     accelerations: bool = True,
     straight: bool = True,
+    ways: Ways | None = None,
 ) -> Report:
     """Check a motion as `verify` does, against bounds that are made already.
 
@@ -134,6 +144,8 @@ def examine(
     accelerations : whether the blocks' speeds tell accelerations; not where moves were cut into parts
     straight : whether gouges between locations are looked for as a control leads the tool's centre, straight;
         else with all axes linear in time, as blocks of axis words say
+    ways : on which ways between locations to look, in place of `straight`; by default collisions are looked
+        for with all axes linear
 
     Raises
     ------
@@ -141,6 +153,7 @@ def examine(
         As `verify`.
     """
     subject = make_subject(motion, machine, toolpath, asked, tolerances)
+    ways = ways or Ways("led" if straight else "axes", "axes")
     around = surroundings or Surroundings()
     changes = [check_accelerations(subject, kind) for kind in KINDS] if accelerations else []
     results = (
@@ -155,7 +168,14 @@ def examine(
         check_speeds(subject),
         *changes,
         check_deviation(subject),
-        check_gouge(subject, around.part, straight=straight),
-        *check_collisions(subject, around),
+        check_gouges(subject, around.part, ways),
+        *check_collisions(subject, around, led=TIP if ways.collisions == "led" else None),
     )
-    return make_report(results, toolpath, NOT_CHECKED if changes else (*NOT_CHECKED, NO_ACCELERATIONS))
+    report = make_report(results, toolpath, NOT_CHECKED if changes else (*NOT_CHECKED, NO_ACCELERATIONS))
+    alone = not around.meshes and not around.fixtures and not machine.bodies
+    return replace(
+        report,
+        about=motion_digest(motion, machine),
+        gouges_between=None if around.part is None else ways.of_gouges,
+        collisions_between=None if alone else (ways.collisions,),
+    )

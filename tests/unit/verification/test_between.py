@@ -1,0 +1,114 @@
+"""A report says on which motion it is, and on which way between locations what was checked."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import trimesh
+
+from fiveaxis.collision import Fixture, Surroundings
+from fiveaxis.errors import SettingError, Unverified
+from fiveaxis.kinematics import tool_poses
+from fiveaxis.machine import Box, Machine
+from fiveaxis.motion import Motion, follow, motion_digest
+from fiveaxis.nc import compose_program
+from fiveaxis.toolpath import MoveKind, Tool, Toolpath
+from fiveaxis.verification import verify
+
+# A link across the table's centre while the table turns by half a turn: led straight the tool passes the
+# centre, with axes linear it goes around it.
+TIPS = np.array([[60.0, 0, 0], [60, 1, 0], [60, 2, 0], [-60, 2, 0], [-60, 3, 0]])
+KINDS = np.array([MoveKind.CUT, MoveKind.CUT, MoveKind.CUT, MoveKind.LINK, MoveKind.CUT])
+
+
+@pytest.fixture
+def path() -> Toolpath:
+    axis = np.tile([0.0, 0.0, 1.0], (5, 1))
+    return Toolpath.from_tips(TIPS, axis, Tool.ball(6.0), kind=KINDS)
+
+
+@pytest.fixture
+def motion(path: Toolpath, hayashi: Machine) -> Motion:
+    rotary = np.zeros((5, 2))
+    rotary[3:, list(hayashi.chain.rotaries).index("C")] = np.pi
+    return follow(path, hayashi, rotary)
+
+
+def middle(motion: Motion, machine: Machine) -> np.ndarray:
+    """Say where the tip is halfway of the link with all axes linear."""
+    return tool_poses(machine, motion.positions[2:4].mean(axis=0)[None])[0][0]
+
+
+def comments(program) -> str:
+    return " ".join(program.lines)
+
+
+@pytest.mark.parametrize("way", ["axes", "led"])
+def test_a_gouge_on_either_way_of_a_link_is_found_by_default(path, motion, hayashi, way):
+    x, y = middle(motion, hayashi)[:2] if way == "axes" else (0.0, 2.0)
+    post = trimesh.creation.box(bounds=[[x - 2, y - 2, -5], [x + 2, y + 2, 20]])
+    report = verify(motion, hayashi, path, part=post)
+    assert report.counts["gouge"] == 1
+    assert report.gouges_between == ("axes", "led")
+    assert next(f for f in report.findings if f.code == "gouge").place.location == 3
+    other = "led" if way == "axes" else "axes"
+    assert "gouge" in verify(motion, hayashi, path, part=post, between=way).counts
+    assert "gouge" not in verify(motion, hayashi, path, part=post, between=other).counts
+
+
+def test_the_two_ways_of_a_link_differ(motion, hayashi):
+    assert np.linalg.norm(middle(motion, hayashi)[:2] - [0.0, 2.0]) > 10.0
+
+
+def test_a_collision_on_the_way_that_is_led_is_found_where_it_is_asked_for(path, motion, hayashi):
+    around = Surroundings(fixtures=(Fixture("pin", Box((4, 4, 40), (0, 2, 14))),))
+    by_axes = verify(motion, hayashi, path, surroundings=around)
+    led = verify(motion, hayashi, path, surroundings=around, between="led")
+    assert by_axes.collisions_between == ("axes",)
+    assert "fixture-collision" not in by_axes.counts
+    assert led.collisions_between == ("led",)
+    assert led.counts["fixture-collision"] == 1
+
+
+def test_a_header_names_a_way_that_the_report_has_not(path, motion, trunnion):
+    around = Surroundings(fixtures=(Fixture("pin", Box((4, 4, 4), (500, 500, -500))),))
+    path = path.at(np.arange(3))
+    motion = follow(path, trunnion, np.zeros((3, 2)))
+    for between, coordinates, named in (
+        (None, "tip", True),
+        (None, "axes", False),
+        ("led", "tip", False),
+        ("led", "axes", True),
+    ):
+        report = verify(motion, trunnion, path, surroundings=around, between=between)
+        program = compose_program(motion, machine=trunnion, coordinates=coordinates, report=report)
+        assert ("collisions between locations with" in comments(program)) is named
+
+
+def test_a_report_of_another_motion_writes_no_program(path, motion, hayashi):
+    report = verify(motion, hayashi, path)
+    lower = replace(motion, positions=motion.positions - np.array([0.0, 0.0, 50.0, 0.0, 0.0]))
+    with pytest.raises(Unverified, match="another motion"):
+        compose_program(lower, machine=hayashi, report=report, override=["jump"])
+    longer = hayashi.with_tool_length(10.0)
+    with pytest.raises(Unverified, match="tool length"):
+        compose_program(motion, machine=longer, report=report)
+
+
+def test_a_digest_is_of_places_kinds_and_chain(motion, hayashi):
+    digest = motion_digest(motion, hayashi)
+    assert digest == motion_digest(replace(motion, time=2.0 * motion.time), hayashi)
+    assert digest == motion_digest(replace(motion, positions=motion.positions * 1.0), hayashi)
+    others = [
+        motion_digest(replace(motion, positions=motion.positions + 1e-9), hayashi),
+        motion_digest(replace(motion, kind=np.zeros(5, int)), hayashi),
+        motion_digest(motion, hayashi.with_tool_length(1.0)),
+    ]
+    assert len({digest, *others}) == 4
+
+
+def test_an_unknown_way_is_refused(path, motion, hayashi):
+    with pytest.raises(SettingError, match="write axes, led"):
+        verify(motion, hayashi, path, between="tip")
