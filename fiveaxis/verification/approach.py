@@ -64,7 +64,8 @@ class _Ground:
             *check_collisions(subject, self.around),
         )
         for finding in make_report(results, path, ()).findings:
-            at_path = finding.place.location == (0 if end == 0 else len(kept) - 1)
+            # What sticks where the way begins does so on its first part, too.
+            at_path = end == 0 or finding.place.location == len(kept) - 1
             if finding.severity is Severity.ERROR and not (at_path and finding.code in known):
                 return finding.message
         return None

@@ -112,6 +112,21 @@ def test_what_was_found_at_the_first_location_is_not_found_again(hayashi, lollip
     assert "approach-blocked" not in after.counts
 
 
+def test_a_lead_in_passes_the_stock_at_the_feed_of_the_cut(hayashi):
+    tool = Tool.ball(10.0, shank_diameter=8.0)
+    path = along_x(tool)
+    motion = follow(path, hayashi, UPRIGHT)
+    lengths = []
+    for depth in (3.0, 12.0):
+        around = Surroundings(stock=box([-60, -40, -40], [60, 40, depth]))
+        report = verify(motion, hayashi, path, surroundings=around)
+        after = with_approach(report, motion, hayashi, path, surroundings=around, way_out=True)
+        assert after.counts == report.counts
+        lengths.append(after.lead_in[2])
+    assert lengths[0] == 5.0
+    assert lengths[1] > 12.0
+
+
 def test_a_header_says_where_nobody_looked_at_the_approach(hayashi, lollipop):
     motion, before, after = verified(hayashi, along_x(lollipop), box([-60, -40, -10], [60, 40, 0]))
     said = " ".join(compose_program(motion, machine=hayashi, report=before).lines)
