@@ -199,6 +199,9 @@ def _check_leaning(
     if toolpath is None:
         path = for_tilt(path, leaning["tilt"], leaning["cone"], lead=leaning["lead"], lean=leaning["lean"])
     asked = Asked.of_degrees(path, subject.machine, **leaning)
+    if toolpath is None:
+        # What lies off the part is a feed move all the same, and nobody knows its lean.
+        path = replace(path, kind=subject.toolpath.kind[rows])
     motion = subject.motion
     columns = ("feed", "time", "kind", "source")
     some = Motion(motion.letters, positions, *(getattr(motion, name)[rows] for name in columns))

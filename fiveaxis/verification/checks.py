@@ -133,7 +133,7 @@ def check_tilt(subject: Subject) -> Result:
         )
 
     tilt = np.degrees(angles[0])
-    ranges = [f"{b.name} within {math.degrees(b.low):g}…{math.degrees(b.high):g} deg" for b in every]
+    blind = [int((subject.toolpath.cutting & np.isnan(a)).sum()) for a in angles]
     return Result(
         code="tilt",
         severity=Severity.ERROR,
@@ -141,7 +141,16 @@ def check_tilt(subject: Subject) -> Result:
         values=np.degrees(overrun[rows]),
         message=message,
         figures={"tilt_min_deg": smallest(tilt), "tilt_max_deg": largest(tilt)},
-        checked=tuple(f"angle between tool axis and {text} at every location" for text in ranges),
+        checked=tuple(
+            f"angle between tool axis and {b.name} within {math.degrees(b.low):g}…"
+            f"{math.degrees(b.high):g} deg at every location{' that has one' * bool(lost)}"
+            for b, lost in zip(every, blind, strict=True)
+        ),
+        not_checked=tuple(
+            f"angle between tool axis and {b.name} at {lost} cuts: where that points isn't known there"
+            for b, lost in zip(every, blind, strict=True)
+            if lost
+        ),
     )
 
 

@@ -1,9 +1,11 @@
 """Programs of others, verified: what only they do."""
 
 import pytest
+import trimesh
 
 import fiveaxis as fx
 from fiveaxis.collision import Fixture, Surroundings
+from fiveaxis.kinematics import tool_poses
 from fiveaxis.machine import Box
 from fiveaxis.toolpath import Holder, Section, Tool
 
@@ -55,3 +57,19 @@ def test_a_bound_on_turns_that_is_named_holds_for_whole_blocks(hayashi, tmp_path
     path = fx.read_toolpath(program, tool=Tool.ball(10), machine=hayashi)
     allowed = fx.verify_program(program, hayashi, toolpath=path, max_turn=10.0, tool=Tool.ball(10))
     assert "jump" not in allowed.counts
+
+
+def test_cuts_beside_the_part_have_no_normal_and_are_counted_as_unchecked(hayashi, tmp_path):
+    """The part ends at x = 3.2: the last two of five cuts are in the air, and lean beyond nothing."""
+    program = tmp_path / "air.ngc"
+    cuts = "".join(f"G1 X{x} A{a} F500\n" for x, a in ((1, -15), (2, -15), (3, -15), (5, -16), (6, -16)))
+    program.write_text(f"G21 G90 G94\nG0 A-15 C0\nG0 X0 Y0 Z50\n{cuts}M2\n")
+    tip, axis = tool_poses(hayashi, fx.read_program(program, hayashi).positions)
+    under = (tip + 5.0 * axis)[1, 2] - 5.0
+    part = trimesh.creation.box(bounds=[[-50.0, -100.0, -20.0], [3.2, 100.0, under]])
+    report = fx.verify_program(program, hayashi, tool=Tool.ball(10), part=part, tilt=(10.0, 20.0))
+    assert any("at every location that has one" in sentence for sentence in report.checked)
+    assert "angle between tool axis and normal at 2 cuts" in " ".join(report.not_checked)
+    whole = trimesh.creation.box(bounds=[[-50.0, -100.0, -20.0], [60.0, 100.0, under]])
+    report = fx.verify_program(program, hayashi, tool=Tool.ball(10), part=whole, tilt=(10.0, 20.0))
+    assert not any("and normal at" in sentence for sentence in report.not_checked)
