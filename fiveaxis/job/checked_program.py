@@ -12,12 +12,13 @@ import numpy as np
 from fiveaxis.errors import SettingError, ToolpathError
 from fiveaxis.findings import Finding, Place, Severity
 from fiveaxis.geometry import Array
+from fiveaxis.job.rewinds import find_rewinds
 from fiveaxis.kinematics import axis_positions, tool_poses
 from fiveaxis.kinematics.windings import nearest_turn
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Motion, block_times
 from fiveaxis.nc import read_motion, read_program, read_toolpath
-from fiveaxis.toolpath import Tool, Toolpath
+from fiveaxis.toolpath import MoveKind, Tool, Toolpath
 
 # The table of a motion, beside the programs.
 MOTION_SUFFIX = ".csv"
@@ -85,8 +86,16 @@ def load_program(
             return _load_table(path, machine, tool, reading)
         motion = read_program(path, machine, **timed)
     except ToolpathError as fault:
-        return _load_path(path, machine, tool, timed, fault)
-    return Program(motion, _tool_path(motion, machine, tool, motion.name), motion.findings)
+        return _with_links(_load_path(path, machine, tool, timed, fault), machine)
+    read = Program(motion, _tool_path(motion, machine, tool, motion.name), motion.findings)
+    return _with_links(read, machine)
+
+
+def _with_links(read: Program, machine: Machine) -> Program:
+    """Call the moves of rewinds links: a program writes them as feed moves."""
+    rewinding = find_rewinds(read.path, machine, read.motion.positions)
+    kind = np.where(rewinding, MoveKind.LINK, read.path.kind)
+    return replace(read, motion=replace(read.motion, kind=kind), path=replace(read.path, kind=kind))
 
 
 def _load_table(path: Path, machine: Machine, tool: Tool | None, reading: Mapping[str, Any]) -> Program:

@@ -12,9 +12,9 @@ from itertools import pairwise
 import numpy as np
 
 from fiveaxis.findings import Finding, Severity
-from fiveaxis.geometry import Array, IntArray
+from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.motion import PATH_TOLERANCE
-from fiveaxis.toolpath import Toolpath, across, divided_rows
+from fiveaxis.toolpath import MoveKind, Toolpath, across, divided_rows
 from fiveaxis.verification.checks import largest
 from fiveaxis.verification.model import tool_poses
 from fiveaxis.verification.moves import segment_distances
@@ -64,12 +64,14 @@ class Track:
     centre, axis : (m, 3), mm and unit vectors, at the shares of every block
     row : (m,), of the program, where the block ends
     place : (m,), the same with shares of the block: 3.25 lies in the block to row 4
+    linking : (m,), whether the block is a link, which leaves the path on purpose
     """
 
     centre: Array
     axis: Array
     row: IntArray
     place: Array
+    linking: BoolArray
 
     @classmethod
     def of(cls, subject: Subject, path: Toolpath, *, straight: bool) -> Track:
@@ -88,7 +90,8 @@ class Track:
         led, axes = tool_poses(subject.machine, positions)
         if straight:
             led = tip[before] + share * (tip[row] - tip[before])
-        return cls(led + height * axes, axes, row, place)
+        linking = np.asarray(subject.toolpath.kind == MoveKind.LINK)
+        return cls(led + height * axes, axes, row, place, linking[row])
 
 
 def check_following(
@@ -109,6 +112,7 @@ def check_following(
     tolerance = subject.tolerances.deviation
     track = Track.of(subject, path, straight=straight)
     match, off = _follow(track, path, tolerance)
+    off = np.where(track.linking, np.nan, off)
     worst = np.zeros(len(subject.positions))
     np.maximum.at(worst, track.row, np.nan_to_num(off))
     rows = np.flatnonzero(worst > tolerance)
@@ -164,6 +168,8 @@ def _follow(track: Track, path: Toolpath, tolerance: float) -> tuple[Match, Arra
     places = np.full(count, np.nan)
     off = np.full(len(track.row), np.nan)
     steps = np.linalg.norm(np.diff(track.centre, axis=0), axis=1)
+    # Links come back to where they left: they are no way along the path.
+    steps[track.linking[1:]] = 0.0
     way = np.append(0.0, np.cumsum(np.nan_to_num(steps)))
     lengths = path.lengths
     at, allowed, last = 0, np.inf, -1

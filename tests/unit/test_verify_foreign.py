@@ -73,3 +73,40 @@ def test_cuts_beside_the_part_have_no_normal_and_are_counted_as_unchecked(hayash
     whole = trimesh.creation.box(bounds=[[-50.0, -100.0, -20.0], [60.0, 100.0, under]])
     report = fx.verify_program(program, hayashi, tool=Tool.ball(10), part=whole, tilt=(10.0, 20.0))
     assert not any("and normal at" in sentence for sentence in report.not_checked)
+
+
+CUTS = ("G1 X0 Y20 Z0 F500", "G1 X5", "G1 X10", "{rewind}", "G1 X15", "G1 X20", "M2")
+REWIND = "G1 Z30\nG1 C-180\nG1 Z0"
+
+
+def around(tmp_path, rewind, name="around.ngc"):
+    """Cuts with something in the midst of them."""
+    program = tmp_path / name
+    lines = "\n".join(CUTS).format(rewind=rewind)
+    program.write_text(f"G21 G90 G94\nG0 A-30 C180\nG0 X0 Y20 Z0\n{lines}\n")
+    return program
+
+
+def test_a_rewind_that_is_written_as_feed_moves_is_a_link(hayashi, tmp_path):
+    """The tool goes back along its axis, the table turns once, and the tool returns to where it was."""
+    tool = Tool.ball(8)
+    path = fx.read_toolpath(around(tmp_path, "", "plain.ngc"), tool=tool, machine=hayashi)
+    checked = {"tool": tool, "singular_cone": None}
+    program = around(tmp_path, REWIND)
+    assert fx.verify_program(program, hayashi, **checked).ok
+    report = fx.verify_program(program, hayashi, toolpath=path, max_turn=15.0, **checked)
+    assert report.ok, report.counts
+
+
+@pytest.mark.parametrize(
+    ("rewind", "line"),
+    [
+        ("G1 C-180", 7),  # in the cut
+        ("G1 Z0.5\nG1 C-180\nG1 Z0", 8),  # hardly away
+        ("G1 Z30\nG1 C-180\nG1 Y20.1 Z0", 8),  # back elsewhere
+        ("G1 Y50\nG1 C-180\nG1 Y20", 8),  # away sideways, through the part
+    ],
+)
+def test_a_turn_that_is_no_rewind_is_a_jump(hayashi, tmp_path, rewind, line):
+    report = fx.verify_program(around(tmp_path, rewind), hayashi, tool=Tool.ball(8), singular_cone=None)
+    assert [f.place.line for f in report.findings if f.code == "jump"] == [line]
