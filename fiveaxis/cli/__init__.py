@@ -20,7 +20,6 @@ from fiveaxis.cli.verify_verb import verify
 
 app = typer.Typer(
     no_args_is_help=True,
-    add_completion=False,
     pretty_exceptions_enable=False,
     help="Choose the tool posture of a 5-axis path that costs the machine the least energy.",
 )
