@@ -14,7 +14,7 @@ import numpy as np
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.motion import PATH_TOLERANCE
-from fiveaxis.toolpath import MoveKind, Toolpath, across, divided_rows
+from fiveaxis.toolpath import MoveKind, Toolpath, across, divided_rows, interpolate
 from fiveaxis.verification.checks import largest
 from fiveaxis.verification.model import tool_poses
 from fiveaxis.verification.moves import segment_distances
@@ -165,7 +165,7 @@ def _follow(track: Track, path: Toolpath, tolerance: float) -> tuple[Match, Arra
     """
     count = len(path)
     rows, gaps = np.full(count, -1, dtype=np.int64), np.full(count, np.nan)
-    places = np.full(count, np.nan)
+    places, axes = np.full(count, np.nan), np.full((count, 3), np.nan)
     off = np.full(len(track.row), np.nan)
     steps = np.linalg.norm(np.diff(track.centre, axis=0), axis=1)
     # Links come back to where they left: they are no way along the path.
@@ -182,16 +182,21 @@ def _follow(track: Track, path: Toolpath, tolerance: float) -> tuple[Match, Arra
         if found is None:
             continue
         place, gap = found
+        beside = _beside(track, path, i, place, at)
+        # Of the two places around it: all of the track would be looked at for each location.
+        first = int(beside[0])
+        around = slice(first, first + 2)
+        places[i] = interpolate(track.place[around, None], beside - first)[0, 0]
+        axes[i] = interpolate(track.axis[around], beside - first)[0]
         if last >= 0:
             # A place may be on the next chord already: the location is somewhere on the way to it.
             stop = min(i + 1, count - 1)
-            off[at + 1 : place + 1] = _off(track, path, last, stop, at + 1, place + 1)
+            off[at + 1 : place + 1] = _off(track, path, axes, last, stop, at + 1, place + 1)
         rows[i], gaps[i] = track.row[_nearer(track, path, i, place, at)], gap
-        places[i] = _beside(track, path, i, place, at)
         at, last, allowed = place, i, 0.0
     if last >= 0:
         stop = min(last + 1, count - 1)
-        off[at + 1 :] = _off(track, path, last, stop, at + 1, len(track.row))
+        off[at + 1 :] = _off(track, path, axes, last, stop, at + 1, len(track.row))
     return Match(rows, gaps, places), off
 
 
@@ -224,8 +229,8 @@ def _nearer(track: Track, path: Toolpath, i: int, place: int, begin: int) -> int
     return int(ends[np.argmin(gaps)])
 
 
-def _beside(track: Track, path: Toolpath, i: int, place: int, begin: int) -> float:
-    """Find where between its places the track is nearest to a location, in rows of the program."""
+def _beside(track: Track, path: Toolpath, i: int, place: int, begin: int) -> Array:
+    """Find where the track is nearest to a location, (1,), in places of the track."""
     before = max(place - 1, begin)
     wanted = _centre(path, i, track.axis[[place]])[0]
     step = track.centre[place] - track.centre[before]
@@ -233,7 +238,7 @@ def _beside(track: Track, path: Toolpath, i: int, place: int, begin: int) -> flo
     share = (
         1.0 if length == 0.0 else float(np.clip((wanted - track.centre[before]) @ step / length, 0.0, 1.0))
     )
-    return float(track.place[before] + share * (track.place[place] - track.place[before]))
+    return np.array([before + share * (place - before)])
 
 
 def _centre(path: Toolpath, i: int, axis: Array) -> Array:
@@ -245,13 +250,20 @@ def _centre(path: Toolpath, i: int, axis: Array) -> Array:
     return np.asarray(pivot + zone.offset * across(normal, axis))
 
 
-def _off(track: Track, path: Toolpath, i: int, k: int, begin: int, end: int) -> Array:
-    """Measure how far places of the track are from the way through locations i to k, (m,) mm."""
+def _off(track: Track, path: Toolpath, axes: Array, i: int, k: int, begin: int, end: int) -> Array:
+    """Measure how far places of the track are from the way through locations i to k, (m,) mm.
+
+    The way of the tool's centre is straight between locations: there it is where the tool's axis puts it that
+    the program has there, `axes`, (n, 3). Of a location not reached yet the axis is taken as it is.
+    """
     places = slice(begin, end)
     axis = track.axis[places]
     if begin >= end:
         return np.empty(0)
-    ends = [_centre(path, j, axis) for j in range(i, k + 1)]
+    ends = [
+        _centre(path, j, axis if np.isnan(axes[j]).any() else np.broadcast_to(axes[j], axis.shape))
+        for j in range(i, k + 1)
+    ]
     gaps = [segment_distances(track.centre[places], a, b) for a, b in pairwise(ends)]
     near = np.linalg.norm(track.centre[places] - ends[0], axis=1)
     least = np.min([near, *gaps], axis=0)

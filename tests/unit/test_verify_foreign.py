@@ -1,13 +1,19 @@
 """Programs of others, verified: what only they do."""
 
+from dataclasses import replace
+
+import numpy as np
 import pytest
 import trimesh
 
 import fiveaxis as fx
 from fiveaxis.collision import Fixture, Surroundings
-from fiveaxis.kinematics import tool_poses
+from fiveaxis.geometry import normalise
+from fiveaxis.kinematics import rotary_angles, tool_poses
 from fiveaxis.machine import Box
-from fiveaxis.toolpath import Holder, Section, Tool
+from fiveaxis.motion import fill_in
+from fiveaxis.nc import write_program
+from fiveaxis.toolpath import Holder, Section, Tool, Toolpath, parse_tool
 
 TURNED = """G71 G90 G17
 TRAORI
@@ -110,3 +116,19 @@ def test_a_rewind_that_is_written_as_feed_moves_is_a_link(hayashi, tmp_path):
 def test_a_turn_that_is_no_rewind_is_a_jump(hayashi, tmp_path, rewind, line):
     report = fx.verify_program(around(tmp_path, rewind), hayashi, tool=Tool.ball(8), singular_cone=None)
     assert [f.place.line for f in report.findings if f.code == "jump"] == [line]
+
+
+def test_a_bull_nose_follows_the_straight_way_of_its_centre(hayashi, tmp_path):
+    """Few contacts around a cylinder: from one to the next the tool turns by 12 deg about what it cuts."""
+    angle = np.linspace(0.0, 2.0, 11)
+    around = np.stack([np.cos(angle), np.sin(angle), 0.2 + 0.0 * angle], axis=1)
+    path = Toolpath.from_contacts(20.0 * around, around, parse_tool("bull:12:2"), name="bull.csv")
+    leant = np.stack([np.cos(angle), np.sin(angle), 0.9 + 0.0 * angle], axis=1)
+    rotary = np.unwrap(rotary_angles(hayashi, normalise(leant))[1], axis=0)
+    _, motion = fill_in(path, hayashi, rotary)
+    program = write_program(motion, tmp_path / "bull.ngc", machine=hayashi)
+    report = fx.verify_program(program, hayashi, toolpath=path, singular_cone=None)
+    assert report.ok, report.counts
+    lift = np.array([0.0, 0.0, 0.02])
+    apart = replace(path, pivot=path.pivot + lift, contact=path.contact + lift)
+    assert not fx.verify_program(program, hayashi, toolpath=apart, singular_cone=None).ok
