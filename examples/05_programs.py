@@ -1,0 +1,41 @@
+"""Write one motion for three controls, and verify each program from its text alone.
+
+A program is not the motion: numbers are rounded, angles counted in the control's way, and the blocks between
+two locations move as the control moves them. LinuxCNC gets axis positions here, the Sinumerik and the
+Heidenhain get the tip and lead it themselves. So what is verified is what a control would read:
+the text, with its feeds and words, against the machine and the path that it should follow.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+import fiveaxis as fx
+
+CONTROLS = {"linuxcnc": "wall.ngc", "sinumerik": "wall.mpf", "heidenhain": "wall.h"}
+TILT = (15, 75)  # degrees between tool axis and surface normal
+
+
+def main() -> None:
+    machine = fx.load_machine("hayashi-640123")
+    turn = np.radians(np.linspace(0.0, 60.0, 30))
+    normals = np.column_stack([np.cos(turn), np.sin(turn), np.full_like(turn, -0.5)])
+    contacts = np.column_stack([25.0 * np.cos(turn), 25.0 * np.sin(turn), np.full_like(turn, 20.0)])
+    toolpath = fx.Toolpath.from_contacts(contacts, normals, fx.Tool.ball(8), feed_mm_min=1000)
+    solution = fx.optimise(toolpath, machine, tilt=TILT, effort="quick")
+    checked = fx.verify(solution.motion, machine, toolpath, tilt=TILT)
+    with tempfile.TemporaryDirectory() as folder:
+        for control, name in CONTROLS.items():
+            program = fx.write_program(
+                solution.motion, Path(folder, name), machine=machine, control=control, report=checked
+            )
+            report = fx.verify_program(program, machine, toolpath=toolpath, tilt=TILT)
+            lines = program.read_text().splitlines()
+            print(f"{control}: {len(lines)} lines, verified {report.ok}, findings {dict(report.counts)}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,56 @@
+"""The numbered examples are short, run without a warning and print what they promise."""
+
+from __future__ import annotations
+
+import runpy
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+EXAMPLES = sorted((ROOT / "examples").glob("0*.py"))
+LONGEST = 100  # lines
+
+
+@pytest.fixture
+def said(capsys):
+    """Give what runs an example and returns the lines that it printed."""
+
+    def run(name: str) -> list[str]:
+        (path,) = (p for p in EXAMPLES if p.name.startswith(name))
+        runpy.run_path(str(path), run_name="__main__")
+        return capsys.readouterr().out.splitlines()
+
+    return run
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+def test_an_example_is_short_and_begins_with_its_objective(path):
+    text = path.read_text(encoding="utf-8")
+    assert len(text.splitlines()) <= LONGEST
+    assert text.startswith('"""')
+
+
+def test_a_machine_from_a_code_has_two_branches_that_close_and_c_turns_most_near_its_direction(said):
+    lines = said("01")
+    assert sum(line.startswith("branch") and line.endswith("closes True") for line in lines) == 2
+    turns = [float(line.split()[-2]) for line in lines[-3:]]
+    assert turns == sorted(turns)
+
+
+def test_the_power_surface_has_its_cheapest_posture_below_its_dearest(said):
+    lines = said("02")
+    assert [line.split()[0] for line in lines[3:5]] == ["cheapest:", "dearest:"]
+    assert lines[3].split()[1:] != lines[4].split()[1:]
+
+
+def test_a_path_point_by_point_is_optimised_and_verified(said):
+    lines = said("03")
+    assert all(float(line.split()[-1].rstrip("%")) > 0.0 for line in lines if line.startswith("saved"))
+    assert lines[-1].startswith("verified: True")
+
+
+def test_programs_of_three_controls_are_verified_from_their_text(said):
+    lines = said("05")
+    assert [line.split(":")[0] for line in lines] == ["linuxcnc", "sinumerik", "heidenhain"]
+    assert all("verified True" in line for line in lines)
