@@ -12,7 +12,6 @@ from fiveaxis.contour import load_mesh
 from fiveaxis.contour.distance import TriangleTree
 from fiveaxis.findings import Severity
 from fiveaxis.geometry import Array, BoolArray, IntArray, angle_between
-from fiveaxis.kinematics import jacobian
 from fiveaxis.verification.checks import largest
 from fiveaxis.verification.cutting_body import CuttingBody
 from fiveaxis.verification.model import tool_poses
@@ -24,6 +23,8 @@ if TYPE_CHECKING:
 
 # rad: a rotary axis turns by no more between two places of a way that are looked at.
 TURN = np.radians(2.0)
+# rad: by a turn this small the distance to an axis is measured.
+LITTLE = 1e-4
 # Halvings of a part of a way.
 MOST_ROUNDS = 40
 
@@ -145,15 +146,19 @@ class Ways:
         """
         subject, machine = self.subject, self.subject.machine
         height = subject.toolpath.zone.height
-        steps, slopes = subject.steps[row], jacobian(machine, subject.positions[row - 1])
-        arms = np.linalg.norm(slopes.tip + height * slopes.axis, axis=1) + self.lever
+        steps, before = subject.steps[row], subject.positions[row - 1]
         bend, moved = np.zeros(len(row)), np.zeros(len(row))
         for joint in reversed(machine.chain.joints):
             column = machine.column(joint.letter)
             step = steps[:, column]
             if joint.is_rotary:
                 # Where the centre is led straight, the cutter's points turn about it alone.
-                arm = np.full(len(row), self.lever) if self.straight else arms[:, column] + moved
+                arm = np.full(len(row), self.lever)
+                if not self.straight:
+                    turned = before + LITTLE * (np.arange(before.shape[1]) == column)
+                    tip, axis = tool_poses(machine, turned)
+                    swing = tip + height * axis - subject.centre[row - 1]
+                    arm = arm + np.linalg.norm(swing, axis=1) / LITTLE + moved
                 bend = bend + step * (step * arm + 2.0 * moved)
                 moved = moved + step * arm
             elif not self.straight:

@@ -9,7 +9,6 @@ from __future__ import annotations
 import numpy as np
 
 from fiveaxis.geometry import Array
-from fiveaxis.kinematics import linear_positions, tool_axes
 from fiveaxis.machine import Machine
 from fiveaxis.motion import PATH_TOLERANCE
 from fiveaxis.toolpath import divided_rows, interpolate
@@ -34,7 +33,6 @@ def led_positions(machine: Machine, positions: Array, height: float) -> tuple[Ar
         straight way halfway in every part
     row : (m,), places in rows as they were given: 3.25 lies between 3 and 4
     """
-    columns = machine.rotary_columns
     tip, axis = tool_poses(machine, positions)
     led, row, every = tip + height * axis, np.arange(len(positions), dtype=float), positions
     for _ in range(MOST_ROUNDS):
@@ -48,10 +46,23 @@ def led_positions(machine: Machine, positions: Array, height: float) -> tuple[Ar
         row = interpolate(row[:, None], divided_rows(parts))[:, 0]
         every = interpolate(positions, row)
         between = np.flatnonzero(row != np.floor(row))
-        turned = every[between][:, columns]
-        tips = interpolate(led, row[between]) - height * tool_axes(machine, turned)
-        solved = linear_positions(machine, tips, turned)
-        # Where no place of the linear axes leads the point there, the control can't either.
-        reached = np.isfinite(solved).all(axis=1)
-        every[between[reached]] = solved[reached]
+        every[between] = _put(machine, every[between], interpolate(led, row[between]), height)
     return every, row
+
+
+def _put(machine: Machine, positions: Array, wanted: Array, height: float) -> Array:
+    """Move the linear axes of rows, (m, k), so that the led point is where it is wanted, (m, 3) mm.
+
+    Its place is linear in them. Where no place of the axes leads it there, a control can't either: they stay.
+    """
+    columns = machine.linear_columns
+    tip, axis = tool_poses(machine, positions)
+    slopes = np.empty((len(positions), 3, len(columns)))
+    for i, column in enumerate(columns):
+        moved = positions.copy()
+        moved[:, column] += 1.0
+        slopes[:, :, i] = tool_poses(machine, moved)[0] - tip
+    steps = np.linalg.pinv(slopes) @ (wanted - tip - height * axis)[:, :, None]
+    placed = positions.copy()
+    placed[:, columns] += steps[:, :, 0]
+    return placed
