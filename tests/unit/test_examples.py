@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import runpy
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -54,3 +56,31 @@ def test_programs_of_three_controls_are_verified_from_their_text(said):
     lines = said("05")
     assert [line.split(":")[0] for line in lines] == ["linuxcnc", "sinumerik", "heidenhain"]
     assert all("verified True" in line for line in lines)
+
+
+def test_passes_on_a_mesh_beside_a_clamp_are_planned_kept_clear_and_verified(said):
+    blind, clear = said("04")[1:]
+    assert blind.startswith("blind:")
+    assert clear.startswith("clear:")
+    assert "verified True" in clear
+
+
+@pytest.mark.slow
+def test_a_batch_of_two_jobs_runs_and_then_finds_its_results():
+    pytest.importorskip("distributed", reason="the cluster extra isn't installed")
+    lines = ran(ROOT / "examples/06_batch.py", "1").splitlines()
+    assert lines[:2] == ["first time: 2 jobs, 0 done before", "second time: 2 jobs, 2 done before"]
+    assert all(": fine, " in line for line in lines[2:])
+
+
+@pytest.mark.slow
+def test_the_reference_is_built_without_a_warning(tmp_path):
+    pytest.importorskip("pdoc", reason="the docs extra isn't installed")
+    ran(ROOT / "docs/build.py", str(tmp_path))
+    assert "optimise" in (tmp_path / "fiveaxis.html").read_text(encoding="utf-8")
+
+
+def ran(script: Path, argument: str) -> str:
+    """Run a script in a process of its own in which warnings are errors."""
+    command = [sys.executable, "-W", "error", str(script), argument]
+    return subprocess.run(command, check=True, capture_output=True, text=True, timeout=300).stdout
