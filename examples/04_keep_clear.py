@@ -26,12 +26,15 @@ def main() -> None:
     clamp = Fixture("clamp", Box(size=(20.0, 40.0, 20.0), center=(35.0, 0.0, 10.0)))  # mm, workpiece frame
     around = Surroundings.load(part, None, (clamp,), Clearances())
 
-    toolpath = fx.plan_contour(part, tool, stepdown=10, spacing=4.0)
+    toolpath = fx.plan_contour(part, tool, stepdown=10, spacing=1.0)
     print(f"planned {len(toolpath)} locations, {int(toolpath.cutting.sum())} of them cuts")
     blind = fx.optimise(toolpath, machine, tilt=TILT, effort="quick")
     clear = fx.optimise(toolpath, machine, tilt=TILT, effort="quick", part=part, fixtures=(clamp,))
     for name, solution in (("blind", blind), ("clear", clear)):
-        report = fx.verify(solution.motion, machine, solution.toolpath, tilt=TILT, surroundings=around)
+        # The control is to lead the tool straight between locations (tool centre point control).
+        report = fx.verify(
+            solution.motion, machine, solution.toolpath, tilt=TILT, surroundings=around, between="led"
+        )
         print(f"{name}: {solution.energy.total:.0f} J, verified {report.ok}, findings {dict(report.counts)}")
 
 

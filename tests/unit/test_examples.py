@@ -61,6 +61,7 @@ def test_programs_of_three_controls_are_verified_from_their_text(said):
 def test_passes_on_a_mesh_beside_a_clamp_are_planned_kept_clear_and_verified(said):
     blind, clear = said("04")[1:]
     assert blind.startswith("blind:")
+    assert "holder-collision" in blind
     assert clear.startswith("clear:")
     assert "verified True" in clear
 
