@@ -72,7 +72,8 @@ def energy(
         files = {} if table is None else {table: _csv(found)}
         if figure is not None:
             files[figure] = program_figure(
-                [p.motion.name for p in found],
+                # Folders would leave no room for the figure.
+                [Path(p.motion.name).name for p in found],
                 [p.energy for p in found],
                 [p.motion.time for p in found],
                 [p.by_block for p in found],

@@ -115,6 +115,17 @@ def test_the_machine_file_holds_what_the_example_fits(printed, takisawa):
         assert (drive.a, drive.b) == (float(words[3]), float(words[8]))
 
 
+def test_a_figure_of_a_program_in_deep_folders_has_room(zigzag, tmp_path):
+    deep = tmp_path / "/".join(["a-folder-with-a-rather-long-name"] * 5)
+    deep.mkdir(parents=True)
+    program = deep / "zigzag.nc"
+    program.write_bytes(zigzag.read_bytes())
+    figure = tmp_path / "energy.svg"
+    assert run("energy", program, "-m", "takisawa-mac-v3", "--figure", figure).exit_code == 0
+    assert "zigzag.nc" in figure.read_text(encoding="utf-8")
+    assert "rather-long" not in figure.read_text(encoding="utf-8")
+
+
 def test_the_verb_writes_table_figure_and_json(zigzag, tmp_path):
     table, figure = tmp_path / "blocks.csv", tmp_path / "energy.svg"
     result = run("energy", zigzag, "-m", "takisawa-mac-v3", "--csv", table, "--figure", figure, "--json")
