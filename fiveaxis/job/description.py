@@ -6,7 +6,7 @@ from collections.abc import Callable, Collection
 from pathlib import Path
 from typing import Any, Literal
 
-from pydantic import Field, ValidationError, ValidationInfo, field_validator, model_validator
+from pydantic import Field, PrivateAttr, ValidationError, ValidationInfo, field_validator, model_validator
 
 from fiveaxis.codes import require_codes
 from fiveaxis.collision import ClearanceTable, FixtureTable
@@ -216,6 +216,12 @@ class Job(StrictModel):
     factors: FactorsTable | None = None
     plan: PlanTable = PlanTable()
     program: ProgramTable = ProgramTable()
+    _override_by: str = PrivateAttr("whoever called this run (--override)")
+
+    @property
+    def override_by(self) -> str:
+        """Who accepts errors by name: the job file, or the call that stands in for it."""
+        return self._override_by
 
     @property
     def bounds(self) -> dict[str, Any]:
@@ -308,6 +314,7 @@ def build_job(data: dict[str, Any], text: str, path: Path, **settings: Any) -> J
         beside = {"machine": str(path.parent / written_for)}
         places["program"] = job.program.model_copy(update=beside)
     own = job.model_copy(update=places)
+    own._override_by = f"the job file {path.name} (override)"
     _check_names(own, path, replaced=[name for name, value in settings.items() if value is not None])
     return make_job(own, **settings)
 
@@ -369,9 +376,12 @@ def make_job(base: Job | None = None, **settings: Any) -> Job:
     elif "tilt" in given:
         values.pop("cone", None)
     try:
-        return Job.model_validate(values | given)
+        made = Job.model_validate(values | given)
     except ValidationError as fault:
         raise JobError(explain(fault, Job)) from None
+    if base is not None and "override" not in given:
+        made._override_by = base.override_by
+    return made
 
 
 def require_input(path: Path) -> None:

@@ -306,12 +306,21 @@ def run_job(
     document = report_document(solution, found, inputs=inputs, program=driven, budget=budget.as_dict())
     if front is not None:
         document["front"] = front.as_dict()
-    if job.override:
-        gate = make_gate(verdict, program.verdict, job.override)
-        document["overridden"] = {code: gate.report.counts[code] for code in gate.accepted}
-        document["override_unused"] = [finding.as_dict() for finding in gate.unused]
+    document |= _passing(job, make_gate(verdict, program.verdict, job.override))
     tell("verify", 3, 3)
     return Outcome(job, solution, verdict, program, budget, document, front, cleared)
+
+
+def _passing(job: Job, gate: Gate) -> dict[str, Any]:
+    """Say what keeps the program back, and who lets which errors pass."""
+    if not job.override:
+        return {"kept_back": gate.kept}
+    return {
+        "kept_back": gate.kept,
+        "overridden": {code: gate.report.counts[code] for code in gate.accepted},
+        "overridden_by": job.override_by,
+        "override_unused": [finding.as_dict() for finding in gate.unused],
+    }
 
 
 def _tell_nobody(stage: str, done: int, total: int) -> None:

@@ -52,8 +52,10 @@ def report_document(
     verdict : what verification says, as plain data: ``ok``, ``findings``, ``counts`` (by code; may count more
         than are listed), ``figures``, ``checked`` and ``not_checked`` (sentences)
     inputs : the files that the run read, each from `describe_input`
-    program : the NC program's own motion, where one was worked out: ``blocks``, ``inserted``,
-        ``path_tolerance_mm``, ``energy`` by posture and a ``verification`` like `verdict`. The run is sound
+    program : the NC program's own motion, where one was worked out: ``blocks`` for how
+        many ``blocks_before``, ``inserted``, ``removed`` and ``needless_kept_for`` (codes), the tolerances
+        ``path_tolerance_mm`` and ``axis_tolerance_deg``, ``energy`` by posture and a ``verification`` like
+        `verdict`. The run is sound
         only if both are; the program's findings join the others.
     budget : the electricity of the whole job by consumer, where it was added up
 

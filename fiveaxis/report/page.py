@@ -114,11 +114,31 @@ def _program(document: Mapping[str, Any]) -> str:
     if program is None:
         return ""
     return (
-        "<p>The figures above see the cutter locations only. Between them the axes have to hold the ball on "
-        f"its path: without tool centre point control the program needs {tables.number(program['inserted'])} "
-        f"more blocks for that (tolerance {program['path_tolerance_mm']:g} mm), and its own moves cost:</p>\n"
+        "<p>The figures above see the cutter locations only. Between them the axes have to hold the tool on "
+        f"its path: without tool centre point control that takes {tables.number(program['inserted'])} inserted "
+        f"{_blocks(program['inserted'])} (tolerance {program['path_tolerance_mm']:g} mm). "
+        f"{escape(_removed(program))} The program has {tables.number(program['blocks'])} blocks for "
+        f"{tables.number(program['blocks_before'])} locations, and its own moves cost:</p>\n"
         f"{_scroll(tables.program_table(program))}"
     )
+
+
+def _removed(program: Mapping[str, Any]) -> str:
+    """Say how many blocks the path doesn't need, or why none was left out."""
+    if program["needless_kept_for"]:
+        return f"Needless blocks stay in it, because without them: {', '.join(program['needless_kept_for'])}."
+    if not program["removed"]:
+        return "No block was left out."
+    return (
+        f"{tables.number(program['removed'])} {_blocks(program['removed'])} "
+        f"{'was' if program['removed'] == 1 else 'were'} removed, as the axes run there by themselves (within "
+        f"that tolerance, and {program['axis_tolerance_deg']:g}° of the tool’s axis); the motion that is left "
+        "was verified."
+    )
+
+
+def _blocks(count: int) -> str:
+    return "block" if count == 1 else "blocks"
 
 
 def _card(share: float | None, boundary: str) -> str:

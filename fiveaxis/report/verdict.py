@@ -17,8 +17,9 @@ def verdict_section(document: Mapping[str, Any]) -> dict[str, str]:
     ``look`` (class), ``verdict`` (headline) and ``verdict_text`` (HTML) for the page's template
     """
     verification = document["verification"]
-    look, headline = _judge(verification)
+    look, headline = _judge(verification, document)
     parts = (
+        _overridden(document),
         f"<p>{escape(_consequence(look, document))}</p>",
         '<div class="columns">',
         _listed("Not checked", verification["not_checked"]),
@@ -28,7 +29,9 @@ def verdict_section(document: Mapping[str, Any]) -> dict[str, str]:
     return {"look": look, "verdict": escape(headline), "verdict_text": "\n".join(parts)}
 
 
-def _judge(verification: Mapping[str, Any]) -> tuple[str, str]:
+def _judge(verification: Mapping[str, Any], document: Mapping[str, Any]) -> tuple[str, str]:
+    if document.get("overridden"):
+        return "overridden", "✗ Not safe: errors were found and overridden"
     if not verification["ok"]:
         return "unsafe", "✗ Not safe: don’t run this program"
     if not verification["checked"]:
@@ -38,11 +41,30 @@ def _judge(verification: Mapping[str, Any]) -> tuple[str, str]:
     return "safe", "✓ Safe: every check passed"
 
 
+def _overridden(document: Mapping[str, Any]) -> str:
+    """Name, as large as the headline, each error that somebody accepts, and who does."""
+    codes = document.get("overridden")
+    if not codes:
+        return ""
+    who = document.get("overridden_by") or "somebody who isn’t known"
+    named = ", ".join(f"{code} ({number(n)})" for code, n in codes.items())
+    written = "" if _kept_back(document) else " The NC program was written with them; its header names each."
+    return f'<p class="override">Overridden: {escape(named)}</p>\n<p>By {escape(who)}.{written}</p>'
+
+
+def _kept_back(document: Mapping[str, Any]) -> str:
+    """Say what keeps the program back."""
+    return ", ".join(f"{code} ({number(n)})" for code, n in document.get("kept_back", {}).items())
+
+
 def _consequence(look: str, document: Mapping[str, Any]) -> str:
     found = _found(count_findings(document))
-    if look == "unsafe":
-        return f"Verification found {found}. The savings below don’t count until the errors are mended."
-    return f"Verification found {found or 'nothing to report'}."
+    kept = _kept_back(document)
+    program = f" No NC program was written, because of {kept}." if kept else ""
+    if look in ("unsafe", "overridden"):
+        until = "The savings below don’t count until the errors are mended."
+        return f"Verification found {found}.{program} {until}"
+    return f"Verification found {found or 'nothing to report'}.{program}"
 
 
 def _found(counts: Mapping[tuple[str, str], int]) -> str:

@@ -38,6 +38,8 @@ def test_a_gouge_keeps_the_program_back(sunk, tmp_path):
     result = optimise(sunk, tmp_path)
     assert result.exit_code == 1
     assert "no NC program was written" in result.stderr
+    assert list(json.loads(result.stdout)["kept_back"]) == ["gouge"]
+    assert "No NC program was written, because of gouge" in (tmp_path / "report.html").read_text()
     assert not (tmp_path / "program.ngc").exists()
 
 
@@ -48,6 +50,10 @@ def test_a_gouge_that_is_accepted_by_name_stands_in_the_header(sunk, tmp_path):
     count = document["overridden"]["gouge"]
     assert count >= 11
     assert document["verification"]["ok"] is False
+    assert document["kept_back"] == {}
+    assert document["overridden_by"] == "whoever called this run (--override)"
+    page = (tmp_path / "report.html").read_text()
+    assert f'<p class="override">Overridden: gouge ({count})</p>\n<p>By whoever called' in page
     assert f"overridden: gouge ({count})" in result.stderr
     text = (tmp_path / "program.ngc").read_text()
     assert f"(OVERRIDDEN: gouge [{count}])" in text
@@ -73,6 +79,9 @@ def test_a_job_file_can_accept_codes(sunk, tmp_path):
     job = tmp_path / "job.toml"
     job.write_text(f'input = "{sunk[0]}"\nmachine = "hayashi-640123"\noverride = ["gouge"]\n')
     assert read_job(job).override == ("gouge",)
+    assert read_job(job).override_by == make_job(read_job(job), feed=500.0).override_by
+    assert read_job(job).override_by == "the job file job.toml (override)"
+    assert read_job(job, override=("jump",)).override_by == "whoever called this run (--override)"
     job.write_text(f'input = "{sunk[0]}"\nmachine = "hayashi-640123"\noverride = ["gauge"]\n')
     with pytest.raises(JobError, match=r"job\.toml:3: .*did you mean gouge"):
         read_job(job)

@@ -103,12 +103,30 @@ def unsafe_verdict(verdict: dict[str, Any]) -> dict[str, Any]:
 
 
 @pytest.fixture
+def program(solution: Solution) -> dict[str, Any]:
+    """What a program of that motion has: blocks inserted and removed."""
+    sound = {"ok": True, "findings": [], "counts": {}, "figures": {}, "checked": [], "not_checked": []}
+    return {
+        "blocks": 290,
+        "blocks_before": 360,
+        "inserted": 12,
+        "removed": 82,
+        "needless_kept_for": [],
+        "path_tolerance_mm": 0.005,
+        "axis_tolerance_deg": 0.02,
+        "energy": {"optimised": solution.energy.as_dict()},
+        "verification": sound,
+    }
+
+
+@pytest.fixture
 def page(tmp_path: Path) -> Callable[[Solution, dict[str, Any]], str]:
     """Write the page of a solution and read it back."""
 
-    def compose(solution: Solution, verdict: dict[str, Any]) -> str:
+    def compose(solution: Solution, verdict: dict[str, Any], program: Any = None, **more: Any) -> str:
         path = tmp_path / "report.html"
-        write_report(solution, report_document(solution, verdict, inputs=[]), path)
+        document = report_document(solution, verdict, inputs=[], program=program)
+        write_report(solution, document | more, path)
         return path.read_text(encoding="utf-8")
 
     return compose

@@ -17,7 +17,7 @@ from fiveaxis.report import report_document, write_report
 from fiveaxis.report.tables import MOST_FINDINGS, findings_table, number, saving
 from fiveaxis.toolpath import Toolpath, tilt_bounds
 
-Page = Callable[[Solution, dict[str, Any]], str]
+Page = Callable[..., str]
 THIN = "\u2009"
 # Anything that a browser would fetch: an address, or a source that isn't inlined.
 OUTSIDE = re.compile(r"""(?:https?:)?//[a-z]|(?:src|href)=["'](?!data:|\#)""")
@@ -73,6 +73,48 @@ def test_an_unsafe_verdict_stands_before_every_saving(
     assert "✗ Not safe: don’t run this program" in text
     assert text.index("Not safe") < text.index("What was saved") < text.index("% less")
     assert "Safe: every" not in text
+
+
+def test_errors_that_are_overridden_stand_first_with_who_overrides_them(
+    page: Page, solution: Solution, unsafe_verdict: dict[str, Any]
+) -> None:
+    who = "the job file <cup>.toml (override)"
+    more = {"kept_back": {}, "overridden": {"axis-limit": 1_500}, "overridden_by": who}
+    found = page(solution, unsafe_verdict, **more)
+    text = body_text(found)
+    assert '<section class="verdict overridden">' in found
+    assert f'<p class="override">Overridden: axis-limit (1{THIN}500)</p>' in found
+    assert f"By {who}. The NC program was written with them" in text
+    assert "✗ Not safe: errors were found and overridden" in text
+    assert "every check passed" not in text
+    assert text.index("Overridden: axis-limit") < text.index("What was saved")
+
+
+def test_what_still_keeps_the_program_back_is_named_beside_what_is_overridden(
+    page: Page, solution: Solution, unsafe_verdict: dict[str, Any]
+) -> None:
+    more = {"kept_back": {"gouge": 3}, "overridden": {"axis-limit": 1_500}, "overridden_by": "cup.toml"}
+    text = body_text(page(solution, unsafe_verdict, **more))
+    assert "No NC program was written, because of gouge (3)." in text
+    assert "was written with them" not in text
+
+
+def test_the_page_tells_the_blocks_that_were_inserted_and_those_that_were_removed(
+    page: Page, solution: Solution, verdict: dict[str, Any], program: dict[str, Any]
+) -> None:
+    text = body_text(page(solution, verdict, program))
+    assert "12 inserted blocks (tolerance 0.005 mm). 82 blocks were removed" in text
+    assert "The program has 290 blocks for 360 locations" in text
+
+
+def test_the_page_tells_why_no_block_was_removed(
+    page: Page, solution: Solution, verdict: dict[str, Any], program: dict[str, Any]
+) -> None:
+    kept = program | {"removed": 0, "needless_kept_for": ["gouge", "tip-deviation"]}
+    assert "stay in it, because without them: gouge, tip-deviation." in body_text(
+        page(solution, verdict, kept)
+    )
+    assert "No block was left out." in body_text(page(solution, verdict, program | {"removed": 0}))
 
 
 def test_errors_are_shown_first_and_all_findings_are_counted(
