@@ -25,6 +25,7 @@ from fiveaxis.report.landscape import (
     surface_at,
 )
 from fiveaxis.report.maps import posture_map_png, surface_png
+from fiveaxis.report.program_section import program_section
 from fiveaxis.report.setup_section import setup_section
 from fiveaxis.report.time_figures import power_lines, speed_lines
 from fiveaxis.report.verdict import verdict_section
@@ -104,41 +105,8 @@ def _saved(document: Mapping[str, Any], baseline: str | None) -> str:
         f"({BOUNDARIES['travel_metric']}).</p>\n"
         f'<div class="cards">\n{cards}\n</div>\n'
         f"{_scroll(tables.baseline_table(document))}\n{_missing(document)}\n{_measures(document)}"
-        f"{_program(document)}"
+        f"{program_section(document['program'])}"
     )
-
-
-def _program(document: Mapping[str, Any]) -> str:
-    """Say what the NC program's own moves cost: the figures above see the locations only."""
-    program = document["program"]
-    if program is None:
-        return ""
-    return (
-        "<p>The figures above see the cutter locations only. Between them the axes have to hold the tool on "
-        f"its path: without tool centre point control that takes {tables.number(program['inserted'])} inserted "
-        f"{_blocks(program['inserted'])} (tolerance {program['path_tolerance_mm']:g} mm). "
-        f"{escape(_removed(program))} The program has {tables.number(program['blocks'])} blocks for "
-        f"{tables.number(program['blocks_before'])} locations, and its own moves cost:</p>\n"
-        f"{_scroll(tables.program_table(program))}"
-    )
-
-
-def _removed(program: Mapping[str, Any]) -> str:
-    """Say how many blocks the path doesn't need, or why none was left out."""
-    if program["needless_kept_for"]:
-        return f"Needless blocks stay in it, because without them: {', '.join(program['needless_kept_for'])}."
-    if not program["removed"]:
-        return "No block was left out."
-    return (
-        f"{tables.number(program['removed'])} {_blocks(program['removed'])} "
-        f"{'was' if program['removed'] == 1 else 'were'} removed, as the axes run there by themselves (within "
-        f"that tolerance, and {program['axis_tolerance_deg']:g}° of the tool’s axis); the motion that is left "
-        "was verified."
-    )
-
-
-def _blocks(count: int) -> str:
-    return "block" if count == 1 else "blocks"
 
 
 def _card(share: float | None, boundary: str) -> str:
