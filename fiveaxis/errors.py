@@ -15,6 +15,7 @@
     │   ├── JobError             a job file
     │   └── SettingError         an option out of its range
     ├── MissingDependency        an optional library that isn't on this platform (exit code 2)
+    ├── LostScheduler            a batch's scheduler that went away in mid-run  (exit code 4)
     ├── Unverified               a program of a motion with errors that nobody accepts (exit code 1)
     └── Infeasible               locations without an admissible posture        (exit code 3)
 
@@ -129,6 +130,12 @@ class MissingDependency(FiveAxisError):
     def __init__(self, library: str, purpose: str, remedy: str) -> None:
         self.library = library
         super().__init__(f"{purpose} needs {library}, which isn't installed; {remedy}")
+
+
+class LostScheduler(FiveAxisError):
+    """A batch's scheduler went away while its jobs ran."""
+
+    exit_code = 4
 
 
 class Infeasible(FiveAxisError):

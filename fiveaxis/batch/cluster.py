@@ -16,6 +16,8 @@ from fiveaxis.errors import MissingDependency, SettingError
 if TYPE_CHECKING:
     from distributed import Client
 
+logger = logging.getLogger(__name__)
+
 # s to wait for a scheduler's answer.
 ANSWER = 10.0
 # A worker isn't taken for dead because a compiled step keeps it from answering, and is handed one job at a
@@ -48,7 +50,8 @@ def open_client(scheduler: str | None, workers: int) -> Iterator[Client]:
     from distributed import Client, LocalCluster
 
     if scheduler is not None:
-        with _connected(Client, scheduler) as client:
+        with _quiet(), _connected(Client, scheduler) as client:
+            _look_for_workers(client, scheduler)
             yield client
         return
     with (
@@ -70,6 +73,31 @@ def open_client(scheduler: str | None, workers: int) -> Iterator[Client]:
         except BaseException:
             _end_workers(cluster)
             raise
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Let a client that loses its scheduler print no traceback: the batch says what to do."""
+    loggers = [logging.getLogger(name) for name in ("distributed", "distributed.client")]
+    levels = [logger.level for logger in loggers]
+    try:
+        for theirs in loggers:
+            theirs.setLevel(logging.CRITICAL + 1)
+        yield
+    finally:
+        for theirs, level in zip(loggers, levels, strict=True):
+            theirs.setLevel(level)
+
+
+def _look_for_workers(client: Client, scheduler: str) -> None:
+    """Warn where jobs would wait for ever, or until somebody starts a worker."""
+    count = len(client.nthreads())
+    if count:
+        logger.info("%s: %d workers", scheduler, count)
+    else:
+        logger.warning(
+            "%s has no workers, so the jobs wait; start one with `dask worker %s`", scheduler, scheduler
+        )
 
 
 def _end_workers(cluster: Any) -> None:

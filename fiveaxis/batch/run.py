@@ -17,7 +17,7 @@ from fiveaxis.batch.ledger import Ledger, locked
 from fiveaxis.batch.record import Row, Status, worst
 from fiveaxis.batch.tasks import Planned, Task, plan_tasks
 from fiveaxis.batch.worker import clear_program, run_remotely, sweep_up
-from fiveaxis.errors import FiveAxisError, SettingError
+from fiveaxis.errors import LostScheduler, SettingError
 from fiveaxis.job import require_folder
 
 if TYPE_CHECKING:
@@ -112,6 +112,8 @@ def run_batch(
     SettingError
         Two jobs of one name, a folder that can't be written or that another batch works in, a scheduler that
         doesn't answer.
+    LostScheduler
+        The scheduler goes away while jobs run; what is done stays done.
     """
     if workers is not None and workers < 1:
         raise SettingError(f"workers is {workers}; it must be at least 1")
@@ -168,7 +170,7 @@ def _results(client: Client, tasks: Sequence[Task], folder: Path, topic: str) ->
 
     Raises
     ------
-    FiveAxisError
+    LostScheduler
         The scheduler is gone.
     """
     from distributed import as_completed
@@ -192,7 +194,10 @@ def _row(future: Future, task: Task) -> Row:
     if future.status == "finished":
         return Row.from_dict(future.result())
     if future.status == "cancelled":
-        raise FiveAxisError("lost the scheduler; what is done is kept, run the same batch again")
+        raise LostScheduler(
+            "lost the scheduler, or somebody cancelled the jobs; see that it runs (`dask scheduler`, `dask "
+            "worker`). What is done is kept: the same command does the rest"
+        )
     fault = future.exception()
     name = type(fault).__name__
     message = "its workers died, again and again" if name == "KilledWorker" else f"{name}: {fault}"

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import faulthandler
+import tempfile
+import threading
 from collections.abc import Callable, Iterator
+from concurrent.futures import Future, wait
 from contextlib import contextmanager
 from pathlib import Path
 from types import SimpleNamespace
@@ -30,6 +34,41 @@ def write_job(tmp_path: Path) -> Callable[..., Path]:
         return path
 
     return write
+
+
+@pytest.fixture
+def in_time() -> Callable[..., Any]:
+    """Give what does work that waits for other processes, and says where it stands if that takes for ever."""
+
+    def do(work: Callable[[], Any], seconds: float = 120.0) -> Any:
+        future: Future[Any] = Future()
+
+        def run() -> None:
+            try:
+                future.set_result(work())
+            except BaseException as fault:
+                future.set_exception(fault)
+
+        threading.Thread(target=run, daemon=True).start()
+        if not wait([future], seconds).done:
+            with tempfile.TemporaryFile("w+") as stream:
+                faulthandler.dump_traceback(stream)
+                stream.seek(0)
+                pytest.fail(f"not done in {seconds:g} s; the threads stand at\n{stream.read()}")
+        return future.result()
+
+    return do
+
+
+@pytest.fixture
+def jobs(write_job: Callable[..., Path]) -> list[Path]:
+    """Four jobs, each with a path of its own."""
+    files = [write_job(name) for name in "abcd"]
+    for file in files:
+        own = file.with_name(f"path_{file.stem}.csv")
+        own.write_bytes((file.parent / "path.csv").read_bytes())
+        file.write_text(file.read_text().replace("path.csv", own.name))
+    return files
 
 
 class Pretended:

@@ -14,17 +14,6 @@ from fiveaxis.findings import Finding, Severity
 pytestmark = pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
 
 
-@pytest.fixture
-def jobs(write_job):
-    """Four jobs, each with a path of its own."""
-    files = [write_job(name) for name in "abcd"]
-    for file in files:
-        own = file.with_name(f"path_{file.stem}.csv")
-        own.write_bytes((file.parent / "path.csv").read_bytes())
-        file.write_text(file.read_text().replace("path.csv", own.name))
-    return files
-
-
 def infeasible():
     found = Finding(Severity.ERROR, "no-posture", "location 1: nothing is admissible")
     return Infeasible("1 of 2 locations have no admissible posture", [found])
