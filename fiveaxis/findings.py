@@ -6,6 +6,7 @@ stable, so scripts may depend on them.
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass, field
@@ -64,8 +65,9 @@ class Finding:
         return f"{where}: {self.message} [{self.code}]" if where else f"{self.message} [{self.code}]"
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the finding as plain data for JSON."""
-        return asdict(self)
+        """Return the finding as plain data for JSON, which knows no infinite figure: it is None there."""
+        finite = self.value is not None and math.isfinite(self.value)
+        return asdict(self) | {"value": self.value if finite else None}
 
 
 def count_codes(findings: Iterable[Finding]) -> dict[str, int]:

@@ -125,6 +125,20 @@ def require_distributed() -> None:
         ) from None
 
 
+def require_scheduler(scheduler: str) -> None:
+    """Refuse, before anything is written, an address at which no scheduler answers.
+
+    Raises
+    ------
+    SettingError
+        No scheduler at that address.
+    """
+    from distributed import Client
+
+    with _quiet(), _connected(Client, scheduler):
+        pass
+
+
 @contextmanager
 def _connected(client_class: Any, scheduler: str) -> Iterator[Client]:
     try:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import traceback
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, fields, replace
@@ -96,7 +97,7 @@ class Row:
     def as_dict(self) -> dict[str, Any]:
         """Return the row as plain data for JSON."""
         lists = {"findings": list(self.findings), "files": list(self.files)}
-        return asdict(self) | lists | {"status": str(self.status)}
+        return asdict(self) | lists | {"status": str(self.status), "values": _plain(self.values)}
 
     @classmethod
     def from_dict(cls, data: Mapping[str, Any]) -> Row:
@@ -112,6 +113,18 @@ class Row:
         if missing or not data.keys() <= known:
             raise ValueError(f"has {sorted(data.keys() - known)} too much and lacks {sorted(missing)}")
         return replace(cls(**data), status=Status(data["status"]))
+
+
+def _plain(value: Any) -> Any:
+    """Write what a sweep may set and JSON can't hold, dates and infinite numbers, as text."""
+    if isinstance(value, Mapping):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    plain = (
+        value is None or isinstance(value, str | int) or (isinstance(value, float) and math.isfinite(value))
+    )
+    return value if plain else str(value)
 
 
 def row_of(blank: Row, outcome: Outcome, files: Sequence[Path]) -> Row:

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fiveaxis import __version__
-from fiveaxis.batch.cluster import count_cores, open_client, require_distributed
+from fiveaxis.batch.cluster import count_cores, open_client, require_distributed, require_scheduler
 from fiveaxis.batch.comparison import Comparison, write_comparison
 from fiveaxis.batch.ledger import Ledger, locked
 from fiveaxis.batch.record import Row, Status, worst
@@ -120,6 +120,8 @@ def run_batch(
     require_distributed()
     planned = plan_tasks(map(Path, files))
     require_folder(Path(folder))
+    if scheduler is not None:
+        require_scheduler(scheduler)
     place = Path(folder).absolute()
     with locked(place):
         ledger = Ledger(place)

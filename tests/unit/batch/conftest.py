@@ -21,6 +21,21 @@ POINTS = "x,y,z,nx,ny,nz\n0,0,0,0,0,1\n1,0,0,0,0,1\n"
 JOB = 'input = "path.csv"\nmachine = "hayashi-640123"\ntool = "ball:10"\n'
 
 
+def write_in(folder: Path, name: str, more: str = "tilt = [15, 75]\n") -> Path:
+    """Write a job file beside its path, which has its name."""
+    folder.mkdir(exist_ok=True)
+    path = folder / f"{name}.toml"
+    (folder / f"path_{name}.csv").write_text(POINTS)
+    path.write_text(JOB.replace("path.csv", f"path_{name}.csv") + more)
+    return path
+
+
+@pytest.fixture(scope="session")
+def writing() -> Callable[..., Path]:
+    """Give `write_in`, for fixtures that several tests share."""
+    return write_in
+
+
 @pytest.fixture
 def write_job(tmp_path: Path) -> Callable[..., Path]:
     """Give what writes a job file beside its path."""
@@ -61,14 +76,9 @@ def in_time() -> Callable[..., Any]:
 
 
 @pytest.fixture
-def jobs(write_job: Callable[..., Path]) -> list[Path]:
+def jobs(tmp_path: Path) -> list[Path]:
     """Four jobs, each with a path of its own."""
-    files = [write_job(name) for name in "abcd"]
-    for file in files:
-        own = file.with_name(f"path_{file.stem}.csv")
-        own.write_bytes((file.parent / "path.csv").read_bytes())
-        file.write_text(file.read_text().replace("path.csv", own.name))
-    return files
+    return [write_in(tmp_path / "jobs", name) for name in "abcd"]
 
 
 class Pretended:
@@ -104,8 +114,8 @@ class Pretended:
         return [folder / name for name in names]
 
 
-@pytest.fixture
-def pretended(monkeypatch: pytest.MonkeyPatch) -> Pretended:
+@contextmanager
+def pretend() -> Iterator[Pretended]:
     """Let batches run on threads of this process, with what only pretends to optimise."""
     distributed = pytest.importorskip("distributed")
     stand_in = Pretended()
@@ -124,7 +134,20 @@ def pretended(monkeypatch: pytest.MonkeyPatch) -> Pretended:
         ) as client:
             yield client
 
-    monkeypatch.setattr("fiveaxis.batch.run.open_client", threads)
-    monkeypatch.setattr("fiveaxis.batch.worker.run_job", stand_in.run)
-    monkeypatch.setattr("fiveaxis.batch.worker.write_outcome", stand_in.write)
-    return stand_in
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("fiveaxis.batch.run.open_client", threads)
+        patch.setattr("fiveaxis.batch.worker.run_job", stand_in.run)
+        patch.setattr("fiveaxis.batch.worker.write_outcome", stand_in.write)
+        yield stand_in
+
+
+@pytest.fixture(scope="session")
+def pretending() -> Callable[[], Any]:
+    """Give `pretend`, for fixtures that several tests share."""
+    return pretend
+
+
+@pytest.fixture
+def pretended() -> Iterator[Pretended]:
+    with pretend() as stand_in:
+        yield stand_in

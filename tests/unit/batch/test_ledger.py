@@ -1,7 +1,9 @@
 """The results of a batch on the disk."""
 
 import csv
+import datetime
 import json
+import math
 import os
 import threading
 
@@ -85,6 +87,13 @@ def test_a_crash_while_writing_loses_nothing_that_was_there(tmp_path, monkeypatc
     monkeypatch.undo()
     assert [r.name for r in read_rows(tmp_path / LINES)] == ["a"]
     assert {p.name for p in tmp_path.iterdir()} == {LINES, TABLE}
+
+
+def test_values_of_a_sweep_that_json_cant_hold_are_kept_as_text(tmp_path):
+    values = {"feed": math.inf, "tilt": [datetime.date(1979, 5, 27), math.nan], "setup": {"offset": [1.5]}}
+    Ledger(tmp_path).record(row("a", Status.WRONG_INPUT, values=values))
+    (back,) = read_rows(tmp_path / LINES)
+    assert back.values == {"feed": "inf", "tilt": ["1979-05-27", "nan"], "setup": {"offset": [1.5]}}
 
 
 @pytest.mark.parametrize(
