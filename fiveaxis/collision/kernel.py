@@ -87,23 +87,29 @@ def _frame(axis: Array) -> tuple[tuple[float, float, float], tuple[float, float,
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
 def _near(tip: Array, axis: Array, frusta: Array, box: Array) -> bool:
-    """Tell whether a box may meet a frustum: never false where it does."""
-    height, span, square, half = 0.0, 0.0, 0.0, 0.0
+    """Tell whether a box may meet a frustum: never false where it does.
+
+    Parts at one height are apart where they are along the direction from the axis to the middle of the box.
+    """
+    height, span, square = 0.0, 0.0, 0.0
     for k in range(3):
         middle = (box[0, k] + box[1, k]) / 2.0 - tip[k]
-        extent = (box[1, k] - box[0, k]) / 2.0
         height += middle * axis[k]
-        span += extent * abs(axis[k])
+        span += (box[1, k] - box[0, k]) / 2.0 * abs(axis[k])
         square += middle * middle
-        half += extent * extent
-    away = np.sqrt(max(square - height * height, 0.0)) - np.sqrt(half)
+    out = np.sqrt(max(square - height * height, 0.0))
+    away = out * out
+    for k in range(3):
+        middle = (box[0, k] + box[1, k]) / 2.0 - tip[k]
+        away -= (box[1, k] - box[0, k]) / 2.0 * abs(middle - height * axis[k])
+    # Both sides times `out`, which may be nothing.
     for f in range(len(frusta)):
         low, high = max(frusta[f, 0], height - span), min(frusta[f, 2], height + span)
         if low > high:
             continue
         slope = (frusta[f, 3] - frusta[f, 1]) / (frusta[f, 2] - frusta[f, 0])
         widest = frusta[f, 1] + slope * ((high if slope > 0.0 else low) - frusta[f, 0])
-        if away <= widest:
+        if away <= widest * out:
             return True
     return False
 

@@ -15,7 +15,7 @@ from fiveaxis.contour.distance import TriangleTree
 from fiveaxis.geometry import Array, BoolArray
 
 # Questions to each thread at once: enough for the work to outweigh the call.
-CHUNK = 2000
+CHUNK = 250
 
 
 @dataclass(frozen=True, eq=False)
