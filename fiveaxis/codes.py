@@ -120,6 +120,7 @@ READING = {
     "tool-change": Code(WARNING, "another tool is taken"),
     "tool-differs": Code(WARNING, "the tool that was given isn't the file's"),
     "tool-unread": Code(WARNING, "what the file says about the tool can't be read"),
+    "turn-assumed": Code(NOTE, "on which of its turns a rotary axis begins isn't in the program"),
     "unit-assumed": Code(WARNING, "the unit of lengths isn't said"),
     "zero-assumed": Code(WARNING, "where the program's zero lies isn't said"),
 }

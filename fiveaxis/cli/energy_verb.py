@@ -12,7 +12,7 @@ import typer
 from rich.markup import escape
 from rich.table import Table
 
-from fiveaxis.cli.options import AsJson, Drives, MachineName, ProgramZero, Rapid, Start
+from fiveaxis.cli.options import AsJson, Drives, MachineName, ProgramZero, Rapid, Start, Wrap
 from fiveaxis.cli.terminal import err, errors_explained, out, parse_places, print_json, required
 from fiveaxis.errors import SettingError
 
@@ -41,6 +41,7 @@ def energy(
         bool, typer.Option("--block-delete", help="skip blocks that begin with /")
     ] = False,
     rapid: Rapid = None,
+    wrap: Wrap = None,
     table: Annotated[Path | None, typer.Option("--csv", help="file for the blocks, one row each")] = None,
     figure: Annotated[
         Path | None, typer.Option("--figure", help="SVG: power over time, energy by axis")
@@ -66,6 +67,7 @@ def energy(
                 program_zero=parse_places("--program-zero", program_zero),
                 rapid_mm_min=rapid,
                 block_delete=block_delete,
+                wrap=wrap,
             )
             for path in programs
         ]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Annotated, Any, TypeVar, get_type_hints
+from typing import Annotated, Any, Literal, TypeVar, get_type_hints
 
 import typer
 
@@ -93,6 +93,10 @@ Start = Annotated[
 ]
 Rapid = Annotated[float | None, typer.Option("--rapid", help="mm/min, of axes without a speed")]
 BlockDelete = Annotated[bool | None, typer.Option("--block-delete", help="skip blocks that begin with /")]
+Wrap = Annotated[
+    Literal["unwound", "shorter", "signed"] | None,
+    typer.Option("--wrap", help="how rotary words of a program count turns; else as its header says"),
+]
 Columns = Annotated[
     str | None, typer.Option("--columns", help="of points without header: x,y,z,nx,ny,nz or x,y,z,i,j,k")
 ]
@@ -161,6 +165,7 @@ READING: Mapping[str, Any] = {
     "start": Start,
     "rapid": Rapid,
     "block_delete": BlockDelete,
+    "wrap": Wrap,
 }
 POSTURE: Mapping[str, Any] = {
     "machine": MachineName,

@@ -174,6 +174,7 @@ def _program(options: Mapping[str, Any]) -> dict[str, Any]:
         "zero": places["program_zero"],
         "rapid": options.get("rapid"),
         "block_delete": options.get("block_delete") or None,
+        "wrap": options.get("wrap"),
     }
 
 

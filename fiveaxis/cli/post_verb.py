@@ -23,6 +23,7 @@ from fiveaxis.cli.options import (
     Unit,
     Winding,
     WorkOffset,
+    Wrap,
     takes,
 )
 from fiveaxis.cli.terminal import (
@@ -49,6 +50,7 @@ POSTING: Mapping[str, Any] = {
     "start": Start,
     "rapid": Rapid,
     "block_delete": BlockDelete,
+    "wrap": Wrap,
     "tool_length": ToolLength,
     "work_offset": WorkOffset,
 }
@@ -115,6 +117,7 @@ def post(
             unit=options["unit"],
             rapid_mm_min=options["rapid"],
             block_delete=bool(options["block_delete"]),
+            wrap=options["wrap"],
             start=parse_places("--start", options["start"]),
             program_zero=parse_places("--program-zero", options["program_zero"]),
         )
@@ -151,6 +154,7 @@ def _verdict(source: Path, machine: Machine, options: Mapping[str, Any]) -> Verd
         unit=options["unit"],
         rapid_mm_min=options["rapid"],
         block_delete=bool(options["block_delete"]),
+        wrap=options["wrap"],
         start=parse_places("--start", options["start"]),
         program_zero=parse_places("--program-zero", options["program_zero"]),
     )

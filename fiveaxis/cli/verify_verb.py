@@ -33,6 +33,7 @@ from fiveaxis.cli.options import (
     ToolPlane,
     Unit,
     WorkOffset,
+    Wrap,
     takes,
 )
 from fiveaxis.cli.terminal import (
@@ -74,6 +75,7 @@ CHECKING: Mapping[str, Any] = {
     "start": Start,
     "rapid": Rapid,
     "block_delete": BlockDelete,
+    "wrap": Wrap,
     "tool_length": ToolLength,
     "work_offset": WorkOffset,
     "part_rotation": PartRotation,
@@ -177,6 +179,7 @@ def _settings(options: Mapping[str, Any]) -> dict[str, Any]:
         given[name] = parse_places(f"--{name.replace('_', '-')}", options[name])
     given["rapid_mm_min"] = options["rapid"]
     given["block_delete"] = options["block_delete"] or None
+    given["wrap"] = options["wrap"]
     return {name: value for name, value in given.items() if value is not None}
 
 

@@ -74,6 +74,9 @@ class ProgramTable(StrictModel):
     )
     rapid: float | None = Field(None, gt=0.0, description="mm/min, of axes whose speed isn't known")
     block_delete: bool = Field(False, description="skip blocks that begin with /")
+    wrap: Literal["unwound", "shorter", "signed"] | None = Field(
+        None, description="how rotary words of axes with more than a turn count; by default as they stand"
+    )
 
 
 class SetupSearch(StrictModel):

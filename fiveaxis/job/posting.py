@@ -21,6 +21,7 @@ from fiveaxis.nc import (
     read_program,
 )
 from fiveaxis.nc.gate import Verdict
+from fiveaxis.nc.options import Wrap
 from fiveaxis.nc.writing.turns import Winding
 from fiveaxis.report import describe_input
 
@@ -66,6 +67,7 @@ def post_program(
     program_zero: Mapping[str, float] | None = None,
     rapid_mm_min: float | None = None,
     block_delete: bool = False,
+    wrap: Wrap | None = None,
 ) -> Posted:
     """Read a motion and write it for a control.
 
@@ -78,7 +80,7 @@ def post_program(
     machine : on which it runs
     output : the new program's file; by default none is written
     control, coordinates, winding, settings, report, override : as for `compose_program`
-    unit, start, program_zero, rapid_mm_min, block_delete : of the source, as for `read_program`
+    unit, start, program_zero, rapid_mm_min, block_delete, wrap : of the source, as for `read_program`
 
     Raises
     ------
@@ -97,6 +99,7 @@ def post_program(
             program_zero=program_zero,
             rapid_mm_min=rapid_mm_min,
             block_delete=block_delete,
+            wrap=wrap,
         )
     described = describe_input(source)
     settings = settings or ProgramSettings()

@@ -17,6 +17,7 @@ from fiveaxis.geometry import Array, IntArray
 from fiveaxis.machine import Machine
 from fiveaxis.motion import TimeLaw, time_motion
 from fiveaxis.nc import ProgramMotion, read_program
+from fiveaxis.nc.options import Wrap
 from fiveaxis.nc.source import load_source
 from fiveaxis.toolpath import MoveKind
 
@@ -99,6 +100,7 @@ def program_energy(
     program_zero: Mapping[str, float] | None = None,
     rapid_mm_min: float | None = None,
     block_delete: bool = False,
+    wrap: Wrap | None = None,
 ) -> ProgramEnergy:
     """Work out what an NC program costs the feed drives, block by block and by axis.
 
@@ -108,7 +110,7 @@ def program_energy(
     machine : every axis with a drive; its load stands on the table
     corners : ``programmed`` takes the times that the program says, without acceleration; ``exact-stop`` and a
         tolerance in mm run it under the axes' accelerations (`time_motion`)
-    unit, start, program_zero, rapid_mm_min, block_delete : as for `read_program`
+    unit, start, program_zero, rapid_mm_min, block_delete, wrap : as for `read_program`
 
     Raises
     ------
@@ -127,6 +129,7 @@ def program_energy(
         program_zero=program_zero,
         rapid_mm_min=rapid_mm_min,
         block_delete=block_delete,
+        wrap=wrap,
     )
     law = None
     if corners == "programmed":

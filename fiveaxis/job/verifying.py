@@ -17,6 +17,7 @@ from fiveaxis.findings import Finding, Severity, count_codes
 from fiveaxis.job.checked_program import load_program
 from fiveaxis.machine import Machine
 from fiveaxis.motion import AXIS_TOLERANCE, PATH_TOLERANCE, Motion, motion_digest
+from fiveaxis.nc.options import Wrap
 from fiveaxis.toolpath import Tool, Toolpath, for_tilt, interpolate
 from fiveaxis.verification import Asked, Report, Tolerances
 from fiveaxis.verification.checks import check_finite, check_limits, check_tilt
@@ -64,6 +65,7 @@ def verify_program(
     program_zero: Mapping[str, float] | None = None,
     rapid_mm_min: float | None = None,
     block_delete: bool = False,
+    wrap: Wrap | None = None,
     tolerances: Tolerances = DEFAULT_TOLERANCES,
 ) -> Report:
     """Check an NC program, or the table of a motion, against its machine; part and path are optional.
@@ -88,7 +90,7 @@ def verify_program(
     surface_tolerance : mm, gap between cutter and part that counts as touching
     surroundings : part, stock and fixtures that cutter, shank, holder and machine keep away from, in place of
         `part`
-    unit, start, program_zero, rapid_mm_min, block_delete : as for `read_program`
+    unit, start, program_zero, rapid_mm_min, block_delete, wrap : as for `read_program`
     tolerances : from where on a difference is a finding
 
     Returns
@@ -110,7 +112,7 @@ def verify_program(
     if (part is not None or surroundings is not None) and tool is None:
         raise SettingError("a part is checked against a cutter; name the tool (--tool ball:10)")
     reading: dict[str, Any] = {"unit": unit, "start": start, "program_zero": program_zero}
-    reading |= {"rapid_mm_min": rapid_mm_min, "block_delete": block_delete}
+    reading |= {"rapid_mm_min": rapid_mm_min, "block_delete": block_delete, "wrap": wrap}
     read = load_program(program, machine, tool, reading)
     if toolpath is not None:
         read = replace(read, path=read.path.in_zone(toolpath.zone))

@@ -11,7 +11,7 @@ from fiveaxis.errors import ToolpathError
 from fiveaxis.machine import Machine
 from fiveaxis.nc.apt.reader import read_apt
 from fiveaxis.nc.control.program_toolpath import read_program_path
-from fiveaxis.nc.options import Positions, ReadOptions
+from fiveaxis.nc.options import Positions, ReadOptions, Wrap
 from fiveaxis.nc.source import Source, load_source
 from fiveaxis.nc.table import read_points
 from fiveaxis.toolpath import Tool, Toolpath
@@ -51,6 +51,7 @@ def read_toolpath(
     program_zero: Mapping[str, float] | None = None,
     rapid_mm_min: float | None = None,
     block_delete: bool = False,
+    wrap: Wrap | None = None,
     columns: tuple[str, ...] | None = None,
 ) -> Toolpath:
     """Read a toolpath; the suffix says how, and ``.gz`` after it that the file is packed.
@@ -67,7 +68,7 @@ def read_toolpath(
     machine : that an NC program was written for: its rotary words are angles of this machine
     positions : of the tip in an NC program, while the control places it: in a frame that turns with the table
         (``table``) or in one that stays with the machine (``machine``)
-    start, program_zero, rapid_mm_min, block_delete : of an NC program, as for `read_program`
+    start, program_zero, rapid_mm_min, block_delete, wrap : of an NC program, as for `read_program`
     columns : names of the columns of a list of points without header
 
     Returns
@@ -94,6 +95,7 @@ def read_toolpath(
         program_zero=program_zero,
         rapid_mm_min=rapid_mm_min,
         block_delete=block_delete,
+        wrap=wrap,
         columns=columns,
     )
     reader = _find_reader(Path(path))

@@ -16,6 +16,9 @@ from fiveaxis.toolpath import Tool
 
 # Where the positions of a program count from while the control places the tool's tip.
 Positions = Literal["table", "machine"]
+# How rotary words of axes with more than a turn count: as they stand, or from 0 to 360 and the shorter way,
+# or the way that the word's sign says.
+Wrap = Literal["unwound", "shorter", "signed"]
 
 
 @dataclass(frozen=True)
@@ -30,7 +33,7 @@ class ReadOptions:
     machine : that a program was written for: its rotary words are angles of this machine
     positions : whether a program's tip positions turn with the table (``table``, as LinuxCNC and most others
         mean them) or keep to a frame that stays with the machine (``machine``, as some Fanuc controls do)
-    start, program_zero, rapid_mm_min, block_delete : as for `read_program`
+    start, program_zero, rapid_mm_min, block_delete, wrap : as for `read_program`
     columns : of a list of points without header
     """
 
@@ -43,6 +46,7 @@ class ReadOptions:
     program_zero: Mapping[str, float] | None = None
     rapid_mm_min: float | None = None
     block_delete: bool = False
+    wrap: Wrap | None = None
     columns: tuple[str, ...] | None = None
 
     def __post_init__(self) -> None:
@@ -53,10 +57,10 @@ class ReadOptions:
                 raise SettingError(f"{what} {value:g} mm/min must be a positive number")
         if self.unit is not None and self.unit not in MILLIMETRES:
             raise SettingError(f"unknown unit {self.unit!r}; known: {', '.join(MILLIMETRES)}")
-        if self.positions not in get_args(Positions):
-            raise SettingError(
-                f"unknown positions {self.positions!r}; known: {', '.join(get_args(Positions))}"
-            )
+        for name, known in (("positions", get_args(Positions)), ("wrap", (None, *get_args(Wrap)))):
+            if getattr(self, name) not in known:
+                words = ", ".join(word for word in known if word is not None)
+                raise SettingError(f"unknown {name} {getattr(self, name)!r}; known: {words}")
 
     def tool_or(self, stated: Tool | None, source: Source) -> Tool:
         """Take the caller's tool, or else the one that a file states.

@@ -138,6 +138,62 @@ def test_a_program_of_angles_is_read_as_its_motion(tmp_path: Path, case, control
     )
 
 
+# Controls by the way in which they count turns, unwound ones above; machines with an axis of endless turns.
+WOUND = [(n, c, w) for n, c in BY_ANGLE for w in DIALECTS[n].windings if w != "unwound"]
+WOUND = [case for case in WOUND if "switchkins" not in case[0]]
+ENDLESS = ["dmu50ev", "dmu80p-duoblock", "hayashi-640123", "umc-750", "variaxis-630"]
+
+
+@st.composite
+def turning_motions(draw: st.DrawFn) -> tuple[Machine, Motion]:
+    """Cuts and links in which the endless axis turns on and on, back, and a whole turn at once."""
+    machine = load_machine(draw(st.sampled_from(ENDLESS)))
+    n = draw(st.integers(2, 6))
+    reach = np.array([REACH[c] for c in machine.letters])
+    low, high = np.maximum(machine.low, -reach), np.minimum(machine.high, reach)
+    shares = draw(arrays(float, (n, len(machine.axes)), elements=st.floats(0, 1)))
+    positions = low + shares * (high - low)
+    turn = st.one_of(st.floats(-500.0, 500.0), st.sampled_from([0.0, 360.0, -360.0, 180.0, 90.0]))
+    steps = draw(st.lists(turn, min_size=n, max_size=n))
+    positions[:, machine.column("C")] = np.radians(np.cumsum(steps))
+    return machine, Motion(
+        letters=machine.letters,
+        positions=positions,
+        feed=np.full(n, 10.0),
+        time=np.append(0.0, np.full(n - 1, 2.0)),
+        kind=draw(arrays(np.int64, n, elements=st.sampled_from([MoveKind.CUT, MoveKind.LINK]))),
+        source=np.arange(1, n + 1),
+    )
+
+
+@pytest.mark.parametrize(("control", "coordinates", "winding"), WOUND)
+@QUIET
+@given(case=turning_motions())
+def test_a_program_that_counts_turns_its_way_is_read_as_its_motion(
+    tmp_path: Path, case, control, coordinates, winding
+):
+    machine, motion = case
+    program = compose_program(
+        motion, machine=machine, control=control, coordinates=coordinates, winding=winding
+    )
+    if program.dropped:
+        return
+    again = read_program(written(tmp_path / "part", program), machine)
+    # Parts of long turns are blocks of their own: rows are found again by the time that is left after them.
+    left, wanted = (np.cumsum(m.time[::-1])[::-1] - m.time for m in (again, motion))
+    rows = np.abs(left[None] - wanted[:, None]).argmin(axis=1)
+    c = machine.column("C")
+    # On which turn the axis begins isn't in words from 0 to 360.
+    turns = np.rint((motion.positions[0, c] - again.positions[rows[0], c]) / (2.0 * np.pi))
+    assert turns == 0.0 or winding == "modulo"
+    at_ends = replace(
+        again,
+        positions=again.positions[rows] + 2.0 * np.pi * turns * (np.arange(len(machine.axes)) == c),
+        **{name: getattr(again, name)[rows] for name in ("feed", "time", "kind", "source")},
+    )
+    require_same_places(at_ends, motion, machine, control, tips=coordinates == "tip")
+
+
 @pytest.mark.parametrize(("control", "coordinates"), BY_VECTOR)
 @QUIET
 @given(case=motions())

@@ -33,6 +33,8 @@ class Coordinates:
         self.plane = Plane()
         columns = {a.letter: i for i, a in enumerate(machine.axes)}
         self.xyz = [columns[c] for c in "XYZ" if c in columns]
+        # deg, by which G92 shifts the words of rotary axes.
+        self.renamed = [0.0] * len(machine.axes)
         self.signs = [-1.0 if a.reversed else 1.0 for a in machine.axes]
         self.settle()
 
@@ -52,13 +54,24 @@ class Coordinates:
         `offsets` are added to the words of each axis, (k,); `total` places a turned plane.
         """
         zero = self.zero
-        self.offsets = [0.0] * len(self.machine.axes) if zero is None else list(zero)
+        placed = [0.0] * len(self.machine.axes) if zero is None else list(zero)
+        self.offsets = [p + r for p, r in zip(placed, self.renamed, strict=True)]
         base = self._base(zero) if self.of_tip else Plane()
         self.total = base.then(self.plane)
         self.turned = not self.total.is_unturned
         for i, column in enumerate(self.xyz):
             shift = float(self.total.origin[i])
             self.offsets[column] = shift if self.of_tip else self.offsets[column] + shift
+
+    def name_anew(self, column: int, now: float, word: float) -> None:
+        """Let a word name the place, deg, where a rotary axis stands (G92)."""
+        self.renamed[column] += now - self.offsets[column] - word
+        self.settle()
+
+    def name_back(self) -> None:
+        """Let words name places as before any G92 (G92.1)."""
+        self.renamed = [0.0] * len(self.machine.axes)
+        self.settle()
 
     def _base(self, zero: list[float] | None) -> Plane:
         """Give the plane of the work offset on the workpiece; the workpiece's own where nobody has said."""

@@ -14,7 +14,7 @@ import numpy as np
 
 from fiveaxis.findings import Severity
 from fiveaxis.nc.control.axis_track import NO_MOVE, Counting
-from fiveaxis.nc.control.modal import CYCLES, END, HARMLESS, PARAMETERS
+from fiveaxis.nc.control.modal import CYCLES, END, HARMLESS, MOTION, PARAMETERS, RENAMING
 from fiveaxis.nc.control.moves import STRAIGHT, Moves
 from fiveaxis.nc.control.whereabouts import CUT, RAPID, Switch
 from fiveaxis.nc.languages.block import Block
@@ -70,6 +70,8 @@ class Interpreter(Moves):
         self.modes.take(block)
         if self.modes.motion not in CYCLES:
             self.cycle = None
+        if block.shorter is not None:
+            self._switch_wrapping(block)
         self._change_coordinates(block)
         axes = [letter for letter in block.words if self._knows(letter, block)]
         self._count(block)
@@ -79,6 +81,8 @@ class Interpreter(Moves):
             self._wait(block)
         elif "G28" in block.g or "G30" in block.g:
             self._go_home(axes, block)
+        elif not RENAMING.isdisjoint(block.g):
+            self._name_anew(axes, block)
         elif axes or block.vector or self._is_arc(block) or self._points(block):
             self._move(axes, block)
         elif "G53" in block.g:
@@ -119,6 +123,7 @@ class Interpreter(Moves):
         if motion not in STRAIGHT or (feed is not None and feed <= 0.0):
             return False
         columns, scales, offsets = self.columns, self.scales, self.coordinates.offsets
+        wrapped = self.wrapped
         target, named = track.now.copy(), 0
         for letter, word in words.items():
             column = columns.get(letter)
@@ -129,6 +134,8 @@ class Interpreter(Moves):
             if vector is not None and column in track.rotary:
                 return False
             value = word * scales[column] + offsets[column]
+            if column in wrapped:
+                value = self._unwrapped(column, word, offsets[column], line) + offsets[column]
             if not -LARGEST_POSITION <= value <= LARGEST_POSITION:
                 return False
             target[column] = value
@@ -192,6 +199,18 @@ class Interpreter(Moves):
         self.turned_local = at.to_local(track.now)
         self._count_length()
 
+    def _switch_wrapping(self, block: Block) -> None:
+        """Take M126 and M127; which axes count to 360 deg is set at the control, and not in the program."""
+        self.wrapped = self.wrapping.columns if block.shorter else ()
+        if block.shorter and not self.wrapped:
+            self.note(
+                Severity.NOTE,
+                "angles-as-written",
+                "M126 lets rotary axes that count to 360 deg take the shorter way; angles are read as given, "
+                "say wrap=shorter if they do",
+                block.line,
+            )
+
     def _count_length(self) -> None:
         modes = self.modes
         if self.coordinates.of_tip:
@@ -230,6 +249,33 @@ class Interpreter(Moves):
         self.ignored.update(word for word in block.m if word not in END and not switches)
         self.ignored.update(letter for letter in block.words if letter in COUNTED)
         self.ignored.update(block.ignored)
+
+    def _name_anew(self, axes: list[str], block: Block) -> None:
+        """Give the places where rotary axes stand other names (G92), or their own back; nothing moves."""
+        at, track = self.coordinates, self.track
+        if any(word in MOTION for word in block.g):
+            raise self.source.error(
+                "G92 beside a move isn't read; write it in a block of its own", block.line
+            )
+        if "G92" not in block.g:
+            at.name_back()
+            return
+        if not axes or any(self.columns[letter] not in track.rotary for letter in axes):
+            raise self.source.error(
+                "G92 shifts X, Y or Z, or names no axis, which isn't read: only new names of rotary axes "
+                "are; post without it",
+                block.line,
+            )
+        for letter in axes:
+            column = self.columns[letter]
+            now = track.now[column]
+            if now is None:
+                raise self.source.error(
+                    f"G92 names {letter}, and where it stands isn't in the program up to here; give start, "
+                    "or a move before",
+                    block.line,
+                )
+            at.name_anew(column, now, block.words[letter])
 
     def _wait(self, block: Block) -> None:
         others = [c for c in block.words if c in self.columns or c in "IJKR"]

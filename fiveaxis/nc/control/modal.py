@@ -29,6 +29,8 @@ CYCLES = {
     **dict.fromkeys(("G74", "G84", "G85", "G89"), True),
     **dict.fromkeys(("G76", "G87"), False),
 }
+# G92 names places of axes anew, G92.1 and G92.2 take that back.
+RENAMING = frozenset(("G92", "G92.1", "G92.2"))
 LEVELS = ("G98", "G99")
 TIP_ON = ("G43.4", "G43.5", "G234", "G141", "M128", "M428")
 
@@ -41,7 +43,7 @@ GROUPS: tuple[tuple[str, ...], ...] = (
     ("G93", "G94", "G95"),
     (*FRAMES, *MORE_FRAMES),
     ("G43", "G43.4", "G43.5", "G234", "G49"),
-    ("G4", "G28", "G30"),
+    ("G4", "G28", "G30", *sorted(RENAMING)),
 )
 
 # Word -> what it is taken for. None of these moves an axis or shifts a position.
@@ -90,7 +92,7 @@ REFUSED = {
     **dict.fromkeys(("G5", "G5.2", "G5.3", "G6.2", "G33", "G33.1", "G33.2"), _CURVE),
     **dict.fromkeys(("G31", "G38.2", "G38.3", "G38.4", "G38.5"), _PROBE),
     **dict.fromkeys(("G7", "G10", "G16", "G50.1", "G51", "G51.1", "G52", "G54.2", "G54.4"), _SHIFT),
-    **dict.fromkeys(("G68", "G68.1", "G68.3", "G68.4", "G92", "G92.1", "G92.2", "G92.3"), _SHIFT),
+    **dict.fromkeys(("G68", "G68.1", "G68.3", "G68.4", "G92.3"), _SHIFT),
     **dict.fromkeys(("G65", "G66", "G67", "M96", "M97", "M98", "M198"), _CALL),
     "G90.1": "makes I, J, K absolute, which isn't read; post them as the way from the begin of the arc",
     "M430": _USER,
@@ -107,7 +109,7 @@ REFUSED_IN_MOTION = {
 ACTING = frozenset(
     (
         *(*MOTION, *CYCLES, "G4", "G17", "G18", "G19", *UNIT, "G28", "G30", "G53", *FRAMES, *MORE_FRAMES),
-        *("G90", "G91", "G93", "G94", "G95", *TIP_ON, "G68.2", "G53.1", "G69"),
+        *("G90", "G91", "G93", "G94", "G95", *TIP_ON, "G68.2", "G53.1", "G69", *RENAMING),
     )
 )
 

@@ -28,7 +28,7 @@ from fiveaxis.nc.control.interpreter import Interpreter
 from fiveaxis.nc.control.running import note_assumptions, run_program, why_nothing_moves
 from fiveaxis.nc.control.tip_motion import axes_of_tips
 from fiveaxis.nc.control.travel import motion_times
-from fiveaxis.nc.options import ReadOptions
+from fiveaxis.nc.options import ReadOptions, Wrap
 from fiveaxis.nc.source import load_source
 from fiveaxis.toolpath import MoveKind
 
@@ -62,6 +62,7 @@ def read_program(
     program_zero: Mapping[str, float] | None = None,
     rapid_mm_min: float | None = None,
     block_delete: bool = False,
+    wrap: Wrap | None = None,
 ) -> ProgramMotion:
     """Read an NC program.
 
@@ -83,6 +84,10 @@ def read_program(
     rapid_mm_min : speed in rapid moves of axes whose highest speed the machine doesn't tell; rotary axes
         take the number as deg/min
     block_delete : whether blocks that begin with ``/`` are skipped, as with the switch on; they are counted
+    wrap : how rotary words of axes with more than a turn count: ``unwound``, as they stand; ``shorter``,
+        from 0 to 360 and the axis goes the shorter way (Fanuc with roll-over, Klartext under M126);
+        ``signed``, the word's sign is the way to turn (LinuxCNC's WRAPPED_ROTARY). By default as the
+        program's header says, where `compose_program` wrote it, else as they stand
 
     Returns
     -------
@@ -106,6 +111,7 @@ def read_program(
         program_zero=program_zero,
         rapid_mm_min=rapid_mm_min,
         block_delete=block_delete,
+        wrap=wrap,
     )
     interpreter = run_program(load_source(path), machine, options, for_motion=True)
     return _finish(interpreter, machine, None if rapid_mm_min is None else rapid_mm_min / 60.0)
@@ -152,6 +158,8 @@ def _note_turns(interpreter: Interpreter, columns: Columns, lines: IntArray) -> 
     track = interpreter.track
     turns = np.abs(np.diff(columns.values[:, track.rotary], axis=0))
     turns[columns.kinds[1:] != MoveKind.CUT] = 0.0
+    # Words from 0 to 360 are read by the control's own rule.
+    turns[:, np.isin(track.rotary, interpreter.wrapping.columns)] = 0.0
     long = np.flatnonzero((turns > HALF_TURN).any(axis=1))
     if len(long) == 0:
         return

@@ -15,13 +15,11 @@ from fiveaxis.nc.control.interpreter import Interpreter
 from fiveaxis.nc.control.modal import Modes
 from fiveaxis.nc.control.moves import MACHINE_MOVES
 from fiveaxis.nc.control.work_offsets import WorkOffsets
+from fiveaxis.nc.control.wrapping import find_wrapping
 from fiveaxis.nc.languages.choice import split_program
 from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.source import Source
 from fiveaxis.nc.units import Units
-
-# What a program says, in its first lines, whose rotary words LinuxCNC takes as wrapped.
-WRAPPED, HEAD = "WRAPPED_ROTARY", 100
 
 
 def run_program(
@@ -47,11 +45,12 @@ def run_program(
     Raises
     ------
     SettingError, MachineError
-        A place that isn't a number, or of an axis that the machine doesn't have.
+        A place that isn't a number, or of an axis that the machine doesn't have; a way to count turns that
+        the program's language hasn't.
     ToolpathError
         With file and line: whatever can't be read completely.
     """
-    _refuse_wrapped(source)
+    wrapping = find_wrapping(source, machine, options.wrap, stand_in=stand_in)
     offsets = WorkOffsets(options.program_zero, machine)
     modes = Modes(source, Units(source, options.unit), for_motion, offsets.knows)
     coordinates = Coordinates(machine, offsets)
@@ -66,22 +65,12 @@ def run_program(
         fixed_feed=options.feed_mm_min is not None,
         stand_in=stand_in,
         quickly=quickly,
+        wrapping=wrapping,
     )
     end = interpreter.run(split_program(source, block_delete=options.block_delete))
     if end is not None:
         _count_rest(source, end, ignored)
     return interpreter
-
-
-def _refuse_wrapped(source: Source) -> None:
-    """Refuse a program that says that the signs of its rotary words are directions to turn in."""
-    for line, text in enumerate(source.lines[:HEAD], start=1):
-        if WRAPPED in text:
-            raise source.error(
-                f"{text.strip()[:60]!r}: rotary words count from 0 to 360 here, and their signs are "
-                "directions (winding modulo), which isn't read; write the program unwound",
-                line,
-            )
 
 
 def _begin(start: Mapping[str, float], machine: Machine, offsets: list[float]) -> Values:

@@ -15,6 +15,7 @@ from fiveaxis.nc.control.drilling import DrillingCycle
 from fiveaxis.nc.control.modal import Modes
 from fiveaxis.nc.control.round_moves import Local
 from fiveaxis.nc.control.tools import Tools
+from fiveaxis.nc.control.wrapping import Wrapping
 from fiveaxis.nc.languages.block import Block, Triple
 from fiveaxis.nc.rows import LARGEST_POSITION, MILLIMETRES
 from fiveaxis.nc.source import Source
@@ -48,6 +49,7 @@ class Whereabouts:
     quickly : whether plain blocks take the short way; the rows are the same either way
     findings : what was assumed or left out
     tools : those that the program names
+    wrapping : which rotary words count from 0 to 360, and by which rule the axes turn
     """
 
     source: Source
@@ -65,11 +67,14 @@ class Whereabouts:
     machine_move_line: int = 0
     tools: Tools = field(default_factory=Tools)
     turned_local: Local = field(default_factory=lambda: [None, None, None])
+    wrapping: Wrapping = field(default_factory=Wrapping)
 
     def __post_init__(self) -> None:
         axes = self.track.machine.axes
         self.columns = {a.letter: i for i, a in enumerate(axes)}
         self.named = {i for i, v in enumerate(self.track.now) if v is not None}
+        # Where the program switches the rule on and off, it is off before.
+        self.wrapped = () if self.wrapping.switched else self.wrapping.columns
 
     @property
     def local(self) -> Local:
@@ -109,8 +114,11 @@ class Whereabouts:
                         block.line,
                     )
                 value += begin
-            elif not turned and not of_machine:
-                value += at.offsets[column]
+            elif not turned:
+                offset = 0.0 if of_machine else at.offsets[column]
+                if column in self.wrapped:
+                    value = self._unwrapped(column, value, offset, block.line)
+                value += offset
             if not abs(value) <= LARGEST_POSITION:
                 raise self.source.error(
                     f"{letter}{word:g} goes to {value:g} {axis.unit}, beyond {LARGEST_POSITION:g}; check the "
@@ -126,6 +134,22 @@ class Whereabouts:
         for column, place in zip(at.xyz, at.to_place(local), strict=True):
             target[column] = place
         return target, local
+
+    def _unwrapped(self, column: int, word: float, offset: float, line: int) -> float:
+        """Give a rotary word from 0 to 360 on the turn to which it leads the axis."""
+        now, letter = self.track.now[column], self.track.machine.letters[column]
+        fault = self.wrapping.fault(letter, word)
+        if fault is not None:
+            raise self.source.error(fault, line)
+        if now is None:
+            self.note(
+                Severity.NOTE,
+                "turn-assumed",
+                f"rotary words of {letter} count from 0 to 360, so on which of its turns the axis begins "
+                "isn't in the program; the first one is taken, say otherwise with start",
+                line,
+            )
+        return self.wrapping.place(word, None if now is None else now - offset)
 
     def _is_increment(self, letter: str, block: Block) -> bool:
         return letter in block.increments or (self.modes.incremental and letter not in block.absolutes)

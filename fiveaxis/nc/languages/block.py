@@ -56,6 +56,7 @@ class Block(NamedTuple):
     findings : what reading the block assumed; the first of each code is enough
     tool : what the block selects a tool by, where that isn't a number behind T
     feed_step : how many units of length F counts per minute from here on; None leaves it
+    shorter : whether rotary axes go the shorter way from here on (M126); None leaves it
     """
 
     line: int
@@ -75,3 +76,4 @@ class Block(NamedTuple):
     findings: tuple[Finding, ...] = ()
     tool: str = ""
     feed_step: float | None = None
+    shorter: bool | None = None

@@ -36,6 +36,7 @@ class Draft:
     findings: list[Finding] = field(default_factory=list)
     tool: str = ""
     feed_step: float | None = None
+    shorter: bool | None = None
 
     def put(self, words: dict[str, float], letter: str, value: float) -> None:
         """Add a word, once.
@@ -75,6 +76,7 @@ class Draft:
             findings=tuple(self.findings),
             tool=self.tool,
             feed_step=self.feed_step,
+            shorter=self.shorter,
         )
         return None if block == Block(self.line) else block
 

@@ -128,12 +128,8 @@ class Move(Line):
             draft.ignored.append(f"M{number}")
         else:
             draft.ignored.append(f"M{number}")
-        if number == 126:
-            draft.note(
-                Severity.NOTE,
-                "angles-as-written",
-                "M126 lets rotary axes that count to 360 deg take the shorter way; angles are read as given",
-            )
+        if number in (126, 127):
+            draft.shorter = number == 126
 
     # The move as a whole
 

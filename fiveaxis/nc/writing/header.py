@@ -10,6 +10,7 @@ from fiveaxis.machine import Axis, Machine, Setup
 from fiveaxis.nc.writing.comments import comment_lines
 from fiveaxis.nc.writing.places import Wording
 from fiveaxis.nc.writing.program_settings import ProgramSettings
+from fiveaxis.nc.writing.turns import counted_columns
 
 VECTOR_NOTE = (
     "directions of the tool are written, and the control chooses its rotary angles for them: they may be "
@@ -29,6 +30,7 @@ def head_lines(
     machine, dialect = wording.machine, wording.dialect
     texts = [
         f"machine: {machine.name}, form-shaping code {machine.code}",
+        *_winding_line(wording, winding),
         *(f"{name.replace(',', ' ')}: {value}" for name, value in pairs),
         *dialect.notes,
         *wording.mode.notes,
@@ -37,7 +39,7 @@ def head_lines(
     ]
     if dialect.language == "blocks":
         texts += [
-            *([dialect.winding_notes[winding]] if winding in dialect.winding_notes else []),
+            *_winding_note(wording, winding),
             zero_note(wording),
             *_setup_note(wording),
             *_clamped_notes(machine),
@@ -67,6 +69,20 @@ def zero_note(wording: Wording) -> str:
     x, y, z = np.round(machine.chain.tool_home[:3, 3], 6) + 0.0
     place = "at the workpiece origin" if x == y == z == 0.0 else f"at {x:g} {y:g} {z:g} mm of the workpiece"
     return f"zero: at {home} of the work offset the tool tip is {place}, as in the machine model"
+
+
+def _winding_line(wording: Wording, winding: str) -> list[str]:
+    """Say by which rule rotary words count from 0 to 360, as the readers of programs find it."""
+    letters = "".join(wording.machine.letters[c] for c in counted_columns(wording.machine))
+    if winding != "modulo" or wording.dialect.modulo is None or not letters:
+        return []
+    return [f"winding: modulo {wording.dialect.modulo.way} {letters}"]
+
+
+def _winding_note(wording: Wording, winding: str) -> list[str]:
+    """Say what the person at the machine has to know, where an axis has turns to count."""
+    notes = wording.dialect.winding_notes
+    return [notes[winding]] if winding in notes and counted_columns(wording.machine) else []
 
 
 def _missing_note(settings: ProgramSettings, wording: Wording) -> list[str]:

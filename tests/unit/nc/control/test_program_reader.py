@@ -558,5 +558,10 @@ def test_twenty_thousand_blocks_take_seconds_at_most(read, trunnion):
 def test_a_program_of_wrapped_rotary_words_is_not_read_as_another_motion(tmp_path, trunnion):
     path = tmp_path / "modulo.ngc"
     path.write_text("(needs WRAPPED_ROTARY = 1)\nG21 G90 G0 X0 Y0 Z0 A0 C359\nG1 C1 F100\n")
-    with pytest.raises(ToolpathError, match=r"modulo.ngc:1: .*which isn't read; write the program unwound"):
+    with pytest.raises(ToolpathError, match=r"modulo.ngc:1: .*say wrap=signed \(--wrap signed\) if they do"):
         read_program(path, trunnion)
+    turned = {
+        wrap: np.degrees(np.ptp(read_program(path, trunnion, wrap=wrap).positions[:, 4]))
+        for wrap in ("signed", "shorter", "unwound")
+    }
+    assert turned == pytest.approx({"signed": 2.0, "shorter": 2.0, "unwound": 358.0})

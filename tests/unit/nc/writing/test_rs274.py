@@ -16,7 +16,7 @@ import pytest
 
 from fiveaxis.machine import load_machine, machine_names
 from fiveaxis.motion import Motion
-from fiveaxis.nc import compose_program
+from fiveaxis.nc import compose_program, read_program
 from fiveaxis.nc.words import control_values
 from fiveaxis.toolpath import MoveKind
 
@@ -35,17 +35,18 @@ SWITCHES = re.compile(r"\bM42[89]\b")
 RATE = re.compile(r"SET_FEED_RATE\(([^)]*)\)")
 
 
-def interpreted(text, folder):
+def interpreted(text, folder, *, wrapped=""):
     """Run a program; gives the end of every feed move, (n, 6) mm and deg, and its canonical rate, (n,).
 
     The codes that switch the kinematics are remapped by a machine's own configuration, which the stand-alone
     interpreter hasn't: they are left out.
+    The axes in `wrapped` are WRAPPED_ROTARY.
     """
     file, tools = folder / "program.ngc", folder / "tool.tbl"
     file.write_text(SWITCHES.sub("", text), encoding="ascii")
     tools.write_text("T3 P3 Z0 D10\n", encoding="ascii")
     run = subprocess.run(
-        [str(RS274), "-t", str(tools), "-g", str(file)],
+        [str(RS274), *_ini_of(wrapped, folder), "-t", str(tools), "-g", str(file)],
         capture_output=True,
         text=True,
         timeout=60,
@@ -63,6 +64,16 @@ def interpreted(text, folder):
             ends.append(np.array([float(v) for v in found[2].split(",")]) + offset)
             rates.append(rate)
     return np.array(ends), np.array(rates)
+
+
+def _ini_of(wrapped, folder):
+    if not wrapped:
+        return []
+    ini, parameters = folder / "machine.ini", folder / "parameters.var"
+    parameters.write_text("", encoding="ascii")
+    tables = [f"[AXIS_{letter}]\nWRAPPED_ROTARY = 1\n" for letter in wrapped]
+    ini.write_text("".join([*tables, f"[RS274NGC]\nPARAMETER_FILE = {parameters}\n"]), encoding="ascii")
+    return ["-i", str(ini)]
 
 
 def wandering(machine, turns):
@@ -135,6 +146,37 @@ def test_rs274_counts_on_where_the_program_names_turns_anew(tmp_path):
     wanted = control_values(machine, motion.positions)
     columns = [CANON_LETTERS.index(letter) for letter in machine.letters]
     np.testing.assert_allclose(ends[-(len(wanted) - 1) :, columns], wanted[1:], atol=PRINTED)
+
+
+def test_rs274_turns_a_wrapped_axis_as_the_motion_does_and_as_the_reader_says(tmp_path):
+    machine = load_machine("hayashi-640123")
+    motion = wandering(machine, turns=-12)
+    path = tmp_path / "part.ngc"
+    path.write_text(compose_program(motion, machine=machine, winding="modulo").text, encoding="ascii")
+    ends, _ = interpreted(path.read_text(encoding="ascii"), tmp_path, wrapped="C")
+    count = len(motion) - 1
+    columns = [CANON_LETTERS.index(letter) for letter in machine.letters]
+    np.testing.assert_allclose(
+        ends[-count:, columns], control_values(machine, motion.positions)[1:], atol=PRINTED
+    )
+    read = control_values(machine, read_program(path, machine).positions)
+    np.testing.assert_allclose(read[-count:], ends[-count:, columns], atol=PRINTED)
+
+
+@pytest.mark.parametrize("begin", [0.0, 350.0, -10.0, 725.0])
+def test_rs274_goes_where_the_reader_says_by_the_sign_of_every_word(tmp_path, begin):
+    words = ["10", "-350", "-0.001", "359.999", "-359.999", "180", "0", "-0.0", "-180", "180", "90"]
+    turned = [f"G0 C{begin}" if abs(begin) < 360.0 else "G0 C350\nG0 C10\nG0 C350\nG0 C5"]
+    moves = [f"G1 C{word} F1" for word in words]
+    path = tmp_path / "part.ngc"
+    path.write_text("\n".join(["G21 G90 G0 X0 Y0 Z0 A0", *turned, "G93", *moves, "M2"]), encoding="ascii")
+    ends, _ = interpreted(path.read_text(encoding="ascii"), tmp_path, wrapped="C")
+    start = {"C": 0.0}  # where rs274 begins
+    read = read_program(path, load_machine("hayashi-640123"), wrap="signed", start=start, rapid_mm_min=1e4)
+    at_words = {int(line): row for row, line in enumerate(read.source)}
+    lines = [i for i, text in enumerate(path.read_text().splitlines(), start=1) if text[:3] == "G1 "]
+    rows = [max(row for n, row in at_words.items() if n <= line) for line in lines]
+    np.testing.assert_allclose(np.degrees(read.positions[rows, 4]), ends[:, 5], atol=PRINTED)
 
 
 def test_rs274_gives_every_block_the_time_of_the_motion(tmp_path):
