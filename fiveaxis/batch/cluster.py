@@ -20,6 +20,8 @@ logger = logging.getLogger(__name__)
 
 # s to wait for a scheduler's answer.
 ANSWER = 10.0
+# What a worker imports at its start.
+PRELOAD = ("fiveaxis.batch.worker",)
 # A worker isn't taken for dead because a compiled step keeps it from answering, and is handed one job at a
 # time, so that a job that kills its worker takes no other one with it.
 LOCAL = {
@@ -64,7 +66,7 @@ def open_client(scheduler: str | None, workers: int) -> Iterator[Client]:
             memory_limit=None,
             silence_logs=logging.CRITICAL,
             env=THREADS,
-            preload=["fiveaxis.batch.worker"],
+            preload=list(PRELOAD),
         ) as cluster,
         Client(cluster, set_as_default=False) as client,
     ):

@@ -55,11 +55,10 @@ if __name__ == "__main__":
 # something is there to be lost, and says so, so that it can't be done before its worker is killed.
 HOLDING = """
 import time
-from pathlib import Path
 import fiveaxis.batch.worker as worker
 
 def run(job, tell, whole=worker.run_job):
-    held = Path(__file__).with_name(job.input.stem + ".held")
+    held = job.input.with_suffix(".held")
     def step(stage, done, total):
         tell(stage, done, total)
         if stage == "verify" and job.input.stem != "r2" and not held.exists():
