@@ -140,7 +140,7 @@ def verify_program(
         replace(_as_severe(check_speeds(subject), Severity.WARNING), code="feed-over"),
         # Beside a path the way between blocks is checked against that: few blocks may well follow its bends.
         *([] if read.led or toolpath is not None else [check_deviation(subject)]),
-        check_gouge(subject, mesh, straight=read.straight),
+        check_gouge(subject, mesh, led=read.led_height),
     ]
     if tool is not None:
         results += check_collisions(subject, around, led=read.led_height)

@@ -60,7 +60,7 @@ class _Ground:
         allowed = Tolerances(gouge=depth, chord_gouge=depth)
         subject = make_subject(motion, self.machine, path, Asked(), allowed)
         results = (
-            check_gouge(subject, self.around.part, straight=False),
+            check_gouge(subject, self.around.part),
             *check_collisions(subject, self.around),
         )
         for finding in make_report(results, path, ()).findings:

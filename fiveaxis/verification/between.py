@@ -72,18 +72,19 @@ def check_gouges(subject: Subject, mesh: trimesh.Trimesh | None, ways: Ways) -> 
     MeshError
         As `check_gouge`.
     """
-    straight = ways.gouges == "led"
-    found = check_gouge(subject, mesh, straight=straight)
+    centre = subject.toolpath.zone.height
+    led, other_led = (centre, None) if ways.gouges == "led" else (None, centre)
+    found = check_gouge(subject, mesh, led=led)
     rows = _turning_links(subject)
     if mesh is None or not ways.links or not len(rows):
         return found
-    other = check_gouge(_apart(subject, rows), mesh, straight=not straight)
+    other = check_gouge(_apart(subject, rows), mesh, led=other_led)
     # Each link is three rows: where it begins, where it ends, and a gap.
     ends = np.flatnonzero(other.rows % 3 == 1)
     where = rows[other.rows[ends] // 3]
     new = ~np.isin(where, found.rows)
     ends, where = ends[new], where[new]
-    how = "all axes linear in time" if straight else "the tool led straight"
+    how = "all axes linear in time" if other_led is None else "the tool led straight"
     count = len(found.rows)
 
     def message(i: int) -> str:

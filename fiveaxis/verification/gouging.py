@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -30,7 +31,7 @@ MOST_ROUNDS = 40
 
 
 def check_gouge(
-    subject: Subject, part: str | Path | trimesh.Trimesh | None, *, straight: bool = True
+    subject: Subject, part: str | Path | trimesh.Trimesh | None, *, led: float | None = None
 ) -> Result:
     """Check that the cutter stays out of the part, at the locations and on the ways between them.
 
@@ -41,8 +42,8 @@ def check_gouge(
     ----------
     subject : the motion
     part : the mesh, or its file; without it nothing is checked
-    straight : whether the control leads the tool's centre straight (tool centre point control) while the
-        rotary axes turn in proportion; else all axes run linearly
+    led : mm above the tip, of the point that a control leads straight (tool centre point control) while the
+        rotary axes turn in proportion; None where all axes run linearly
 
     Raises
     ------
@@ -53,7 +54,7 @@ def check_gouge(
         return _gouge_left_out("no mesh of the part was given")
     mesh = load_mesh(part, allow_open=True) if isinstance(part, str | Path) else part
     tolerances, body = subject.tolerances, CuttingBody.of(subject.toolpath.tool)
-    here, way = gouge_depths(subject, mesh, straight=straight)
+    here, way = gouge_depths(subject, mesh, led=led)
     rows = np.flatnonzero((here > tolerances.gouge) | (way > tolerances.chord_gouge))
     depth = np.fmax(here, way)
     name = "ball" if subject.toolpath.tool.cutter.is_ball else "cutter"
@@ -77,7 +78,7 @@ def check_gouge(
         values=depth[rows],
         message=message,
         figures={"gouge_depth_mm": largest(np.maximum(depth, 0.0))},
-        checked=(_what_was_checked(name, body, straight),),
+        checked=(_what_was_checked(name, body, led),),
         not_checked=(
             *(() if mesh.is_watertight else (inside,)),
             *(() if body.is_stated else (_unstated(body),)),
@@ -85,8 +86,9 @@ def check_gouge(
     )
 
 
-def _what_was_checked(name: str, body: CuttingBody, straight: bool) -> str:
-    how = "with its centre led straight" if straight else "with all axes linear in time"
+def _what_was_checked(name: str, body: CuttingBody, led: float | None) -> str:
+    point = f"the point {led:g} mm above its tip" if led else "its tip"
+    how = "with all axes linear in time" if led is None else f"with {point} led straight"
     return (
         f"{name}, up to {body.height:g} mm above its tip, against the part's mesh at every location and, "
         f"{how}, between them: every {body.finest:.3g} mm where the surface is near"
@@ -112,29 +114,42 @@ class Ways:
     Parameters
     ----------
     subject : the motion
-    straight : see `check_gouge`
-    lever : mm, largest distance of the cutter's points from its centre
+    led : see `check_gouge`
+    reach : mm, radius and height above the tip, (m, 2), of the cutter's outermost points
     """
 
     subject: Subject
-    straight: bool
-    lever: float
+    led: float | None
+    reach: Array
+
+    @property
+    def height(self) -> float:
+        """Height above the tip, mm, of the point that is followed: that which is led, else the centre."""
+        return self.subject.toolpath.zone.height if self.led is None else self.led
+
+    @cached_property
+    def lever(self) -> float:
+        """Largest distance of the cutter's points from the point that is followed, mm."""
+        return float(np.linalg.norm(self.reach - [0.0, self.height], axis=1).max())
+
+    @cached_property
+    def followed(self) -> Array:
+        """That point at every row, (n, 3) mm."""
+        return self.subject.tip + self.height * self.subject.axis
 
     def places(self, row: IntArray, share: Array) -> Places:
         """Place the tool at shares, (m,) 0…1, of the ways that end at rows, (m,)."""
         subject, part = self.subject, share[:, None]
         before, after = subject.positions[row - 1], subject.positions[row]
         tip, axis = tool_poses(subject.machine, before + part * (after - before))
-        if self.straight:
-            centre = (1.0 - part) * subject.centre[row - 1] + part * subject.centre[row]
-            tip = centre - subject.toolpath.zone.height * axis
+        if self.led is not None:
+            tip = (1.0 - part) * self.followed[row - 1] + part * self.followed[row] - self.led * axis
         return Places(tip, axis)
 
     def movement(self, one: Places, two: Places) -> Array:
         """Bound how far any point of the cutter goes between near places, (m,) mm."""
-        height = self.subject.toolpath.zone.height
-        centre = np.linalg.norm(two.tip - one.tip + height * (two.axis - one.axis), axis=1)
-        return np.asarray(centre + self.lever * angle_between(one.axis, two.axis))
+        way = np.linalg.norm(two.tip - one.tip + self.height * (two.axis - one.axis), axis=1)
+        return np.asarray(way + self.lever * angle_between(one.axis, two.axis))
 
     def bends(self, row: IntArray) -> Array:
         """Bound the second derivative of any point's place by the share of the ways to rows, (m,) mm.
@@ -145,28 +160,27 @@ class Ways:
         way begins, and grows no more than the joints beyond the axis move the point.
         """
         subject, machine = self.subject, self.subject.machine
-        height = subject.toolpath.zone.height
         steps, before = subject.steps[row], subject.positions[row - 1]
         bend, moved = np.zeros(len(row)), np.zeros(len(row))
         for joint in reversed(machine.chain.joints):
             column = machine.column(joint.letter)
             step = steps[:, column]
             if joint.is_rotary:
-                # Where the centre is led straight, the cutter's points turn about it alone.
+                # Where a point is led straight, the others turn about it alone.
                 arm = np.full(len(row), self.lever)
-                if not self.straight:
+                if self.led is None:
                     turned = before + LITTLE * (np.arange(before.shape[1]) == column)
                     tip, axis = tool_poses(machine, turned)
-                    swing = tip + height * axis - subject.centre[row - 1]
+                    swing = tip + self.height * axis - self.followed[row - 1]
                     arm = arm + np.linalg.norm(swing, axis=1) / LITTLE + moved
                 bend = bend + step * (step * arm + 2.0 * moved)
                 moved = moved + step * arm
-            elif not self.straight:
+            elif self.led is None:
                 moved = moved + step
         return bend
 
 
-def gouge_depths(subject: Subject, mesh: trimesh.Trimesh, *, straight: bool = True) -> tuple[Array, Array]:
+def gouge_depths(subject: Subject, mesh: trimesh.Trimesh, *, led: float | None = None) -> tuple[Array, Array]:
     """Measure how deep the cutter reaches into the part.
 
     No depth changes faster than the cutter moves, so the way between two places is divided only while their
@@ -181,8 +195,7 @@ def gouge_depths(subject: Subject, mesh: trimesh.Trimesh, *, straight: bool = Tr
     body = CuttingBody.of(subject.toolpath.tool)
     tree = TriangleTree.build(np.asarray(mesh.triangles, dtype=float))
     outline = subject.toolpath.tool.cutter.outline()
-    far = np.vstack([outline, [body.radius, body.height]]) - [0.0, subject.toolpath.zone.height]
-    ways = Ways(subject, straight, float(np.linalg.norm(far, axis=1).max()))
+    ways = Ways(subject, led, np.vstack([outline, [body.radius, body.height]]))
     known: BoolArray = np.logical_and.reduce(np.isfinite(subject.tip), axis=1)
     here, way = np.full(len(known), np.nan), np.full(len(known), -np.inf)
     begins = _begin(ways, known)

@@ -19,6 +19,8 @@ from fiveaxis.verification.subject import DEFAULT_TOLERANCES, make_subject
 
 RADIUS = 5.0
 SIDE = 40.0
+# Radius and height of a ball's outermost points, mm.
+AROUND = np.array([[0.0, 0.0], [RADIUS, RADIUS], [0.0, 2.0 * RADIUS]])
 
 
 @pytest.fixture(scope="module")
@@ -158,9 +160,10 @@ def test_a_turn_between_two_good_locations_sweeps_the_flank_into_the_part(hayash
     rotary = np.unwrap(rotary_angles(hayashi, path.axis)[1], axis=0)
     motion = follow(path, hayashi, rotary)
     subject = make_subject(motion, hayashi, path, None, DEFAULT_TOLERANCES)
-    _, way = gouge_depths(subject, box)
+    _, way = gouge_depths(subject, box, led=path.zone.height)
     shares = np.linspace(0.0, 1.0, 401)[1:-1]
-    places = Ways(subject, True, 0.0).places(np.ones(len(shares), dtype=int), shares)
+    ways = Ways(subject, path.zone.height, tool.cutter.outline())
+    places = ways.places(np.ones(len(shares), dtype=int), shares)
     body = CuttingBody.of(tool)
     tree = TriangleTree.build(np.asarray(box.triangles))
     dense = body.depths(places.tip, places.axis, tree, np.full(len(shares), -10.0))
@@ -174,10 +177,29 @@ def test_axes_that_run_linearly_leave_the_straight_way_of_the_centre(hayashi, bo
     first, last = (rotary_angles(hayashi, leant_axis(a))[1][0] for a in (25.0, 65.0))
     motion = follow(path, hayashi, np.array([first, last]))
     subject = make_subject(motion, hayashi, path, None, DEFAULT_TOLERANCES)
-    _, straight = gouge_depths(subject, box)
-    _, linear = gouge_depths(subject, box, straight=False)
+    _, straight = gouge_depths(subject, box, led=path.zone.height)
+    _, linear = gouge_depths(subject, box, led=None)
     assert straight[1] == pytest.approx(0.0, abs=1e-9)
     assert abs(linear[1]) > 0.1
+
+
+def test_a_control_that_leads_the_tip_takes_the_ball_off_its_place(hayashi):
+    """A lollipop turns about its ball's centre under a ceiling: with the tip led, that bulges upwards."""
+    half, tilt = np.radians(30.0), np.radians(45.0)
+    axes = np.array([[0.0, np.sin(a), np.cos(a)] for a in (-half, half)])
+    path = Toolpath.from_tips(-RADIUS * axes, axes, Tool(shapes.lollipop(2.0 * RADIUS, 4.0)))
+    rotary = np.array([[0.0, half], [0.0, -half]])
+    assert tool_axes(hayashi, rotary) == pytest.approx(axes)
+    subject = make_subject(follow(path, hayashi, rotary), hayashi, path, None, DEFAULT_TOLERANCES)
+    ceiling = trimesh.creation.box(extents=(20.0, 100.0, 100.0))
+    towards = np.array([np.sin(tilt), 0.0, np.cos(tilt)])
+    ceiling.apply_transform(trimesh.geometry.align_vectors([1.0, 0.0, 0.0], towards))
+    ceiling.apply_translation((RADIUS + 10.0) * towards)
+    bulge = RADIUS * (1.0 - np.cos(half)) * np.cos(tilt)
+    for led, depth in ((RADIUS, 0.0), (0.0, bulge)):
+        here, way = gouge_depths(subject, ceiling, led=led)
+        assert here == pytest.approx(0.0, abs=1e-6)
+        assert way[1] == pytest.approx(depth, abs=0.005)
 
 
 @pytest.mark.parametrize("step", [1.0, 1.9, 4.0])
@@ -199,21 +221,21 @@ def test_axes_that_run_linearly_bulge_between_ends_that_coincide(hayashi, arm, s
     wall = trimesh.creation.box(extents=(20.0, 100.0, 100.0))
     wall.apply_transform(trimesh.geometry.align_vectors([1.0, 0.0, 0.0], aside[0]))
     wall.apply_translation([0.0, 0.0, arm] + aside[0] / bulge * (RADIUS + 10.0))
-    here, deepest = gouge_depths(subject, wall, straight=False)
+    here, deepest = gouge_depths(subject, wall, led=None)
     assert here == pytest.approx(0.0, abs=1e-6)
     if bulge > DEFAULT_TOLERANCES.chord_gouge:
         assert deepest[1:] == pytest.approx(bulge, abs=0.005)
 
 
-@pytest.mark.parametrize("straight", [False, True])
-def test_no_point_of_the_cutter_goes_farther_than_is_reckoned_with(hayashi, straight):
+@pytest.mark.parametrize("led", [None, 0.0, RADIUS])
+def test_no_point_of_the_cutter_goes_farther_than_is_reckoned_with(hayashi, led):
     generator = np.random.default_rng(8)
     positions = np.cumsum(generator.normal(size=(40, 5)) * [3.0, 3.0, 3.0, 0.02, 0.02], axis=0)
     positions[:, :3] += 100.0
     tip, axis = tool_poses(hayashi, positions)
     path = Toolpath.from_tips(tip, axis, Tool.ball(2.0 * RADIUS))
     motion = Motion(hayashi.letters, positions, path.feed, np.ones(40), path.kind, path.source)
-    ways = Ways(make_subject(motion, hayashi, path, None, DEFAULT_TOLERANCES), straight, RADIUS)
+    ways = Ways(make_subject(motion, hayashi, path, None, DEFAULT_TOLERANCES), led, AROUND)
     row = np.arange(1, 40)
     ends = [ways.places(row, np.full(39, share)) for share in (0.0, 1.0)]
     bound = ways.movement(*ends) + ways.bends(row) / 2.0
@@ -244,9 +266,8 @@ PART = Path(__file__).parents[3] / "examples" / "overhang" / "part.stl"
 )
 def test_a_path_that_was_planned_for_a_ball_gouges_nowhere(hayashi, plan):
     path = plan_contour(PART, Tool.ball(8.0), spacing=1.0, **plan)
-    here, way = gouge_depths(
-        make_subject(upright(path, hayashi), hayashi, path, Asked(), DEFAULT_TOLERANCES), load_mesh(PART)
-    )
+    subject = make_subject(upright(path, hayashi), hayashi, path, Asked(), DEFAULT_TOLERANCES)
+    here, way = gouge_depths(subject, load_mesh(PART), led=path.zone.height)
     assert here.max() <= DEFAULT_TOLERANCES.gouge
     assert way.max() <= DEFAULT_TOLERANCES.chord_gouge
     # Links among them, and somewhere it touches.
