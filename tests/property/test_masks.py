@@ -1,5 +1,7 @@
 """Whatever a mask refuses: a path that comes back is admitted everywhere, sound and no dearer than others."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -26,9 +28,14 @@ def ring(n: int = N) -> Toolpath:
 
 
 PATH = ring()
-# Tool axes of the path that knows no mask: what refuses none of them is no test.
 OPTIONS = {"tilt": (15, 75), "max_turn": 40.0}
-FREE = tool_axes(MACHINE, optimise(PATH, MACHINE, **OPTIONS).motion.positions[:, MACHINE.rotary_columns])
+
+
+@cache
+def free_axes() -> np.ndarray:
+    """Tool axes of the path that knows no mask: what refuses none of them is no test."""
+    free = optimise(PATH, MACHINE, **OPTIONS).motion.positions
+    return tool_axes(MACHINE, free[:, MACHINE.rotary_columns])
 
 
 class Caps:
@@ -40,7 +47,7 @@ class Caps:
     def __call__(self, rows: np.ndarray, rotary: np.ndarray) -> np.ndarray:
         axis, admitted = tool_axes(MACHINE, rotary), np.ones(len(rows), dtype=bool)
         for first, count, east, north, size in self.caps:
-            centre = FREE[min(first + count // 2, N - 1)] + np.array([east, north, 0.0])
+            centre = free_axes()[min(first + count // 2, N - 1)] + np.array([east, north, 0.0])
             centre /= np.linalg.norm(centre)
             admitted &= ~((rows >= first) & (rows < first + count) & (axis @ centre > np.cos(size)))
         return admitted

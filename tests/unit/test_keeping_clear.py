@@ -63,13 +63,18 @@ def block():
     return Fixture("block", Box((20.0, 300.0, 120.0), (35.0, 0.0, 0.0)))
 
 
+@pytest.fixture(scope="module")
+def free(arc, machine):
+    """What is found where nothing stands in the way."""
+    return optimise_postures(arc, machine, tilt=TILT, effort="quick")
+
+
 def errors(report):
     return {f.code for f in report.findings if f.severity == "error"}
 
 
-def test_without_the_mask_the_holder_hits_the_block_and_with_it_it_doesnt(arc, machine, block):
+def test_without_the_mask_the_holder_hits_the_block_and_with_it_it_doesnt(arc, machine, block, free):
     around = Surroundings(fixtures=(block,), clearances=Clearances(0.0, 0.5, 0.0, 0.0))
-    free = optimise_postures(arc, machine, tilt=TILT, effort="quick")
     kept = fx.optimise(
         arc, machine, tilt=TILT, effort="quick", fixtures=(block,), clearances=around.clearances
     )
@@ -81,18 +86,20 @@ def test_without_the_mask_the_holder_hits_the_block_and_with_it_it_doesnt(arc, m
     assert kept.energy.total >= free.energy.total
 
 
-def test_what_collides_between_locations_is_refused_and_searched_again(arc, machine, block, monkeypatch):
+def test_what_collides_between_locations_is_refused_and_searched_again(
+    arc, machine, block, free, monkeypatch
+):
     """Where the mask knows nothing, verification's findings alone lead the path around."""
     monkeypatch.setattr(clearing, "find_accessible", lambda *_, **__: None)
     around = Surroundings(fixtures=(block,), clearances=Clearances(0.0, 0.0, 0.0, 0.0))
     asked = []
 
-    def solve(mask):
+    def solve(path, mask, free_starts):
         asked.append(mask)
-        return optimise_postures(arc, machine, tilt=TILT, effort="quick", mask=mask)
+        return free if mask is None else optimise_postures(arc, machine, tilt=TILT, effort="quick", mask=mask)
 
     cleared = clearing.keep_clear(solve, arc, machine, around, {"tilt": TILT})
-    before = clearing.colliding_rows(optimise_postures(arc, machine, tilt=TILT, effort="quick"), around)
+    before = clearing.colliding_rows(free, around)
     after = clearing.colliding_rows(cleared.solution, around)
     assert asked[0] is None
     assert len(asked) == 1 + cleared.rounds
@@ -134,28 +141,27 @@ def test_a_cutter_without_cutting_length_is_seen_under_a_bridge(machine, cutter)
 
 def test_where_no_posture_is_clear_the_blocking_pair_is_named(arc, machine):
     lid = Fixture("lid", Box((400.0, 400.0, 4.0), (0.0, 0.0, 20.0)))
+    few = arc.at(np.arange(0, len(arc), 8))
     with pytest.raises(Infeasible) as caught:
-        fx.optimise(arc, machine, tilt=(0.0, 30.0), effort="quick", fixtures=(lid,))
+        fx.optimise(few, machine, tilt=(0.0, 30.0), effort="quick", fixtures=(lid,))
     messages = [finding.message for finding in caught.value.findings]
-    assert len(messages) == len(arc)
+    assert len(messages) == len(few)
     assert "shank with lid in 100 %" in messages[0]
 
 
 def test_a_path_that_tightening_makes_impossible_comes_back_with_its_collisions(
-    arc, machine, block, monkeypatch
+    arc, machine, block, free, monkeypatch
 ):
     monkeypatch.setattr(clearing, "find_accessible", lambda *_, **__: None)
     around = Surroundings(fixtures=(block,))
-    solved = []
 
     def solve(mask):
         if mask is not None:
             raise Infeasible("no way", ())
-        solved.append(optimise_postures(arc, machine, tilt=TILT, effort="quick"))
-        return solved[-1]
+        return free
 
     cleared = clearing.keep_clear(solve, arc, machine, around, {"tilt": TILT})
-    assert cleared.solution is solved[0]
+    assert cleared.solution is free
     assert cleared.rounds == 1
     report = fx.verify(cleared.solution.motion, machine, arc, tilt=TILT, surroundings=around)
     assert any("the holder" in f.message and "'block'" in f.message for f in report.findings)
@@ -165,7 +171,7 @@ def test_a_ball_with_nothing_above_it_is_solved_once(machine, block):
     path = fx.Toolpath.from_contacts([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]], [[0, 0, 1.0]] * 2, fx.Tool.ball(8.0))
     calls = []
 
-    def solve(mask):
+    def solve(path, mask, free_starts):
         calls.append(mask)
         return optimise_postures(path, machine, tilt=TILT, effort="quick")
 
@@ -175,15 +181,46 @@ def test_a_ball_with_nothing_above_it_is_solved_once(machine, block):
     assert calls == [None]
 
 
-def test_with_free_starts_it_is_said_that_nothing_was_kept_clear(arc, machine, block):
-    around = Surroundings(fixtures=(block,))
+@pytest.fixture(scope="module")
+def rings(tool):
+    """Two rings, one above the other; the second begins half a turn on."""
+    turn = np.linspace(0.0, 2.0 * np.pi, 25)
+    angle = np.concatenate([turn, turn + np.pi])
+    contact = np.column_stack([15.0 * np.cos(angle), 15.0 * np.sin(angle), np.repeat([0.0, 1.0], 25)])
+    return fx.Toolpath.from_contacts(contact, np.tile([0.0, 0.0, 1.0], (50, 1)), tool)
 
-    def solve(mask):
-        assert mask is None
-        return optimise_postures(arc, machine, tilt=TILT, effort="quick")
 
-    cleared = clearing.keep_clear(solve, arc, machine, around, {"tilt": TILT, "free_start": True})
-    assert "not-kept-clear" in {f.code for f in cleared.solution.toolpath.findings}
+def test_passes_that_begin_elsewhere_are_kept_clear_too(rings, machine, block):
+    clear = Clearances(0.0, 0.5, 0.0, 0.0)
+    asked = {"tilt": TILT, "effort": "quick", "fixtures": (block,), "clearances": clear, "max_turn": None}
+    given = fx.optimise(rings, machine, **asked)
+    free = fx.optimise(rings, machine, free_start=True, **asked)
+    around = Surroundings(fixtures=(block,), clearances=clear)
+    blind = optimise_postures(rings, machine, tilt=TILT, effort="quick", max_turn=None, free_start=True)
+    codes = [
+        fx.verify(s.motion, machine, s.toolpath, max_turn=180.0, surroundings=around).counts
+        for s in (blind, free)
+    ]
+    assert ["holder-collision" in found for found in codes] == [True, False]
+    assert not np.array_equal(free.toolpath.pivot, rings.pivot)
+    assert free.energy.total < given.energy.total
+    # Baselines stay those of the path as it was given.
+    assert free.baselines == given.baselines
+    said = [f.message for f in free.toolpath.findings if f.code == "free-start"]
+    assert "kept clear" in said[-1]
+
+
+def test_passes_keep_their_start_where_others_cannot_be_kept_clear(rings, machine, block):
+    def solve(path, mask, free_starts):
+        if path is not rings:
+            raise Infeasible("1 of 50 locations have no admissible posture", [])
+        own = {"free_start": True} if free_starts else {"mask": mask}
+        return optimise_postures(path, machine, tilt=TILT, effort="quick", max_turn=None, **own)
+
+    options = {"tilt": TILT, "free_start": True}
+    cleared = clearing.keep_clear(solve, rings, machine, Surroundings(fixtures=(block,)), options)
+    assert np.array_equal(cleared.solution.toolpath.pivot, rings.pivot)
+    assert "elsewhere the tool isn't kept clear" in cleared.solution.toolpath.findings[-1].message
 
 
 def test_a_mesh_that_is_inside_out_is_refused(arc, machine):

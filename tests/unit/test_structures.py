@@ -46,12 +46,12 @@ def ring(offset: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Toolpath:
 def test_a_path_is_optimised_and_verified_on_every_library_machine(name):
     machine = with_powers(load_machine(name)).with_setup((5.0, -8.0, 20.0), (0.0, 0.0, 30.0))
     machine = machine.with_tool_length(80.0)
-    solution = fx.optimise(ring(), machine, tilt=TILT)
+    solution = fx.optimise(ring(), machine, tilt=TILT, effort="quick")
     report = fx.verify(solution.motion, machine, ring(), tilt=TILT)
     assert report.ok, report.counts
     for saved in solution.savings().values():
         assert saved > -1e-9
-    again = fx.optimise(ring(), machine, tilt=TILT)
+    again = fx.optimise(ring(), machine, tilt=TILT, effort="quick")
     np.testing.assert_array_equal(again.motion.positions, solution.motion.positions)
 
 
@@ -109,7 +109,7 @@ def test_a_jobs_setup_reaches_the_machine():
 
 
 def program_of(machine: Machine) -> str:
-    solution = fx.optimise(ring(), machine, tilt=TILT)
+    solution = fx.optimise(ring(), machine, tilt=TILT, effort="quick")
     return " ".join(compose_program(solution.motion, machine=machine, control="linuxcnc").lines)
 
 

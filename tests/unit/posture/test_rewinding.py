@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import re
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -17,7 +18,7 @@ from fiveaxis.kinematics.windings import ON_LIMIT, TURN
 from fiveaxis.machine import Limits, Machine
 from fiveaxis.motion import fill_in, follow
 from fiveaxis.nc import compose_program
-from fiveaxis.posture import optimise
+from fiveaxis.posture import Solution, optimise
 from fiveaxis.posture.rewinding import CLEARANCE, rewound
 from fiveaxis.posture.seams import with_seams
 from fiveaxis.posture.stops import find_stops
@@ -238,11 +239,22 @@ def test_locations_alone_give_an_axis_of_one_turn_no_way(hayashi):
     assert len(rewound(path, ranged(hayashi, 0.0, 360.0), rotary).rewinds) == 2
 
 
+@pytest.fixture(scope="module")
+def helix(hayashi):
+    """What gives the helix of 1.6 turns as solved on a machine with C from one angle to another, deg."""
+
+    @cache
+    def solved(low: float, high: float) -> Solution:
+        path, _ = turns_round(1.6, 36)
+        return optimise(path, ranged(hayashi, low, high), tilt=(15, 75), effort="quick")
+
+    return solved
+
+
 @pytest.mark.parametrize(("low", "high"), [(-180.0, 180.0), (0.0, 360.0)])
-def test_a_helix_on_an_axis_of_one_turn_is_optimised(hayashi, low, high):
-    machine = ranged(hayashi, low, high)
-    path, _ = turns_round(1.6, 36)
-    solution = optimise(path, machine, tilt=(15, 75), effort="quick")
+def test_a_helix_on_an_axis_of_one_turn_is_optimised(helix, low, high):
+    solution = helix(low, high)
+    machine = solution.machine
     residuals = solution.residuals()
     assert max(residuals["tilt"], residuals["limit"], residuals["contact"]) <= 1e-9
     told = [f for f in solution.toolpath.findings if f.code == "rewind"]
@@ -259,7 +271,7 @@ def ahead_of_normal(normal: Array, c: Array) -> Array:
     return np.degrees(np.mod(c - follows + np.pi, TURN) - np.pi)
 
 
-def test_a_mask_holds_on_a_path_that_is_rewound(hayashi):
+def test_a_mask_holds_on_a_path_that_is_rewound(hayashi, helix):
     machine = ranged(hayashi, 0.0, 360.0)
     path, _ = turns_round(1.6, 36)
     seen: list[float] = []
@@ -278,27 +290,23 @@ def test_a_mask_holds_on_a_path_that_is_rewound(hayashi):
     c = solution.motion.positions[own, machine.column("C")]
     assert ahead_of_normal(path.normal, c).min() >= 10.0
     # Without the mask C follows the normal, and so does the path that is drawn in.
-    free = optimise(path, machine, tilt=(15, 75), effort="quick")
+    free = helix(0.0, 360.0)
     assert free.wound is not None
     assert ahead_of_normal(path.normal, free.wound.rotary[:, 0]).min() < 5.0
 
 
-def test_a_solution_tells_the_path_that_it_was_rewound_from(hayashi):
-    machine = ranged(hayashi, -180.0, 180.0)
-    path, _ = turns_round(1.6, 36)
-    solution = optimise(path, machine, tilt=(15, 75), effort="quick")
-    wound = solution.wound
+def test_a_solution_tells_the_path_that_it_was_rewound_from(helix):
+    solution = helix(-180.0, 180.0)
+    machine, wound = solution.machine, solution.wound
     assert wound is not None
     assert wound.problem.violation(wound.rotary) <= 1e-9
     again = rewound(wound.toolpath, machine, wound.rotary, clearance=wound.clearance)
     np.testing.assert_array_equal(again.rotary, solution.motion.positions[:, machine.rotary_columns])
 
 
-def test_verification_finds_nothing_wrong_with_a_rewound_path(hayashi):
-    machine = ranged(hayashi, 0.0, 360.0)
-    path, _ = turns_round(1.6, 60)
-    solution = optimise(path, machine, tilt=(15, 75), effort="quick")
-    report = verify(solution.motion, machine, solution.toolpath, tilt=(15, 75))
+def test_verification_finds_nothing_wrong_with_a_rewound_path(hayashi, helix):
+    solution = helix(0.0, 360.0)
+    report = verify(solution.motion, solution.machine, solution.toolpath, tilt=(15, 75))
     wrong = [f for f in report.findings if f.severity is Severity.ERROR]
     assert wrong == []
     # The same motion on a machine with a little less of C is refused.

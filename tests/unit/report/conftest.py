@@ -18,6 +18,7 @@ from fiveaxis.kinematics import rotary_angles
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Motion, follow
 from fiveaxis.posture import Baseline, Solution, Stage
+from fiveaxis.report import page as page_module
 from fiveaxis.report import report_document, write_report
 from fiveaxis.toolpath import Toolpath, tilt_bounds
 
@@ -119,14 +120,43 @@ def program(solution: Solution) -> dict[str, Any]:
     }
 
 
+# What a page shows of the solution alone, whatever its document says: nearly all the work of a page.
+DRAWN = (
+    *("energy_bars", "spending_lines", "axis_lines", "speed_lines", "power_lines"),
+    *("posture_map", "posture_map_png", "surface_at", "surface_png"),
+)
+
+
+def once(draw: Callable[..., Any], drawn: dict[Any, Any]) -> Callable[..., Any]:
+    """Draw the same of the same objects one time only."""
+
+    def remembered(*given: Any) -> Any:
+        key = (draw.__name__, *(g if isinstance(g, str) else id(g) for g in given))
+        if key not in drawn:
+            # What was given is kept: another object can't come to have its id.
+            drawn[key] = (draw(*given), given)
+        return drawn[key][0]
+
+    return remembered
+
+
+@pytest.fixture(scope="session")
+def drawn() -> dict[Any, Any]:
+    """Keep what was drawn for the pages of these tests."""
+    return {}
+
+
 @pytest.fixture
-def page(tmp_path: Path) -> Callable[[Solution, dict[str, Any]], str]:
+def page(tmp_path: Path, drawn: dict[Any, Any]) -> Callable[[Solution, dict[str, Any]], str]:
     """Write the page of a solution and read it back."""
 
     def compose(solution: Solution, verdict: dict[str, Any], program: Any = None, **more: Any) -> str:
         path = tmp_path / "report.html"
         document = report_document(solution, verdict, inputs=[], program=program)
-        write_report(solution, document | more, path)
+        with pytest.MonkeyPatch.context() as patched:
+            for name in DRAWN:
+                patched.setattr(page_module, name, once(getattr(page_module, name), drawn))
+            write_report(solution, document | more, path)
         return path.read_text(encoding="utf-8")
 
     return compose
