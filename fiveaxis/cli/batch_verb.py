@@ -76,7 +76,8 @@ class Board:
 
     def count(self, state: str) -> int:
         """Count the jobs in a state."""
-        return sum(event.state == state for event in self._latest.values())
+        # A copy: the table is drawn by one thread while others tell what happens.
+        return sum(event.state == state for event in list(self._latest.values()))
 
     def __rich__(self) -> Table:
         states = ("done", "running", "waiting")

@@ -169,7 +169,7 @@ def test_jobs_run_on_a_scheduler_that_is_there_already(rings, tmp_path, in_time)
     distributed = pytest.importorskip("distributed")
     with distributed.LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=None) as there:
         address = there.scheduler_address
-        done = in_time(lambda: run_batch(rings[:1], tmp_path / "out", scheduler=address))
+        done = in_time(lambda: run_batch(rings[:1], tmp_path / "out", scheduler=address), 300)
         assert len(there.workers) == 1
     assert [str(row.status) for row in done.rows] == ["fine"]
     assert (tmp_path / "out" / TABLE).is_file()
