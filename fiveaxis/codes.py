@@ -127,7 +127,8 @@ READING = {
 # Said by writers of programs.
 WRITING = {
     "feed-floor": Code(WARNING, "blocks slower than the control runs any: they go quicker than planned"),
-    "number-assumed": Code(WARNING, "a number that the control needs and nobody has given"),
+    "feed-rounded": Code(WARNING, "blocks so slow that the decimals of F change their time"),
+    "number-assumed": Code(WARNING, "a number that nobody has given, or that can't be written as given"),
 }
 CODES: dict[str, Code] = CHECKS | PLANNING | READING | WRITING
 

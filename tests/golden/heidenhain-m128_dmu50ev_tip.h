@@ -7,26 +7,29 @@
 6 ;   collisions of this motion
 7 ; X Y Z are the tool tip's on the workpiece, which turns with the table [M128]; F
 8 ;   is the tip's
-9 ; not written: tool change, spindle speed, coolant, safe retract; see to it before
-10 ;   the start
-11 ; zero: the work offset is the workpiece origin, with every axis at 0
-12 ; tool length: words are the tip's, and the control adds the length of the loaded
-13 ;   tool: measure it
-14 ; start with the tool clear of part and table: first the rotary axes turn, then X,
-15 ;   Y and Z move together
-16 ; B count as on this control, opposite to tool relative to workpiece
-17 L M129
-18 L M127
-19 L B+90.0000 C+0.0000 R0 FMAX
-20 L M128
-21 L X-103.9447 Y-128.5000 Z+283.5000 R0 FMAX
-22 L X-100.4092 Y-126.0000 Z+281.0000 R0 F600.000
-23 L X-79.7353 Y-130.4391 Z+286.3885 B+85.0000 C+10.0000 R0 F2618.508
-24 L X-3.8332 Y-152.8312 Z+286.3885 B+85.0000 C+40.0000 R0 F11870.427
-25 L X+7.5826 Y-173.1032 Z+261.5213 B+98.0000 C+40.0000 R0 F8172.880
-26 L X+2.4741 Y-199.6960 Z+274.4337 B+98.0000 C+40.0000 R0 F18000.039
-27 L M129
-28 L M5
-29 L M9
-30 L M30
-31 END PGM PART MM
+9 ; measure the tool's length to the tip itself: manuals of M128 want it to the
+10 ;   centre of a ball end, and with that length these words lead a ball too deep by
+11 ;   its radius
+12 ; not written: tool change, spindle speed, coolant, safe retract; see to it before
+13 ;   the start
+14 ; zero: the work offset is the workpiece origin, with every axis at 0
+15 ; tool length: words are the tip's, and the control adds the length of the loaded
+16 ;   tool: measure it
+17 ; start with the tool clear of part and table: first the rotary axes turn, then X,
+18 ;   Y and Z move together
+19 ; B count as on this control, opposite to tool relative to workpiece
+20 L M129
+21 L M127
+22 L B+90.0000 C+0.0000 R0 FMAX
+23 L M128
+24 L X-103.9447 Y-128.5000 Z+283.5000 R0 FMAX
+25 L X-100.4092 Y-126.0000 Z+281.0000 R0 F600.000
+26 L X-79.7353 Y-130.4391 Z+286.3885 B+85.0000 C+10.0000 R0 F2618.508
+27 L X-3.8332 Y-152.8312 Z+286.3885 B+85.0000 C+40.0000 R0 F11870.427
+28 L X+7.5826 Y-173.1032 Z+261.5213 B+98.0000 C+40.0000 R0 F8172.880
+29 L X+2.4741 Y-199.6960 Z+274.4337 B+98.0000 C+40.0000 R0 F18000.039
+30 L M129
+31 L M5
+32 L M9
+33 L M30
+34 END PGM PART MM

@@ -15,6 +15,7 @@ from fiveaxis.nc.writing.feeds import (
     feed_form,
     feeds_of,
     note_floor,
+    note_rounding,
     raised_feeds,
     require_range,
     rounded_feeds,
@@ -71,7 +72,8 @@ def block_lines(motion: Motion, wording: Wording, winding: str) -> Blocks:
     require_range(feeds, moves, motion, wording)
     kept = words.kept & (_needed(plain, wording)[:, None] | ~wording.is_linear)
     lines = _lines(words, kept, feeds, wording, modulo_templates(wording, winding))
-    return Blocks(lines, dropped, tuple(note_floor(plain, raised, moves, wording)))
+    notes = (*note_floor(plain, raised, moves, wording), *note_rounding(wanted, feeds, moves, wording))
+    return Blocks(lines, dropped, notes)
 
 
 def moving(motion: Motion, values: Array, wording: Wording) -> BoolArray:

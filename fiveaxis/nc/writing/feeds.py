@@ -11,6 +11,7 @@ from fiveaxis.findings import Finding, Place, Severity
 from fiveaxis.geometry import Array, BoolArray
 from fiveaxis.motion import Motion
 from fiveaxis.nc.rows import MILLIMETRES
+from fiveaxis.nc.writing.numbers import feed_text
 from fiveaxis.nc.writing.places import Wording
 from fiveaxis.nc.writing.table_parts import Feed, FeedMode
 from fiveaxis.nc.writing.turns import Moves
@@ -20,6 +21,9 @@ from fiveaxis.nc.writing.turns import Moves
 ROUNDING = 2.0
 
 SECONDS = 60.0
+
+# Of F: a rounding to the control's decimals that changes a block's duration by more is said.
+COARSE = 0.01
 
 _REMEDY: dict[tuple[FeedMode, bool], str] = {
     ("inverse_time", True): "join short moves, or write tip positions, whose F is a speed",
@@ -181,6 +185,32 @@ def note_floor(values: Array, raised: BoolArray, moves: Moves, wording: Wording)
             f"{speed[row - 1]:.3g}); the control runs them at that speed, and rotary axes quicker with it",
             Place(location=int(moves.row[row])),
             float(slow.sum()),
+        )
+    ]
+
+
+def note_rounding(wanted: Array, feeds: Array, moves: Moves, wording: Wording) -> list[Finding]:
+    """Say how many blocks take another time than planned, because F has too few decimals for so slow a way.
+
+    Parameters
+    ----------
+    wanted, feeds : (m,), as planned and as printed; the first row has none
+    """
+    error = feeds[1:] / wanted[1:] - 1.0
+    coarse = np.abs(error) > COARSE
+    if not coarse.any():
+        return []
+    row = int(np.argmax(np.abs(error))) + 1
+    time, text = moves.time[row], feed_text(feeds[row], feed_form(wording))
+    return [
+        Finding(
+            Severity.WARNING,
+            "feed-rounded",
+            f"{int(coarse.sum())} blocks have an F so small that its decimals change their time by more than "
+            f"{100.0 * COARSE:g} % (here F{wanted[row]:.3g} is written as {text}: "
+            f"{time / (1.0 + error[row - 1]):.4g} s for {time:.4g} s); {_REMEDY[wording.mode.feed, False]}",
+            Place(location=int(moves.row[row])),
+            float(coarse.sum()),
         )
     ]
 

@@ -18,7 +18,7 @@ from fiveaxis.nc.writing.feeds import SECONDS, feed_form
 from fiveaxis.nc.writing.header import contains_length, counted
 from fiveaxis.nc.writing.numbers import feed_text
 from fiveaxis.nc.writing.places import Wording
-from fiveaxis.nc.writing.program_settings import ProgramSettings
+from fiveaxis.nc.writing.program_settings import ProgramSettings, spindle_text
 from fiveaxis.nc.writing.turns import first_words
 from fiveaxis.toolpath import MoveKind
 
@@ -74,10 +74,10 @@ class Frame:
         if settings.spindle_rpm is not None:
             left = settings.spindle_direction == "left"
             template = dialect.spindle_left if left else dialect.spindle
-            lines += template.format(rpm=f"{settings.spindle_rpm:.3f}".rstrip("0").rstrip(".")).splitlines()
+            lines += template.format(rpm=spindle_text(settings.spindle_rpm, dialect)).splitlines()
         if settings.coolant is not None:
             lines += dialect.coolant[settings.coolant].splitlines()
-        if self.winding == "rezero" and dialect.reset is not None:
+        if self.winding == "rezero" and dialect.reset is not None and dialect.reset.clear not in lines:
             lines.append(dialect.reset.clear)
         if self.winding == "modulo" and dialect.modulo is not None:
             lines += dialect.modulo.on
@@ -137,6 +137,9 @@ class Frame:
             said.append(f"no tool number was given: H{self.offset} is written")
         if any("{number}" in line for line in dialect.head) and settings.number is None:
             said.append(f"no program number was given: {ASSUMED_NUMBER} is written")
+        rpm = settings.spindle_rpm
+        if rpm is not None and float(spindle := spindle_text(rpm, dialect)) != rpm:
+            said.append(f"the spindle speed {rpm:.9g} has decimals that S has none of: S{spindle} is written")
         return said
 
     def _on_templates(self) -> tuple[str, ...]:

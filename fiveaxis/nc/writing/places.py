@@ -98,7 +98,7 @@ class Wording:
         given = templates or [None] * len(self.names)
         numbers = [f"%{sign}.{int(d)}f" for d in self.decimals]
         return [
-            (template or "{letter}{value}").format(letter=name, value=number)
+            (template or "{letter}{value}").replace("%", "%%").format(letter=name, value=number)
             for template, name, number in zip(given, self.names, numbers, strict=True)
         ]
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from pydantic import Field, ValidationError, field_validator
 
@@ -26,6 +26,7 @@ class ProgramSettings(StrictModel):
     work_offset : a word that the control knows, ``G55``; its usual one where none is given
     line_numbers : step of block numbers
     retract : mm, Z in machine coordinates, to go to before and after everything
+    way_out : whether a program that ends in a cut leads the tool out of it, before anything else
     home : letters of axes that go to the machine's zero at the end, group by group: ``Z XY AC``
     unit : of lengths
     """
@@ -40,8 +41,21 @@ class ProgramSettings(StrictModel):
     work_offset: str | None = None
     line_numbers: int | None = Field(None, ge=1, le=1000)
     retract: float | None = None
+    way_out: bool = True
     home: str = ""
     unit: Literal["mm", "inch"] = "mm"
+
+    if not TYPE_CHECKING:  # the signature that a checker sees is the fields'
+
+        def __init__(self, **given: Any) -> None:
+            """Raise `SettingError`, in one line, for a value out of its range."""
+            try:
+                super().__init__(**given)
+            except ValidationError as fault:
+                raise SettingError(explain(fault, type(self), given)) from None
+
+        # A settings file that holds these settings names the place of a fault itself, with its line.
+        __init__.__pydantic_base_init__ = True
 
     @field_validator("home")
     @classmethod
@@ -71,10 +85,7 @@ def make_settings(**given: Any) -> ProgramSettings:
     SettingError
         An unknown one, with the nearest known; a value out of its range.
     """
-    try:
-        return ProgramSettings.model_validate(given)
-    except ValidationError as fault:
-        raise SettingError(explain(fault, ProgramSettings)) from None
+    return ProgramSettings(**given)
 
 
 def require_writable(settings: ProgramSettings, dialect: Dialect, letters: str) -> None:
@@ -90,6 +101,7 @@ def require_writable(settings: ProgramSettings, dialect: Dialect, letters: str) 
         Something that the control hasn't, with what it has.
     """
     _require_names(settings, dialect)
+    _require_room(settings, dialect)
     spindle = dialect.spindle_left if settings.spindle_direction == "left" else dialect.spindle
     wanted = (
         ("tool_number", settings.tool_number, dialect.tool_change),
@@ -107,6 +119,37 @@ def require_writable(settings: ProgramSettings, dialect: Dialect, letters: str) 
     if strange:
         raise SettingError(
             f"home = {settings.home!r} names {strange[0]}, and the machine has {', '.join(letters)}"
+        )
+
+
+def spindle_text(rpm: float, dialect: Dialect) -> str:
+    """Write the number of S with the decimals that the control reads."""
+    text = f"{rpm:.{dialect.spindle_decimals}f}"
+    return text.rstrip("0").rstrip(".") if "." in text else text
+
+
+def _require_room(settings: ProgramSettings, dialect: Dialect) -> None:
+    """Check that numbers aren't beyond what the control reads."""
+    name = dialect.name
+    for what, most in dialect.most.items():
+        value = getattr(settings, what)
+        if what == "length_offset" and value is None and dialect.asks("offset"):
+            value = settings.tool_number
+        if value is not None and value > most:
+            raise SettingError(
+                f"{what} = {value:.12g} is beyond {most:.12g}, the most that control {name!r} reads; "
+                "give a smaller one, or a table of your own for a control with more room"
+            )
+    if settings.spindle_rpm is not None and float(spindle_text(settings.spindle_rpm, dialect)) == 0.0:
+        raise SettingError(
+            f"spindle_rpm = {settings.spindle_rpm:g} is S0 for control {name!r}, which reads "
+            f"{dialect.spindle_decimals} decimals; give a speed that it can turn at"
+        )
+    retract, most = settings.retract, dialect.number.most
+    if retract is not None and abs(retract) > most:
+        raise SettingError(
+            f"retract = {retract:.12g} mm is beyond {most:.12g}, the most that control {name!r} reads in a "
+            "word; give one inside the travel of Z"
         )
 
 

@@ -15,6 +15,9 @@ FeedMode = Literal["inverse_time", "per_minute"]
 
 Unit = Literal["mm", "inch"]
 
+# Settings of a program that are numbers of a word that has only so much room.
+Counted = Literal["number", "tool_number", "length_offset", "spindle_rpm"]
+
 Lines = tuple[str, ...]
 
 # Names that a template may have in curly brackets.
@@ -38,17 +41,43 @@ KNOWN_FIELDS = {
     "off": {"offset"},
 }
 
+# Templates that say nothing without what stands in their brackets; each of these stands once.
+FILLED = (
+    "comment", "machine_move", "tool_change", "work_offset", "spindle", "spindle_left", "rapid", "linear",
+    "reset_block", "line_number", "modulo_word",
+)  # fmt: skip
+
 
 def require_fields(name: str, template: str) -> None:
-    """Refuse, with a `ValueError`, a template with a bracket that nothing fills."""
+    """Refuse a template with a bracket that nothing fills, or without one that must be filled.
+
+    Raises
+    ------
+    ValueError
+        With the key, the template, and what it needs.
+    """
+    require_ascii(name, template)
     try:
-        found = {field for _, field, _, _ in Formatter().parse(template) if field is not None}
+        parts = [part for part in Formatter().parse(template) if part[1] is not None]
     except ValueError as fault:
         raise ValueError(f"{name} = {template!r}: {fault}; write {{{{ for a bracket") from None
-    known = KNOWN_FIELDS[name]
-    for field in found - known:
+    known, found = KNOWN_FIELDS[name], [field for _, field, _, _ in parts]
+    for field in sorted({str(field) for field in found} - known):
         allowed = ", ".join(f"{{{f}}}" for f in sorted(known))
         raise ValueError(f"{name} = {template!r} has {{{field}}}; what it may have is {allowed}")
+    if any(form or conversion for _, _, form, conversion in parts):
+        raise ValueError(f"{name} = {template!r} formats what fills a bracket; write {{name}} alone")
+    wanted = sorted(known) if name in FILLED else ()
+    if template and any(found.count(field) != 1 for field in wanted):
+        needed = " and ".join(f"{{{f}}}" for f in sorted(known, reverse=True))
+        raise ValueError(f"{name} = {template!r} needs {needed}, {'each ' if len(known) > 1 else ''}once")
+
+
+def require_ascii(name: str, text: str) -> None:
+    """Refuse, with a `ValueError`, what a control has no signs for."""
+    strange = [sign for sign in text if not (" " <= sign <= "~" or sign == "\n")]
+    if strange:
+        raise ValueError(f"{name} = {text!r} has {strange[0]!r}; write plain ASCII")
 
 
 class Comments(StrictModel):
@@ -110,6 +139,8 @@ class Feed(StrictModel):
     def _has_one_form(self) -> Feed:
         if (self.decimals is None) == (self.digits is None):
             raise ValueError("a feed has either decimals or digits; give one of them")
+        if self.least is not None and self.most is not None and self.least > self.most:
+            raise ValueError(f"least = {self.least:g} is above most = {self.most:g}; no feed is between them")
         return self
 
 

@@ -11,6 +11,7 @@ from fiveaxis.nc.writing.table_parts import (
     KNOWN_FIELDS,
     Comments,
     Coordinates,
+    Counted,
     Feed,
     FeedMode,
     Lines,
@@ -19,6 +20,7 @@ from fiveaxis.nc.writing.table_parts import (
     Numbers,
     Reset,
     Unit,
+    require_ascii,
     require_fields,
 )
 from fiveaxis.settings import StrictModel
@@ -53,6 +55,8 @@ class Dialect(StrictModel):
     tool_change, work_offset, spindle, spindle_left, coolant : templates, and blocks of coolants by name
     work_offsets, default_offset : pattern of the names that the control knows, and the name that is written
         where nobody says another
+    spindle_decimals : of S, where it isn't a whole number
+    most : the largest number of a setting that the control has room for, by the setting's name
     spindle_off, coolant_off : blocks
     rapid, linear : templates of moves
     end : last blocks
@@ -88,6 +92,8 @@ class Dialect(StrictModel):
     default_offset: str = ""
     spindle: str = ""
     spindle_left: str = ""
+    spindle_decimals: int = Field(0, ge=0, le=6)
+    most: dict[Counted, float] = Field(default_factory=dict)
     coolant: dict[str, str] = Field(default_factory=dict)
     spindle_off: str = ""
     coolant_off: str = ""
@@ -113,9 +119,11 @@ class Dialect(StrictModel):
             value = getattr(self, name)
             for template in (value,) if isinstance(value, str) else value:
                 require_fields(name, template)
-        require_fields("comment", self.comment.template)
+        require_fields("comment", self.comment.template or " ")
+        self._require_plain()
         if self.language == "blocks":
             self._require_moves()
+            self._require_units()
         try:
             re.compile(self.work_offsets)
         except re.error as fault:
@@ -132,13 +140,36 @@ class Dialect(StrictModel):
         )
         return any(f"{{{field}}}" in block for block in around)
 
+    def _require_plain(self) -> None:
+        """Refuse signs that no control reads in the blocks that aren't templates."""
+        modulo, reset = self.modulo or Modulo(way="shorter"), self.reset or Reset(block="{words}", clear="")
+        blocks = {
+            "coolant": tuple(self.coolant.values()),
+            "unit": tuple(self.unit.values()),
+            "feed.word": tuple(feed.word for feed in self.feed.values()),
+            "modulo": (*modulo.on, *modulo.off),
+            "reset.clear": (reset.clear,),
+            "modes.directions": tuple(w for mode in self.modes.values() for w in mode.directions or ()),
+        }
+        for name in ("spindle_off", "coolant_off", "default_offset", "continuation", "axes"):
+            require_ascii(name, getattr(self, name))
+        for name, texts in blocks.items():
+            for text in texts:
+                require_ascii(name, text)
+
+    def _require_units(self) -> None:
+        """Refuse a unit without a word where blocks say which unit they are in."""
+        said = any("{unit}" in block for block in (*self.head, *self.start, *self.end))
+        for unit, word in self.unit.items():
+            if said and not word.strip():
+                raise ValueError(f"unit.{unit} = {word!r} needs the word for it, as {{unit}} is written")
+
     def _require_moves(self) -> None:
         for name, mode in self.modes.items():
             rapid, linear = mode.rapid or self.rapid, mode.linear or self.linear
-            if "{words}" not in rapid:
-                raise ValueError(f"rapid = {rapid!r} needs {{words}}, the words of the axes")
-            if "{words}" not in linear or "{feed}" not in linear:
-                raise ValueError(f"linear = {linear!r} needs {{words}} and {{feed}}")
+            if not rapid or not linear:
+                missing = "linear" if rapid else "rapid"
+                raise ValueError(f"modes.{name} needs {missing}, the template of a move")
             if mode.feed not in self.feed:
                 raise ValueError(f"modes.{name} counts F {mode.feed}, and there is no feed.{mode.feed}")
             if name == "vector" and mode.directions is None:

@@ -63,6 +63,17 @@ def test_a_table_may_be_based_on_another_one_beside_it(table):
         ('based_on = "haas"\n[modes.vector]\n', "needs directions"),
         ('based_on = "linuxcnc"\n[reset]\nblock = "G92 {axes}"\n', r"\{words\}"),
         ("suffix = '.nc'\n", "modes is missing"),
+        ('based_on = "fanuc"\nline_number = "N "\n', r"line_number = 'N ' needs \{n\}, once"),
+        ('based_on = "fanuc"\nline_number = "N{n}{n} "\n', r"needs \{n\}, once"),
+        ('based_on = "fanuc"\nline_number = "N{n:04d} "\n', "formats what fills a bracket"),
+        ('based_on = "fanuc"\nlinear = "G1 {words} {words} F{feed}"\n', r"and \{feed\}, each once"),
+        ('based_on = "fanuc"\ntool_change = "M6"\n', r"tool_change = 'M6' needs \{tool\}"),
+        ('based_on = "fanuc"\nlinear = ""\n', "modes.axes needs linear"),
+        ('based_on = "fanuc"\ncomment = { template = "(x)" }\n', r"comment = '\(x\)' needs \{\}"),
+        ('based_on = "fanuc"\n[unit]\nmm = ""\n', r"unit.mm = '' needs the word for it"),
+        ('based_on = "fanuc"\nstart = ["G21 é"]\n', "start = 'G21 é' has 'é'; write plain ASCII"),
+        ('based_on = "fanuc"\ncoolant = { flood = "M8 é" }\n', "coolant = 'M8 é' has 'é'"),
+        ('based_on = "fanuc"\n[feed.inverse_time]\nleast = 9.0\nmost = 1.0\n', "least = 9 is above most = 1"),
         ("a = [\n", "is not valid TOML"),
     ],
 )  # fmt: skip
@@ -70,6 +81,15 @@ def test_a_fault_of_a_table_is_named_with_its_place(table, text, message):
     with pytest.raises(SettingError, match=message) as caught:
         find_dialect(table(text))
     assert "mine.toml" in str(caught.value)
+
+
+def test_a_percent_sign_of_a_table_is_written_as_it_is(table, hayashi):
+    path = table(
+        'based_on = "fanuc"\nlinear = "G1 {words} F{feed} (50% s)"\n'
+        '[modulo]\nway = "shorter"\nword = "{letter}{value}%s"\n'
+    )
+    lines = compose_program(motion(), machine=hayashi, control=path, winding="modulo").lines
+    assert "G1 X0.0000 Y0.5000 Z0.0000 A0.0000 C0.0000%s F60.000 (50% s)" in lines
 
 
 def test_a_table_that_is_not_there_is_named(tmp_path):

@@ -35,7 +35,7 @@ SWITCHES = re.compile(r"\bM42[89]\b")
 RATE = re.compile(r"SET_FEED_RATE\(([^)]*)\)")
 
 
-def interpreted(text, folder, *, wrapped=""):
+def interpreted(text, folder, *, wrapped="", ini=()):
     """Run a program; gives the end of every feed move, (n, 6) mm and deg, and its canonical rate, (n,).
 
     The codes that switch the kinematics are remapped by a machine's own configuration, which the stand-alone
@@ -46,7 +46,7 @@ def interpreted(text, folder, *, wrapped=""):
     file.write_text(SWITCHES.sub("", text), encoding="ascii")
     tools.write_text("T3 P3 Z0 D10\n", encoding="ascii")
     run = subprocess.run(
-        [str(RS274), *_ini_of(wrapped, folder), "-t", str(tools), "-g", str(file)],
+        [str(RS274), *(ini or _ini_of(wrapped, folder)), "-t", str(tools), "-g", str(file)],
         capture_output=True,
         text=True,
         timeout=60,
@@ -177,6 +177,20 @@ def test_rs274_goes_where_the_reader_says_by_the_sign_of_every_word(tmp_path, be
     lines = [i for i, text in enumerate(path.read_text().splitlines(), start=1) if text[:3] == "G1 "]
     rows = [max(row for n, row in at_words.items() if n <= line) for line in lines]
     np.testing.assert_allclose(np.degrees(read.positions[rows, 4]), ends[:, 5], atol=PRINTED)
+
+
+def test_axes_that_an_aborted_program_named_anew_have_their_names_back(tmp_path):
+    """G92 outlives a program, and the machine's file of parameters keeps it (5210: in force, 5216: of C)."""
+    machine = load_machine("hayashi-640123")
+    motion = wandering(machine, turns=1)
+    (tmp_path / "left.var").write_text("5210\t1.0\n5211\t10.0\n5216\t360.0\n", encoding="ascii")
+    (tmp_path / "left.ini").write_text(f"[RS274NGC]\nPARAMETER_FILE = {tmp_path / 'left.var'}\n")
+    text = compose_program(motion, machine=machine).text
+    ends, _ = interpreted(text, tmp_path, ini=["-i", str(tmp_path / "left.ini")])
+    wanted = control_values(machine, motion.positions)
+    columns = [CANON_LETTERS.index(letter) for letter in machine.letters]
+    np.testing.assert_allclose(ends[-(len(wanted) - 1) :, columns], wanted[1:], atol=PRINTED)
+    assert "\nG92.1\n" in text
 
 
 def test_rs274_gives_every_block_the_time_of_the_motion(tmp_path):
