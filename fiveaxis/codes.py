@@ -50,6 +50,9 @@ CHECKS = {
     "rotary-acceleration": Code(WARNING, "the speed of a rotary axis changes faster than it can"),
     "linear-acceleration": Code(WARNING, "the speed of a linear axis changes faster than it can"),
     "tip-deviation": Code(WARNING, "between blocks the tool leaves its straight way; an error for NC blocks"),
+    "axis-off-plane": Code(
+        WARNING, "between two locations of a program the tool axis leaves the plane of its directions there"
+    ),
     "gouge": Code(ERROR, "the cutting part reaches into the part, at a location or on the way to it"),
     "shank-collision": Code(ERROR, "the shank reaches into part, stock, fixture or table"),
     "holder-collision": Code(ERROR, "the holder reaches into part, stock, fixture or table"),

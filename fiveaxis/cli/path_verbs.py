@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Mapping
 from functools import partial
@@ -231,10 +232,14 @@ def _print_outcome(outcome: Outcome) -> None:
     held = f"; none left out because of {', '.join(program.held_back)}" if program.held_back else ""
     out.print(
         f"program: {len(program.motion)} blocks for {program.locations} locations: {program.inserted} blocks "
-        "inserted, so that the ball stays on its path without TCP, and "
+        "inserted, so that the ball stays on its path and the tool axis in its plane without TCP, and "
         f"{program.removed} needless ones left out{held}",
         soft_wrap=True,
     )
+    if program.left_plane:
+        cuts = f"{program.left_plane} {'cut' if program.left_plane == 1 else 'cuts'}"
+        degrees = math.degrees(program.off_plane)
+        out.print(f"program: the tool axis leaves its plane in {cuts}, by {degrees:.3g} deg at most")
     if "setup_search" in outcome.document:
         _print_setup(outcome.document["setup_search"])
     _print_budget(outcome.budget)

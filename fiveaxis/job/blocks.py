@@ -11,7 +11,7 @@ import numpy as np
 
 from fiveaxis.collision import Surroundings
 from fiveaxis.energy import Energy, motion_energy
-from fiveaxis.geometry import Array
+from fiveaxis.job.filled import Filled, with_planes
 from fiveaxis.machine import Machine
 from fiveaxis.motion import (
     AXIS_TOLERANCE,
@@ -19,14 +19,10 @@ from fiveaxis.motion import (
     SPEED_TOLERANCE,
     Motion,
     Thinned,
-    fill_in,
-    fill_in_rows,
-    off_plane,
     thinned,
 )
 from fiveaxis.nc.writing.places import Wording
 from fiveaxis.posture import Solution
-from fiveaxis.toolpath import Toolpath
 from fiveaxis.verification import Asked, Report, Tolerances, examine
 
 # rad: angles between two locations that keep their bounds may break them by this, as both ends turn.
@@ -52,6 +48,8 @@ class ProgramMotion:
     energy : of the solution's and of each baseline's program, by name
     verdict : on the driven motion, the bounds on the tool's lean at inserted locations included
     off_plane : rad, the most by which the tool axis leaves the plane of its directions at both ends of a cut
+    in_plane : cuts in which rotary angles that run in proportion would leave it, and inserted blocks don't
+    left_plane : cuts in which it is left, since an axis can't follow it sensibly
     held_back : codes of errors for whose sake needless blocks stay; empty where they don't
     """
 
@@ -62,6 +60,8 @@ class ProgramMotion:
     energy: dict[str, Energy]
     verdict: Report
     off_plane: float = 0.0
+    in_plane: int = 0
+    left_plane: int = 0
     held_back: tuple[str, ...] = ()
 
     @property
@@ -89,6 +89,8 @@ class ProgramMotion:
             "path_tolerance_mm": PATH_TOLERANCE,
             "axis_tolerance_deg": round(math.degrees(AXIS_TOLERANCE), 9),
             "axis_off_plane_deg": math.degrees(self.off_plane),
+            "axis_held_in_plane": self.in_plane,
+            "axis_left_plane": self.left_plane,
             "energy": {name: energy.as_dict() for name, energy in self.energy.items()},
             "verification": self.verdict.as_dict() | {"ok": self.ok},
         }
@@ -125,58 +127,50 @@ def program_motion(
     led : whether the tool has to stay on its way under a control that leads the tip, too
     thin : whether blocks that the path doesn't need are left out
     """
-    machine, toolpath = solution.machine, solution.toolpath
-    rotary = solution.motion.positions[:, machine.rotary_columns]
-    path, motion, row = fill_in_rows(toolpath, machine, rotary, led=led)
-    blocks, verdict = Thinned.whole(motion), None
+    machine = solution.machine
+    filled = Filled.of(solution.toolpath, machine, solution.motion, bounds, led=led)
+    blocks, verdict = Thinned.whole(filled.motion), None
     held_back: tuple[str, ...] = ()
     if thin:
-        blocks = _without_needless(toolpath, path, machine, motion, row, bounds, led=led)
+        blocks = _without_needless(filled, machine, bounds, led=led)
     if blocks.removed:
-        verdict = _examine_program(solution, around, bounds, path, blocks, row)
+        verdict = _examine_program(solution, around, bounds, filled, blocks)
         if not (verdict.ok and "tip-deviation" not in verdict.counts):
-            blocks, held_back, verdict = Thinned.whole(motion), tuple(verdict.counts), None
+            blocks, held_back, verdict = Thinned.whole(filled.motion), tuple(verdict.counts), None
     if verdict is None:
-        verdict = _examine_program(solution, around, bounds, path, blocks, row)
+        verdict = _examine_program(solution, around, bounds, filled, blocks)
     energy = {RESULT: motion_energy(machine, blocks.driven)}
     for name, baseline in solution.compared.items():
-        angles = baseline.motion.positions[:, machine.rotary_columns]
-        filled = fill_in(baseline.toolpath or toolpath, machine, angles)[1]
-        energy[name] = motion_energy(machine, filled)
+        path = baseline.toolpath or solution.toolpath
+        energy[name] = motion_energy(machine, Filled.of(path, machine, baseline.motion, bounds).motion)
+    off = filled.off_plane(blocks)
     return ProgramMotion(
         blocks.motion,
         blocks.driven,
-        len(toolpath),
-        len(motion) - len(toolpath),
+        len(solution.toolpath),
+        len(filled.motion) - len(solution.toolpath),
         energy,
-        verdict,
-        float(off_plane(machine, rotary)[toolpath.cutting[1:]].max(initial=0.0)),
+        with_planes(verdict, filled, off),
+        float(off.max(initial=0.0)),
+        int(filled.planes.kept.sum()),
+        int(filled.planes.left.sum()),
         held_back,
     )
 
 
-def _without_needless(
-    toolpath: Toolpath,
-    path: Toolpath,
-    machine: Machine,
-    motion: Motion,
-    row: Array,
-    bounds: Mapping[str, Any],
-    *,
-    led: bool,
-) -> Thinned:
+def _without_needless(filled: Filled, machine: Machine, bounds: Mapping[str, Any], *, led: bool) -> Thinned:
     """Leave needless blocks out, but those of locations that something was found about."""
-    told = [
-        f.place.location for f in toolpath.findings if f.place is not None and f.place.location is not None
-    ]
+    places = [f.place for f in filled.given.findings]
+    told = [p.location for p in places if p is not None and p.location is not None]
     most = bounds.get("max_turn")
     return thinned(
-        path,
+        filled.path,
         machine,
-        motion,
+        filled.motion,
         max_turn=LARGEST_TURN if most is None else min(math.radians(most), LARGEST_TURN),
         led=led,
-        needed=np.isin(row, told),
+        needed=np.isin(filled.row, told),
+        planes=filled.planes.demanded(filled.row),
     )
 
 
@@ -184,12 +178,11 @@ def _examine_program(
     solution: Solution,
     around: Surroundings,
     bounds: Mapping[str, Any],
-    path: Toolpath,
+    filled: Filled,
     blocks: Thinned,
-    row: Array,
 ) -> Report:
     """Verify the motion that a program's blocks describe, at every location of the path."""
-    toolpath, exact = solution.toolpath, not blocks.removed
+    toolpath, path, exact = filled.given, filled.path, not blocks.removed
     # An inserted location lies on a chord of the path, and no deeper than a chord may; between two of them
     # axes that run linearly leave the chord by what `fill_in` lets them, and so they do all along where
     # `thinned` lets them.
@@ -198,13 +191,15 @@ def _examine_program(
     allowed = Tolerances(gouge=chord if exact else deepest, chord_gouge=deepest, lean=LEAN_BETWEEN)
     if not exact:
         allowed = replace(allowed, contact=PATH_TOLERANCE)
-    asked = Asked.of_degrees(toolpath, solution.machine, **bounds).between(row)
+    asked = Asked.of_degrees(toolpath, solution.machine, **bounds).between(filled.row)
     if toolpath.zone.offset:
         # Between two locations the way of a pivot beside the tool's axis isn't known, nor is a turn per mm.
         asked = replace(asked, turn_rate=None)
-    elif asked.turn_rate is not None and not exact:
-        # Turns go with time there, and ways only as nearly as blocks of one span have one speed.
-        asked = replace(asked, turn_rate=asked.turn_rate * (1.0 + SPEED_TOLERANCE))
+    elif asked.turn_rate is not None:
+        # A move that keeps the rate as a whole may turn faster in the part of it that is nearest the singular
+        # direction. In spans turns go with time, and ways only as nearly as their blocks have one speed.
+        faster = filled.planes.fastest(filled.row) * (1.0 if exact else 1.0 + SPEED_TOLERANCE)
+        asked = replace(asked, turn_rate=asked.turn_rate * faster)
     return examine(
         blocks.driven,
         solution.machine,

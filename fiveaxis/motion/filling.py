@@ -4,15 +4,20 @@ from __future__ import annotations
 
 import numpy as np
 
-from fiveaxis.geometry import Array, BoolArray
+from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.kinematics import positions_about, tool_axes, tool_poses
 from fiveaxis.machine import Machine
 from fiveaxis.motion.motion import Motion, follow
+from fiveaxis.motion.planes import AXIS_TOLERANCE, AxisPlanes
 from fiveaxis.motion.timing import STANDSTILL
-from fiveaxis.toolpath import Toolpath, divide, divided_rows, interpolate
+from fiveaxis.toolpath import Toolpath, divided_rows
+from fiveaxis.toolpath.dividing import through
 
 # Largest way of the pivot off its chord between two blocks, mm.
 PATH_TOLERANCE = 0.005
+# Deviations are measured at these shares of every block, as one that goes first to one side and then to the
+# other is nothing in the middle.
+PLACES = (0.25, 0.5, 0.75)
 # Rounds of measuring and inserting; each one divides a deviation by the square of the blocks it inserts.
 MOST_ROUNDS = 12
 # rad: turns this near to whole ones, or to none, leave the tool where it was.
@@ -26,15 +31,17 @@ def fill_in(
 
     In machine coordinates all axes run linearly in time between two blocks, so the tool's centre (a ball's,
     else the point of the tool's axis at the height of the arc that touches) leaves its chord while the rotary
-    axes turn. Inserted locations lie on the chord, with angles in proportion to the way; they know no normal
-    and no contact.
+    axes turn, and the tool axis the plane of its directions. Inserted locations lie on the chord, with angles
+    in proportion to the way or, in cuts in which the axis would leave its plane by more than
+    `AXIS_TOLERANCE`, such that it turns evenly in the plane (`AxisPlanes`). They know no normal and no
+    contact.
 
     Parameters
     ----------
     toolpath : n locations
     machine : two rotary and three linear axes
     rotary : (n, 2), rad, chain order
-    tolerance : mm, largest deviation of the centre halfway between two blocks
+    tolerance : mm, largest deviation of the centre between two blocks
 
     Returns
     -------
@@ -52,51 +59,116 @@ def fill_in_rows(
     tolerance: float = PATH_TOLERANCE,
     *,
     led: bool = False,
+    planes: AxisPlanes | None = None,
 ) -> tuple[Toolpath, Motion, Array]:
     """Do the same, and say where each location lies among the given ones.
 
     Parameters
     ----------
     led : whether the tool's centre has to stay on the path under a control that leads the tip, too
+    planes : of the given path and angles, where they have been worked out
 
     Returns
     -------
     path, motion : as of `fill_in`
     row : (m,), in rows of the given path: 3.25 lies a quarter of the way from 3 to 4
     """
+    planes = planes or AxisPlanes.of(toolpath, machine, rotary)
+    centre = toolpath.centres(planes.axes)
     path, angles, row = toolpath, rotary, np.arange(len(toolpath), dtype=float)
+    blocks: IntArray = np.arange(len(toolpath) - 1)
     for _ in range(MOST_ROUNDS):
-        off = midway_deviation(path, machine, angles)
+        off = way_deviation(path, machine, angles, blocks) / tolerance
         if led:
-            off = np.maximum(off, led_deviation(path, machine, angles))
+            off = np.maximum(off, led_deviation(path, machine, angles, blocks) / tolerance)
+        off = np.maximum(off, axis_deviation(planes, row, angles, blocks, planes.kept) / AXIS_TOLERANCE)
         # A parabola's height falls with the square of the parts that its chord is cut into.
-        parts = np.maximum(np.ceil(np.sqrt(off / tolerance)), 1.0).astype(np.int64)
+        parts = np.ones(len(row) - 1, dtype=np.int64)
+        parts[blocks] = np.maximum(np.ceil(np.sqrt(_heights(off))), 1.0)
         if (parts == 1).all():
             break
-        centre = path.centres(tool_axes(machine, angles))
-        places = divided_rows(parts)
-        path, angles = divide(path, parts, centre), interpolate(angles, places)
-        row = np.interp(places, np.arange(len(row)), row)
+        blocks = np.flatnonzero(np.repeat(parts, parts) > 1)
+        row = np.interp(divided_rows(parts), np.arange(len(row)), row)
+        path, angles = through(toolpath, row, centre), planes.rotary_at(row)
     return path, follow(path, machine, angles), row
 
 
-def midway_deviation(toolpath: Toolpath, machine: Machine, rotary: Array) -> Array:
-    """Measure how far the tool's centre is from the middle of its chord when every axis is halfway.
+def _heights(off: Array) -> Array:
+    """Give the heights of parabolas through deviations at `PLACES`, the highest of each block, (m,).
+
+    A deviation ``t (1 − t) (a + b t)`` with vectors a and b is nowhere larger than the highest.
+    """
+    share = np.array(PLACES)[:, None]
+    return np.asarray((off / (4.0 * share * (1.0 - share))).max(axis=0))
+
+
+def way_deviation(toolpath: Toolpath, machine: Machine, rotary: Array, blocks: IntArray) -> Array:
+    """Measure how far the tool's centre is from its place on the chord when every axis runs linearly.
 
     A turn on the spot, by which an axis rewinds whole turns and nothing else moves, has no chord to stay on.
 
+    Parameters
+    ----------
+    rotary : (n, 2), rad, chain order
+    blocks : (m,), the rows at which the measured ones begin
+
     Returns
     -------
-    (n − 1,), mm
+    (3, m), mm, at `PLACES`
     """
     zone = toolpath.zone
-    normal = np.nan_to_num(toolpath.normal)
-    positions, axes = positions_about(machine, toolpath.pivot, rotary, zone, normal)
-    tip, axis = tool_poses(machine, (positions[1:] + positions[:-1]) / 2.0)
+    positions, axes = positions_about(machine, toolpath.pivot, rotary, zone, np.nan_to_num(toolpath.normal))
     centre = toolpath.centres(axes)
-    middle = (centre[1:] + centre[:-1]) / 2.0
-    off = np.linalg.norm(tip + zone.height * axis - middle, axis=1)
-    return np.where(turns_on_the_spot(machine, np.diff(positions, axis=0)), 0.0, off)
+    off = np.empty((len(PLACES), len(blocks)))
+    for i, share in enumerate(PLACES):
+        tip, axis = tool_poses(machine, _within(positions, blocks, share))
+        off[i] = np.linalg.norm(tip + zone.height * axis - _within(centre, blocks, share), axis=1)
+    spot = turns_on_the_spot(machine, positions[blocks + 1] - positions[blocks])
+    return np.where(spot, 0.0, off)
+
+
+def led_deviation(toolpath: Toolpath, machine: Machine, rotary: Array, blocks: IntArray) -> Array:
+    """Measure the same for a control that leads the tip straight while the rotary axes turn in proportion.
+
+    The centre is ``h`` above the tip, along the tool: with the tip on its chord it is off by ``h`` times the
+    way of the axis from its place between both ends.
+
+    Returns
+    -------
+    (3, m), mm, at `PLACES`
+    """
+    axes = tool_axes(machine, rotary)
+    bend = [
+        tool_axes(machine, _within(rotary, blocks, share)) - _within(axes, blocks, share) for share in PLACES
+    ]
+    turn = np.remainder(rotary[blocks + 1] - rotary[blocks] + np.pi, 2.0 * np.pi) - np.pi
+    whole = (np.abs(turn) < WHOLE_TURN).all(axis=1)
+    return np.where(whole, 0.0, toolpath.zone.height * np.linalg.norm(bend, axis=-1))
+
+
+def axis_deviation(
+    planes: AxisPlanes, row: Array, rotary: Array, blocks: IntArray, moves: BoolArray
+) -> Array:
+    """Measure how far the tool axis leaves the planes of its directions at the given rows.
+
+    Parameters
+    ----------
+    row : (k,), of the filled path, in rows of the given one
+    rotary : (k, 2), rad, chain order, there
+    blocks : (m,), the rows of the filled path at which the measured blocks begin
+    moves : (n − 1,), moves of the given path whose blocks are measured
+
+    Returns
+    -------
+    (3, m), rad, at `PLACES`; 0 in other moves
+    """
+    move = np.floor(row[blocks]).astype(np.int64)
+    some = moves[move]
+    off = np.zeros((len(PLACES), len(blocks)))
+    for i, share in enumerate(PLACES):
+        axis = tool_axes(planes.machine, _within(rotary, blocks[some], share))
+        off[i, some] = planes.angles(move[some], axis)
+    return off
 
 
 def turns_on_the_spot(machine: Machine, moves: Array) -> BoolArray:
@@ -106,42 +178,6 @@ def turns_on_the_spot(machine: Machine, moves: Array) -> BoolArray:
     return np.asarray(stands & (whole < WHOLE_TURN).all(axis=1))
 
 
-def led_deviation(toolpath: Toolpath, machine: Machine, rotary: Array) -> Array:
-    """Measure the same for a control that leads the tip straight while the rotary axes turn in proportion.
-
-    The centre is ``h`` above the tip, along the tool: with the tip on its chord it is off by ``h`` times the
-    way of the halfway axis from the mean of both.
-
-    Returns
-    -------
-    (n − 1,), mm
-    """
-    axes = tool_axes(machine, rotary)
-    halfway = tool_axes(machine, (rotary[1:] + rotary[:-1]) / 2.0)
-    bend = np.linalg.norm(halfway - (axes[1:] + axes[:-1]) / 2.0, axis=1)
-    whole = np.abs(np.remainder(np.diff(rotary, axis=0) + np.pi, 2.0 * np.pi) - np.pi) < WHOLE_TURN
-    return np.where(whole.all(axis=1), 0.0, toolpath.zone.height * bend)
-
-
-def off_plane(machine: Machine, rotary: Array) -> Array:
-    """Measure how far the tool axis leaves the plane of its directions before and after each move.
-
-    Rotary axes that run in proportion take it along a cone, not along the plane. That is what was optimised
-    and is checked, and inserted blocks lie on the same cone; a control that turns the tool in the plane
-    (vector mode) goes this far from there.
-
-    Parameters
-    ----------
-    rotary : (n, 2), rad, chain order
-
-    Returns
-    -------
-    (n − 1,), rad, halfway; 0 where both directions are the same
-    """
-    axes = tool_axes(machine, rotary)
-    halfway = tool_axes(machine, (rotary[1:] + rotary[:-1]) / 2.0)
-    across = np.cross(axes[:-1], axes[1:])
-    size = np.linalg.norm(across, axis=1)
-    out = np.abs(np.einsum("ni,ni->n", across, halfway))
-    share = np.divide(out, size, out=np.zeros_like(out), where=size > WHOLE_TURN)
-    return np.asarray(np.arcsin(np.minimum(share, 1.0)))
+def _within(columns: Array, blocks: IntArray, share: float) -> Array:
+    """Take columns, (n, k), at a share of the way from rows to the next ones, (m, k)."""
+    return np.asarray(columns[blocks] + share * (columns[blocks + 1] - columns[blocks]))

@@ -13,15 +13,16 @@ from fiveaxis.kinematics import linear_positions, tool_axes, tool_poses
 from fiveaxis.machine import Machine
 from fiveaxis.motion.filling import PATH_TOLERANCE, turns_on_the_spot
 from fiveaxis.motion.motion import Motion
+from fiveaxis.motion.planes import AXIS_TOLERANCE
 from fiveaxis.toolpath import Toolpath
 
-# rad: largest angle between the tool axis of the thinned motion and that of the given one.
-AXIS_TOLERANCE = math.radians(0.05)
 # Blocks of one span differ in the speed along the way by less than this, relative.
 SPEED_TOLERANCE = 0.01
 # The way is compared at the ends and the middle of every given block. A parabola through three places within
 # r of the way stays within 1.25 r of it between them.
 BETWEEN = 1.25
+# Between the ends of unit vectors that are as far apart as the tool axes may be, there.
+LARGEST_CHORD = 2.0 * math.sin(AXIS_TOLERANCE / BETWEEN / 2.0)
 # s: a block of no duration has no moment in it.
 SHORTEST = 1e-9
 # Spans are sought within stretches of so many rows, all stretches at once; in stretches of so many times the
@@ -66,15 +67,17 @@ def thinned(
     max_turn: float = math.inf,
     led: bool = False,
     needed: BoolArray | None = None,
+    planes: Array | None = None,
 ) -> Thinned:
     """Leave out the rows that a control passes by itself, at the moment at which it would.
 
     The control moves all axes linearly in time from one kept row to the next or, where it leads the tip, the
     tip straight and the rotary axes in proportion. All along, the tool's centre stays within the tolerance of
     where the given motion has it at that moment (on the straight way between given rows), and so does the
-    contact at rows that know one; the tool axis stays within `AXIS_TOLERANCE`. It is always the given motion
-    that is compared with, so nothing adds up. A span of blocks takes their time together, and holds no change
-    of kind or feed, no turn on the spot and no block of another speed.
+    contact at rows that know one; the tool axis stays within `AXIS_TOLERANCE` of the given one, and of its
+    plane. It is always the given motion that is compared with, so nothing adds up. A span of blocks takes
+    their time together, and holds no change of kind or feed, no turn on the spot and no block of another
+    speed.
 
     Spans are as long as they can be from where they begin; of those that come out no two neighbours could be
     one.
@@ -87,8 +90,10 @@ def thinned(
     max_turn : rad, of a rotary axis in one block that stands for several
     led : whether the control leads the tip
     needed : (n,), rows that stay in any case
+    planes : (n, 3), unit vectors at right angles to the plane in which the tool axis stays in the move to
+        each row (`AxisPlanes.demanded`); zero where there is none
     """
-    course = _Course(toolpath, machine, motion, tolerance / BETWEEN, max_turn, led, needed)
+    course = _Course(toolpath, machine, motion, tolerance / BETWEEN, max_turn, led, needed, planes)
     kept = _joined(course, _longest_spans(course))
     time = np.append(0.0, np.add.reduceat(motion.time, kept[:-1] + 1)) if len(kept) > 1 else motion.time[kept]
     # The last span of `reduceat` runs to the end, and the last row is always kept.
@@ -114,6 +119,7 @@ class _Course:
     max_turn: float
     led: bool
     needed: BoolArray | None
+    planes: Array | None
 
     @cached_property
     def clock(self) -> Array:
@@ -135,6 +141,13 @@ class _Course:
         """(n, 3), mm: halfway on the chord to each row; the first row's own place."""
         centre = self.path.centres(self.poses[1])
         return (centre + np.concatenate([centre[:1], centre[:-1]])) / 2.0
+
+    @cached_property
+    def leanings(self) -> Array:
+        """(n, 3), unit vectors: the tool axis halfway in the move to each row."""
+        return tool_axes(
+            self.machine, self.rotary - np.diff(self.rotary, axis=0, prepend=self.rotary[:1]) / 2.0
+        )
 
     @cached_property
     def speed(self) -> Array:
@@ -178,11 +191,21 @@ class _Course:
         height = self.path.zone.height
         touching = self.path.at(row)
         off = np.linalg.norm(tip + height * axis - touching.centres(axis), axis=1)
-        bad = (off > self.tolerance) | (_angles(axis, self.poses[1][row]) > AXIS_TOLERANCE)
+        bad = (off > self.tolerance) | self._leans_off(axis, self.poses[1][row], row)
         halfway, leaning = self._poses(middle, first[span], last[span])
         bad |= np.linalg.norm(halfway + height * leaning - self.middles[row], axis=1) > self.tolerance
+        bad |= self._leans_off(leaning, self.leanings[row], row)
         level &= ~np.logical_or.reduceat(bad, begins)
         return level & self._drives_no_more(row, begins, first[span], last[span]) if self.led else level
+
+    def _leans_off(self, axis: Array, wanted: Array, row: IntArray) -> BoolArray:
+        """Tell where tool axes are too far from the wanted ones, or from the planes of the moves to rows."""
+        chord = axis - wanted
+        off = np.einsum("ni,ni->n", chord, chord) > LARGEST_CHORD**2
+        if self.planes is None:
+            return off
+        out = np.abs(np.einsum("ni,ni->n", axis, self.planes[row]))
+        return np.asarray(off | (out > math.sin(AXIS_TOLERANCE / BETWEEN)))
 
     def _shares(self, row: IntArray, first: IntArray, last: IntArray) -> tuple[Array, Array]:
         """Give the moments of rows, and of the middles of the blocks to them, as shares of their spans."""
@@ -238,12 +261,6 @@ class _Course:
 def _between(columns: Array, share: Array, first: IntArray, last: IntArray) -> Array:
     """Take columns, (n, k), at shares of the way from first to last rows."""
     return columns[first] + share[:, None] * (columns[last] - columns[first])
-
-
-def _angles(one: Array, other: Array) -> Array:
-    """Measure angles between unit vectors, rad, exactly where they are small."""
-    chord = np.linalg.norm(one - other, axis=1)
-    return np.asarray(2.0 * np.arcsin(np.minimum(chord / 2.0, 1.0)))
 
 
 def _longest_spans(course: _Course) -> IntArray:

@@ -1,5 +1,8 @@
 """The blocks of an outcome's program: needless ones left out, and the gate on what is left."""
 
+import math
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -7,6 +10,7 @@ import fiveaxis as fx
 from fiveaxis.collision import Surroundings
 from fiveaxis.job import blocks, make_job, program_motion, verify_program
 from fiveaxis.job.blocks import may_thin
+from fiveaxis.motion import AXIS_TOLERANCE, follow
 from fiveaxis.nc import require_program
 from fiveaxis.posture import optimise
 from fiveaxis.toolpath import Tool, Toolpath
@@ -37,6 +41,57 @@ def test_blocks_are_the_locations_and_the_inserted_ones_without_the_needless(sol
     figures = program.verdict.figures
     assert figures["contact_error_mm"] <= 0.005
     assert (figures["contact_error_mm"] > 1e-6) is (program.removed > 0)
+
+
+def turning(solution, degrees):
+    """A solution of few locations along a straight cut, with given angles."""
+    contact = np.column_stack([np.linspace(20.0, 26.0, len(degrees)), np.zeros((len(degrees), 2))])
+    path = Toolpath.from_contacts(contact, [[0.0, 0.0, 1.0]] * len(degrees), Tool.ball(8))
+    motion = follow(path, solution.machine, np.radians(degrees))
+    return replace(solution, toolpath=path, motion=motion, compared={})
+
+
+@pytest.mark.parametrize("thin", [True, False])
+def test_the_tool_axis_is_held_in_its_plane_and_the_cuts_in_which_it_isnt_are_named(solution, thin):
+    degrees = [[0.0, -30.0], [14.0, -30.0], [20.0, -30.0], [180.0, -4.0], [180.0, -40.0]]
+    program = program_motion(turning(solution, degrees), Surroundings(), {"max_turn": 180.0}, thin=thin)
+    assert (program.in_plane, program.left_plane) == (1, 1)
+    assert program.verdict.counts["axis-off-plane"] == 1
+    (found,) = [f for f in program.verdict.findings if f.code == "axis-off-plane"]
+    # The place counts the program's own locations.
+    np.testing.assert_allclose(
+        program.driven.positions[found.place.location, solution.machine.rotary_columns],
+        np.radians([180.0, -4.0]),
+    )
+    said = program.as_dict()
+    assert said["axis_left_plane"] == said["axis_held_in_plane"] == 1
+    assert (
+        found.value
+        == pytest.approx(said["axis_off_plane_deg"])
+        == program.verdict.figures["axis_off_plane_deg"]
+    )
+    few = program_motion(turning(solution, degrees[:3]), Surroundings(), {"max_turn": 15.0}, thin=thin)
+    assert few.verdict.counts == {}
+    assert 0.0 < few.off_plane <= AXIS_TOLERANCE
+
+
+def test_a_rate_that_a_cut_keeps_as_a_whole_is_no_error_in_its_parts(solution):
+    degrees = [[0.0, -20.0], [30.0, -20.0]]
+    bounds = {"max_turn": 30.0, "turn_rate": 30.0 / 6.0 * (1.0 + 1e-9)}
+    program = program_motion(turning(solution, degrees), Surroundings(), bounds)
+    assert program.in_plane == 1
+    assert program.ok
+    # Half of the way takes a little more than half of the turn next to the middle, where C is quickest.
+    rate = program.verdict.figures["turn_rate_deg_mm"]
+    assert 1.0 < rate / bounds["turn_rate"] <= 2.0 * math.tan(math.radians(15.0)) / math.radians(30.0) + 1e-6
+
+
+def test_what_holds_an_axis_goes_before_the_plane(solution):
+    degrees = [[0.0, -30.0], [14.0, -30.0]]
+    program = program_motion(turning(solution, degrees), Surroundings(), {"hold": {"A": -30.0}})
+    assert (program.in_plane, program.left_plane) == (0, 1)
+    assert program.ok
+    assert program.verdict.figures["held_axis_off_deg"] < 1e-9
 
 
 def test_all_blocks_stay_where_that_is_asked_for(solution):

@@ -13,7 +13,7 @@ from fiveaxis.motion import (
     fill_in_rows,
     follow,
     led_deviation,
-    midway_deviation,
+    way_deviation,
 )
 from fiveaxis.toolpath import Tool, Toolpath, divide
 
@@ -23,10 +23,14 @@ def straight_cut(n: int = 4) -> Toolpath:
     return Toolpath.from_contacts(contact, np.tile([0.0, 0.0, 1.0], (n, 1)), Tool.ball(6))
 
 
+def blocks_of(path: Toolpath) -> np.ndarray:
+    return np.arange(len(path) - 1)
+
+
 def test_inserted_locations_keep_the_ball_on_its_chord(hayashi):
     path = straight_cut()
     rotary = np.radians([[0, -20], [8, -20], [16, -30], [46, -50]])
-    assert midway_deviation(path, hayashi, rotary).max() > 0.1
+    assert way_deviation(path, hayashi, rotary, blocks_of(path)).max() > 0.1
     filled, motion = fill_in(path, hayashi, rotary, tolerance=0.005)
     assert len(filled) == len(motion) > len(path)
     # Sampled finely within every block, axes linear in time: independent of how blocks were inserted.
@@ -89,12 +93,12 @@ def test_a_control_that_leads_the_tip_bends_the_way_of_the_balls_centre():
         Tool.ball(20),
     )
     rotary = np.radians(np.column_stack([np.linspace(0.0, 45.0, 4), np.zeros(4)]))
-    off = led_deviation(path, machine, rotary)
+    off = led_deviation(path, machine, rotary, blocks_of(path))[1]
     axes = tool_axes(machine, rotary)
     turns = np.arccos(np.clip(np.einsum("ni,ni->n", axes[1:], axes[:-1]), -1.0, 1.0))
     np.testing.assert_allclose(off, 10.0 * (1.0 - np.cos(turns / 2.0)), atol=1e-9)
     filled, motion, _ = fill_in_rows(path, machine, rotary, led=True)
     angles = motion.positions[:, machine.rotary_columns]
-    assert led_deviation(filled, machine, angles).max() <= PATH_TOLERANCE
-    assert midway_deviation(filled, machine, angles).max() <= PATH_TOLERANCE
+    assert led_deviation(filled, machine, angles, blocks_of(filled)).max() <= PATH_TOLERANCE
+    assert way_deviation(filled, machine, angles, blocks_of(filled)).max() <= PATH_TOLERANCE
     assert len(filled) > len(path)

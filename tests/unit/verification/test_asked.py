@@ -56,7 +56,7 @@ def test_a_lean_that_is_kept_at_both_ends_only_is_found_between_them(hayashi):
 
 def test_rows_of_a_filled_path_lie_among_the_given_ones(hayashi):
     path = bent()
-    rotary = np.radians([[0.0, -20.0], [5.0, -40.0], [9.0, -50.0]])
+    rotary = np.radians([[0.0, -20.0], [0.3, -40.0], [0.5, -50.0]])
     filled, motion, row = fill_in_rows(path, hayashi, rotary)
     assert len(filled) == len(motion) == len(row) > len(path)
     assert (np.diff(row) > 0.0).all()
