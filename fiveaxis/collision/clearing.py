@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Iterator
 
 import numpy as np
@@ -15,6 +16,8 @@ from fiveaxis.geometry import Array
 from fiveaxis.machine import BED, Cylinder, Machine
 from fiveaxis.toolpath import Tool, Toolpath
 from fiveaxis.toolpath.tool import CUTTER, SHANK
+
+logger = logging.getLogger(__name__)
 
 # mm: the cutter may reach so deep into the part; it touches it, after all.
 GOUGE = 0.01
@@ -67,7 +70,17 @@ def find_accessible(
     for name, triangles in around:
         obstacles.append(Obstacle.build(name, triangles, [*clear, *_grown(head, clearances.machine + extra)]))
     obstacles = [obstacle for obstacle in obstacles if obstacle.solids]
+    _tell(toolpath, obstacles)
     return Accessibility(toolpath, machine, obstacles) if obstacles else None
+
+
+def _tell(toolpath: Toolpath, obstacles: list[Obstacle]) -> None:
+    """Log what the postures are kept clear of, and what is held against each."""
+    named = ", ".join(obstacle.name for obstacle in obstacles) or "nothing that a leaning tool could touch"
+    logger.info("postures of %d locations are kept clear of %s", len(toolpath), named)
+    for obstacle in obstacles:
+        solids = ", ".join(dict.fromkeys(solid.name for solid in obstacle.solids))
+        logger.debug("%s is held against %s", obstacle.name, solids)
 
 
 def head_solids(machine: Machine) -> Iterator[Solid]:

@@ -7,6 +7,7 @@ stretch is halved, down to moves shorter than the tolerance.
 
 from __future__ import annotations
 
+import logging
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
@@ -19,6 +20,8 @@ from fiveaxis.collision.pieces import Piece, Question
 from fiveaxis.collision.rapids import Stay, stays
 from fiveaxis.collision.travel import Stretch, Travel
 from fiveaxis.geometry import Array, BoolArray, IntArray
+
+logger = logging.getLogger(__name__)
 
 # Moves that are looked at together first.
 LARGEST_GROUP = 64
@@ -128,7 +131,17 @@ class Sweep:
             for first, second, clearance in pair.pieces
         ]
         effort.seconds += time.perf_counter() - started
-        return join(found).worst()
+        hits = join(found).worst()
+        logger.debug(
+            "%s against %s: %d of %d locations and the moves to them; %d overlap, %d come too near",
+            pair.first.name,
+            pair.second.name,
+            np.count_nonzero(counted),
+            len(counted),
+            np.count_nonzero(hits.touching),
+            np.count_nonzero(~hits.touching),
+        )
+        return hits
 
     def _pieces(
         self,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,6 +16,8 @@ from fiveaxis.errors import MachineError, SettingError
 from fiveaxis.kinematics import tool_poses
 from fiveaxis.machine import FrictionDrive, Machine, Provenance, WeightDrive
 from fiveaxis.motion import STANDSTILL, Motion
+
+logger = logging.getLogger(__name__)
 
 JOULES_PER_KWH = 3.6e6
 
@@ -155,7 +158,18 @@ def job_budget(
         Share("feed drives", energy.power_integral, _worst(drives), said),
         *_spindle_shares(machine, motion, process, told),
     ]
-    return Budget(tuple(shares), energy.time, factors or Factors())
+    budget = Budget(tuple(shares), energy.time, factors or Factors())
+    unknown = ", ".join(share.name for share in shares if share.energy is None)
+    logger.info(
+        "whole job %.1f J in %.1f s, %s",
+        budget.total,
+        budget.time,
+        f"without {unknown}" if unknown else "all of it known",
+    )
+    for share in shares:
+        known = "unknown" if share.energy is None else f"{share.energy:.1f} J"
+        logger.debug("%s: %s (%s): %s", share.name, known, share.basis, share.said)
+    return budget
 
 
 def cutting_energy(machine: Machine, motion: Motion, process: Process) -> tuple[float, float]:

@@ -6,6 +6,7 @@ the models of travel don't know.
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -20,6 +21,8 @@ from fiveaxis.energy.gravity import STANDARD_GRAVITY
 from fiveaxis.energy.motion_log import AxisLog, LogColumns, length_factor, read_axis_log
 from fiveaxis.errors import InputError, SettingError
 from fiveaxis.geometry import Array, BoolArray
+
+logger = logging.getLogger(__name__)
 
 STANDSTILL = "standstill"
 # Of the highest speed: what a scale at rest or a differentiated position shows as motion.
@@ -126,6 +129,10 @@ def calibrate_drive(
         left_out += fit.unidentified
         fitted = fitted.without(fit.unidentified)
         fit = fit_model(fitted, record)
+    told = f", without {', '.join(left_out)}" if left_out else ""
+    logger.info("%s: %s model to %d rows%s", Path(log).name, model, len(rows.power), told)
+    for reason, count in rows.dropped.items():
+        logger.debug("dropped %d rows: %s", count, reason)
     return _require_fit(_assess(rows, record, fitted, fit, left_out, idle, given), rows.file)
 
 

@@ -6,6 +6,7 @@ NC programs alone.
 
 from __future__ import annotations
 
+import logging
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +20,8 @@ from fiveaxis.nc.source import load_source
 from fiveaxis.nc.table import read_table
 from fiveaxis.nc.words import format_number
 from fiveaxis.toolpath import MoveKind
+
+logger = logging.getLogger(__name__)
 
 DECIMALS = 9
 
@@ -46,6 +49,7 @@ def write_motion(motion: Motion, path: str | Path, machine: Machine) -> Path:
         ",".join([*(format_number(v, DECIMALS) for v in row), str(source)])
         for row, source in zip(columns.tolist(), motion.source.tolist(), strict=True)
     )
+    logger.info("%s: %d locations, axes %s", Path(path).name, len(motion), " ".join(machine.letters))
     return write_atomically(path, "\n".join([",".join(_header(machine)), *rows]) + "\n")
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import math
 from collections.abc import Mapping, Sequence
 from html import escape
@@ -30,6 +31,8 @@ from fiveaxis.report.setup_section import setup_section
 from fiveaxis.report.time_figures import power_lines, speed_lines
 from fiveaxis.report.verdict import verdict_section
 
+logger = logging.getLogger(__name__)
+
 # Every percentage stands beside the boundary that it was drawn for.
 BOUNDARIES = {
     "travel_metric": "feed drives only, travel metric",
@@ -55,7 +58,9 @@ def write_report(
     SettingError
         The file can't be written there.
     """
-    return write_atomically(path, compose_page(solution, document, admits))
+    page = compose_page(solution, document, admits)
+    logger.info("%s: %d kB about %d locations", Path(path).name, len(page) // 1000, document["locations"])
+    return write_atomically(path, page)
 
 
 def compose_page(solution: Solution, document: Mapping[str, Any], admits: Admits | None = None) -> str:

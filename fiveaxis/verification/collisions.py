@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
@@ -21,6 +22,8 @@ from fiveaxis.verification.leading import led_positions
 from fiveaxis.verification.model import build_model, load_pinocchio
 from fiveaxis.verification.report import Result
 from fiveaxis.verification.subject import Subject
+
+logger = logging.getLogger(__name__)
 
 # mm: where a move is this short, it is judged by its middle.
 TOLERANCE = 0.05
@@ -81,6 +84,15 @@ def check_collisions(
     choice = choose_pairs(scene, surroundings.clearances)
     sweep = Sweep(TOLERANCE, {} if effort is None else effort)
     met = _sweep_all(subject, choice.pairs, sweep, led)
+    asked = sum(cost.asked for cost in sweep.effort.values())
+    culled = sum(cost.culled for cost in sweep.effort.values())
+    logger.info(
+        "%d pairs of bodies along %d locations: %d queries, %d stretches clear by their boxes alone",
+        len(choice.pairs),
+        len(subject.positions),
+        asked,
+        culled,
+    )
     unknown = int(np.isnan(subject.positions).any(axis=1).sum())
     gap = f"collisions at {unknown} locations whose axis values aren't numbers, and on the way to them"
     how = "all axes linear in time" if led is None else "the tool led straight while it turns"

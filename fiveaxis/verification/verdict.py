@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -23,6 +24,8 @@ from fiveaxis.verification.turns import check_hold, check_jumps, check_singular,
 
 if TYPE_CHECKING:
     import trimesh
+
+logger = logging.getLogger(__name__)
 
 # No check of this version looks at these; a report says so each time.
 NOT_CHECKED = (
@@ -172,6 +175,12 @@ def examine(
         *check_collisions(subject, around, led=TIP if ways.collisions == "led" else None),
     )
     report = make_report(results, toolpath, NOT_CHECKED if changes else (*NOT_CHECKED, NO_ACCELERATIONS))
+    found = ", ".join(f"{code} {count}" for code, count in report.counts.items())
+    logger.info("%d locations on %s: found %s", len(toolpath), machine.name, found or "nothing")
+    for sentence in report.checked:
+        logger.debug("checked: %s", sentence)
+    for sentence in report.not_checked:
+        logger.debug("not checked: %s", sentence)
     alone = not around.meshes and not around.fixtures and not machine.bodies
     return replace(
         report,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -18,6 +19,8 @@ if TYPE_CHECKING:
     from fiveaxis.collision import Surroundings
     from fiveaxis.findings import Finding
     from fiveaxis.posture.solution import Solution
+
+logger = logging.getLogger(__name__)
 
 # The page may run what it carries and fetch nothing: a browser holds it to that.
 POLICY = (
@@ -54,6 +57,7 @@ def write_preview(
         The page can't be written there.
     """
     page = render_page(solution, part=part, surroundings=surroundings, findings=findings)
+    logger.info("%s: %d kB", Path(path).name, len(page) // 1000)
     return write_atomically(path, page)
 
 
@@ -69,6 +73,11 @@ def render_page(
     recorder = Recorder()
     vis = meshcat.Visualizer(window=recorder)
     scene = build_scene(vis, solution, part, surroundings=surroundings, findings=findings)
+    for side in scene.sides:
+        logger.debug(
+            "%s: %d of %d locations are key frames", side.name, len(side.frames.rows), len(side.motion)
+        )
+    logger.debug("%d messages to the scene; %d findings", len(recorder.commands), len(findings))
     bundle = Path(meshcat.viewer_assets_path()) / "dist" / "main.min.js"
     licence = bundle.with_name("main.min.js.LICENSE.txt")
     here = Path(__file__)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import webbrowser
 from collections.abc import Sequence
 from http import HTTPStatus
@@ -20,6 +21,8 @@ if TYPE_CHECKING:
     from fiveaxis.collision import Surroundings
     from fiveaxis.findings import Finding
     from fiveaxis.posture.solution import Solution
+
+logger = logging.getLogger(__name__)
 
 LOOPBACK = "127.0.0.1"
 # How long closing may wait for the server to look up, s.
@@ -125,6 +128,7 @@ def preview(
     """
     page = render_page(solution, part=part, surroundings=surroundings, findings=findings)
     shown = Preview(page, port)
+    logger.info("%d kB at %s", len(page) // 1000, shown.url())
     if open_browser:
         webbrowser.open(shown.url())
     return shown
@@ -160,6 +164,7 @@ def _handler(page: bytes) -> type[BaseHTTPRequestHandler]:
             self.wfile.write(page)
 
         def log_message(self, format: str, *args: Any) -> None:
-            """Say nothing: the terminal belongs to the caller."""
+            """Log requests for those who ask for details: the terminal belongs to the caller."""
+            logger.debug("%s", format % args)
 
     return Handler
