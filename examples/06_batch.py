@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fiveaxis.batch import run_batch
+import fiveaxis as fx
 
 RANGES = {"narrow": (30, 60), "wide": (10, 80)}  # degrees between tool axis and surface normal
 JOB = """
@@ -42,7 +42,7 @@ def main(workers: int = 2) -> None:
     with tempfile.TemporaryDirectory() as folder:
         jobs = write_jobs(Path(folder))
         for attempt in ("first", "second"):
-            batch = run_batch(jobs, Path(folder, "out"), workers=workers)
+            batch = fx.run_batch(jobs, Path(folder, "out"), workers=workers)
             print(f"{attempt} time: {len(batch.rows)} jobs, {len(batch.resumed)} done before")
         for row in batch.rows:
             print(

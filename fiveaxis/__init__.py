@@ -7,6 +7,10 @@
     >>> solution = fx.optimise(toolpath, machine, tilt=(15, 75))
     >>> report = fx.verify(solution.motion, machine, toolpath, tilt=(15, 75), part="part.stl")
 
+Many jobs, each from a file, run side by side, and what is done isn't run again:
+
+    >>> batch = fx.run_batch(["cup.toml", "vase.toml"], "out")
+
 Everything is loaded where it is used, so importing the package is quick.
 """
 
@@ -17,6 +21,7 @@ from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from fiveaxis.batch import run_batch
     from fiveaxis.contour import find_contacts, plan_contour
     from fiveaxis.energy import Energy, PowerSurface, calibrate_drive, power_surface
     from fiveaxis.errors import FiveAxisError
@@ -56,6 +61,7 @@ _HOMES = {
     "program_energy": "job",
     "read_program": "nc",
     "read_toolpath": "nc",
+    "run_batch": "batch",
     "verify": "verification",
     "verify_program": "job",
     "write_program": "nc",
@@ -85,6 +91,7 @@ __all__ = [
     "program_energy",
     "read_program",
     "read_toolpath",
+    "run_batch",
     "verify",
     "verify_program",
     "write_program",
