@@ -33,6 +33,9 @@ TILT_STEPS = 61
 LEAN_STEP = np.radians(15.0)
 # Grid of the single posture of `fixed`.
 FIXED_STEP = np.radians(3.0)
+ROUNDING = 1e-9
+# About so many locations are placed in one go while its postures are priced.
+FIXED_ROWS = 50_000
 # Ranking many candidates is done on about this many locations; the best few are measured on all.
 RANKING_LOCATIONS = 400
 RANKED_KEPT = 6
@@ -214,10 +217,12 @@ def single_posture(toolpath: Toolpath, machine: Machine, tilt: TiltBounds) -> Ar
     angles = [_grid(machine, column) for column in machine.rotary_columns]
     grid = np.stack(np.meshgrid(*angles, indexing="ij"), axis=-1).reshape(-1, 2)
     grid = grid[_admitted_everywhere(tool_axes(machine, grid), tilt)]
-    costs = [_fixed_cost(toolpath, machine, posture) for posture in grid]
-    if not costs or not np.isfinite(min(costs)):
+    costs = _fixed_costs(toolpath, machine, grid)
+    if not np.isfinite(costs).any():
         raise NoBaseline("no single posture keeps the tilt range and the axis limits at every location")
-    return np.tile(grid[int(np.argmin(costs))], (len(toolpath), 1))
+    # Of postures that cost the same but for rounding, the first.
+    cheapest = int(np.argmax(costs <= np.min(costs) * (1.0 + ROUNDING)))
+    return np.tile(grid[cheapest], (len(toolpath), 1))
 
 
 def _grid(machine: Machine, column: int) -> Array:
@@ -241,12 +246,20 @@ def _admitted_everywhere(axis: Array, tilt: TiltBounds) -> BoolArray:
     return admitted
 
 
-def _fixed_cost(toolpath: Toolpath, machine: Machine, posture: Array) -> float:
-    rotary = np.broadcast_to(posture, (len(toolpath), 2))
-    motion = follow(toolpath, machine, rotary)
-    if not within_limits(machine, motion.positions).all():
-        return float("inf")
-    return float(move_energies(machine, motion).sum())
+def _fixed_costs(toolpath: Toolpath, machine: Machine, grid: Array) -> Array:
+    """Price postures, (g, 2) rad, each held for the whole path; (g,) J, infinite beyond a limit."""
+    plus, minus = travel_costs(machine, toolpath.feed[1:])
+    costs = np.empty(len(grid))
+    at_once = max(1, FIXED_ROWS // len(toolpath))
+    for first in range(0, len(grid), at_once):
+        rotary = grid[first : first + at_once, None, :]
+        axis = np.broadcast_to(tool_axes(machine, rotary), (len(rotary), len(toolpath), 3))
+        positions = linear_positions(machine, toolpath.tips(axis), rotary)
+        moves = np.diff(positions, axis=1)
+        spent = np.sum(plus * np.maximum(moves, 0.0) + minus * np.maximum(-moves, 0.0), axis=(1, 2))
+        inside = within_limits(machine, positions).all(axis=1)
+        costs[first : first + at_once] = np.where(inside, spent, np.inf)
+    return costs
 
 
 # Offsets that `greedy` tries around the posture before: a ring of directions at every scale, and none.

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fiveaxis.energy import motion_energy
-from fiveaxis.kinematics import tool_axes
+from fiveaxis.kinematics import tool_axes, within_limits
 from fiveaxis.kinematics.windings import nearest_turn
 from fiveaxis.motion import follow
 from fiveaxis.posture.baselines import (
@@ -17,7 +17,7 @@ from fiveaxis.posture.baselines import (
     single_posture,
 )
 from fiveaxis.posture.branches import cheapest_sequence, postures
-from fiveaxis.toolpath import Tool, Toolpath, tilt_bounds
+from fiveaxis.toolpath import Tool, Toolpath, for_tilt, tilt_bounds
 
 UP = np.array([0.0, 0.0, 1.0])
 
@@ -172,3 +172,22 @@ def test_a_baseline_starts_on_the_turn_that_spares_it_an_unwinding(hayashi):
     rotary = as_programmed(path, replace(hayashi, axes=axes), tilt_bounds(path, cone=10))
     assert np.abs(np.diff(rotary[:, 0])).max() < np.radians(10.0)
     assert np.abs(rotary[:, 0]).max() <= 2.0 * np.pi + 1e-9
+
+
+@pytest.mark.parametrize("tool", [Tool.ball(8.0), Tool.bull(16.0, 3.0)], ids=["ball", "bull"])
+def test_no_single_posture_is_cheaper_than_the_one_that_is_taken(hayashi, tool):
+    """Each of the grid as the whole path would take it, priced by the room for energy."""
+    turn = np.linspace(0.0, 2.0 * np.pi, 9)
+    contact = np.stack([40.0 * np.cos(turn), 40.0 * np.sin(turn), 3.0 * turn], axis=1)
+    path = for_tilt(Toolpath.from_contacts(contact, np.tile(UP, (9, 1)), tool), (10, 70))
+    bounds = tilt_bounds(path, (10, 70))
+    taken = motion_energy(hayashi, follow(path, hayashi, single_posture(path, hayashi, bounds))).total
+    tried = 0
+    grid = np.meshgrid(np.arange(-180.0, 180.0, 15.0), np.arange(-69.0, 70.0, 6.0))
+    for posture in np.radians(np.stack(grid, axis=-1)).reshape(-1, 2):
+        motion = follow(path, hayashi, np.tile(posture, (9, 1)))
+        axis = tool_axes(hayashi, motion.positions[:, hayashi.rotary_columns])
+        if bounds.admits(axis).all() and within_limits(hayashi, motion.positions).all():
+            tried += 1
+            assert motion_energy(hayashi, motion).total >= taken - 1e-9
+    assert tried > 100
