@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -11,6 +12,7 @@ from rich.table import Table
 
 from fiveaxis.cli.options import AsJson
 from fiveaxis.cli.terminal import err, errors_explained, out, print_json
+from fiveaxis.cli.work import work_aside
 
 if TYPE_CHECKING:
     from fiveaxis.energy.calibration_record import Calibration
@@ -69,7 +71,8 @@ def calibrate(
             from fiveaxis.report.calibration_figure import require_figure_suffix, write_calibration_figure
 
             require_figure_suffix(figure)
-        found = calibrate_drive(
+        fit = partial(
+            calibrate_drive,
             log,
             axis=axis,
             model=model,
@@ -89,6 +92,7 @@ def calibrate(
             terms=None if terms is None else [name.strip() for name in terms.split(",")],
             proportional=proportional,
         )
+        found = work_aside(fit)
         written = [] if output is None else [write_atomically(output, found.block)]
         written += [] if figure is None else [write_calibration_figure(found, figure)]
         for path in written:

@@ -36,6 +36,7 @@ from fiveaxis.cli.terminal import (
     required,
 )
 from fiveaxis.cli.verify_verb import path_and_tool
+from fiveaxis.cli.work import work_aside
 from fiveaxis.cli.writing_options import WRITING, coordinates_of, settings_of
 
 if TYPE_CHECKING:
@@ -107,7 +108,7 @@ def post(
         posted = post_program(
             source,
             machine,
-            report=_verdict(source, machine, options),
+            report=work_aside(lambda: _verdict(source, machine, options)),
             override=tuple(override or ()),
             control=control,
             output=output,

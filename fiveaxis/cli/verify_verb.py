@@ -45,6 +45,7 @@ from fiveaxis.cli.terminal import (
     print_json,
     required,
 )
+from fiveaxis.cli.work import work_aside
 from fiveaxis.errors import SettingError
 
 if TYPE_CHECKING:
@@ -110,12 +111,14 @@ def verify(
             raise SettingError("name a program to verify, or give --codes")
         options = context.params
         machine = _machine(options)
-        report = verify_program(
-            program,
-            machine,
-            surroundings=_surroundings(part, options),
-            **path_and_tool(path, options, machine),
-            **_settings(options),
+        report = work_aside(
+            lambda: verify_program(
+                program,
+                machine,
+                surroundings=_surroundings(part, options),
+                **path_and_tool(path, options, machine),
+                **_settings(options),
+            )
         )
         if as_json:
             print_json({"program": program.name, "machine": machine.name} | report.as_dict())

@@ -113,14 +113,38 @@ def work_with_bars(work: Callable[[Step], T], console: Console) -> T:
     )
     with Progress(*columns, console=console, disable=not console.is_terminal or console.quiet) as shown:
         bars = Bars(shown)
-        future = _begin(lambda: work(bars.step))
-        try:
-            while not future.done():
-                wait([future], LOOK)
-        except KeyboardInterrupt:
-            bars.stopped.set()
-            wait([future], GRACE)
-            raise
+        return _await(_begin(lambda: work(bars.step)), bars.stopped)
+
+
+def work_aside(work: Callable[[], T]) -> T:
+    """Do work that tells no steps.
+
+    Parameters
+    ----------
+    work : called in a thread; writes no file
+
+    Returns
+    -------
+    What the work gives.
+
+    Raises
+    ------
+    KeyboardInterrupt
+        Ctrl-C. The work may still run: `leave_if_working`.
+    Exception
+        What the work raises.
+    """
+    return _await(_begin(work), threading.Event())
+
+
+def _await(future: Future[T], stopped: threading.Event) -> T:
+    try:
+        while not future.done():
+            wait([future], LOOK)
+    except KeyboardInterrupt:
+        stopped.set()
+        wait([future], GRACE)
+        raise
     return future.result()
 
 
