@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -14,6 +15,7 @@ from rich.table import Table
 
 from fiveaxis.cli.options import AsJson, Drives, MachineName, ProgramZero, Rapid, Start, Wrap
 from fiveaxis.cli.terminal import err, errors_explained, out, parse_places, print_json, required
+from fiveaxis.cli.work import work_aside
 from fiveaxis.errors import SettingError
 
 if TYPE_CHECKING:
@@ -57,20 +59,18 @@ def energy(
         if figure is not None and figure.suffix.lower() != ".svg":
             raise SettingError("the figure is an SVG; let its name end in .svg", file=figure)
         used = _machine(required(machine, "machine"), drives, load)
-        found = [
-            program_energy(
-                path,
-                used,
-                corners=_corners(corners),
-                unit=unit,
-                start=parse_places("--start", start),
-                program_zero=parse_places("--program-zero", program_zero),
-                rapid_mm_min=rapid,
-                block_delete=block_delete,
-                wrap=wrap,
-            )
-            for path in programs
-        ]
+        tell = partial(
+            program_energy,
+            machine=used,
+            corners=_corners(corners),
+            unit=unit,
+            start=parse_places("--start", start),
+            program_zero=parse_places("--program-zero", program_zero),
+            rapid_mm_min=rapid,
+            block_delete=block_delete,
+            wrap=wrap,
+        )
+        found = work_aside(lambda: [tell(path) for path in programs])
         files = {} if table is None else {table: _csv(found)}
         if figure is not None:
             files[figure] = program_figure(

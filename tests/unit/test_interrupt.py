@@ -43,6 +43,20 @@ main()
 """
 
 
+# Stands for what a verb does, and says in which thread.
+DEAF_VERB = """
+import sys, time, threading
+from importlib import import_module
+def deaf(*_, **__):
+    print(threading.current_thread().name, file=sys.stderr, flush=True)
+    time.sleep(600)
+home, name = sys.argv.pop(1).split(":")
+setattr(import_module(home), name, deaf)
+from fiveaxis.cli import main
+main()
+"""
+
+
 def write_wall(path: Path, n: int) -> Path:
     """A lobed wall of many turns that overhangs."""
     angle = np.linspace(0.0, 40.0 * np.pi, n)
@@ -93,6 +107,36 @@ def test_ctrl_c_doesnt_wait_for_a_step_that_hears_nothing(tmp_path):
     assert (code, out) == (130, "")
     assert err == "interrupted; nothing was written\n"
     assert [p.name for p in tmp_path.iterdir()] == ["wall.csv"]
+
+
+@posix
+@pytest.mark.parametrize(
+    ("work", "words"),
+    [
+        ("fiveaxis.job:program_energy", "energy part.ngc --machine hayashi-640123"),
+        (
+            "fiveaxis.energy.calibration:calibrate_drive",
+            "calibrate log.csv --axis X --model affine --power p",
+        ),
+        ("fiveaxis.job:verify_program", "verify part.ngc --machine hayashi-640123"),
+    ],
+)
+def test_other_verbs_work_in_the_thread_too_and_dont_wait_for_it(tmp_path, work, words):
+    with subprocess.Popen(
+        [sys.executable, "-c", DEAF_VERB, work, *words.split()],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        cwd=tmp_path,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+    ) as process:
+        try:
+            assert process.stderr.readline() == f"{NAME}\n"
+            os.kill(process.pid, signal.SIGINT)
+            out, err = process.communicate(timeout=60)
+        finally:
+            process.kill()
+    assert (process.returncode, out, err) == (130, "", "interrupted; nothing was written\n")
 
 
 @posix
