@@ -14,7 +14,8 @@ from fiveaxis.batch import run_batch
 LOADED = """
 import sys
 import fiveaxis
-print(sorted(name for name in sys.modules if name.startswith("fiveaxis.") or name in ("numpy", "distributed")))
+heavy = ("numpy", "distributed")
+print(sorted(name for name in sys.modules if name.startswith("fiveaxis.") or name in heavy))
 """
 
 
