@@ -32,6 +32,15 @@ def trunnion() -> Machine:
     return load_machine("linuxcnc-xyzac-trt")
 
 
+@pytest.fixture
+def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Leave the figures out of reports: drawing takes most of a short run, and other tests look at them."""
+    for name in ("energy_bars", "spending_lines", "axis_lines", "speed_lines", "power_lines"):
+        monkeypatch.setattr(f"fiveaxis.report.page.{name}", lambda *_: "<svg></svg>")
+    for name in ("posture_map", "posture_map_png", "surface_png"):
+        monkeypatch.setattr(f"fiveaxis.report.page.{name}", lambda *_: "data:,")
+
+
 def read_case(data: Path, name: str, diameter: float) -> Toolpath:
     rows = np.loadtxt(data / "cases" / name, delimiter=",", skiprows=1)
     return Toolpath.from_contacts(rows[:, :3], rows[:, 3:], Tool.ball(diameter), name=name)

@@ -53,6 +53,7 @@ def test_a_file_name_is_no_markup_in_the_pages_and_no_block_in_the_program(tmp_p
     ] == []
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_job_writes_into_its_folder_and_nowhere_else(tmp_path):
     inside = tmp_path / "a" / "b"
     inside.mkdir(parents=True)

@@ -14,6 +14,8 @@ from fiveaxis.cli import app
 from fiveaxis.errors import JobError
 from fiveaxis.job import make_job, read_job
 
+pytestmark = pytest.mark.usefixtures("undrawn")
+
 ASKED = ("--machine", "hayashi-640123", "--tool", "ball:10", "--tilt", "15:75", "--effort", "quick")
 
 

@@ -172,6 +172,7 @@ def test_what_cannot_be_written_is_said_before_the_work(tmp_path, monkeypatch):
         assert fault in done.stderr.replace("\n", " ")
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_optimise_writes_for_the_control_with_its_settings(tmp_path):
     rows = [f"{x},0,{x / 10},{-0.1},0,1" for x in range(8)]
     (tmp_path / "slope.csv").write_text("\n".join(["x,y,z,nx,ny,nz", *rows]) + "\n")

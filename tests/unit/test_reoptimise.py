@@ -14,6 +14,7 @@ from fiveaxis.nc import read_toolpath
 from fiveaxis.toolpath import Tool, parse_tool
 
 MACHINE = "linuxcnc-xyzac-trt"
+QUICK = ("--drives", "hayashi-640123", "--effort", "quick")
 N = 120
 
 
@@ -57,7 +58,7 @@ def part(tmp_path):
 
 
 def optimised(program, *options):
-    result = run("optimise", program, "--machine", MACHINE, "--drives", "hayashi-640123", *options, "--json")
+    result = run("optimise", program, "--machine", MACHINE, *QUICK, *options, "--json")
     assert result.exit_code == 0, result.output
     return json.loads(result.stdout)
 
@@ -71,6 +72,7 @@ def test_a_program_is_read_with_its_machine_and_keeps_its_blocks(tmp_path):
     assert path.source[path.cutting].tolist() == list(range(4, 4 + N))
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_cone_about_the_programmed_axis_saves_energy_with_no_surface_known(tmp_path):
     program = write_program(tmp_path / "wall.ngc", Tool.ball(6))
     document = optimised(program, "--tool", "ball:6", "--cone", "20", "-o", tmp_path / "out")
@@ -105,12 +107,13 @@ def test_without_the_part_a_bull_nose_is_not_turned_about_a_guess(tmp_path):
 
 def test_a_program_with_rotary_words_needs_its_machine(tmp_path):
     program = write_program(tmp_path / "wall.ngc", Tool.ball(6))
-    result = run("optimise", program, "--tool", "ball:6", "--cone", "20", "--machine", "hayashi-640123")
+    words = ("--cone", "20", "--machine", "hayashi-640123", "--effort", "quick")
+    result = run("optimise", program, "--tool", "ball:6", *words)
     assert result.exit_code == 0
     # Another machine runs it: the words are angles of the one that it was written for.
     other = run(
         *("optimise", program, "--tool", "ball:6", "--cone", "20", "--json"),
-        *("--machine", "hayashi-640123", "--written-for", MACHINE),
+        *("--machine", "hayashi-640123", "--written-for", MACHINE, "--effort", "quick"),
     )
     assert other.exit_code == 0
     assert json.loads(other.stdout)["machine"]["name"] == "hayashi-640123"

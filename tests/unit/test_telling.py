@@ -56,6 +56,7 @@ def test_verbose_tells_the_stages_room_by_room_and_more_verbose_their_details(pa
     assert len(detailed.splitlines()) > len(told.splitlines())
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_quiet_tells_nothing_of_a_run_that_went_well(path, tmp_path):
     result = optimise(path, "-q", "-o", tmp_path / "out")
     assert result.exit_code == 0
@@ -69,6 +70,7 @@ def test_quiet_still_tells_errors(path):
     assert result.stderr.startswith("error: ")
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_one_command_being_quiet_leaves_the_next_as_it_was(path, tmp_path):
     optimise(path, "-q")
     assert "wrote" in optimise(path, "-o", tmp_path / "out").stderr

@@ -148,6 +148,7 @@ def write_job(folder: Path, text: str = JOB) -> Path:
     return path
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_jobs_report_holds_the_whole_job(tmp_path):
     job = write_job(tmp_path)
     result = CliRunner().invoke(app, ["optimise", str(job), "-o", str(tmp_path / "out")])

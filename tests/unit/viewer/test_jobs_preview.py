@@ -1,6 +1,7 @@
 """What a job leaves in its preview: all that it kept clear of, and what verification found."""
 
 import numpy as np
+import pytest
 
 from fiveaxis.job import read_job, run_job, write_outcome
 from fiveaxis.job.stages import load_surroundings
@@ -27,6 +28,7 @@ sections = [{length = 40, diameter = 40}]
 """
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_jobs_preview_shows_stock_fixtures_and_findings(tmp_path):
     import trimesh
 
