@@ -77,7 +77,6 @@ PLANNING = {
     "no-rewind": Code(ERROR, "no place where an axis at its limit could turn back"),
     "rewind": Code(WARNING, "an axis at its limit turns back by whole turns"),
     "rewind-phase": Code(NOTE, "turned on the table the part would need fewer rewinds within cuts"),
-    "not-kept-clear": Code(WARNING, "postures weren't chosen to keep shank and holder clear"),
     "free-start": Code(NOTE, "a closed pass begins elsewhere than in the input"),
     "off-surface": Code(WARNING, "a location doesn't touch the part"),
     "sunk": Code(WARNING, "a cut reaches deeper into the part than counts as touching"),

@@ -41,7 +41,8 @@ logger = logging.getLogger(__name__)
 # How often a path that collides on the way is tightened there and searched again.
 ROUNDS = 3
 
-Solve = Callable[[Any], Solution]
+# Solves a path with a mask or None; with free starts, for which there is no mask, where the last says so.
+Solve = Callable[[Toolpath, Any, bool], Solution]
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,10 +100,15 @@ def optimise(
 
     asked = {name: value for name, value in options.items() if name != "mask"}
 
-    def solve(mask: Any) -> Solution:
-        return optimise_postures(toolpath, machine, mask=mask, **asked)
+    def solve(path: Toolpath, mask: Any, free: bool) -> Solution:
+        return optimise_postures(path, machine, mask=mask, **(asked if free else without_starts(asked)))
 
     return keep_clear(solve, toolpath, machine, around, options).solution
+
+
+def without_starts(options: Mapping[str, Any]) -> dict[str, Any]:
+    """Give the options that leave passes as they are."""
+    return dict(options) | {"free_start": False, "free_direction": False}
 
 
 def keep_clear(
@@ -110,9 +116,12 @@ def keep_clear(
 ) -> Cleared:
     """Solve with the mask that keeps the tool clear, and again where the result collides on its way.
 
+    With free starts, passes begin where that is cheapest with nothing in the way, and postures are kept clear
+    on that path; where they cost more than on the path as it was, that one stays.
+
     Parameters
     ----------
-    solve : optimises the path with a mask, or with None
+    solve : optimises a path with a mask, or with None
     toolpath, machine : what is solved
     around : what to keep clear of
     options : as they were asked for; a mask of the user's among them holds beside ours
@@ -122,14 +131,44 @@ def keep_clear(
     FiveAxisError
         As `solve`.
     """
+    if not options.get("free_start"):
+        return _kept(solve, toolpath, machine, around, options)
+    path = _leaning(toolpath, options)
+    if find_accessible(path, machine, around) is None:
+        return Cleared(solve(toolpath, options.get("mask"), True), None, 0)
+    kept = _kept(solve, toolpath, machine, around, options)
+    opened = solve(toolpath, None, True)
+    begun = opened.toolpath if opened.wound is None else opened.wound.toolpath
+    try:
+        again = _kept(solve, begun, machine, around, options)
+    except Infeasible as fault:
+        return _told(kept, f"passes keep their start: elsewhere the tool isn't kept clear: {fault}")
+    figures = f"{again.solution.energy.total:.1f} J kept clear, {kept.solution.energy.total:.1f} J without"
+    # A path with fewer collisions left is worth any energy.
+    left = [len(colliding_rows(one.solution, around)) for one in (kept, again)]
+    if (left[1], again.solution.energy.total) >= (left[0], kept.solution.energy.total):
+        return _told(kept, f"passes keep their start: on the one path with free starts {figures}")
+    baselines = {
+        name: replace(b, toolpath=b.toolpath or kept.solution.toolpath)
+        for name, b in kept.solution.compared.items()
+    }
+    compared = replace(again.solution, compared=baselines, missing=kept.solution.missing)
+    return _told(replace(again, solution=compared), f"passes begin elsewhere: {figures}")
+
+
+def _leaning(toolpath: Toolpath, options: Mapping[str, Any]) -> Toolpath:
     leaning = {name: options.get(name) for name in LEANING[:4]}
-    path = for_tilt(toolpath, **leaning) if any(v is not None for v in leaning.values()) else toolpath
-    admits = find_accessible(path, machine, around)
-    if options.get("free_start"):
-        return Cleared(_told(solve(options.get("mask")), admits), None, 0)
+    return for_tilt(toolpath, **leaning) if any(v is not None for v in leaning.values()) else toolpath
+
+
+def _kept(
+    solve: Solve, toolpath: Toolpath, machine: Machine, around: Surroundings, options: Mapping[str, Any]
+) -> Cleared:
+    """Keep a path clear whose locations stay in their order."""
+    admits = find_accessible(_leaning(toolpath, options), machine, around)
     mask = _joined(admits, options.get("mask"))
     try:
-        solution = solve(mask if mask.exact is not None else None)
+        solution = solve(toolpath, mask if mask.exact is not None else None, False)
     except Infeasible as fault:
         raise fault if admits is None else _explained(fault, admits, options) from None
     scene = build_scene(machine, toolpath.tool, around)
@@ -146,7 +185,7 @@ def keep_clear(
         mask.refuse(rows, solution.motion.positions[:, machine.rotary_columns][rows])
         rounds += 1
         try:
-            solution = solve(mask)
+            solution = solve(toolpath, mask, False)
         except Infeasible:
             # No way keeps off what was refused: the verification of the best one names what it hits.
             break
@@ -207,14 +246,9 @@ def _joined(admits: Accessibility | None, own: Ask | None) -> Tightened:
     return Tightened(both, admits.rough)
 
 
-def _told(solution: Solution, admits: Accessibility | None) -> Solution:
-    """Say on a path with free starts that postures weren't kept clear: its rows aren't those of a mask."""
-    if admits is None:
-        return solution
-    path = solution.toolpath
-    message = (
-        "with free starts postures aren't chosen to keep shank and holder clear; verification looks at them "
-        "all the same"
-    )
-    finding = Finding(Severity.WARNING, "not-kept-clear", message, path.place(0))
-    return replace(solution, toolpath=replace(path, findings=(*path.findings, finding)))
+def _told(cleared: Cleared, message: str) -> Cleared:
+    """Say what became of free starts beside obstacles."""
+    path = cleared.solution.toolpath
+    finding = Finding(Severity.NOTE, "free-start", message, path.place(0))
+    told = replace(path, findings=(*path.findings, finding))
+    return replace(cleared, solution=replace(cleared.solution, toolpath=told))

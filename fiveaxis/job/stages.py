@@ -31,7 +31,7 @@ from fiveaxis.energy import (
 from fiveaxis.errors import JobError, SettingError, ToolError
 from fiveaxis.job.approaching import with_way_in
 from fiveaxis.job.blocks import ProgramMotion, may_thin, program_motion
-from fiveaxis.job.clearing import Cleared, keep_clear
+from fiveaxis.job.clearing import Cleared, keep_clear, without_starts
 from fiveaxis.job.description import Job, require_input
 from fiveaxis.job.passing import Gate, make_gate
 from fiveaxis.machine import Machine, load_machine
@@ -345,20 +345,25 @@ def solve(
         options["free_start"] = passes
     if job.front is not None and job.smoothing:
         raise JobError("smoothing is what a front sweeps; leave one of them out", file=job.input)
-    front: Front | None = None
+    fronts: list[Front] = []
 
-    def once(mask: Any) -> Solution:
-        nonlocal front
+    def once(path: Toolpath, mask: Any, free: bool) -> Solution:
+        asked = options if free else without_starts(options)
         if job.front is None:
-            return optimise_postures(toolpath, machine, mask=mask, **options)
-        swept = {name: value for name, value in options.items() if name != "smoothing"}
-        front = find_front(toolpath, machine, job.front, mask=mask, **swept)
-        return front.solution
+            return optimise_postures(path, machine, mask=mask, **asked)
+        swept = {name: value for name, value in asked.items() if name != "smoothing"}
+        fronts.append(find_front(path, machine, job.front, mask=mask, **swept))
+        return fronts[-1].solution
 
+    cleared = None
     if around is None or not job.keep_clear:
-        return once(None), front, None
-    cleared = keep_clear(once, toolpath, machine, around, options)
-    return cleared.solution, front, cleared
+        solution = once(toolpath, None, job.free_start)
+    else:
+        cleared = keep_clear(once, toolpath, machine, around, options)
+        solution = cleared.solution
+    # Paths were searched again; the front is that of the one which was taken.
+    front = next((f for f in fronts if f.solution.motion is solution.motion), None)
+    return solution, front, cleared
 
 
 def load_surroundings(job: Job) -> Surroundings:
