@@ -13,7 +13,7 @@ import typer
 from rich.markup import escape
 from rich.table import Table
 
-from fiveaxis.cli.options import AsJson, Drives, MachineName, ProgramZero, Rapid, Start, Wrap
+from fiveaxis.cli.options import AsJson, Drives, MachineName, ProgramZero, Rapid, Start, ToolLength, Wrap
 from fiveaxis.cli.terminal import err, errors_explained, out, parse_places, print_json, required
 from fiveaxis.cli.work import work_aside
 from fiveaxis.errors import SettingError
@@ -30,6 +30,13 @@ def energy(
     machine: MachineName = None,
     drives: Drives = None,
     load: Annotated[float | None, typer.Option("--load", help="mass on the table, kg")] = None,
+    tool: Annotated[
+        str | None,
+        typer.Option(
+            "--tool", help="whose centre's way the feed counts along; else as the header says, or the tip"
+        ),
+    ] = None,
+    tool_length: ToolLength = None,
     corners: Annotated[
         str,
         typer.Option("--corners", help="programmed times, exact-stop, or a tolerance in mm (axis limits)"),
@@ -55,13 +62,17 @@ def energy(
         from fiveaxis.files import write_atomically
         from fiveaxis.job import program_energy
         from fiveaxis.report.program_figure import program_figure
+        from fiveaxis.toolpath import parse_tool
 
         if figure is not None and figure.suffix.lower() != ".svg":
             raise SettingError("the figure is an SVG; let its name end in .svg", file=figure)
         used = _machine(required(machine, "machine"), drives, load)
+        if tool_length is not None:
+            used = used.with_tool_length(tool_length)
         tell = partial(
             program_energy,
             machine=used,
+            tool=None if tool is None else parse_tool(tool),
             corners=_corners(corners),
             unit=unit,
             start=parse_places("--start", start),

@@ -41,6 +41,7 @@ from fiveaxis.energy.milling import (
     transport_velocity,
     wrench_power,
 )
+from fiveaxis.energy.path_feed import path_feed
 from fiveaxis.energy.surface import PowerSurface, posture_costs, power_surface
 from fiveaxis.energy.totals import Energy, law_energies, motion_energy, move_energies, move_powers
 
@@ -85,6 +86,7 @@ __all__ = [
     "move_powers",
     "moved_weights",
     "net_power",
+    "path_feed",
     "posture_costs",
     "power_surface",
     "removal_rate",

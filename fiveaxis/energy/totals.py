@@ -10,7 +10,7 @@ import numpy as np
 from fiveaxis.energy.drives import axis_powers, travel_costs
 from fiveaxis.geometry import Array, IntArray
 from fiveaxis.machine import FrictionDrive, Machine
-from fiveaxis.motion import STANDSTILL, Motion, TimeLaw
+from fiveaxis.motion import Motion, TimeLaw
 from fiveaxis.toolpath import part_places
 
 # rad: gravity's torque on a tilting table is taken as steady over turns up to this.
@@ -122,8 +122,14 @@ def move_energies(machine: Machine, motion: Motion) -> Array:
     return plus * np.maximum(moves, 0.0) + minus * np.maximum(-moves, 0.0)
 
 
-def move_powers(machine: Machine, motion: Motion) -> Array:
+def move_powers(machine: Machine, motion: Motion, rounding: float = 0.0) -> Array:
     """Compute the drives' power in every move, at the move's mean speeds.
+
+    Parameters
+    ----------
+    machine : every axis with a drive
+    motion : axis values and times
+    rounding : mm, ways of linear axes that are no more than this are none
 
     Returns
     -------
@@ -134,14 +140,15 @@ def move_powers(machine: Machine, motion: Motion) -> Array:
     Drive models as in `drive_power`; no paper has the integral over moves.
     """
     moving = motion.time > 0.0
-    moves = np.where(np.abs(motion.moves) > STANDSTILL, motion.moves, 0.0)
+    is_linear = np.array([not axis.is_rotary for axis in machine.axes])
     parts = _parts(machine, np.where(moving[:, None], motion.moves, 0.0)) * moving
     row, begin = part_places(parts)
     # The middle of each part: a torque that changes along the move counts as it is there.
     rest = 1.0 - begin - 0.5 / parts[row]
     places = motion.positions[row] - rest[:, None] * motion.moves[row]
-    speeds = moves[row] / motion.time[row, None]
-    powers = np.zeros_like(moves)
+    real = ~is_linear | (np.abs(motion.moves) > rounding)
+    speeds = np.where(real, motion.moves, 0.0)[row] / motion.time[row, None]
+    powers = np.zeros_like(motion.moves)
     np.add.at(powers, row, axis_powers(machine, places, speeds) / parts[row, None])
     return powers
 

@@ -45,7 +45,7 @@ class ProgramMotion:
     driven : where that takes the axes at every location of the path, those without a block included
     locations : of the solution
     inserted : locations that the solution doesn't have
-    energy : of the solution's and of each baseline's program, by name
+    energy : of the solution's and of each baseline's program, by name, every block at its mean speeds
     verdict : on the driven motion, the bounds on the tool's lean at inserted locations included
     off_plane : rad, the most by which the tool axis leaves the plane of its directions at both ends of a cut
     in_plane : cuts in which rotary angles that run in proportion would leave it, and inserted blocks don't
@@ -139,7 +139,7 @@ def program_motion(
             blocks, held_back, verdict = Thinned.whole(filled.motion), tuple(verdict.counts), None
     if verdict is None:
         verdict = _examine_program(solution, around, bounds, filled, blocks)
-    energy = {RESULT: motion_energy(machine, blocks.driven)}
+    energy = {RESULT: motion_energy(machine, blocks.motion)}
     for name, baseline in solution.compared.items():
         path = baseline.toolpath or solution.toolpath
         energy[name] = motion_energy(machine, Filled.of(path, machine, baseline.motion, bounds).motion)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+import re
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
@@ -10,21 +11,29 @@ from typing import Any, Literal
 
 import numpy as np
 
-from fiveaxis.energy import Energy, law_energies, motion_energy, move_powers
-from fiveaxis.errors import SettingError
+from fiveaxis.energy import Energy, law_energies, motion_energy, move_powers, path_feed
+from fiveaxis.errors import SettingError, ToolError
 from fiveaxis.findings import Finding, Place, Severity
-from fiveaxis.geometry import Array, IntArray
+from fiveaxis.geometry import Array, BoolArray, IntArray
+from fiveaxis.kinematics import tool_poses
 from fiveaxis.machine import Machine
 from fiveaxis.motion import TimeLaw, time_motion
 from fiveaxis.nc import ProgramMotion, read_program
 from fiveaxis.nc.options import Wrap
 from fiveaxis.nc.source import load_source
-from fiveaxis.toolpath import MoveKind
+from fiveaxis.toolpath import MoveKind, Tool, parse_tool
 
 # Findings and text shown of a block are cut at this length.
 BLOCK_TEXT = 60
 # Share of an axis's highest speed that rounding of a program's words may exceed.
 OVER = 1e-3
+# Parts of one straight way of the tip are as long (mm) and take as long (s) as each other.
+SAME_WAY, SAME_TIME = 1e-7, 1e-9
+# A program of ours says in its head which tool it is for: in this many lines.
+HEAD = 100
+_TOOL = re.compile(r"\btool: ([a-z]+(?::[0-9.]+)+)", re.IGNORECASE)
+# Decimals of a length or an angle in a block.
+_DECIMALS = re.compile(r"(?<![A-Z])([XYZABC])=?(?:DC\(|AC[PN]?\()?[-+]?[0-9]*\.([0-9]+)", re.IGNORECASE)
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,6 +48,7 @@ class ProgramEnergy:
     energy : totals
     law : how the motion runs under the axes' accelerations; None where the programmed times are taken
     texts : (n,) the blocks as written
+    tool : whose centre's way is the programmed feed's; None for the tip's
     findings : what reading assumed or left out
     """
 
@@ -48,12 +58,14 @@ class ProgramEnergy:
     energy: Energy
     law: TimeLaw | None
     texts: tuple[str, ...]
+    tool: Tool | None
     findings: tuple[Finding, ...]
 
     @property
     def rows(self) -> list[dict[str, Any]]:
         """One row a block, as plain data: line, text, kind, s, mm/min, J by axis and of the base power.
 
+        The feed is the tool's along its way, whatever the block's own word counts.
         An arc's chords are one block.
         """
         base = self.machine.base_power
@@ -83,6 +95,7 @@ class ProgramEnergy:
             "program": self.motion.name,
             "machine": self.machine.name,
             "timing": "programmed" if self.law is None else "axis limits",
+            "feed_of": "the tool's tip" if self.tool is None else f"the centre of {self.tool}",
             "energy": self.energy.as_dict(),
             "blocks": self.rows,
             "ignored": dict(self.motion.ignored),
@@ -94,6 +107,7 @@ def program_energy(
     path: str | Path,
     machine: Machine,
     *,
+    tool: Tool | None = None,
     corners: Literal["programmed", "exact-stop"] | float = "programmed",
     unit: Literal["mm", "inch"] | None = None,
     start: Mapping[str, float] | None = None,
@@ -108,6 +122,8 @@ def program_energy(
     ----------
     path : a program of machine-axis words
     machine : every axis with a drive; its load stands on the table
+    tool : whose way the programmed feed counts along, which the travel metric takes (`path_feed`); by default
+        the one that a program of ours names in its head, else the tip counts
     corners : ``programmed`` takes the times that the program says, without acceleration; ``exact-stop`` and a
         tolerance in mm run it under the axes' accelerations (`time_motion`)
     unit, start, program_zero, rapid_mm_min, block_delete, wrap : as for `read_program`
@@ -121,7 +137,7 @@ def program_energy(
     ----------
     Edem & Balogun (2018), Eq. (1), for weight drives; Hayashi et al. (2018) for tables of power.
     """
-    motion = read_program(
+    read = read_program(
         path,
         machine,
         unit=unit,
@@ -131,19 +147,85 @@ def program_energy(
         block_delete=block_delete,
         wrap=wrap,
     )
+    if corners == "programmed":
+        read = _whole_blocks(read, machine)
+    lines = load_source(path).lines
+    texts = tuple(lines[line - 1].strip() if line > 0 else "" for line in read.source)
+    tool = tool or _tool_of(lines)
+    rounding = 2.0 * _rounding(read, texts)
+    feed, taken_over = path_feed(machine, read, tool, rounding=rounding)
+    motion = replace(read, feed=feed)
     law = None
     if corners == "programmed":
-        by_block = move_powers(machine, motion) * motion.time[:, None]
+        by_block = move_powers(machine, motion, rounding) * motion.time[:, None]
     elif isinstance(corners, str) and corners != "exact-stop":
         raise SettingError(f"corners {corners!r}: write programmed, exact-stop, or a tolerance in mm")
     else:
-        law = time_motion(motion, machine, corners=corners)
+        # How long blocks of turns take is for the words to say: their own feed counts there.
+        law = time_motion(read, machine, corners=corners)
         motion, by_block = replace(motion, time=law.motion.time), law_energies(machine, law)
-    lines = load_source(path).lines
-    texts = tuple(lines[line - 1].strip()[:BLOCK_TEXT] if line > 0 else "" for line in motion.source)
     energy = motion_energy(machine, motion, by_block)
     findings = (*motion.findings, *_speeding(machine, motion), *_unlimited(machine, law))
-    return ProgramEnergy(machine, motion, by_block, energy, law, texts, findings)
+    findings += tuple(_assumed_feeds(motion, taken_over))
+    shown = tuple(text[:BLOCK_TEXT] for text in texts)
+    return ProgramEnergy(machine, motion, by_block, energy, law, shown, tool, findings)
+
+
+def _whole_blocks(motion: ProgramMotion, machine: Machine) -> ProgramMotion:
+    """Join the parts of a block in which a control leads the tip straight: a block's mean speeds count.
+
+    The parts are as fine as keeps the tip on its way, and an axis that swings by less would have the power of
+    its drive in some of them, and in others not.
+    """
+    tip, _axis = tool_poses(machine, motion.positions)
+    steps = np.diff(tip, axis=0, prepend=tip[:1])
+    same = np.zeros(len(motion), dtype=bool)
+    same[2:] = np.abs(np.diff(steps[1:], axis=0)).max(axis=1, initial=0.0) <= SAME_WAY
+    same[1:] &= (np.diff(motion.source) == 0) & (np.diff(motion.kind) == 0)
+    same[1:] &= np.abs(np.diff(motion.time)) <= SAME_TIME
+    last = np.append(~same[1:], True)
+    last[0] = True
+    time = np.diff(np.cumsum(motion.time)[last], prepend=0.0)
+    columns = {name: getattr(motion, name)[last] for name in ("positions", "feed", "kind", "source")}
+    return motion if last.all() else replace(motion, time=time, **columns)
+
+
+def _tool_of(lines: Sequence[str]) -> Tool | None:
+    """Read the tool that a program of ours names; None where there is no such line."""
+    for line in lines[:HEAD]:
+        found = _TOOL.search(line)
+        if found is not None:
+            try:
+                return parse_tool(found[1].lower())
+            except ToolError:
+                return None
+    return None
+
+
+def _rounding(motion: ProgramMotion, texts: Sequence[str]) -> float:
+    """Tell by how much, mm, the tool may stand off its place because words are rounded."""
+    decimals: dict[bool, int] = {}
+    for text in texts:
+        for letter, digits in _DECIMALS.findall(text):
+            turns = letter.upper() in "ABC"
+            decimals[turns] = max(decimals.get(turns, 0), len(digits))
+    linear = [c not in "ABC" for c in motion.letters]
+    lever = float(np.linalg.norm(motion.positions[:, linear], axis=1).max())
+    half_digits = {turns: 0.5 * 10.0**-count for turns, count in decimals.items()}
+    return half_digits.get(False, 0.0) + float(np.radians(half_digits.get(True, 0.0))) * lever
+
+
+def _assumed_feeds(motion: ProgramMotion, taken_over: BoolArray) -> Iterator[Finding]:
+    """Say where a block doesn't tell the programmed feed, which the travel metric counts."""
+    rows = np.flatnonzero(taken_over)
+    if len(rows):
+        yield Finding(
+            Severity.NOTE,
+            "feed-assumed",
+            f"{len(rows)} moves don't tell the feed along the tool's way, since an axis runs at its highest "
+            "speed or the way is within the words' rounding: the travel metric takes that of the cut before",
+            Place(line=int(motion.source[rows[0]]), file=motion.name),
+        )
 
 
 def _runs(source: IntArray) -> list[tuple[int, int]]:

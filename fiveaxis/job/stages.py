@@ -303,7 +303,7 @@ def run_job(
     program = with_way_in(program, solution.toolpath, wording, job, around)
     tell("verify", 2, 3)
     found, driven = verdict.as_dict(), program.as_dict()
-    budget = job_budget(machine, program.driven, process, factors)
+    budget = job_budget(machine, program.motion, process, factors)
     document = report_document(solution, found, inputs=inputs, program=driven, budget=budget.as_dict())
     if front is not None:
         document["front"] = front.as_dict()

@@ -8,6 +8,7 @@ import pytest
 
 import fiveaxis as fx
 from fiveaxis.collision import Surroundings
+from fiveaxis.energy import move_energies
 from fiveaxis.job import blocks, make_job, program_motion, verify_program
 from fiveaxis.job.blocks import may_thin
 from fiveaxis.motion import AXIS_TOLERANCE, follow
@@ -149,3 +150,34 @@ def test_a_thinned_program_read_back_follows_the_path_and_keeps_its_bounds(
     fx.write_program(program.motion, file, machine=hayashi, control=control, coordinates=coordinates)
     report = verify_program(file, hayashi, toolpath=solution.toolpath, **BOUNDS)
     assert report.ok, report.findings
+
+
+@pytest.mark.parametrize(
+    ("control", "coordinates", "near"),
+    # 6, 5 and 4 decimals: with few of them an axis that creeps has a drive's whole power here or there.
+    [("linuxcnc", "axes", 1e-3), ("sinumerik", "tip", 1e-3), ("fanuc", "tip", 5e-3)],
+)
+def test_a_program_read_back_costs_what_its_report_says(
+    solution, hayashi, tmp_path, control, coordinates, near
+):
+    program = program_motion(solution, Surroundings(), BOUNDS, led=coordinates == "tip")
+    said = program.energy["optimised"]
+    path = fx.write_program(
+        program.motion,
+        tmp_path / "p.nc",
+        machine=hayashi,
+        control=control,
+        coordinates=coordinates,
+        header={"tool": "ball:8"},
+    )
+    read = fx.program_energy(path, hayashi, rapid_mm_min=1e9)
+    # Around the path lie the ways in and out.
+    first, last = (
+        int(np.abs(read.motion.positions - end).sum(axis=1).argmin())
+        for end in program.motion.positions[[0, -1]]
+    )
+    cuts = slice(first + 1, last + 1)
+    metric = move_energies(hayashi, read.motion)[cuts].sum()
+    assert metric == pytest.approx(said.total, rel=near)
+    assert read.by_block[cuts].sum() == pytest.approx(said.power_integral, rel=near)
+    assert read.as_dict()["feed_of"] == "the centre of ball:8"
