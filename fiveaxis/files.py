@@ -46,7 +46,7 @@ def write_atomically(path: str | Path, content: str | bytes) -> Path:
 
     Parameters
     ----------
-    path : the file; one that exists is replaced
+    path : the file; one that exists is replaced, and where `path` is a link the file that it leads to
     content : text is written as UTF-8 with line ends as they are (``\n``), on every platform
 
     Returns
@@ -56,22 +56,37 @@ def write_atomically(path: str | Path, content: str | bytes) -> Path:
     Raises
     ------
     SettingError
-        The file can't be written there; nothing is left behind.
+        The file can't be written there, or what stands there isn't a file (a device, a pipe, a folder);
+        nothing is left behind.
     """
     target = Path(path)
     data = content.encode("utf-8") if isinstance(content, str) else content
     # Not `tempfile`: its files are readable by their owner alone, and the rename would keep that.
-    temporary = target.parent / f".{uuid.uuid4().hex}.part"
+    name = f".{uuid.uuid4().hex}.part"
     try:
-        target.parent.mkdir(parents=True, exist_ok=True)
+        place = _place_of(target)
+        place.parent.mkdir(parents=True, exist_ok=True)
+        temporary = place.parent / name
         try:
             _write_through(temporary, data)
-            temporary.replace(target)
+            temporary.replace(place)
         finally:
             temporary.unlink(missing_ok=True)
     except OSError as fault:
         raise SettingError(f"can't be written: {fault.strerror or fault}", file=target) from None
     return target
+
+
+def _place_of(target: Path) -> Path:
+    """Follow links, and refuse what a rename would take away for good: a device, a pipe, a socket."""
+    try:
+        place = target.resolve() if target.is_symlink() else target
+    except RuntimeError:  # what `pathlib` raises before Python 3.13
+        raise SettingError("can't be written: its links lead in a circle", file=target) from None
+    if place.exists() and not place.is_file():
+        kind = "a folder" if place.is_dir() else "no regular file"
+        raise SettingError(f"can't be written: it is {kind}; name a file", file=target)
+    return place
 
 
 def _write_through(path: Path, data: bytes) -> None:

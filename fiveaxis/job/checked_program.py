@@ -18,6 +18,7 @@ from fiveaxis.kinematics.windings import nearest_turn
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Motion, block_times
 from fiveaxis.nc import read_motion, read_program, read_toolpath
+from fiveaxis.nc.source import lists_locations
 from fiveaxis.toolpath import MoveKind, Tool, Toolpath
 
 # The table of a motion, beside the programs.
@@ -99,14 +100,12 @@ def _with_links(read: Program, machine: Machine) -> Program:
 
 
 def _load_table(path: Path, machine: Machine, tool: Tool | None, reading: Mapping[str, Any]) -> Program:
-    motion = read_motion(path, machine)
+    motion = read_motion(path, machine, source_is_table=True)
     said = sorted(key for key, value in reading.items() if value)
     if said:
         raise SettingError(
             f"{', '.join(said)} is for NC programs, and this is the table of a motion", file=path
         )
-    # Lines of the table, under its header: what it calls source are lines of another file.
-    motion = replace(motion, source=np.arange(2, len(motion) + 2))
     return Program(motion, _tool_path(motion, machine, tool, path.name), (), straight=True)
 
 
@@ -131,6 +130,8 @@ def _load_path(
     try:
         path = read_toolpath(file, tool=tool or Tool.ball(POINT), machine=machine, **reading)
     except ToolpathError:
+        if lists_locations(file):
+            raise
         raise fault from None
     if not path.has_axes:
         raise fault

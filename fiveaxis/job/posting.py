@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
+from fiveaxis.errors import ToolpathError
 from fiveaxis.files import write_atomically
 from fiveaxis.findings import Finding
 from fiveaxis.machine import Machine
@@ -89,7 +90,7 @@ def post_program(
     """
     source = Path(source)
     if source.suffix.lower() == MOTION_SUFFIX:
-        motion: Motion = read_motion(source, machine)
+        motion: Motion = read_motion(source, machine, source_is_table=True)
     else:
         motion = read_program(
             source,
@@ -106,16 +107,19 @@ def post_program(
     if settings.name is None:
         named = source if output is None else Path(output)
         settings = settings.model_copy(update={"name": named.stem[:60] or None})
-    program = compose_program(
-        motion,
-        machine=machine,
-        control=control,
-        coordinates=coordinates,
-        header={"source": f"{described['name']} sha256 {described['sha256'][:16]}"},
-        winding=winding,
-        report=report,
-        override=override,
-        settings=settings,
-    )
+    try:
+        program = compose_program(
+            motion,
+            machine=machine,
+            control=control,
+            coordinates=coordinates,
+            header={"source": f"{described['name']} sha256 {described['sha256'][:16]}"},
+            winding=winding,
+            report=report,
+            override=override,
+            settings=settings,
+        )
+    except ToolpathError as fault:  # its line is one of the source
+        raise ToolpathError(fault.message, file=source, line=fault.line) from None
     path = None if output is None else write_atomically(output, program.text)
     return Posted(motion, program, path)

@@ -12,7 +12,7 @@ from fiveaxis.machine import Machine
 from fiveaxis.nc.apt.reader import read_apt
 from fiveaxis.nc.control.program_toolpath import read_program_path
 from fiveaxis.nc.options import Positions, ReadOptions, Wrap
-from fiveaxis.nc.source import Source, load_source
+from fiveaxis.nc.source import APT_SUFFIXES, Source, load_source
 from fiveaxis.nc.table import read_points
 from fiveaxis.toolpath import Tool, Toolpath
 
@@ -30,11 +30,7 @@ PROGRAM_SUFFIXES = (
 READERS: dict[str, Reader] = {
     ".csv": read_points,
     ".txt": read_points,
-    ".apt": read_apt,
-    ".cls": read_apt,
-    ".clsf": read_apt,
-    ".ncl": read_apt,
-    ".aptsource": read_apt,
+    **dict.fromkeys(APT_SUFFIXES, read_apt),
     **dict.fromkeys(PROGRAM_SUFFIXES, read_program_path),
 }
 

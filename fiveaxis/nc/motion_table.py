@@ -53,10 +53,15 @@ def write_motion(motion: Motion, path: str | Path, machine: Machine) -> Path:
     return write_atomically(path, "\n".join([",".join(_header(machine)), *rows]) + "\n")
 
 
-def read_motion(path: str | Path, machine: Machine) -> Motion:
+def read_motion(path: str | Path, machine: Machine, *, source_is_table: bool = False) -> Motion:
     """Read a motion that `write_motion` wrote.
 
     The table doesn't say which moves cut, so all rows are cuts: whoever checks them is on the safe side.
+
+    Parameters
+    ----------
+    source_is_table : whether `Motion.source` holds lines of the table; else what its column of that name
+        says, which are lines of the file that the motion was made from
 
     Raises
     ------
@@ -78,7 +83,7 @@ def read_motion(path: str | Path, machine: Machine) -> Motion:
         feed=values[:, k] / 60.0,
         time=values[:, k + 1],
         kind=np.full(len(values), MoveKind.CUT, dtype=np.int64),
-        source=np.rint(values[:, k + 2]).astype(np.int64),
+        source=lines if source_is_table else np.rint(values[:, k + 2]).astype(np.int64),
     )
 
 

@@ -15,6 +15,9 @@ _CONTROL_BYTES = bytes(set(range(32)) - set(b"\t\n\r\f\x1a"))
 
 _UTF_16 = (b"\xff\xfe", b"\xfe\xff")
 
+# Of cutter locations in APT, by the names that CAM systems give them.
+APT_SUFFIXES = (".apt", ".cls", ".clsf", ".ncl", ".aptsource")
+
 
 @dataclass(frozen=True)
 class Source:
@@ -32,6 +35,12 @@ class Source:
     def error(self, message: str, line: int | None = None) -> ToolpathError:
         """Make the error for a fault on a line, counted from 1."""
         return ToolpathError(message, file=self.name, line=line)
+
+
+def lists_locations(path: str | Path) -> bool:
+    """Tell whether a file is a list of cutter locations, by its name: it says nothing of axes."""
+    suffixes = [s.lower() for s in Path(path).suffixes if s.lower() != ".gz"]
+    return bool(suffixes) and suffixes[-1] in APT_SUFFIXES
 
 
 def load_source(path: str | Path) -> Source:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+
 import pytest
 
 from fiveaxis.errors import SettingError
@@ -54,6 +56,40 @@ def test_an_interrupted_write_leaves_no_remains(tmp_path, monkeypatch):
     with pytest.raises(KeyboardInterrupt):
         write_atomically(tmp_path / "part.ngc", "new")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_link_stays_and_the_file_that_it_leads_to_is_replaced(tmp_path):
+    (tmp_path / "real").mkdir()
+    (tmp_path / "real" / "part.ngc").write_text("old")
+    link, chain = tmp_path / "part.ngc", tmp_path / "latest"
+    link.symlink_to("real/part.ngc")
+    chain.symlink_to(link)
+    assert write_atomically(chain, "new") == chain
+    assert chain.is_symlink()
+    assert link.is_symlink()
+    assert (tmp_path / "real" / "part.ngc").read_text() == "new"
+    assert [p.name for p in (tmp_path / "real").iterdir()] == ["part.ngc"]
+
+
+def test_a_link_to_nothing_yet_gets_its_file(tmp_path):
+    (tmp_path / "part.ngc").symlink_to("later/part.ngc")
+    write_atomically(tmp_path / "part.ngc", "new")
+    assert (tmp_path / "later" / "part.ngc").read_text() == "new"
+
+
+def test_what_is_no_file_is_refused_and_stays(tmp_path):
+    pipe, circle = tmp_path / "pipe", tmp_path / "circle"
+    os.mkfifo(pipe)
+    circle.symlink_to(circle)
+    for place, reason in (
+        (pipe, "no regular file"),
+        (circle, "circle|symbolic links"),
+        (tmp_path, "a folder"),
+    ):
+        with pytest.raises(SettingError, match=f"can't be written: .*({reason})"):
+            write_atomically(place, "new")
+    assert pipe.is_fifo()
+    assert circle.is_symlink()
 
 
 @pytest.mark.parametrize("name", [".", "file/below"])

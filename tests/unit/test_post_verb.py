@@ -172,6 +172,23 @@ def test_what_cannot_be_written_is_said_before_the_work(tmp_path, monkeypatch):
         assert fault in done.stderr.replace("\n", " ")
 
 
+def test_a_fault_of_a_motion_names_file_and_line_of_its_table(tmp_path):
+    table = tmp_path / "q.csv"
+    table.write_text(
+        "X,Y,Z,A,C,feed,time,source\n# from elsewhere\n0,0,0,0,0,600,0,1\n1,0,0,-10,0,600,600000,2\n"
+    )
+    done = run("post", table, "-m", "hayashi-640123", "-c", "fanuc", "-o", tmp_path / "p.nc")
+    assert done.exit_code == 2
+    assert "q.csv:4: location 1: F0 1/min of a block of 600000 s" in done.stderr.replace("\n", "")
+
+
+def test_a_list_of_cutter_locations_is_no_program_and_says_so(tmp_path):
+    (tmp_path / "p.apt").write_text("$$ form-shaping code\nMULTAX/ON\nFEDRAT/600,MMPM\nGOTO/0,0,0,0,0,1\n")
+    done = run("post", tmp_path / "p.apt", "-m", "hayashi-640123", "-c", "fanuc", "-o", tmp_path / "p.nc")
+    assert done.exit_code == 2
+    assert "p.apt: is a list of cutter locations, which names no axes" in done.stderr.replace("\n", "")
+
+
 @pytest.mark.usefixtures("undrawn")
 def test_optimise_writes_for_the_control_with_its_settings(tmp_path):
     rows = [f"{x},0,{x / 10},{-0.1},0,1" for x in range(8)]

@@ -368,3 +368,22 @@ def test_a_machine_without_rotary_axes_has_no_singular_direction(tmp_path):
     report = fx.verify_program(path, fx.Machine.from_code("0123"), tool=Tool.ball(6))
     assert report.ok
     assert any("durations of rapid moves" in sentence for sentence in report.not_checked)
+
+
+def test_cutter_locations_are_followed_and_a_fault_in_them_is_their_own(tmp_path, hayashi):
+    lines = [
+        "$$ form-shaping code",
+        "MULTAX/ON",
+        "FEDRAT/600,MMPM",
+        "GOTO/0,0,0,0,0,1",
+        "GOTO/5,0,0,0,0.6,0.8",
+    ]
+    path = tmp_path / "p.apt"
+    path.write_text("\n".join(lines))
+    report = fx.verify_program(path, hayashi)
+    assumed = [f.message for f in report.findings if f.code == "angles-assumed"]
+    assert len(assumed) == 1
+    assert "is a list of cutter locations, which names no axes" in assumed[0]
+    path.write_text("\n".join([*lines, "GOTO/x,0,0,0,0,1"]))
+    with pytest.raises(ToolpathError, match=r"p.apt:6: .*GOTO"):
+        fx.verify_program(path, hayashi)

@@ -19,6 +19,7 @@ from typing import Literal
 
 import numpy as np
 
+from fiveaxis.errors import ToolpathError
 from fiveaxis.findings import Finding, Place, Severity
 from fiveaxis.geometry import IntArray
 from fiveaxis.machine import Machine
@@ -29,7 +30,7 @@ from fiveaxis.nc.control.running import note_assumptions, run_program, why_nothi
 from fiveaxis.nc.control.tip_motion import axes_of_tips
 from fiveaxis.nc.control.travel import motion_times
 from fiveaxis.nc.options import ReadOptions, Wrap
-from fiveaxis.nc.source import load_source
+from fiveaxis.nc.source import lists_locations, load_source
 from fiveaxis.toolpath import MoveKind
 
 # deg: a rotary axis that counts from 0 to 360 turns by no more.
@@ -101,9 +102,15 @@ def read_program(
     MachineError
         `start` or `program_zero` names an axis that the machine doesn't have.
     ToolpathError
-        With file and line: whatever can't be read completely, a feed move before all axes are known, a rapid
-        move of unknown speed, a tool direction in place of angles.
+        With file and line: a list of cutter locations, whatever can't be read completely, a feed move before
+        all axes are known, a rapid move of unknown speed, a tool direction in place of angles.
     """
+    if lists_locations(path):
+        raise ToolpathError(
+            "is a list of cutter locations, which names no axes; read it as the tool's path (read_toolpath, "
+            "`fiveaxis optimise`)",
+            file=path,
+        )
     options = ReadOptions(
         unit=unit,
         machine=machine,
