@@ -38,10 +38,21 @@ def search_box(cost: Callable[[Array], float], start: Array, calls: int) -> None
     points = [start, *halton(scattered, sides)][:calls]
     costs = [cost(point) for point in points]
     best = int(np.argmin(costs))
-    _follow_compass(cost, points[best], costs[best], calls - len(points))
+    follow_compass(cost, points[best], costs[best], calls - len(points))
 
 
-def _follow_compass(cost: Callable[[Array], float], here: Array, least: float, calls: int) -> None:
+def follow_compass(cost: Callable[[Array], float], here: Array, least: float, calls: int) -> None:
+    """Go on from a point of the unit box: a step along each side, the step halved where none is better.
+
+    Parameters
+    ----------
+    cost, calls : as for `search_box`
+    here, least : the point, (d,), and what it costs
+
+    References
+    ----------
+    Kolda, Lewis & Torczon (2003), SIAM Review 45(3), section 1.1.
+    """
     step, seen = FIRST_STEP, {here.tobytes()}
     while step >= LAST_STEP:
         better = False

@@ -3,124 +3,38 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from typing import Any
 
-import numpy as np
-
+from fiveaxis.collision import Surroundings
 from fiveaxis.errors import Infeasible, JobError
-from fiveaxis.geometry import Array
 from fiveaxis.job.box_search import search_box
-from fiveaxis.job.description import SEARCHED, Job, SetupSearch, SetupTable, make_job
-from fiveaxis.job.stages import Outcome, Progress, load_job_machine, load_job_passes
+from fiveaxis.job.description import SEARCHED, Job, SetupTable, make_job
+from fiveaxis.job.setup_costs import SetupCosts
+from fiveaxis.job.setup_search import Search, Tried, limits_of, ranges_of
+from fiveaxis.job.stages import Outcome, Progress, load_job_machine, load_job_passes, load_surroundings
 from fiveaxis.job.stages import run_job as run_once
 from fiveaxis.machine import Machine
 from fiveaxis.nc import require_program
-from fiveaxis.posture import optimise
 from fiveaxis.toolpath import Toolpath
 
 logger = logging.getLogger(__name__)
 
-# A setup is looked at roughly on at most so many locations.
-ROUGH_LOCATIONS = 120
-# The best rough ones are run in full, until one of them is sound and cheaper than the given setup.
-FULL_RUNS = 3
-# A place is set up to 0.01 mm and 0.01 deg: a finer one can't be.
-DIGITS = 2
+# The best ones are run in full, until one of them is sound and cheaper than the given setup: so many that are
+# sound, so many in all.
+FULL_RUNS, MOST_RUNS = 3, 6
+# Share of the tries that is kept for the neighbourhood of the best setup that can be kept clear.
+CLEAR_SHARE = 0.25
 STAGE = "setup"
-
-
-@dataclass(frozen=True)
-class Tried:
-    """A setup that was looked at.
-
-    Parameters
-    ----------
-    setup : where the workpiece stood
-    rough : J, what the thinned path costs there, with the price of its time; None where it can't be followed
-    energy : J, travel metric of the whole path; None where it wasn't run
-    why : what was against it
-    """
-
-    setup: SetupTable
-    rough: float | None
-    energy: float | None = None
-    why: str = ""
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return the figures as plain data for JSON, mm and deg."""
-        place = {"offset": list(self.setup.offset), "rotation_deg": list(self.setup.rotation)}
-        return {**place, "rough": self.rough, "energy": self.energy, "why": self.why}
-
-
-@dataclass
-class Search:
-    """Setups within bounds, looked at one after the other.
-
-    Parameters
-    ----------
-    job : with the bounds
-    cost : J, of a setup, roughly; raises `Infeasible`
-    """
-
-    job: Job
-    cost: Callable[[SetupTable], float]
-    tried: dict[SetupTable, Tried] = field(default_factory=dict)
-
-    def look(self, point: Array) -> float:
-        """Tell what the setup at a point of the unit box costs, roughly; infinite where it can't be used."""
-        return self.look_at(self.setup_at(point))
-
-    def look_at(self, setup: SetupTable) -> float:
-        """Tell what a setup costs, roughly."""
-        if setup not in self.tried:
-            try:
-                self.tried[setup] = Tried(setup, self.cost(setup))
-            except Infeasible as fault:
-                self.tried[setup] = Tried(setup, None, why=str(fault))
-            logger.debug("setup %s: %s", setup, self.tried[setup].rough)
-        rough = self.tried[setup].rough
-        return np.inf if rough is None else rough
-
-    @property
-    def ranges(self) -> dict[str, tuple[float, float]]:
-        """What may be chosen, lowest and highest, mm and deg."""
-        return ranges_of(self.job)
-
-    @property
-    def start(self) -> Array:
-        """The given setup's place in the unit box, moved into it."""
-        x, y, z = self.job.setup.offset
-        given = {"x": x, "y": y, "z": z, "angle": self.job.setup.rotation[2]}
-        shares = [(given[name] - low) / (high - low) for name, (low, high) in self.ranges.items()]
-        return np.clip(np.array(shares), 0.0, 1.0)
-
-    def setup_at(self, point: Array) -> SetupTable:
-        """Give the setup at a point of the unit box."""
-        chosen = {
-            name: round(low + float(share) * (high - low), DIGITS) + 0.0
-            for share, (name, (low, high)) in zip(point, self.ranges.items(), strict=True)
-        }
-        given = self.job.setup
-        x, y, z = (chosen.get(name, old) for name, old in zip("xyz", given.offset, strict=True))
-        turned = (*given.rotation[:2], chosen.get("angle", given.rotation[2]))
-        return SetupTable(offset=(x, y, z), rotation=turned)
-
-    @property
-    def ranked(self) -> list[Tried]:
-        """What can be used, cheapest first; of equals the one that was looked at first."""
-        return sorted(
-            (t for t in self.tried.values() if t.rough is not None), key=lambda tried: tried.rough or 0.0
-        )
 
 
 def run_job(job: Job, progress: Progress | None = None) -> Outcome:
     """Take a job through all stages, and choose its setup first where it gives bounds for that.
 
-    The setup is searched for on some of the path's locations, without regard to collisions; the best ones and
-    the given one are then run in full, and the cheapest sound one is taken. So the result is never dearer
-    than the given setup, as far as that is sound itself.
+    The setup is searched for on some of the path's locations: first with nothing in the way, then the
+    cheapest ones again with the tool kept clear of part, stock and fixtures, and their neighbourhood. The
+    best ones and the given one are run in full, and the cheapest sound one is taken. So the result is never
+    dearer than the given setup, as far as that is sound itself.
 
     Parameters
     ----------
@@ -138,7 +52,8 @@ def run_job(job: Job, progress: Progress | None = None) -> Outcome:
     require_program(machine, job.control, job.coordinates, job.winding, job.nc)
     loaded = load_job_passes(job, progress)
     given = job.setup.model_copy(update={"search": None})
-    search = search_setups(job, machine, loaded[0], progress)
+    around = load_surroundings(job) if job.keep_clear else None
+    search = search_setups(job, machine, loaded[0], progress, around)
 
     def run(setup: SetupTable) -> Outcome | Infeasible:
         try:
@@ -149,10 +64,12 @@ def run_job(job: Job, progress: Progress | None = None) -> Outcome:
     logger.info("%d setups looked at; the given one and the cheapest are run in full", len(search.tried))
     best = run(given)
     runs = {given: best}
-    for tried in search.ranked[:FULL_RUNS]:
-        if tried.setup == given:
+    sound = 0
+    for tried in search.ranked[:MOST_RUNS]:
+        if tried.setup == given or sound == FULL_RUNS:
             break  # what follows is dearer
         runs[tried.setup] = found = run(tried.setup)
+        sound += isinstance(found, Outcome) and found.ok
         if _is_better(found, best):
             best = found
         if isinstance(best, Outcome) and best.ok and best is found:
@@ -163,16 +80,22 @@ def run_job(job: Job, progress: Progress | None = None) -> Outcome:
     return replace(best, document=best.document | {"setup_search": told})
 
 
-def search_setups(job: Job, machine: Machine, toolpath: Toolpath, progress: Progress | None = None) -> Search:
+def search_setups(
+    job: Job,
+    machine: Machine,
+    toolpath: Toolpath,
+    progress: Progress | None = None,
+    around: Surroundings | None = None,
+) -> Search:
     """Look for cheap setups within a job's bounds, roughly.
 
     Parameters
     ----------
     machine : in the given setup
     toolpath : the whole path
+    around : what the tool keeps clear of; None where it needn't
     """
-    rough = _rough_cost(job, machine, toolpath)
-    limits = _limits(job)
+    costs, limits = SetupCosts(job, machine, toolpath, around), limits_of(job)
     steps = 0
 
     def cost(setup: SetupTable) -> float:
@@ -180,35 +103,16 @@ def search_setups(job: Job, machine: Machine, toolpath: Toolpath, progress: Prog
         steps += 1
         if progress is not None:
             progress(STAGE, min(steps, limits.tries), limits.tries)
-        return rough(setup)
+        return costs.free(setup)
 
-    search = Search(job, cost)
-    search.look_at(job.setup.model_copy(update={"search": None}))
-    search_box(search.look, search.start, limits.tries - 1)
+    search = Search(job, cost, costs.clear if costs.has_obstacles else None)
+    given = job.setup.model_copy(update={"search": None})
+    search.look_at(given)
+    kept = 0 if search.clear is None else int(CLEAR_SHARE * limits.tries)
+    search_box(search.look, search.point_of(given), limits.tries - 1 - kept)
+    if search.clear is not None:
+        search.find_clear(kept)
     return search
-
-
-def _rough_cost(job: Job, machine: Machine, toolpath: Toolpath) -> Callable[[SetupTable], float]:
-    stride = -(-len(toolpath) // ROUGH_LOCATIONS)
-    rows = np.unique(np.append(np.arange(0, len(toolpath), stride), len(toolpath) - 1))
-    thinned = toolpath.at(rows)
-    if not thinned.cutting.any():
-        thinned = toolpath
-    turn = stride * job.max_turn
-    options = job.bounds | {
-        "max_turn": turn if turn < 180.0 else None,
-        "up_penalty": job.up_penalty,
-        "time_price": job.time_price,
-        "effort": "quick",
-    }
-    price = (machine.base_power or 0.0) if job.time_price is None else job.time_price
-
-    def cost(setup: SetupTable) -> float:
-        there = machine.with_setup(setup.offset, setup.rotation)
-        energy = optimise(thinned, there, **options).energy
-        return energy.total + price * energy.time
-
-    return cost
 
 
 def choose_search(job: Job, text: str) -> Job:
@@ -240,18 +144,6 @@ def choose_search(job: Job, text: str) -> Job:
     return make_job(job, setup={"search": search | chosen})
 
 
-def ranges_of(job: Job) -> dict[str, tuple[float, float]]:
-    """Give what a job's search may choose, by name, mm and deg."""
-    limits = _limits(job)
-    return {name: ends for name in SEARCHED if (ends := getattr(limits, name)) is not None}
-
-
-def _limits(job: Job) -> SetupSearch:
-    if job.setup.search is None:
-        raise JobError("setup.search is missing; give ranges of x, y, z or angle", file=job.input)
-    return job.setup.search
-
-
 def _is_better(found: Outcome | Infeasible, best: Outcome | Infeasible) -> bool:
     """Tell whether a run beats another: one that can be followed, then a sound one, then the cheaper one."""
     if isinstance(found, Infeasible) or isinstance(best, Infeasible):
@@ -276,7 +168,7 @@ def _document(
             return tried
         if isinstance(run, Infeasible):
             return replace(tried, why=str(run))
-        why = "" if run.ok else "verification found errors"
+        why = tried.why if run.ok else "verification found errors"
         return replace(tried, energy=run.solution.energy.total, why=why)
 
     before, after = told(given), told(best.job.setup)

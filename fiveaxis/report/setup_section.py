@@ -24,7 +24,14 @@ def setup_section(found: Mapping[str, Any] | None) -> str:
         return ""
     shown = found["tried"][:MOST_SHOWN]
     text = f"{_verdict(found)} {_how(found, len(shown))}"
-    heads = ("offset X, Y, Z (mm)", "rotation X, Y, Z (deg)", "#thinned path (J)", "#whole path (J)", "")
+    heads = (
+        "offset X, Y, Z (mm)",
+        "rotation X, Y, Z (deg)",
+        "#thinned path (J)",
+        "#kept clear (J)",
+        "#whole path (J)",
+        "",
+    )
     rows = [_row(tried, found) for tried in shown]
     inner = f'<p>{escape(text)}</p>\n<div class="scroll">\n{table(heads, rows)}\n</div>'
     return f"<section>\n<h2>Where the workpiece stands</h2>\n{inner}\n</section>"
@@ -45,10 +52,13 @@ def _verdict(found: Mapping[str, Any]) -> str:
 
 def _how(found: Mapping[str, Any], shown: int) -> str:
     ranges = ", ".join(f"{n} {low:g}…{high:g} {UNITS[n]}" for n, (low, high) in found["ranges"].items())
+    clear = sum(tried["kept_clear"] is not None for tried in found["tried"])
+    checked = clear or any("kept clear" in tried["why"] for tried in found["tried"])
+    again = f"The cheapest were looked at again, clear of part, stock and fixtures: {clear} can be used so. "
     return (
         f"Ranges: {ranges}. {len(found['tried'])} setups were looked at on some of the path’s locations, "
-        f"with postures chosen anew for each and without regard to collisions; the cheapest {shown} are "
-        "shown. Those with a figure for the whole path were run and verified in full."
+        f"with postures chosen anew for each and nothing in the way; the cheapest {shown} are shown. "
+        f"{again if checked else ''}Those with a figure for the whole path were run and verified in full."
     )
 
 
@@ -56,8 +66,8 @@ def _row(tried: Mapping[str, Any], found: Mapping[str, Any]) -> list[str]:
     names = [name for name in ("given", "chosen") if _place(tried) == _place(found[name])]
     remark = "; ".join([*names, *([tried["why"]] if tried["why"] else [])])
     whole = NOTHING if tried["energy"] is None else number(tried["energy"])
-    rough = NOTHING if tried["rough"] is None else number(tried["rough"])
-    return [_triple(tried["offset"]), _triple(tried["rotation_deg"]), rough, whole, remark]
+    rough, clear = (NOTHING if tried[k] is None else number(tried[k]) for k in ("rough", "kept_clear"))
+    return [_triple(tried["offset"]), _triple(tried["rotation_deg"]), rough, clear, whole, remark]
 
 
 def _place(tried: Mapping[str, Any]) -> str:

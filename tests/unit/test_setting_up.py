@@ -10,15 +10,17 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-import fiveaxis.job.setting_up as setting_up
 from fiveaxis.cli import app
 from fiveaxis.errors import Infeasible, JobError
-from fiveaxis.job import choose_search, make_job, run_job
+from fiveaxis.job import choose_search, make_job, run_job, setting_up, setup_costs
 from fiveaxis.job.box_search import halton, search_box
 from fiveaxis.job.setting_up import search_setups
+from fiveaxis.job.setup_costs import SetupCosts
+from fiveaxis.job.stages import load_surroundings
 from fiveaxis.machine import DirectionalDrive, load_machine
 from fiveaxis.nc import read_toolpath
-from fiveaxis.toolpath import Tool
+from fiveaxis.report.setup_section import setup_section
+from fiveaxis.toolpath import Tool, parse_tool
 
 MACHINE = "hayashi-640123"
 
@@ -75,14 +77,14 @@ def test_two_searches_give_the_same_document(ring):
 
 
 def test_setups_that_cannot_be_followed_are_skipped_and_told(ring, monkeypatch):
-    whole = setting_up.optimise
+    whole = setup_costs.optimise
 
     def fenced(path, machine, **options):
         if machine.setup.offset[0] < 20.0:
             raise Infeasible("out of reach", [])
         return whole(path, machine, **options)
 
-    monkeypatch.setattr(setting_up, "optimise", fenced)
+    monkeypatch.setattr(setup_costs, "optimise", fenced)
     found = run_job(make(ring, x=(-30.0, 30.0), tries=6)).document["setup_search"]
     refused = [tried for tried in found["tried"] if tried["rough"] is None]
     assert refused
@@ -91,7 +93,7 @@ def test_setups_that_cannot_be_followed_are_skipped_and_told(ring, monkeypatch):
 
 
 def test_where_nothing_is_cheaper_the_given_setup_stays(ring, monkeypatch):
-    monkeypatch.setattr(setting_up, "_rough_cost", lambda *_: lambda setup: abs(setup.offset[0] - 25.0))
+    monkeypatch.setattr(SetupCosts, "free", lambda _, setup: abs(setup.offset[0] - 25.0))
     found = run_job(make(ring, x=(-30.0, 30.0))).document["setup_search"]
     assert found["chosen"] == found["given"]
     assert found["saved"] == 0.0
@@ -99,7 +101,7 @@ def test_where_nothing_is_cheaper_the_given_setup_stays(ring, monkeypatch):
 
 def test_a_setup_that_looks_cheaper_and_is_not_is_not_taken(ring, monkeypatch):
     # The thinned path lies: far off the axis is dear.
-    monkeypatch.setattr(setting_up, "_rough_cost", lambda *_: lambda setup: -abs(setup.offset[0] - 25.0))
+    monkeypatch.setattr(SetupCosts, "free", lambda _, setup: -abs(setup.offset[0] - 25.0))
     found = run_job(make(ring, x=(-200.0, 30.0), tries=8)).document["setup_search"]
     assert found["chosen"]["offset"] == [25.0, 0.0, 0.0]
     assert sum(tried["energy"] is not None for tried in found["tried"]) == 1 + setting_up.FULL_RUNS
@@ -119,6 +121,70 @@ def test_the_command_line_sets_ranges_and_prints_where_the_part_stands(ring, tmp
     assert "Where the workpiece stands" in page
     assert "setup_search" in json.loads((tmp_path / "out" / "report.json").read_text())
     assert "set up elsewhere than given" in (tmp_path / "out" / "program.ngc").read_text()
+
+
+@pytest.fixture
+def beside_a_clamp(tmp_path: Path):
+    """Give jobs on a line along which the tool leans one way in the machine, however the part is turned.
+
+    The line is cheapest along X, so at 0 deg; there the holder leans over the side where the clamp stands,
+    and at 170 deg over the other.
+    """
+    (tmp_path / "tool.toml").write_text(
+        'shape = "ball"\ndiameter = 8\nshank_diameter = 7\n[holder]\nstick_out = 25\n'
+        "sections = [{length = 40, diameter = 40}]\n"
+    )
+    x = np.linspace(-10.0, 10.0, 9)
+    rows = np.column_stack([x, 0 * x, 0 * x, 0 * x, 0 * x, 0 * x + 1])
+    np.savetxt(tmp_path / "line.csv", rows, delimiter=",", header="x,y,z,nx,ny,nz", comments="")
+
+    def make(tries: int, **more: object):
+        clamp = {"name": "clamp", "box": {"size": (60, 20, 100), "center": (0, 28, 0)}}
+        return make_job(
+            input=tmp_path / "line.csv",
+            machine=MACHINE,
+            tool=str(tmp_path / "tool.toml"),
+            tilt=(15, 75),
+            hold={"A": -40.0, "C": 0.0},
+            effort="quick",
+            fixture=[clamp],
+            setup={"search": {"angle": (0.0, 170.0), "tries": tries}},
+            **more,
+        )
+
+    return make
+
+
+def test_a_clamp_that_blocks_the_cheapest_setup_sends_the_search_to_another(beside_a_clamp):
+    outcome = run_job(beside_a_clamp(16))
+    found = outcome.document["setup_search"]
+    assert outcome.ok
+    assert found["chosen"]["rotation_deg"] == [0.0, 0.0, 170.0]
+    first = found["tried"][0]  # cheapest with nothing in the way
+    assert first["rotation_deg"] == [0.0, 0.0, 0.0]
+    assert first["rough"] < found["chosen"]["rough"]
+    assert first["kept_clear"] is None
+    assert first["why"].startswith("9 of 9 locations")
+    assert found["chosen"]["kept_clear"] == pytest.approx(found["chosen"]["rough"], rel=1e-6)
+    assert len(found["tried"]) <= 16
+    page = setup_section(found)
+    assert "clear of part, stock and fixtures" in page
+
+
+def test_where_all_that_was_looked_at_is_blocked_places_are_scattered_on(beside_a_clamp):
+    job = beside_a_clamp(8)
+    tool = parse_tool(job.tool)
+    search = search_setups(
+        job, load_machine(MACHINE), read_toolpath(job.input, tool=tool), around=load_surroundings(job)
+    )
+    assert len(search.tried) <= 8
+    assert search.ranked
+    assert all(tried.setup.rotation[2] > 90.0 for tried in search.ranked)
+
+
+def test_who_only_wants_verification_gets_a_search_with_nothing_in_the_way(beside_a_clamp):
+    found = run_job(beside_a_clamp(2, keep_clear=False)).document["setup_search"]
+    assert all(tried["kept_clear"] is None for tried in found["tried"])
 
 
 @pytest.mark.parametrize(
