@@ -146,8 +146,9 @@ def test_links_bind_nothing_and_their_cost_is_not_forgotten():
 
 def test_one_location_costs_nothing_and_a_location_without_posture_has_no_finite_bound():
     path, machine = wandering("ball:6", 1, 0), powered("640123")
-    assert bound_travel(path, machine, tilt_bounds(path, TILT)).total == 0.0
-    far = bound_travel(path, limited(machine, "X", 5e4, 6e4), tilt_bounds(path, TILT))
+    tilt, cell = tilt_bounds(path, TILT), np.radians(8.0)
+    assert bound_travel(path, machine, tilt, cell=cell).total == 0.0
+    far = bound_travel(path, limited(machine, "X", 5e4, 6e4), tilt, cell=cell)
     assert far.total == float("inf")
 
 
