@@ -103,11 +103,11 @@ class Frame:
         turn = by_axes.words(start, only=self.rotary)
         lines += [self._rapid(turn)] if turn else []
         if wording.coordinates == "axes":
-            groups = (by_axes.words(start, only=group) for group in ("XY", "Z"))
-            lines += [self._rapid(words) for words in groups if words]
+            groups = [w for w in (by_axes.words(start, only=group) for group in ("XY", "Z")) if w]
+            lines += [self._rapid(words) for words in groups[:-1]] + [self._first(w) for w in groups[-1:]]
         else:
             tips = wording.values(places[:1])[0]
-            lines += [*self._on(), self._rapid(wording.words(tips, only="XYZ"))]
+            lines += [*self._on(), self._first(wording.words(tips, only="XYZ"))]
         word = feed_form(wording).word
         lines += [word] if word else []
         return lines + self._last_way(motion, way, wording.values(places[1:]))
@@ -121,17 +121,20 @@ class Frame:
         lines += self._fill(wording.mode.off)
         if self.winding == "modulo" and dialect.modulo is not None:
             lines += dialect.modulo.off
-        lines += self._retract()
+        home = [self._machine_move(dict.fromkeys(group, 0.0)) for group in settings.home.split()]
+        clear = self._retract() or (home[:1] if settings.goes_clear else [])
+        lines += [*clear, *(self._fill(wording.mode.off_clear) if clear else [])]
+        # The spindle turns until the tool is clear.
         lines += [block for block in (dialect.spindle_off, dialect.coolant_off) if block]
-        for group in settings.home.split():
-            lines.append(self._machine_move(dict.fromkeys(group, 0.0)))
+        lines += home if settings.retract is not None else home[1:]
         return lines + self._fill(dialect.end)
 
     def assumptions(self) -> list[str]:
         """Say which numbers stand for what nobody has given, and the control needs."""
         said = []
         dialect, settings = self.wording.dialect, self.settings
-        if any("{offset}" in block for block in self._on_templates()) and (
+        on = (*self._on_templates(), self._first_template() or "")
+        if any("{offset}" in block for block in on) and (
             settings.length_offset is None and settings.tool_number is None
         ):
             said.append(f"no tool number was given: H{self.offset} is written")
@@ -142,10 +145,17 @@ class Frame:
             said.append(f"the spindle speed {rpm:.9g} has decimals that S has none of: S{spindle} is written")
         return said
 
+    @property
+    def _contained(self) -> bool:
+        contained = self.wording.coordinates == "axes" and contains_length(self.wording.machine)
+        return contained and self.wording.mode.on_contained is not None
+
     def _on_templates(self) -> tuple[str, ...]:
         mode = self.wording.mode
-        contained = self.wording.coordinates == "axes" and contains_length(self.wording.machine)
-        return mode.on_contained if contained and mode.on_contained is not None else mode.on
+        return (mode.on_contained or ()) if self._contained else mode.on
+
+    def _first_template(self) -> str | None:
+        return None if self._contained else self.wording.mode.first
 
     def _on(self) -> list[str]:
         return self._fill(self._on_templates())
@@ -161,6 +171,10 @@ class Frame:
             "offset": self.offset,
         }
         return [line for template in templates for line in template.format(**values).splitlines()]
+
+    def _first(self, words: str) -> str:
+        template = self._first_template()
+        return self._rapid(words) if template is None else template.format(words=words, offset=self.offset)
 
     def _rapid(self, words: str) -> str:
         return (self.wording.mode.rapid or self.wording.dialect.rapid).format(words=words)

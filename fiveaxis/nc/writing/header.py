@@ -86,10 +86,16 @@ def _winding_note(wording: Wording, winding: str) -> list[str]:
 
 
 def _missing_note(settings: ProgramSettings, wording: Wording) -> list[str]:
-    missing = settings.missing
-    if wording.dialect.language != "blocks" or not missing:
+    missing, kept = settings.missing, wording.mode.off_clear
+    if wording.dialect.language != "blocks":
         return []
-    return [f"not written: {', '.join(missing)}; see to it before the start"]
+    said = [f"not written: {', '.join(missing)}; see to it before the start"] if missing else []
+    if kept and not settings.goes_clear:
+        said.append(
+            f"not written: {' '.join(kept)} at the end, as it may move Z by the tool's length and no retract "
+            "comes before it; see to it where the tool is clear"
+        )
+    return said
 
 
 def _setup_note(wording: Wording) -> list[str]:

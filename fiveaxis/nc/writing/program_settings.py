@@ -27,7 +27,8 @@ class ProgramSettings(StrictModel):
     line_numbers : step of block numbers
     retract : mm, Z in machine coordinates, to go to before and after everything
     way_out : whether a program that ends in a cut leads the tool out of it, before anything else
-    home : letters of axes that go to the machine's zero at the end, group by group: ``Z XY AC``
+    home : letters of axes that go to the machine's zero at the end, group by group: ``Z XY AC``; it begins
+        with Z alone where there is no retract
     unit : of lengths
     """
 
@@ -64,6 +65,11 @@ class ProgramSettings(StrictModel):
         if len(set(letters)) < len(letters) or not set(letters) <= set("XYZABC"):
             raise ValueError(f"home = {home!r} must be groups of axis letters, each once, like 'Z XY AC'")
         return home
+
+    @property
+    def goes_clear(self) -> bool:
+        """Whether the program ends with the tool clear: a retract, or Z alone first on the way home."""
+        return self.retract is not None or self.home.split()[:1] == ["Z"]
 
     @property
     def missing(self) -> list[str]:
@@ -119,6 +125,11 @@ def require_writable(settings: ProgramSettings, dialect: Dialect, letters: str) 
     if strange:
         raise SettingError(
             f"home = {settings.home!r} names {strange[0]}, and the machine has {', '.join(letters)}"
+        )
+    if settings.home and not settings.goes_clear:
+        raise SettingError(
+            f"home = {settings.home!r} would move {settings.home.split()[0]} in rapid from where the path "
+            "ends; give a retract, or let it begin with Z alone ('Z XY')"
         )
 
 

@@ -39,13 +39,19 @@ KNOWN_FIELDS = {
     "on": {"offset"},
     "on_contained": {"offset"},
     "off": {"offset"},
+    "off_clear": {"offset"},
+    "first": {"words", "offset"},
 }
 
-# Templates that say nothing without what stands in their brackets; each of these stands once.
-FILLED = (
-    "comment", "machine_move", "tool_change", "work_offset", "spindle", "spindle_left", "rapid", "linear",
-    "reset_block", "line_number", "modulo_word",
-)  # fmt: skip
+# What a template says nothing without; each stands once.
+NEEDED_FIELDS = {
+    **{
+        name: KNOWN_FIELDS[name]
+        for name in ("comment", "machine_move", "tool_change", "work_offset", "spindle", "spindle_left")
+    },
+    **{name: KNOWN_FIELDS[name] for name in ("rapid", "linear", "reset_block", "line_number", "modulo_word")},
+    "first": {"words"},
+}
 
 
 def require_fields(name: str, template: str) -> None:
@@ -67,10 +73,10 @@ def require_fields(name: str, template: str) -> None:
         raise ValueError(f"{name} = {template!r} has {{{field}}}; what it may have is {allowed}")
     if any(form or conversion for _, _, form, conversion in parts):
         raise ValueError(f"{name} = {template!r} formats what fills a bracket; write {{name}} alone")
-    wanted = sorted(known) if name in FILLED else ()
+    wanted = NEEDED_FIELDS.get(name, set())
     if template and any(found.count(field) != 1 for field in wanted):
-        needed = " and ".join(f"{{{f}}}" for f in sorted(known, reverse=True))
-        raise ValueError(f"{name} = {template!r} needs {needed}, {'each ' if len(known) > 1 else ''}once")
+        needed = " and ".join(f"{{{f}}}" for f in sorted(wanted, reverse=True))
+        raise ValueError(f"{name} = {template!r} needs {needed}, {'each ' if len(wanted) > 1 else ''}once")
 
 
 def require_ascii(name: str, text: str) -> None:
@@ -152,9 +158,13 @@ class Mode(StrictModel):
     on : blocks that switch it on
     on_contained : in place of `on` where words of axes contain the tool's length
     off : blocks that switch it off
+    off_clear : more of them, which may move an axis by the tool's length: they stand after the retract, and
+        nowhere where the program doesn't end clear
     feed : how F counts: the inverse of a block's duration, or the speed along its way
     positions : whether the tip's words count in a frame that turns with the table, or in the machine's
     rapid, linear : templates in place of the control's
+    first : template of the first rapid move that the tool's length counts in, where the control wants it
+        switched on in a move; unused where words of axes contain the length
     directions : words of the tool's direction, in vector mode
     notes : what the person at the machine has to know
     """
@@ -162,19 +172,21 @@ class Mode(StrictModel):
     on: Lines = ()
     on_contained: Lines | None = None
     off: Lines = ()
+    off_clear: Lines = ()
     feed: FeedMode = "per_minute"
     positions: Literal["table", "machine"] = "table"
     rapid: str | None = None
     linear: str | None = None
+    first: str | None = None
     directions: tuple[str, str, str] | None = None
     notes: Lines = ()
 
     @model_validator(mode="after")
     def _has_known_fields(self) -> Mode:
-        for name in ("on", "on_contained", "off"):
+        for name in ("on", "on_contained", "off", "off_clear"):
             for template in getattr(self, name) or ():
                 require_fields(name, template)
-        for name in ("rapid", "linear"):
+        for name in ("rapid", "linear", "first"):
             if getattr(self, name) is not None:
                 require_fields(name, getattr(self, name))
         return self

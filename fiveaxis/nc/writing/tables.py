@@ -136,7 +136,11 @@ class Dialect(StrictModel):
         around = (
             *self.head,
             *self.end,
-            *(b for m in modes for b in (*m.on, *(m.on_contained or ()), *m.off)),
+            *(
+                b
+                for m in modes
+                for b in (*m.on, *(m.on_contained or ()), m.first or "", *m.off, *m.off_clear)
+            ),
         )
         return any(f"{{{field}}}" in block for block in around)
 

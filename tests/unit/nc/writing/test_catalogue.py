@@ -68,6 +68,7 @@ def test_a_table_may_be_based_on_another_one_beside_it(table):
         ('based_on = "fanuc"\nline_number = "N{n:04d} "\n', "formats what fills a bracket"),
         ('based_on = "fanuc"\nlinear = "G1 {words} {words} F{feed}"\n', r"and \{feed\}, each once"),
         ('based_on = "fanuc"\ntool_change = "M6"\n', r"tool_change = 'M6' needs \{tool\}"),
+        ('based_on = "fanuc"\n[modes.tip]\nfirst = "G0 G43.4 H{offset}"\n', r"needs \{words\}, once"),
         ('based_on = "fanuc"\nlinear = ""\n', "modes.axes needs linear"),
         ('based_on = "fanuc"\ncomment = { template = "(x)" }\n', r"comment = '\(x\)' needs \{\}"),
         ('based_on = "fanuc"\n[unit]\nmm = ""\n', r"unit.mm = '' needs the word for it"),

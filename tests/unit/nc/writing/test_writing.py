@@ -77,14 +77,14 @@ def test_tool_spindle_coolant_and_work_offset_come_before_anything_moves():
         "M8",
         "G0 A0.0000 C0.0000",
     ]
-    assert lines[8] == "G43.4 H17"
+    assert lines[8] == "G0 G43.4 H17 X0.0000 Y0.0000 Z0.0000"
 
 
 def test_at_the_end_the_tool_goes_clear_before_the_axes_go_home():
     lines = blocks(compose_program(SLOPE, machine=OPEN, control="fanuc", coordinates="tip", settings=FULL))
     assert lines[-7:] == [
-        "G49",
         "G53 G0 Z-5.0000",
+        "G49",
         "M5",
         "M9",
         "G53 G0 X0.0000 Y0.0000",
