@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import threading
 import uuid
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -22,6 +23,9 @@ from fiveaxis.job import require_folder
 
 if TYPE_CHECKING:
     from distributed import Client, Future
+
+
+logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -136,6 +140,8 @@ def run_batch(
             listener(Event(row.name, "done", row))
         ledger.record(*planned.faults)
         missing = [task for name, task in planned.tasks.items() if name not in done]
+        figures = len(done), len(planned.faults), len(missing)
+        logger.info("%d jobs done before, %d that can't be read, %d to run", *figures)
         sweep_up(place, [task.name for task in missing])
         try:
             _run(missing, ledger, scheduler, workers, listener)

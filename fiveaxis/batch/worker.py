@@ -64,6 +64,8 @@ def run_task(task: Task, folder: Path, tell: Tell | None = None) -> Row:
         job, digest = task.load()
         own = own_folder(folder, task.name)
         outcome = run_job(job, tell)
+        if tell is not None:
+            tell("write", 0, 1)
         row = row_of(task.blank, outcome, write_outcome(outcome, own))
     except Exception as fault:  # one job's fault, of whatever kind, mustn't cost the others
         row = row_of_fault(task.blank, fault)

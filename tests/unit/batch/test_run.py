@@ -49,7 +49,8 @@ def test_a_job_with_errors_gives_1_and_no_program(jobs, pretended, tmp_path):
     assert done.rows[0].files == ["report.json"]
 
 
-def test_what_is_done_isnt_run_again_and_what_failed_by_chance_is(jobs, pretended, tmp_path):
+def test_what_is_done_isnt_run_again_and_what_failed_by_chance_is(jobs, pretended, tmp_path, caplog):
+    caplog.set_level("INFO", logger="fiveaxis.batch")
     pretended.faults = {"path_a.csv": infeasible(), "path_c.csv": ZeroDivisionError("by zero")}
     first = run_batch(jobs, tmp_path / "out", workers=2)
     assert sorted(pretended.ran) == ["path_a.csv", "path_b.csv", "path_c.csv", "path_d.csv"]
@@ -65,6 +66,9 @@ def test_what_is_done_isnt_run_again_and_what_failed_by_chance_is(jobs, pretende
     third = run_batch(jobs, tmp_path / "out")
     assert pretended.ran == []
     assert third.as_dict() == second.as_dict()
+    told = [m for m in caplog.messages if "to run" in m]
+    ends = "0 jobs done before, 0 that can't be read, 4", "3 jobs done before, 0 that can't be read, 1"
+    assert told[:2] == [f"{end} to run" for end in ends]
 
 
 def test_a_job_whose_inputs_changed_runs_again(jobs, pretended, tmp_path):
