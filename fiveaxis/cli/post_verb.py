@@ -68,6 +68,7 @@ def controls(as_json: AsJson = False) -> None:
                 "suffix": dialect.suffix,
                 "coordinates": list(dialect.modes),
                 "windings": list(dialect.windings),
+                "notes": {what: [*dialect.notes, *mode.notes] for what, mode in dialect.modes.items()},
             }
             for name, dialect in DIALECTS.items()
         }
