@@ -118,8 +118,9 @@ class AxisPlanes:
         """
         out = np.arcsin(np.minimum(np.abs(np.einsum("ni,ni->n", axis, self.normal[move])), 1.0))
         none = np.flatnonzero(~self.normal[move].any(axis=1))
-        ends = (angle_between(axis[none], self.axes[move[none] + end]) for end in (0, 1))
-        out[none] = np.minimum(*ends)
+        if len(none):
+            ends = (angle_between(axis[none], self.axes[move[none] + end]) for end in (0, 1))
+            out[none] = np.minimum(*ends)
         return np.asarray(out)
 
     def rotary_at(self, row: Array) -> Array:
@@ -223,7 +224,8 @@ class _Trial:
             tip = middle - self.path.zone.height * tool_axes(machine, rotary)
             return ~within_limits(machine, linear_positions(machine, tip, rotary))
 
-        return self._no_worse(passes(self.linear), passes(self.found))
+        found = passes(self.found)
+        return self._no_worse(passes(self.linear) if found.any() else found, found)
 
     def keeps_still(self, hold: Collection[str]) -> BoolArray:
         """Tell where held axes are in the plane where they are in proportion, (c,)."""
@@ -236,6 +238,8 @@ class _Trial:
 
         The cone stands about the singular direction.
         """
+        if not cone:
+            return np.ones(len(self.moves), dtype=bool)
         machine = self.planes.machine
         return self._no_worse(
             *(singular_angles(machine, tool_axes(machine, way)) < cone for way in (self.linear, self.found))

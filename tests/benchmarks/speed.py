@@ -20,7 +20,7 @@ from fiveaxis.job import make_job
 from fiveaxis.job.setting_up import search_setups
 from fiveaxis.kinematics import axis_positions, tool_poses
 from fiveaxis.machine import Limits
-from fiveaxis.motion import Motion, thinned, time_motion
+from fiveaxis.motion import Motion, fill_in, thinned, time_motion
 from fiveaxis.nc import DIALECTS, compose_program
 from fiveaxis.nc.languages.klartext import split_klartext
 from fiveaxis.nc.languages.sinumerik import split_sinumerik
@@ -250,6 +250,11 @@ def main() -> None:
     )
     solution = fx.optimise(vase, hayashi, tilt=(15, 75))
     rate("time law, locations", 3600, lambda: time_motion(solution.motion, machine, corners=0.01))
+    angles = solution.motion.positions[:, hayashi.rotary_columns]
+    # Every tenth location: rotary axes turn so far that blocks are inserted, some in the tool axis's plane.
+    few = np.arange(0, 3600, 10)
+    rate("inserted blocks, locations", 3600, lambda: fill_in(vase, hayashi, angles))
+    rate("inserted blocks of far turns, locations", 360, lambda: fill_in(vase.at(few), hayashi, angles[few]))
     rate("needless blocks, locations", 3600, lambda: thinned(vase, hayashi, solution.motion))
     rate("verify, locations", 3600, lambda: fx.verify(solution.motion, hayashi, vase, tilt=(15, 75)))
     rate("preview page with a baseline, locations", 3600, lambda: render_page(solution))
