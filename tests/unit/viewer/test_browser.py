@@ -63,11 +63,20 @@ class Browser:
         os.close(theirs_out)
         self.number, self.rest, self.session = 0, b"", None
         self.complaints: list[str] = []
-        page = next(t for t in self.ask("Target.getTargets")["targetInfos"] if t["type"] == "page")
-        attached = self.ask("Target.attachToTarget", targetId=page["targetId"], flatten=True)
+        attached = self.ask("Target.attachToTarget", targetId=self._first_page(), flatten=True)
         self.session = attached["sessionId"]
         for domain in ("Page", "Runtime", "Log"):
             self.ask(f"{domain}.enable")
+
+    def _first_page(self) -> str:
+        """Give the id of the page that the browser opens, once it has: it answers before."""
+        end = time.monotonic() + PATIENCE
+        while True:
+            pages = [t for t in self.ask("Target.getTargets")["targetInfos"] if t["type"] == "page"]
+            if pages:
+                return pages[0]["targetId"]
+            assert time.monotonic() < end, "the browser opens no page"
+            time.sleep(0.05)
 
     def ask(self, method: str, **parameters: Any) -> dict[str, Any]:
         """Send a command, and give its answer."""
