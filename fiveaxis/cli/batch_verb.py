@@ -41,8 +41,8 @@ def batch(
     """Run many jobs, each into its own folder; what is done isn't run again. Exit code: that of the worst.
 
     From bad to worse: 0 fine, 1 verification found errors, 3 no admissible posture, 2 wrong input, 4 broken
-    (a fault of the program, a job whose workers died, or the scheduler went away). Wrong input and broken jobs run again the next
-    time.
+    (a fault of the program, a job whose workers died, or the scheduler went away). Wrong input and broken
+    jobs run again the next time.
     """
     with errors_explained(as_json):
         from fiveaxis.batch import run_batch
