@@ -67,7 +67,9 @@ CHECKS = {
     "approach-blocked": Code(
         ERROR, "no way to the first location is clear of part, stock, fixtures and machine"
     ),
-    "retreat-blocked": Code(ERROR, "the way up from the last location isn't clear"),
+    "retreat-blocked": Code(
+        ERROR, "no way off the last location, and up from there, is clear of what stands around"
+    ),
     "off-path": Code(ERROR, "a program leads the tool where the path that it should follow isn't"),
     "path-missed": Code(ERROR, "a program doesn't come by a location of the path that it should follow"),
 }
@@ -130,7 +132,9 @@ READING = {
 WRITING = {
     "feed-floor": Code(WARNING, "blocks slower than the control runs any: they go quicker than planned"),
     "feed-rounded": Code(WARNING, "blocks so slow that the decimals of F change their time"),
-    "number-assumed": Code(WARNING, "a number that nobody has given, or that can't be written as given"),
+    "number-assumed": Code(
+        WARNING, "a number that nobody has given, or that can't be written as given"
+    ),
 }
 CODES: dict[str, Code] = CHECKS | PLANNING | READING | WRITING
 

@@ -32,6 +32,9 @@ LineNumbers = Annotated[int | None, typer.Option("--line-numbers", help="step of
 Retract = Annotated[
     float | None, typer.Option("--retract", help="Z in machine coordinates, mm: NC's first and last place")
 ]
+WayOut = Annotated[
+    bool | None, typer.Option("--way-out/--end-in-cut", help="whether NC leads the tool out of a last cut")
+]
 Home = Annotated[str | None, typer.Option("--home", help="axes that NC sends home at the end: 'Z XY AC'")]
 NcUnit = Annotated[str | None, typer.Option("--nc-unit", help="mm or inch, of NC")]
 ProgramNumber = Annotated[int | None, typer.Option("--program-number", help="O of Fanuc and Haas programs")]
@@ -48,6 +51,7 @@ WRITING: Mapping[str, Any] = {
     "zero_word": ZeroWord,
     "line_numbers": LineNumbers,
     "retract": Retract,
+    "way_out": WayOut,
     "home": Home,
     "nc_unit": NcUnit,
     "program_number": ProgramNumber,

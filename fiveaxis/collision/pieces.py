@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -139,9 +140,17 @@ def _revolved(run: Array, frame: Array) -> Piece:
 
 def convex_piece(points: Array, frame: Array) -> Piece:
     """Make the convex hull of points, (v, 3) mm in its own frame."""
+    return replace(_hull(np.ascontiguousarray(points, dtype=float).tobytes()), frame=frame)
+
+
+# The ways of one tool are checked again and again, and its hulls take most of the time of a short one.
+@lru_cache(maxsize=32)
+def _hull(rows: bytes) -> Piece:
+    """Make the convex hull of points, (v, 3) mm, in the workpiece frame; its shape is shared."""
     from scipy.spatial import ConvexHull
 
     coal = load_coal()
+    points = np.frombuffer(rows).reshape(-1, 3)
     hull = ConvexHull(points)
     number = np.full(len(points), -1)
     number[hull.vertices] = np.arange(len(hull.vertices))
@@ -156,7 +165,7 @@ def convex_piece(points: Array, frame: Array) -> Piece:
     for face in faces.tolist():
         triangles.append(coal.Triangle(*face))
     shape = coal.Convex(vertices, triangles)
-    return Piece(shape, frame, corners.min(axis=0), corners.max(axis=0), middle)
+    return Piece(shape, np.eye(4), corners.min(axis=0), corners.max(axis=0), middle)
 
 
 def mesh_piece(vertices: Array, faces: IntArray, frame: Array, *, closed: bool) -> Piece:

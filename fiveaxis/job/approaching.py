@@ -16,7 +16,7 @@ from fiveaxis.verification import with_approach
 def with_way_in(
     program: ProgramMotion, toolpath: Toolpath, wording: Wording, job: Job, around: Surroundings
 ) -> ProgramMotion:
-    """Choose a clear way to the first location of a job's program, and say in its verdict what was checked.
+    """Choose clear ways in and out of a job's program, and say in its verdict what was checked.
 
     The verdict rests on all rows of the path, and holds for the blocks that stand for them. A list of cutter
     locations has no approach of ours.
@@ -39,6 +39,7 @@ def with_way_in(
         surroundings=around,
         leg=wording.coordinates == "axes",
         way_out=job.nc.retract is not None or job.nc.home.partition(" ")[0] == "Z",
+        leaves=job.nc.way_out,
         rows=len(program.driven),
     )
     return replace(program, verdict=verdict)

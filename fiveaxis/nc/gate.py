@@ -120,7 +120,16 @@ def checked_lead_in(verdict: Verdict | None) -> Array | None:
 
     None where it has checked none.
     """
-    way = getattr(verdict, "lead_in", None)
+    return _checked_way(verdict, "lead_in")
+
+
+def checked_lead_out(verdict: Verdict | None) -> Array | None:
+    """Give the way off the last location, (k,) mm, that a verdict has checked; None where it has none."""
+    return _checked_way(verdict, "lead_out")
+
+
+def _checked_way(verdict: Verdict | None, name: str) -> Array | None:
+    way = getattr(verdict, name, None)
     return None if way is None else np.array(way, dtype=float)
 
 

@@ -13,13 +13,15 @@ from fiveaxis.files import write_atomically
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array
 from fiveaxis.machine import Machine
-from fiveaxis.motion import Motion, motion_digest
-from fiveaxis.nc.gate import Verdict, checked_lead_in, pass_gate
+from fiveaxis.motion import STANDSTILL, Motion, motion_digest
+from fiveaxis.nc.control.program_reader import ProgramMotion
+from fiveaxis.nc.gate import Verdict, checked_lead_in, checked_lead_out, pass_gate
 from fiveaxis.nc.writing.blocks import block_lines
 from fiveaxis.nc.writing.catalogue import find_dialect
 from fiveaxis.nc.writing.cutter_locations import location_lines
 from fiveaxis.nc.writing.framing import Frame, numbered
 from fiveaxis.nc.writing.header import head_lines
+from fiveaxis.nc.writing.leads import LAST, clear_way
 from fiveaxis.nc.writing.places import Wording, require_expressible
 from fiveaxis.nc.writing.program_settings import ProgramSettings, require_writable
 from fiveaxis.nc.writing.table_parts import Coordinates
@@ -152,7 +154,8 @@ def compose_program(
 
     The way to the first location has no duration: the rotary axes turn where the tool is, then the linear
     axes move. A first cut is approached in rapid only up to 5 mm along the tool axis, less where an axis
-    limit is nearer; where the report found another way to be clear, that one is taken.
+    limit is nearer; where the report found another way to be clear, that one is taken. A last cut is left in
+    the same manner, before the program retracts and ends; a program that was read has its own end.
 
     Parameters
     ----------
@@ -197,25 +200,27 @@ def compose_program(
         _require_travel(motion, machine)
     pairs = [*(header.items() if isinstance(header, Mapping) else header or ()), *verified]
     if wording.dialect.language == "blocks":
-        lead_in = checked_lead_in(report)
-        return _program_of_blocks(motion, Frame(wording, settings, winding), pairs, lead_in)
+        leads = checked_lead_in(report), _lead_out(motion, machine, settings, report)
+        return _program_of_blocks(motion, Frame(wording, settings, winding), pairs, leads)
     lines = location_lines(motion, wording, head_lines(wording, settings, pairs, winding))
     return Program(wording.dialect.name, wording.dialect.suffix, tuple(lines), 0, wording.coordinates)
 
 
 def _program_of_blocks(
-    motion: Motion, frame: Frame, pairs: Sequence[tuple[str, str]], lead_in: Array | None
+    motion: Motion, frame: Frame, pairs: Sequence[tuple[str, str]], leads: tuple[Array | None, Array]
 ) -> Program:
     """Put a program together: what stands around the moves, the header, and the moves.
 
     Parameters
     ----------
     pairs : name and value of the header's comments
-    lead_in : (k,), mm, the last of the way to the first location, back from there; None for the usual one
+    leads : (k,), mm, the last of the way to the first location, back from there, None for the usual one; and
+        the way off the last location
     """
     wording, dialect = frame.wording, frame.wording.dialect
     assumed = frame.assumptions()
-    said = [*pairs, *(("assumed", text) for text in assumed)]
+    lead_in, lead_out = leads
+    said = [*pairs, *_said_of_end(lead_out), *(("assumed", text) for text in assumed)]
     blocks = block_lines(motion, wording, frame.winding)
     lines = [
         *frame.head(),
@@ -223,12 +228,30 @@ def _program_of_blocks(
         *frame.modes(),
         *frame.approach(motion, lead_in),
         *blocks.lines,
+        *frame.way_out(motion, lead_out),
         *frame.end(),
     ]
     lines = list(numbered(lines, wording, frame.settings.line_numbers))
     _require_width(lines, wording)
     findings = (*(Finding(Severity.WARNING, "number-assumed", text) for text in assumed), *blocks.findings)
     return Program(dialect.name, dialect.suffix, tuple(lines), blocks.dropped, wording.coordinates, findings)
+
+
+def _lead_out(motion: Motion, machine: Machine, settings: ProgramSettings, report: Verdict | None) -> Array:
+    """Give the way off the last location, (k,) mm: as the report has checked it, else the usual one."""
+    # A program that was read ends where its author let it end: its last feed moves may well lead out.
+    if not settings.way_out or isinstance(motion, ProgramMotion):
+        return np.zeros(len(machine.letters))
+    checked = checked_lead_out(report)
+    return clear_way(motion, machine, row=LAST) if checked is None else checked
+
+
+def _said_of_end(lead_out: Array) -> list[tuple[str, str]]:
+    """Say in the header how the program leaves a last cut."""
+    length = float(np.linalg.norm(lead_out))
+    if length <= STANDSTILL:
+        return []
+    return [("way out", f"the program leads the tool {length:.3g} mm off its last cut, at the cut's feed")]
 
 
 def _require_numbers(motion: Motion) -> None:

@@ -1,36 +1,44 @@
-"""The way to the first location and up from the last, which an NC program adds to a motion."""
+"""The ways to the first location and off the last, which an NC program adds to a motion."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from fiveaxis.collision import Surroundings
+from fiveaxis.contour.distance import TriangleTree
 from fiveaxis.findings import Finding, Place, Severity, count_codes
 from fiveaxis.geometry import Array, normalise
 from fiveaxis.machine import Machine
 from fiveaxis.motion import PATH_TOLERANCE, STANDSTILL, Motion
-from fiveaxis.nc.writing.framing import approach_places, clear_way, raised
+from fiveaxis.nc.writing.leads import FIRST, LAST, clear_way, lead_places
 from fiveaxis.toolpath import MoveKind, Toolpath
 from fiveaxis.verification.asked import Asked
 from fiveaxis.verification.collisions import check_collisions
+from fiveaxis.verification.cutting_body import CuttingBody
 from fiveaxis.verification.gouging import check_gouge
 from fiveaxis.verification.model import tool_poses
 from fiveaxis.verification.report import SEVERITY_ORDER, Report, make_report
 from fiveaxis.verification.subject import Tolerances, make_subject
 
-# mm: lead-ins that are tried: near ones, those beside the cut, far ones, which pass stock at the cut's feed.
+# mm: ways that are tried: near ones, those beside the cut, far ones, which pass stock at the cut's feed.
 NEAR, BESIDE, FAR = (5.0, 2.5, 1.0), (5.0, 10.0, 20.0, 40.0), (10.0, 20.0, 40.0)
-# Lead-ins from the side rise by such shares of their length: else a rapid move may end on the part.
+# mm: out of a slot as wide as the cutter it is as far as the slot is deep.
+FARTHEST = (80.0, 160.0)
+# Ways to a side rise by such shares of their length: else a rapid move may end on the part.
 RISES = (0.2, 0.0)
-LEG_UP = "the way up from the last location, by Z alone, to the end of its travel or by 100 mm"
+# mm: between part and cutter where a way out ends.
+ROOM = 0.5
+LEG = "to the end of its travel, or by 100 mm"
 TURNS = "the turn of the rotary axes, where the tool stands, before the approach"
 ACROSS = "the rapid move of X and Y, at the height where Z stands, to above the first location"
 FROM_ANYWHERE = "the rapid move of the tip to the first location, from where it stands"
 WAY_OUT = "where retract and home at the end lie, and the moves there beyond Z"
 NO_WAY_OUT = "the way out after the last location: the program ends there"
+MISSING_ROOM = "the cutter is left with less than {room:g} mm of room to the part"
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,14 +49,32 @@ class _Ground:
     toolpath: Toolpath
     around: Surroundings
 
-    def fault(self, places: Array, kind: list[MoveKind], known: frozenset[str], end: int) -> str | None:
+    @cached_property
+    def _tree(self) -> TriangleTree | None:
+        part = self.around.part
+        return None if part is None else TriangleTree.build(np.asarray(part.triangles, dtype=float))
+
+    def leaves_room(self, place: Array, way: Array) -> bool:
+        """Tell whether the cutter is off the part at a place, (k,), to which a way from the last cut leads.
+
+        Without a part only the surface is known that the cut touches: the way has to lead off that.
+        """
+        tip, axis = tool_poses(self.machine, np.array([place - way, place]))
+        normal, moved = self.toolpath.normal[LAST], tip[1] - tip[0]
+        if float(np.linalg.norm(moved)) < ROOM:
+            return False
+        if self._tree is not None:
+            body, floor = CuttingBody.of(self.toolpath.tool), np.array([-2.0 * ROOM])
+            return bool(body.depths(tip[1:], axis[1:], self._tree, floor)[0] <= -ROOM)
+        return not np.isfinite(normal).all() or float(moved @ normal) >= ROOM
+
+    def fault(self, places: Array, kind: list[MoveKind], known: frozenset[str]) -> str | None:
         """Say what is wrong with a way through places, (m, k); None where it is clear.
 
         Parameters
         ----------
         kind : (m,), of the moves that end there
-        known : codes that were found already where the way meets the path
-        end : the row where that is
+        known : codes that were found already where the way meets the path, at its last row
         """
         # The tool may move so little that there is nothing to look at twice.
         moves = np.linalg.norm(np.diff(places, axis=0), axis=1) > STANDSTILL
@@ -64,8 +90,7 @@ class _Ground:
             *check_collisions(subject, self.around),
         )
         for finding in make_report(results, path, ()).findings:
-            # What sticks where the way begins does so on its first part, too.
-            at_path = end == 0 or finding.place.location == len(kept) - 1
+            at_path = finding.place.location == len(kept) - 1
             if finding.severity is Severity.ERROR and not (at_path and finding.code in known):
                 return finding.message
         return None
@@ -87,13 +112,15 @@ def with_approach(
     surroundings: Surroundings,
     leg: bool = True,
     way_out: bool = False,
+    leaves: bool = True,
     rows: int | None = None,
 ) -> Report:
-    """Check what a program adds to a motion, choose a clear way to its first location, and report both.
+    """Check what a program adds to a motion, choose clear ways in and out, and report both.
 
     The usual lead-in is 5 mm along the tool axis. Where it, or the leg of Z that comes before, isn't clear,
     others are tried in a fixed order: shorter ones, along the surface normal, back along the cut and to both
-    sides of it, longer ones, none.
+    sides of it, longer ones, none. The way out of a last cut is chosen in the same manner, on along the cut
+    in place of back; it ends with room to the part, and where Z goes up from there that leg is clear, too.
 
     Parameters
     ----------
@@ -102,12 +129,13 @@ def with_approach(
     machine, toolpath, surroundings : as for `verify`; the path gives tool, name and the first surface normal
     leg : whether the program comes down by Z alone; else, in words of the tip, in a line from anywhere
     way_out : whether the program goes up by Z at its end
+    leaves : whether it leads the tool out of a last cut before that
     rows : of the motion that the report is about, where it has more than the program's blocks
 
     Returns
     -------
     The report with ``approach-blocked`` and ``retreat-blocked`` where they occur, with what wasn't looked at,
-    and with the lead-in that a program is to take
+    and with the ways in and out that a program is to take
 
     Raises
     ------
@@ -117,52 +145,75 @@ def with_approach(
     if not np.isfinite(motion.positions[[0, -1]]).all():
         return report
     ground = _Ground(machine, toolpath, surroundings)
-    lead_in, blocked = _choose(ground, motion, leg, _codes_at(report, 0))
+    lead_in, blocked = _choose(ground, motion, FIRST, leg, _codes_at(report, 0))
     found = [] if blocked is None else [_finding("approach-blocked", blocked, toolpath.place(0))]
-    if way_out:
-        last = motion.positions[-1]
-        end = (len(motion) if rows is None else rows) - 1
-        up, known = np.array([last, raised(last, machine)]), _codes_at(report, end)
-        fault = ground.fault(up, [MoveKind.LINK, MoveKind.RAPID], known, 0)
+    end = (len(motion) if rows is None else rows) - 1
+    lead_out = np.zeros(len(machine.letters))
+    if leaves and motion.kind[LAST] == MoveKind.CUT:
+        lead_out, blocked = _choose(ground, motion, LAST, way_out, _codes_at(report, end))
+    else:
+        blocked = _fault(ground, motion, lead_out, LAST, way_out, _codes_at(report, end)) if way_out else None
+    if blocked is not None:
         place = replace(toolpath.place(len(toolpath) - 1), location=end)
-        found += [] if fault is None else [_finding("retreat-blocked", fault, place)]
-    return _joined(report, found, lead_in, leg=leg, way_out=way_out)
+        found.append(_finding("retreat-blocked", blocked, place))
+    return _joined(report, found, (lead_in, lead_out), leg=leg, way_out=way_out)
 
 
-def _choose(ground: _Ground, motion: Motion, leg: bool, known: frozenset[str]) -> tuple[Array, str | None]:
-    """Find the first lead-in, (k,) mm, that is clear; the usual one, and what it meets, where none is."""
-    machine = ground.machine
-    usual = clear_way(motion, machine)
+def _choose(
+    ground: _Ground, motion: Motion, row: int, leg: bool, known: frozenset[str]
+) -> tuple[Array, str | None]:
+    """Find the first way, (k,) mm, that is clear; the usual one, and what it meets, where none is."""
+    usual = clear_way(motion, ground.machine, row=row)
     blocked = None
-    for way in (usual, *_others(ground, motion)):
-        places = approach_places(motion, machine, way)
-        kinds = [MoveKind.RAPID, MoveKind.RAPID, MoveKind.CUT if way.any() else MoveKind.RAPID]
-        rows = slice(0 if leg else 1, None)
-        fault = ground.fault(places[rows], kinds[rows], known, -1)
+    for way in (usual, *_others(ground, motion, row, none=row == FIRST or leg)):
+        fault = _fault(ground, motion, way, row, leg, known)
         if fault is None:
             return way, None
         blocked = blocked or fault
     return usual, blocked
 
 
-def _others(ground: _Ground, motion: Motion) -> Iterator[Array]:
-    """Make lead-ins, (k,) mm, in the order in which they are tried."""
-    machine, normal = ground.machine, ground.toolpath.normal[0]
-    if motion.kind[0] != MoveKind.CUT:
+def _fault(
+    ground: _Ground, motion: Motion, way: Array, row: int, leg: bool, known: frozenset[str]
+) -> str | None:
+    """Say what is wrong with a way, (k,) mm, at the first or last location; None where it is clear.
+
+    A way out is looked at from its end: what meets anything there does so in both directions.
+    """
+    places = lead_places(motion, ground.machine, way, row=row)
+    kinds = [MoveKind.RAPID, MoveKind.RAPID, MoveKind.CUT if way.any() else MoveKind.RAPID]
+    rows = slice(0 if leg else 1, None)
+    fault = ground.fault(places[rows], kinds[rows], known)
+    # Straight up from the last location is a way, too, where Z goes there.
+    if fault is None and row == LAST and (way.any() or not leg) and not ground.leaves_room(places[1], way):
+        return MISSING_ROOM.format(room=ROOM)
+    return fault
+
+
+def _others(ground: _Ground, motion: Motion, row: int, *, none: bool) -> Iterator[Array]:
+    """Make ways, (k,) mm, in the order in which they are tried; at last none, where that is allowed."""
+    machine, normal = ground.machine, ground.toolpath.normal[row]
+    if motion.kind[row] != MoveKind.CUT:
         return
-    tip, axis = tool_poses(machine, motion.positions[:2])
+
+    def way(direction: Array | None = None, length: float = NEAR[0]) -> Array:
+        return clear_way(motion, machine, direction, length, row=row)
+
+    tip, axis = tool_poses(machine, motion.positions[:2] if row == FIRST else motion.positions[-2:])
     step = tip[-1] - tip[0]
     length = float(np.linalg.norm(step))
-    ahead = step / length if length > STANDSTILL else np.zeros(3)
-    left = np.cross(axis[0], ahead)
-    yield from (clear_way(motion, machine, length=mm) for mm in NEAR[1:])
+    beyond = step / length if length > STANDSTILL else np.zeros(3)
+    beyond = -beyond if row == FIRST else beyond
+    left = np.cross(axis[row], beyond if row == LAST else -beyond)
+    yield from (way(length=mm) for mm in NEAR[1:])
     if np.isfinite(normal).all():
-        yield from (clear_way(motion, machine, normal, mm) for mm in NEAR)
+        yield from (way(normal, mm) for mm in NEAR)
     if length > STANDSTILL:
-        sides = [normalise(side + rise * axis[0]) for rise in RISES for side in (-ahead, left, -left)]
-        yield from (clear_way(motion, machine, side, mm) for side in sides for mm in BESIDE)
-    yield from (clear_way(motion, machine, length=mm) for mm in FAR)
-    yield np.zeros(len(machine.letters))
+        sides = [normalise(side + rise * axis[row]) for rise in RISES for side in (beyond, left, -left)]
+        yield from (way(side, mm) for side in sides for mm in BESIDE)
+    yield from (way(length=mm) for mm in (*FAR, *(FARTHEST if row == LAST else ())))
+    if none:
+        yield np.zeros(len(machine.letters))
 
 
 def _codes_at(report: Report, row: int) -> frozenset[str]:
@@ -173,18 +224,23 @@ def _finding(code: str, fault: str, place: Place) -> Finding:
     remedy = {
         "approach-blocked": "no way to the first location is clear, straight or from the side; on the usual "
         "one {}; begin the path where the tool gets to, or with a rapid move of its own",
-        "retreat-blocked": "straight up from the last location the way isn't clear: {}; end the path where "
-        "the tool gets out, or write without retract and home",
+        "retreat-blocked": "no way out of the last location is clear, straight or to the side, with the way "
+        "up of a retract; on the usual one {}; end the path where the tool gets out, or with a rapid move of "
+        "its own",
     }
     return Finding(Severity.ERROR, code, remedy[code].format(fault.partition(";")[0]), place)
 
 
-def _joined(report: Report, found: list[Finding], lead_in: Array, *, leg: bool, way_out: bool) -> Report:
-    length = float(np.linalg.norm(lead_in))
-    ways = [f"a lead-in of {length:.3g} mm"] if length > STANDSTILL else []
+def _joined(
+    report: Report, found: list[Finding], leads: tuple[Array, Array], *, leg: bool, way_out: bool
+) -> Report:
+    lead_in, lead_out = (float(np.linalg.norm(lead)) for lead in leads)
+    ways = [f"a lead-in of {lead_in:.3g} mm"] if lead_in > STANDSTILL else []
     ways += ["Z down to it from the end of its travel, or from 100 mm above"] if leg else []
     checked = [f"approach: {' and '.join(ways)}, for gouges and collisions"] if ways else []
-    checked += [LEG_UP] if way_out else []
+    out = [f"a lead-out of {lead_out:.3g} mm"] if lead_out > STANDSTILL else []
+    out += [f"Z up {'from it ' if out else ''}{LEG}"] if way_out else []
+    checked += [f"way out: {' and '.join(out)}, for gouges and collisions"] if out else []
     left = [TURNS, ACROSS if leg else FROM_ANYWHERE, WAY_OUT if way_out else NO_WAY_OUT]
     findings = sorted((*report.findings, *found), key=lambda f: SEVERITY_ORDER.index(f.severity))
     return replace(
@@ -193,5 +249,6 @@ def _joined(report: Report, found: list[Finding], lead_in: Array, *, leg: bool, 
         counts=dict(sorted((report.counts | count_codes(found)).items())),
         checked=(*report.checked, *checked),
         not_checked=(*report.not_checked, *left),
-        lead_in=tuple(lead_in.tolist()),
+        lead_in=tuple(leads[0].tolist()),
+        lead_out=tuple(leads[1].tolist()),
     )

@@ -29,6 +29,8 @@ SHORTEST_CHORD = 1e-2
 DETOUR, SPARE = 2.0, 1.0
 # Places of the track that are looked at first.
 FIRST_BLOCK = 64
+# A place so near to the end of a block, as a share of it, is that end.
+NEXT = 1e-3
 # A program that comes by none of so many locations at the path's begin follows another path.
 MOST_LOST = 20
 
@@ -64,7 +66,7 @@ class Track:
     centre, axis : (m, 3), mm and unit vectors, at the shares of every block
     row : (m,), of the program, where the block ends
     place : (m,), the same with shares of the block: 3.25 lies in the block to row 4
-    linking : (m,), whether the block is a link, which leaves the path on purpose
+    linking, rapid : (m,), whether the block is a link, which leaves the path on purpose, or a rapid move
     """
 
     centre: Array
@@ -72,6 +74,7 @@ class Track:
     row: IntArray
     place: Array
     linking: BoolArray
+    rapid: BoolArray
 
     @classmethod
     def of(cls, subject: Subject, path: Toolpath, *, straight: bool) -> Track:
@@ -90,8 +93,9 @@ class Track:
         led, axes = tool_poses(subject.machine, positions)
         if straight:
             led = tip[before] + share * (tip[row] - tip[before])
-        linking = np.asarray(subject.toolpath.kind == MoveKind.LINK)
-        return cls(led + height * axes, axes, row, place, linking[row])
+        kind = subject.toolpath.kind[row]
+        linking, rapid = np.asarray(kind == MoveKind.LINK), np.asarray(kind == MoveKind.RAPID)
+        return cls(led + height * axes, axes, row, place, linking, rapid)
 
 
 def check_following(
@@ -134,7 +138,7 @@ def check_following(
             f"way of the tool's centre against the path {path.name}, within {tolerance:g} mm, by all "
             f"{len(path)} locations in order",
         ),
-        not_checked=("the way before the first location of the path",),
+        not_checked=("the way before the first location of the path, and out of its last one",),
     )
     return leaving, _missed(match, path, tolerance), match
 
@@ -161,7 +165,7 @@ def _follow(track: Track, path: Toolpath, tolerance: float) -> tuple[Match, Arra
     -------
     match : of the locations
     off : (m,), mm, of the track's places from the chord between the locations before and after; NaN before
-        the first location
+        the first location, and on the way out of the last one
     """
     count = len(path)
     rows, gaps = np.full(count, -1, dtype=np.int64), np.full(count, np.nan)
@@ -197,7 +201,22 @@ def _follow(track: Track, path: Toolpath, tolerance: float) -> tuple[Match, Arra
     if last >= 0:
         stop = min(last + 1, count - 1)
         off[at + 1 :] = _off(track, path, axes, last, stop, at + 1, len(track.row))
+    if last == count - 1:
+        off[_leaves(track, places[last])] = np.nan
     return Match(rows, gaps, places), off
+
+
+def _leaves(track: Track, last: float) -> BoolArray:
+    """Find places, (m,), at which the program is on its way out of the path: one block, and rapid moves.
+
+    What it cuts after them is no way out.
+
+    Parameters
+    ----------
+    last : where the track comes by the last location, in rows of the program
+    """
+    out = np.floor(last + NEXT) + 1.0
+    return np.asarray((track.place > last) & ((track.row <= out) | track.rapid))
 
 
 def _pass(

@@ -72,6 +72,7 @@ class Report:
         isn't known, or nothing was there to be checked
     lead_in : mm by axis, the last of the way to the first location, back from there, that a program of the
         motion takes; None where the way there wasn't looked at
+    lead_out : mm by axis, the way off the last location likewise, zeros where it doesn't end in a cut
     """
 
     findings: tuple[Finding, ...]
@@ -83,6 +84,7 @@ class Report:
     gouges_between: tuple[str, ...] | None = None
     collisions_between: tuple[str, ...] | None = None
     lead_in: tuple[float, ...] | None = None
+    lead_out: tuple[float, ...] | None = None
 
     @property
     def ok(self) -> bool:

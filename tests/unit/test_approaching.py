@@ -1,5 +1,6 @@
 """A job's program comes to its first location by a way that was checked."""
 
+import numpy as np
 import trimesh
 
 from fiveaxis.job import Job, compose_outcome, run_job
@@ -24,4 +25,6 @@ def test_a_job_whose_usual_lead_in_is_blocked_comes_from_the_side(tmp_path):
     assert abs(lead_in[0]) + abs(lead_in[1]) > 4.0
     text = " ".join(compose_outcome(outcome).lines)
     assert "checked: approach: a lead-in of 5 mm" in text
+    assert "checked: way out: a lead-out of" in text
+    assert np.linalg.norm(outcome.gate.report.lead_out) >= 1.0
     assert "not checked: the turn of the rotary axes" in text

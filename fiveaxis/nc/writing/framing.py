@@ -10,22 +10,15 @@ import numpy as np
 
 from fiveaxis.errors import SettingError
 from fiveaxis.geometry import Array
-from fiveaxis.kinematics import linear_positions, tool_poses
-from fiveaxis.machine import Machine
 from fiveaxis.motion import STANDSTILL, Motion
 from fiveaxis.nc.rows import MILLIMETRES
 from fiveaxis.nc.writing.feeds import SECONDS, feed_form
 from fiveaxis.nc.writing.header import contains_length, counted
+from fiveaxis.nc.writing.leads import LAST, clear_way, lead_places
 from fiveaxis.nc.writing.numbers import feed_text
 from fiveaxis.nc.writing.places import Wording
 from fiveaxis.nc.writing.program_settings import ProgramSettings, spindle_text
 from fiveaxis.nc.writing.turns import first_words
-from fiveaxis.toolpath import MoveKind
-
-# mm: the way along the tool axis on which a first cut is approached at its own feed, not in rapid.
-APPROACH = 5.0
-# mm: the leg of Z down to the workpiece begins so far above its end, where Z has no limit.
-ABOVE = 100.0
 
 # Ends of the tape, and the program's own number.
 _UNNUMBERED = re.compile(r"%|O[0-9]")
@@ -92,7 +85,7 @@ class Frame:
         """
         wording, machine = self.wording, self.wording.machine
         way = clear_way(motion, machine) if lead_in is None else lead_in
-        places = approach_places(motion, machine, way)[1:]
+        places = lead_places(motion, machine, way)[1:]
         by_axes = Wording(wording.dialect, "axes", machine, wording.unit)
         start = first_words(by_axes.values(places[:1]), by_axes, self.winding)[0]
         lines = [] if wording.coordinates != "axes" else self._on()
@@ -110,10 +103,29 @@ class Frame:
             lines += [*self._on(), self._first(wording.words(tips, only="XYZ"))]
         word = feed_form(wording).word
         lines += [word] if word else []
-        return lines + self._last_way(motion, way, wording.values(places[1:]))
+        # A signed word of the place where an axis stands might be a whole turn.
+        modulo = wording.dialect.modulo if self.winding == "modulo" else None
+        stands = self.rotary if modulo is not None and (modulo.way == "signed" or modulo.word) else ""
+        moved = "".join(c for c in wording.machine.letters if c not in stands)
+        target = first_words(wording.values(places[1:]), wording, self.winding)[0]
+        words = wording.words(target, only="XYZ" if wording.coordinates != "axes" else moved)
+        return lines + self._lead(words, way, float(motion.feed[0]))
+
+    def way_out(self, motion: Motion, lead_out: Array) -> list[str]:
+        """Lead the tool out of a last cut, at its feed, while the rotary axes stand.
+
+        Parameters
+        ----------
+        lead_out : (k,), mm, from the last location
+        """
+        place = lead_places(motion, self.wording.machine, lead_out, row=LAST)[1:2]
+        # A direction of the tool is said again: not every control keeps it where a block has none.
+        only = None if self.wording.coordinates == "vector" else "XYZ"
+        words = self.wording.words(self.wording.values(place)[0], only=only)
+        return self._lead(words, lead_out, float(motion.feed[-1]))
 
     def end(self) -> list[str]:
-        """Switch off what was switched on, and go clear of the part."""
+        """Switch off what was switched on, and go up from the part."""
         wording, dialect, settings = self.wording, self.wording.dialect, self.settings
         lines = [dialect.reset.clear] if self.winding == "rezero" and dialect.reset is not None else []
         normal = dialect.feed.get("per_minute")
@@ -192,19 +204,13 @@ class Frame:
         )
         return self.wording.dialect.machine_move.format(words=" ".join(words))
 
-    def _last_way(self, motion: Motion, way: Array, target: Array) -> list[str]:
-        """Write the last of the way to a first cut, at the feed of the cut."""
+    def _lead(self, words: str, way: Array, speed: float) -> list[str]:
+        """Write a straight way, (k,) mm, beside a cut at its feed, mm/s; nothing where it has no length."""
         wording, dialect = self.wording, self.wording.dialect
         length = float(np.linalg.norm(way))
         if length <= STANDSTILL:
             return []
-        # A signed word of the place where an axis stands might be a whole turn.
-        modulo = dialect.modulo if self.winding == "modulo" else None
-        stands = self.rotary if modulo is not None and (modulo.way == "signed" or modulo.word) else ""
-        moved = "".join(c for c in wording.machine.letters if c not in stands)
-        only = "XYZ" if wording.coordinates != "axes" else moved
-        words = wording.words(first_words(target, wording, self.winding)[0], only=only)
-        form, speed = feed_form(wording), float(motion.feed[0])
+        form = feed_form(wording)
         inches = 1.0 if wording.unit == "mm" else dialect.inch_feed
         per_minute = speed * SECONDS / MILLIMETRES[wording.unit] / inches
         feed = SECONDS * speed / length if wording.mode.feed == "inverse_time" else per_minute
@@ -212,53 +218,6 @@ class Frame:
         feed = min(max(feed, form.least or 0.0), form.most or np.inf)
         linear = wording.mode.linear or dialect.linear
         return [linear.format(words=words, feed=feed_text(feed, form))]
-
-
-def clear_way(
-    motion: Motion, machine: Machine, direction: Array | None = None, length: float = APPROACH
-) -> Array:
-    """Find the way, (k,) mm, from the first location back along the tool axis, inside the axis limits.
-
-    Zero where the path doesn't begin with a cut. The linear axes are linear in the tip while the rotary axes
-    stand, so the limits cut the way at a fraction of it.
-
-    Parameters
-    ----------
-    direction : (3,), unit vector, workpiece frame, in place of the tool axis
-    length : mm
-    """
-    first = motion.positions[:1]
-    if motion.kind[0] != MoveKind.CUT:
-        return np.zeros(first.shape[1])
-    tip, axis = tool_poses(machine, first)
-    along = axis if direction is None else direction
-    way = (linear_positions(machine, tip + length * along, first[:, machine.rotary_columns]) - first)[0]
-    room = np.where(way > 0.0, machine.high - first[0], first[0] - machine.low)
-    moving = np.abs(way) > STANDSTILL
-    fraction = float(np.min(room[moving] / np.abs(way[moving]), initial=1.0))
-    return max(fraction, 0.0) * np.where(moving, way, 0.0)
-
-
-def approach_places(motion: Motion, machine: Machine, way: Array) -> Array:
-    """Give the places of the approach, (3, k): where its leg of Z begins and ends, and the first location.
-
-    Parameters
-    ----------
-    way : (k,), mm, from the first location back to where the leg of Z ends
-    """
-    first = motion.positions[0]
-    start = first + way
-    return np.array([raised(start, machine), start, first])
-
-
-def raised(place: Array, machine: Machine) -> Array:
-    """Lift a place, (k,), along Z to the end of its travel, or by `ABOVE` where it has none."""
-    if "Z" not in machine.letters:
-        return place.copy()
-    column, above = machine.column("Z"), place.copy()
-    top = float(machine.high[column])
-    above[column] = max(top, place[column]) if np.isfinite(top) else place[column] + ABOVE
-    return above
 
 
 def name_word(name: str) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import time
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -13,8 +14,12 @@ from fiveaxis.errors import MachineError, SettingError, ToolpathError
 from fiveaxis.kinematics import linear_positions, tool_poses
 from fiveaxis.machine import Limits, Machine
 from fiveaxis.motion import Motion, follow
-from fiveaxis.nc import compose_program, write_program
+from fiveaxis.nc import ProgramSettings, read_program, write_program
+from fiveaxis.nc import compose_program as compose_with_way_out
 from fiveaxis.toolpath import MoveKind, Tool, Toolpath
+
+# A way out of the last cut has tests of its own: here the last block is the last move.
+compose_program = partial(compose_with_way_out, settings=ProgramSettings(way_out=False))
 
 
 def motion_of(positions, times=None, letters="XYZAC", kind=MoveKind.CUT):
@@ -269,13 +274,68 @@ def test_no_line_is_longer_than_the_control_reads():
     assert max(map(len, compose_program(motion, machine=machine, header=header).lines)) <= 120
 
 
+# The way out of the last cut
+
+
+@pytest.mark.parametrize(
+    ("control", "coordinates", "block"),
+    [
+        ("linuxcnc", "axes", "G1 X1.000000 Y2.000000 Z8.000000 F120"),
+        ("fanuc", "tip", "G1 X1.0000 Y2.0000 Z8.0000 F600.000"),
+        ("fanuc", "vector", "G1 X1.0000 Y2.0000 Z8.0000 I0.0000000 J0.0000000 K1.0000000 F600.000"),
+        ("heidenhain", "tip", "L X+1.0000 Y+2.0000 Z+8.0000 R0 F600.000"),
+        ("sinumerik", "tip", "G1 X1.00000 Y2.00000 Z8.00000 F600.000"),
+    ],
+)
+def test_a_last_cut_is_left_along_the_tool_before_anything_is_switched_off(
+    hayashi, control, coordinates, block
+):
+    motion = motion_of([[0, 2, 3, 0, 0], [1, 2, 3, 0, 0]])
+    around = ProgramSettings(retract=50.0, spindle_rpm=1000.0)
+    lines = compose_with_way_out(
+        motion, machine=hayashi, control=control, coordinates=coordinates, settings=around
+    ).lines
+    bare = [re.sub(r"^[0-9]+ ", "", line) for line in lines]
+    at = bare.index(block)
+    after = " ".join(bare[at + 1 :])
+    assert re.search(r"(SUPA|G53|M91).*M5|M91.*M5", after)
+    assert not re.search("[XY][-+0-9]", after)
+    said = " ".join(line.strip("(); ").upper() for line in bare[:at])
+    assert "WAY OUT: THE PROGRAM LEADS THE TOOL 5 MM OFF ITS LAST CUT" in said
+
+
+def test_turned_down_or_needless_the_way_out_is_not_written(hayashi):
+    motion = motion_of([[0, 2, 3, 0, 0], [1, 2, 3, 0, 0]])
+    assert "Z8." not in compose_program(motion, machine=hayashi).text.replace("Z8.000000\n", "")
+    up = replace(motion, kind=np.array([MoveKind.CUT, MoveKind.RAPID]))
+    program = compose_with_way_out(up, machine=hayashi)
+    assert len([b for b in blocks(program) if b.startswith("G1")]) == 2
+    assert "way out" not in program.text
+
+
+def test_the_way_out_ends_where_an_axis_does(hayashi):
+    low, high = Limits(-100.0, 100.0), Limits(-100.0, 6.0)
+    axes = tuple(replace(a, limits=high if a.letter == "Z" else low) for a in hayashi.axes)
+    motion = motion_of([[0, 2, 3, 0, 0], [1, 2, 3, 0, 0]])
+    lines = blocks(compose_with_way_out(motion, machine=replace(hayashi, axes=axes)))
+    assert [b.rpartition(" ")[0] for b in lines if b[:2] == "G1"][-1] == "G1 X1.000000 Y2.000000 Z6.000000"
+
+
+def test_a_program_that_was_read_has_its_own_end(hayashi, tmp_path):
+    path = tmp_path / "part.ngc"
+    path.write_text(compose_with_way_out(motion_of(np.eye(5)), machine=hayashi).text)
+    motion = read_program(path, hayashi)
+    once = blocks(compose_with_way_out(motion, machine=hayashi))
+    assert len([b for b in once if b.startswith("G1")]) == len(motion) - 1
+
+
 # Files
 
 
 def test_the_file_holds_the_program(hayashi, tmp_path):
     motion = motion_of(np.eye(5))
     path = write_program(motion, tmp_path / "out" / "part.ngc", machine=hayashi, header={"tool": "ball:10"})
-    program = compose_program(motion, machine=hayashi, header={"tool": "ball:10"})
+    program = compose_with_way_out(motion, machine=hayashi, header={"tool": "ball:10"})
     assert path.read_bytes() == program.text.encode("ascii")
     assert program.suffix == ".ngc"
 

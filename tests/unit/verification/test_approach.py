@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import trimesh
@@ -11,8 +13,8 @@ from fiveaxis.errors import Unverified
 from fiveaxis.kinematics import axis_positions
 from fiveaxis.machine import load_machine
 from fiveaxis.motion import follow
-from fiveaxis.nc import compose_program
-from fiveaxis.toolpath import Tool, Toolpath
+from fiveaxis.nc import ProgramSettings, compose_program
+from fiveaxis.toolpath import MoveKind, Tool, Toolpath
 from fiveaxis.toolpath.tool import Holder, Section
 from fiveaxis.verification import verify, with_approach
 
@@ -77,13 +79,90 @@ def test_where_no_way_in_is_clear_no_program_is_written(hayashi, lollipop):
     assert any("approach-blocked" in line for line in accepted.lines)
 
 
-def test_a_way_up_through_the_part_is_found(hayashi, lollipop):
-    _, before, after = verified(hayashi, along_x(lollipop), ledge(over=(2.5, 40.0)), way_out=True)
+def test_an_open_place_is_left_along_the_tool_axis(hayashi, lollipop):
+    _, _, after = verified(hayashi, along_x(lollipop), box([-60, -40, -10], [60, 40, 0]))
+    assert np.allclose(after.lead_out, [0.0, 0.0, 5.0, 0.0, 0.0])
+    assert "way out: a lead-out of 5 mm, for gouges and collisions" in after.checked
+
+
+def test_out_from_under_a_ledge_the_tool_goes_to_the_side_and_up_from_there(hayashi, lollipop):
+    motion, before, after = verified(hayashi, along_x(lollipop), ledge(over=(2.5, 40.0)), way_out=True)
     assert before.ok
-    assert after.counts == {"retreat-blocked": 1}
-    found = next(f for f in after.findings if f.code == "retreat-blocked")
+    assert after.ok
+    x, y, z, _, _ = after.lead_out
+    # Past the ledge, its far end at 60 mm, or out from under its front at 2.5 mm.
+    assert y < -2.5 or x > 40.0
+    assert z > 0.5
+    lines = compose_program(
+        motion, machine=hayashi, report=after, settings=ProgramSettings(retract=100.0)
+    ).lines
+    out = next(i for i, line in enumerate(lines) if f"Y{motion.positions[-1, 1] + y:.6f} Z{z:.6f} F" in line)
+    assert next(line for line in lines[out + 1 :] if line[:2] != "G9") == "G53 G0 Z100.000000"
+    said = " ".join(line.strip("() ") for line in lines)
+    assert "way out: a lead-out of 5 mm and Z up from it to the end of its travel" in said
+
+
+def test_from_below_a_roof_no_way_leads_up_and_without_a_retract_none_is_needed(hayashi, lollipop):
+    # The shank passes a slot in the roof that is as long as the path.
+    slotted = trimesh.util.concatenate(
+        [
+            box([-200, 3, 12], [200, 200, 16]),
+            box([-200, -200, 12], [200, -3, 16]),
+            box([-60, -40, -10], [60, 40, 0]),
+        ]
+    )
+    motion, before, after = verified(hayashi, along_x(lollipop), slotted, leg=False)
+    assert before.ok
+    assert after.ok
+    assert np.linalg.norm(after.lead_out) >= 1.0
+    motion, _, up = verified(hayashi, along_x(lollipop), slotted, leg=False, way_out=True)
+    assert up.counts == {"retreat-blocked": 1}
+    found = next(f for f in up.findings if f.code == "retreat-blocked")
     assert found.place.location == 8
-    assert "reaches" in found.message
+    with pytest.raises(Unverified, match=r"retreat-blocked \(1\)"):
+        compose_program(motion, machine=hayashi, report=up)
+    accepted = compose_program(motion, machine=hayashi, report=up, override=["retreat-blocked"])
+    assert any("OVERRIDDEN: retreat-blocked" in line for line in accepted.lines)
+
+
+def test_along_a_wall_the_tool_leaves_with_room_to_it(hayashi):
+    """The tool's axis leads along the wall that its side cuts: the way out goes off it."""
+    tool = Tool.ball(10.0)
+    tips = np.column_stack([np.linspace(-20.0, 20.0, 9), np.full(9, -5.0), np.full(9, 1.0)])
+    path = Toolpath.from_tips(tips, np.tile([0.0, 0.0, 1.0], (9, 1)), tool)
+    _, before, after = verified(hayashi, path, box([-60, 0, -10], [60, 40, 20]), leg=False)
+    assert before.ok
+    assert after.ok
+    assert after.lead_out[1] < -0.5
+
+
+def test_a_slot_as_wide_as_the_tool_is_left_to_its_end(hayashi):
+    tool = Tool.ball(10.0)
+    sides = [box([-60, 5, -9], [60, 40, 45]), box([-60, -40, -9], [60, -5, 45])]
+    floor = box([-60, -40, -9], [60, 40, 0])
+    path = along_x(tool)
+    _, before, after = verified(hayashi, path, trimesh.util.concatenate([*sides, floor]))
+    assert before.ok
+    assert after.ok
+    assert after.lead_out[0] > 40.0 or after.lead_out[2] > 45.0
+
+
+def test_a_path_that_ends_in_a_link_is_left_as_it_is(hayashi, lollipop):
+    path = along_x(lollipop)
+    path = replace(path, kind=np.array([*[MoveKind.CUT] * 8, MoveKind.LINK]))
+    _, _, after = verified(hayashi, path, ledge(over=(2.5, 40.0)))
+    assert not np.any(after.lead_out)
+    _, _, up = verified(hayashi, path, ledge(over=(2.5, 40.0)), way_out=True)
+    assert up.counts == {"retreat-blocked": 1}
+
+
+def test_where_the_way_out_is_turned_down_the_straight_way_up_is_checked(hayashi, lollipop):
+    floor = box([-60, -40, -10], [60, 40, 0])
+    _, _, plain = verified(hayashi, along_x(lollipop), floor, leaves=False)
+    assert not np.any(plain.lead_out)
+    assert "the way out after the last location: the program ends there" in plain.not_checked
+    _, _, up = verified(hayashi, along_x(lollipop), ledge(over=(2.5, 40.0)), leaves=False, way_out=True)
+    assert up.counts == {"retreat-blocked": 1}
 
 
 def test_a_leg_of_z_with_a_tilted_tool_is_checked():
