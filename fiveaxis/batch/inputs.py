@@ -12,9 +12,8 @@ from typing import Any
 from fiveaxis import __version__
 from fiveaxis.errors import JobError
 from fiveaxis.job import Job
-from fiveaxis.job.description import TOOL_FILE
+from fiveaxis.job.inputs import input_files
 from fiveaxis.machine import load_machine, machine_text
-from fiveaxis.machine.bodies import MeshShape
 from fiveaxis.machine.files import find_machine
 from fiveaxis.nc import find_dialect
 
@@ -46,28 +45,14 @@ def digest_job(job: Job, data: Mapping[str, Any]) -> str:
 
 def _parts(job: Job) -> Iterator[tuple[str, str]]:
     """Give the hash of everything that a job names, by the key that names it."""
-    files = {"input": job.input, "part": job.part, "stock": job.stock}
-    files |= {f"fixture.{i}": fixture.file for i, fixture in enumerate(job.fixture)}
-    if job.tool is not None and job.tool.lower().endswith(TOOL_FILE):
-        files["tool"] = Path(job.tool)
-    yield from ((key, _hash_file(path)) for key, path in files.items() if path is not None)
+    # The job is hashed by what it says, and so are a control and machines, which may name further files.
+    yield from ((use, _hash_file(path)) for use, path in input_files(job) if use not in ("job", "control"))
     # A table of a control may be based on others: what it says in the end is what counts.
     yield "control", _hash_text(_told(find_dialect(job.control).model_dump()))
     machines = {"machine": job.machine, "drives": job.drives, "program.machine": job.program.machine}
     for key, name in machines.items():
         if name is not None:
-            yield from ((f"{key}.{inner}", told) for inner, told in _machine_parts(name))
-
-
-def _machine_parts(name: str) -> Iterator[tuple[str, str]]:
-    """Hash a machine's file, what it says with the files that it includes, and the meshes of its bodies."""
-    machine = load_machine(name)
-    file = find_machine(name)
-    yield "file", _hash_file(file)
-    yield "text", _hash_text(machine_text(machine, file.parent))
-    for number, body in enumerate(machine.bodies):
-        if isinstance(body.shape, MeshShape):
-            yield f"body.{number}", _hash_file(body.shape.file)
+            yield f"{key}.text", _hash_text(machine_text(load_machine(name), find_machine(name).parent))
 
 
 def _told(data: Mapping[str, Any]) -> str:

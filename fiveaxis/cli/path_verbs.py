@@ -232,7 +232,7 @@ def _print_outcome(outcome: Outcome) -> None:
     held = f"; none left out because of {', '.join(program.held_back)}" if program.held_back else ""
     out.print(
         f"program: {len(program.motion)} blocks for {program.locations} locations: {program.inserted} blocks "
-        "inserted, so that the ball stays on its path and the tool axis in its plane without TCP, and "
+        "inserted, so that the tool stays on its path and the tool axis in its plane without TCP, and "
         f"{program.removed} needless ones left out{held}",
         soft_wrap=True,
     )

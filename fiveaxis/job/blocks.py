@@ -71,7 +71,7 @@ class ProgramMotion:
 
     @property
     def ok(self) -> bool:
-        """Whether the program may be written: no error, and the ball on its path all along.
+        """Whether the program may be written: no error, and the tool on its path all along.
 
         A control does what the blocks say, so what is a warning for the solution's locations, the way between
         them, is an error for a program.

@@ -220,6 +220,12 @@ class Job(StrictModel):
     plan: PlanTable = PlanTable()
     program: ProgramTable = ProgramTable()
     _override_by: str = PrivateAttr("whoever called this run (--override)")
+    _file: Path | None = PrivateAttr(None)
+
+    @property
+    def file(self) -> Path | None:
+        """The file that says it; None for a job that was put together by a call."""
+        return self._file
 
     @property
     def override_by(self) -> str:
@@ -317,6 +323,7 @@ def build_job(data: dict[str, Any], text: str, path: Path, **settings: Any) -> J
         beside = {"machine": str(path.parent / written_for)}
         places["program"] = job.program.model_copy(update=beside)
     own = job.model_copy(update=places)
+    own._file = path
     own._override_by = f"the job file {path.name} (override)"
     _check_names(own, path, replaced=[name for name, value in settings.items() if value is not None])
     return make_job(own, **settings)
@@ -382,8 +389,10 @@ def make_job(base: Job | None = None, **settings: Any) -> Job:
         made = Job.model_validate(values | given)
     except ValidationError as fault:
         raise JobError(explain(fault, Job)) from None
-    if base is not None and "override" not in given:
-        made._override_by = base.override_by
+    if base is not None:
+        made._file = base.file
+        if "override" not in given:
+            made._override_by = base.override_by
     return made
 
 

@@ -33,12 +33,13 @@ from fiveaxis.job.approaching import with_way_in
 from fiveaxis.job.blocks import ProgramMotion, may_thin, program_motion
 from fiveaxis.job.clearing import Cleared, keep_clear, without_starts
 from fiveaxis.job.description import Job, require_input
+from fiveaxis.job.inputs import describe_inputs
 from fiveaxis.job.passing import Gate, make_gate
 from fiveaxis.machine import Machine, load_machine
 from fiveaxis.nc import read_toolpath, require_program
 from fiveaxis.posture import Front, Solution, find_front
 from fiveaxis.posture import optimise as optimise_postures
-from fiveaxis.report import describe_input, report_document
+from fiveaxis.report import report_document
 from fiveaxis.toolpath import Tool, Toolpath, parse_tool
 from fiveaxis.toolpath.passes import Passes
 from fiveaxis.verification import Report, Ways, verify
@@ -284,7 +285,6 @@ def run_job(
     if process is not None:
         require_cut(process, float(toolpath.feed.max()))
     # A part that can't be read is found out before the work, not after it.
-    mesh = part_of(job)
     around = load_surroundings(job)
     tell = progress or _tell_nobody
     solution, front, cleared = solve(job, toolpath, machine, progress, passes, around)
@@ -295,8 +295,7 @@ def run_job(
     ways = Ways("led", "axes")
     verdict = verify(solution.motion, machine, toolpath, **job.bounds, surroundings=around, between=ways)
     tell("verify", 1, 3)
-    files = (job.input, mesh, job.stock, *(f.file for f in job.fixture))
-    inputs = [describe_input(p) for p in dict.fromkeys(files) if p is not None]
+    inputs = describe_inputs(job)
     program = program_motion(
         solution, around, job.bounds, led=wording.coordinates != "axes", thin=job.thin and may_thin(wording)
     )

@@ -17,6 +17,7 @@ from fiveaxis.files import write_atomically
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Motion, peak_rates
 from fiveaxis.posture import Solution
+from fiveaxis.report.cutters import describe_tool
 from fiveaxis.toolpath import TiltBounds, Toolpath
 
 # What people expect to be compared with, best first; any other baseline stands in where both are missing.
@@ -51,7 +52,7 @@ def report_document(
     solution : the result with its baselines
     verdict : what verification says, as plain data: ``ok``, ``findings``, ``counts`` (by code; may count more
         than are listed), ``figures``, ``checked`` and ``not_checked`` (sentences)
-    inputs : the files that the run read, each from `describe_input`
+    inputs : the files that the run read, each from `describe_input`, with ``used_as`` where that is known
     program : the NC program's own motion, where one was worked out: ``blocks`` for how
         many ``blocks_before``, ``inserted``, ``removed`` and ``needless_kept_for`` (codes), the tolerances
         ``path_tolerance_mm`` and ``axis_tolerance_deg``, ``energy`` by posture and a ``verification`` like
@@ -84,6 +85,7 @@ def report_document(
         "solver": [stage.as_dict() for stage in solution.stages],
         "machine": _machine(solution.machine),
         "tool": str(solution.toolpath.tool),
+        "tool_in_words": describe_tool(solution.toolpath.tool),
         "tilt": _tilt(solution.tilt),
         "residuals": solution.residuals(),
         "inputs": [dict(entry) for entry in inputs],
@@ -120,7 +122,7 @@ def _verification(verdict: Mapping[str, Any], program: Mapping[str, Any] | None)
     both["figures"] = {**both["figures"], "program": second["figures"]}
     blocks = (
         f"the program's own {program['blocks']} blocks: axis limits, bounds on lean and turns, way of the "
-        "ball, ball against the part"
+        "tool, cutter against the part"
     )
     both["checked"] = [*both["checked"], blocks]
     return both

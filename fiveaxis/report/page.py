@@ -14,6 +14,7 @@ from typing import Any
 from fiveaxis.files import write_atomically
 from fiveaxis.posture import Solution
 from fiveaxis.report import tables
+from fiveaxis.report.cutters import what_stays
 from fiveaxis.report.document import main_baseline
 from fiveaxis.report.figures import axis_lines, energy_bars, spending_lines
 from fiveaxis.report.landscape import (
@@ -26,6 +27,7 @@ from fiveaxis.report.landscape import (
     surface_at,
 )
 from fiveaxis.report.maps import posture_map_png, surface_png
+from fiveaxis.report.measured import measured_table
 from fiveaxis.report.program_section import program_section
 from fiveaxis.report.setup_section import setup_section
 from fiveaxis.report.time_figures import power_lines, speed_lines
@@ -89,11 +91,10 @@ def compose_page(solution: Solution, document: Mapping[str, Any], admits: Admits
 
 def _facts(document: Mapping[str, Any]) -> str:
     machine, tilt = document["machine"], document["tilt"]
-    shape, _, diameter = document["tool"].partition(":")
     return escape(
-        f"{tables.number(document['locations'])} locations · {shape} end mill, {diameter} mm · "
+        f"{tables.number(document['locations'])} locations · {document['tool_in_words']} · "
         f"machine {machine['name']} (code {machine['code']}, axes {' '.join(machine['axes'])}) · "
-        f"tool axis {tilt['low']:g}…{tilt['high']:g}° from the {tilt['reference']}"
+        f"tool axis {tables.plain(tilt['low'])}…{tables.plain(tilt['high'])}° from the {tilt['reference']}"
     )
 
 
@@ -136,7 +137,8 @@ def _measures(document: Mapping[str, Any]) -> str:
     difference = (
         ""
         if error is None
-        else f"For the result the metric is off the integral by {100.0 * error:+.1f}{tables.THIN_SPACE}%. "
+        else "For the result the metric is off the integral by "
+        f"{tables.number(100.0 * error, 1, signed=True)}{tables.THIN_SPACE}%. "
     )
     return (
         '<p class="small">Travel metric: every axis is charged for its travel at the programmed feed '
@@ -232,13 +234,13 @@ def _surface_caption(solution: Solution, location: int) -> str:
     first, second = solution.machine.rotaries
     return (
         f"Energy of moving from axis zero to location {location}, the middle of the path, for every pair of "
-        f"{first} and {second}. The ball’s centre is held, so the contact stays (S_W, feed drives only). A "
+        f"{first} and {second}. {what_stays(solution.toolpath.tool)} (S_W, feed drives only). A "
         "move costs the change between two postures, not the height. Collisions aren’t in this map."
     )
 
 
 def _findings(document: Mapping[str, Any]) -> str:
-    measured = _scroll(tables.figure_table(document["verification"]["figures"]))
+    measured = _scroll(measured_table(document["verification"]["figures"]))
     counts = tables.count_findings(document)
     if not counts:
         return f"<p>No findings.</p>\n{measured}"
@@ -285,7 +287,7 @@ def _machine(document: Mapping[str, Any]) -> str:
 
 
 def _triple(numbers: Sequence[float]) -> str:
-    return "(" + ", ".join(f"{v:g}" for v in numbers) + ")"
+    return "(" + ", ".join(tables.plain(v) for v in numbers) + ")"
 
 
 def _figure(content: str, caption: str) -> str:

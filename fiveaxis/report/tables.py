@@ -121,11 +121,6 @@ def count_table(counts: Mapping[tuple[str, str], int]) -> str:
     return table(("severity", "code", "#places"), rows, "narrow")
 
 
-def figure_table(figures: Mapping[str, Any]) -> str:
-    """List the figures that verification measured, as they come."""
-    return table(("measured", "#value"), [(name, _value(v)) for name, v in figures.items()], "narrow")
-
-
 def solver_table(stages: Sequence[Mapping[str, Any]]) -> str:
     """List what the solver did, in order."""
     rows = [
@@ -159,8 +154,8 @@ def machine_table(figures: Sequence[Mapping[str, Any]]) -> str:
 
 def input_table(inputs: Sequence[Mapping[str, Any]]) -> str:
     """List the files that were read."""
-    rows = [(i["name"], number(i["size"]), Cell(i["sha256"], "hash")) for i in inputs]
-    return table(("file", "#bytes", "SHA-256"), rows)
+    rows = [(i["name"], i.get("used_as", ""), number(i["size"]), Cell(i["sha256"], "hash")) for i in inputs]
+    return table(("file", "used as", "#bytes", "SHA-256"), rows)
 
 
 def number(value: float | None, digits: int = 0, *, signed: bool = False) -> str:
@@ -171,6 +166,11 @@ def number(value: float | None, digits: int = 0, *, signed: bool = False) -> str
     rounded = round(value, digits) + 0.0
     text = f"{rounded:{'+' if signed and rounded else ''},.{digits}f}"
     return text.replace(",", THIN_SPACE).replace("-", MINUS)
+
+
+def plain(value: float) -> str:
+    """Write a number as short as it goes, with a true minus sign."""
+    return f"{value + 0.0:g}".replace("-", MINUS)
 
 
 def saving(share: float | None) -> str:
@@ -212,17 +212,6 @@ def _place(place: Mapping[str, Any]) -> str:
     source = f"{file}:{line}" if file and line is not None else file or (line is not None and f"line {line}")
     spot = None if location is None else f"location {location}"
     return ", ".join(part for part in (source, spot) if part)
-
-
-def _value(value: Any) -> str:
-    """Write a figure whose kind isn't known beforehand."""
-    if isinstance(value, Mapping):
-        return ", ".join(f"{k} {_value(v)}" for k, v in value.items())
-    if isinstance(value, list):
-        return ", ".join(_value(v) for v in value)
-    if isinstance(value, float):
-        return f"{value:.6g}".replace("-", MINUS)
-    return UNKNOWN if value is None else str(value)
 
 
 def _row(row: Sequence[str | Cell], looks: Sequence[str]) -> str:

@@ -66,7 +66,7 @@ def check_deviation(subject: Subject) -> Result:
 
     def message(i: int) -> str:
         return (
-            f"with all axes linear in machine coordinates the ball leaves its chord by "
+            f"with all axes linear in machine coordinates the tool's centre leaves its chord by "
             f"{deviation[rows[i]]:.3g} mm (at most {limit:g} mm); use tool centre point control or put "
             "locations closer together"
         )
@@ -78,7 +78,7 @@ def check_deviation(subject: Subject) -> Result:
         values=deviation[rows],
         message=message,
         figures={"tip_deviation_mm": largest(deviation)},
-        checked=("way of the ball centre within each cutting block, if the control has no TCP",),
+        checked=("way of the tool's centre within each cutting block, if the control has no TCP",),
     )
 
 

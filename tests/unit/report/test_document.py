@@ -30,6 +30,7 @@ KEYS = [
     "solver",
     "machine",
     "tool",
+    "tool_in_words",
     "tilt",
     "residuals",
     "inputs",
