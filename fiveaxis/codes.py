@@ -132,9 +132,7 @@ READING = {
 WRITING = {
     "feed-floor": Code(WARNING, "blocks slower than the control runs any: they go quicker than planned"),
     "feed-rounded": Code(WARNING, "blocks so slow that the decimals of F change their time"),
-    "number-assumed": Code(
-        WARNING, "a number that nobody has given, or that can't be written as given"
-    ),
+    "number-assumed": Code(WARNING, "a number that nobody has given, or that can't be written as given"),
 }
 CODES: dict[str, Code] = CHECKS | PLANNING | READING | WRITING
 

@@ -38,6 +38,7 @@ ACROSS = "the rapid move of X and Y, at the height where Z stands, to above the 
 FROM_ANYWHERE = "the rapid move of the tip to the first location, from where it stands"
 WAY_OUT = "where retract and home at the end lie, and the moves there beyond Z"
 NO_WAY_OUT = "the way out after the last location: the program ends there"
+END_OF_WAY_OUT = "the way on from the end of the lead-out: the program ends there"
 MISSING_ROOM = "the cutter is left with less than {room:g} mm of room to the part"
 
 
@@ -241,7 +242,8 @@ def _joined(
     out = [f"a lead-out of {lead_out:.3g} mm"] if lead_out > STANDSTILL else []
     out += [f"Z up {'from it ' if out else ''}{LEG}"] if way_out else []
     checked += [f"way out: {' and '.join(out)}, for gouges and collisions"] if out else []
-    left = [TURNS, ACROSS if leg else FROM_ANYWHERE, WAY_OUT if way_out else NO_WAY_OUT]
+    end = END_OF_WAY_OUT if lead_out > STANDSTILL else NO_WAY_OUT
+    left = [TURNS, ACROSS if leg else FROM_ANYWHERE, WAY_OUT if way_out else end]
     findings = sorted((*report.findings, *found), key=lambda f: SEVERITY_ORDER.index(f.severity))
     return replace(
         report,

@@ -83,6 +83,7 @@ def test_an_open_place_is_left_along_the_tool_axis(hayashi, lollipop):
     _, _, after = verified(hayashi, along_x(lollipop), box([-60, -40, -10], [60, 40, 0]))
     assert np.allclose(after.lead_out, [0.0, 0.0, 5.0, 0.0, 0.0])
     assert "way out: a lead-out of 5 mm, for gouges and collisions" in after.checked
+    assert "the way on from the end of the lead-out: the program ends there" in after.not_checked
 
 
 def test_out_from_under_a_ledge_the_tool_goes_to_the_side_and_up_from_there(hayashi, lollipop):
