@@ -17,6 +17,8 @@ from fiveaxis.errors import InputError
 if TYPE_CHECKING:
     from pydantic_core import ErrorDetails
 
+# Larger files aren't read: settings are written by hand, and the largest that have been seen are some 100 kB.
+MOST_BYTES = 10_000_000
 # Kind of a pydantic fault -> what the value must be; kinds that aren't here keep pydantic's words.
 MUST_BE = {
     **dict.fromkeys(("float_type", "float_parsing", "int_type", "int_parsing"), "a number"),
@@ -73,10 +75,18 @@ def read_document(path: Path, error: type[InputError]) -> tuple[str, dict[str, A
     Raises
     ------
     error
-        Missing file, not UTF-8, not TOML.
+        Missing file, one that is too large, not UTF-8, not TOML.
     """
     try:
-        text = path.read_text(encoding="utf-8-sig")  # editors on Windows put a mark at the start
+        with path.open("rb") as stream:
+            content = stream.read(MOST_BYTES + 1)
+        if len(content) > MOST_BYTES:
+            raise error(
+                f"holds more than {MOST_BYTES // 1_000_000} MB, the most that is read of a TOML file; is it "
+                "the one that is meant?",
+                file=path,
+            )
+        text = content.decode("utf-8-sig").replace("\r\n", "\n")  # editors on Windows put a mark at the start
     except OSError as fault:
         raise error(f"can't be read: {fault.strerror or fault}", file=path) from None
     except UnicodeDecodeError:

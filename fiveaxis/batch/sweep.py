@@ -15,12 +15,9 @@ from typing import Any
 
 from fiveaxis.errors import JobError
 from fiveaxis.job import SWEEP
+from fiveaxis.job.description import COMBINE, COMBINE_WAYS, LARGEST_SWEEP
 from fiveaxis.settings import line_of
 
-COMBINE = "combine"
-WAYS = ("product", "zip")
-# Jobs that one file may make: a list too long by mistake shouldn't keep a computer busy for a year.
-LARGEST = 10_000
 # Characters of a value in a name; what is longer is cut, and told apart by a hash.
 LONGEST_VALUE = 60
 LONGEST_NAME = 180
@@ -131,7 +128,7 @@ def _lists(table: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, lis
 
 def _combined(lists: Mapping[str, list[Any]], way: Any) -> Iterator[dict[str, Any]]:
     """Take one value of each list, as `way` says."""
-    if (way is not None or len(lists) > 1) and way not in WAYS:
+    if (way is not None or len(lists) > 1) and way not in COMBINE_WAYS:
         found = "doesn't say" if way is None else f"has {COMBINE} = {way!r} for"
         ways = f'{COMBINE} = "product" (each with each) or "zip" (first with first)'
         raise _Fault(f"{SWEEP} {found} how {', '.join(lists)} are combined; give {ways}", COMBINE)
@@ -141,8 +138,8 @@ def _combined(lists: Mapping[str, list[Any]], way: Any) -> Iterator[dict[str, An
     if zipped and len(set(lengths.values())) > 1:
         raise _Fault(f"{SWEEP} zips lists of unequal length ({shown}); give each as many values", COMBINE)
     count = min(lengths.values()) if zipped else math.prod(lengths.values())
-    if count > LARGEST:
-        raise _Fault(f"{SWEEP} makes {count} jobs ({shown}), more than {LARGEST}; take values out")
+    if count > LARGEST_SWEEP:
+        raise _Fault(f"{SWEEP} makes {count} jobs ({shown}), more than {LARGEST_SWEEP}; take values out")
     rows = zip(*lists.values(), strict=True) if zipped else itertools.product(*lists.values())
     return (dict(zip(lists, row, strict=True)) for row in rows)
 

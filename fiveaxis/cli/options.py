@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar, get_type_hints
 
 import typer
+from rich.markup import escape
 
 Verb = TypeVar("Verb", bound=Callable[..., None])
 
@@ -70,7 +71,7 @@ Part = Annotated[
 ]
 Stock = Annotated[Path | None, typer.Option("--stock", help="mesh of what the part is cut from")]
 Fixtures = Annotated[
-    Path | None, typer.Option("--fixtures", help="TOML with [[fixture]] and [clearance], as in a job")
+    Path | None, typer.Option("--fixtures", help=escape("TOML with [[fixture]] and [clearance], as in a job"))
 ]
 KeepClear = Annotated[
     bool | None,

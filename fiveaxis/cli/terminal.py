@@ -22,6 +22,8 @@ from fiveaxis.errors import FiveAxisError, Infeasible, SettingError, Unverified
 INTERRUPTED = 130
 # A pipe or a log has no width of its own; tables need more than the usual 80.
 out = Console(width=None if sys.stdout.isatty() else 140, emoji=False)
+# Findings of an error that are printed one by one.
+MOST_PLACES = 20
 # Progress and notes, which -q silences; and what nothing does.
 err = Console(stderr=True, highlight=False, soft_wrap=True, emoji=False)
 alarm = Console(stderr=True, highlight=False, soft_wrap=True, emoji=False)
@@ -36,8 +38,10 @@ def errors_explained(as_json: bool) -> Iterator[list[Path]]:
     except FiveAxisError as fault:
         findings = fault.findings if isinstance(fault, Infeasible | Unverified) else ()
         alarm.print(f"[bold red]error:[/] {escape(str(fault))}")
-        for finding in findings:
+        for finding in findings[:MOST_PLACES]:
             alarm.print(f"  {finding}", markup=False)
+        if len(findings) > MOST_PLACES:
+            alarm.print(f"  and {len(findings) - MOST_PLACES} more places; --json lists all {len(findings)}")
         if as_json:
             print_json({"error": str(fault), "findings": [f.as_dict() for f in findings]})
         raise typer.Exit(fault.exit_code) from None

@@ -58,16 +58,16 @@ class Fixture:
 class BoxSides(StrictModel):
     """A box along the axes of the workpiece frame."""
 
-    size: tuple[Positive, Positive, Positive] = Field(description="mm")
-    center: Triple = Field((0.0, 0.0, 0.0), description="mm, workpiece frame")
+    size: tuple[Positive, Positive, Positive] = Field(description="sides along X, Y and Z, mm")
+    center: Triple = Field((0.0, 0.0, 0.0), description="its middle in the workpiece frame, mm")
 
 
 class CylinderSides(StrictModel):
     """A cylinder."""
 
-    radius: float = Field(gt=0.0, description="mm")
-    height: float = Field(gt=0.0, description="mm")
-    center: Triple = Field((0.0, 0.0, 0.0), description="mm, middle of its axis, workpiece frame")
+    radius: float = Field(gt=0.0, description="half its diameter, mm")
+    height: float = Field(gt=0.0, description="length along its axis, mm")
+    center: Triple = Field((0.0, 0.0, 0.0), description="the middle of its axis in the workpiece frame, mm")
     direction: Triple = (0.0, 0.0, 1.0)
 
     @model_validator(mode="after")

@@ -14,6 +14,10 @@ from fiveaxis.files import MOST_MESH_BYTES, require_size
 if TYPE_CHECKING:
     import trimesh
 
+# Bytes of a binary STL: its head, of which the last four are the number of triangles, and one of these.
+STL_HEAD, STL_TRIANGLE = 84, 50
+DAMAGED = "it is damaged, cut off, or of another format; export it anew"
+
 logger = logging.getLogger(__name__)
 
 SUFFIXES = (".stl", ".ply", ".obj", ".off")
@@ -96,14 +100,44 @@ def _parse(file: Path) -> trimesh.Trimesh:
     import trimesh
     from trimesh.exchange.stl import HeaderError
 
+    if file.suffix.lower() == ".stl":
+        _require_whole(file)
     try:
         # Without processing, so that vertices that aren't numbers are seen and not silently dropped.
         return trimesh.load_mesh(file, process=False)
     except ImportError:
         # trimesh guesses the encoding of text that isn't UTF-8 with a library that is not needed otherwise.
         raise MeshError(f"can't be read as {file.suffix}: its text isn't UTF-8", file=file) from None
-    except (ValueError, LookupError, TypeError, OSError, HeaderError) as fault:
-        raise MeshError(f"can't be read as {file.suffix}: {fault}", file=file) from None
+    except OSError as fault:
+        raise MeshError(f"can't be read: {fault.strerror or fault}", file=file) from None
+    except MemoryError:
+        raise MeshError(f"can't be read as {file.suffix}: {DAMAGED}", file=file) from None
+    except (ValueError, LookupError, TypeError, ArithmeticError, HeaderError):
+        # The parser's own words are about its arrays, and help nobody.
+        raise MeshError(f"can't be read as {file.suffix}: {DAMAGED}", file=file) from None
+
+
+def _require_whole(file: Path) -> None:
+    """Refuse a binary STL that ends before its last triangle.
+
+    Raises
+    ------
+    MeshError
+        It was cut off.
+    """
+    with file.open("rb") as stream:
+        head = stream.read(STL_HEAD)
+    size = file.stat().st_size
+    # Text has no zero bytes; one that begins with "solid" may be binary all the same.
+    if len(head) < STL_HEAD or b"\0" not in head:
+        return
+    told = int.from_bytes(head[-4:], "little")
+    whole = (size - STL_HEAD) // STL_TRIANGLE
+    if told > whole:
+        raise MeshError(
+            f"is cut off: its head tells of {told} triangles, and {whole} are there; copy or export it anew",
+            file=file,
+        )
 
 
 def _turn_outward(mesh: trimesh.Trimesh) -> None:

@@ -36,6 +36,14 @@ if TYPE_CHECKING:
 LEANING = ("tilt", "cone", "lead", "lean", "plane")
 # Locations without a posture of which it is worked out what blocks them.
 MOST_EXPLAINED = 20
+# What the optimiser says of a mask, and what that is where the mask stands for collisions.
+BODIES_FOR_MASK = {
+    "posture in sequence that the mask admits": "posture in sequence that is clear of collisions",
+    "the mask admits postures here, but": "some postures are clear of collisions here, but",
+    "the mask refuses each of": "tool, holder or machine collide in each of",
+    "or change what the mask stands for": "give the tool more stick-out or a thinner holder, or move part or "
+    "fixtures",
+}
 logger = logging.getLogger(__name__)
 
 # How often a path that collides on the way is tightened there and searched again.
@@ -214,7 +222,18 @@ def _explained(fault: Infeasible, admits: Accessibility, options: Mapping[str, A
         said = ", ".join(f"{pair} in {100.0 * share:.0f} %" for pair, share in shares.items())
         more = f"; of the directions that the tool's lean admits, these collide: {said}" if said else ""
         findings.append(replace(finding, message=finding.message + more))
-    return Infeasible(str(fault), findings)
+    if options.get("mask") is not None:
+        return Infeasible(str(fault), findings)
+    # Nobody gave a mask: what was given are a holder and what stands around.
+    told = [replace(finding, message=_without_mask(finding.message)) for finding in findings]
+    return Infeasible(_without_mask(str(fault)), told)
+
+
+def _without_mask(text: str) -> str:
+    """Say what our own mask stands for, in place of its name."""
+    for of_mask, of_bodies in BODIES_FOR_MASK.items():
+        text = text.replace(of_mask, of_bodies)
+    return text
 
 
 def colliding_rows(solution: Solution, around: Surroundings) -> IntArray:

@@ -31,6 +31,10 @@ from fiveaxis.toolpath import parse_tool, require_range
 TOOL_FILE = ".toml"
 # Table that makes many jobs of one file (`fiveaxis.batch`).
 SWEEP = "sweep"
+# How several lists of a sweep are combined, and how many jobs one file may make: a list too long by mistake
+# shouldn't keep a computer busy for a year.
+COMBINE, COMBINE_WAYS = "combine", ("product", "zip")
+LARGEST_SWEEP = 10_000
 
 # What of a setup the optimiser may choose.
 SEARCHED = ("x", "y", "z", "angle")
@@ -139,7 +143,7 @@ class FactorsTable(StrictModel):
 
     price: float | None = Field(None, ge=0.0, description="of 1 kWh, in the currency")
     currency: str = Field("EUR", description="of the price")
-    co2: float | None = Field(None, ge=0.0, description="kg of CO2 per kWh")
+    co2: float | None = Field(None, ge=0.0, description="emission of the electricity, kg of CO2 per kWh")
     source: str = Field(min_length=1, description="where price and factor come from")
 
 

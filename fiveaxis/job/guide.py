@@ -16,7 +16,7 @@ from pydantic_core import PydanticUndefined
 
 from fiveaxis.errors import SettingError
 from fiveaxis.files import write_atomically
-from fiveaxis.job.description import Job
+from fiveaxis.job.description import COMBINE, COMBINE_WAYS, LARGEST_SWEEP, SWEEP, Job
 
 # What a description says about the unit, between commas: the longest first.
 _UNIT = re.compile(
@@ -85,6 +85,13 @@ EXAMPLES: Mapping[str, Any] = {
     "setup.search.z": [0, 50],
     "setup.search.angle": [-180, 180],
 }
+# What a sweep looks like; a file with one is for `fiveaxis batch` alone.
+SWEEP_EXAMPLE = (
+    f"[{SWEEP}]",
+    f'{COMBINE} = "product"',
+    "tilt = [[15, 75], [30, 60]]",
+    '"setup.offset" = [[0, 0, 0], [0, 0, 50]]',
+)
 # Tables of which a list holds one kind each: the example shows one of the kinds.
 LEFT_OUT = ("fixture.cylinder", "fixture.mesh", "fixture.scale", "fixture.box.size", "fixture.box.center")
 
@@ -138,7 +145,39 @@ def list_entries(model: type[BaseModel] = Job, above: str = "") -> list[Entry]:
         if entry.is_table
         for part in (entry, *list_entries(_models_in(field.annotation)[0], entry.key))
     ]
-    return [*plain, *tables]
+    return [*plain, *tables, *(_sweep_entries() if model is Job else ())]
+
+
+def _sweep_entries() -> list[Entry]:
+    """Tell the table that makes many jobs of a file; it varies the job's fields and isn't one of them."""
+    ways = " | ".join(json.dumps(way) for way in COMBINE_WAYS)
+    return [
+        Entry(
+            SWEEP,
+            "table",
+            "",
+            "",
+            f"Many jobs of one file, {LARGEST_SWEEP} at most, for `fiveaxis batch`: fields of a job, each "
+            "with a list of values",
+            is_table=True,
+        ),
+        Entry(
+            f"{SWEEP}.{COMBINE}",
+            ways,
+            "",
+            "",
+            "how several lists are combined: each value with each, or the first with the first and so on; "
+            "must be given where there are several",
+        ),
+        Entry(
+            f"{SWEEP}.KEY",
+            "list of values",
+            "",
+            "",
+            "any field of a job by its key, one job for each value; one of a table with a dot and in quotes, "
+            '"setup.offset"',
+        ),
+    ]
 
 
 def write_starter(path: Path) -> Path:
@@ -173,6 +212,10 @@ def _starter_lines() -> Iterator[str]:
             continue
         if entry.is_table and entry.key not in EXAMPLES:
             yield f"\n# {entry.description}" if entry.description else ""
+            if entry.key == SWEEP:
+                yield "# The whole file is for a batch then:"
+                yield from (f"#   {line}" for line in SWEEP_EXAMPLE)
+                return
             yield f"# [[{entry.key}]]" if entry.is_list else f"# [{entry.key}]"
             continue
         name, value = entry.key.rpartition(".")[2], _shown_value(entry)

@@ -9,11 +9,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import trimesh
 
 from fiveaxis import files
 from fiveaxis.contour.mesh import load_mesh
-from fiveaxis.errors import JobError, MeshError, ToolpathError
+from fiveaxis.errors import JobError, MachineError, MeshError, ToolpathError
 from fiveaxis.job import make_job, read_job, run_job, write_outcome
+from fiveaxis.machine import load_machine
 from fiveaxis.nc import source
 from fiveaxis.nc.source import load_source
 
@@ -111,3 +113,24 @@ def test_a_mesh_too_large_to_read_is_refused_before_it_is_read(tmp_path):
         stream.truncate(files.MOST_MESH_BYTES + 1)  # takes no room on the disk
     with pytest.raises(MeshError, match=r"huge\.stl: holds more than 1000 MB, the most that is read"):
         load_mesh(path)
+
+
+def test_settings_too_large_to_read_are_refused_with_the_limit(tmp_path):
+    path = tmp_path / "huge.toml"
+    with path.open("wb") as stream:
+        stream.truncate(8_000_000_000)  # takes no room on the disk
+    with pytest.raises(MachineError, match=r"huge\.toml: holds more than 10 MB, the most"):
+        load_machine(str(path))
+
+
+def test_a_mesh_that_was_cut_off_or_tells_of_more_than_it_holds_says_what_to_do(tmp_path):
+    whole = trimesh.creation.box((1, 1, 1)).export(file_type="stl")
+    cut, off = tmp_path / "cut.stl", tmp_path / "lies.off"
+    cut.write_bytes(whole[:300])
+    with pytest.raises(
+        MeshError, match=r"its head tells of 12 triangles, and 4 are there; copy or export it"
+    ):
+        load_mesh(cut)
+    off.write_text("OFF\n2000000000 1 0\n0 0 0\n3 0 1 2\n")
+    with pytest.raises(MeshError, match=r"it is damaged, cut off, or of another format; export it anew"):
+        load_mesh(off)

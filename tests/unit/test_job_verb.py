@@ -12,6 +12,7 @@ import pytest
 import trimesh
 from typer.testing import CliRunner
 
+from fiveaxis.batch.sweep import read_sweep
 from fiveaxis.cli import app
 from fiveaxis.errors import SettingError
 from fiveaxis.job.description import Job, read_job
@@ -59,6 +60,24 @@ def test_a_field_is_told_with_kind_unit_default_and_bounds():
     assert found["input"]["default"] is None
     assert found["effort"]["type"] == '"quick" | "normal" | "thorough"'
     assert found["tilt"]["type"] == "[number, number]"
+
+
+def test_a_sweep_is_explained_and_shown_in_a_new_file(tmp_path):
+    told = {entry.key: entry for entry in list_entries()}
+    assert "10000 at most" in told["sweep"].description
+    assert told["sweep.combine"].kind == '"product" | "zip"'
+    assert "setup.offset" in told["sweep.KEY"].description
+    shown = starter_text().partition("# The whole file is for a batch then:\n")[2]
+    text = "".join(line.removeprefix("#   ") + "\n" for line in shown.splitlines())
+    variants = read_sweep(tomllib.loads(text), text, tmp_path / "job.toml")
+    assert len(variants) == 4
+
+
+def test_no_field_is_told_by_its_unit_alone():
+    told = {entry.key: entry.description for entry in list_entries()}
+    assert told["factors.co2"] == "emission of the electricity"
+    assert told["fixture.box.size"] == "sides along X, Y and Z"
+    assert told["nc.spindle_rpm"] != told["nc.spindle_direction"]
 
 
 def test_explain_as_json_is_one_document_on_stdout():

@@ -21,7 +21,8 @@ class ProgramSettings(StrictModel):
     number : of the program, for controls that number it
     tool_number : the tool is changed for this one
     length_offset : number of the tool's length (H); the tool's number where none is given
-    spindle_rpm, spindle_direction : speed, rev/min, and sense, seen along the tool from the spindle
+    spindle_rpm : speed of the spindle, rev/min
+    spindle_direction : the way it turns, seen along the tool from the spindle
     coolant : a name that the control knows
     work_offset : a word that the control knows, ``G55``; its usual one where none is given
     line_numbers : step of block numbers

@@ -5,9 +5,10 @@ from pathlib import Path
 
 import pytest
 
-from fiveaxis.batch.sweep import LARGEST, Variant, read_sweep
+from fiveaxis.batch.sweep import Variant, read_sweep
 from fiveaxis.errors import JobError
 from fiveaxis.job import read_job
+from fiveaxis.job.description import LARGEST_SWEEP
 
 FILE = Path("cup.toml")
 
@@ -86,7 +87,7 @@ def test_names_are_names_of_one_folder_whatever_the_values_are():
         ('[sweep]\ncombine = "zip"\ncone = [1, 2]\nfeed = [2]\n', 2, "unequal length (cone 2, feed 1)"),
         ("[sweep]\ncone = [20, 20.0]\n", 1, "two jobs of the name 'cone=20'"),
         ('[sweep]\nmachine = ["a", "A"]\n', 1, "two jobs of the name"),
-        (f"[sweep]\ncone = {list(range(LARGEST + 1))}\n", 1, f"makes {LARGEST + 1} jobs"),
+        (f"[sweep]\ncone = {list(range(LARGEST_SWEEP + 1))}\n", 1, f"makes {LARGEST_SWEEP + 1} jobs"),
     ],
 )
 def test_a_wrong_sweep_is_reported_on_its_line(text, line, message):
