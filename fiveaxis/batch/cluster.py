@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import asyncio
 import logging
 import os
 import signal
 import sys
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Any
 
@@ -52,7 +54,9 @@ def open_client(scheduler: str | None, workers: int) -> Iterator[Client]:
     from distributed import Client, LocalCluster
 
     if scheduler is not None:
-        with _quiet(), _connected(Client, scheduler) as client:
+        with _quiet(), _answering(scheduler):
+            there = Client(scheduler, timeout=ANSWER, set_as_default=False)
+        with _quiet(), there as client:
             _look_for_workers(client, scheduler)
             yield client
         return
@@ -135,23 +139,28 @@ def require_scheduler(scheduler: str) -> None:
     SettingError
         No scheduler at that address.
     """
-    from distributed import Client
-
-    with _quiet(), _connected(Client, scheduler):
-        pass
+    # A client that isn't answered would say so once more, with a traceback, when it is thrown away.
+    with _quiet(), ThreadPoolExecutor(1) as aside, _answering(scheduler):
+        aside.submit(asyncio.run, _ask(scheduler)).result()
 
 
 @contextmanager
-def _connected(client_class: Any, scheduler: str) -> Iterator[Client]:
+def _answering(scheduler: str) -> Iterator[None]:
     try:
-        client = client_class(scheduler, timeout=ANSWER, set_as_default=False)
-    except (OSError, ValueError) as fault:  # a time-out is an OSError, an address without port a ValueError
+        yield
+    # An address without a port is a ValueError; what isn't a scheduler may tell an enormous length.
+    except (OSError, ValueError, MemoryError) as fault:
         raise SettingError(
             f"no scheduler answers at {scheduler} ({fault}); start one with `dask scheduler`, or leave "
             "--scheduler out"
         ) from None
-    with client:
-        yield client
+
+
+async def _ask(scheduler: str) -> None:
+    from distributed import rpc
+
+    async with rpc(scheduler, timeout=ANSWER) as far:
+        await asyncio.wait_for(far.identity(), ANSWER)
 
 
 def count_cores() -> int:

@@ -9,9 +9,10 @@ import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from dataclasses import replace
 from pathlib import Path
 
-from fiveaxis.batch.record import Row
+from fiveaxis.batch.record import Row, Status
 from fiveaxis.errors import SettingError
 from fiveaxis.files import write_atomically
 
@@ -63,7 +64,8 @@ class Ledger:
     def record(self, *rows: Row) -> None:
         """Put rows in, in place of older ones of their names, and write both files.
 
-        What an older row lists and its new one doesn't is taken out of the job's folder.
+        What an older row lists and its new one doesn't is taken out of the job's folder. A job whose input is
+        wrong keeps what its last run left, and the row of that, which counts again once the input is right.
 
         Raises
         ------
@@ -71,14 +73,25 @@ class Ledger:
             They can't be written.
         """
         for row in rows:
-            self._clear(row)
-        self.rows |= {row.name: row for row in rows}
+            if row.status is Status.WRONG_INPUT:
+                last = self._last(row.name)
+                self.rows[row.name] = replace(row, before=None if last is None else last.as_dict())
+            else:
+                self._clear(row)
+                self.rows[row.name] = row
         self.rows = dict(sorted(self.rows.items()))
         write_atomically(self.folder / LINES, "".join(_line(row) for row in self.rows.values()))
         write_atomically(self.folder / TABLE, _table(list(self.rows.values())))
 
+    def _last(self, name: str) -> Row | None:
+        """Give the row of a job's last run, if there was one."""
+        row = self.rows.get(name)
+        if row is None or row.status is not Status.WRONG_INPUT:
+            return row
+        return None if row.before is None else Row.from_dict(row.before)
+
     def _clear(self, row: Row) -> None:
-        before = self.rows.get(row.name, row)
+        before = self._last(row.name) or row
         with suppress(OSError, SettingError):  # a file that stays is no reason to lose the row
             own = own_folder(self.folder, row.name)
             for file in set(before.files) - set(row.files):
@@ -92,7 +105,7 @@ class Ledger:
         ----------
         name, digest : of the job, as it is now
         """
-        row = self.rows.get(name)
+        row = self._last(name)
         if row is None or row.digest != digest or not row.status.is_final:
             return None
         return row if all((self.folder / name / file).is_file() for file in row.files) else None

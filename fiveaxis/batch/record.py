@@ -71,6 +71,7 @@ class Row:
     errors, warnings, counts : findings by severity and by code
     findings : of a job without posture, the first `LISTED`
     files : what it left in its folder
+    before : row of its last run, as plain data, while its input is wrong: what that left stays
     """
 
     name: str
@@ -93,6 +94,7 @@ class Row:
     counts: Mapping[str, int] = field(default_factory=dict)
     findings: Sequence[Mapping[str, Any]] = ()
     files: Sequence[str] = ()
+    before: Mapping[str, Any] | None = None
 
     def as_dict(self) -> dict[str, Any]:
         """Return the row as plain data for JSON."""

@@ -17,7 +17,7 @@ from fiveaxis.batch.comparison import Comparison, write_comparison
 from fiveaxis.batch.ledger import Ledger, locked
 from fiveaxis.batch.record import Row, Status, worst
 from fiveaxis.batch.tasks import Planned, Task, plan_tasks
-from fiveaxis.batch.worker import clear_program, run_remotely, sweep_up
+from fiveaxis.batch.worker import run_remotely, sweep_up
 from fiveaxis.errors import LostScheduler, SettingError
 from fiveaxis.job import require_folder
 
@@ -136,9 +136,8 @@ def run_batch(
         for row in done.values():
             listener(Event(row.name, "done", row, again=True))
         for row in planned.faults:
-            clear_program(place, row.name)
             listener(Event(row.name, "done", row))
-        ledger.record(*planned.faults)
+        ledger.record(*done.values(), *planned.faults)
         missing = [task for name, task in planned.tasks.items() if name not in done]
         figures = len(done), len(planned.faults), len(missing)
         logger.info("%d jobs done before, %d that can't be read, %d to run", *figures)

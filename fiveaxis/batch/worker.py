@@ -15,7 +15,7 @@ from typing import Any
 
 from fiveaxis import __version__
 from fiveaxis.batch.ledger import own_folder
-from fiveaxis.batch.record import Row, row_of, row_of_fault
+from fiveaxis.batch.record import Row, Status, row_of, row_of_fault
 from fiveaxis.batch.tasks import Task
 from fiveaxis.errors import FiveAxisError, SettingError
 from fiveaxis.job import run_job, write_outcome
@@ -69,7 +69,8 @@ def run_task(task: Task, folder: Path, tell: Tell | None = None) -> Row:
         row = row_of(task.blank, outcome, write_outcome(outcome, own))
     except Exception as fault:  # one job's fault, of whatever kind, mustn't cost the others
         row = row_of_fault(task.blank, fault)
-        clear_program(folder, task.name)
+        if row.status is not Status.WRONG_INPUT:
+            clear_program(folder, task.name)
     # What changed while it was at work isn't what was asked for: without a hash the job runs again.
     return replace(row, digest=digest if digest and _digest(task) == digest else "")
 

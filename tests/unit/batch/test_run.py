@@ -95,9 +95,36 @@ def test_a_job_that_fails_now_has_no_program_of_an_earlier_run(jobs, pretended, 
     pretended.faults = {"path_a.csv": infeasible()}
     run_batch(jobs[:1], tmp_path / "out", workers=1)
     assert not (tmp_path / "out" / "a").exists()
-    jobs[0].write_text("input = 3")
-    run_batch(jobs[:1], tmp_path / "out", workers=1)
-    assert not (tmp_path / "out" / "a").exists()
+
+
+def test_a_slip_in_a_job_file_costs_nothing_that_was_done(jobs, pretended, tmp_path):
+    out = tmp_path / "out"
+    first = run_batch(jobs[:1], out, workers=1)
+    kept = {file.name: file.read_bytes() for file in (out / "a").iterdir()}
+    right = jobs[0].read_text()
+    pretended.ran.clear()
+    for wrong in ("input = 3", "tlit = [15, 75]\n" + right):
+        jobs[0].write_text(wrong)
+        slipped = run_batch(jobs[:1], out, workers=1)
+        assert [row.status for row in slipped.rows] == [Status.WRONG_INPUT]
+        assert {file.name: file.read_bytes() for file in (out / "a").iterdir()} == kept
+    jobs[0].write_text(right)
+    again = run_batch(jobs[:1], out, workers=1)
+    assert (pretended.ran, again.resumed, again.rows) == ([], {"a"}, first.rows)
+    (line,) = (out / LINES).read_text().splitlines()
+    assert json.loads(line)["status"] == "fine"
+
+
+def test_an_input_that_is_away_for_a_moment_costs_nothing_that_was_done(jobs, pretended, tmp_path):
+    out = tmp_path / "out"
+    run_batch(jobs[:1], out, workers=1)
+    kept = {file.name: file.read_bytes() for file in (out / "a").iterdir()}
+    path = jobs[0].with_name("path_a.csv")
+    path.rename(path.with_suffix(".away"))
+    assert [row.status for row in run_batch(jobs[:1], out, workers=1).rows] == [Status.WRONG_INPUT]
+    assert {file.name: file.read_bytes() for file in (out / "a").iterdir()} == kept
+    path.with_suffix(".away").rename(path)
+    assert run_batch(jobs[:1], out, workers=1).resumed == {"a"}
 
 
 def test_the_files_are_the_same_whatever_the_number_of_workers_and_the_order(jobs, pretended, tmp_path):
