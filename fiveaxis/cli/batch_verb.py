@@ -12,7 +12,7 @@ import typer
 from rich.console import Console
 from rich.live import Live
 from rich.markup import escape
-from rich.table import Table
+from rich.table import Column, Table
 
 from fiveaxis.cli.options import AsJson
 from fiveaxis.cli.terminal import INTERRUPTED, err, errors_explained, out, print_json
@@ -136,11 +136,15 @@ def _coloured(row: Row) -> str:
 
 
 def _print_batch(done: Batch) -> None:
-    table = Table("job", "state", "J", "saved", "s", "error", box=None)
+    # Names of a sweep differ at their ends, so none is cut; errors are too long for a column.
+    table = Table(Column("job", overflow="fold"), "state", "J", "saved", "s", box=None)
     for row in done.rows:
-        table.add_row(escape(row.name), _coloured(row), *_figures(row), escape(row.message))
+        table.add_row(escape(row.name), _coloured(row), *_figures(row))
     out.print("travel metric of the feed drives (no base load), and what is saved of the baseline's")
     out.print(table)
+    for row in done.rows:
+        if row.message:
+            out.print(f"{row.name}: {row.message}", markup=False, soft_wrap=True)
     for comparison in done.comparisons:
         _print_comparison(comparison)
     states = {row.status: sum(other.status is row.status for other in done.rows) for row in done.rows}
