@@ -13,6 +13,7 @@ import typer
 from rich.markup import escape
 from rich.table import Table
 
+from fiveaxis.cli.first_run import tell_first_run
 from fiveaxis.cli.options import (
     PLANNING,
     POSTURE,
@@ -181,7 +182,9 @@ def _program(options: Mapping[str, Any]) -> dict[str, Any]:
 
 def _run(job: Job) -> Outcome:
     from fiveaxis.job import run_job
+    from fiveaxis.posture.kernel import relax_layer
 
+    tell_first_run(relax_layer, err)
     started = time.perf_counter()
     outcome = work_with_bars(partial(run_job, job), err)
     err.print(f"done in {time.perf_counter() - started:.1f} s")

@@ -15,6 +15,8 @@ CAMERA = (1.75, 1.05, 1.75)  # x, up, -y
 RIGHT = np.array([1.0, 1.0, 0.0]) / np.sqrt(2.0)
 # Side by side: from one to the other, sizes of the scene; and at what share of its size.
 GAP, SMALLER = 1.35, 0.62
+# How far to the right of the view's middle the scene stands alone, of its size: the legend is on the left.
+ASIDE = 0.5
 # How much farther away the scene is seen with the machine. If all that a machine sweeps, seen from the part,
 # were in view, nothing would be left of the part.
 STEP_BACK = 4.0
@@ -39,8 +41,9 @@ class Layout:
         return replace(self, size=STEP_BACK * self.size)
 
     def together(self) -> Array:
-        """Scale the scene to the view, its middle in the middle, (4, 4)."""
-        return self._shown(SHOWN_SIZE / self.size, (self.low + self.high) / 2.0)
+        """Scale the scene to the view, (4, 4), its middle to the right: no legend is there."""
+        aside = ASIDE * self.size * RIGHT
+        return self._shown(SHOWN_SIZE / self.size, (self.low + self.high) / 2.0 - aside)
 
     def apart(self) -> Array:
         """Scale the scene so that the result and a baseline, shifted by `shift`, are in view, (4, 4)."""

@@ -21,7 +21,10 @@ if TYPE_CHECKING:
 MOST_LISTED = 100
 # Marks the box of what is shown a second time beside the baseline.
 COPIED = ' data-copied="yes"'
-SPEEDS = (0.1, 0.25, 0.5, 1, 2, 5, 10)
+# Speeds of the show to choose from, of the programmed one.
+SPEEDS = (0.1, 0.25, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
+# No speed is offered that is this many times as fast, or as slow, as the one that the show begins with.
+RANGE = 10.0
 
 
 def title_of(solution: Solution) -> str:
@@ -44,16 +47,23 @@ def make_legend(solution: Solution, scene: Scene, findings: Sequence[Finding]) -
     return '<div id="legend">' + "\n".join(lines) + "</div>"
 
 
-def make_controls() -> str:
-    """Make the bar below the scene: play and pause, the slider of the clock, the speed, as HTML."""
+def make_controls(pace: float) -> str:
+    """Make the bar below the scene: play and pause, the slider of the clock, the speed, as HTML.
+
+    Parameters
+    ----------
+    pace : machine seconds in one second of the show, as it begins; speeds are named by those of the machine
+    """
+    offered = sorted({pace, *(s for s in SPEEDS if pace / RANGE <= s <= pace * RANGE or s == 1.0)})
     speeds = "".join(
-        f'<option value="{speed:g}"{" selected" if speed == 1 else ""}>{speed:g}×</option>'
-        for speed in SPEEDS
+        f'<option value="{speed / pace:.6g}"{" selected" if speed == pace else ""}>{speed:.3g}×</option>'
+        for speed in offered
     )
     return (
         '<div id="controls"><button id="play" type="button">pause</button>'
         '<input id="time" type="range" min="0" max="1" step="any" value="0" aria-label="time">'
-        f'<select id="speed" aria-label="speed">{speeds}</select><span id="clock"></span></div>'
+        f'<select id="speed" aria-label="speed, of the programmed one" title="of the programmed speed">'
+        f'{speeds}</select><span id="clock"></span></div>'
     )
 
 
@@ -103,7 +113,7 @@ def _remarks(solution: Solution, scene: Scene) -> list[str]:
     said = []
     pace = scene.sides[0].frames.pace
     if round(pace, 1) > 1.0:
-        said.append(f"tool shown {pace:.1f} times as fast as programmed")
+        said.append(f"tool shown {pace:.3g} times as fast as programmed at first")
     if scene.fixtures:
         said.append("fixtures: " + ", ".join(scene.fixtures))
     if solution.toolpath.tool.holder is None:

@@ -89,7 +89,7 @@ def render_page(
             f"<style>\n{_text(here.with_name('preview.css'))}</style>\n</head>\n<body>",
             '<div id="meshcat-pane"></div>',
             make_legend(solution, scene, findings),
-            make_controls(),
+            make_controls(scene.sides[0].frames.pace),
             '<div id="fault" role="alert" hidden></div>',
             f'<script type="text/plain" id="licences">\n{_text(licence)}\n</script>',
             f'<script type="text/plain" id="scene">\n{pack_payload(recorder.commands, describe_show(scene))}',

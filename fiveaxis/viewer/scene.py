@@ -11,6 +11,8 @@ import numpy as np
 
 from fiveaxis.collision import Surroundings
 from fiveaxis.findings import Finding
+from fiveaxis.geometry import Array
+from fiveaxis.kinematics import tool_poses
 from fiveaxis.viewer.around import add_part, add_surroundings, gather
 from fiveaxis.viewer.bodies import add_bodies, body_nodes, move_links
 from fiveaxis.viewer.layout import CAMERA, Layout
@@ -18,6 +20,7 @@ from fiveaxis.viewer.library import identify, load_meshcat
 from fiveaxis.viewer.lines import add_paths, shown_points
 from fiveaxis.viewer.marks import add_marks
 from fiveaxis.viewer.sides import Side, choose_sides
+from fiveaxis.viewer.solids import corners
 from fiveaxis.viewer.tool_motion import KeyFrames, Poses, make_animation
 from fiveaxis.viewer.tools import add_tools
 
@@ -27,7 +30,9 @@ if TYPE_CHECKING:
     from fiveaxis.posture.solution import Solution
 
 ROOT = "fiveaxis"
-# Radius of a finding's mark, share of the scene's size.
+# How much larger than the part the scene with all that stands around it may be shown.
+AROUND = 1.4
+# Radius of a finding's mark, share of the path's size.
 MARK = 0.018
 BACKGROUND = ((0.16, 0.18, 0.22), (0.09, 0.10, 0.12))
 
@@ -87,12 +92,12 @@ def build_scene(
     """
     mesh, around = gather(part, surroundings)
     sides = choose_sides(solution)
-    layout = _set_stage(vis, solution, mesh)
+    layout = _set_stage(vis, solution, mesh, _around_part(solution, around, sides))
     if mesh is not None:
         add_part(vis, ROOT, mesh)
     add_surroundings(vis, ROOT, around)
     top = add_paths(vis, ROOT, solution.machine, sides)
-    marked = add_marks(vis, ROOT, findings, shown_points(solution.toolpath), MARK * layout.size)
+    marked = add_marks(vis, ROOT, findings, shown_points(solution.toolpath), MARK * _path_size(solution))
     _set_moving(vis, solution, sides)
     shared = ["part"] * (mesh is not None) + ["stock"] * (around.stock is not None)
     shared += [f"fixtures/{i}" for i in range(len(around.fixtures))]
@@ -126,11 +131,42 @@ def _set_moving(vis: Any, solution: Solution, sides: Sequence[Side]) -> None:
         vis[f"{ROOT}/{side.node}"].set_property("visible", False)
 
 
-def _set_stage(vis: Any, solution: Solution, mesh: trimesh.Trimesh | None) -> Layout:
-    """Scale the scene to the viewer, aim the camera, replace grid and axes."""
+def _path_size(solution: Solution) -> float:
+    """Give the longest side of a box around the path, mm; a short path's tool is larger."""
+    sides = np.ptp(solution.toolpath.pivot, axis=0)
+    return max(float(sides.max()), solution.toolpath.tool.diameter)
+
+
+def _around_part(solution: Solution, around: Surroundings, sides: Sequence[Side]) -> Array:
+    """Give points, (p, 3) mm, of what the first view holds beside the part: fixtures, tools at the start.
+
+    Raises
+    ------
+    MeshError
+        A fixture's mesh can't be read.
+    """
+    # A shank that nobody has given may leave the view, as long as it is drawn.
+    height = max(float(part.outline[-1, 1]) for part in solution.toolpath.tool.parts())
+    points = [corners(fixture.shape) for fixture in around.fixtures]
+    for side in sides:
+        tip, axis = tool_poses(solution.machine, side.motion.positions[side.frames.rows[:1]])
+        points += [tip, tip + height * axis]
+    return np.vstack(points)
+
+
+def _set_stage(vis: Any, solution: Solution, mesh: trimesh.Trimesh | None, others: Array) -> Layout:
+    """Scale the scene to the viewer, aim the camera, replace grid and axes.
+
+    Parameters
+    ----------
+    others : (p, 3), mm, what is in view beside part and path
+    """
     points = solution.toolpath.pivot if mesh is None else np.vstack([solution.toolpath.pivot, mesh.vertices])
+    own = max(float(np.ptp(points, axis=0).max()), solution.toolpath.tool.diameter)
+    points = np.vstack([points, others])
     low, high = points.min(axis=0), points.max(axis=0)
-    layout = Layout(low, high, max(float((high - low).max()), solution.toolpath.tool.diameter))
+    # What stands around may come nearer to the edges of the view than the part does.
+    layout = Layout(low, high, max(own, float((high - low).max()) / AROUND))
     vis[ROOT].set_transform(layout.together())
     for name in ("/Grid", "/Axes"):
         vis[name].set_property("visible", False)

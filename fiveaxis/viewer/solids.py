@@ -53,6 +53,27 @@ def place(shape: Shape) -> Array:
     return shape.frame @ UPRIGHT if isinstance(shape, Cylinder) else shape.frame
 
 
+def corners(shape: Shape) -> Array:
+    """Give the corners, (8, 3) mm, of a box around a shape, along the axes of its own frame.
+
+    Raises
+    ------
+    MeshError
+        The mesh can't be read.
+    """
+    if isinstance(shape, MeshShape):
+        vertices = shape.scale * np.asarray(load_mesh(shape.file, allow_open=True).vertices, dtype=float)
+        low, high = vertices.min(axis=0), vertices.max(axis=0)
+    else:
+        sides = shape.size if isinstance(shape, Box) else (2 * shape.radius, 2 * shape.radius, shape.height)
+        high = np.asarray(sides, dtype=float) / 2.0
+        low = -high
+    own = np.array(
+        [[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])]
+    )
+    return own @ shape.frame[:3, :3].T + shape.frame[:3, 3]
+
+
 def is_flat(shape: Shape) -> bool:
     """Tell whether faces are lit flat: a mesh has no normals of its own here, cylinders have round ones."""
     return isinstance(shape, MeshShape)

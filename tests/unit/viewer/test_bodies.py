@@ -13,7 +13,7 @@ from fiveaxis.kinematics import link_poses, tool_poses
 from fiveaxis.machine import Body, Box, Chain, Cylinder, Line, Machine, MeshShape, parse_code
 from fiveaxis.viewer import build_scene, render_page
 from fiveaxis.viewer.bodies import MOST_TRIANGLES, add_bodies
-from fiveaxis.viewer.layout import STEP_BACK
+from fiveaxis.viewer.layout import ASIDE, RIGHT, SHOWN_SIZE, STEP_BACK
 from fiveaxis.viewer.library import load_meshcat
 from fiveaxis.viewer.payload import Recorder
 from fiveaxis.viewer.tool_motion import choose_frames
@@ -222,8 +222,10 @@ def test_with_the_machine_the_view_steps_back_and_the_sides_move_apart(furnished
     built = build_scene(load_meshcat().Visualizer(window=Recorder()), furnished)
     near, far = built.layout, built.layout.with_machine()
     middle = np.append((near.low + near.high) / 2.0, 1.0)
-    np.testing.assert_allclose(near.together() @ middle, [0.0, 0.0, 0.0, 1.0], atol=1e-12)
-    np.testing.assert_allclose(far.together() @ middle, [0.0, 0.0, 0.0, 1.0], atol=1e-12)
+    # Alone, the scene stands to the right of the view's middle, as the legend is on the left.
+    aside = np.append(ASIDE * SHOWN_SIZE * RIGHT, 1.0)
+    np.testing.assert_allclose(near.together() @ middle, aside, atol=1e-12)
+    np.testing.assert_allclose(far.together() @ middle, aside, atol=1e-12)
     assert far.together()[0, 0] == pytest.approx(near.together()[0, 0] / STEP_BACK)
     np.testing.assert_allclose(far.shift()[:3, 3], STEP_BACK * near.shift()[:3, 3])
     # Side by side, both stand as far from the middle.

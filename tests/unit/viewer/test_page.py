@@ -19,7 +19,7 @@ from fiveaxis.motion import follow
 from fiveaxis.posture.solution import Baseline, Solution
 from fiveaxis.toolpath import Tool, Toolpath, tilt_bounds
 from fiveaxis.viewer import render_page, write_preview
-from fiveaxis.viewer.legend import MOST_LISTED
+from fiveaxis.viewer.legend import MOST_LISTED, make_controls
 
 LARGEST = 15e6  # byte, for 100 000 locations
 
@@ -145,3 +145,10 @@ def test_a_place_that_cannot_be_written_is_an_error(solution, tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(SettingError, match="can't be written"):
         write_preview(solution, tmp_path / "file" / "page.html")
+
+
+def test_speeds_are_named_by_those_of_the_program():
+    bar = make_controls(9.6)
+    assert '<option value="1" selected>9.6×</option>' in bar
+    assert f'<option value="{1 / 9.6:.6g}">1×</option>' in bar
+    assert '<option value="1" selected>1×</option>' in make_controls(1.0)

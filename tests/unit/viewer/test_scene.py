@@ -12,7 +12,7 @@ from fiveaxis.errors import MeshError
 from fiveaxis.findings import Finding, Place, Severity
 from fiveaxis.kinematics import tool_poses
 from fiveaxis.machine import Box, Cylinder
-from fiveaxis.toolpath import MoveKind, parse_tool
+from fiveaxis.toolpath import MoveKind, Tool, parse_tool
 from fiveaxis.toolpath.tool import Holder, Section
 from fiveaxis.viewer import build_scene
 from fiveaxis.viewer.library import load_meshcat
@@ -224,6 +224,19 @@ def test_stock_is_hidden_and_fixtures_stand_where_their_file_says(solution, part
     assert root + "stock" in hidden
     assert root + "part" not in hidden
     assert set(built.copies) == {"part", "stock", "fixtures/0", "fixtures/1"}
+
+
+def test_the_first_view_holds_fixtures_and_the_whole_tool(solution, part):
+    post = Cylinder(5.0, 40.0, (0.0, 90.0, -10.0), (1.0, 0.0, 0.0))
+    long = replace(solution, toolpath=replace(solution.toolpath, tool=Tool.ball(10, holder=HOLDER)))
+    vis = load_meshcat().Visualizer(window=Recorder())
+    layout = build_scene(vis, long, part, surroundings=Surroundings(fixtures=(Fixture("post", post),))).layout
+    assert layout.high[1] >= 95.0
+    assert layout.low[2] <= -15.0
+    tip, axis = tool_poses(solution.machine, solution.motion.positions[:1])
+    top = (tip + 90.0 * axis)[0]
+    assert (layout.low <= top + 1e-9).all()
+    assert (layout.high >= top - 1e-9).all()
 
 
 HOLDER = Holder(60.0, (Section(10.0, 30.0, 40.0), Section(20.0, 50.0)))
