@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from html import escape
 from typing import Any
 
-from fiveaxis.report.tables import NOTHING, number, saving, table
+from fiveaxis.report.tables import NOTHING, number, plain, saving, table
 
 # Rows of the table; the JSON report has all.
 MOST_SHOWN = 15
@@ -51,7 +51,9 @@ def _verdict(found: Mapping[str, Any]) -> str:
 
 
 def _how(found: Mapping[str, Any], shown: int) -> str:
-    ranges = ", ".join(f"{n} {low:g}…{high:g} {UNITS[n]}" for n, (low, high) in found["ranges"].items())
+    ranges = ", ".join(
+        f"{name} {plain(low)}…{plain(high)} {UNITS[name]}" for name, (low, high) in found["ranges"].items()
+    )
     clear = sum(tried["kept_clear"] is not None for tried in found["tried"])
     checked = clear or any("kept clear" in tried["why"] for tried in found["tried"])
     again = f"The cheapest were looked at again, clear of part, stock and fixtures: {clear} can be used so. "
@@ -75,4 +77,4 @@ def _place(tried: Mapping[str, Any]) -> str:
 
 
 def _triple(numbers: Sequence[float]) -> str:
-    return ", ".join(f"{v:g}" for v in numbers)
+    return ", ".join(plain(v) for v in numbers)

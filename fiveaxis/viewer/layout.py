@@ -16,7 +16,7 @@ RIGHT = np.array([1.0, 1.0, 0.0]) / np.sqrt(2.0)
 # Side by side: from one to the other, sizes of the scene; and at what share of its size.
 GAP, SMALLER = 1.35, 0.62
 # How far to the right of the view's middle the scene stands alone, of its size: the legend is on the left.
-ASIDE = 0.5
+ASIDE = 0.28
 # How much farther away the scene is seen with the machine. If all that a machine sweeps, seen from the part,
 # were in view, nothing would be left of the part.
 STEP_BACK = 4.0

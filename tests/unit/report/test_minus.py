@@ -1,0 +1,28 @@
+"""Numbers below zero have a true minus sign all over the page."""
+
+import html
+import re
+
+from fiveaxis.report import report_document
+from fiveaxis.report.page import compose_page
+from fiveaxis.report.setup_section import setup_section
+
+TRIED = {"offset": [-5.0, 0.0, 0.0], "rotation_deg": [0.0, 0.0, -90.0], "energy": 1.0, "rough": 1.0}
+TRIED |= {"why": "", "kept_clear": None}
+
+
+def test_a_searched_setup_is_told_with_true_minus_signs():
+    found = {"ranges": {"angle": (-180.0, 180.0)}, "given": TRIED, "chosen": TRIED, "saved": None}
+    text = setup_section(found | {"tried": [TRIED]})
+    assert "angle −180…180 deg" in text
+    assert "−5, 0, 0" in text
+    assert not re.search(r"-\d", text)
+
+
+def test_the_difference_of_the_two_measures_is_told_with_a_true_sign(monkeypatch, solution, verdict):
+    monkeypatch.setattr("fiveaxis.report.page._posture", lambda *_: "")
+    monkeypatch.setattr("fiveaxis.report.page._motion", lambda *_: "")
+    monkeypatch.setattr("fiveaxis.report.page._energy", lambda *_: "")
+    document = report_document(solution, verdict, inputs=[])
+    document["energy"]["metric_error"] = -0.416
+    assert "off the integral by −41.6\u2009%" in html.unescape(compose_page(solution, document))
