@@ -32,6 +32,7 @@ SAME_WAY, SAME_TIME = 1e-7, 1e-9
 # A program of ours says in its head which tool it is for: in this many lines.
 HEAD = 100
 _TOOL = re.compile(r"\btool: ([a-z]+(?::[0-9.]+)+)", re.IGNORECASE)
+_FEED = re.compile(r"\bfeed: ([0-9.]+) mm/min along the path", re.IGNORECASE)
 # Decimals of a length or an angle in a block.
 _DECIMALS = re.compile(r"(?<![A-Z])([XYZABC])=?(?:DC\(|AC[PN]?\()?[-+]?[0-9]*\.([0-9]+)", re.IGNORECASE)
 
@@ -153,7 +154,7 @@ def program_energy(
     texts = tuple(lines[line - 1].strip() if line > 0 else "" for line in read.source)
     tool = tool or _tool_of(lines)
     rounding = 2.0 * _rounding(read, texts)
-    feed, taken_over = path_feed(machine, read, tool, rounding=rounding)
+    feed, taken_over = _feeds(machine, read, tool, lines, rounding)
     motion = replace(read, feed=feed)
     law = None
     if corners == "programmed":
@@ -169,6 +170,18 @@ def program_energy(
     findings += tuple(_assumed_feeds(motion, taken_over))
     shown = tuple(text[:BLOCK_TEXT] for text in texts)
     return ProgramEnergy(machine, motion, by_block, energy, law, shown, tool, findings)
+
+
+def _feeds(
+    machine: Machine, motion: ProgramMotion, tool: Tool | None, lines: Sequence[str], rounding: float
+) -> tuple[Array, BoolArray]:
+    """Find the programmed feed of every move as `path_feed` does, or as the program's head states it."""
+    feed, taken_over = path_feed(machine, motion, tool, rounding=rounding)
+    stated = next((float(said[1]) / 60.0 for said in map(_FEED.search, lines[:HEAD]) if said), None)
+    if tool is None or not tool.zone.offset or stated is None:
+        return feed, taken_over
+    # What of this cutter goes along the path is beside its axis, on a side that no block names.
+    return np.where(motion.kind == MoveKind.RAPID, feed, stated), np.zeros_like(taken_over)
 
 
 def _whole_blocks(motion: ProgramMotion, machine: Machine) -> ProgramMotion:

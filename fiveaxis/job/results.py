@@ -9,6 +9,8 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
+import numpy as np
+
 from fiveaxis.errors import SettingError
 from fiveaxis.files import write_atomically
 from fiveaxis.job.stages import Outcome, load_surroundings
@@ -147,12 +149,15 @@ def _header(outcome: Outcome) -> dict[str, str]:
     """Say in the program where it comes from and what it costs."""
     solution = outcome.solution
     lines = {"tool": str(solution.toolpath.tool)}
+    feeds = np.unique(solution.toolpath.feed[solution.toolpath.cutting])
+    if len(feeds) == 1:
+        lines["feed"] = f"{60.0 * feeds[0]:.7g} mm/min along the path"
     chosen = outcome.document.get("setup_search")
     if chosen is not None:
         lines["workpiece"] = f"set up elsewhere than given: {solution.machine.setup}"
     for number, source in enumerate(outcome.document["inputs"], start=1):
         lines[f"source {number}"] = f"{source['name']} sha256 {source['sha256'][:16]}"
+    what = "travel metric of the feed drives, ways in and out apart"
     for name, energy in outcome.program.energy.items():
-        joules = f"{energy.total:.1f} J"
-        lines[f"energy {name}"] = f"{joules} travel metric of the feed drives, in blocks like these"
+        lines[f"energy {name}"] = f"{energy.total:.1f} J {what}"
     return lines

@@ -23,7 +23,8 @@ def program_section(program: Mapping[str, Any] | None) -> str:
         "The figures above see the cutter locations only. Between them the axes have to hold the tool on its "
         f"path: without tool centre point control that takes {inserted} inserted "
         f"{_blocks(program['inserted'])} (tolerance {program['path_tolerance_mm']:g} mm). "
-        f"{_removed(program)} The program has {blocks} blocks for {before} locations, and its own moves cost:"
+        f"{_removed(program)} The program has {blocks} blocks for {before} locations, and its own "
+        "moves cost, ways in and out apart:"
     )
     return f'<p>{escape(text)}</p>\n<div class="scroll">\n{program_table(program)}\n</div>\n'
 

@@ -157,6 +157,17 @@ def test_a_written_program_costs_what_its_motion_did(tmp_path, hayashi):
     assert found.by_block[-30:-1].sum() == pytest.approx(expected.power_integral, rel=1e-5)
 
 
+@pytest.mark.parametrize(("tool", "stated"), [("bull:16:4", True), ("ball:8", False)])
+def test_the_feed_in_the_head_counts_where_blocks_cannot_tell_it(tmp_path, hayashi, tool, stated):
+    """A bull nose goes along its path beside its axis, on a side that no block names; a ball on its axis."""
+    path = tmp_path / "p.ngc"
+    head = f"(tool: {tool})\n(feed: 1000 mm/min along the path)\nG21 G90 G93\n"
+    path.write_text(head + "G0 X20 Y0 Z0 A-30 C0\nG1 X21 A-31 C2 F500\nG1 X22 A-35 C9 F500\n")
+    found = fx.program_energy(path, hayashi, rapid_mm_min=1000.0)
+    feeds = found.motion.feed[found.motion.cutting][1:] * 60.0
+    assert (feeds == pytest.approx(1000.0)) is stated
+
+
 @pytest.mark.parametrize(
     ("text", "error", "said"),
     [
