@@ -47,6 +47,8 @@ class Interrupting:
         return getattr(self.stream, name)
 
 if __name__ == "__main__":
+    # A shell that starts the tests in the background lets them, and their children, ignore it.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     sys.stderr = Interrupting(sys.stderr)
     main()
 """
