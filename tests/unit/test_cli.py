@@ -18,6 +18,7 @@ from typer.testing import CliRunner
 import fiveaxis.job
 import fiveaxis.viewer
 from fiveaxis.cli import app
+from fiveaxis.cli.terminal import MOST_PLACES
 from fiveaxis.energy import power_surface
 from fiveaxis.findings import Finding, Place, Severity
 
@@ -325,7 +326,13 @@ def test_a_real_path_that_the_machine_cannot_reach_ends_with_exit_code_3(data, t
     source = data / "toolpaths" / "nx_ust_a.cls"
     result = run("optimise", source, *MACHINE, *BALL, *CONE, "-o", tmp_path / "out", "--json")
     assert "locations have no admissible posture" in refused(result, code=3)
-    assert len(json.loads(result.stdout)["findings"]) == len(result.stderr.splitlines()) - 1
+    findings = json.loads(result.stdout)["findings"]
+    told = result.stderr.splitlines()
+    # The error, the first places, and how many there are.
+    assert len(findings) == 374
+    assert len(told) == 1 + MOST_PLACES + 1
+    assert all(f["place"]["file"] in line for f, line in zip(findings, told[1:-1], strict=False))
+    assert told[-1].strip() == f"and {374 - MOST_PLACES} more places; --json lists all 374"
     assert not (tmp_path / "out").exists()
 
 
