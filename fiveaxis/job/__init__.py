@@ -2,18 +2,10 @@
 
 from fiveaxis.job.blocks import RESULT, ProgramMotion, program_motion
 from fiveaxis.job.clearing import optimise
-from fiveaxis.job.description import (
-    SWEEP,
-    Job,
-    PlanTable,
-    SetupTable,
-    build_job,
-    make_job,
-    read_fixtures,
-    read_job,
-)
+from fiveaxis.job.description import SWEEP, Job, PlanTable, SetupTable
 from fiveaxis.job.posting import Posted, post_program
 from fiveaxis.job.programs import ProgramEnergy, program_energy
+from fiveaxis.job.reading import build_job, make_job, read_fixtures, read_job
 from fiveaxis.job.results import compose_outcome, require_folder, write_outcome
 from fiveaxis.job.setting_up import choose_search, run_job
 from fiveaxis.job.stages import (

@@ -9,7 +9,8 @@ from typing import Any
 from fiveaxis.collision import Surroundings
 from fiveaxis.errors import Infeasible, JobError
 from fiveaxis.job.box_search import search_box
-from fiveaxis.job.description import SEARCHED, Job, SetupTable, make_job
+from fiveaxis.job.description import SEARCHED, Job, SetupTable
+from fiveaxis.job.reading import make_job
 from fiveaxis.job.setup_costs import SetupCosts
 from fiveaxis.job.setup_search import Search, Tried, limits_of, ranges_of
 from fiveaxis.job.stages import Outcome, Progress, load_job_machine, load_job_passes, load_surroundings

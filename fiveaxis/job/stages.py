@@ -32,9 +32,10 @@ from fiveaxis.errors import JobError, SettingError, ToolError
 from fiveaxis.job.approaching import with_way_in
 from fiveaxis.job.blocks import ProgramMotion, may_thin, program_motion
 from fiveaxis.job.clearing import Cleared, keep_clear, without_starts
-from fiveaxis.job.description import Job, require_input
+from fiveaxis.job.description import Job
 from fiveaxis.job.inputs import describe_inputs
 from fiveaxis.job.passing import Gate, make_gate
+from fiveaxis.job.reading import require_input
 from fiveaxis.machine import Machine, load_machine
 from fiveaxis.nc import read_toolpath, require_program
 from fiveaxis.posture import Front, Solution, find_front

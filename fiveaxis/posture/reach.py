@@ -225,4 +225,5 @@ def _left_out(tilt: TiltBounds, tried: _Tried) -> Iterator[str]:
 def _outwards(value: float, side: float) -> str:
     """Write a bound that would do, rounded up or, with −1, down."""
     scale = 10.0**DECIMALS
-    return f"{side * math.ceil(side * value * scale) / scale:g}"
+    # Zero has no sign.
+    return f"{side * math.ceil(side * value * scale) / scale + 0.0:g}"

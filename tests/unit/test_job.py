@@ -16,7 +16,7 @@ from fiveaxis.job import (
     read_job,
     require_folder,
 )
-from fiveaxis.job.description import require_input
+from fiveaxis.job.reading import require_input
 
 POINTS = "x,y,z,nx,ny,nz\n0,0,0,0,0,1\n1,0,0,0,0,1\n"
 LINES = {

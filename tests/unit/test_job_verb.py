@@ -15,8 +15,9 @@ from typer.testing import CliRunner
 from fiveaxis.batch.sweep import read_sweep
 from fiveaxis.cli import app
 from fiveaxis.errors import SettingError
-from fiveaxis.job.description import Job, read_job
+from fiveaxis.job.description import Job
 from fiveaxis.job.guide import list_entries, starter_text, to_toml, write_starter
+from fiveaxis.job.reading import read_job
 
 # Numbers that count or compare, and directions: they have no unit.
 WITHOUT_UNIT = {"plane", "front", "process.teeth", "factors.price", "fixture.cylinder.direction"}
