@@ -16,7 +16,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fiveaxis.geometry import Array, BoolArray, IntArray, angle_between
-from fiveaxis.kinematics import linear_positions, rotary_angles, singular_angles, tool_axes, within_limits
+from fiveaxis.kinematics import (
+    linear_positions,
+    rotary_angles,
+    singular_angles,
+    singular_direction,
+    tool_axes,
+    within_limits,
+)
 from fiveaxis.machine import Machine
 from fiveaxis.machine.freedom import why_not_orienting
 from fiveaxis.toolpath import Toolpath, interpolate
@@ -28,9 +35,12 @@ AXIS_TOLERANCE = math.radians(0.05)
 # quicker of both does where they turn in proportion. Next to the singular direction it would turn most of its
 # way at one place, and in a move of more than half a turn the other way round.
 FASTEST, PARTS = 1.25, 16
+# Next to the singular direction all of that may happen between two of the parts: as shares of the cut, places
+# that are looked at on both sides of where it passes nearest.
+BESIDE = np.array([0.0, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 3e-2])
 # Directions whose cross product is shorter than this span no plane.
 NO_PLANE = 1e-9
-# rad: a held axis that moves by no more has kept still.
+# rad: an axis that moves by no more has kept still.
 STILL = 1e-9
 TURN = 2.0 * math.pi
 Kind = TypeVar("Kind", bound=np.generic)
@@ -182,23 +192,40 @@ class _Trial:
     moves: IntArray
 
     @cached_property
-    def move(self) -> IntArray:
-        """(c · (PARTS − 1),), the move of each place that is looked at."""
-        return np.repeat(self.moves, PARTS - 1)
+    def shares(self) -> Array:
+        """(c, p), the places in each move that are looked at, in order: equal parts, and beside the pole."""
+        even = np.tile(np.arange(1, PARTS) / PARTS, (len(self.moves), 1))
+        beside = self._nearest_to_pole()[:, None] + np.concatenate([-BESIDE[1:], BESIDE])
+        return np.sort(np.hstack([even, np.clip(beside, 0.0, 1.0)]), axis=1)
 
     @cached_property
+    def move(self) -> IntArray:
+        """(c · p,), the move of each place that is looked at."""
+        return np.repeat(self.moves, self.shares.shape[1])
+
+    @property
     def share(self) -> Array:
         """As many: where in the move that is."""
-        return np.tile(np.arange(1, PARTS) / PARTS, len(self.moves))
+        return self.shares.reshape(-1)
+
+    def _nearest_to_pole(self) -> Array:
+        """Give the share of each move, (c,), at which the plane is nearest to the singular direction."""
+        first, last = self.planes.axes[self.moves], self.planes.axes[self.moves + 1]
+        pole, angle = singular_direction(self.planes.machine), angle_between(first, last)
+        # Along ``a cos ψ + e sin ψ`` from ψ = 0 to the angle, or at the end that is nearer.
+        ahead = np.cross(self.planes.normal[self.moves], first)
+        peak = np.arctan2(ahead @ pole, first @ pole) % math.pi
+        share = np.divide(peak, angle, out=np.full_like(peak, 2.0), where=angle > NO_PLANE)
+        return np.where(share <= 1.0, share, np.abs(last @ pole) > np.abs(first @ pole))
 
     @cached_property
     def linear(self) -> Array:
-        """(…, 2), rad, in proportion."""
+        """(c · p, 2), rad, in proportion."""
         return self.planes.in_proportion(self.move, self.share)
 
     @cached_property
     def found(self) -> Array:
-        """(…, 2), rad, in the plane."""
+        """(c · p, 2), rad, in the plane."""
         return self.planes.within(self.move, self.share)
 
     @property
@@ -212,8 +239,10 @@ class _Trial:
         """(c,), whether no axis turns faster in the plane than `FASTEST`."""
         before, after = self.planes.rotary[self.moves], self.planes.rotary[self.moves + 1]
         course = np.concatenate([before[:, None], self._by_move(self.found), after[:, None]], axis=1)
-        steps = np.abs(np.diff(course, axis=1)).max(axis=(1, 2))
-        return np.asarray(PARTS * steps <= FASTEST * np.abs(after - before).max(axis=1))
+        steps = np.abs(np.diff(course, axis=1)).max(axis=2)
+        parts = np.diff(self.shares, axis=1, prepend=0.0, append=1.0)
+        most = FASTEST * parts * np.abs(after - before).max(axis=1, keepdims=True)
+        return np.asarray((steps <= most + STILL).all(axis=1))
 
     def keeps_limits(self) -> BoolArray:
         """Tell where no axis passes a limit in the plane that it keeps in proportion, (c,)."""
@@ -250,8 +279,8 @@ class _Trial:
         return np.asarray(self._by_move(linear).any(axis=1) | ~self._by_move(found).any(axis=1))
 
     def _by_move(self, values: NDArray[Kind]) -> NDArray[Kind]:
-        """Put values at all places, (c · (PARTS − 1), …), move by move, (c, PARTS − 1, …)."""
-        return values.reshape(len(self.moves), PARTS - 1, *values.shape[1:])
+        """Put values at all places, (c · p, …), move by move, (c, p, …)."""
+        return values.reshape(*self.shares.shape, *values.shape[1:])
 
 
 def turned(first: Array, last: Array, share: Array) -> Array:

@@ -180,3 +180,26 @@ def test_the_tool_axis_takes_the_nearest_branch_on_a_machine_that_nutates():
     axes = tool_axes(machine, angles)
     whole = angle_between(axes[:1], axes[-1:])[0]
     assert angle_between(axes[:-1], axes[1:]).sum() == pytest.approx(whole, rel=1e-9)
+
+
+@pytest.mark.parametrize("name", ["hayashi-640123", "linuxcnc-xyzac-trt", "linuxcnc-bridgemill", "dmu50ev"])
+def test_cuts_past_the_singular_direction_are_never_filled_with_turns_of_their_own(name):
+    """There the first axis would swing round within a thousandth of the cut, unseen by any equal parts."""
+    machine = load_machine(name)
+    random = np.random.default_rng(3)
+    kept = []
+    for nearest in np.tile([0.1, 1.5, 30.0], 20):
+        beyond = random.uniform(0.5, 1.0) * nearest
+        before = random.choice([-1.0, 1.0]) * random.uniform(3.0, 40.0) if nearest < 2.0 else beyond + 2.0
+        turn = random.uniform(0.0, 300.0)
+        rotary = np.radians([[turn, before], [turn + random.uniform(0.5, 12.0), beyond]])
+        axis = tool_axes(machine, rotary)
+        path = Toolpath.from_tips(np.array([[0.0, 0.0, 0.0], [5.0, 0.0, 0.0]]), axis, Tool.ball(8.0))
+        planes = AxisPlanes.of(path, machine, rotary)
+        kept.append(bool(planes.kept.any()))
+        row = fill_in_rows(path, machine, rotary, planes=planes)[2]
+        travel = np.abs(np.diff(planes.rotary_at(row), axis=0)).sum(axis=0)
+        assert travel.max() <= 1.01 * FASTEST * np.abs(np.diff(rotary, axis=0)).max()
+        assert planes.fastest(row) <= 1.01 * FASTEST
+    assert any(kept)
+    assert not all(kept)
