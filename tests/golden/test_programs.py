@@ -15,7 +15,14 @@ import pytest
 
 from fiveaxis.machine import Machine, load_machine
 from fiveaxis.motion import Motion, follow
-from fiveaxis.nc import DIALECTS, ProgramSettings, compose_program, write_motion, write_program
+from fiveaxis.nc import (
+    DIALECTS,
+    ProgramSettings,
+    compose_program,
+    read_program,
+    write_motion,
+    write_program,
+)
 from fiveaxis.toolpath import MoveKind, Tool, Toolpath
 
 GOLDEN = Path(__file__).parent
@@ -109,6 +116,21 @@ def test_a_way_of_counting_turns_has_the_bytes_of_its_golden_file(tmp_path, wind
     motion = replace(short, positions=positions, time=np.array([0.0, 1.0, 2.0, 1.0, 1.0]))
     path = write_program(motion, tmp_path / "part.ngc", machine=machine, header=HEADER, winding=winding)
     hold(path, f"linuxcnc_hayashi-640123_{winding}.ngc")
+
+
+@pytest.mark.parametrize(
+    ("name", "control", "coordinates"), [case[:3] for case in CASES if case[2] != "vector"]
+)
+def test_a_golden_program_is_read_with_all_that_stands_around_its_moves(name, control, coordinates):
+    machine = load_machine(name)
+    way = "_tip" if coordinates == "tip" else ""
+    (file,) = GOLDEN.glob(f"{control}_{name}{way}.*")
+    places = read_program(file, machine, rapid_mm_min=20_000.0).positions
+    wanted = posture_of(machine).positions
+    near = np.abs(places[None] - wanted[:, None]).max(axis=2) < 2e-3
+    assert near.any(axis=1).all()
+    # In their order.
+    assert (np.diff(near.argmax(axis=1)) > 0).all()
 
 
 @pytest.mark.parametrize("name", ["hayashi-640123", "linuxcnc-xyzac-trt"])

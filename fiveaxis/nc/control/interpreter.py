@@ -40,6 +40,7 @@ class Interpreter(Moves):
     def __post_init__(self) -> None:
         super().__post_init__()
         self.plain = False
+        self.suspended: int | None = None
 
     def run(self, blocks: Iterable[Block]) -> int | None:
         """Act on blocks up to the one that ends the program; give its line.
@@ -72,6 +73,7 @@ class Interpreter(Moves):
             self.cycle = None
         if block.shorter is not None:
             self._switch_wrapping(block)
+        block = self._suspending(block)
         self._change_coordinates(block)
         axes = [letter for letter in block.words if self._knows(letter, block)]
         self._count(block)
@@ -170,6 +172,34 @@ class Interpreter(Moves):
             track.rows.append((tuple(target), line, CUT, time, speed, track.counting, vector, normal))
             track.now = target
         return True
+
+    def _suspending(self, block: Block) -> Block:
+        """Let the axes go to a place of the machine while tool centre point control is on: a retract by G53.
+
+        Where the tip is then isn't in the program. So control is off for that move, and has to be switched
+        off or on before the next one.
+
+        Raises
+        ------
+        ToolpathError
+            It isn't.
+        """
+        if block.tip_control is not None:
+            self.suspended = None
+        elif self.modes.for_motion and self.coordinates.tip_control and "G53" in block.g:
+            self.suspended = block.line
+            return block._replace(tip_control=False)
+        elif (
+            self.suspended is not None
+            and "G53" not in block.g
+            and not self.columns.keys().isdisjoint(block.words)
+        ):
+            raise self.source.error(
+                f"a move after G53 under tool centre point control (line {self.suspended}): where the tip is "
+                "then isn't in the program; switch it off before",
+                block.line,
+            )
+        return block
 
     def _change_coordinates(self, block: Block) -> None:
         """Take what a block does to the coordinates: work offset, plane, tip control.

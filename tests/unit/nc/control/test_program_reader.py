@@ -254,6 +254,17 @@ def test_machine_coordinates_count_from_the_programs_zero(read):
     assert assumed.findings[0].place.line == 2
 
 
+def test_a_retract_while_the_tip_is_led_ends_that_until_the_program_says_so_again(read):
+    """Posts write `G53 G0 Z0` before the G49 that takes the length back; where the tip is then is open."""
+    machine = load_machine("variaxis-630")
+    text = "G94\nG0 A0 C0\nG43.4 H1 X0 Y0 Z50\nG1 X10 F600\nG53 G0 Z0\n"
+    for after in ("", "G49\nG53 G0 X0 Y0\n", "G43.4 H1\nG0 X0 Y0 Z50\n"):
+        motion = read(text + after, machine, program_zero={"Z": 0.0})
+        assert (motion.positions[:, machine.column("Z")] == 0.0).any()
+    with pytest.raises(ToolpathError, match=r"after G53 under tool centre point control \(line 5\)"):
+        read(text + "G1 X20\n", machine)
+
+
 def test_a_reference_is_reached_through_the_place_that_is_named(read, hayashi):
     motion = read("G0 X5 Y6 A7\nG28 X9 A1\nG91 G28 Y0\n", hayashi)
     np.testing.assert_allclose(
