@@ -104,6 +104,7 @@ READING = {
     "cycle-retracts-below": Code(WARNING, "a cycle draws back to below where it began"),
     "cycle-simplified": Code(NOTE, "a cycle is read as one way down and one back"),
     "feed-assumed": Code(NOTE, "no feed is given"),
+    "axis-creeps": Code(NOTE, "an axis moves so slowly that it counts as standing"),
     "feed-unit-assumed": Code(NOTE, "the unit of the feed isn't said"),
     "fixed-point-left-out": Code(NOTE, "moves to places that only the machine knows"),
     "frame-mapped": Code(NOTE, "points are carried from a frame that the file defines"),

@@ -12,6 +12,7 @@ from typing import Any, Literal
 import numpy as np
 
 from fiveaxis.energy import Energy, law_energies, motion_energy, move_powers, path_feed
+from fiveaxis.energy.drives import STANDING, STANDING_TURN
 from fiveaxis.errors import SettingError, ToolError
 from fiveaxis.findings import Finding, Place, Severity
 from fiveaxis.geometry import Array, BoolArray, IntArray
@@ -27,6 +28,8 @@ from fiveaxis.toolpath import MoveKind, Tool, parse_tool
 BLOCK_TEXT = 60
 # Share of an axis's highest speed that rounding of a program's words may exceed.
 OVER = 1e-3
+# mm or deg: ways of an axis that is so slow that it stands, from which on that is told.
+CREPT = 0.1
 # Parts of one straight way of the tip are as long (mm) and take as long (s) as each other.
 SAME_WAY, SAME_TIME = 1e-7, 1e-9
 # A program of ours says in its head which tool it is for: in this many lines.
@@ -166,7 +169,8 @@ def program_energy(
         law = time_motion(read, machine, corners=corners)
         motion, by_block = replace(motion, time=law.motion.time), law_energies(machine, law)
     energy = motion_energy(machine, motion, by_block)
-    findings = (*motion.findings, *_speeding(machine, motion), *_unlimited(machine, law))
+    findings = (*motion.findings, *_speeding(machine, motion), *_creeping(machine, motion))
+    findings += tuple(_unlimited(machine, law))
     findings += tuple(_assumed_feeds(motion, taken_over))
     shown = tuple(text[:BLOCK_TEXT] for text in texts)
     return ProgramEnergy(machine, motion, by_block, energy, law, shown, tool, findings)
@@ -266,6 +270,24 @@ def _speeding(machine: Machine, motion: ProgramMotion) -> Iterator[Finding]:
                 f"{asked:.5g}: the machine takes longer than told here; --corners counts that",
                 Place(line=int(motion.source[worst]), file=motion.name),
                 asked,
+            )
+
+
+def _creeping(machine: Machine, motion: ProgramMotion) -> Iterator[Finding]:
+    """Say which axes go a way of some length so slowly that they count as standing."""
+    moving, ways = motion.time > 0.0, np.abs(motion.moves)
+    for column, axis in enumerate(machine.axes):
+        least = STANDING_TURN if axis.is_rotary else STANDING
+        slow = moving & (ways[:, column] > 0.0) & (ways[:, column] < least * motion.time)
+        way = axis.shown(float(ways[slow, column].sum()))
+        if way > CREPT:
+            yield Finding(
+                Severity.NOTE,
+                "axis-creeps",
+                f"{axis.letter} goes {way:.3g} {axis.unit} slower than {60.0 * axis.shown(least):.2g} "
+                f"{axis.unit}/min, which counts as standing: the drive's power isn't in the integral there",
+                Place(line=int(motion.source[np.flatnonzero(slow)[0]]), file=motion.name),
+                way,
             )
 
 

@@ -56,6 +56,16 @@ def test_the_printed_program_takes_the_printed_energy_and_time(zigzag, takisawa)
     assert rows["N01 G01 Z-0.5 F300"]["Z"] == pytest.approx(11.21, rel=0.05)
 
 
+def test_an_axis_that_is_taken_to_stand_while_it_goes_a_way_is_named(tmp_path):
+    file, machine = tmp_path / "slow.nc", load_machine("hayashi-640123")
+    for height, told in ((0.5, True), (0.7, False)):
+        file.write_text(f"G21 G90 G94\nG0 X0 Y0 Z0 A0 C0\nG93 G1 X10 Z{height} F0.1\n")
+        found = fx.program_energy(file, machine)
+        creeping = [f for f in found.findings if f.code == "axis-creeps"]
+        assert [(f.place.line, f.value) for f in creeping] == ([(3, 0.5)] if told else [])
+        assert (found.rows[-1]["Z"] == 0.0) is told
+
+
 def test_blocks_add_up_to_the_totals(zigzag, takisawa):
     found = fx.program_energy(zigzag, takisawa)
     assert sum(row["energy"] for row in found.rows) == pytest.approx(found.energy.power_integral)
