@@ -7,7 +7,7 @@ import io
 import json
 import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
@@ -82,6 +82,13 @@ class Ledger:
         self.rows = dict(sorted(self.rows.items()))
         write_atomically(self.folder / LINES, "".join(_line(row) for row in self.rows.values()))
         write_atomically(self.folder / TABLE, _table(list(self.rows.values())))
+
+    def forget_refused(self, names: Iterable[str]) -> None:
+        """Take the rows out that only say that an input was wrong; written with the next `record`."""
+        for name in names:
+            row = self.rows.get(name)
+            if row is not None and row.status is Status.WRONG_INPUT and row.before is None:
+                del self.rows[name]
 
     def _last(self, name: str) -> Row | None:
         """Give the row of a job's last run, if there was one."""

@@ -137,6 +137,8 @@ def run_batch(
             listener(Event(row.name, "done", row, again=True))
         for row in planned.faults:
             listener(Event(row.name, "done", row))
+        # A sweep that can be read again is its variants, and no job of its own.
+        ledger.forget_refused(planned.sweeps)
         ledger.record(*done.values(), *planned.faults)
         missing = [task for name, task in planned.tasks.items() if name not in done]
         figures = len(done), len(planned.faults), len(missing)

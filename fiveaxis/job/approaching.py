@@ -38,7 +38,7 @@ def with_way_in(
         toolpath,
         surroundings=around,
         leg=wording.coordinates == "axes",
-        way_out=job.nc.retract is not None or job.nc.home.partition(" ")[0] == "Z",
+        way_out=_retract(job),
         leaves=job.nc.way_out,
         rows=len(program.driven),
     )
@@ -47,3 +47,10 @@ def with_way_in(
 
 def _on_both_ways(ways: tuple[str, ...] | None) -> tuple[str, ...] | None:
     return ways and ("axes", "led")
+
+
+def _retract(job: Job) -> float | None:
+    """Give the machine's place of Z, mm, to which a job's program goes up at its end, if it does."""
+    if job.nc.retract is None and job.nc.home.partition(" ")[0] == "Z":
+        return 0.0
+    return job.nc.retract

@@ -32,6 +32,8 @@ FARTHEST = (80.0, 160.0)
 RISES = (0.2, 0.0)
 # mm: between part and cutter where a way out ends.
 ROOM = 0.5
+# mm: rounding of a retract's place.
+RETRACT = 1e-3
 LEG = "to the end of its travel, or by 100 mm"
 TURNS = "the turn of the rotary axes, where the tool stands, before the approach"
 ACROSS = "the rapid move of X and Y, at the height where Z stands, to above the first location"
@@ -112,7 +114,7 @@ def with_approach(
     *,
     surroundings: Surroundings,
     leg: bool = True,
-    way_out: bool = False,
+    way_out: float | None = None,
     leaves: bool = True,
     rows: int | None = None,
 ) -> Report:
@@ -129,7 +131,7 @@ def with_approach(
     motion : what the program's blocks say
     machine, toolpath, surroundings : as for `verify`; the path gives tool, name and the first surface normal
     leg : whether the program comes down by Z alone; else, in words of the tip, in a line from anywhere
-    way_out : whether the program goes up by Z at its end
+    way_out : mm, the machine's place of Z to which the program goes up at its end; None where it doesn't
     leaves : whether it leads the tool out of a last cut before that
     rows : of the motion that the report is about, where it has more than the program's blocks
 
@@ -148,16 +150,42 @@ def with_approach(
     ground = _Ground(machine, toolpath, surroundings)
     lead_in, blocked = _choose(ground, motion, FIRST, leg, _codes_at(report, 0))
     found = [] if blocked is None else [_finding("approach-blocked", blocked, toolpath.place(0))]
-    end = (len(motion) if rows is None else rows) - 1
+    end, up = (len(motion) if rows is None else rows) - 1, way_out is not None
     lead_out = np.zeros(len(machine.letters))
     if leaves and motion.kind[LAST] == MoveKind.CUT:
-        lead_out, blocked = _choose(ground, motion, LAST, way_out, _codes_at(report, end))
+        lead_out, blocked = _choose(ground, motion, LAST, up, _codes_at(report, end))
     else:
-        blocked = _fault(ground, motion, lead_out, LAST, way_out, _codes_at(report, end)) if way_out else None
+        blocked = _fault(ground, motion, lead_out, LAST, up, _codes_at(report, end)) if up else None
+    place = replace(toolpath.place(len(toolpath) - 1), location=end)
     if blocked is not None:
-        place = replace(toolpath.place(len(toolpath) - 1), location=end)
         found.append(_finding("retreat-blocked", blocked, place))
-    return _joined(report, found, (lead_in, lead_out), leg=leg, way_out=way_out)
+    if way_out is not None:
+        found += _downwards(machine, motion.positions[LAST] + lead_out, way_out, place)
+    return _joined(report, found, (lead_in, lead_out), leg=leg, way_out=up)
+
+
+def _downwards(machine: Machine, begin: Array, end: float, place: Place) -> Iterator[Finding]:
+    """Find a retract, to a place of Z in mm, that goes down from where the way out ends, or too far.
+
+    Only a machine whose travel of Z is known counts it from the control's own zero.
+    """
+    if "Z" not in machine.letters:
+        return
+    column = machine.column("Z")
+    axis, limits = machine.axes[column], machine.axes[column].limits
+    if not np.isfinite([limits.low, limits.high]).all():
+        return
+    value, begins = -end if axis.reversed else end, float(begin[column])
+    at = f"the retract to Z {end:g} mm of the machine"
+    if not limits.low - RETRACT <= value <= limits.high + RETRACT:
+        low, high = sorted((axis.shown(limits.low), axis.shown(limits.high)))
+        fact = f"{at} lies beyond its travel, {low:g} to {high:g}"
+    elif value < begins - RETRACT:
+        fact = f"{at} goes down from Z {axis.shown(begins):.3f}, where the way out ends"
+    else:
+        return
+    text = f"{fact}; give a place above that (--retract)"
+    yield Finding(Severity.ERROR, "retreat-blocked", text, place, value - begins)
 
 
 def _choose(

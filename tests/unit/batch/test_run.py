@@ -184,6 +184,16 @@ def test_a_sweep_ends_in_a_table_and_a_figure_of_its_variants(write_job, pretend
     assert (tmp_path / "again" / "cup" / "comparison.svg").read_text() == figure
 
 
+def test_a_sweep_that_could_not_be_read_for_once_leaves_no_row_of_its_own(write_job, pretended, tmp_path):
+    file = write_job("cup", "[sweep]\ntilt = [[15, 75], [15, 60]]\n")
+    right = file.read_text()
+    for text, names in (("[[[", ["cup"]), (right, ["cup/tilt=15,75", "cup/tilt=15,60"])):
+        file.write_text(text)
+        run_batch([file], tmp_path / "out", workers=1)
+        rows = (tmp_path / "out" / LINES).read_text().splitlines()
+        assert sorted(json.loads(line)["name"] for line in rows) == sorted(names)
+
+
 def test_a_sweep_whose_variants_fail_is_compared_all_the_same(write_job, pretended, tmp_path):
     pretended.faults = {"path.csv": infeasible()}
     file = write_job("cup", "[sweep]\ntilt = [[15, 75], [75, 15]]\n")

@@ -11,7 +11,7 @@ import trimesh
 from fiveaxis.collision import Surroundings
 from fiveaxis.errors import Unverified
 from fiveaxis.kinematics import axis_positions
-from fiveaxis.machine import load_machine
+from fiveaxis.machine import Limits, load_machine
 from fiveaxis.motion import follow
 from fiveaxis.nc import ProgramSettings, compose_program
 from fiveaxis.toolpath import MoveKind, Tool, Toolpath
@@ -87,7 +87,7 @@ def test_an_open_place_is_left_along_the_tool_axis(hayashi, lollipop):
 
 
 def test_out_from_under_a_ledge_the_tool_goes_to_the_side_and_up_from_there(hayashi, lollipop):
-    motion, before, after = verified(hayashi, along_x(lollipop), ledge(over=(2.5, 40.0)), way_out=True)
+    motion, before, after = verified(hayashi, along_x(lollipop), ledge(over=(2.5, 40.0)), way_out=100.0)
     assert before.ok
     assert after.ok
     x, y, z, _, _ = after.lead_out
@@ -103,6 +103,28 @@ def test_out_from_under_a_ledge_the_tool_goes_to_the_side_and_up_from_there(haya
     assert "way out: a lead-out of 5 mm and Z up from it to the end of its travel" in said
 
 
+@pytest.mark.parametrize(
+    ("retract", "said"),
+    [
+        (40.0, None),
+        (5.1, None),
+        (4.0, "goes down from Z 5.000, where the way out ends"),
+        (-50.0, "goes down from Z 5.000"),
+        (41.0, "lies beyond its travel, -200 to 40"),
+    ],
+)
+def test_a_retract_goes_up_and_no_further_than_z_can(hayashi, lollipop, retract, said):
+    column = hayashi.column("Z")
+    short = replace(hayashi.axes[column], limits=Limits(-200.0, 40.0))
+    axes = tuple(short if i == column else axis for i, axis in enumerate(hayashi.axes))
+    around = box([-60, -40, -10], [60, 40, 0])
+    for machine, fault in ((replace(hayashi, axes=axes), said), (hayashi, None)):
+        _, _, after = verified(machine, along_x(lollipop), around, way_out=retract)
+        found = [f.message for f in after.findings if f.code == "retreat-blocked"]
+        assert len(found) == (fault is not None)
+        assert fault is None or fault in found[0]
+
+
 def test_from_below_a_roof_no_way_leads_up_and_without_a_retract_none_is_needed(hayashi, lollipop):
     # The shank passes a slot in the roof that is as long as the path.
     slotted = trimesh.util.concatenate(
@@ -116,7 +138,7 @@ def test_from_below_a_roof_no_way_leads_up_and_without_a_retract_none_is_needed(
     assert before.ok
     assert after.ok
     assert np.linalg.norm(after.lead_out) >= 1.0
-    motion, _, up = verified(hayashi, along_x(lollipop), slotted, leg=False, way_out=True)
+    motion, _, up = verified(hayashi, along_x(lollipop), slotted, leg=False, way_out=100.0)
     assert up.counts == {"retreat-blocked": 1}
     found = next(f for f in up.findings if f.code == "retreat-blocked")
     assert found.place.location == 8
@@ -153,7 +175,7 @@ def test_a_path_that_ends_in_a_link_is_left_as_it_is(hayashi, lollipop):
     path = replace(path, kind=np.array([*[MoveKind.CUT] * 8, MoveKind.LINK]))
     _, _, after = verified(hayashi, path, ledge(over=(2.5, 40.0)))
     assert not np.any(after.lead_out)
-    _, _, up = verified(hayashi, path, ledge(over=(2.5, 40.0)), way_out=True)
+    _, _, up = verified(hayashi, path, ledge(over=(2.5, 40.0)), way_out=100.0)
     assert up.counts == {"retreat-blocked": 1}
 
 
@@ -162,7 +184,7 @@ def test_where_the_way_out_is_turned_down_the_straight_way_up_is_checked(hayashi
     _, _, plain = verified(hayashi, along_x(lollipop), floor, leaves=False)
     assert not np.any(plain.lead_out)
     assert "the way out after the last location: the program ends there" in plain.not_checked
-    _, _, up = verified(hayashi, along_x(lollipop), ledge(over=(2.5, 40.0)), leaves=False, way_out=True)
+    _, _, up = verified(hayashi, along_x(lollipop), ledge(over=(2.5, 40.0)), leaves=False, way_out=100.0)
     assert up.counts == {"retreat-blocked": 1}
 
 
@@ -200,7 +222,7 @@ def test_a_lead_in_passes_the_stock_at_the_feed_of_the_cut(hayashi):
     for depth in (3.0, 12.0):
         around = Surroundings(stock=box([-60, -40, -40], [60, 40, depth]))
         report = verify(motion, hayashi, path, surroundings=around)
-        after = with_approach(report, motion, hayashi, path, surroundings=around, way_out=True)
+        after = with_approach(report, motion, hayashi, path, surroundings=around, way_out=100.0)
         assert after.counts == report.counts
         lengths.append(after.lead_in[2])
     assert lengths[0] == 5.0
