@@ -51,6 +51,6 @@ def _on_both_ways(ways: tuple[str, ...] | None) -> tuple[str, ...] | None:
 
 def _retract(job: Job) -> float | None:
     """Give the machine's place of Z, mm, to which a job's program goes up at its end, if it does."""
-    if job.nc.retract is None and job.nc.home.partition(" ")[0] == "Z":
+    if job.nc.retract is None and job.nc.home.split()[:1] == ["Z"]:
         return 0.0
     return job.nc.retract
