@@ -28,7 +28,7 @@ class Piece:
     Parameters
     ----------
     zones : (m, 7), see `gouge_kernel.inside`
-    low, high : mm above the tip, between which the body is there; −∞ where its own profile closes it
+    low, high : mm above the tip, between which the body is there; ∓∞ where its own profile closes it
     is_ball : whether it is the whole ball about ``(0, zones[0].height)``
     """
 
@@ -80,15 +80,15 @@ class CuttingBody:
         pieces = _ball_pieces(tool, height) if cutter.is_ball else _pieces(cutter.zones, top, height)
         smooth = len(pieces) == 1 and pieces[0].is_ball
         finest = min(COARSE, math.sqrt(8.0 * tool.radius * SAG)) if smooth else FINEST
-        heart = tool.radius if cutter.is_ball else _heart(pieces[0])
+        heart = tool.radius if cutter.is_ball else _heart(pieces[0], height)
         return cls(pieces, height, cutter.length is not None, heart, tool.radius, finest)
 
     def depths(self, tips: Array, axes: Array, tree: TriangleTree, floors: Array) -> Array:
         """Measure how deep the cutter reaches into triangles.
 
-        Depth is the least way from the deepest point of the surface out of the cutter's profile, sideways or
-        towards the tip: the profile, shrunk inwards by as much, would only touch. Of several pieces the
-        largest counts, so where neck and ball of a lollipop meet it is a little too small.
+        Depth is the least way from the deepest point of the surface out of the cutter's profile, sideways,
+        towards the tip or past its upper end: the profile, shrunk inwards by as much, would only touch. Of
+        several pieces the largest counts, so where neck and ball of a lollipop meet it is a little too small.
 
         Parameters
         ----------
@@ -123,7 +123,7 @@ def _ball_pieces(tool: Tool, height: float) -> tuple[Piece, ...]:
     """Make the whole ball, and the cylinder on it: as wide as the ball, or a lollipop's neck."""
     ball = Piece(_rows(tool.cutter.zones), 0.0, 2.0 * tool.radius, is_ball=True)
     end, top = tool.cutter.zones[0].outline()[-1]
-    return (ball, Piece(_rows([_cylinder(end)]), top, height)) if height > top + 1e-9 else (ball,)
+    return (ball, _above(end, top, height)) if height > top + 1e-9 else (ball,)
 
 
 def _pieces(zones: tuple[Zone, ...], top: float, height: float) -> tuple[Piece, ...]:
@@ -133,15 +133,22 @@ def _pieces(zones: tuple[Zone, ...], top: float, height: float) -> tuple[Piece, 
         zones = (Zone("tip", 0.0, 0.0, 0.0, 0.0, first.low), *zones)
     end = float(last.outline()[-1, 0])
     if last.high > QUARTER + 1e-9:
-        whole = Piece(_rows(zones), -math.inf, top)
-        neck = Piece(_rows([_cylinder(end)]), top, height)
-        return (whole, neck) if height > top else (whole,)
+        if height > top:
+            return Piece(_rows(zones), -math.inf, top), _above(end, top, height)
+        return (Piece(_rows([*zones, _lid(end, top, last.high)]), -math.inf, math.inf),)
     rim = Zone("rim", 0.0, end, top, last.high, QUARTER)
-    return (Piece(_rows([*zones, rim]), -math.inf, height),)
+    return (Piece(_rows([*zones, rim, _lid(end, height)]), -math.inf, math.inf),)
 
 
-def _cylinder(radius: float) -> Zone:
-    return Zone("side", 0.0, radius, 0.0, QUARTER, QUARTER)
+def _above(radius: float, low: float, high: float) -> Piece:
+    """Make the cylinder that goes on from a profile."""
+    side = Zone("side", 0.0, radius, 0.0, QUARTER, QUARTER)
+    return Piece(_rows([side, _lid(radius, high)]), low, math.inf)
+
+
+def _lid(radius: float, height: float, low: float = QUARTER) -> Zone:
+    """Close a profile at its end: what comes in from above comes in gradually, so that no way hides it."""
+    return Zone("lid", 0.0, radius, height, low, math.pi)
 
 
 def _rows(zones: list[Zone] | tuple[Zone, ...]) -> Array:
@@ -161,9 +168,9 @@ def _rows(zones: list[Zone] | tuple[Zone, ...]) -> Array:
     )
 
 
-def _heart(piece: Piece) -> float:
+def _heart(piece: Piece, height: float) -> float:
     """Find the place of the axis that is deepest inside a piece, mm above the tip."""
     from fiveaxis.verification import gouge_kernel
 
-    heights = np.linspace(0.0, piece.high, HEARTS)
+    heights = np.linspace(0.0, min(piece.high, height), HEARTS)
     return float(heights[np.argmax([gouge_kernel.inside(0.0, z, piece.zones)[0] for z in heights])])

@@ -170,6 +170,19 @@ def test_a_turn_between_two_good_locations_sweeps_the_flank_into_the_part(hayash
     assert way[1] == pytest.approx(dense.max(), abs=0.01)
 
 
+@pytest.mark.parametrize("tool", [shapes.flat(10.0), shapes.bull(10.0, 1.0), shapes.lollipop(10.0, 6.0)])
+def test_what_comes_in_through_the_upper_end_and_goes_out_below_is_found(hayashi, tool):
+    """A small block above the cutter at one location and below it at the next."""
+    tips = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 14.0]])
+    path = Toolpath.from_tips(tips, np.tile([0.0, 0.0, 1.0], (2, 1)), Tool(tool))
+    block = trimesh.creation.box(extents=(1.0, 1.0, 1.0))
+    block.apply_translation([1.0, 0.0, 12.0])
+    subject = make_subject(upright(path, hayashi), hayashi, path, None, DEFAULT_TOLERANCES)
+    here, way = gouge_depths(subject, block)
+    assert (here < 0.0).all()
+    assert way[1] > 1.0
+
+
 def test_axes_that_run_linearly_leave_the_straight_way_of_the_centre(hayashi, box):
     """Half a turn of the table while the ball should pass over the part: led straight it stays on top."""
     contact = np.array([[-10.0, 8.0, SIDE / 2.0], [10.0, 8.0, SIDE / 2.0]])
