@@ -128,7 +128,7 @@ def pretend() -> Iterator[Pretended]:
             processes=False,
             n_workers=workers,
             threads_per_worker=1,
-            dashboard_address=None,
+            dashboard_address="127.0.0.1:0",
             memory_limit=None,
             set_as_default=False,
         ) as client:

@@ -28,7 +28,7 @@ def run(job, tell):
     raise Infeasible("an end that the inputs decide", [])
 worker.run_job = run
 with LocalCluster(n_workers=1, threads_per_worker=1, processes=False, protocol="tcp", host="127.0.0.1",
-                  dashboard_address=None) as cluster:
+                  dashboard_address="127.0.0.1:0") as cluster:
     print(cluster.scheduler_address, flush=True)
     sys.stdin.read()
 """

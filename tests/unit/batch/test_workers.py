@@ -179,7 +179,9 @@ def test_an_address_that_is_none_is_named():
 @pytest.mark.slow
 def test_jobs_run_on_a_scheduler_that_is_there_already(rings, tmp_path, in_time):
     distributed = pytest.importorskip("distributed")
-    with distributed.LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=None) as there:
+    with distributed.LocalCluster(
+        n_workers=1, threads_per_worker=1, dashboard_address="127.0.0.1:0"
+    ) as there:
         address = there.scheduler_address
         done = in_time(lambda: run_batch(rings[:1], tmp_path / "out", scheduler=address), 300)
         assert len(there.workers) == 1
