@@ -26,11 +26,10 @@ if TYPE_CHECKING:
     from fiveaxis.energy import Energy, PowerSurface, calibrate_drive, power_surface
     from fiveaxis.errors import FiveAxisError
     from fiveaxis.findings import Finding
-    from fiveaxis.job import post_program, program_energy, verify_program
+    from fiveaxis.job import Solution, post_program, program_energy, verify_program, write_program
     from fiveaxis.machine import Machine, load_machine, machine_names
     from fiveaxis.motion import Motion
-    from fiveaxis.nc import ProgramSettings, read_program, read_toolpath, write_program
-    from fiveaxis.posture import Solution
+    from fiveaxis.nc import ProgramSettings, read_program, read_toolpath
     from fiveaxis.toolpath import Tool, Toolpath
     from fiveaxis.verification import Report, verify
     from fiveaxis.viewer import preview
@@ -46,7 +45,7 @@ _HOMES = {
     "PowerSurface": "energy",
     "ProgramSettings": "nc",
     "Report": "verification",
-    "Solution": "posture",
+    "Solution": "job",
     "Tool": "toolpath",
     "Toolpath": "toolpath",
     "calibrate_drive": "energy",
@@ -64,7 +63,7 @@ _HOMES = {
     "run_batch": "batch",
     "verify": "verification",
     "verify_program": "job",
-    "write_program": "nc",
+    "write_program": "job",
 }
 
 __all__ = [

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Mapping
 from functools import partial
@@ -27,17 +26,19 @@ from fiveaxis.cli.options import (
     takes,
 )
 from fiveaxis.cli.terminal import (
-    alarm,
     err,
     errors_explained,
     out,
     parse_numbers,
     parse_places,
+    print_causes,
     print_json,
+    print_release,
 )
 from fiveaxis.cli.work import work_with_bars
 from fiveaxis.cli.writing_options import WRITING, coordinates_of, given_settings
 from fiveaxis.errors import SettingError
+from fiveaxis.findings import group_findings
 
 PLACES = ("start", "program_zero")
 
@@ -89,7 +90,7 @@ def optimise(
 ) -> None:
     """Choose the posture of every cutter location, verify it, and write motion, report, preview and NC."""
     with errors_explained(as_json) as written:
-        from fiveaxis.job import compose_outcome, require_folder, write_outcome
+        from fiveaxis.job import require_folder, write_outcome
 
         if output is not None:
             require_folder(output)
@@ -102,14 +103,8 @@ def optimise(
             print_json(outcome.document)
         else:
             _print_outcome(outcome)
-        assumed = compose_outcome(outcome).findings if written and outcome.gate.is_open else ()
-        for finding in (*assumed, *outcome.gate.unused):
-            err.print(f"{finding.severity}: {finding}", markup=False)
-        for code in outcome.gate.accepted:
-            alarm.print(f"[bold red]overridden[/]: {code} ({outcome.gate.report.counts[code]})")
-        if not outcome.gate.is_open:
-            alarm.print("[bold red]verification found errors[/]: no NC program was written")
-            raise typer.Exit(1)
+        print_causes(group_findings(outcome.program.findings), err)
+        print_release(outcome.gate)
 
 
 @takes(POSTURE, PLANNING, READING)
@@ -212,8 +207,7 @@ def _print_outcome(outcome: Outcome) -> None:
     from fiveaxis.job import RESULT
 
     solution, program = outcome.solution, outcome.program
-    for finding in solution.toolpath.findings:
-        err.print(f"{finding.severity}: {finding}", markup=False)
+    print_causes(group_findings(solution.toolpath.findings), err)
     savings = solution.savings()
     axes = (f"{c} J" for c in solution.machine.letters)
     table = Table("posture", "J", *axes, "s", "saved", "program J", "saved", box=None)
@@ -221,8 +215,8 @@ def _print_outcome(outcome: Outcome) -> None:
     for name, energy in rows.items():
         joules = (f"{joule:.0f}" for joule in energy.by_axis.values())
         saved = f"{100 * savings[name]:.1f} %" if name in savings else ""
-        driven = program.energy[name].total
-        share = 100.0 * (1.0 - program.energy[RESULT].total / driven) if driven else 0.0
+        driven = outcome.energy[name].total
+        share = 100.0 * (1.0 - outcome.energy[RESULT].total / driven) if driven else 0.0
         programs = f"{driven:.0f}", "" if name == RESULT else f"{share:.1f} %"
         table.add_row(name, f"{energy.total:.0f}", *joules, f"{energy.time:.1f}", saved, *programs)
     out.print(f"{len(solution.toolpath)} locations; travel metric of the feed drives (no base load)")
@@ -232,17 +226,15 @@ def _print_outcome(outcome: Outcome) -> None:
         percent = round(100.0 * error, 1) + 0.0
         integral = f"{solution.energy.power_integral:.0f} J"
         out.print(f"power integral of the result: {integral}; the travel metric differs by {percent:+.1f} %")
-    held = f"; none left out because of {', '.join(program.held_back)}" if program.held_back else ""
-    out.print(
-        f"program: {len(program.motion)} blocks for {program.locations} locations: {program.inserted} blocks "
-        "inserted, so that the tool stays on its path and the tool axis in its plane without TCP, and "
-        f"{program.removed} needless ones left out{held}",
-        soft_wrap=True,
-    )
-    if program.left_plane:
-        cuts = f"{program.left_plane} {'cut' if program.left_plane == 1 else 'cuts'}"
-        degrees = math.degrees(program.off_plane)
-        out.print(f"program: the tool axis leaves its plane in {cuts}, by {degrees:.3g} deg at most")
+    fill = program.fill
+    if fill is not None:
+        held = f"; none removed because of {', '.join(program.held_back)}" if program.held_back else ""
+        out.print(
+            f"program: {len(fill.blocks)} blocks for {len(fill.given)} locations: {fill.inserted} blocks "
+            "inserted, so that the tool stays on its path and the tool axis in its plane, and "
+            f"{fill.removed} redundant ones removed{held}",
+            soft_wrap=True,
+        )
     if "setup_search" in outcome.document:
         _print_setup(outcome.document["setup_search"])
     _print_budget(outcome.budget)
@@ -250,9 +242,7 @@ def _print_outcome(outcome: Outcome) -> None:
         out.print(outcome.front.as_markdown(), markup=False, soft_wrap=True)
     for name, reason in solution.missing.items():
         out.print(f"no baseline {name}: {escape(reason)}")
-    for subject, verdict in {"finding": outcome.verdict, "finding in the program": program.verdict}.items():
-        for code, count in verdict.counts.items():
-            out.print(f"{subject} {code}: {count}")
+    print_causes(outcome.gate.report.summary(), out)
     out.print("verification: " + ("no errors" if outcome.ok else "[bold red]errors[/]"))
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -10,51 +9,30 @@ import typer
 from rich.markup import escape
 from rich.table import Table
 
-from fiveaxis.cli.options import (
-    AsJson,
-    BlockDelete,
-    MachineName,
-    Override,
-    ProgramZero,
-    Rapid,
-    Start,
-    ToolLength,
-    ToolName,
-    Unit,
-    Winding,
-    WorkOffset,
-    Wrap,
-    takes,
-)
+from fiveaxis.cli.options import AsJson, Override, Thin, Winding, takes
 from fiveaxis.cli.terminal import (
+    alarm,
     err,
     errors_explained,
     out,
-    parse_numbers,
-    parse_places,
+    print_causes,
     print_json,
-    required,
+    print_release,
 )
-from fiveaxis.cli.verify_verb import path_and_tool
+from fiveaxis.cli.verify_verb import (
+    CHECKING,
+    Part,
+    PathToFollow,
+    against_of,
+    machine_of,
+    reading_of,
+)
 from fiveaxis.cli.work import work_aside
 from fiveaxis.cli.writing_options import WRITING, coordinates_of, settings_of
+from fiveaxis.findings import group_findings
 
 if TYPE_CHECKING:
-    from fiveaxis.machine import Machine
-    from fiveaxis.nc.gate import Verdict
-
-POSTING: Mapping[str, Any] = {
-    "machine": MachineName,
-    "winding": Winding,
-    "unit": Unit,
-    "program_zero": ProgramZero,
-    "start": Start,
-    "rapid": Rapid,
-    "block_delete": BlockDelete,
-    "wrap": Wrap,
-    "tool_length": ToolLength,
-    "work_offset": WorkOffset,
-}
+    from fiveaxis.job import Posted
 
 
 def controls(as_json: AsJson = False) -> None:
@@ -82,92 +60,76 @@ def controls(as_json: AsJson = False) -> None:
         out.print("more: --control MY.toml, a table that says what differs from one of these (based_on)")
 
 
-@takes(POSTING, WRITING)
+@takes(CHECKING, WRITING)
 def post(
     context: typer.Context,
     source: Annotated[Path, typer.Argument(help="motion.csv, or a program of any language that is read")],
     control: Annotated[str, typer.Option("--control", "-c", help="`fiveaxis controls`, or a .toml file")],
     output: Annotated[Path, typer.Option("--output", "-o", help="the new program")],
-    tool: ToolName = None,
-    part: Annotated[Path | None, typer.Option("--part", help="mesh of the part: verified against it")] = None,
-    path: Annotated[
-        Path | None, typer.Option("--path", help="toolpath, or job .toml: verified against it")
-    ] = None,
+    part: Part = None,
+    path: PathToFollow = None,
+    winding: Winding = None,
+    thin: Thin = None,
     override: Override = None,
+    unverified: Annotated[
+        bool, typer.Option("--unverified", help="exit code 0 though there is nothing to verify it against")
+    ] = False,
     as_json: AsJson = False,
     **_: Any,
 ) -> None:
-    """Write a motion, or a program of another control, for a control.
+    """Write a motion, or a program of another control, for a control, and verify what was written.
 
-    With --tool, --part or --path it is verified first, as by `verify`; else it says NOT VERIFIED.
+    --path, --tool and --part say against what; with none of them the program says NOT VERIFIED, and the exit
+    code is 1 unless --unverified is given.
     """
     with errors_explained(as_json) as written:
         from fiveaxis.job import post_program
 
         options = context.params
-        machine = _machine(options)
-        posted = post_program(
-            source,
-            machine,
-            report=work_aside(lambda: _verdict(source, machine, options)),
-            override=tuple(override or ()),
-            control=control,
-            output=output,
-            coordinates=coordinates_of(options),
-            winding=options["winding"] or "unwound",
-            settings=settings_of(options),
-            unit=options["unit"],
-            rapid_mm_min=options["rapid"],
-            block_delete=bool(options["block_delete"]),
-            wrap=options["wrap"],
-            start=parse_places("--start", options["start"]),
-            program_zero=parse_places("--program-zero", options["program_zero"]),
+        machine = machine_of(options)
+        posted = work_aside(
+            lambda: post_program(
+                source,
+                machine,
+                control=control,
+                output=output,
+                coordinates=coordinates_of(options),
+                winding=options["winding"] or "unwound",
+                settings=settings_of(options),
+                thin=thin is not False,
+                against=against_of(path, part, options, machine),
+                unverified=True,
+                override=tuple(override or ()),
+                **reading_of(options),
+            )
         )
         written.append(output)
-        program = posted.program
-        document = {
-            "program": str(output),
-            "control": program.control,
-            "coordinates": program.coordinates,
-            "locations": len(posted.motion),
-            "lines": len(program.lines),
-            "dropped": program.dropped,
-            "findings": [finding.as_dict() for finding in posted.findings],
-        }
-        for finding in posted.findings:
-            err.print(f"{finding.severity}: {finding}", markup=False)
+        made = posted.made
         if as_json:
-            return print_json(document)
-        written_as = f"{len(program.lines)} lines for {program.control}, {program.coordinates}"
-        out.print(f"wrote {escape(str(output))}: {written_as}", soft_wrap=True)
+            print_json(_document(posted, output))
+        print_causes(group_findings((*posted.findings, *made.report.findings), made.report.counts), err)
+        lines = f"{len(made.text.lines)} lines for {made.text.control}, {made.text.coordinates}"
+        err.print(f"wrote {escape(str(output))}: {lines}")
+        print_release(made.gate)
+        if not made.gate.verified:
+            alarm.print(
+                "[bold red]NOT VERIFIED[/]: there is nothing to verify the program against; give --path, --tool "
+                "and --part, or --unverified"
+            )
+            raise typer.Exit(0 if unverified else 1)
 
 
-def _verdict(source: Path, machine: Machine, options: Mapping[str, Any]) -> Verdict | None:
-    """Verify what is to be written, where something to hold it against is given."""
-    if all(options[name] is None for name in ("tool", "part", "path")):
-        return None
-    from fiveaxis.job import verify_program
-
-    return verify_program(
-        source,
-        machine,
-        part=options["part"],
-        **path_and_tool(options["path"], options, machine),
-        unit=options["unit"],
-        rapid_mm_min=options["rapid"],
-        block_delete=bool(options["block_delete"]),
-        wrap=options["wrap"],
-        start=parse_places("--start", options["start"]),
-        program_zero=parse_places("--program-zero", options["program_zero"]),
-    )
-
-
-def _machine(options: Mapping[str, Any]) -> Machine:
-    from fiveaxis.machine import load_machine
-
-    machine = load_machine(required(options["machine"], "machine"))
-    if options["work_offset"] is not None:
-        x, y, z = parse_numbers(options["work_offset"], 3, "X,Y,Z")
-        machine = machine.with_setup((x, y, z))
-    length = options["tool_length"]
-    return machine if length is None else machine.with_tool_length(length)
+def _document(posted: Posted, output: Path) -> dict[str, Any]:
+    text, report = posted.made.text, posted.made.report
+    return {
+        "program": str(output),
+        "control": text.control,
+        "coordinates": text.coordinates,
+        "locations": len(posted.motion),
+        "lines": len(text.lines),
+        "dropped": text.dropped,
+        "verified": posted.made.gate.verified,
+        "verification": report.as_dict(),
+        "summary": [cause.as_dict() for cause in group_findings(posted.findings)],
+        "findings": [finding.as_dict() for finding in posted.findings],
+    }

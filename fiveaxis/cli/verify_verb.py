@@ -14,6 +14,7 @@ from fiveaxis.cli.options import (
     BlockDelete,
     Cone,
     Fixtures,
+    GougeTolerance,
     Hold,
     Lead,
     Lean,
@@ -42,6 +43,7 @@ from fiveaxis.cli.terminal import (
     out,
     parse_numbers,
     parse_places,
+    print_causes,
     print_json,
     required,
 )
@@ -50,11 +52,9 @@ from fiveaxis.errors import SettingError
 
 if TYPE_CHECKING:
     from fiveaxis.collision import Surroundings
+    from fiveaxis.job import Against, Job
     from fiveaxis.machine import Machine
     from fiveaxis.verification import Report
-
-# Findings printed; all are in --json.
-MOST_PRINTED = 30
 
 CHECKING: Mapping[str, Any] = {
     "machine": MachineName,
@@ -71,6 +71,7 @@ CHECKING: Mapping[str, Any] = {
     "stock": Stock,
     "fixtures": Fixtures,
     "surface_tolerance": SurfaceTolerance,
+    "gouge_tolerance": GougeTolerance,
     "unit": Unit,
     "program_zero": ProgramZero,
     "start": Start,
@@ -81,8 +82,19 @@ CHECKING: Mapping[str, Any] = {
     "work_offset": WorkOffset,
     "part_rotation": PartRotation,
 }
-# Options that the library call takes under the same name and as they are.
-PLAIN = ("cone", "max_turn", "singular_cone", "singular_rate", "surface_tolerance", "unit")
+# Of programs whose author nobody has asked: what counts as near the singular direction, and as turning there.
+SINGULAR_CONE, SINGULAR_RATE = 5.0, 5.0
+# mm, gap between cutter and part that counts as touching.
+SURFACE_TOLERANCE = 0.05
+
+
+Part = Annotated[Path | None, typer.Option("--part", help="mesh of the finished part: gouges are looked for")]
+PathToFollow = Annotated[
+    Path | None,
+    typer.Option(
+        "--path", help="toolpath that the program should follow; a job .toml says tool and bounds too"
+    ),
+]
 
 
 @takes(CHECKING)
@@ -91,12 +103,8 @@ def verify(
     program: Annotated[
         Path | None, typer.Argument(help="NC program of any language read here, or motion.csv")
     ] = None,
-    part: Annotated[
-        Path | None, typer.Option("--part", help="mesh of the finished part: gouges are looked for")
-    ] = None,
-    path: Annotated[
-        Path | None, typer.Option("--path", help="toolpath (or job .toml) that the program should follow")
-    ] = None,
+    part: Part = None,
+    path: PathToFollow = None,
     codes: Annotated[bool, typer.Option("--codes", help="print every code of a finding and stop")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="print one JSON document and nothing else")] = False,
     **_: Any,
@@ -110,16 +118,26 @@ def verify(
         if program is None:
             raise SettingError("name a program to verify, or give --codes")
         options = context.params
-        machine = _machine(options)
-        report = work_aside(
-            lambda: verify_program(
+        machine = machine_of(options)
+
+        def work() -> Report:
+            against = against_of(path, part, options, machine)
+            constraints = against.constraints.options
+            # The way of a program's pivot over its blocks isn't the path's.
+            del constraints["turn_rate"]
+            return verify_program(
                 program,
                 machine,
-                surroundings=_surroundings(part, options),
-                **path_and_tool(path, options, machine),
-                **_settings(options),
+                tool=against.tool,
+                toolpath=against.toolpath,
+                surroundings=against.surroundings,
+                gouge_tolerance=against.gouge_tolerance,
+                surface_tolerance=options["surface_tolerance"] or SURFACE_TOLERANCE,
+                **constraints,
+                **reading_of(options),
             )
-        )
+
+        report = work_aside(work)
         if as_json:
             print_json({"program": program.name, "machine": machine.name} | report.as_dict())
         else:
@@ -128,12 +146,62 @@ def verify(
             raise typer.Exit(1)
 
 
-def _machine(options: Mapping[str, Any]) -> Machine:
+def machine_of(options: Mapping[str, Any]) -> Machine:
+    """Load the machine that the options name, else the job's that `--path` names."""
+    from fiveaxis.job import load_job_machine
     from fiveaxis.machine import load_machine
 
+    job = _job_of(options["path"])
+    if options["machine"] is None and job is not None:
+        return load_job_machine(job)
     machine = load_machine(required(options["machine"], "machine"))
     offset, rotation = (_triple(options[name] or "0,0,0") for name in ("work_offset", "part_rotation"))
     return machine.with_setup(offset, rotation).with_tool_length(options["tool_length"] or 0.0)
+
+
+def against_of(path: Path | None, part: Path | None, options: Mapping[str, Any], machine: Machine) -> Against:
+    """Load what a program is held against: path, tool, what stands around, and constraints."""
+    from fiveaxis.job import Against, load_job_toolpath
+    from fiveaxis.nc import read_toolpath
+    from fiveaxis.toolpath import Constraints, parse_tool
+
+    tool = None if options["tool"] is None else parse_tool(options["tool"])
+    job, toolpath, around = _job_of(path), None, _surroundings(part, options)
+    given = _constraints(options)
+    singular = {"singular_cone": SINGULAR_CONE, "singular_rate": SINGULAR_RATE}
+    gouge = options["gouge_tolerance"]
+    if job is not None:
+        from fiveaxis.job.stages import load_surroundings
+
+        toolpath, singular = load_job_toolpath(job), {}
+        around = around or load_surroundings(job)
+        given = job.bounds | given
+        gouge = gouge or job.gouge_tolerance
+    elif path is not None:
+        toolpath = read_toolpath(path, tool=tool, machine=machine)
+    tolerance = {} if gouge is None else {"gouge_tolerance": gouge}
+    cutter = tool or (None if toolpath is None else toolpath.tool)
+    if around is not None and cutter is None:
+        raise SettingError("a part is checked against a cutter; name the tool (--tool ball:10)")
+    return Against(toolpath, cutter, around, Constraints(**(singular | given)), **tolerance)
+
+
+def reading_of(options: Mapping[str, Any]) -> dict[str, Any]:
+    """Give what is said about how the program itself is read, as `read_program` takes it."""
+    return {
+        "unit": options["unit"],
+        "start": parse_places("--start", options["start"]),
+        "program_zero": parse_places("--program-zero", options["program_zero"]),
+        "rapid_mm_min": options["rapid"],
+        "block_delete": bool(options["block_delete"]),
+        "wrap": options["wrap"],
+    }
+
+
+def _job_of(path: Path | None) -> Job | None:
+    from fiveaxis.job import read_job
+
+    return read_job(path) if path is not None and path.suffix.lower() == ".toml" else None
 
 
 def _surroundings(part: Path | None, options: Mapping[str, Any]) -> Surroundings | None:
@@ -156,44 +224,22 @@ def _triple(text: str) -> tuple[float, float, float]:
     return x, y, z
 
 
-def path_and_tool(path: Path | None, options: Mapping[str, Any], machine: Machine) -> dict[str, Any]:
-    """Load the tool, and the path that the program is compared with."""
-    from fiveaxis.job import load_job_toolpath, read_job
-    from fiveaxis.nc import read_toolpath
-    from fiveaxis.toolpath import parse_tool
-
-    tool = None if options["tool"] is None else parse_tool(options["tool"])
-    if path is None:
-        return {"tool": tool}
-    if path.suffix.lower() == ".toml":
-        return {"tool": tool, "toolpath": load_job_toolpath(read_job(path))}
-    return {"tool": tool, "toolpath": read_toolpath(path, tool=tool, machine=machine)}
-
-
-def _settings(options: Mapping[str, Any]) -> dict[str, Any]:
-    """Turn options into those of the library call; what nobody gave is left to its defaults."""
-    given: dict[str, Any] = {name: options[name] for name in PLAIN}
+def _constraints(options: Mapping[str, Any]) -> dict[str, Any]:
+    """Give the bounds that the options say, by name; those that nobody gave are left out."""
+    given = {name: options[name] for name in ("cone", "max_turn", "singular_cone", "singular_rate")}
     for name in ("tilt", "lead", "lean"):
         text = options[name]
         given[name] = None if text is None else tuple(parse_numbers(text, 2, "MIN:MAX", ":"))
-    plane = options["plane"]
-    given["plane"] = None if plane is None else _triple(plane)
-    for name in ("hold", "start", "program_zero"):
-        given[name] = parse_places(f"--{name.replace('_', '-')}", options[name])
-    given["rapid_mm_min"] = options["rapid"]
-    given["block_delete"] = options["block_delete"] or None
-    given["wrap"] = options["wrap"]
+    given["plane"] = None if options["plane"] is None else _triple(options["plane"])
+    given["hold"] = parse_places("--hold", options["hold"])
     return {name: value for name, value in given.items() if value is not None}
 
 
 def _print_report(report: Report) -> None:
-    for finding in report.findings[:MOST_PRINTED]:
-        out.print(f"{finding.severity}: {finding}", markup=False, soft_wrap=True)
-    if len(report.findings) > MOST_PRINTED:
-        rest = len(report.findings) - MOST_PRINTED
-        err.print(f"{rest} more findings; --json lists the worst of each code")
-    for code, count in report.counts.items():
-        out.print(f"{code}: {count}")
+    causes = report.summary()
+    print_causes(causes, out)
+    if len(report.findings) > len(causes):
+        err.print("--json lists the worst findings of each code")
     for sentence in report.checked:
         out.print(f"checked: {escape(sentence)}", soft_wrap=True)
     for sentence in report.not_checked:

@@ -11,18 +11,25 @@ import numpy as np
 
 from fiveaxis.errors import SettingError, ToolpathError
 from fiveaxis.findings import Finding, Place, Severity
-from fiveaxis.geometry import Array
+from fiveaxis.geometry import Array, BoolArray
 from fiveaxis.job.rewinds import find_rewinds
 from fiveaxis.kinematics import axis_positions, tool_poses
 from fiveaxis.kinematics.windings import nearest_turn
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Motion, block_times
-from fiveaxis.nc import read_motion, read_program, read_toolpath
-from fiveaxis.nc.source import lists_locations
+from fiveaxis.nc import Program as Written
+from fiveaxis.nc import read_motion
+from fiveaxis.nc.control.program_reader import read_motion_of
+from fiveaxis.nc.control.spindle import spindle_of
+from fiveaxis.nc.formats import read_path_of
+from fiveaxis.nc.options import ReadOptions
+from fiveaxis.nc.source import Source, lists_locations, load_source
 from fiveaxis.toolpath import MoveKind, Tool, Toolpath
 
 # The table of a motion, beside the programs.
 MOTION_SUFFIX = ".csv"
+# Suffix by which lists of cutter locations are read, whatever their control's table calls its files.
+LISTS = {"apt": ".apt", "points": ".csv"}
 # mm: diameter of a ball that stands for the tip of a tool that nobody names.
 POINT = 1e-6
 # mm/min: of rapid moves of axes whose speed nobody knows; nothing but their duration depends on it.
@@ -38,6 +45,8 @@ class Program:
     motion : of the axes, one row a block
     path : of the tool's tip along it, which knows file and line of each row
     findings : what reading assumed or left out
+    tcp : (n,), which moves are those of the tool's tip, under TCP
+    spindle : (n,), rev/min, as `ReadMotion.spindle`
     straight : whether the tool's centre goes straight between rows; else all axes run linearly
     led : whether that is because a control leads it
     """
@@ -45,8 +54,15 @@ class Program:
     motion: Motion
     path: Toolpath
     findings: tuple[Finding, ...]
+    tcp: BoolArray
+    spindle: Array
     straight: bool = False
     led: bool = False
+
+    @property
+    def assumes_angles(self) -> bool:
+        """Whether the program doesn't name its rotary angles."""
+        return self.led
 
     @property
     def led_height(self) -> float | None:
@@ -81,15 +97,64 @@ def load_program(
     """
     path = Path(file)
     name = path.with_suffix("") if path.suffix.lower() == ".gz" else path
-    timed = {**reading, "rapid_mm_min": reading.get("rapid_mm_min") or RAPID}
     try:
         if name.suffix.lower() == MOTION_SUFFIX:
             return _load_table(path, machine, tool, reading)
-        motion = read_program(path, machine, **timed)
+    except ToolpathError as table_fault:
+        # Not the table of a motion: perhaps a list of points.
+        return _with_links(
+            _load_path(load_source(path), _options(machine, tool, reading), table_fault), machine
+        )
+    return _with_links(_load(load_source(path), _options(machine, tool, reading)), machine)
+
+
+def load_text(
+    text: Written, machine: Machine, start: Mapping[str, float], begin: Array, tool: Tool | None = None
+) -> Program:
+    """Read a program of our own whose text is at hand.
+
+    Parameters
+    ----------
+    text : as it was composed
+    start : where axes stand before it, as for `read_program`
+    begin : (1, k), axis values next to which the control turns the rotary axes where directions of the tool
+        leave it the choice
+    tool : None for its tip alone
+
+    Raises
+    ------
+    FiveAxisError
+        As `load_program`.
+    """
+    source = Source(f"program{text.suffix}", list(text.lines))
+    options = _options(machine, tool, {"start": start})
+    if text.language != "blocks":
+        named = replace(source, name=f"program{LISTS[text.language]}")
+        return _load_path(named, options, source.error("it can't be read as a path"), begin)
+    return _load(source, options, begin)
+
+
+def _options(machine: Machine, tool: Tool | None, reading: Mapping[str, Any]) -> ReadOptions:
+    given = {name: value for name, value in reading.items() if value is not None}
+    return ReadOptions(tool=tool, machine=machine, **({"rapid_mm_min": RAPID} | given))
+
+
+def _load(source: Source, options: ReadOptions, begin: Array | None = None) -> Program:
+    machine = options.machine
+    assert machine is not None
+    try:
+        if lists_locations(source.name):
+            raise source.error("is a list of cutter locations, which names no axes")
+        motion = read_motion_of(source, machine, options)
     except ToolpathError as fault:
-        return _with_links(_load_path(path, machine, tool, timed, fault), machine)
-    read = Program(motion, _tool_path(motion, machine, tool, motion.name), motion.findings)
-    return _with_links(read, machine)
+        return _load_path(source, options, fault, begin)
+    return Program(
+        motion,
+        tool_path(motion, machine, options.tool, motion.name),
+        motion.findings,
+        motion.tcp,
+        motion.spindle,
+    )
 
 
 def _with_links(read: Program, machine: Machine) -> Program:
@@ -106,10 +171,12 @@ def _load_table(path: Path, machine: Machine, tool: Tool | None, reading: Mappin
         raise SettingError(
             f"{', '.join(said)} is for NC programs, and this is the table of a motion", file=path
         )
-    return Program(motion, _tool_path(motion, machine, tool, path.name), (), straight=True)
+    none = np.zeros(len(motion))
+    return Program(motion, tool_path(motion, machine, tool, path.name), (), none > 0, none, straight=True)
 
 
-def _tool_path(motion: Motion, machine: Machine, tool: Tool | None, name: str) -> Toolpath:
+def tool_path(motion: Motion, machine: Machine, tool: Tool | None, name: str) -> Toolpath:
+    """Follow the tool of a motion; one of none for its tip alone."""
     tip, axis = tool_poses(machine, motion.positions)
     feed = np.where(np.isfinite(motion.feed) & (motion.feed > 0.0), motion.feed, 1.0)
     return Toolpath.from_tips(
@@ -124,18 +191,20 @@ def _tool_path(motion: Motion, machine: Machine, tool: Tool | None, name: str) -
 
 
 def _load_path(
-    file: Path, machine: Machine, tool: Tool | None, reading: Mapping[str, Any], fault: ToolpathError
+    source: Source, options: ReadOptions, fault: ToolpathError, begin: Array | None = None
 ) -> Program:
     """Read a program as a path of the tool, because it isn't one of the axes; or say why it isn't."""
+    machine = options.machine
+    assert machine is not None
     try:
-        path = read_toolpath(file, tool=tool or Tool.ball(POINT), machine=machine, **reading)
+        path = read_path_of(source, replace(options, tool=options.tool or Tool.ball(POINT)))
     except ToolpathError:
-        if lists_locations(file):
+        if lists_locations(source.name):
             raise
         raise fault from None
     if not path.has_axes:
         raise fault
-    positions = _next_to_each_other(path, machine)
+    positions = _next_to_each_other(path, machine, begin)
     motion = Motion(
         letters=machine.letters,
         positions=positions,
@@ -161,19 +230,21 @@ def _load_path(
         source=path.source,
         name=path.name,
     )
-    return Program(motion, bare, (assumed, *path.findings), straight=True, led=True)
+    tcp, spindle = np.ones(len(path), dtype=bool), spindle_of(source, path.source)
+    return Program(motion, bare, (assumed, *path.findings), tcp, spindle, straight=True, led=True)
 
 
-def _next_to_each_other(path: Toolpath, machine: Machine) -> Array:
+def _next_to_each_other(path: Toolpath, machine: Machine, begin: Array | None) -> Array:
     """Solve the axes, (n, k), each row with the turns and the branch nearest to the row before.
 
-    Of branches outside the limits one is taken only where there is no other: the check of limits names it.
+    The first is nearest to `begin`, (1, k), or to zero. Of branches outside the limits one is taken only
+    where there is no other: the check of limits names it.
     """
     branches = axis_positions(machine, path.tips(path.axis), path.axis)
     columns = machine.rotary_columns
     low, high = machine.low[columns], machine.high[columns]
     found = np.full(branches.shape[1:], np.nan)
-    before = np.clip(np.zeros(len(columns)), low, high)
+    before = np.clip(np.zeros(len(columns)) if begin is None else begin[0, columns], low, high)
     for i in range(len(found)):
         rows = branches[:, i].copy()
         rows[:, columns] = nearest_turn(rows[:, columns], before, low, high)

@@ -16,7 +16,8 @@ from fiveaxis.nc import ProgramSettings, find_dialect
 from fiveaxis.settings import (
     StrictModel,
 )
-from fiveaxis.toolpath import parse_tool, require_range
+from fiveaxis.toolpath import Constraints, parse_tool, require_range
+from fiveaxis.verification.subject import GOUGE_TOLERANCE
 
 TOOL_FILE = ".toml"
 # Table that makes many jobs of one file (`fiveaxis.batch`).
@@ -166,6 +167,11 @@ class Job(StrictModel):
     surface_tolerance: float = Field(
         0.05, gt=0.0, description="gap between cutter and part that counts as touching, mm"
     )
+    gouge_tolerance: float = Field(
+        GOUGE_TOLERANCE,
+        gt=0.0,
+        description="how deep the cutter may reach into the part at a location, mm; 0.01 deeper between two",
+    )
     drives: str | None = Field(None, min_length=1, description="machine whose axis powers are taken instead")
     up_penalty: float = Field(0.0, ge=0.0, description="extra price of moving up against gravity, J/mm")
     max_turn: float = Field(15.0, gt=0.0, description="largest rotary turn in a cutting move, deg")
@@ -236,6 +242,11 @@ class Job(StrictModel):
     def bounds(self) -> dict[str, Any]:
         """What bounds postures and turns, as `optimise` and `verify` take it."""
         return {name: getattr(self, name) for name in BOUNDS}
+
+    @property
+    def constraints(self) -> Constraints:
+        """The same as one record."""
+        return Constraints(**self.bounds)
 
     @field_validator("tilt")
     @classmethod

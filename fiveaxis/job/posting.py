@@ -1,33 +1,80 @@
-"""From one control to another: a program, or the table of a motion, written for a machine's control."""
+"""A motion or a program, written for a control: the same way to a program as from postures."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal
 
-from fiveaxis.errors import ToolpathError
-from fiveaxis.files import write_atomically
+import numpy as np
+
+from fiveaxis.collision import Surroundings
+from fiveaxis.errors import SettingError, ToolpathError
 from fiveaxis.findings import Finding
+from fiveaxis.job.checked_program import MOTION_SUFFIX, POINT, load_text, tool_path
+from fiveaxis.job.program import (
+    Header,
+    MadeProgram,
+    ProgramOptions,
+    expected_text,
+    make_program,
+    release,
+)
+from fiveaxis.job.release import Gate, require_report
+from fiveaxis.job.solution import Solution
+from fiveaxis.job.verifying import ProgramCheck
 from fiveaxis.machine import Machine
-from fiveaxis.motion import Motion
+from fiveaxis.motion import Fill, Interpolation, Motion, ProgramMotion, respaced
 from fiveaxis.nc import (
     Coordinates,
     Program,
-    ProgramMotion,
     ProgramSettings,
-    compose_program,
+    ReadMotion,
     read_motion,
     read_program,
+    require_motion,
 )
-from fiveaxis.nc.gate import Verdict
 from fiveaxis.nc.options import Wrap
+from fiveaxis.nc.writing.places import Wording
 from fiveaxis.nc.writing.turns import Winding
 from fiveaxis.report import describe_input
+from fiveaxis.toolpath import Constraints, Tool, Toolpath, for_tilt
+from fiveaxis.verification import DEFAULT_TOLERANCES, ReadBack, Report, Tolerances, check_text
+from fiveaxis.verification.report import make_report
 
-# The table of a motion, beside the programs.
-MOTION_SUFFIX = ".csv"
+
+@dataclass(frozen=True, eq=False)
+class Against:
+    """What a motion's program is held against; nothing of it leaves it unverified.
+
+    Parameters
+    ----------
+    toolpath : that it should follow
+    tool : the cutter; that of `toolpath` by default
+    surroundings : part, stock and fixtures
+    constraints : on postures and turns
+    gouge_tolerance : mm, how deep the cutter may reach into the part
+    """
+
+    toolpath: Toolpath | None = None
+    tool: Tool | None = None
+    surroundings: Surroundings | None = None
+    constraints: Constraints = field(default_factory=Constraints)
+    gouge_tolerance: float = DEFAULT_TOLERANCES.gouge
+
+    @property
+    def is_nothing(self) -> bool:
+        """Whether there is nothing to verify against."""
+        return self.toolpath is None and self.tool is None and self.surroundings is None
+
+    @property
+    def tolerances(self) -> Tolerances:
+        """From where on a difference is a finding."""
+        return DEFAULT_TOLERANCES.with_gouge(self.gouge_tolerance)
+
+
+NOTHING = Against()
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,19 +84,24 @@ class Posted:
     Parameters
     ----------
     motion : that was read
-    program : that was written
+    made : the program, and what verification found in its text
     path : its file; None where none was asked for
     """
 
     motion: Motion
-    program: Program
+    made: MadeProgram
     path: Path | None
+
+    @property
+    def program(self) -> Program:
+        """The program's text."""
+        return self.made.text
 
     @property
     def findings(self) -> tuple[Finding, ...]:
         """What reading and writing assumed or left out."""
-        read = self.motion.findings if isinstance(self.motion, ProgramMotion) else ()
-        return (*read, *self.program.findings)
+        read = self.motion.findings if isinstance(self.motion, ReadMotion) else ()
+        return (*read, *self.made.findings)
 
 
 def post_program(
@@ -61,7 +113,9 @@ def post_program(
     coordinates: Coordinates | None = None,
     winding: Winding = "unwound",
     settings: ProgramSettings | None = None,
-    report: Verdict | None = None,
+    thin: bool = True,
+    against: Against = NOTHING,
+    unverified: bool = False,
     override: Sequence[str] = (),
     unit: Literal["mm", "inch"] | None = None,
     start: Mapping[str, float] | None = None,
@@ -70,25 +124,29 @@ def post_program(
     block_delete: bool = False,
     wrap: Wrap | None = None,
 ) -> Posted:
-    """Read a motion and write it for a control.
-
-    Every move keeps its duration. Moves of the tip come as the parts in which axes that run straight keep it
-    on its way.
+    """Read a motion and write it for a control, in the same way in which a solution becomes a program.
 
     Parameters
     ----------
     source : a program in any language that `read_program` knows, or ``.csv`` as `write_motion` writes it
     machine : on which it runs
     output : the new program's file; by default none is written
-    control, coordinates, winding, settings, report, override : as for `compose_program`
+    control, coordinates, winding, settings, thin, override : as for `Solution.program`
+    against : path, tool, part and constraints that the new program's text is verified against. Where a
+        motion's table has the rows of the path, blocks are inserted and removed as for a solution
+    unverified : whether a program that nothing verifies may be written to `output`; its header says so
     unit, start, program_zero, rapid_mm_min, block_delete, wrap : of the source, as for `read_program`
 
     Raises
     ------
+    Unverified
+        The text has an error that isn't accepted; or nothing to verify it against was given.
     FiveAxisError
         As `read_motion`, `read_program` and `compose_program`; a file that can't be written.
     """
     source = Path(source)
+    settings = settings or ProgramSettings()
+    described = describe_input(source)
     if source.suffix.lower() == MOTION_SUFFIX:
         motion: Motion = read_motion(source, machine, source_is_table=True)
     else:
@@ -102,24 +160,170 @@ def post_program(
             block_delete=block_delete,
             wrap=wrap,
         )
-    described = describe_input(source)
-    settings = settings or ProgramSettings()
-    if settings.name is None:
-        named = source if output is None else Path(output)
-        settings = settings.model_copy(update={"name": named.stem[:60] or None})
+    options = ProgramOptions(
+        control=control,
+        coordinates=coordinates,
+        winding=winding,
+        settings=settings,
+        thin=thin,
+        override=tuple(override),
+        header={"source": f"{described['name']} sha256 {described['sha256'][:16]}"},
+    ).named((source if output is None else Path(output)).stem)
     try:
-        program = compose_program(
-            motion,
-            machine=machine,
-            control=control,
-            coordinates=coordinates,
-            header={"source": f"{described['name']} sha256 {described['sha256'][:16]}"},
-            winding=winding,
-            report=report,
-            override=override,
-            settings=settings,
-        )
+        made = make_of_motion(motion, machine, options, against)
     except ToolpathError as fault:  # its line is one of the source
+        if fault.file is not None:
+            raise
         raise ToolpathError(fault.message, file=source, line=fault.line) from None
-    path = None if output is None else write_atomically(output, program.text)
-    return Posted(motion, program, path)
+    path = None if output is None else made.write(output, unverified=unverified)
+    return Posted(motion, made, path)
+
+
+def write_program(
+    source: Solution | Motion,
+    path: str | Path,
+    *,
+    machine: Machine | None = None,
+    control: str | Path = "linuxcnc",
+    coordinates: Coordinates | None = None,
+    winding: Winding = "unwound",
+    settings: ProgramSettings | None = None,
+    thin: bool = True,
+    header: Header | None = None,
+    toolpath: Toolpath | None = None,
+    tool: Tool | None = None,
+    surroundings: Surroundings | None = None,
+    constraints: Constraints | None = None,
+    gouge_tolerance: float = DEFAULT_TOLERANCES.gouge,
+    report: Report | None = None,
+    override: Sequence[str] = (),
+    unverified: bool = False,
+) -> Path:
+    """Write a solution, or a motion along a path, as an NC program; the file appears whole or not at all.
+
+    The program's text is read back and verified before it is written; a solution says itself against what.
+
+    Parameters
+    ----------
+    source : what `optimise` gave, or a motion
+    path : the program's file
+    machine : whose axes a motion has; a solution brings its own
+    control, coordinates, winding, settings, thin, header, override : as for `Solution.program`
+    toolpath, tool, surroundings, constraints : what a motion's program is verified against
+    gouge_tolerance : mm, how deep the cutter may reach into the part
+    report : on the motion, of `verify`: its errors count beside those of the text
+    unverified : whether a motion that there is nothing to verify against may be written; the header says so
+
+    Returns
+    -------
+    `path`
+
+    Raises
+    ------
+    Unverified
+        The text has an error that isn't accepted; or nothing to verify it against was given.
+    SettingError
+        A report about another motion; a motion without a machine; a file that can't be written.
+    FiveAxisError
+        As `compose_program`.
+    """
+    options = ProgramOptions(
+        control=control,
+        coordinates=coordinates,
+        winding=winding,
+        settings=settings or ProgramSettings(),
+        thin=thin,
+        override=tuple(override),
+        header=header,
+    ).named(Path(path).stem)
+    if isinstance(source, Solution):
+        given = (toolpath, surroundings, constraints)
+        if any(value is not None for value in given):
+            raise SettingError(
+                "a solution brings its own toolpath, surroundings and constraints; leave them out"
+            )
+        machine, motion = source.machine, source.motion
+        against = Against(source.toolpath, tool, source.surroundings, source.constraints, gouge_tolerance)
+    else:
+        motion = source
+        against = Against(toolpath, tool, surroundings, constraints or Constraints(), gouge_tolerance)
+    if machine is None:
+        raise SettingError("a motion doesn't say whose axes it has; give the machine")
+    made = make_of_motion(motion, machine, options, against)
+    if report is not None:
+        require_report(report, motion, machine)
+        Gate.of(report, override).require_open()
+    return made.write(path, unverified=unverified)
+
+
+def make_of_motion(
+    motion: Motion, machine: Machine, options: ProgramOptions, against: Against = NOTHING
+) -> MadeProgram:
+    """Make the program of a motion, verified as far as there is something to hold it against.
+
+    A motion with a row for each location of a path becomes a program as a solution does. Between the rows of
+    any other table the tool's centre goes straight (the tip, where nobody names the tool); between the
+    blocks of a program that was read all axes run linearly.
+
+    Raises
+    ------
+    FiveAxisError
+        As `make_program`; a path that the motion doesn't follow.
+    """
+    require_motion(motion, machine)
+    path = against.toolpath
+    lean = against.constraints
+    if path is not None and any(b is not None for b in (lean.tilt, lean.cone, lean.lead, lean.lean)):
+        path = for_tilt(path, lean.tilt, lean.cone, lead=lean.lead, lean=lean.lean)
+    is_table = not isinstance(motion, ReadMotion)
+    if path is not None and is_table and len(path) == len(motion):
+        along = replace(motion, kind=path.kind, feed=path.feed)
+        return make_program(
+            along,
+            machine,
+            path,
+            against.constraints,
+            options,
+            around=against.surroundings,
+            tolerances=against.tolerances,
+        )
+    wording = options.wording(machine)
+    cutter = against.tool or (None if path is None else path.tool)
+    planned = _planned(motion, wording, options.settings, cutter)
+    if against.is_nothing:
+        return release(planned, wording, options, None)
+
+    def verdict(back: ReadBack, draft: Program) -> Report:
+        read = load_text(draft, machine, {}, planned.motion.positions[:1], cutter)
+        check = ProgramCheck(
+            machine=machine,
+            toolpath=path,
+            tool=cutter,
+            around=against.surroundings or Surroundings(),
+            constraints=lean,
+            tolerances=against.tolerances,
+        )
+        found = check.report(read)
+        rows = np.clip(back.end, 0, len(read.path) - 1)
+        results = check_text(back, rows, expected_text(draft, wording, options.settings))
+        return found.merge(make_report(results, read.path, ()))
+
+    return release(planned, wording, options, verdict)
+
+
+def _planned(motion: Motion, wording: Wording, settings: ProgramSettings, tool: Tool | None) -> ProgramMotion:
+    """Put the blocks of a motion without a path together."""
+    machine, none = wording.machine, np.zeros(len(motion.letters))
+    if isinstance(motion, ReadMotion):
+        blocks = respaced(motion, machine) if wording.interpolation is Interpolation.TCP else motion
+        # A program that was read ends where its author let it end.
+        return ProgramMotion.around(blocks, machine, wording.interpolation, lead_out=none)
+    if wording.dialect.language == "blocks":
+        path = tool_path(motion, machine, tool or Tool.ball(POINT), "motion")
+        fill = Fill.of(path, machine, motion, interpolation=wording.interpolation)
+        # The table says how long its moves take, whatever the length of the tip's path.
+        clock = np.interp(fill.row, np.arange(len(motion)), np.cumsum(motion.time))
+        motion = replace(fill.motion, time=np.diff(clock, prepend=clock[0]))
+    return ProgramMotion.around(
+        motion, machine, wording.interpolation, lead_out=None if settings.way_out else none
+    )

@@ -14,12 +14,12 @@ import numpy as np
 from fiveaxis.energy import Energy, law_energies, motion_energy, move_powers, path_feed
 from fiveaxis.energy.drives import STANDING, STANDING_TURN
 from fiveaxis.errors import SettingError, ToolError
-from fiveaxis.findings import Finding, Place, Severity
+from fiveaxis.findings import Cause, Finding, Place, Severity, group_findings
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.kinematics import tool_poses
 from fiveaxis.machine import Machine
 from fiveaxis.motion import TimeLaw, time_motion
-from fiveaxis.nc import ProgramMotion, read_program
+from fiveaxis.nc import ReadMotion, read_program
 from fiveaxis.nc.options import Wrap
 from fiveaxis.nc.source import load_source
 from fiveaxis.toolpath import MoveKind, Tool, parse_tool
@@ -57,7 +57,7 @@ class ProgramEnergy:
     """
 
     machine: Machine
-    motion: ProgramMotion
+    motion: ReadMotion
     by_block: Array
     energy: Energy
     law: TimeLaw | None
@@ -93,6 +93,11 @@ class ProgramEnergy:
             )
         return rows
 
+    @property
+    def summary(self) -> tuple[Cause, ...]:
+        """The findings by cause, for people."""
+        return group_findings(self.findings)
+
     def as_dict(self) -> dict[str, Any]:
         """Return totals and blocks as plain data for JSON."""
         return {
@@ -103,6 +108,7 @@ class ProgramEnergy:
             "energy": self.energy.as_dict(),
             "blocks": self.rows,
             "ignored": dict(self.motion.ignored),
+            "summary": [cause.as_dict() for cause in self.summary],
             "findings": [f.as_dict() for f in self.findings],
         }
 
@@ -177,7 +183,7 @@ def program_energy(
 
 
 def _feeds(
-    machine: Machine, motion: ProgramMotion, tool: Tool | None, lines: Sequence[str], rounding: float
+    machine: Machine, motion: ReadMotion, tool: Tool | None, lines: Sequence[str], rounding: float
 ) -> tuple[Array, BoolArray]:
     """Find the programmed feed of every move as `path_feed` does, or as the program's head states it."""
     feed, taken_over = path_feed(machine, motion, tool, rounding=rounding)
@@ -188,7 +194,7 @@ def _feeds(
     return np.where(motion.kind == MoveKind.RAPID, feed, stated), np.zeros_like(taken_over)
 
 
-def _whole_blocks(motion: ProgramMotion, machine: Machine) -> ProgramMotion:
+def _whole_blocks(motion: ReadMotion, machine: Machine) -> ReadMotion:
     """Join the parts of a block in which a control leads the tip straight: a block's mean speeds count.
 
     The parts are as fine as keeps the tip on its way, and an axis that swings by less would have the power of
@@ -219,7 +225,7 @@ def _tool_of(lines: Sequence[str]) -> Tool | None:
     return None
 
 
-def _rounding(motion: ProgramMotion, texts: Sequence[str]) -> float:
+def _rounding(motion: ReadMotion, texts: Sequence[str]) -> float:
     """Tell by how much, mm, the tool may stand off its place because words are rounded."""
     decimals: dict[bool, int] = {}
     for text in texts:
@@ -232,7 +238,7 @@ def _rounding(motion: ProgramMotion, texts: Sequence[str]) -> float:
     return half_digits.get(False, 0.0) + float(np.radians(half_digits.get(True, 0.0))) * lever
 
 
-def _assumed_feeds(motion: ProgramMotion, taken_over: BoolArray) -> Iterator[Finding]:
+def _assumed_feeds(motion: ReadMotion, taken_over: BoolArray) -> Iterator[Finding]:
     """Say where a block doesn't tell the programmed feed, which the travel metric counts."""
     rows = np.flatnonzero(taken_over)
     if len(rows):
@@ -251,7 +257,7 @@ def _runs(source: IntArray) -> list[tuple[int, int]]:
     return list(pairwise([0, *ends.tolist(), len(source)])) if len(source) else []
 
 
-def _speeding(machine: Machine, motion: ProgramMotion) -> Iterator[Finding]:
+def _speeding(machine: Machine, motion: ReadMotion) -> Iterator[Finding]:
     """Find blocks that ask more of an axis than its highest speed: the machine would be slower."""
     moving = motion.time > 0.0
     for column, axis in enumerate(machine.axes):
@@ -273,7 +279,7 @@ def _speeding(machine: Machine, motion: ProgramMotion) -> Iterator[Finding]:
             )
 
 
-def _creeping(machine: Machine, motion: ProgramMotion) -> Iterator[Finding]:
+def _creeping(machine: Machine, motion: ReadMotion) -> Iterator[Finding]:
     """Say which axes go a way of some length so slowly that they count as standing."""
     moving, ways = motion.time > 0.0, np.abs(motion.moves)
     for column, axis in enumerate(machine.axes):

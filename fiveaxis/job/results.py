@@ -9,12 +9,9 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
-import numpy as np
-
 from fiveaxis.errors import SettingError
-from fiveaxis.files import write_atomically
 from fiveaxis.job.stages import Outcome, load_surroundings
-from fiveaxis.nc import DIALECTS, Program, compose_program, write_motion
+from fiveaxis.nc import DIALECTS, write_motion
 from fiveaxis.report import write_json, write_report
 from fiveaxis.report.front_figure import write_front_figure
 from fiveaxis.report.landscape import Admits
@@ -111,53 +108,11 @@ def _make_files(outcome: Outcome, folder: Path) -> list[Path]:
     if outcome.front is not None:
         made.append(write_front_figure(outcome.front, folder / "front.svg"))
     if outcome.gate.is_open:
-        program = compose_outcome(outcome)
-        made.append(write_atomically(folder / f"program{program.suffix}", program.text))
+        made.append(outcome.program.write(folder / f"program{outcome.program.text.suffix}"))
     return made
-
-
-def compose_outcome(outcome: Outcome) -> Program:
-    """Write the blocks of an outcome's program; its findings are what that assumed.
-
-    Raises
-    ------
-    FiveAxisError
-        As `compose_program`.
-    """
-    job = outcome.job
-    settings = job.nc if job.nc.name else job.nc.model_copy(update={"name": job.input.stem[:60] or None})
-    return compose_program(
-        outcome.program.motion,
-        machine=outcome.solution.machine,
-        control=job.control,
-        coordinates=job.coordinates,
-        header=_header(outcome),
-        winding=job.winding,
-        report=outcome.gate.report,
-        override=outcome.gate.accepted,
-        settings=settings,
-    )
 
 
 def _admits(outcome: Outcome) -> Admits | None:
     """Give what the posture map asks about collisions, where something was kept clear of."""
     cleared = outcome.cleared
     return None if cleared is None or cleared.admits is None else cleared.admits.rough
-
-
-def _header(outcome: Outcome) -> dict[str, str]:
-    """Say in the program where it comes from and what it costs."""
-    solution = outcome.solution
-    lines = {"tool": str(solution.toolpath.tool)}
-    feeds = np.unique(solution.toolpath.feed[solution.toolpath.cutting])
-    if len(feeds) == 1:
-        lines["feed"] = f"{60.0 * feeds[0]:.7g} mm/min along the path"
-    chosen = outcome.document.get("setup_search")
-    if chosen is not None:
-        lines["workpiece"] = f"set up elsewhere than given: {solution.machine.setup}"
-    for number, source in enumerate(outcome.document["inputs"], start=1):
-        lines[f"source {number}"] = f"{source['name']} sha256 {source['sha256'][:16]}"
-    what = "travel metric of the feed drives, ways in and out apart"
-    for name, energy in outcome.program.energy.items():
-        lines[f"energy {name}"] = f"{energy.total:.1f} J {what}"
-    return lines

@@ -58,7 +58,8 @@ def run_job(job: Job, progress: Progress | None = None) -> Outcome:
 
     def run(setup: SetupTable) -> Outcome | Infeasible:
         try:
-            return run_once(job.model_copy(update={"setup": setup}), progress, loaded)
+            there = job.model_copy(update={"setup": setup})
+            return run_once(there, progress, loaded, moved=setup != given)
         except Infeasible as fault:
             return fault
 

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal
+
+import numpy as np
 
 from fiveaxis.collision import Surroundings
 from fiveaxis.contour import (
@@ -24,26 +25,28 @@ from fiveaxis.energy import (
     Cut,
     CuttingCoefficients,
     EndMill,
+    Energy,
     Factors,
     Process,
     job_budget,
+    motion_energy,
 )
 from fiveaxis.errors import JobError, SettingError, ToolError
-from fiveaxis.job.approaching import with_way_in
-from fiveaxis.job.blocks import ProgramMotion, may_thin, program_motion
 from fiveaxis.job.clearing import Cleared, keep_clear, without_starts
 from fiveaxis.job.description import Job
 from fiveaxis.job.inputs import describe_inputs
-from fiveaxis.job.passing import Gate, make_gate
+from fiveaxis.job.program import MadeProgram, ProgramOptions, make_program
 from fiveaxis.job.reading import require_input
+from fiveaxis.job.release import Gate
 from fiveaxis.machine import Machine, load_machine
+from fiveaxis.motion import Fill
 from fiveaxis.nc import read_toolpath, require_program
 from fiveaxis.posture import Front, Solution, find_front
 from fiveaxis.posture import optimise as optimise_postures
 from fiveaxis.report import report_document
-from fiveaxis.toolpath import Tool, Toolpath, parse_tool
+from fiveaxis.toolpath import Constraints, Tool, Toolpath, parse_tool
 from fiveaxis.toolpath.passes import Passes
-from fiveaxis.verification import Report, Ways, verify
+from fiveaxis.verification import DEFAULT_TOLERANCES, Report
 
 Progress = Callable[[str, int, int], None]
 
@@ -58,6 +61,10 @@ SOLVING = (
 )
 
 
+# Name of the optimised result beside the baselines'.
+RESULT = "optimised"
+
+
 @dataclass(frozen=True, eq=False)
 class Outcome:
     """What a job gave.
@@ -65,8 +72,9 @@ class Outcome:
     Parameters
     ----------
     job : what was asked
-    solution, verdict : the result, and what verification says of it
-    program : the motion of its NC program, with a verdict of its own
+    solution : the result with its baselines
+    program : its NC program, verified
+    energy : of the solution's program and of each baseline's, by name
     budget, document : energy of the whole job, and the report's figures
     front : where one was asked for
     cleared : what kept the solution clear of collisions
@@ -74,22 +82,28 @@ class Outcome:
 
     job: Job
     solution: Solution
-    verdict: Report
-    program: ProgramMotion
+    program: MadeProgram
+    energy: dict[str, Energy]
     budget: Budget
     document: dict[str, Any]
     front: Front | None = None
     cleared: Cleared | None = None
 
     @property
-    def ok(self) -> bool:
-        """Whether neither the solution nor the program's own motion has an error."""
-        return self.verdict.ok and self.program.ok
-
-    @cached_property
     def gate(self) -> Gate:
         """What keeps the program back, and which of it the job accepts by name."""
-        return make_gate(self.verdict, self.program.verdict, self.job.override)
+        assert self.program.gate is not None
+        return self.program.gate
+
+    @property
+    def verdict(self) -> Report:
+        """What verification found in the program's text."""
+        return self.gate.report
+
+    @property
+    def ok(self) -> bool:
+        """Whether the program has no error."""
+        return self.program.ok
 
 
 def load_job_machine(job: Job) -> Machine:
@@ -263,7 +277,11 @@ def is_mesh(path: Path) -> bool:
 
 
 def run_job(
-    job: Job, progress: Progress | None = None, loaded: tuple[Toolpath, Passes | None] | None = None
+    job: Job,
+    progress: Progress | None = None,
+    loaded: tuple[Toolpath, Passes | None] | None = None,
+    *,
+    moved: bool = False,
 ) -> Outcome:
     """Take a job through planning or reading, optimisation and verification.
 
@@ -272,6 +290,7 @@ def run_job(
     job : what to do
     progress : called with a stage's name, steps done and steps in all
     loaded : path and passes, where `load_job_passes` has given them already
+    moved : whether the job's setup isn't the one that was given, but one that was searched for
 
     Raises
     ------
@@ -280,7 +299,7 @@ def run_job(
     """
     machine = load_job_machine(job)
     # A program that the control can't write is found out before the work, not after it.
-    wording = require_program(machine, job.control, job.coordinates, job.winding, job.nc)
+    require_program(machine, job.control, job.coordinates, job.winding, job.nc)
     toolpath, passes = loaded or load_job_passes(job, progress)
     process, factors = load_process(job, toolpath.tool), load_factors(job)
     if process is not None:
@@ -289,31 +308,77 @@ def run_job(
     around = load_surroundings(job)
     tell = progress or _tell_nobody
     solution, front, cleared = solve(job, toolpath, machine, progress, passes, around)
-    tell("verify", 0, 3)
-    # The solution's own path knows which part of the cutter touches.
-    toolpath = solution.toolpath
-    # Links turn far between two locations; the program has more of them, which are checked below.
-    ways = Ways("led", "axes")
-    verdict = verify(solution.motion, machine, toolpath, **job.bounds, surroundings=around, between=ways)
-    tell("verify", 1, 3)
+    tell("verify", 0, 2)
     inputs = describe_inputs(job)
-    program = program_motion(
-        solution, around, job.bounds, led=wording.coordinates != "axes", thin=job.thin and may_thin(wording)
+    # The solution's own path knows which part of the cutter touches.
+    program = make_program(
+        solution.motion,
+        machine,
+        solution.toolpath,
+        job.constraints,
+        program_options(job, solution, inputs, moved=moved),
+        around=around,
+        tolerances=DEFAULT_TOLERANCES.with_gouge(job.gouge_tolerance),
     )
-    program = with_way_in(program, solution.toolpath, wording, job, around)
-    tell("verify", 2, 3)
-    found, driven = verdict.as_dict(), program.as_dict()
-    budget = job_budget(machine, program.motion, process, factors)
-    document = report_document(solution, found, inputs=inputs, program=driven, budget=budget.as_dict())
+    tell("verify", 1, 2)
+    energy = program_energies(solution, program, job.constraints)
+    budget = job_budget(machine, program.motion.blocks, process, factors)
+    document = report_document(
+        solution,
+        program.gate.report.as_dict(),
+        inputs=inputs,
+        program=program.as_dict(energy),
+        budget=budget.as_dict(),
+    )
     if front is not None:
         document["front"] = front.as_dict()
-    document |= _passing(job, make_gate(verdict, program.verdict, job.override))
-    tell("verify", 3, 3)
-    return Outcome(job, solution, verdict, program, budget, document, front, cleared)
+    document |= _release(job, program.gate)
+    tell("verify", 2, 2)
+    return Outcome(job, solution, program, energy, budget, document, front, cleared)
 
 
-def _passing(job: Job, gate: Gate) -> dict[str, Any]:
-    """Say what keeps the program back, and who lets which errors pass."""
+def program_options(
+    job: Job, solution: Solution, inputs: Sequence[Mapping[str, Any]], *, moved: bool = False
+) -> ProgramOptions:
+    """Say how a job's program is written, and where it comes from.
+
+    Parameters
+    ----------
+    inputs : files that the run read, of `describe_inputs`
+    moved : whether the workpiece is set up elsewhere than the job says
+    """
+    header = {"tool": str(solution.toolpath.tool)}
+    feeds = np.unique(solution.toolpath.feed[solution.toolpath.cutting])
+    if len(feeds) == 1:
+        header["feed"] = f"{60.0 * feeds[0]:.7g} mm/min along the path"
+    if moved:
+        header["workpiece"] = f"set up elsewhere than given: {solution.machine.setup}"
+    for number, source in enumerate(inputs, start=1):
+        header[f"source {number}"] = f"{source['name']} sha256 {source['sha256'][:16]}"
+    return ProgramOptions(
+        control=job.control,
+        coordinates=job.coordinates,
+        winding=job.winding,
+        settings=job.nc,
+        thin=job.thin,
+        override=job.override,
+        header=header,
+    ).named(job.input.stem)
+
+
+def program_energies(solution: Solution, program: MadeProgram, constraints: Constraints) -> dict[str, Energy]:
+    """Work out what the program costs, and the program of each baseline, without approach and retract."""
+    machine = solution.machine
+    energy = {RESULT: motion_energy(machine, program.motion.blocks)}
+    for name, baseline in solution.compared.items():
+        path = baseline.toolpath or solution.toolpath
+        filled = Fill.of(path, machine, baseline.motion, hold=constraints.hold or ())
+        energy[name] = motion_energy(machine, filled.motion)
+    return energy
+
+
+def _release(job: Job, gate: Gate) -> dict[str, Any]:
+    """Say what keeps the program back, and who accepts which errors."""
     if not job.override:
         return {"kept_back": gate.kept}
     return {

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -13,27 +12,23 @@ import numpy as np
 from fiveaxis.collision import Surroundings
 from fiveaxis.contour import find_contacts
 from fiveaxis.errors import SettingError
-from fiveaxis.findings import Finding, Severity, count_codes
-from fiveaxis.job.checked_program import load_program
+from fiveaxis.findings import Finding, Severity
+from fiveaxis.job.checked_program import Program, load_program
 from fiveaxis.machine import Machine
-from fiveaxis.motion import AXIS_TOLERANCE, PATH_TOLERANCE, Motion, motion_digest
+from fiveaxis.motion import AXIS_TOLERANCE, PATH_TOLERANCE, Motion
 from fiveaxis.nc.options import Wrap
-from fiveaxis.toolpath import Tool, Toolpath, for_tilt, interpolate
-from fiveaxis.verification import Asked, Report, Tolerances
-from fiveaxis.verification.checks import check_finite, check_limits, check_tilt
-from fiveaxis.verification.collisions import check_collisions
+from fiveaxis.toolpath import Constraints, Tool, Toolpath, for_tilt, interpolate
+from fiveaxis.verification import Asked, Examination, OwnRows, Report, Tolerances, Ways, examine
+from fiveaxis.verification.checks import check_tilt
 from fiveaxis.verification.following import Match, check_following
-from fiveaxis.verification.gouging import check_gouge
-from fiveaxis.verification.moves import check_deviation, check_speeds
-from fiveaxis.verification.report import SEVERITY_ORDER, Result, make_report
-from fiveaxis.verification.subject import DEFAULT_TOLERANCES, Subject, make_subject
-from fiveaxis.verification.turns import check_hold, check_jumps, check_singular, programmed_turns
+from fiveaxis.verification.program import ROUNDED
+from fiveaxis.verification.report import PATH, Result
+from fiveaxis.verification.subject import DEFAULT_TOLERANCES, GOUGE_TOLERANCE, Subject, make_subject
+from fiveaxis.verification.turns import check_jumps, programmed_turns
 
 if TYPE_CHECKING:
     import trimesh
 
-# rad: what rounding of rotary words may do to the tool's lean.
-ROUNDED = math.radians(0.01)
 NOT_CHECKED = (
     "the way to the first row: where the axes stand before it isn't in the program",
     "acceleration and jerk; durations of rapid moves of axes without a known speed",
@@ -66,6 +61,7 @@ def verify_program(
     rapid_mm_min: float | None = None,
     block_delete: bool = False,
     wrap: Wrap | None = None,
+    gouge_tolerance: float = GOUGE_TOLERANCE,
     tolerances: Tolerances = DEFAULT_TOLERANCES,
 ) -> Report:
     """Check an NC program, or the table of a motion, against its machine; part and path are optional.
@@ -91,7 +87,9 @@ def verify_program(
     surroundings : part, stock and fixtures that cutter, shank, holder and machine keep away from, in place of
         `part`
     unit, start, program_zero, rapid_mm_min, block_delete, wrap : as for `read_program`
-    tolerances : from where on a difference is a finding
+    gouge_tolerance : mm, how deep the cutter may reach into the part; in all of a program 0.015 mm more is
+        allowed, as its blocks are chords of the path, and keep to it within a tolerance of their own
+    tolerances : from where on any other difference is a finding
 
     Returns
     -------
@@ -106,53 +104,136 @@ def verify_program(
     FiveAxisError
         As `read_program`, `verify` and `find_contacts`; bounds that refer to what isn't given.
     """
-    if toolpath is not None and any(asked is not None for asked in (tilt, cone, lead, lean)):
-        toolpath = for_tilt(toolpath, tilt, cone, lead=lead, lean=lean)
-    tool = tool or (None if toolpath is None else toolpath.tool)
-    if (part is not None or surroundings is not None) and tool is None:
+    if (part is not None or surroundings is not None) and tool is None and toolpath is None:
         raise SettingError("a part is checked against a cutter; name the tool (--tool ball:10)")
     reading: dict[str, Any] = {"unit": unit, "start": start, "program_zero": program_zero}
     reading |= {"rapid_mm_min": rapid_mm_min, "block_delete": block_delete, "wrap": wrap}
-    read = load_program(program, machine, tool, reading)
-    if toolpath is not None:
-        read = replace(read, path=read.path.in_zone(toolpath.zone))
-    leaning = {"tilt": tilt, "cone": cone, "lead": lead, "lean": lean, "plane": plane}
-    around = surroundings or Surroundings.load(part)
-    mesh = around.part
-    turning: dict[str, Any] = {"hold": hold, "max_turn": max_turn}
-    if singular_cone is not None and len(machine.rotaries) == 2:
-        turning |= {"singular_cone": singular_cone, "singular_rate": singular_rate}
-    asked = Asked.of_degrees(read.path, machine, **turning)
-    allowed = replace(tolerances, chord_gouge=tolerances.chord_gouge + PATH_TOLERANCE)
-    # Its rows aren't the locations: some are inserted on chords, some have no block, and words are rounded.
-    allowed = replace(allowed, gouge=allowed.chord_gouge, lean=max(allowed.lean, ROUNDED + AXIS_TOLERANCE))
-    subject = make_subject(read.motion, machine, read.path, asked, allowed)
-    results = [check_finite(subject), check_limits(subject), check_hold(subject)]
-    missed: tuple[Finding, ...] = ()
-    match = None
-    if toolpath is not None:
-        following, missed, match = check_following(subject, toolpath, straight=read.straight)
-        results.append(following)
-    results.append(_check_leaning(subject, leaning, mesh, toolpath, match, surface_tolerance))
-    results += [
-        _check_turns(subject, toolpath, match, swept=mesh is not None),
-        check_singular(subject),
-        replace(_as_severe(check_speeds(subject), Severity.WARNING), code="feed-over"),
-        # Beside a path the way between blocks is checked against that: few blocks may well follow its bends.
-        *([] if read.led or toolpath is not None else [check_deviation(subject)]),
-        check_gouge(subject, mesh, led=read.led_height),
-    ]
-    if tool is not None:
-        results += check_collisions(subject, around, led=read.led_height)
-    left = (*NOT_CHECKED, *((NO_TOOL,) if tool is None else ()), *((NO_PATH,) if toolpath is None else ()))
-    way = "led" if read.straight else "axes"
-    report = replace(
-        make_report(results, read.path, left),
-        about=motion_digest(read.motion, machine),
-        gouges_between=None if mesh is None else (way,),
-        collisions_between=None if tool is None else (way,),
+    check = ProgramCheck(
+        machine=machine,
+        toolpath=toolpath,
+        tool=tool or (None if toolpath is None else toolpath.tool),
+        around=surroundings or Surroundings.load(part),
+        constraints=Constraints(
+            tilt, cone, lead, lean, plane, hold, max_turn, None, singular_cone, singular_rate
+        ),
+        tolerances=tolerances.with_gouge(gouge_tolerance),
+        surface_tolerance=surface_tolerance,
     )
-    return _with_findings(report, (*missed, *read.findings), {} if match is None else match.missed)
+    return check.report(load_program(program, machine, check.tool, reading))
+
+
+@dataclass(frozen=True, eq=False)
+class ProgramCheck:
+    """What a program of rows of its own is held against.
+
+    Parameters
+    ----------
+    machine : on which it runs
+    toolpath : that it should follow
+    tool : None for its tip alone
+    around : part, stock and fixtures
+    constraints : on postures and turns
+    tolerances : from where on a difference is a finding
+    surface_tolerance : mm, gap between cutter and part that counts as touching
+    """
+
+    machine: Machine
+    toolpath: Toolpath | None
+    tool: Tool | None
+    around: Surroundings
+    constraints: Constraints
+    tolerances: Tolerances = DEFAULT_TOLERANCES
+    surface_tolerance: float = 0.05
+
+    def report(self, read: Program) -> Report:
+        """Check a program that was read.
+
+        Raises
+        ------
+        FiveAxisError
+            As `verify_program`.
+        """
+        toolpath = self._leaning(self.toolpath)
+        if toolpath is not None:
+            read = replace(read, path=read.path.in_zone(toolpath.zone))
+        subject = self._subject(read)
+        missed: tuple[Finding, ...] = ()
+        match, following = None, None
+        if toolpath is not None:
+            following, missed, match = check_following(subject, toolpath, straight=read.straight)
+        own = OwnRows(
+            following=following,
+            lean=self._lean(subject, toolpath, match),
+            turns=_check_turns(subject, toolpath, match, swept=self.around.part is not None),
+            led=read.led_height,
+            has_tool=self.tool is not None,
+        )
+        left = [
+            *NOT_CHECKED,
+            *((NO_TOOL,) if self.tool is None else ()),
+            *((NO_PATH,) if toolpath is None else ()),
+        ]
+        report = examine(Examination(subject, self.around, Ways("axes", "axes"), own=own), left)
+        counts = {} if match is None else match.missed
+        return report.merge(Report.of_findings(missed, PATH, counts), Report.of_findings(read.findings))
+
+    def _subject(self, read: Program) -> Subject:
+        given = self.constraints
+        turning: dict[str, Any] = {"hold": given.hold, "max_turn": given.max_turn}
+        if given.singular_cone is not None and len(self.machine.rotaries) == 2:
+            turning |= {"singular_cone": given.singular_cone, "singular_rate": given.singular_rate}
+        asked = Asked.of_degrees(read.path, self.machine, **turning)
+        # Its rows aren't the locations: some lie on chords, some have no block, and words are rounded.
+        more = self.tolerances.chord_allowance + PATH_TOLERANCE
+        allowed = replace(
+            self.tolerances,
+            row_allowance=more,
+            chord_allowance=more,
+            lean=max(self.tolerances.lean, ROUNDED + AXIS_TOLERANCE),
+        )
+        return make_subject(read.motion, self.machine, read.path, asked, allowed)
+
+    def _leaning(self, path: Toolpath | None) -> Toolpath | None:
+        """Give a path with the part of the cutter that touches within the bounds on its lean."""
+        given = self.constraints
+        if path is None or all(b is None for b in (given.tilt, given.cone, given.lead, given.lean)):
+            return path
+        return for_tilt(path, given.tilt, given.cone, lead=given.lead, lean=given.lean)
+
+    def _lean(self, subject: Subject, toolpath: Toolpath | None, match: Match | None) -> Result:
+        """Check the tool's lean where directions that it refers to are known."""
+        given = self.constraints
+        if not given.bounds_lean:
+            return check_tilt(subject)
+        rows = np.arange(len(subject.positions))
+        path, positions = subject.toolpath, subject.motion.positions
+        if toolpath is not None and match is not None:
+            known = np.flatnonzero(match.row >= 0)
+            path, rows = toolpath.at(known), match.row[known]
+            # A program needs no block at every location: the axes are on their way between two there.
+            positions = interpolate(positions, match.place[known])
+        elif given.cone is not None:
+            raise SettingError("a cone stands about the axes of a path; give the path (--path)")
+        elif any(bound is not None for bound in (given.tilt, given.lead, given.lean)):
+            if self.around.part is None:
+                raise SettingError(
+                    "tilt refers to surface normals; give the part (--part) or the path (--path)"
+                )
+            path = find_contacts(path, self.around.part, tolerance=self.surface_tolerance)
+        if len(rows) == 0:
+            return check_tilt(subject)
+        if toolpath is None:
+            path = self._leaning(path) or path
+        bounds = {name: getattr(given, name) for name in ("tilt", "cone", "lead", "lean", "plane")}
+        asked = Asked.of_degrees(path, subject.machine, **bounds)
+        if toolpath is None:
+            # What lies off the part is a feed move all the same, and nobody knows its lean.
+            path = replace(path, kind=subject.toolpath.kind[rows])
+        motion = subject.motion
+        columns = ("feed", "time", "kind", "source")
+        some = Motion(motion.letters, positions, *(getattr(motion, name)[rows] for name in columns))
+        result = check_tilt(make_subject(some, subject.machine, path, asked, subject.tolerances))
+        return replace(result, rows=rows[result.rows])
 
 
 def _check_turns(subject: Subject, toolpath: Toolpath | None, match: Match | None, *, swept: bool) -> Result:
@@ -172,51 +253,5 @@ def _check_turns(subject: Subject, toolpath: Toolpath | None, match: Match | Non
     return check_jumps(subject, programmed, blocks=True)
 
 
-def _check_leaning(
-    subject: Subject,
-    leaning: Mapping[str, Any],
-    mesh: trimesh.Trimesh | None,
-    toolpath: Toolpath | None,
-    match: Match | None,
-    surface_tolerance: float,
-) -> Result:
-    """Check the tool's lean where directions that it refers to are known."""
-    if all(value is None for value in leaning.values()):
-        return check_tilt(subject)
-    rows = np.arange(len(subject.positions))
-    path, positions = subject.toolpath, subject.motion.positions
-    if toolpath is not None and match is not None:
-        known = np.flatnonzero(match.row >= 0)
-        path, rows = toolpath.at(known), match.row[known]
-        # A program needs no block at every location: the axes are on their way between two there.
-        positions = interpolate(positions, match.place[known])
-    elif leaning["cone"] is not None:
-        raise SettingError("a cone stands about the axes of a path; give the path (--path)")
-    elif any(leaning[name] is not None for name in ("tilt", "lead", "lean")):
-        if mesh is None:
-            raise SettingError("tilt refers to surface normals; give the part (--part) or the path (--path)")
-        path = find_contacts(path, mesh, tolerance=surface_tolerance)
-    if len(rows) == 0:
-        return check_tilt(subject)
-    if toolpath is None:
-        path = for_tilt(path, leaning["tilt"], leaning["cone"], lead=leaning["lead"], lean=leaning["lean"])
-    asked = Asked.of_degrees(path, subject.machine, **leaning)
-    if toolpath is None:
-        # What lies off the part is a feed move all the same, and nobody knows its lean.
-        path = replace(path, kind=subject.toolpath.kind[rows])
-    motion = subject.motion
-    columns = ("feed", "time", "kind", "source")
-    some = Motion(motion.letters, positions, *(getattr(motion, name)[rows] for name in columns))
-    result = check_tilt(make_subject(some, subject.machine, path, asked, subject.tolerances))
-    return replace(result, rows=rows[result.rows])
-
-
 def _as_severe(result: Result, severity: Severity) -> Result:
     return replace(result, severity=severity)
-
-
-def _with_findings(report: Report, more: tuple[Finding, ...], counts: Mapping[str, int]) -> Report:
-    """Add findings that no check on rows made; `counts` where more were found than are listed."""
-    findings = sorted((*report.findings, *more), key=lambda f: SEVERITY_ORDER.index(f.severity))
-    total = dict(sorted((report.counts | count_codes(more) | dict(counts)).items()))
-    return replace(report, findings=tuple(findings), counts=total)

@@ -1,17 +1,25 @@
 """Axis motion along a path, and its timing."""
 
 from fiveaxis.motion.digest import motion_digest
+from fiveaxis.motion.fill import Fill
 from fiveaxis.motion.filling import (
     PATH_TOLERANCE,
     axis_deviation,
     fill_in,
     fill_in_rows,
     led_deviation,
+    respaced,
     way_deviation,
 )
 from fiveaxis.motion.motion import Motion, follow
 from fiveaxis.motion.planes import AXIS_TOLERANCE, FASTEST, AxisPlanes
 from fiveaxis.motion.profiles import Profile, block_profiles, move_profiles
+from fiveaxis.motion.program_motion import (
+    Interpolation,
+    Phase,
+    ProgramMotion,
+    positions_between,
+)
 from fiveaxis.motion.rates import PeakRate, peak_rates
 from fiveaxis.motion.thinning import SPEED_TOLERANCE, Thinned, thinned
 from fiveaxis.motion.time_law import Samples, TimeLaw, time_motion
@@ -24,9 +32,13 @@ __all__ = [
     "SPEED_TOLERANCE",
     "STANDSTILL",
     "AxisPlanes",
+    "Fill",
+    "Interpolation",
     "Motion",
     "PeakRate",
+    "Phase",
     "Profile",
+    "ProgramMotion",
     "Samples",
     "Thinned",
     "TimeLaw",
@@ -41,6 +53,8 @@ __all__ = [
     "motion_digest",
     "move_profiles",
     "peak_rates",
+    "positions_between",
+    "respaced",
     "thinned",
     "time_motion",
     "way_deviation",

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from fiveaxis.geometry import Array, BoolArray, IntArray
@@ -10,7 +12,7 @@ from fiveaxis.machine import Machine
 from fiveaxis.motion.motion import Motion, follow
 from fiveaxis.motion.planes import AXIS_TOLERANCE, AxisPlanes
 from fiveaxis.motion.timing import STANDSTILL
-from fiveaxis.toolpath import Toolpath, divided_rows
+from fiveaxis.toolpath import Toolpath, divided_rows, interpolate
 from fiveaxis.toolpath.dividing import through
 
 # Largest way of the pivot off its chord between two blocks, mm.
@@ -196,3 +198,33 @@ def _tells(rotary: Array, blocks: IntArray, share: float) -> BoolArray:
 def _within(columns: Array, blocks: IntArray, share: float) -> Array:
     """Take columns, (n, k), at a share of the way from rows to the next ones, (m, k)."""
     return np.asarray(columns[blocks] + share * (columns[blocks + 1] - columns[blocks]))
+
+
+def respaced(motion: Motion, machine: Machine, tolerance: float = PATH_TOLERANCE) -> Motion:
+    """Cut moves of axes that run linearly into parts, until a control that leads the tip takes the same path.
+
+    Parameters
+    ----------
+    tolerance : mm, largest distance of the tip from its chord in a part
+
+    Returns
+    -------
+    The motion with more rows; the parts of a move last equally long
+    """
+    row, positions = np.arange(len(motion), dtype=float), motion.positions
+    for _ in range(MOST_ROUNDS):
+        blocks = np.arange(len(positions) - 1)
+        tip, _axis = tool_poses(machine, positions)
+        off = np.zeros((len(PLACES), len(blocks)))
+        for i, share in enumerate(PLACES):
+            within, _axis = tool_poses(machine, _within(positions, blocks, share))
+            off[i] = np.linalg.norm(within - _within(tip, blocks, share), axis=1)
+        off[:, turns_on_the_spot(machine, np.diff(positions, axis=0))] = 0.0
+        parts = np.maximum(np.ceil(np.sqrt(_heights(off / tolerance))), 1.0).astype(np.int64)
+        if (parts == 1).all():
+            break
+        row = np.interp(divided_rows(parts), np.arange(len(row)), row)
+        positions = interpolate(motion.positions, row)
+    clock = np.interp(row, np.arange(len(motion)), np.cumsum(motion.time))
+    parts_of = motion.at(np.ceil(row).astype(np.int64))
+    return replace(parts_of, positions=positions, time=np.diff(clock, prepend=0.0))

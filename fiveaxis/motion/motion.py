@@ -48,6 +48,11 @@ class Motion:
         """(n,), where the move that ends at the row cuts."""
         return self.kind == MoveKind.CUT
 
+    def at(self, rows: IntArray) -> Motion:
+        """Return some of the rows, given by their indices in order, as a motion without a name."""
+        columns = ("positions", "feed", "time", "kind", "source")
+        return Motion(self.letters, *(getattr(self, name)[rows] for name in columns))
+
 
 def follow(toolpath: Toolpath, machine: Machine, rotary: Array) -> Motion:
     """Make the motion that takes the tool along a path with given rotary angles.

@@ -1,10 +1,10 @@
 """Reading toolpaths, and writing and reading motions: the border where inches, degrees and mm/min live."""
 
-from fiveaxis.nc.control.program_reader import ProgramMotion, read_program
+from fiveaxis.nc.control.program_reader import ReadMotion, read_program
 from fiveaxis.nc.formats import read_toolpath
 from fiveaxis.nc.motion_table import read_motion, write_motion
 from fiveaxis.nc.point_table import write_toolpath
-from fiveaxis.nc.program import Program, compose_program, require_program, write_program
+from fiveaxis.nc.program import NOT_VERIFIED, Program, compose_program, require_motion, require_program
 from fiveaxis.nc.writing.catalogue import DIALECTS, find_dialect
 from fiveaxis.nc.writing.program_settings import ProgramSettings, make_settings
 from fiveaxis.nc.writing.table_parts import Coordinates
@@ -12,19 +12,20 @@ from fiveaxis.nc.writing.tables import Dialect
 
 __all__ = [
     "DIALECTS",
+    "NOT_VERIFIED",
     "Coordinates",
     "Dialect",
     "Program",
-    "ProgramMotion",
     "ProgramSettings",
+    "ReadMotion",
     "compose_program",
     "find_dialect",
     "make_settings",
     "read_motion",
     "read_program",
     "read_toolpath",
+    "require_motion",
     "require_program",
     "write_motion",
-    "write_program",
     "write_toolpath",
 ]

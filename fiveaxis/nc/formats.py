@@ -94,11 +94,23 @@ def read_toolpath(
         wrap=wrap,
         columns=columns,
     )
-    reader = _find_reader(Path(path))
-    source = load_source(path)
-    logger.info("%s: %d lines", Path(path).name, len(source.lines))
+    # An unknown suffix is found out before the file is read.
+    _find_reader(Path(path))
+    return read_path_of(load_source(path), options)
+
+
+def read_path_of(source: Source, options: ReadOptions) -> Toolpath:
+    """Read a toolpath whose text is at hand, as `read_toolpath` does; the source's name says how.
+
+    Raises
+    ------
+    FiveAxisError
+        As `read_toolpath`.
+    """
+    reader = _find_reader(Path(source.name))
+    logger.info("%s: %d lines", Path(source.name).name, len(source.lines))
     found = reader(source, options)
-    logger.info("%s: %d locations", Path(path).name, len(found))
+    logger.info("%s: %d locations", Path(source.name).name, len(found))
     return found
 
 

@@ -9,25 +9,29 @@ from pathlib import Path
 import numpy as np
 
 from fiveaxis.errors import MachineError, SettingError, ToolpathError
-from fiveaxis.files import write_atomically
 from fiveaxis.findings import Finding, Severity
-from fiveaxis.geometry import Array
 from fiveaxis.machine import Machine
-from fiveaxis.motion import STANDSTILL, Motion, motion_digest
-from fiveaxis.nc.control.program_reader import ProgramMotion
-from fiveaxis.nc.gate import Verdict, checked_lead_in, checked_lead_out, pass_gate
+from fiveaxis.motion import STANDSTILL, Motion, ProgramMotion
+from fiveaxis.nc.control.program_reader import ReadMotion
 from fiveaxis.nc.writing.blocks import block_lines
 from fiveaxis.nc.writing.catalogue import find_dialect
 from fiveaxis.nc.writing.cutter_locations import location_lines
-from fiveaxis.nc.writing.framing import Frame, numbered
+from fiveaxis.nc.writing.framing import NO_ROW, Frame, numbered
 from fiveaxis.nc.writing.header import head_lines
-from fiveaxis.nc.writing.leads import LAST, clear_way
 from fiveaxis.nc.writing.places import Wording, require_expressible
 from fiveaxis.nc.writing.program_settings import ProgramSettings, require_writable
 from fiveaxis.nc.writing.table_parts import Coordinates
 from fiveaxis.nc.writing.turns import Winding, require_winding
 
 Header = Mapping[str, str] | Sequence[tuple[str, str]]
+
+# What the header of a program says that nobody has verified.
+NOT_VERIFIED = (
+    (
+        "verification",
+        "NOT VERIFIED, nobody has checked limits, contact, gouges or collisions of this motion",
+    ),
+)
 
 # mm, rad: an axis value may be so far beyond its travel, from rounding.
 BEYOND = 1e-6
@@ -42,68 +46,26 @@ class Program:
     control : name of the dialect
     suffix : that files of this control have
     lines : comments and blocks in order
+    rows : for each line, the row of the program's motion at which the move ends that it writes; -1 for none
     dropped : moves left out, because no axis moves in them as far as the control's decimals show
     coordinates : what the words are
+    language : ``blocks`` of a control, or ``apt`` or ``points`` for a list of cutter locations
     findings : what was assumed, and what the control does otherwise than it was planned
     """
 
     control: str
     suffix: str
     lines: tuple[str, ...]
+    rows: tuple[int, ...]
     dropped: int
     coordinates: Coordinates = "axes"
+    language: str = "blocks"
     findings: tuple[Finding, ...] = ()
 
     @property
     def text(self) -> str:
         """The file's content; the same motion gives the same bytes."""
         return "\n".join(self.lines) + "\n"
-
-
-def write_program(
-    motion: Motion,
-    path: str | Path,
-    *,
-    machine: Machine,
-    control: str | Path = "linuxcnc",
-    coordinates: Coordinates | None = None,
-    header: Header | None = None,
-    winding: Winding = "unwound",
-    report: Verdict | None = None,
-    override: Sequence[str] = (),
-    settings: ProgramSettings | None = None,
-) -> Path:
-    """Write a motion as an NC program; see `compose_program` for what stands in it.
-
-    The file appears whole or not at all; missing folders are made. A control that names its programs takes
-    the file's name, where the settings give none.
-
-    Returns
-    -------
-    `path`
-
-    Raises
-    ------
-    SettingError
-        A file that can't be written; see `compose_program`.
-    MachineError, ToolpathError, Unverified
-        See `compose_program`.
-    """
-    settings = settings or ProgramSettings()
-    if settings.name is None:
-        settings = settings.model_copy(update={"name": Path(path).stem[:60] or None})
-    program = compose_program(
-        motion,
-        machine=machine,
-        control=control,
-        coordinates=coordinates,
-        header=header,
-        winding=winding,
-        report=report,
-        override=override,
-        settings=settings,
-    )
-    return write_atomically(path, program.text)
 
 
 def require_program(
@@ -134,53 +96,49 @@ def require_program(
 
 
 def compose_program(
-    motion: Motion,
+    motion: Motion | ProgramMotion,
     *,
     machine: Machine,
     control: str | Path = "linuxcnc",
     coordinates: Coordinates | None = None,
     header: Header | None = None,
     winding: Winding = "unwound",
-    report: Verdict | None = None,
-    override: Sequence[str] = (),
     settings: ProgramSettings | None = None,
+    verdict: Sequence[tuple[str, str]] = NOT_VERIFIED,
+    beyond: bool = False,
 ) -> Program:
-    """Write the blocks of a motion.
+    """Write the text of a program: nothing is verified here, and no blocks are inserted.
+
+    `fiveaxis.job.make_program` is what plans a program's motion, writes it with this function, reads it back
+    and verifies that.
 
     Rotary words are the motion's own angles in the control's sign, so that the machine does what was
     optimised; only directions of the tool leave them to the control. Every move is one block that moves all
-    axes in proportion, links and rapid moves too, and takes the motion's time: F is the inverse of it, or the
-    tip's way over it.
+    axes in proportion and takes the motion's time: F is the inverse of it, or the tip's speed along its path.
 
-    The way to the first location has no duration: the rotary axes turn where the tool is, then the linear
-    axes move. A first cut is approached in rapid only up to 5 mm along the tool axis, less where an axis
-    limit is nearer; where the report found another way to be clear, that one is taken. A last cut is left in
-    the same manner, before the program retracts and ends; a program that was read has its own end.
+    The approach has no duration: the rotary axes turn where the tool is, then the linear axes move.
 
     Parameters
     ----------
-    motion : axis values and durations
+    motion : axis values and durations; around a bare motion come the usual approach and leads
+        (`ProgramMotion.around`), and one that was read from a program keeps its own end
     machine : whose axes they are
     control : a key of `DIALECTS`, or the path of a table of one's own (``.toml``)
     coordinates : ``axes``, positions of the machine's axes; ``tip``, the tool's tip on the workpiece and the
-        rotary angles (tool centre point control); ``vector``, the tip and the tool's direction. By default
-        the first of them that the control has
+        rotary angles (TCP); ``vector``, the tip and the tool's direction. By default the first of them that
+        the control has
     header : name and value of further comments, in order: tool, source, energy
     winding : how rotary axes of more than one turn are counted: ``unwound``, on and on; ``modulo``, from 0 to
         360, moves of half a turn or more cut into parts; ``rezero``, named anew by whole turns where a link
         begins. Which of them a control has, and what it needs for it, stands in `DIALECTS`
-    report : what `verify` found; the header says what it rests on. Without one the header says NOT VERIFIED
-    override : codes of errors in the report that are accepted; the header names each
     settings : tool, spindle, coolant, work offset and so on; the header says what isn't written
+    verdict : what the header says of verification, names and texts
+    beyond : whether places beyond an axis's travel are written, too
 
     Raises
     ------
-    Unverified
-        The report has an error that isn't accepted, or is about another motion; or, in positions of the
-        machine's axes, the tool leaves its way between blocks.
     SettingError
-        An unknown control; coordinates, a winding or settings that the control or the machine hasn't; an
-        override of a code that doesn't exist or didn't occur.
+        An unknown control; coordinates, a winding or settings that the control or the machine hasn't.
     MachineError
         The motion has other axes than the machine, or the machine axes that the control doesn't know.
     ToolpathError
@@ -188,70 +146,84 @@ def compose_program(
         the control doesn't read; a move that takes no time.
     """
     settings = settings or ProgramSettings()
+    wording = require_program(machine, control, coordinates, winding, settings)
+    planned = motion if isinstance(motion, ProgramMotion) else _with_usual_leads(motion, wording, settings)
+    if not beyond:
+        _require_travel(planned.motion, machine)
+    pairs = [*(header.items() if isinstance(header, Mapping) else header or ()), *verdict]
+    if wording.dialect.language == "blocks":
+        return _program_of_blocks(planned, Frame(wording, settings, winding), pairs)
+    head = head_lines(wording, settings, pairs, winding)
+    lines = tuple(location_lines(planned.blocks, wording, head))
+    rows = (NO_ROW,) * len(lines)
+    dialect = wording.dialect
+    return Program(dialect.name, dialect.suffix, lines, rows, 0, wording.coordinates, dialect.language)
+
+
+def require_motion(motion: Motion, machine: Machine) -> None:
+    """Refuse a motion of other axes, or with places that are no numbers, before anything is made of it.
+
+    Raises
+    ------
+    MachineError, ToolpathError
+        As `compose_program`.
+    """
     if motion.letters != machine.letters:
         raise MachineError(
             f"the motion has axes {motion.letters}, and machine {machine.name!r} has {machine.letters}"
         )
-    wording = require_program(machine, control, coordinates, winding, settings)
-    about = None if report is None else motion_digest(motion, machine)
-    verified = pass_gate(report, override, led=wording.coordinates != "axes", about=about)
     _require_numbers(motion)
-    if "axis-limit" not in override:
-        _require_travel(motion, machine)
-    pairs = [*(header.items() if isinstance(header, Mapping) else header or ()), *verified]
-    if wording.dialect.language == "blocks":
-        leads = checked_lead_in(report), _lead_out(motion, machine, settings, report)
-        return _program_of_blocks(motion, Frame(wording, settings, winding), pairs, leads)
-    lines = location_lines(motion, wording, head_lines(wording, settings, pairs, winding))
-    return Program(wording.dialect.name, wording.dialect.suffix, tuple(lines), 0, wording.coordinates)
 
 
-def _program_of_blocks(
-    motion: Motion, frame: Frame, pairs: Sequence[tuple[str, str]], leads: tuple[Array | None, Array]
-) -> Program:
+def _with_usual_leads(motion: Motion, wording: Wording, settings: ProgramSettings) -> ProgramMotion:
+    require_motion(motion, wording.machine)
+    # A program that was read ends where its author let it end: its last feed moves may well lead out.
+    stays = not settings.way_out or isinstance(motion, ReadMotion)
+    none = np.zeros(len(motion.letters))
+    return ProgramMotion.around(
+        motion, wording.machine, wording.interpolation, lead_out=none if stays else None
+    )
+
+
+def _program_of_blocks(planned: ProgramMotion, frame: Frame, pairs: Sequence[tuple[str, str]]) -> Program:
     """Put a program together: what stands around the moves, the header, and the moves.
 
     Parameters
     ----------
     pairs : name and value of the header's comments
-    leads : (k,), mm, the last of the way to the first location, back from there, None for the usual one; and
-        the way off the last location
     """
     wording, dialect = frame.wording, frame.wording.dialect
     assumed = frame.assumptions()
-    lead_in, lead_out = leads
-    said = [*pairs, *_said_of_end(lead_out), *(("assumed", text) for text in assumed)]
-    blocks = block_lines(motion, wording, frame.winding)
-    lines = [
-        *frame.head(),
-        *head_lines(wording, frame.settings, said, frame.winding),
-        *frame.modes(),
-        *frame.approach(motion, lead_in),
-        *blocks.lines,
-        *frame.way_out(motion, lead_out),
-        *frame.end(),
+    said = [*pairs, *_said_of_end(planned), *(("assumed", text) for text in assumed)]
+    blocks = block_lines(planned.blocks, wording, frame.winding)
+    head = [*frame.head(), *head_lines(wording, frame.settings, said, frame.winding), *frame.modes()]
+    tagged = [
+        *((line, NO_ROW) for line in head),
+        *frame.approach(planned),
+        *((line, row + planned.first) for line, row in zip(blocks.lines, blocks.rows, strict=True)),
+        *frame.lead_out(planned),
+        *((line, NO_ROW) for line in frame.end()),
     ]
-    lines = list(numbered(lines, wording, frame.settings.line_numbers))
+    lines = tuple(numbered([line for line, _ in tagged], wording, frame.settings.line_numbers))
     _require_width(lines, wording)
     findings = (*(Finding(Severity.WARNING, "number-assumed", text) for text in assumed), *blocks.findings)
-    return Program(dialect.name, dialect.suffix, tuple(lines), blocks.dropped, wording.coordinates, findings)
+    return Program(
+        control=dialect.name,
+        suffix=dialect.suffix,
+        lines=lines,
+        rows=tuple(row for _, row in tagged),
+        dropped=blocks.dropped,
+        coordinates=wording.coordinates,
+        findings=findings,
+    )
 
 
-def _lead_out(motion: Motion, machine: Machine, settings: ProgramSettings, report: Verdict | None) -> Array:
-    """Give the way off the last location, (k,) mm: as the report has checked it, else the usual one."""
-    # A program that was read ends where its author let it end: its last feed moves may well lead out.
-    if not settings.way_out or isinstance(motion, ProgramMotion):
-        return np.zeros(len(machine.letters))
-    checked = checked_lead_out(report)
-    return clear_way(motion, machine, row=LAST) if checked is None else checked
-
-
-def _said_of_end(lead_out: Array) -> list[tuple[str, str]]:
+def _said_of_end(planned: ProgramMotion) -> list[tuple[str, str]]:
     """Say in the header how the program leaves a last cut."""
-    length = float(np.linalg.norm(lead_out))
+    length = float(np.linalg.norm(planned.lead_out))
     if length <= STANDSTILL:
         return []
-    return [("way out", f"the program leads the tool {length:.3g} mm off its last cut, at the cut's feed")]
+    return [("lead-out", f"the program leads the tool {length:.3g} mm off its last cut, at the cut's feed")]
 
 
 def _require_numbers(motion: Motion) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import math
+from collections import Counter
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from pathlib import Path, PurePath
 from typing import Any
@@ -14,6 +15,7 @@ import numpy as np
 from fiveaxis.energy import Energy
 from fiveaxis.errors import InputError
 from fiveaxis.files import write_atomically
+from fiveaxis.findings import Finding, count_codes, group_findings
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Motion, peak_rates
 from fiveaxis.posture import Solution
@@ -50,14 +52,12 @@ def report_document(
     Parameters
     ----------
     solution : the result with its baselines
-    verdict : what verification says, as plain data: ``ok``, ``findings``, ``counts`` (by code; may count more
-        than are listed), ``figures``, ``checked`` and ``not_checked`` (sentences)
+    verdict : what verification found in the program's text, as plain data: ``ok``, ``findings``, ``counts``
+        (by code; may count more than are listed), ``figures``, ``checked`` and ``not_checked`` (sentences)
     inputs : the files that the run read, each from `describe_input`, with ``used_as`` where that is known
-    program : the NC program's own motion, where one was worked out: ``blocks`` for how
-        many ``blocks_before``, ``inserted``, ``removed`` and ``needless_kept_for`` (codes), the tolerances
-        ``path_tolerance_mm`` and ``axis_tolerance_deg``, ``energy`` by posture and a ``verification`` like
-        `verdict`. The run is sound
-        only if both are; the program's findings join the others.
+    program : the NC program, where one was made: ``blocks`` for how many ``blocks_before``, ``inserted``,
+        ``removed`` and ``redundant_kept_for`` (codes), the tolerances ``path_tolerance_mm`` and
+        ``axis_tolerance_deg``, and ``energy`` by posture
     budget : the electricity of the whole job by consumer, where it was added up
 
     Returns
@@ -65,6 +65,9 @@ def report_document(
     Keys in fixed order; energies in J, times in s, angles of ``tilt`` in degrees, the rest as ``units`` says.
     A figure that isn't a finite number is None.
     """
+    told = (f.as_dict() for f in solution.toolpath.findings)
+    findings = [_portable_finding(f) for f in (*told, *verdict["findings"])]
+    verification = {k: verdict[k] for k in ("ok", "counts", "figures", "checked", "not_checked")}
     document = {
         "toolpath": _without_folder(solution.toolpath.name),
         "locations": len(solution.toolpath),
@@ -78,9 +81,10 @@ def report_document(
         "savings": {name: _savings(solution.energy, e) for name, e in solution.baselines.items()},
         "bound": {**solution.bound.as_dict(), "gap": solution.gap},
         "optima": solution.optima and solution.optima.as_dict(),
-        "findings": [_portable_finding(f) for f in _all_findings(solution.toolpath, verdict, program)],
-        "verification": _verification(verdict, program),
-        "program": program and {k: v for k, v in program.items() if k != "verification"},
+        "summary": _summary(findings, solution.toolpath, verification["counts"]),
+        "findings": findings,
+        "verification": verification,
+        "program": program and dict(program),
         "budget": budget and dict(budget),
         "solver": [stage.as_dict() for stage in solution.stages],
         "machine": _machine(solution.machine),
@@ -98,34 +102,12 @@ def _rates(solution: Solution, motion: Motion) -> dict[str, Any]:
     return {c: rate.as_dict() for c, rate in peak_rates(solution.machine, motion).items()}
 
 
-def _all_findings(
-    toolpath: Toolpath, verdict: Mapping[str, Any], program: Mapping[str, Any] | None
+def _summary(
+    findings: Sequence[Mapping[str, Any]], toolpath: Toolpath, counts: Mapping[str, int]
 ) -> list[dict[str, Any]]:
-    """Put what was found while reading first, and the program's findings last.
-
-    A place in the program's counts its own locations.
-    """
-    first = [*(f.as_dict() for f in toolpath.findings), *(dict(f) for f in verdict["findings"])]
-    found = [] if program is None else program["verification"]["findings"]
-    return [*first, *({**f, "message": f"in the program's blocks: {f['message']}"} for f in found)]
-
-
-def _verification(verdict: Mapping[str, Any], program: Mapping[str, Any] | None) -> dict[str, Any]:
-    keys = ("ok", "counts", "figures", "checked", "not_checked")
-    both = {k: verdict[k] for k in keys}
-    if program is None:
-        return both
-    second = program["verification"]
-    codes = sorted({*both["counts"], *second["counts"]})
-    both["counts"] = {c: both["counts"].get(c, 0) + second["counts"].get(c, 0) for c in codes}
-    both["ok"] = both["ok"] and second["ok"]
-    both["figures"] = {**both["figures"], "program": second["figures"]}
-    blocks = (
-        f"the program's own {program['blocks']} blocks: axis limits, bounds on lean and turns, way of the "
-        "tool, cutter against the part"
-    )
-    both["checked"] = [*both["checked"], blocks]
-    return both
+    """Put findings together by cause; what optimiser and verification both tell counts once."""
+    total = Counter(count_codes(toolpath.findings)) | Counter(counts)
+    return [cause.as_dict() for cause in group_findings(map(Finding.from_dict, findings), total)]
 
 
 def describe_input(path: str | Path) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""What verification measured, in words and units: at the path's locations, and in the program's blocks."""
+"""What verification measured in the program's text, in words and units."""
 
 from __future__ import annotations
 
@@ -32,10 +32,11 @@ WORDS = {
     "fixture_clearance_lacking_mm": ("lacking of the cutter’s clearance", "mm"),
     "machine_overlap_mm": ("bodies of the machine in each other", "mm"),
     "machine_clearance_lacking_mm": ("lacking of the machine’s clearance", "mm"),
+    "text_off_mm": ("linear axes in the text off their planned places", "mm"),
+    "text_off_deg": ("rotary axes in the text off their planned places", "°"),
+    "duration_off_share": ("time of the cuts by the text, off the planned", "%"),
     "off_path_mm": ("program off the path that it should follow", "mm"),
 }
-# Name of the program's figures among those of the locations.
-PROGRAM = "program"
 
 
 def measured_table(figures: Mapping[str, Any]) -> str:
@@ -43,15 +44,10 @@ def measured_table(figures: Mapping[str, Any]) -> str:
 
     Parameters
     ----------
-    figures : by name; under `PROGRAM` those of the program's own blocks, by the same names
+    figures : by name
     """
-    program = figures.get(PROGRAM)
-    names = dict.fromkeys([*figures, *(program or {})])
-    names.pop(PROGRAM, None)
-    columns = [figures] if program is None else [figures, program]
-    heads = ("measured, the worst", "#at the locations", "#in the program’s blocks")[: 1 + len(columns)]
-    rows = [(_words(name)[0], *(_shown(name, column.get(name)) for column in columns)) for name in names]
-    return table(heads, rows, "narrow")
+    rows = [(_words(name)[0], _shown(name, value)) for name, value in figures.items()]
+    return table(("measured in the program, the worst", "#value"), rows, "narrow")
 
 
 def _words(name: str) -> tuple[str, str]:

@@ -21,21 +21,22 @@ def program_section(program: Mapping[str, Any] | None) -> str:
     inserted, blocks, before = (number(program[key]) for key in ("inserted", "blocks", "blocks_before"))
     text = (
         "The figures above see the cutter locations only. Between them the axes have to hold the tool on its "
-        f"path: without tool centre point control that takes {inserted} inserted "
-        f"{_blocks(program['inserted'])} (tolerance {program['path_tolerance_mm']:g} mm). "
+        f"path: that takes {inserted} inserted {_blocks(program['inserted'])} (tolerance {program['path_tolerance_mm']:g} mm). "
         f"{_removed(program)} The program has {blocks} blocks for {before} locations, and its own "
-        "moves cost, ways in and out apart:"
+        "moves cost, without approach and retract:"
     )
     return f'<p>{escape(text)}</p>\n<div class="scroll">\n{program_table(program)}\n</div>\n'
 
 
 def _removed(program: Mapping[str, Any]) -> str:
-    """Say how many blocks the path doesn't need, or why none was left out."""
-    if program["needless_kept_for"]:
-        return f"Needless blocks stay in it, because without them: {', '.join(program['needless_kept_for'])}."
+    """Say how many redundant blocks were removed, or why none was."""
+    if program["redundant_kept_for"]:
+        return (
+            f"Redundant blocks stay in it, because without them: {', '.join(program['redundant_kept_for'])}."
+        )
     count = program["removed"]
     if not count:
-        return "No block was left out."
+        return "No block was redundant."
     return (
         f"{number(count)} {_blocks(count)} {'was' if count == 1 else 'were'} removed, as the axes run there "
         f"by themselves (within that tolerance, and {program['axis_tolerance_deg']:g}° of the tool’s axis); "

@@ -1,6 +1,7 @@
 """The tool, the list of cutter locations, and how far the tool may lean there."""
 
 from fiveaxis.toolpath.bounds import TiltBounds
+from fiveaxis.toolpath.constraints import Constraints
 from fiveaxis.toolpath.cutter import Cutter, Zone, across
 from fiveaxis.toolpath.dividing import divide, divided_rows, interpolate, part_places
 from fiveaxis.toolpath.lead_lean import feed_directions
@@ -9,6 +10,7 @@ from fiveaxis.toolpath.tilt import for_tilt, require_range, tilt_bounds
 from fiveaxis.toolpath.tool import Holder, Section, Tool, parse_tool
 
 __all__ = [
+    "Constraints",
     "Cutter",
     "Holder",
     "MoveKind",

@@ -1,21 +1,32 @@
 """An independent check of a motion: other kinematics than the optimiser's, the same path and machine."""
 
-from fiveaxis.verification.approach import with_approach
+from fiveaxis.verification.approach import Leads, choose_leads
 from fiveaxis.verification.asked import Asked
 from fiveaxis.verification.between import Ways
 from fiveaxis.verification.model import build_model, tool_poses
+from fiveaxis.verification.program import verify_text
+from fiveaxis.verification.read_back import ExpectedText, ReadBack, check_text
 from fiveaxis.verification.report import Report
-from fiveaxis.verification.subject import Tolerances
-from fiveaxis.verification.verdict import examine, verify
+from fiveaxis.verification.subject import DEFAULT_TOLERANCES, Tolerances
+from fiveaxis.verification.verdict import CHECKS, Examination, OwnRows, examine, verify
 
 __all__ = [
+    "CHECKS",
+    "DEFAULT_TOLERANCES",
     "Asked",
+    "Examination",
+    "ExpectedText",
+    "Leads",
+    "OwnRows",
+    "ReadBack",
     "Report",
     "Tolerances",
     "Ways",
     "build_model",
+    "check_text",
+    "choose_leads",
     "examine",
     "tool_poses",
     "verify",
-    "with_approach",
+    "verify_text",
 ]

@@ -3,26 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 
 from fiveaxis.collision import Surroundings
 from fiveaxis.contour.distance import TriangleTree
-from fiveaxis.findings import Finding, Place, Severity, count_codes
+from fiveaxis.findings import Finding, Place, Severity
 from fiveaxis.geometry import Array, normalise
 from fiveaxis.machine import Machine
 from fiveaxis.motion import PATH_TOLERANCE, STANDSTILL, Motion
-from fiveaxis.nc.writing.leads import FIRST, LAST, clear_way, lead_places
+from fiveaxis.motion.leads import FIRST, LAST, clear_way, lead_places
 from fiveaxis.toolpath import MoveKind, Toolpath
 from fiveaxis.verification.asked import Asked
 from fiveaxis.verification.collisions import check_collisions
 from fiveaxis.verification.cutting_body import CuttingBody
 from fiveaxis.verification.gouging import check_gouge
 from fiveaxis.verification.model import tool_poses
-from fiveaxis.verification.report import SEVERITY_ORDER, Report, make_report
-from fiveaxis.verification.subject import Tolerances, make_subject
+from fiveaxis.verification.report import APPROACH, Gap, Report, make_report
+from fiveaxis.verification.subject import DEFAULT_TOLERANCES, Tolerances, make_subject
 
 # mm: ways that are tried: near ones, those beside the cut, far ones, which pass stock at the cut's feed.
 NEAR, BESIDE, FAR = (5.0, 2.5, 1.0), (5.0, 10.0, 20.0, 40.0), (10.0, 20.0, 40.0)
@@ -38,9 +38,9 @@ LEG = "to the end of its travel, or by 100 mm"
 TURNS = "the turn of the rotary axes, where the tool stands, before the approach"
 ACROSS = "the rapid move of X and Y, at the height where Z stands, to above the first location"
 FROM_ANYWHERE = "the rapid move of the tip to the first location, from where it stands"
-WAY_OUT = "where retract and home at the end lie, and the moves there beyond Z"
-NO_WAY_OUT = "the way out after the last location: the program ends there"
-END_OF_WAY_OUT = "the way on from the end of the lead-out: the program ends there"
+RETRACT_AND_HOME = "where retract and home at the end lie, and the moves there beyond Z"
+NO_LEAD_OUT = "the retract after the last location: the program ends there"
+END_OF_LEAD_OUT = "the retract from the end of the lead-out: the program ends there"
 MISSING_ROOM = "the cutter is left with less than {room:g} mm of room to the part"
 
 
@@ -51,6 +51,7 @@ class _Ground:
     machine: Machine
     toolpath: Toolpath
     around: Surroundings
+    tolerances: Tolerances
 
     @cached_property
     def _tree(self) -> TriangleTree | None:
@@ -84,19 +85,25 @@ class _Ground:
         kept = [*np.flatnonzero(moves).tolist(), len(places) - 1]
         if not moves.any():
             return None
-        path, motion = self._way(places[kept], [kind[i] for i in kept])
-        depth = Tolerances().chord_gouge + PATH_TOLERANCE
-        allowed = Tolerances(gouge=depth, chord_gouge=depth)
-        subject = make_subject(motion, self.machine, path, Asked(), allowed)
-        results = (
-            check_gouge(subject, self.around.part),
-            *check_collisions(subject, self.around),
-        )
-        for finding in make_report(results, path, ()).findings:
+        for finding in self._errors(places[kept], [kind[i] for i in kept]):
             at_path = finding.place.location == len(kept) - 1
-            if finding.severity is Severity.ERROR and not (at_path and finding.code in known):
+            if not (at_path and finding.code in known):
                 return finding.message
         return None
+
+    def codes_at(self, place: Array) -> frozenset[str]:
+        """Give the codes of what is wrong at a place of the path itself, (k,), whatever leads there."""
+        return frozenset(f.code for f in self._errors(place[None], [MoveKind.CUT]))
+
+    def _errors(self, places: Array, kind: list[MoveKind]) -> list[Finding]:
+        """Find gouges and collisions of a move through places, (m, k)."""
+        path, motion = self._way(places, kind)
+        more = self.tolerances.chord_allowance + PATH_TOLERANCE
+        allowed = replace(self.tolerances, row_allowance=more, chord_allowance=more)
+        subject = make_subject(motion, self.machine, path, Asked(), allowed)
+        results = check_gouge(subject, self.around.part), *check_collisions(subject, self.around)
+        found = make_report(results, path, ()).findings
+        return [finding for finding in found if finding.severity is Severity.ERROR]
 
     def _way(self, places: Array, kind: list[MoveKind]) -> tuple[Toolpath, Motion]:
         tip, axis = tool_poses(self.machine, places)
@@ -106,62 +113,70 @@ class _Ground:
         return path, Motion(self.machine.letters, places, path.feed, still, path.kind, path.source)
 
 
-def with_approach(
-    report: Report,
+@dataclass(frozen=True, eq=False)
+class Leads:
+    """The moves that a program adds to a path: to its first location, and off its last one.
+
+    Parameters
+    ----------
+    lead_in : (k,), mm, from the first location to where the lead-in begins
+    lead_out : (k,), mm, from the last location to where the lead-out ends
+    report : what is wrong with them, ``approach-blocked`` and ``retreat-blocked``, what was checked of
+        them, and what wasn't
+    """
+
+    lead_in: Array
+    lead_out: Array
+    report: Report = field(default_factory=lambda: Report.of_findings(()))
+
+
+def choose_leads(
     motion: Motion,
     machine: Machine,
     toolpath: Toolpath,
     *,
     surroundings: Surroundings,
+    tolerances: Tolerances = DEFAULT_TOLERANCES,
     leg: bool = True,
-    way_out: float | None = None,
+    retract: float | None = None,
     leaves: bool = True,
-    rows: int | None = None,
-) -> Report:
-    """Check what a program adds to a motion, choose clear ways in and out, and report both.
+) -> Leads:
+    """Choose a clear lead-in and lead-out.
 
     The usual lead-in is 5 mm along the tool axis. Where it, or the leg of Z that comes before, isn't clear,
     others are tried in a fixed order: shorter ones, along the surface normal, back along the cut and to both
-    sides of it, longer ones, none. The way out of a last cut is chosen in the same manner, on along the cut
+    sides of it, longer ones, none. The lead-out of a last cut is chosen in the same manner, on along the cut
     in place of back; it ends with room to the part, and where Z goes up from there that leg is clear, too.
 
     Parameters
     ----------
-    report : on the motion
-    motion : what the program's blocks say
-    machine, toolpath, surroundings : as for `verify`; the path gives tool, name and the first surface normal
+    motion : the path's own blocks
+    machine, toolpath, surroundings, tolerances : as for `verify`; the path gives tool, name and the first
+        surface normal
     leg : whether the program comes down by Z alone; else, in words of the tip, in a line from anywhere
-    way_out : mm, the machine's place of Z to which the program goes up at its end; None where it doesn't
+    retract : mm, the machine's place of Z to which the program goes up at its end; None where it doesn't
     leaves : whether it leads the tool out of a last cut before that
-    rows : of the motion that the report is about, where it has more than the program's blocks
-
-    Returns
-    -------
-    The report with ``approach-blocked`` and ``retreat-blocked`` where they occur, with what wasn't looked at,
-    and with the ways in and out that a program is to take
 
     Raises
     ------
     MeshError, MissingDependency
         As `verify`.
     """
-    if not np.isfinite(motion.positions[[0, -1]]).all():
-        return report
-    ground = _Ground(machine, toolpath, surroundings)
-    lead_in, blocked = _choose(ground, motion, FIRST, leg, _codes_at(report, 0))
+    ground, none = _Ground(machine, toolpath, surroundings, tolerances), np.zeros(len(machine.letters))
+    lead_in, blocked = _choose(ground, motion, FIRST, leg, ground.codes_at(motion.positions[FIRST]))
     found = [] if blocked is None else [_finding("approach-blocked", blocked, toolpath.place(0))]
-    end, up = (len(motion) if rows is None else rows) - 1, way_out is not None
-    lead_out = np.zeros(len(machine.letters))
+    up, known = retract is not None, ground.codes_at(motion.positions[LAST])
+    lead_out = none
     if leaves and motion.kind[LAST] == MoveKind.CUT:
-        lead_out, blocked = _choose(ground, motion, LAST, up, _codes_at(report, end))
+        lead_out, blocked = _choose(ground, motion, LAST, up, known)
     else:
-        blocked = _fault(ground, motion, lead_out, LAST, up, _codes_at(report, end)) if up else None
-    place = replace(toolpath.place(len(toolpath) - 1), location=end)
+        blocked = _fault(ground, motion, lead_out, LAST, up, known) if up else None
+    place = toolpath.place(len(toolpath) - 1)
     if blocked is not None:
         found.append(_finding("retreat-blocked", blocked, place))
-    if way_out is not None:
-        found += _downwards(machine, motion.positions[LAST] + lead_out, way_out, place)
-    return _joined(report, found, (lead_in, lead_out), leg=leg, way_out=up)
+    if retract is not None:
+        found += _downwards(machine, motion.positions[LAST] + lead_out, retract, place)
+    return Leads(lead_in, lead_out, _reported(found, (lead_in, lead_out), leg=leg, retracts=up))
 
 
 def _downwards(machine: Machine, begin: Array, end: float, place: Place) -> Iterator[Finding]:
@@ -245,10 +260,6 @@ def _others(ground: _Ground, motion: Motion, row: int, *, none: bool) -> Iterato
         yield np.zeros(len(machine.letters))
 
 
-def _codes_at(report: Report, row: int) -> frozenset[str]:
-    return frozenset(f.code for f in report.findings if f.place.location == row)
-
-
 def _finding(code: str, fault: str, place: Place) -> Finding:
     remedy = {
         "approach-blocked": "no way to the first location is clear, straight or from the side; on the usual "
@@ -260,25 +271,18 @@ def _finding(code: str, fault: str, place: Place) -> Finding:
     return Finding(Severity.ERROR, code, remedy[code].format(fault.partition(";")[0]), place)
 
 
-def _joined(
-    report: Report, found: list[Finding], leads: tuple[Array, Array], *, leg: bool, way_out: bool
-) -> Report:
+def _reported(found: list[Finding], leads: tuple[Array, Array], *, leg: bool, retracts: bool) -> Report:
     lead_in, lead_out = (float(np.linalg.norm(lead)) for lead in leads)
-    ways = [f"a lead-in of {lead_in:.3g} mm"] if lead_in > STANDSTILL else []
-    ways += ["Z down to it from the end of its travel, or from 100 mm above"] if leg else []
-    checked = [f"approach: {' and '.join(ways)}, for gouges and collisions"] if ways else []
+    moves = [f"a lead-in of {lead_in:.3g} mm"] if lead_in > STANDSTILL else []
+    moves += ["Z down to it from the end of its travel, or from 100 mm above"] if leg else []
+    checked = [f"approach: {' and '.join(moves)}, for gouges and collisions"] if moves else []
     out = [f"a lead-out of {lead_out:.3g} mm"] if lead_out > STANDSTILL else []
-    out += [f"Z up {'from it ' if out else ''}{LEG}"] if way_out else []
-    checked += [f"way out: {' and '.join(out)}, for gouges and collisions"] if out else []
-    end = END_OF_WAY_OUT if lead_out > STANDSTILL else NO_WAY_OUT
-    left = [TURNS, ACROSS if leg else FROM_ANYWHERE, WAY_OUT if way_out else end]
-    findings = sorted((*report.findings, *found), key=lambda f: SEVERITY_ORDER.index(f.severity))
+    out += [f"Z up {'from it ' if out else ''}{LEG}"] if retracts else []
+    checked += [f"retract: {' and '.join(out)}, for gouges and collisions"] if out else []
+    end = END_OF_LEAD_OUT if lead_out > STANDSTILL else NO_LEAD_OUT
+    left = TURNS, ACROSS if leg else FROM_ANYWHERE, RETRACT_AND_HOME if retracts else end
     return replace(
-        report,
-        findings=tuple(findings),
-        counts=dict(sorted((report.counts | count_codes(found)).items())),
-        checked=(*report.checked, *checked),
-        not_checked=(*report.not_checked, *left),
-        lead_in=tuple(leads[0].tolist()),
-        lead_out=tuple(leads[1].tolist()),
+        Report.of_findings(found, APPROACH),
+        checked=tuple(checked),
+        gaps=tuple(Gap(sentence) for sentence in left),
     )

@@ -43,6 +43,7 @@ def check_limits(subject: Subject) -> Result:
     rotary = np.array([a.is_rotary for a in machine.axes])
     rows, columns = np.nonzero(overrun > np.where(rotary, tolerances.angle, tolerances.length))
     shown = machine.shown(overrun)
+    limited, unlimited = _limit_sentences(subject)
 
     def message(i: int) -> str:
         axis, value = machine.axes[columns[i]], subject.positions[rows[i], columns[i]]
@@ -63,17 +64,19 @@ def check_limits(subject: Subject) -> Result:
             "limit_overrun_mm": _overrun_figure(shown[:, ~rotary]),
             "limit_overrun_deg": _overrun_figure(shown[:, rotary]),
         },
-        **_limit_sentences(subject),
+        checked=limited,
+        not_checked=unlimited,
     )
 
 
-def _limit_sentences(subject: Subject) -> dict[str, tuple[str, ...]]:
+def _limit_sentences(subject: Subject) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Say of which axes limits are checked, and of which they aren't."""
     axes = subject.machine.axes
     limited = [a.letter for a in axes if not a.limits.unlimited]
     free = [a.letter for a in axes if a.limits.unlimited]
     some = f"axis limits of {', '.join(limited)} at every location" if limited else None
     none = f"limits of {', '.join(free)}: the machine states none" if free else None
-    return {"checked": _only(some), "not_checked": _only(none)}
+    return _only(some), _only(none)
 
 
 def check_contact(subject: Subject) -> Result:
@@ -120,12 +123,14 @@ def check_tilt(subject: Subject) -> Result:
     lows, highs = np.array([[bounds.low, bounds.high] for bounds in every]).T
     overruns = np.nan_to_num(np.maximum(angles - highs[:, None], lows[:, None] - angles), nan=-np.inf)
     overrun, worst = overruns.max(axis=0), overruns.argmax(axis=0)
-    rows = np.flatnonzero(overrun > subject.tolerances.lean)
+    inserted = subject.asked.inserted
+    between = np.zeros(len(overrun), dtype=bool) if inserted is None else inserted
+    allowed = np.where(between, subject.tolerances.lean_between, subject.tolerances.lean)
+    rows = np.flatnonzero(overrun > allowed)
 
     def message(i: int) -> str:
         bounds, value = every[worst[rows[i]]], angles[worst[rows[i]], rows[i]]
-        between = subject.asked.inserted is not None and subject.asked.inserted[rows[i]]
-        remedy = "put locations closer together" if between else "optimise again or widen the range"
+        remedy = "put locations closer together" if between[rows[i]] else "optimise again or widen the range"
         side, bound = ("above", bounds.high) if value > bounds.high else ("below", bounds.low)
         return (
             f"tool axis at {math.degrees(value):.6g} deg to the {bounds.name} is {side} the bound "

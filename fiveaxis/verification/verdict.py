@@ -1,14 +1,15 @@
-"""All checks in one call."""
+"""One list of checks, for locations, for the text of our own programs and for those of others."""
 
 from __future__ import annotations
 
 import logging
-from collections.abc import Mapping
-from dataclasses import replace
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fiveaxis.collision import Surroundings
+from fiveaxis.findings import Severity
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Motion, motion_digest
 from fiveaxis.toolpath import Toolpath, for_tilt
@@ -16,10 +17,17 @@ from fiveaxis.verification.asked import Asked
 from fiveaxis.verification.between import Between, Ways, check_gouges
 from fiveaxis.verification.checks import check_contact, check_finite, check_limits, check_tilt
 from fiveaxis.verification.collisions import check_collisions
+from fiveaxis.verification.gouging import check_gouge
 from fiveaxis.verification.moves import check_deviation, check_speeds
 from fiveaxis.verification.rates import KINDS, check_accelerations
-from fiveaxis.verification.report import Report, make_report
-from fiveaxis.verification.subject import DEFAULT_TOLERANCES, Tolerances, make_subject
+from fiveaxis.verification.report import Report, Result, make_report
+from fiveaxis.verification.subject import (
+    DEFAULT_TOLERANCES,
+    GOUGE_TOLERANCE,
+    Subject,
+    Tolerances,
+    make_subject,
+)
 from fiveaxis.verification.turns import check_hold, check_jumps, check_singular, check_turn_rate
 
 if TYPE_CHECKING:
@@ -55,6 +63,7 @@ def verify(
     part: str | Path | trimesh.Trimesh | None = None,
     surroundings: Surroundings | None = None,
     between: Between | Ways | None = None,
+    gouge_tolerance: float = GOUGE_TOLERANCE,
     tolerances: Tolerances = DEFAULT_TOLERANCES,
 ) -> Report:
     """Check a motion against its machine, its path and what was asked for, with kinematics of its own.
@@ -83,21 +92,27 @@ def verify(
     between : the way between locations: ``axes``, all of them linear in time, as blocks of axis words say;
         ``led``, the tool led straight, as tool centre point control does. By default gouges are looked for
         on the way that is led, in links on both, and collisions on that of the axes; the report says on
-        which way what was checked, and a program that takes another one says so
-    tolerances : from where on a difference is a finding
+        which way what was checked
+    gouge_tolerance : mm, how deep the cutter may reach into the part at a location; within a move it may
+        reach 0.01 mm deeper, as the move is the chord of a curve
+    tolerances : from where on any other difference is a finding
 
     Returns
     -------
     Findings with the codes ``not-finite``, ``axis-limit``, ``contact-error``, ``tilt``, ``held-axis``,
     ``jump``, ``turn-rate``, ``speed``, ``gouge``, ``…-collision`` of shank, holder, fixture and machine
-    (errors), ``singular-turn``, ``rotary-acceleration``, ``linear-acceleration``, ``…-clearance`` and
-    ``tip-deviation`` (warnings: a control slows down, bodies come near, or the program needs a table of its
-    own), and the worst figure of every check.
+    (errors), ``singular-turn``, ``rotary-acceleration``, ``linear-acceleration``, ``…-clearance`` (warnings:
+    a control slows down, or bodies come near), ``tip-deviation``, and the worst figure of every check.
+
+    ``tip-deviation``, moves in which the tool's centre leaves its chord if all axes run linearly, is an error
+    with `between` ``axes``. Else it is a note, as tool centre point control or inserted blocks keep the tool
+    on its path; `write_program` refuses blocks of axis words for a motion with such a note.
 
     Raises
     ------
     SettingError
-        Both tilt and cone; a bad range, bound or way; a motion of other axes than the machine's.
+        Both tilt and cone; a bad range, bound or way; a gouge tolerance that isn't a finite number above 0; a
+        motion of other axes than the machine's.
     ToolpathError
         A motion of another length than the path; a path without the direction that tilt or cone refers to.
     MeshError
@@ -122,69 +137,135 @@ def verify(
         plane=plane,
     )
     around = surroundings or Surroundings.load(part)
-    ways = Ways.asked(between)
-    return examine(motion, machine, toolpath, asked, surroundings=around, tolerances=tolerances, ways=ways)
+    subject = make_subject(motion, machine, toolpath, asked, tolerances.with_gouge(gouge_tolerance))
+    return examine(Examination(subject, around, Ways.asked(between)), NOT_CHECKED)
 
 
-def examine(
-    motion: Motion,
-    machine: Machine,
-    toolpath: Toolpath,
-    asked: Asked,
-    *,
-    surroundings: Surroundings | None = None,
-    tolerances: Tolerances = DEFAULT_TOLERANCES,
-    accelerations: bool = True,
-    straight: bool = True,
-    ways: Ways | None = None,
-) -> Report:
-    """Check a motion as `verify` does, against bounds that are made already.
+@dataclass(frozen=True, eq=False)
+class OwnRows:
+    """What is known of a program whose rows aren't the locations of a path.
 
     Parameters
     ----------
-    motion, machine, toolpath, surroundings, tolerances : as for `verify`
-    asked : bounds, for each location of the path
+    following : how it follows its path; None without one
+    lean : the check of the tool's lean, where what that refers to is known
+    turns : the check of sudden turns
+    led : mm above the tip, of the point that goes straight between rows; None where all axes run linearly
+    has_tool : whether anybody has named the tool
+    """
+
+    following: Result | None
+    lean: Result
+    turns: Result
+    led: float | None
+    has_tool: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Examination:
+    """Everything that the checks look at.
+
+    Parameters
+    ----------
+    subject : the motion beside its path
+    surroundings : part, stock and fixtures
+    ways : on which ways between rows gouges and collisions are looked for
     accelerations : whether the blocks' speeds tell accelerations; not where moves were cut into parts
-    straight : whether gouges between locations are looked for as a control leads the tool's centre, straight;
-        else with all axes linear in time, as blocks of axis words say
-    ways : on which ways between locations to look, in place of `straight`; by default collisions are looked
-        for with all axes linear
+    own : for a program with rows of its own
+    more : results of checks on a program's text
+    """
+
+    subject: Subject
+    surroundings: Surroundings
+    ways: Ways
+    accelerations: bool = True
+    own: OwnRows | None = None
+    more: tuple[Result, ...] = ()
+
+
+def _places(e: Examination) -> Iterable[Result]:
+    if e.own is None:
+        yield check_contact(e.subject)
+    elif e.own.following is not None:
+        yield e.own.following
+
+
+def _speeds(e: Examination) -> Iterable[Result]:
+    found = check_speeds(e.subject)
+    # A control slows a foreign program down; in our own such a duration is a fault.
+    yield found if e.own is None else replace(found, code="feed-over", severity=Severity.WARNING)
+
+
+def _turn_rates(e: Examination) -> Iterable[Result]:
+    if e.own is None:
+        yield check_turn_rate(e.subject)
+
+
+def _accelerations(e: Examination) -> Iterable[Result]:
+    if e.accelerations and e.own is None:
+        yield from (check_accelerations(e.subject, kind) for kind in KINDS)
+
+
+def _deviations(e: Examination) -> Iterable[Result]:
+    if e.own is None:
+        yield check_deviation(e.subject, e.ways.of_deviation)
+    # Beside a path what lies between blocks is checked against that: few blocks may well follow its bends.
+    elif e.own.led is None and e.own.following is None:
+        yield check_deviation(e.subject, Severity.WARNING)
+
+
+def _gouges(e: Examination) -> Iterable[Result]:
+    if e.own is None:
+        yield check_gouges(e.subject, e.surroundings.part, e.ways)
+    else:
+        yield check_gouge(e.subject, e.surroundings.part, led=e.own.led)
+
+
+def _collisions(e: Examination) -> Iterable[Result]:
+    if e.own is None:
+        led = TIP if e.ways.collisions == "led" else None
+        yield from check_collisions(e.subject, e.surroundings, led=led)
+    elif e.own.has_tool:
+        yield from check_collisions(e.subject, e.surroundings, led=e.own.led)
+
+
+# Every check there is, in the order in which a report speaks of them.
+CHECKS: tuple[Callable[[Examination], Iterable[Result]], ...] = (
+    lambda e: (check_finite(e.subject), check_limits(e.subject), check_hold(e.subject)),
+    _places,
+    lambda e: (check_tilt(e.subject) if e.own is None else e.own.lean,),
+    lambda e: (check_jumps(e.subject) if e.own is None else e.own.turns,),
+    _turn_rates,
+    lambda e: (check_singular(e.subject),),
+    _speeds,
+    _accelerations,
+    _deviations,
+    lambda e: e.more,
+    _gouges,
+    _collisions,
+)
+
+
+def examine(examination: Examination, not_checked: Iterable[str] = ()) -> Report:
+    """Make every check, and put what they found into one report.
+
+    Parameters
+    ----------
+    examination : what they look at
+    not_checked : sentences about what no check looks at
 
     Raises
     ------
     SettingError, ToolpathError, MeshError, MissingDependency
         As `verify`.
     """
-    subject = make_subject(motion, machine, toolpath, asked, tolerances)
-    ways = ways or Ways("led" if straight else "axes", "axes")
-    around = surroundings or Surroundings()
-    changes = [check_accelerations(subject, kind) for kind in KINDS] if accelerations else []
-    results = (
-        check_finite(subject),
-        check_limits(subject),
-        check_hold(subject),
-        check_contact(subject),
-        check_tilt(subject),
-        check_jumps(subject),
-        check_turn_rate(subject),
-        check_singular(subject),
-        check_speeds(subject),
-        *changes,
-        check_deviation(subject),
-        check_gouges(subject, around.part, ways),
-        *check_collisions(subject, around, led=TIP if ways.collisions == "led" else None),
-    )
-    report = make_report(results, toolpath, NOT_CHECKED if changes else (*NOT_CHECKED, NO_ACCELERATIONS))
+    subject = examination.subject
+    results = [result for check in CHECKS for result in check(examination)]
+    report = make_report(results, subject.toolpath, not_checked)
     found = ", ".join(f"{code} {count}" for code, count in report.counts.items())
-    logger.info("%d locations on %s: found %s", len(toolpath), machine.name, found or "nothing")
+    logger.info("%d rows on %s: found %s", len(subject.toolpath), subject.machine.name, found or "nothing")
     for sentence in report.checked:
         logger.debug("checked: %s", sentence)
     for sentence in report.not_checked:
         logger.debug("not checked: %s", sentence)
-    alone = not around.meshes and not around.fixtures and not machine.bodies
-    return replace(
-        report,
-        about=motion_digest(motion, machine),
-        gouges_between=None if around.part is None else ways.of_gouges,
-        collisions_between=None if alone else (ways.collisions,),
-    )
+    return replace(report, about=motion_digest(subject.motion, subject.machine))

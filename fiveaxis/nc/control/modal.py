@@ -8,8 +8,9 @@ as unknown. An M word moves no axis here, but those of `REFUSED` do.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
+from fiveaxis.nc.control.spindle import Spindle
 from fiveaxis.nc.languages.block import Block
 from fiveaxis.nc.rows import MILLIMETRES
 from fiveaxis.nc.source import Source
@@ -127,7 +128,7 @@ class Modes:
     feed_mode : G93, G94 or G95
     feed : F in the units of its mode, None before the first and after a change of mode
     feed_step : units of length that F counts per minute, 1 but for Heidenhain in inches
-    spindle : S, rev/min
+    spindle : its speed and sense, line by line
     frame, frame_line : the work offset and where it was chosen
     to_initial : G98, a cycle returns to the level that it came from, not only to R
     compensated : G43, the control adds the tool's length
@@ -146,7 +147,7 @@ class Modes:
     feed_mode: str = "G94"
     feed: float | None = None
     feed_step: float = 1.0
-    spindle: float | None = None
+    spindle: Spindle = field(default_factory=Spindle)
     frame: str = "G54"
     frame_line: int | None = None
     to_initial: bool = True
@@ -175,8 +176,7 @@ class Modes:
             self._set(word, block)
         if block.feed_step is not None:
             self.feed_step = block.feed_step
-        if "S" in block.words:
-            self.spindle = block.words["S"]
+        self.spindle.take(block)
         if "F" in block.words:
             self.feed = block.words["F"]
             if self.feed <= 0.0:
@@ -211,11 +211,12 @@ class Modes:
             )
         if self.feed_mode == "G94":
             return self.feed
-        if self.spindle is None or self.spindle <= 0.0:
+        speed = self.spindle.speed
+        if speed is None or speed <= 0.0:
             raise self.source.error(
                 "F counts per revolution (G95), and no S above 0 is in force; give S, or post with G94", line
             )
-        return self.feed * self.spindle
+        return self.feed * speed
 
     def _require_read(self, block: Block) -> None:
         for word in (*block.g, *block.m):

@@ -21,7 +21,7 @@ import numpy as np
 
 from fiveaxis.errors import ToolpathError
 from fiveaxis.findings import Finding, Place, Severity
-from fiveaxis.geometry import IntArray
+from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Motion
 from fiveaxis.nc.control.axis_track import Columns
@@ -30,7 +30,7 @@ from fiveaxis.nc.control.running import note_assumptions, run_program, why_nothi
 from fiveaxis.nc.control.tip_motion import axes_of_tips
 from fiveaxis.nc.control.travel import motion_times
 from fiveaxis.nc.options import ReadOptions, Wrap
-from fiveaxis.nc.source import lists_locations, load_source
+from fiveaxis.nc.source import Source, lists_locations, load_source
 from fiveaxis.toolpath import MoveKind
 
 # deg: a rotary axis that counts from 0 to 360 turns by no more.
@@ -38,18 +38,23 @@ HALF_TURN = 180.0
 
 
 @dataclass(frozen=True, eq=False)
-class ProgramMotion(Motion):
+class ReadMotion(Motion):
     """A motion that was read from a program.
 
     Parameters
     ----------
     name : the file
+    tcp : (n,), whether the move that ends at the row is one of the tool's tip, under TCP
+    spindle : (n,), rev/min in that move: positive for M3, negative for M4, 0 while it stands, NaN where it
+        turns at a speed that the program doesn't say
     ignored : words of the program that were seen and not used, with their counts, and blocks and lines that
         aren't in the motion
     findings : what was assumed or left out, with its line
     """
 
     name: str = "program"
+    tcp: BoolArray = field(default_factory=lambda: np.zeros(0, dtype=bool))
+    spindle: Array = field(default_factory=lambda: np.zeros(0))
     ignored: Mapping[str, int] = field(default_factory=dict)
     findings: tuple[Finding, ...] = ()
 
@@ -64,7 +69,7 @@ def read_program(
     rapid_mm_min: float | None = None,
     block_delete: bool = False,
     wrap: Wrap | None = None,
-) -> ProgramMotion:
+) -> ReadMotion:
     """Read an NC program.
 
     The first row is where the program's first move begins: at `start`, or where its first rapid moves have
@@ -120,11 +125,23 @@ def read_program(
         block_delete=block_delete,
         wrap=wrap,
     )
-    interpreter = run_program(load_source(path), machine, options, for_motion=True)
-    return _finish(interpreter, machine, None if rapid_mm_min is None else rapid_mm_min / 60.0)
+    return read_motion_of(load_source(path), machine, options)
 
 
-def _finish(interpreter: Interpreter, machine: Machine, rapid: float | None) -> ProgramMotion:
+def read_motion_of(source: Source, machine: Machine, options: ReadOptions) -> ReadMotion:
+    """Read the motion of a program whose text is at hand, as `read_program` does.
+
+    Raises
+    ------
+    FiveAxisError
+        As `read_program`.
+    """
+    interpreter = run_program(source, machine, options, for_motion=True)
+    rapid = options.rapid_mm_min
+    return _finish(interpreter, machine, None if rapid is None else rapid / 60.0)
+
+
+def _finish(interpreter: Interpreter, machine: Machine, rapid: float | None) -> ReadMotion:
     track, source = interpreter.track, interpreter.source
     if len(track.rows) < 2:
         raise source.error(why_nothing_moves(track))
@@ -139,7 +156,7 @@ def _finish(interpreter: Interpreter, machine: Machine, rapid: float | None) -> 
     if written.of_tip.any():  # the tool's length counts
         interpreter.findings += interpreter.tools.findings(source, interpreter.track.rows[-1][1])
     _note_turns(interpreter, written, columns.lines)
-    return ProgramMotion(
+    return ReadMotion(
         letters=machine.letters,
         positions=columns.positions(),
         feed=feed,
@@ -147,6 +164,8 @@ def _finish(interpreter: Interpreter, machine: Machine, rapid: float | None) -> 
         kind=columns.kinds,
         source=columns.lines,
         name=source.name,
+        tcp=written.of_tip[np.searchsorted(written.lines, columns.lines)],
+        spindle=interpreter.modes.spindle.at(columns.lines),
         ignored=dict(sorted((word, n) for word, n in interpreter.ignored.items() if n)),
         findings=tuple(interpreter.findings),
     )

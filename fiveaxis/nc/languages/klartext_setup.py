@@ -21,6 +21,7 @@ _CYCLE = re.compile(r"CYCL DEF ([0-9]{1,4})(?:\.([0-9]+))?(?![0-9])\s*(.*)")
 _TOOL = re.compile(r"TOOL CALL(?: (TEXT|Q[LRS]?[0-9]+|[0-9]+(?:\.[0-9]+)?))?(?: ([UVWXYZ])(?![0-9+.-]))?")
 _DELTA = re.compile(rf"(?<![A-Z])(DL|DR2?) ?[=:]? ?({VALUE})")
 _TOOL_FEED = re.compile(rf"\bF ?({VALUE})")
+_TOOL_SPEED = re.compile(rf"\bS ?({VALUE})")
 _TEXT = re.compile(r'"[^"]*"')
 _LAST_NUMBER = re.compile(rf"({VALUE})\s*$")
 
@@ -89,6 +90,9 @@ class SetUp(Line):
         feed = _TOOL_FEED.search(code)
         if feed is not None:
             self.state.tool_feed = self.value(feed[1])
+        speed = _TOOL_SPEED.search(code)
+        if speed is not None:
+            self.draft.words["S"] = self.value(speed[1])
         if found is None or found[1] is None:
             self.draft.ignored.append("TOOL CALL without a tool")  # another speed or feed
             return

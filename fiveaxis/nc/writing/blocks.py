@@ -42,11 +42,13 @@ class Blocks:
     Parameters
     ----------
     lines : in order
+    rows : row of the motion at which the block ends that each line is part of
     dropped : moves left out, because no word changes in them
     findings : what the control does otherwise than it was planned
     """
 
     lines: list[str]
+    rows: list[int]
     dropped: int
     findings: tuple[Finding, ...]
 
@@ -71,9 +73,14 @@ def block_lines(motion: Motion, wording: Wording, winding: str) -> Blocks:
     feeds[1:] = rounded_feeds(wanted, feed_form(wording))[1:]
     require_range(feeds, moves, motion, wording)
     kept = words.kept & (_needed(plain, wording)[:, None] | ~wording.is_linear)
-    lines = _lines(words, kept, feeds, wording, modulo_templates(wording, winding))
+    texts = _texts(words, kept, feeds, wording, modulo_templates(wording, winding))
+    owned = [
+        (line, row)
+        for text, row in zip(texts, moves.row[1:].tolist(), strict=True)
+        for line in text.split("\n")
+    ]
     notes = (*note_floor(plain, raised, moves, wording), *note_rounding(wanted, feeds, moves, wording))
-    return Blocks(lines, dropped, notes)
+    return Blocks([line for line, _ in owned], [row for _, row in owned], dropped, notes)
 
 
 def moving(motion: Motion, values: Array, wording: Wording) -> BoolArray:
@@ -182,10 +189,10 @@ def _require_numbers(values: Array, moves: Moves, motion: Motion, wording: Wordi
         )
 
 
-def _lines(
+def _texts(
     words: Words, kept: BoolArray, feeds: Array, wording: Wording, templates: list[str | None]
 ) -> list[str]:
-    """Write one line for each row but the first."""
+    """Write the block of each row but the first; what stands before it is on lines of its own."""
     if len(feeds) < 2:
         return []
     by_feed = feed_formats(feeds[1:], feed_form(wording))
@@ -195,7 +202,7 @@ def _lines(
     plain = np.array([text[0] == "%" for text in by_feed])
     values = np.column_stack([words.values[1:], feeds[1:]])
     places = np.column_stack([kept[1:], plain])
-    return [line for text in fill_formats(formats, values, places) for line in text.split("\n")]
+    return list(fill_formats(formats, values, places))
 
 
 def _formats(kept: BoolArray, feeds: list[str], wording: Wording, templates: list[str | None]) -> list[str]:

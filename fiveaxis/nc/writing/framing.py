@@ -9,12 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from fiveaxis.errors import SettingError
-from fiveaxis.geometry import Array
-from fiveaxis.motion import STANDSTILL, Motion
+from fiveaxis.motion import Phase, ProgramMotion
 from fiveaxis.nc.rows import MILLIMETRES
 from fiveaxis.nc.writing.feeds import SECONDS, feed_form
 from fiveaxis.nc.writing.header import contains_length, counted
-from fiveaxis.nc.writing.leads import LAST, clear_way, lead_places
 from fiveaxis.nc.writing.numbers import feed_text
 from fiveaxis.nc.writing.places import Wording
 from fiveaxis.nc.writing.program_settings import ProgramSettings, spindle_text
@@ -22,6 +20,10 @@ from fiveaxis.nc.writing.turns import first_words
 
 # Ends of the tape, and the program's own number.
 _UNNUMBERED = re.compile(r"%|O[0-9]")
+
+# A line of a program, and the row of its motion at which the move ends that it is part of.
+Line = tuple[str, int]
+NO_ROW = -1
 
 # What stands for a number or a name that a control needs and nobody has given.
 ASSUMED_NUMBER, ASSUMED_NAME = 1, "PROGRAM"
@@ -76,53 +78,54 @@ class Frame:
             lines += dialect.modulo.on
         return lines
 
-    def approach(self, motion: Motion, lead_in: Array | None = None) -> list[str]:
-        """Lead the tool to the first location: in rapid, but for the last of the way to a first cut.
-
-        Parameters
-        ----------
-        lead_in : (k,), mm, that last way, from the first location back; `clear_way` by default
-        """
-        wording, machine = self.wording, self.wording.machine
-        way = clear_way(motion, machine) if lead_in is None else lead_in
-        places = lead_places(motion, machine, way)[1:]
+    def approach(self, program: ProgramMotion) -> Iterator[Line]:
+        """Lead the tool to the first location: in rapid, but for the lead-in to a first cut."""
+        wording, machine, first = self.wording, self.wording.machine, program.first
+        places = program.motion.positions
+        led_in = program.phase[first] == Phase.LEAD_IN
+        at = first - led_in
         by_axes = Wording(wording.dialect, "axes", machine, wording.unit)
-        start = first_words(by_axes.values(places[:1]), by_axes, self.winding)[0]
-        lines = [] if wording.coordinates != "axes" else self._on()
-        lines += [
-            self._rapid(f"{axis.letter}{counted(axis, value):.{wording.dialect.number.rotary}f}")
-            for axis, value in machine.clamped
-        ]
-        turn = by_axes.words(start, only=self.rotary)
-        lines += [self._rapid(turn)] if turn else []
+        start = first_words(by_axes.values(places[at : at + 1]), by_axes, self.winding)[0]
+        yield from ((line, NO_ROW) for line in (() if wording.coordinates != "axes" else self._on()))
+        for axis, value in machine.clamped:
+            words = f"{axis.letter}{counted(axis, value):.{wording.dialect.number.rotary}f}"
+            yield self._rapid(words), NO_ROW
+        if turn := by_axes.words(start, only=self.rotary):
+            yield self._rapid(turn), NO_ROW
         if wording.coordinates == "axes":
-            groups = [w for w in (by_axes.words(start, only=group) for group in ("XY", "Z")) if w]
-            lines += [self._rapid(words) for words in groups[:-1]] + [self._first(w) for w in groups[-1:]]
+            above, *down = [w for w in (by_axes.words(start, only=group) for group in ("XY", "Z")) if w]
+            yield (self._rapid(above), 0) if down else (self._first(above), at)
+            yield from ((self._first(words), at) for words in down)
         else:
-            tips = wording.values(places[:1])[0]
-            lines += [*self._on(), self._first(wording.words(tips, only="XYZ"))]
-        word = feed_form(wording).word
-        lines += [word] if word else []
+            yield from ((line, NO_ROW) for line in self._on())
+            tips = wording.values(places[at : at + 1])[0]
+            yield self._first(wording.words(tips, only="XYZ")), at
+        if word := feed_form(wording).word:
+            yield word, NO_ROW
+        if led_in:
+            yield self._lead_in(program), first
+
+    def _lead_in(self, program: ProgramMotion) -> str:
+        wording, first = self.wording, program.first
         # A signed word of the place where an axis stands might be a whole turn.
         modulo = wording.dialect.modulo if self.winding == "modulo" else None
         stands = self.rotary if modulo is not None and (modulo.way == "signed" or modulo.word) else ""
         moved = "".join(c for c in wording.machine.letters if c not in stands)
-        target = first_words(wording.values(places[1:]), wording, self.winding)[0]
+        place = program.motion.positions[first : first + 1]
+        target = first_words(wording.values(place), wording, self.winding)[0]
         words = wording.words(target, only="XYZ" if wording.coordinates != "axes" else moved)
-        return lines + self._lead(words, way, float(motion.feed[0]))
+        return self._lead(words, program, first)
 
-    def way_out(self, motion: Motion, lead_out: Array) -> list[str]:
-        """Lead the tool out of a last cut, at its feed, while the rotary axes stand.
-
-        Parameters
-        ----------
-        lead_out : (k,), mm, from the last location
-        """
-        place = lead_places(motion, self.wording.machine, lead_out, row=LAST)[1:2]
+    def lead_out(self, program: ProgramMotion) -> Iterator[Line]:
+        """Lead the tool out of a last cut, at its feed, while the rotary axes stand."""
+        last = len(program) - 1
+        if program.phase[last] != Phase.LEAD_OUT:
+            return
+        place = program.motion.positions[last:]
         # A direction of the tool is said again: not every control keeps it where a block has none.
         only = None if self.wording.coordinates == "vector" else "XYZ"
         words = self.wording.words(self.wording.values(place)[0], only=only)
-        return self._lead(words, lead_out, float(motion.feed[-1]))
+        yield self._lead(words, program, last), last
 
     def end(self) -> list[str]:
         """Switch off what was switched on, and go up from the part."""
@@ -204,20 +207,18 @@ class Frame:
         )
         return self.wording.dialect.machine_move.format(words=" ".join(words))
 
-    def _lead(self, words: str, way: Array, speed: float) -> list[str]:
-        """Write a straight way, (k,) mm, beside a cut at its feed, mm/s; nothing where it has no length."""
+    def _lead(self, words: str, program: ProgramMotion, row: int) -> str:
+        """Write the straight move to a row beside a cut."""
         wording, dialect = self.wording, self.wording.dialect
-        length = float(np.linalg.norm(way))
-        if length <= STANDSTILL:
-            return []
         form = feed_form(wording)
         inches = 1.0 if wording.unit == "mm" else dialect.inch_feed
-        per_minute = speed * SECONDS / MILLIMETRES[wording.unit] / inches
-        feed = SECONDS * speed / length if wording.mode.feed == "inverse_time" else per_minute
+        per_minute = float(program.motion.feed[row]) * SECONDS / MILLIMETRES[wording.unit] / inches
+        inverse = SECONDS / float(program.motion.time[row])
+        feed = inverse if wording.mode.feed == "inverse_time" else per_minute
         # The control's own bounds hold for this block as for all; it is no place to fail.
         feed = min(max(feed, form.least or 0.0), form.most or np.inf)
         linear = wording.mode.linear or dialect.linear
-        return [linear.format(words=words, feed=feed_text(feed, form))]
+        return linear.format(words=words, feed=feed_text(feed, form))
 
 
 def name_word(name: str) -> str:

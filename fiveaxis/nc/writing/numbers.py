@@ -16,6 +16,8 @@ from fiveaxis.nc.writing.table_parts import Feed
 # Rows that are formatted at once: few enough to stay in the processor's memory, many enough that what a call
 # costs doesn't count.
 CHUNK = 4096
+# Between rows of a chunk: a sign that no program has, as a row may have several lines.
+APART = "\0"
 
 
 def rounded(values: Array, decimals: Array) -> Array:
@@ -59,7 +61,7 @@ def feed_formats(feeds: Array, form: Feed) -> list[str]:
 
 
 def fill_formats(formats: list[str], values: Array, kept: BoolArray) -> Iterator[str]:
-    """Fill the formats of rows, and give them in chunks of many lines.
+    """Fill the formats of rows, a chunk of them at a time, and give them one by one.
 
     Parameters
     ----------
@@ -69,4 +71,5 @@ def fill_formats(formats: list[str], values: Array, kept: BoolArray) -> Iterator
     for begin in range(0, len(formats), CHUNK):
         rows = slice(begin, begin + CHUNK)
         # A mask picks row by row, in the order of the places.
-        yield "\n".join(formats[rows]) % tuple(values[rows][kept[rows]].tolist())
+        text = APART.join(formats[rows]) % tuple(values[rows][kept[rows]].tolist())
+        yield from text.split(APART)

@@ -12,6 +12,7 @@ from fiveaxis.errors import MachineError, SettingError
 from fiveaxis.geometry import Array, BoolArray
 from fiveaxis.kinematics import link_poses, tool_poses
 from fiveaxis.machine import BED, Machine
+from fiveaxis.motion import Interpolation
 from fiveaxis.nc.rows import MILLIMETRES
 from fiveaxis.nc.words import control_values
 from fiveaxis.nc.writing.numbers import rounded
@@ -40,6 +41,11 @@ class Wording:
     def mode(self) -> Mode:
         """The table of the coordinates."""
         return self.dialect.modes[self.coordinates]
+
+    @property
+    def interpolation(self) -> Interpolation:
+        """How the control moves between two blocks of such words."""
+        return Interpolation.JOINT if self.coordinates == "axes" else Interpolation.TCP
 
     @cached_property
     def names(self) -> tuple[str, ...]:

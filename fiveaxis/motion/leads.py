@@ -7,7 +7,8 @@ import numpy as np
 from fiveaxis.geometry import Array
 from fiveaxis.kinematics import linear_positions, tool_poses
 from fiveaxis.machine import Machine
-from fiveaxis.motion import STANDSTILL, Motion
+from fiveaxis.motion.motion import Motion
+from fiveaxis.motion.timing import STANDSTILL
 from fiveaxis.toolpath import MoveKind
 
 # mm: the way along the tool axis on which a first cut is approached, and a last one left, at its own feed.

@@ -1,0 +1,124 @@
+"""From postures to the program's motion: blocks inserted and left out, lead-in, lead-out, approach."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fiveaxis.collision import Surroundings
+from fiveaxis.geometry import IntArray
+from fiveaxis.motion import Fill, Motion, ProgramMotion
+from fiveaxis.nc import ProgramSettings
+from fiveaxis.nc.writing.places import Wording
+from fiveaxis.toolpath import Constraints, Toolpath
+from fiveaxis.verification import Leads, Tolerances, choose_leads
+
+
+@dataclass(frozen=True, eq=False)
+class PlannedProgram:
+    """A program's motion before it is text.
+
+    Parameters
+    ----------
+    motion : every move of the program
+    fill : the locations that the path's blocks stand for
+    leads : how the program comes to the path and leaves it
+    """
+
+    motion: ProgramMotion
+    fill: Fill
+    leads: Leads
+
+    @property
+    def path_rows(self) -> IntArray:
+        """(m,), the location of the fill that each row of the motion ends at; of leads the nearest."""
+        inner = np.arange(len(self.motion)) - self.motion.first
+        return self.fill.kept[np.clip(inner, 0, len(self.fill.kept) - 1)]
+
+    def without_redundant(self, constraints: Constraints, wording: Wording) -> PlannedProgram:
+        """Remove the blocks that the control passes by itself, but those that something was found about."""
+        places = [f.place for f in self.fill.given.findings]
+        told = [p.location for p in places if p is not None and p.location is not None]
+        fill = self.fill.without_redundant(
+            interpolation=wording.interpolation,
+            max_turn=None if constraints.max_turn is None else math.radians(constraints.max_turn),
+            needed=np.isin(self.fill.row, told),
+        )
+        return replace(self, fill=fill, motion=_around(fill, self.leads, wording))
+
+
+def plan_program(
+    motion: Motion,
+    toolpath: Toolpath,
+    constraints: Constraints,
+    around: Surroundings,
+    wording: Wording,
+    settings: ProgramSettings,
+    tolerances: Tolerances,
+) -> PlannedProgram:
+    """Work out what a program does between the locations of a path, before it and after it.
+
+    Every location has its block, and as many are inserted as keep the tool on its path. Lead-in and lead-out
+    are chosen clear of part, stock, fixtures and machine.
+
+    Parameters
+    ----------
+    motion, toolpath : n locations and the axes there
+    around : what the tool keeps clear of
+    """
+    machine, is_program = wording.machine, wording.dialect.language == "blocks"
+    fill = Fill.of(
+        toolpath,
+        machine,
+        motion,
+        interpolation=wording.interpolation,
+        hold=constraints.hold or (),
+        cone=math.radians(constraints.singular_cone or 0.0),
+    )
+    none = np.zeros(len(machine.letters))
+    # A list of cutter locations has no approach of ours.
+    leads = (
+        choose_leads(
+            fill.motion,
+            machine,
+            toolpath,
+            surroundings=around,
+            tolerances=tolerances,
+            leg=wording.coordinates == "axes",
+            retract=_retract(settings),
+            leaves=settings.way_out,
+        )
+        if is_program
+        else Leads(none, none)
+    )
+    return PlannedProgram(_around(fill, leads, wording), fill, leads)
+
+
+def may_thin(wording: Wording) -> bool:
+    """Tell whether it is known how a control moves between two blocks far apart.
+
+    Directions of the tool leave the angles between them to the control, a tip that is named in a frame that
+    stands still while the table turns its path, and a list of cutter locations all of it.
+    """
+    if wording.dialect.language != "blocks" or wording.coordinates == "vector":
+        return False
+    return wording.coordinates == "axes" or wording.mode.positions == "table"
+
+
+def _around(fill: Fill, leads: Leads, wording: Wording) -> ProgramMotion:
+    return ProgramMotion.around(
+        fill.blocks,
+        wording.machine,
+        wording.interpolation,
+        lead_in=leads.lead_in,
+        lead_out=leads.lead_out,
+    )
+
+
+def _retract(settings: ProgramSettings) -> float | None:
+    """Give the machine's place of Z, mm, to which a program goes up at its end, if it does."""
+    if settings.retract is None and settings.home.split()[:1] == ["Z"]:
+        return 0.0
+    return settings.retract

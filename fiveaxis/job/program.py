@@ -1,0 +1,373 @@
+"""One way from postures to a program: planned, written, read back, verified, and let out or not."""
+
+from __future__ import annotations
+
+import logging
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fiveaxis.collision import Surroundings
+from fiveaxis.energy import Energy
+from fiveaxis.errors import FiveAxisError, ToolpathError, Unverified
+from fiveaxis.files import write_atomically
+from fiveaxis.findings import Finding
+from fiveaxis.geometry import IntArray
+from fiveaxis.job.checked_program import load_text
+from fiveaxis.job.planned import PlannedProgram, may_thin, plan_program
+from fiveaxis.job.release import Gate
+from fiveaxis.kinematics import tool_poses
+from fiveaxis.machine import Machine
+from fiveaxis.motion import AXIS_TOLERANCE, PATH_TOLERANCE, Fill, Motion, ProgramMotion
+from fiveaxis.nc import (
+    NOT_VERIFIED,
+    Coordinates,
+    Program,
+    ProgramSettings,
+    compose_program,
+    require_motion,
+    require_program,
+)
+from fiveaxis.nc.rows import MILLIMETRES
+from fiveaxis.nc.words import control_values
+from fiveaxis.nc.writing.places import Wording
+from fiveaxis.nc.writing.turns import Winding
+from fiveaxis.toolpath import Constraints, Toolpath
+from fiveaxis.verification import (
+    DEFAULT_TOLERANCES,
+    ExpectedText,
+    ReadBack,
+    Report,
+    Tolerances,
+    verify_text,
+)
+
+logger = logging.getLogger(__name__)
+
+# mm: a motion whose tool passes its path's locations farther off belongs to another path.
+BELONGS = 0.05
+Header = Mapping[str, str]
+# Said by the writer where the control's F can't say a block's duration.
+COARSE = ("feed-floor", "feed-rounded")
+
+
+@dataclass(frozen=True)
+class ProgramOptions:
+    """How a motion becomes a program.
+
+    Parameters
+    ----------
+    control : name of a dialect, or the path of a table of one's own
+    coordinates, winding, settings : as for `compose_program`
+    thin : whether redundant blocks are removed
+    override : codes of errors that are accepted
+    header : name and value of comments
+    """
+
+    control: str | Path = "linuxcnc"
+    coordinates: Coordinates | None = None
+    winding: Winding = "unwound"
+    settings: ProgramSettings = field(default_factory=ProgramSettings)
+    thin: bool = True
+    override: tuple[str, ...] = ()
+    header: Header | None = None
+
+    def wording(self, machine: Machine) -> Wording:
+        """Check that the control can write a machine's motions so; how places become its words.
+
+        Raises
+        ------
+        FiveAxisError
+            As `require_program`.
+        """
+        return require_program(machine, self.control, self.coordinates, self.winding, self.settings)
+
+    def named(self, name: str) -> ProgramOptions:
+        """Give the program a name, where the settings give none."""
+        if self.settings.name is not None:
+            return self
+        return replace(self, settings=self.settings.model_copy(update={"name": name[:60] or None}))
+
+
+@dataclass(frozen=True, eq=False)
+class MadeProgram:
+    """A program that was planned, written, read back and, where that is possible, verified.
+
+    Parameters
+    ----------
+    machine : on which it runs
+    text : its blocks, with the verdict in the header
+    motion : every move of it
+    gate : the report on the text, and what of it keeps the program back
+    fill : the locations that the path's blocks stand for; None for a motion without a path
+    held_back : codes of errors for whose sake redundant blocks stay; empty where they don't
+    """
+
+    machine: Machine
+    text: Program
+    motion: ProgramMotion
+    gate: Gate
+    fill: Fill | None = None
+    held_back: tuple[str, ...] = ()
+
+    @property
+    def report(self) -> Report:
+        """What verification found in the program's text."""
+        return self.gate.report
+
+    @property
+    def ok(self) -> bool:
+        """Whether the text was verified, and has no error."""
+        return self.gate.verified and self.report.ok
+
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """What writing assumed, and codes that are accepted without need."""
+        return (*self.text.findings, *self.gate.unused)
+
+    def as_dict(self, energy: Mapping[str, Energy]) -> dict[str, Any]:
+        """Return the program's figures as plain data for JSON.
+
+        Parameters
+        ----------
+        energy : of this program, and of the baselines', by name
+        """
+        blocks = self.motion.blocks
+        figures: dict[str, Any] = {"blocks": len(blocks), "lines": len(self.text.lines)}
+        if self.fill is not None:
+            planes = self.fill.planes
+            figures |= {
+                "blocks_before": len(self.fill.given),
+                "inserted": self.fill.inserted,
+                "removed": self.fill.removed,
+                "axis_held_in_plane": int(planes.kept.sum()),
+                "axis_left_plane": int(planes.left.sum()),
+            }
+        return figures | {
+            "redundant_kept_for": list(self.held_back),
+            "interpolation": str(self.motion.interpolation),
+            "path_tolerance_mm": PATH_TOLERANCE,
+            "axis_tolerance_deg": round(math.degrees(AXIS_TOLERANCE), 9),
+            "energy": {name: joules.as_dict() for name, joules in energy.items()},
+        }
+
+    def write(self, path: str | Path, *, unverified: bool = False) -> Path:
+        """Write the file, whole or not at all.
+
+        Parameters
+        ----------
+        unverified : whether a program may be written that nobody has verified; its header says so
+
+        Raises
+        ------
+        Unverified
+            The report has an error that isn't accepted, or there is no report.
+        SettingError
+            The file can't be written.
+        """
+        self.gate.require_open(unverified=unverified)
+        return write_atomically(path, self.text.text)
+
+
+def make_program(
+    motion: Motion,
+    machine: Machine,
+    toolpath: Toolpath,
+    constraints: Constraints,
+    options: ProgramOptions,
+    *,
+    around: Surroundings | None = None,
+    tolerances: Tolerances = DEFAULT_TOLERANCES,
+) -> MadeProgram:
+    """Make the program of a motion along a path, and verify what its text says.
+
+    Redundant blocks are removed where the text that is left passes every check that it passes with them.
+
+    Parameters
+    ----------
+    motion, toolpath : n locations and the axes there
+    constraints : on postures and turns, in cuts also between locations
+    around : part, stock and fixtures
+    tolerances : from where on a difference is a finding
+
+    Raises
+    ------
+    FiveAxisError
+        As `compose_program`; a path that isn't the motion's, or a text that can't be read back.
+    """
+    wording = options.wording(machine)
+    require_motion(motion, machine)
+    require_path(motion, machine, toolpath)
+    around = around or Surroundings()
+    whole = plan_program(motion, toolpath, constraints, around, wording, options.settings, tolerances)
+
+    def attempt(planned: PlannedProgram) -> MadeProgram:
+        return _written(planned, wording, constraints, options, around, tolerances)
+
+    if not (options.thin and may_thin(wording)):
+        return attempt(whole)
+    few = whole.without_redundant(constraints, wording)
+    made = attempt(few)
+    if made.ok or not few.fill.removed:
+        return made
+    return replace(attempt(whole), held_back=tuple(made.report.counts))
+
+
+def require_path(motion: Motion, machine: Machine, toolpath: Toolpath) -> None:
+    """Refuse a path that a motion doesn't follow, before anything is made of both.
+
+    Raises
+    ------
+    ToolpathError
+        Another number of locations, or a tool that passes them by.
+    """
+    if len(motion) != len(toolpath):
+        raise ToolpathError(
+            f"has {len(toolpath)} locations, and the motion has {len(motion)}: it belongs to another path; "
+            "give the one that it was made for",
+            file=toolpath.name,
+        )
+    tip, axis = tool_poses(machine, motion.positions)
+    reached = toolpath.zone.pivot_of_tip(tip, toolpath.normal, axis)
+    off = np.nan_to_num(np.linalg.norm(reached - toolpath.pivot, axis=1))
+    row = int(np.argmax(off))
+    if off[row] > BELONGS:
+        raise ToolpathError(
+            f"the motion has the tool {off[row]:.4g} mm from location {row} of this path (at most "
+            f"{BELONGS:g} mm): it belongs to another path, tool, machine or work offset; give those that it "
+            "was made for",
+            file=toolpath.name,
+            line=toolpath.place(row).line,
+        )
+
+
+def _written(
+    planned: PlannedProgram,
+    wording: Wording,
+    constraints: Constraints,
+    options: ProgramOptions,
+    around: Surroundings,
+    tolerances: Tolerances,
+) -> MadeProgram:
+    """Write a planned program, and verify its text."""
+
+    def verdict(back: ReadBack, draft: Program) -> Report:
+        report = verify_text(
+            back,
+            planned.fill,
+            planned.path_rows,
+            constraints,
+            surroundings=around,
+            tolerances=tolerances,
+            expected=expected_text(draft, wording, options.settings),
+        )
+        return report.merge(planned.leads.report)
+
+    made = release(planned.motion, wording, options, verdict)
+    return replace(made, fill=planned.fill)
+
+
+def release(
+    motion: ProgramMotion,
+    wording: Wording,
+    options: ProgramOptions,
+    verdict: Callable[[ReadBack, Program], Report] | None,
+) -> MadeProgram:
+    """Write a program's motion, read the text back, verify that, and put the verdict into its header.
+
+    Parameters
+    ----------
+    verdict : verifies what the text says; None where there is nothing to hold it against
+
+    Raises
+    ------
+    FiveAxisError
+        As `compose_program` and `read_back`.
+    """
+    machine = wording.machine
+
+    def compose(notes: Sequence[tuple[str, str]]) -> Program:
+        return compose_program(
+            motion,
+            machine=machine,
+            control=options.control,
+            coordinates=options.coordinates,
+            header=options.header,
+            winding=options.winding,
+            settings=options.settings,
+            verdict=notes,
+            # A verdict names all places beyond a travel; without one the first is refused.
+            beyond=verdict is not None,
+        )
+
+    draft = compose(NOT_VERIFIED)
+    back = read_back(draft, motion, wording)
+    if verdict is None:
+        return MadeProgram(machine, draft, motion, Gate.unverified())
+    gate = Gate.of(verdict(back, draft), options.override)
+    text = compose(gate.notes)
+    # The header is comments; that the reader finds the same below it is looked at, not believed.
+    again = read_back(text, motion, wording)
+    if not (
+        np.array_equal(again.read.positions, back.read.positions)
+        and np.array_equal(again.read.time, back.read.time)
+    ):
+        raise Unverified("the program reads otherwise with its header than without; report this, please", [])
+    logger.info("%s: %d rows, %d lines", text.control, len(motion), len(text.lines))
+    return MadeProgram(machine, text, motion, gate)
+
+
+def read_back(text: Program, planned: ProgramMotion, wording: Wording) -> ReadBack:
+    """Read a program's own text, and lay it beside the motion that it was written for.
+
+    Raises
+    ------
+    Unverified
+        The text can't be read back, so nobody knows what it says.
+    """
+    machine = wording.machine
+    begin = planned.motion.positions[:1]
+    try:
+        read = load_text(text, machine, _start(begin, wording), begin)
+    except FiveAxisError as fault:
+        raise Unverified(
+            f"the text of the program can't be read back, so it can't be verified and isn't written: {fault}",
+            [],
+        ) from None
+    owner = _owners(text, read.motion.source, planned)
+    return ReadBack(machine, planned, read.motion, read.tcp, read.spindle, owner, not read.assumes_angles)
+
+
+def _owners(text: Program, lines: IntArray, planned: ProgramMotion) -> IntArray:
+    """Give the planned row that each row of the text is part of, (n,)."""
+    rows = np.array(text.rows)
+    if (rows >= 0).any():
+        return np.asarray(rows[lines - 1])
+    # A list of locations has one row for each.
+    return np.arange(len(lines)) + planned.first
+
+
+def _start(begin: np.ndarray, wording: Wording) -> dict[str, float]:
+    """Say where Z stands before the approach, in the control's sign and unit."""
+    machine = wording.machine
+    if wording.coordinates != "axes" or "Z" not in machine.letters:
+        return {}
+    column = machine.column("Z")
+    return {"Z": float(control_values(machine, begin)[0, column])}
+
+
+def expected_text(text: Program, wording: Wording, settings: ProgramSettings) -> ExpectedText:
+    """Say what a text must be like, beside its places: decimals, spindle."""
+    number, unit = wording.dialect.number, MILLIMETRES[wording.unit]
+    rpm, sense = settings.spindle_rpm, -1.0 if settings.spindle_direction == "left" else 1.0
+    return ExpectedText(
+        step=10.0 ** -(number.linear + (wording.unit == "inch")) * unit,
+        turn=10.0**-number.rotary,
+        coarse=any(finding.code in COARSE for finding in text.findings),
+        rpm=None if rpm is None else math.copysign(rpm, sense),
+        has_spindle=wording.dialect.language == "blocks",
+    )

@@ -1,0 +1,130 @@
+"""The release gate: no program leaves with errors in its report that nobody has accepted by name."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from fiveaxis.codes import require_codes
+from fiveaxis.errors import SettingError, Unverified
+from fiveaxis.findings import Finding, Severity
+from fiveaxis.machine import Machine
+from fiveaxis.motion import Motion, motion_digest
+from fiveaxis.nc import NOT_VERIFIED
+from fiveaxis.verification import Report
+
+NOTHING_TO_VERIFY = (
+    "the program isn't verified, since a motion alone doesn't say which path it should follow, with which tool "
+    "and around which part: give them (toolpath, tool, part), or say that it may be unverified (unverified)"
+)
+# What a program's header says before each code that was accepted.
+OVERRIDDEN = "OVERRIDDEN"
+
+
+@dataclass(frozen=True)
+class Gate:
+    """Whether a program may be written.
+
+    Parameters
+    ----------
+    report : what verification found in the program's text
+    accepted : codes of errors that occurred and are accepted by name
+    kept : count of what isn't, by code
+    unused : findings about codes that are accepted and didn't occur
+    verified : whether the report rests on checks of the text at all
+    """
+
+    report: Report
+    accepted: tuple[str, ...] = ()
+    kept: dict[str, int] = field(default_factory=dict)
+    unused: tuple[Finding, ...] = ()
+    verified: bool = True
+
+    @classmethod
+    def unverified(cls) -> Gate:
+        """Stand for a program that there is nothing to verify against."""
+        return cls(Report.of_findings(()), verified=False)
+
+    @classmethod
+    def of(cls, report: Report, override: Sequence[str] = ()) -> Gate:
+        """Hold a report against the codes that someone accepts.
+
+        Raises
+        ------
+        SettingError
+            A code that doesn't exist, or that keeps nothing back.
+        """
+        given = require_codes(override)
+        errors = {code: count for code, count in report.counts.items() if code in _errors(report)}
+        return cls(
+            report=report,
+            accepted=tuple(code for code in given if code in errors),
+            kept={code: count for code, count in errors.items() if code not in given},
+            unused=tuple(
+                Finding(Severity.WARNING, "override-unused", f"override accepts {code}, which wasn't found")
+                for code in given
+                if code not in errors
+            ),
+        )
+
+    @property
+    def is_open(self) -> bool:
+        """Whether nothing keeps the program back."""
+        return self.verified and not self.kept
+
+    @property
+    def notes(self) -> list[tuple[str, str]]:
+        """Names and texts for the program's header: accepted errors, what was checked, and what wasn't."""
+        if not self.verified:
+            return list(NOT_VERIFIED)
+        accepted = [(OVERRIDDEN, f"{code} ({self.report.counts[code]})") for code in self.accepted]
+        verdict = "errors accepted by name" if accepted else "no errors"
+        return [
+            *accepted,
+            ("verification", f"{verdict}; this text was read back and verified"),
+            *(("checked", text) for text in dict.fromkeys(self.report.checked)),
+            *(("not checked", text) for text in dict.fromkeys(self.report.not_checked)),
+        ]
+
+    def require_open(self, *, unverified: bool = False) -> None:
+        """Let a program pass.
+
+        Parameters
+        ----------
+        unverified : whether one passes that nobody has verified
+
+        Raises
+        ------
+        Unverified
+            An error that isn't accepted; a program that nobody has verified.
+        """
+        if not (self.verified or unverified):
+            raise Unverified(NOTHING_TO_VERIFY, [])
+        if self.kept:
+            found = ", ".join(f"{code} ({count})" for code, count in self.kept.items())
+            raise Unverified(
+                f"verification of the program found {found}; no program is written; mend the path, or accept "
+                "each code by name (override)",
+                [f for f in self.report.findings if f.code in self.kept],
+            )
+
+
+def require_report(report: Report, motion: Motion, machine: Machine) -> None:
+    """Refuse a report that isn't about a motion.
+
+    Raises
+    ------
+    SettingError
+        Something that is no report; one about another motion, machine or tool length.
+    """
+    if not isinstance(report, Report):
+        raise SettingError(f"a {type(report).__name__} is no report; give what verification returns")
+    if report.about is not None and report.about != motion_digest(motion, machine):
+        raise SettingError(
+            "the report is about another motion, or another machine or tool length; no program is written; "
+            "verify the motion that is to be written, on its machine"
+        )
+
+
+def _errors(report: Report) -> set[str]:
+    return {f.code for f in report.findings if f.severity is Severity.ERROR}

@@ -1,0 +1,127 @@
+"""A solution that knows what it was asked for, and so can become a verified program."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+
+from fiveaxis.collision import Surroundings
+from fiveaxis.job.program import MadeProgram, ProgramOptions, make_program
+from fiveaxis.nc import Coordinates, ProgramSettings
+from fiveaxis.nc.writing.turns import Winding
+from fiveaxis.posture import Solution as Postures
+from fiveaxis.toolpath import Constraints
+from fiveaxis.verification import DEFAULT_TOLERANCES, Report
+
+
+@dataclass(frozen=True, eq=False)
+class Solution(Postures):
+    """Postures, with what they were chosen within: the same holds for the programs that are made of them.
+
+    Parameters
+    ----------
+    constraints : on postures and turns
+    surroundings : part, stock and fixtures that the tool was kept clear of
+    """
+
+    constraints: Constraints = field(default_factory=Constraints)
+    surroundings: Surroundings = field(default_factory=Surroundings)
+
+    @classmethod
+    def of(cls, postures: Postures, constraints: Constraints, surroundings: Surroundings) -> Solution:
+        """Add to postures what they were chosen within."""
+        own = {f.name: getattr(postures, f.name) for f in fields(Postures)}
+        return cls(**own, constraints=constraints, surroundings=surroundings)
+
+    def program(
+        self,
+        *,
+        control: str | Path = "linuxcnc",
+        coordinates: Coordinates | None = None,
+        winding: Winding = "unwound",
+        settings: ProgramSettings | None = None,
+        thin: bool = True,
+        override: Sequence[str] = (),
+        header: Mapping[str, str] | None = None,
+        gouge_tolerance: float = DEFAULT_TOLERANCES.gouge,
+    ) -> MadeProgram:
+        """Make the NC program of this solution, read its text back, and verify that.
+
+        Parameters
+        ----------
+        control : a name of `fiveaxis.nc.DIALECTS`, or the path of a table of one's own (``.toml``)
+        coordinates : ``axes``, positions of the machine's axes; ``tip``, the tool's tip and the rotary angles
+            (TCP); ``vector``, the tip and the tool's direction; by default the first that the control has
+        winding : how rotary axes of more than one turn are counted
+        settings : tool, spindle, coolant, work offset and so on
+        thin : whether blocks that the control passes by itself are removed
+        override : codes of errors that are accepted; the header names each
+        header : name and value of further comments
+        gouge_tolerance : mm, how deep the cutter may reach into the part
+
+        Raises
+        ------
+        FiveAxisError
+            A control that can't write it, or a text that can't be read back.
+        """
+        options = ProgramOptions(
+            control=control,
+            coordinates=coordinates,
+            winding=winding,
+            settings=settings or ProgramSettings(),
+            thin=thin,
+            override=tuple(override),
+            header={"tool": str(self.toolpath.tool), **(header or {})},
+        )
+        return make_program(
+            self.motion,
+            self.machine,
+            self.toolpath,
+            self.constraints,
+            options,
+            around=self.surroundings,
+            tolerances=DEFAULT_TOLERANCES.with_gouge(gouge_tolerance),
+        )
+
+    def write(
+        self,
+        path: str | Path,
+        *,
+        control: str | Path = "linuxcnc",
+        coordinates: Coordinates | None = None,
+        winding: Winding = "unwound",
+        settings: ProgramSettings | None = None,
+        thin: bool = True,
+        override: Sequence[str] = (),
+        header: Mapping[str, str] | None = None,
+        gouge_tolerance: float = DEFAULT_TOLERANCES.gouge,
+    ) -> Report:
+        """Write the verified program into a file, whole or not at all; options as for `program`.
+
+        Returns
+        -------
+        The report on the program's text
+
+        Raises
+        ------
+        Unverified
+            The text has an error that isn't accepted.
+        FiveAxisError
+            As `program`; a file that can't be written.
+        """
+        settings = settings or ProgramSettings()
+        if settings.name is None:
+            settings = settings.model_copy(update={"name": Path(path).stem[:60] or None})
+        made = self.program(
+            control=control,
+            coordinates=coordinates,
+            winding=winding,
+            settings=settings,
+            thin=thin,
+            override=override,
+            header=header,
+            gouge_tolerance=gouge_tolerance,
+        )
+        made.write(path)
+        return made.report

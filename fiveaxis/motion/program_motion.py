@@ -1,0 +1,155 @@
+"""The program's motion: every move that an NC program makes, from its approach to its lead-out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from enum import IntEnum, StrEnum
+
+import numpy as np
+
+from fiveaxis.geometry import Array, IntArray
+from fiveaxis.kinematics import linear_positions, tool_poses
+from fiveaxis.machine import Machine
+from fiveaxis.motion.leads import LAST, clear_way, lead_places
+from fiveaxis.motion.motion import Motion
+from fiveaxis.motion.timing import STANDSTILL
+from fiveaxis.toolpath import MoveKind, interpolate
+
+
+class Interpolation(StrEnum):
+    """How a control moves between two blocks."""
+
+    JOINT = "joint"
+    """All axes run linearly in time."""
+    TCP = "tcp"
+    """The control leads the tool's tip straight, and the rotary axes turn in proportion."""
+
+
+class Phase(IntEnum):
+    """What a move of a program is for."""
+
+    APPROACH = 0
+    LEAD_IN = 1
+    PATH = 2
+    LEAD_OUT = 3
+
+
+@dataclass(frozen=True, eq=False)
+class ProgramMotion:
+    """Every move of a program, one row a block.
+
+    Parameters
+    ----------
+    motion : m rows; row 0 is where the approach begins, and no move ends there
+    phase : (m,), `Phase` values
+    interpolation : how the control moves from row to row
+    first : the row of the path's first location
+    """
+
+    motion: Motion
+    phase: IntArray
+    interpolation: Interpolation
+    first: int
+
+    @classmethod
+    def around(
+        cls,
+        blocks: Motion,
+        machine: Machine,
+        interpolation: Interpolation,
+        *,
+        lead_in: Array | None = None,
+        lead_out: Array | None = None,
+    ) -> ProgramMotion:
+        """Put approach, lead-in and lead-out around the blocks of a path.
+
+        The rotary axes turn where the tool stands, X and Y go above the first location, and Z comes down to
+        the lead-in; a tip under TCP comes there in one move, from anywhere. Both leads are straight, at the
+        feed of the cut that they lead to or from.
+
+        Parameters
+        ----------
+        blocks : of the path, the first row where it begins
+        lead_in, lead_out : (k,), mm, from the first or last location off the part; by default `clear_way`
+        """
+        lead_in = clear_way(blocks, machine) if lead_in is None else lead_in
+        lead_out = clear_way(blocks, machine, row=LAST) if lead_out is None else lead_out
+        raised, start, _ = lead_places(blocks, machine, lead_in)
+        before = [raised] if interpolation is Interpolation.JOINT else []
+        before += [start] if _length(lead_in) > STANDSTILL else []
+        after = [blocks.positions[-1] + lead_out] if _length(lead_out) > STANDSTILL else []
+        phase = [
+            *(Phase.APPROACH for _ in before),
+            Phase.LEAD_IN if _length(lead_in) > STANDSTILL else Phase.APPROACH,
+            *(Phase.PATH for _ in blocks.time[1:]),
+            *(Phase.LEAD_OUT for _ in after),
+        ]
+        motion = _extended(blocks, before, after, np.array(phase))
+        return cls(motion, np.array(phase, dtype=np.int64), interpolation, len(before))
+
+    def __len__(self) -> int:
+        return len(self.motion)
+
+    @property
+    def blocks(self) -> Motion:
+        """The path's own rows, from its first location to its last, with no duration before the first."""
+        last = len(self) - int((self.phase == Phase.LEAD_OUT).sum())
+        found = self.motion.at(np.arange(self.first, last))
+        return replace(found, time=np.concatenate([[0.0], found.time[1:]]))
+
+    @property
+    def lead_in(self) -> Array:
+        """(k,), mm, from the first location to where the lead-in begins."""
+        return self._step(self.first, Phase.LEAD_IN, -1.0)
+
+    @property
+    def lead_out(self) -> Array:
+        """(k,), mm, from the last location to where the lead-out ends."""
+        return self._step(len(self) - 1, Phase.LEAD_OUT, 1.0)
+
+    def _step(self, row: int, phase: Phase, sign: float) -> Array:
+        return sign * self.motion.moves[row] * float(self.phase[row] == phase)
+
+
+def positions_between(
+    machine: Machine, positions: Array, place: Array, interpolation: Interpolation
+) -> Array:
+    """Find the axes between the ends of blocks as a control moves them.
+
+    Parameters
+    ----------
+    positions : (m, k), mm and rad, at the ends of blocks
+    place : (n,), in rows of these: 3.25 is after a quarter of the block to row 4
+
+    Returns
+    -------
+    (n, k), mm and rad
+    """
+    found = interpolate(positions, place)
+    inner = np.flatnonzero(place != np.floor(place))
+    if interpolation is Interpolation.JOINT or not len(inner):
+        return found
+    tip = interpolate(tool_poses(machine, positions)[0], place[inner])
+    found[inner] = linear_positions(machine, tip, found[inner][:, machine.rotary_columns])
+    return found
+
+
+def _extended(blocks: Motion, before: list[Array], after: list[Array], phase: IntArray) -> Motion:
+    """Add rows before and after a motion: rapid moves, but for the leads, which go at the feed of the cut."""
+    owner = np.concatenate(
+        [np.zeros(len(before), int), np.arange(len(blocks)), np.full(len(after), len(blocks) - 1)]
+    )
+    found = blocks.at(owner)
+    positions = np.concatenate([*(p[None] for p in before), blocks.positions, *(p[None] for p in after)])
+    rapid = phase == Phase.APPROACH
+    rapid[len(before)] &= bool(before)
+    kind = np.where(rapid, MoveKind.RAPID, found.kind)
+    time = np.concatenate([np.zeros(len(before)), blocks.time, np.zeros(len(after))])
+    moves = np.linalg.norm(np.diff(positions, axis=0, prepend=positions[:1]), axis=1)
+    added = phase != Phase.PATH
+    time = np.where(added, moves / found.feed, time)
+    return replace(found, positions=positions, time=time, kind=kind)
+
+
+def _length(way: Array) -> float:
+    return float(np.linalg.norm(way))

@@ -1,0 +1,288 @@
+"""A program's text, read back by our own reader, beside the motion that it was written for.
+
+What is verified is what the text says: the places of the axes, the durations and the modes that the reader
+finds in it. Here its rows are laid beside the rows that were planned, and the differences are findings.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from fiveaxis.findings import Severity
+from fiveaxis.geometry import Array, BoolArray, IntArray
+from fiveaxis.kinematics import tool_poses
+from fiveaxis.machine import Machine
+from fiveaxis.motion import Fill, Interpolation, Motion, ProgramMotion, positions_between
+from fiveaxis.toolpath import MoveKind, Toolpath, interpolate
+from fiveaxis.toolpath.dividing import through
+from fiveaxis.verification.checks import largest
+from fiveaxis.verification.report import Result
+
+# A block's duration may differ from the planned one by this share, from the decimals of F.
+SAME_TIME = 0.01
+# s: shorter differences are none.
+MOMENT = 1e-3
+# Steps of the last decimal by which a linear place may differ: half a step of rounding, or the two by which
+# an axis stands rather than creep beside a turn.
+STEPS = 3.1
+# The same of rotary words: rounding, with room for that of floating point.
+HALF_STEP = 0.51
+# rad: of directions of the tool, whose words are rounded as well.
+SAME_AXIS = 1e-5
+
+
+@dataclass(frozen=True, eq=False)
+class ReadBack:
+    """A program's motion as planned, and as its text says it.
+
+    Parameters
+    ----------
+    machine : on which it runs
+    planned : m rows
+    read : n rows, of the text
+    tcp : (n,), which of them are moves of the tool's tip
+    spindle : (n,), rev/min, signed by its sense
+    owner : (n,), planned row at which the block ends that a row is part of; -1 for none
+    by_angle : whether the text names the rotary axes; else the control picks them for the tool's direction
+    """
+
+    machine: Machine
+    planned: ProgramMotion
+    read: Motion
+    tcp: BoolArray
+    spindle: Array
+    owner: IntArray
+    by_angle: bool
+
+    @cached_property
+    def _last(self) -> IntArray:
+        """(m,), the last row of the text in each planned row's block; -1 for a row without one."""
+        last = np.full(len(self.planned), -1, dtype=np.int64)
+        some = np.flatnonzero(self.owner >= 0)
+        last[self.owner[some]] = some
+        return last
+
+    @property
+    def written(self) -> IntArray:
+        """(w,), the planned rows that have a block in the text."""
+        return np.flatnonzero(self._last >= 0)
+
+    @cached_property
+    def end(self) -> IntArray:
+        """(m,), row of the text where each planned row is reached; without a block the axes stand there."""
+        return np.maximum(np.maximum.accumulate(self._last), 0)
+
+    def driven(self, fill: Fill) -> Driven:
+        """Find where the text leads the axes at every location of the path."""
+        blocks = self.planned.first + fill.place
+        at = self._in_text(blocks)
+        positions = positions_between(
+            self.machine, self.read.positions[self.end], blocks, self.planned.interpolation
+        )
+        place, row, order = at, fill.row, np.arange(len(at))
+        added = self._within_rapids(at) if self.planned.interpolation is Interpolation.TCP else at[:0]
+        if len(added):
+            place = np.concatenate([at, added])
+            order = np.argsort(place, kind="stable")
+            row = np.concatenate([row, np.interp(added, at, row)])[order]
+            positions = np.concatenate([positions, interpolate(self.read.positions, added)])[order]
+            place = place[order]
+        path = fill.path if not len(added) else through(fill.given, row, fill.given.centres(fill.planes.axes))
+        planned = np.interp(place, at, np.cumsum(fill.motion.time))
+        clock = np.interp(place, np.arange(len(self.read)), np.cumsum(self.read.time))
+        # What a rapid move takes isn't in the text.
+        time = np.where(
+            path.kind == MoveKind.RAPID,
+            np.diff(planned, prepend=planned[:1]),
+            np.diff(clock, prepend=clock[:1]),
+        )
+        motion = Motion(fill.motion.letters, positions, path.feed, time, path.kind, path.source)
+        rapid = self.read.kind[np.ceil(place).astype(np.int64)] == MoveKind.RAPID
+        return Driven(motion, path, row, rapid, np.searchsorted(place, at))
+
+    def _in_text(self, blocks: Array) -> Array:
+        """Turn fractional planned rows into rows of the text; the parts of a block last equally long."""
+        after = np.ceil(blocks).astype(np.int64)
+        before = np.maximum(after - 1, 0)
+        share = blocks - before
+        return np.asarray(self.end[before] + share * (self.end[after] - self.end[before]))
+
+    def _within_rapids(self, at: Array) -> Array:
+        """Find the rows of the text, (a,), inside moves that don't cut and have no locations inside."""
+        rows = np.arange(int(np.ceil(at[0])), int(np.floor(at[-1])) + 1)
+        kind = self.planned.motion.kind[np.searchsorted(self.end, rows)]
+        inside = (kind != MoveKind.CUT) & ~np.isin(rows, at)
+        return rows[inside].astype(float)
+
+
+@dataclass(frozen=True, eq=False)
+class Driven:
+    """What a text makes of a path.
+
+    Parameters
+    ----------
+    motion, path : d rows: where the text has the axes, and the locations that belong there
+    row : (d,), where those lie among the given locations
+    rapid : (d,), whether the text says that the move there is rapid
+    of_fill : (n,), the rows at which the locations of the fill are
+    """
+
+    motion: Motion
+    path: Toolpath
+    row: Array
+    rapid: BoolArray
+    of_fill: IntArray
+
+
+@dataclass(frozen=True)
+class ExpectedText:
+    """What a text must be like, beside the places in it.
+
+    Parameters
+    ----------
+    step, turn : the last decimal of linear words, mm, and of rotary ones, deg
+    coarse : whether the control's F can't say the duration of some blocks, as the writer has told already
+    rpm : the spindle's speed that was asked for, rev/min, negative for a left-hand one; None for none
+    has_spindle : whether such a text has one at all
+    """
+
+    step: float
+    turn: float
+    coarse: bool = False
+    rpm: float | None = None
+    has_spindle: bool = True
+
+
+def check_text(back: ReadBack, rows: IntArray, expected: ExpectedText) -> tuple[Result, ...]:
+    """Compare a text with what was planned: places, durations, modes, spindle.
+
+    Parameters
+    ----------
+    rows : (m,), row of the path that findings about a planned row name
+    """
+    return (
+        _check_places(back, rows, expected),
+        _check_durations(back, rows, expected.coarse),
+        _check_rapids(back, rows),
+        _check_modes(back, rows),
+        *((_check_spindle(back, rows, expected.rpm),) if expected.has_spindle else ()),
+    )
+
+
+def _check_places(back: ReadBack, rows: IntArray, expected: ExpectedText) -> Result:
+    machine, written = back.machine, back.written
+    wanted, found = back.planned.motion.positions[written], back.read.positions[back.end[written]]
+    tips, axes = zip(*(tool_poses(machine, p) for p in (wanted, found)), strict=True)
+    if back.planned.interpolation is Interpolation.JOINT:
+        aside = np.abs(found - wanted)[:, machine.linear_columns].max(axis=1)
+    else:
+        aside = np.linalg.norm(tips[1] - tips[0], axis=1)
+    turned = np.degrees(np.abs(found - wanted)[:, machine.rotary_columns].max(axis=1, initial=0.0))
+    leaning = np.degrees(np.linalg.norm(axes[1] - axes[0], axis=1))
+    most = HALF_STEP * expected.turn
+    off = (turned > most) if back.by_angle else (leaning > np.degrees(SAME_AXIS))
+    bad = np.flatnonzero((aside > STEPS * expected.step) | off)
+
+    def message(i: int) -> str:
+        k = bad[i]
+        return (
+            f"the program's text has the axes {aside[k]:.3g} mm and {turned[k]:.3g} deg from where they were "
+            "planned; this is a fault of the control's table, or of the writer: don't run the program"
+        )
+
+    return Result(
+        code="text-differs",
+        severity=Severity.ERROR,
+        rows=rows[written[bad]],
+        values=np.maximum(aside, turned)[bad],
+        message=message,
+        figures={"text_off_mm": largest(aside), "text_off_deg": largest(turned) if back.by_angle else None},
+        checked=("the program's text, read back: every block ends where it was planned to",),
+    )
+
+
+def _check_durations(back: ReadBack, rows: IntArray, coarse: bool) -> Result:
+    written = back.written
+    wanted = np.diff(np.cumsum(back.planned.motion.time)[written], prepend=0.0)
+    found = np.diff(np.cumsum(back.read.time)[back.end[written]], prepend=0.0)
+    timed = (back.planned.motion.kind[written] != MoveKind.RAPID) & (written > 0)
+    off = np.where(timed, np.abs(found - wanted), 0.0)
+    bad = np.flatnonzero(off > np.maximum(SAME_TIME * wanted, MOMENT))
+
+    def message(i: int) -> str:
+        k = bad[i]
+        return (
+            f"by the program's text the block takes {found[k]:.4g} s where {wanted[k]:.4g} s were planned; "
+            "choose a control or coordinates whose F has enough digits"
+        )
+
+    total = float(wanted[timed].sum())
+    return Result(
+        code="duration-differs",
+        severity=Severity.WARNING if coarse else Severity.ERROR,
+        rows=rows[written[bad]],
+        values=off[bad],
+        message=message,
+        figures={"duration_off_share": abs(float(found[timed].sum()) / total - 1.0) if total else None},
+        checked=("feed and duration of every block, as its F says them",),
+    )
+
+
+def _check_rapids(back: ReadBack, rows: IntArray) -> Result:
+    written = back.written
+    quick = back.read.kind[back.end[written]] == MoveKind.RAPID
+    bad = written[quick & (back.planned.motion.kind[written] != MoveKind.RAPID) & (written > 0)]
+    return _plain(
+        "rapid-in-cut",
+        rows[bad],
+        "by the program's text this move is rapid, and it was planned at feed; don't run the program",
+        "rapid moves where they were planned, and nowhere else",
+    )
+
+
+def _check_modes(back: ReadBack, rows: IntArray) -> Result:
+    written = back.written[back.written > back.planned.first]
+    wanted = back.planned.interpolation is Interpolation.TCP
+    bad = written[back.tcp[back.end[written]] != wanted] if back.by_angle else written[:0]
+    state = "on" if wanted else "off"
+    return _plain(
+        "tcp-state",
+        rows[bad],
+        f"tool centre point control isn't {state} in this block, and its words are meant with it {state}; "
+        "don't run the program",
+        f"tool centre point control is {state} in every block of the path",
+    )
+
+
+def _check_spindle(back: ReadBack, rows: IntArray, rpm: float | None) -> Result:
+    if rpm is None:
+        gap = ("spindle: no speed was given, and none is written",)
+        return _plain("spindle-off", rows[:0], "", *(), not_checked=gap)
+    written = back.written[back.written >= back.planned.first]
+    cuts = written[back.planned.motion.cutting[written]]
+    found = back.spindle[back.end[cuts]]
+    bad = cuts[~(np.abs(found - rpm) <= 0.5)]
+    return _plain(
+        "spindle-off",
+        rows[bad],
+        f"the spindle doesn't turn at {abs(rpm):g} rev/min in its sense in this block; don't run the program",
+        f"spindle: {abs(rpm):g} rev/min in every cut",
+    )
+
+
+def _plain(code: str, rows: IntArray, text: str, *checked: str, not_checked: Sequence[str] = ()) -> Result:
+    """Give the result of a check whose findings all say the same."""
+    return Result(
+        code=code,
+        severity=Severity.ERROR,
+        rows=rows,
+        values=np.full(len(rows), np.nan),
+        message=lambda _: text,
+        figures={},
+        checked=checked,
+        not_checked=tuple(not_checked),
+    )
