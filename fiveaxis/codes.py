@@ -49,7 +49,11 @@ CHECKS = {
     "rotary-slows": Code(WARNING, "a rotary axis can't keep up with the feed"),
     "rotary-acceleration": Code(WARNING, "the speed of a rotary axis changes faster than it can"),
     "linear-acceleration": Code(WARNING, "the speed of a linear axis changes faster than it can"),
-    "tip-deviation": Code(WARNING, "between blocks the tool leaves its straight way; an error for NC blocks"),
+    "tip-deviation": Code(
+        ERROR,
+        "between blocks of axis words the tool leaves its straight way; a note between bare locations, and a "
+        "warning in a program without its path",
+    ),
     "axis-off-plane": Code(
         WARNING, "between two locations of a program the tool axis leaves the plane of its directions there"
     ),
@@ -137,9 +141,10 @@ WRITING = {
 }
 CODES: dict[str, Code] = CHECKS | PLANNING | READING | WRITING
 
-# A warning at a location, and for the blocks of a program as bad as an error.
+# A note or a warning where nobody has said who leads the tool between blocks: as bad as an error if it is the
+# axes, and harmless if it is the control.
 WORSE_IN_BLOCKS = ("tip-deviation",)
-OVERRIDABLE = (*(name for name, code in CODES.items() if code.severity == ERROR), *WORSE_IN_BLOCKS)
+OVERRIDABLE = tuple(name for name, code in CODES.items() if code.severity == ERROR)
 
 
 def require_codes(names: Iterable[str]) -> tuple[str, ...]:

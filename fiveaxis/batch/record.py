@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fiveaxis.errors import FiveAxisError, Infeasible, Unverified
-from fiveaxis.findings import Severity, count_codes
+from fiveaxis.findings import Severity, count_codes, group_findings
 from fiveaxis.report.document import main_baseline
 
 if TYPE_CHECKING:
@@ -69,6 +69,7 @@ class Row:
         without base load; base power × time, None where it isn't known
     baseline, baseline_energy, saved : what it is compared with, its travel metric in J, and the share saved
     errors, warnings, counts : findings by severity and by code
+    summary : findings by cause, as plain data
     findings : of a job without posture, the first `LISTED`
     files : what it left in its folder
     before : row of its last run, as plain data, while its input is wrong: what that left stays
@@ -92,13 +93,19 @@ class Row:
     errors: int = 0
     warnings: int = 0
     counts: Mapping[str, int] = field(default_factory=dict)
+    summary: Sequence[Mapping[str, Any]] = ()
     findings: Sequence[Mapping[str, Any]] = ()
     files: Sequence[str] = ()
     before: Mapping[str, Any] | None = None
 
+    @property
+    def error_lines(self) -> list[str]:
+        """What to tell people about its errors, one line a cause."""
+        return [cause["text"] for cause in self.summary if cause["severity"] == Severity.ERROR]
+
     def as_dict(self) -> dict[str, Any]:
         """Return the row as plain data for JSON."""
-        lists = {"findings": list(self.findings), "files": list(self.files)}
+        lists = {name: list(getattr(self, name)) for name in ("summary", "findings", "files")}
         return asdict(self) | lists | {"status": str(self.status), "values": _plain(self.values)}
 
     @classmethod
@@ -140,7 +147,6 @@ def row_of(blank: Row, outcome: Outcome, files: Sequence[Path]) -> Row:
     """
     document = outcome.document
     energy, verdict = document["energy"], document["verification"]
-    severities = [found["severity"] for found in document["findings"]]
     baseline = main_baseline(document["baselines"]) or ""
     compared = document["baselines"].get(baseline, {}).get("total")
     return replace(
@@ -155,8 +161,7 @@ def row_of(blank: Row, outcome: Outcome, files: Sequence[Path]) -> Row:
         baseline=baseline,
         baseline_energy=compared,
         saved=document["savings"].get(baseline, {}).get("travel_metric"),
-        errors=severities.count(Severity.ERROR),
-        warnings=severities.count(Severity.WARNING),
+        **_found(document["summary"]),
         counts=dict(verdict["counts"]),
         files=sorted(path.name for path in files),
     )
@@ -172,11 +177,23 @@ def row_of_fault(blank: Row, fault: Exception) -> Row:
         blank,
         status=Status.NO_POSTURE if isinstance(fault, Infeasible) else Status.ERRORS,
         message=str(fault),
-        errors=sum(found.severity is Severity.ERROR for found in fault.findings),
-        warnings=sum(found.severity is Severity.WARNING for found in fault.findings),
+        **_found([cause.as_dict() for cause in group_findings(fault.findings)]),
         counts=count_codes(fault.findings),
         findings=[found.as_dict() for found in fault.findings[:LISTED]],
     )
+
+
+def _found(summary: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """Count findings by severity, those that aren't listed included."""
+
+    def count(severity: Severity) -> int:
+        return sum(int(cause["count"]) for cause in summary if cause["severity"] == severity)
+
+    return {
+        "errors": count(Severity.ERROR),
+        "warnings": count(Severity.WARNING),
+        "summary": [dict(cause) for cause in summary],
+    }
 
 
 def _where(fault: Exception) -> str:

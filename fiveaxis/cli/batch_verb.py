@@ -145,6 +145,8 @@ def _print_batch(done: Batch) -> None:
     for row in done.rows:
         if row.message:
             out.print(f"{row.name}: {row.message}", markup=False, soft_wrap=True)
+        for line in row.error_lines:
+            out.print(f"{row.name}: {line}", markup=False, soft_wrap=True)
     for comparison in done.comparisons:
         _print_comparison(comparison)
     states = {row.status: sum(other.status is row.status for other in done.rows) for row in done.rows}

@@ -14,7 +14,15 @@ from rich.markup import escape
 from rich.table import Table
 
 from fiveaxis.cli.options import AsJson, Drives, MachineName, ProgramZero, Rapid, Start, ToolLength, Wrap
-from fiveaxis.cli.terminal import err, errors_explained, out, parse_places, print_json, required
+from fiveaxis.cli.terminal import (
+    err,
+    errors_explained,
+    out,
+    parse_places,
+    print_causes,
+    print_json,
+    required,
+)
 from fiveaxis.cli.work import work_aside
 from fiveaxis.errors import SettingError
 
@@ -94,8 +102,7 @@ def energy(
         for path, text in files.items():
             err.print(f"wrote {escape(str(write_atomically(path, text)))}")
         for program in found:
-            for finding in program.findings:
-                err.print(f"{program.motion.name}: {finding.severity}: {finding}", markup=False)
+            print_causes(program.summary, err, f"{program.motion.name}: ")
         if as_json:
             return print_json(found[0].as_dict() if len(found) == 1 else [p.as_dict() for p in found])
         if len(found) == 1:

@@ -80,6 +80,10 @@ KeepClear = Annotated[
 SurfaceTolerance = Annotated[
     float | None, typer.Option("--surface-tolerance", help="gap to the part that counts as touching, mm")
 ]
+GougeTolerance = Annotated[
+    float | None,
+    typer.Option("--gouge-tolerance", help="how deep the cutter may reach into the part, mm; else 0.01"),
+]
 WrittenFor = Annotated[
     str | None, typer.Option("--written-for", help="machine of an NC program, if it isn't --machine")
 ]
@@ -181,6 +185,7 @@ POSTURE: Mapping[str, Any] = {
     "fixtures": Fixtures,
     "keep_clear": KeepClear,
     "surface_tolerance": SurfaceTolerance,
+    "gouge_tolerance": GougeTolerance,
     "drives": Drives,
     "up_penalty": UpPenalty,
     "max_turn": MaxTurn,

@@ -33,11 +33,13 @@ from fiveaxis.cli.terminal import (
     out,
     parse_numbers,
     parse_places,
+    print_causes,
     print_json,
 )
 from fiveaxis.cli.work import work_with_bars
 from fiveaxis.cli.writing_options import WRITING, coordinates_of, given_settings
 from fiveaxis.errors import SettingError
+from fiveaxis.findings import group_findings
 
 PLACES = ("start", "program_zero")
 
@@ -103,8 +105,7 @@ def optimise(
         else:
             _print_outcome(outcome)
         assumed = compose_outcome(outcome).findings if written and outcome.gate.is_open else ()
-        for finding in (*assumed, *outcome.gate.unused):
-            err.print(f"{finding.severity}: {finding}", markup=False)
+        print_causes(group_findings((*assumed, *outcome.gate.unused)), err)
         for code in outcome.gate.accepted:
             alarm.print(f"[bold red]overridden[/]: {code} ({outcome.gate.report.counts[code]})")
         if not outcome.gate.is_open:
@@ -212,8 +213,7 @@ def _print_outcome(outcome: Outcome) -> None:
     from fiveaxis.job import RESULT
 
     solution, program = outcome.solution, outcome.program
-    for finding in solution.toolpath.findings:
-        err.print(f"{finding.severity}: {finding}", markup=False)
+    print_causes(group_findings(solution.toolpath.findings), err)
     savings = solution.savings()
     axes = (f"{c} J" for c in solution.machine.letters)
     table = Table("posture", "J", *axes, "s", "saved", "program J", "saved", box=None)
@@ -250,9 +250,7 @@ def _print_outcome(outcome: Outcome) -> None:
         out.print(outcome.front.as_markdown(), markup=False, soft_wrap=True)
     for name, reason in solution.missing.items():
         out.print(f"no baseline {name}: {escape(reason)}")
-    for subject, verdict in {"finding": outcome.verdict, "finding in the program": program.verdict}.items():
-        for code, count in verdict.counts.items():
-            out.print(f"{subject} {code}: {count}")
+    print_causes(outcome.gate.report.summary(), out)
     out.print("verification: " + ("no errors" if outcome.ok else "[bold red]errors[/]"))
 
 

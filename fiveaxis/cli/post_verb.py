@@ -13,6 +13,7 @@ from rich.table import Table
 from fiveaxis.cli.options import (
     AsJson,
     BlockDelete,
+    GougeTolerance,
     MachineName,
     Override,
     ProgramZero,
@@ -32,12 +33,14 @@ from fiveaxis.cli.terminal import (
     out,
     parse_numbers,
     parse_places,
+    print_causes,
     print_json,
     required,
 )
 from fiveaxis.cli.verify_verb import path_and_tool
 from fiveaxis.cli.work import work_aside
 from fiveaxis.cli.writing_options import WRITING, coordinates_of, settings_of
+from fiveaxis.findings import group_findings
 
 if TYPE_CHECKING:
     from fiveaxis.machine import Machine
@@ -45,6 +48,7 @@ if TYPE_CHECKING:
 
 POSTING: Mapping[str, Any] = {
     "machine": MachineName,
+    "gouge_tolerance": GougeTolerance,
     "winding": Winding,
     "unit": Unit,
     "program_zero": ProgramZero,
@@ -132,10 +136,10 @@ def post(
             "locations": len(posted.motion),
             "lines": len(program.lines),
             "dropped": program.dropped,
+            "summary": [cause.as_dict() for cause in group_findings(posted.findings)],
             "findings": [finding.as_dict() for finding in posted.findings],
         }
-        for finding in posted.findings:
-            err.print(f"{finding.severity}: {finding}", markup=False)
+        print_causes(group_findings(posted.findings), err)
         if as_json:
             return print_json(document)
         written_as = f"{len(program.lines)} lines for {program.control}, {program.coordinates}"
@@ -148,10 +152,12 @@ def _verdict(source: Path, machine: Machine, options: Mapping[str, Any]) -> Verd
         return None
     from fiveaxis.job import verify_program
 
+    gouge = options["gouge_tolerance"]
     return verify_program(
         source,
         machine,
         part=options["part"],
+        **({} if gouge is None else {"gouge_tolerance": gouge}),
         **path_and_tool(options["path"], options, machine),
         unit=options["unit"],
         rapid_mm_min=options["rapid"],

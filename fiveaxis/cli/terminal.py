@@ -6,7 +6,7 @@ import json
 import math
 import re
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -17,13 +17,12 @@ from rich.markup import escape
 
 from fiveaxis.cli.work import leave_if_working
 from fiveaxis.errors import FiveAxisError, Infeasible, SettingError, Unverified
+from fiveaxis.findings import Cause, group_findings
 
 # Exit code of a command that Ctrl-C ended, as shells have it.
 INTERRUPTED = 130
 # A pipe or a log has no width of its own; tables need more than the usual 80.
 out = Console(width=None if sys.stdout.isatty() else 140, emoji=False)
-# Findings of an error that are printed one by one.
-MOST_PLACES = 20
 # Progress and notes, which -q silences; and what nothing does.
 err = Console(stderr=True, highlight=False, soft_wrap=True, emoji=False)
 alarm = Console(stderr=True, highlight=False, soft_wrap=True, emoji=False)
@@ -38,12 +37,14 @@ def errors_explained(as_json: bool) -> Iterator[list[Path]]:
     except FiveAxisError as fault:
         findings = fault.findings if isinstance(fault, Infeasible | Unverified) else ()
         alarm.print(f"[bold red]error:[/] {escape(str(fault))}")
-        for finding in findings[:MOST_PLACES]:
-            alarm.print(f"  {finding}", markup=False)
-        if len(findings) > MOST_PLACES:
-            alarm.print(f"  and {len(findings) - MOST_PLACES} more places; --json lists all {len(findings)}")
+        causes = group_findings(findings)
+        print_causes(causes, alarm)
+        if len(findings) > len(causes):
+            alarm.print(f"--json lists all {len(findings)} findings")
         if as_json:
-            print_json({"error": str(fault), "findings": [f.as_dict() for f in findings]})
+            summary = [cause.as_dict() for cause in causes]
+            listed = [finding.as_dict() for finding in findings]
+            print_json({"error": str(fault), "summary": summary, "findings": listed})
         raise typer.Exit(fault.exit_code) from None
     except KeyboardInterrupt:
         files = ", ".join(map(str, written)) or "nothing"
@@ -55,6 +56,12 @@ def errors_explained(as_json: bool) -> Iterator[list[Path]]:
 def print_json(document: Any) -> None:
     """Print a document; in ASCII, which every terminal and pipe can take."""
     sys.stdout.write(json.dumps(document, indent=2) + "\n")
+
+
+def print_causes(causes: Iterable[Cause], console: Console, before: str = "") -> None:
+    """Print what was found for people: a line for each cause, with words before it."""
+    for cause in causes:
+        console.print(f"{before}{cause}", markup=False, soft_wrap=True)
 
 
 def required(value: str | None, name: str) -> str:

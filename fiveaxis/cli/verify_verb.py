@@ -14,6 +14,7 @@ from fiveaxis.cli.options import (
     BlockDelete,
     Cone,
     Fixtures,
+    GougeTolerance,
     Hold,
     Lead,
     Lean,
@@ -42,6 +43,7 @@ from fiveaxis.cli.terminal import (
     out,
     parse_numbers,
     parse_places,
+    print_causes,
     print_json,
     required,
 )
@@ -52,9 +54,6 @@ if TYPE_CHECKING:
     from fiveaxis.collision import Surroundings
     from fiveaxis.machine import Machine
     from fiveaxis.verification import Report
-
-# Findings printed; all are in --json.
-MOST_PRINTED = 30
 
 CHECKING: Mapping[str, Any] = {
     "machine": MachineName,
@@ -71,6 +70,7 @@ CHECKING: Mapping[str, Any] = {
     "stock": Stock,
     "fixtures": Fixtures,
     "surface_tolerance": SurfaceTolerance,
+    "gouge_tolerance": GougeTolerance,
     "unit": Unit,
     "program_zero": ProgramZero,
     "start": Start,
@@ -82,7 +82,10 @@ CHECKING: Mapping[str, Any] = {
     "part_rotation": PartRotation,
 }
 # Options that the library call takes under the same name and as they are.
-PLAIN = ("cone", "max_turn", "singular_cone", "singular_rate", "surface_tolerance", "unit")
+PLAIN = (
+    *("cone", "max_turn", "singular_cone", "singular_rate"),
+    *("surface_tolerance", "gouge_tolerance", "unit"),
+)
 
 
 @takes(CHECKING)
@@ -187,13 +190,10 @@ def _settings(options: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _print_report(report: Report) -> None:
-    for finding in report.findings[:MOST_PRINTED]:
-        out.print(f"{finding.severity}: {finding}", markup=False, soft_wrap=True)
-    if len(report.findings) > MOST_PRINTED:
-        rest = len(report.findings) - MOST_PRINTED
-        err.print(f"{rest} more findings; --json lists the worst of each code")
-    for code, count in report.counts.items():
-        out.print(f"{code}: {count}")
+    causes = report.summary()
+    print_causes(causes, out)
+    if len(report.findings) > len(causes):
+        err.print("--json lists the worst findings of each code")
     for sentence in report.checked:
         out.print(f"checked: {escape(sentence)}", soft_wrap=True)
     for sentence in report.not_checked:

@@ -41,6 +41,7 @@ def with_way_in(
         way_out=_retract(job),
         leaves=job.nc.way_out,
         rows=len(program.driven),
+        gouge_tolerance=job.gouge_tolerance,
     )
     return replace(program, verdict=verdict)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -24,6 +25,7 @@ from fiveaxis.motion import (
 from fiveaxis.nc.writing.places import Wording
 from fiveaxis.posture import Solution
 from fiveaxis.verification import Asked, Report, Tolerances, examine
+from fiveaxis.verification.subject import CHORD_ERROR, GOUGE_TOLERANCE
 
 # rad: angles between two locations that keep their bounds may break them by this, as both ends turn.
 LEAN_BETWEEN = math.radians(0.5)
@@ -71,12 +73,8 @@ class ProgramMotion:
 
     @property
     def ok(self) -> bool:
-        """Whether the program may be written: no error, and the tool on its path all along.
-
-        A control does what the blocks say, so what is a warning for the solution's locations, the way between
-        them, is an error for a program.
-        """
-        return self.verdict.ok and "tip-deviation" not in self.verdict.counts
+        """Whether the program may be written."""
+        return self.verdict.ok
 
     def as_dict(self) -> dict[str, Any]:
         """Return the figures as plain data for JSON."""
@@ -92,7 +90,7 @@ class ProgramMotion:
             "axis_held_in_plane": self.in_plane,
             "axis_left_plane": self.left_plane,
             "energy": {name: energy.as_dict() for name, energy in self.energy.items()},
-            "verification": self.verdict.as_dict() | {"ok": self.ok},
+            "verification": self.verdict.as_dict(),
         }
 
 
@@ -114,6 +112,7 @@ def program_motion(
     *,
     led: bool = False,
     thin: bool = True,
+    gouge_tolerance: float = GOUGE_TOLERANCE,
 ) -> ProgramMotion:
     """Work out, and verify, what an NC program makes of a solution.
 
@@ -126,7 +125,9 @@ def program_motion(
         evenly from the one to the other
     led : whether the tool has to stay on its way under a control that leads the tip, too
     thin : whether blocks that the path doesn't need are left out
+    gouge_tolerance : mm, as for `verify`
     """
+    examined = partial(_examine_program, solution, around, bounds, gouge_tolerance)
     machine = solution.machine
     filled = Filled.of(solution.toolpath, machine, solution.motion, bounds, led=led)
     blocks, verdict = Thinned.whole(filled.motion), None
@@ -134,11 +135,11 @@ def program_motion(
     if thin:
         blocks = _without_needless(filled, machine, bounds, led=led)
     if blocks.removed:
-        verdict = _examine_program(solution, around, bounds, filled, blocks)
-        if not (verdict.ok and "tip-deviation" not in verdict.counts):
+        verdict = examined(filled, blocks)
+        if not verdict.ok:
             blocks, held_back, verdict = Thinned.whole(filled.motion), tuple(verdict.counts), None
     if verdict is None:
-        verdict = _examine_program(solution, around, bounds, filled, blocks)
+        verdict = examined(filled, blocks)
     energy = {RESULT: motion_energy(machine, blocks.motion)}
     for name, baseline in solution.compared.items():
         path = baseline.toolpath or solution.toolpath
@@ -178,6 +179,7 @@ def _examine_program(
     solution: Solution,
     around: Surroundings,
     bounds: Mapping[str, Any],
+    gouge_tolerance: float,
     filled: Filled,
     blocks: Thinned,
 ) -> Report:
@@ -186,9 +188,13 @@ def _examine_program(
     # An inserted location lies on a chord of the path, and no deeper than a chord may; between two of them
     # axes that run linearly leave the chord by what `fill_in` lets them, and so they do all along where
     # `thinned` lets them.
-    chord = Tolerances().chord_gouge
-    deepest = chord + PATH_TOLERANCE
-    allowed = Tolerances(gouge=chord if exact else deepest, chord_gouge=deepest, lean=LEAN_BETWEEN)
+    deepest = CHORD_ERROR + PATH_TOLERANCE
+    allowed = Tolerances(
+        gouge=gouge_tolerance,
+        row_allowance=CHORD_ERROR if exact else deepest,
+        chord_allowance=deepest,
+        lean=LEAN_BETWEEN,
+    )
     if not exact:
         allowed = replace(allowed, contact=PATH_TOLERANCE)
     asked = Asked.of_degrees(toolpath, solution.machine, **bounds).between(filled.row)

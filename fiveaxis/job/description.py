@@ -17,6 +17,7 @@ from fiveaxis.settings import (
     StrictModel,
 )
 from fiveaxis.toolpath import parse_tool, require_range
+from fiveaxis.verification.subject import GOUGE_TOLERANCE
 
 TOOL_FILE = ".toml"
 # Table that makes many jobs of one file (`fiveaxis.batch`).
@@ -165,6 +166,11 @@ class Job(StrictModel):
     )
     surface_tolerance: float = Field(
         0.05, gt=0.0, description="gap between cutter and part that counts as touching, mm"
+    )
+    gouge_tolerance: float = Field(
+        GOUGE_TOLERANCE,
+        gt=0.0,
+        description="how deep the cutter may reach into the part at a location, mm; 0.01 deeper between two",
     )
     drives: str | None = Field(None, min_length=1, description="machine whose axis powers are taken instead")
     up_penalty: float = Field(0.0, ge=0.0, description="extra price of moving up against gravity, J/mm")

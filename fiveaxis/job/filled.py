@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -23,7 +23,7 @@ from fiveaxis.motion import (
 )
 from fiveaxis.toolpath import Toolpath
 from fiveaxis.verification import Report
-from fiveaxis.verification.report import SEVERITY_ORDER, Result, make_report
+from fiveaxis.verification.report import Result, make_report
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,13 +89,4 @@ def with_planes(verdict: Report, filled: Filled, off: Array) -> Report:
         figures={"axis_off_plane_deg": math.degrees(off.max(initial=0.0))},
         checked=(f"tool axis within {most:g} deg of the plane of its directions at both ends of each cut",),
     )
-    more = make_report([found], filled.path, ())
-    return replace(
-        verdict,
-        findings=tuple(
-            sorted((*verdict.findings, *more.findings), key=lambda f: SEVERITY_ORDER.index(f.severity))
-        ),
-        counts=dict(sorted((verdict.counts | more.counts).items())),
-        figures=verdict.figures | more.figures,
-        checked=(*verdict.checked, *more.checked),
-    )
+    return verdict.merge(make_report([found], filled.path, ()))

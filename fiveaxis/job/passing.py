@@ -38,9 +38,8 @@ def make_gate(locations: Report, blocks: Report, override: Sequence[str]) -> Gat
 
     Parameters
     ----------
-    locations : errors count; that the tool leaves its way between locations doesn't, as the program has
-        more of them
-    blocks : every error counts, leaving the way between blocks too
+    locations : on the solution's locations; the way between them is for `blocks` to check
+    blocks : on the motion of the program's blocks
     override : codes of errors that are accepted
     """
     report = joined(locations, blocks)
@@ -58,21 +57,6 @@ def make_gate(locations: Report, blocks: Report, override: Sequence[str]) -> Gat
 
 
 def joined(locations: Report, blocks: Report) -> Report:
-    """Make one report of two on the same path: of each code the larger count."""
-    errors = tuple(f for f in locations.findings if f.severity is Severity.ERROR)
-    codes = sorted({f.code for f in errors} | set(blocks.counts))
-    counts = {
-        code: max(blocks.counts.get(code, 0), locations.counts[code] if _has(errors, code) else 0)
-        for code in codes
-    }
-    return replace(
-        blocks,
-        findings=(*errors, *blocks.findings),
-        counts=counts,
-        checked=tuple(dict.fromkeys((*locations.checked, *blocks.checked))),
-        not_checked=tuple(dict.fromkeys((*locations.not_checked, *blocks.not_checked))),
-    )
-
-
-def _has(findings: Sequence[Finding], code: str) -> bool:
-    return any(f.code == code for f in findings)
+    """Make one report on a program of two on the same path; figures and ways are those of the blocks."""
+    on_path = replace(locations, figures={}, about=None, gouges_between=None, collisions_between=None)
+    return on_path.merge(blocks)

@@ -14,7 +14,7 @@ import numpy as np
 from fiveaxis.energy import Energy, law_energies, motion_energy, move_powers, path_feed
 from fiveaxis.energy.drives import STANDING, STANDING_TURN
 from fiveaxis.errors import SettingError, ToolError
-from fiveaxis.findings import Finding, Place, Severity
+from fiveaxis.findings import Cause, Finding, Place, Severity, group_findings
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.kinematics import tool_poses
 from fiveaxis.machine import Machine
@@ -93,6 +93,11 @@ class ProgramEnergy:
             )
         return rows
 
+    @property
+    def summary(self) -> tuple[Cause, ...]:
+        """The findings by cause, for people."""
+        return group_findings(self.findings)
+
     def as_dict(self) -> dict[str, Any]:
         """Return totals and blocks as plain data for JSON."""
         return {
@@ -103,6 +108,7 @@ class ProgramEnergy:
             "energy": self.energy.as_dict(),
             "blocks": self.rows,
             "ignored": dict(self.motion.ignored),
+            "summary": [cause.as_dict() for cause in self.summary],
             "findings": [f.as_dict() for f in self.findings],
         }
 

@@ -294,11 +294,24 @@ def run_job(
     toolpath = solution.toolpath
     # Links turn far between two locations; the program has more of them, which are checked below.
     ways = Ways("led", "axes")
-    verdict = verify(solution.motion, machine, toolpath, **job.bounds, surroundings=around, between=ways)
+    verdict = verify(
+        solution.motion,
+        machine,
+        toolpath,
+        **job.bounds,
+        surroundings=around,
+        between=ways,
+        gouge_tolerance=job.gouge_tolerance,
+    )
     tell("verify", 1, 3)
     inputs = describe_inputs(job)
     program = program_motion(
-        solution, around, job.bounds, led=wording.coordinates != "axes", thin=job.thin and may_thin(wording)
+        solution,
+        around,
+        job.bounds,
+        led=wording.coordinates != "axes",
+        thin=job.thin and may_thin(wording),
+        gouge_tolerance=job.gouge_tolerance,
     )
     program = with_way_in(program, solution.toolpath, wording, job, around)
     tell("verify", 2, 3)

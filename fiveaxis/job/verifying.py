@@ -13,7 +13,7 @@ import numpy as np
 from fiveaxis.collision import Surroundings
 from fiveaxis.contour import find_contacts
 from fiveaxis.errors import SettingError
-from fiveaxis.findings import Finding, Severity, count_codes
+from fiveaxis.findings import Finding, Severity
 from fiveaxis.job.checked_program import load_program
 from fiveaxis.machine import Machine
 from fiveaxis.motion import AXIS_TOLERANCE, PATH_TOLERANCE, Motion, motion_digest
@@ -25,8 +25,8 @@ from fiveaxis.verification.collisions import check_collisions
 from fiveaxis.verification.following import Match, check_following
 from fiveaxis.verification.gouging import check_gouge
 from fiveaxis.verification.moves import check_deviation, check_speeds
-from fiveaxis.verification.report import SEVERITY_ORDER, Result, make_report
-from fiveaxis.verification.subject import DEFAULT_TOLERANCES, Subject, make_subject
+from fiveaxis.verification.report import PATH, Result, make_report
+from fiveaxis.verification.subject import DEFAULT_TOLERANCES, GOUGE_TOLERANCE, Subject, make_subject
 from fiveaxis.verification.turns import check_hold, check_jumps, check_singular, programmed_turns
 
 if TYPE_CHECKING:
@@ -66,6 +66,7 @@ def verify_program(
     rapid_mm_min: float | None = None,
     block_delete: bool = False,
     wrap: Wrap | None = None,
+    gouge_tolerance: float = GOUGE_TOLERANCE,
     tolerances: Tolerances = DEFAULT_TOLERANCES,
 ) -> Report:
     """Check an NC program, or the table of a motion, against its machine; part and path are optional.
@@ -91,7 +92,9 @@ def verify_program(
     surroundings : part, stock and fixtures that cutter, shank, holder and machine keep away from, in place of
         `part`
     unit, start, program_zero, rapid_mm_min, block_delete, wrap : as for `read_program`
-    tolerances : from where on a difference is a finding
+    gouge_tolerance : mm, how deep the cutter may reach into the part; in all of a program 0.015 mm more is
+        allowed, as its blocks are chords of the path, and keep to it within a tolerance of their own
+    tolerances : from where on any other difference is a finding
 
     Returns
     -------
@@ -123,9 +126,14 @@ def verify_program(
     if singular_cone is not None and len(machine.rotaries) == 2:
         turning |= {"singular_cone": singular_cone, "singular_rate": singular_rate}
     asked = Asked.of_degrees(read.path, machine, **turning)
-    allowed = replace(tolerances, chord_gouge=tolerances.chord_gouge + PATH_TOLERANCE)
     # Its rows aren't the locations: some are inserted on chords, some have no block, and words are rounded.
-    allowed = replace(allowed, gouge=allowed.chord_gouge, lean=max(allowed.lean, ROUNDED + AXIS_TOLERANCE))
+    more = tolerances.chord_allowance + PATH_TOLERANCE
+    allowed = replace(
+        tolerances.with_gouge(gouge_tolerance),
+        row_allowance=more,
+        chord_allowance=more,
+        lean=max(tolerances.lean, ROUNDED + AXIS_TOLERANCE),
+    )
     subject = make_subject(read.motion, machine, read.path, asked, allowed)
     results = [check_finite(subject), check_limits(subject), check_hold(subject)]
     missed: tuple[Finding, ...] = ()
@@ -139,7 +147,7 @@ def verify_program(
         check_singular(subject),
         replace(_as_severe(check_speeds(subject), Severity.WARNING), code="feed-over"),
         # Beside a path the way between blocks is checked against that: few blocks may well follow its bends.
-        *([] if read.led or toolpath is not None else [check_deviation(subject)]),
+        *([] if read.led or toolpath is not None else [check_deviation(subject, Severity.WARNING)]),
         check_gouge(subject, mesh, led=read.led_height),
     ]
     if tool is not None:
@@ -152,7 +160,8 @@ def verify_program(
         gouges_between=None if mesh is None else (way,),
         collisions_between=None if tool is None else (way,),
     )
-    return _with_findings(report, (*missed, *read.findings), {} if match is None else match.missed)
+    counts = {} if match is None else match.missed
+    return report.merge(Report.of_findings(missed, PATH, counts), Report.of_findings(read.findings))
 
 
 def _check_turns(subject: Subject, toolpath: Toolpath | None, match: Match | None, *, swept: bool) -> Result:
@@ -213,10 +222,3 @@ def _check_leaning(
 
 def _as_severe(result: Result, severity: Severity) -> Result:
     return replace(result, severity=severity)
-
-
-def _with_findings(report: Report, more: tuple[Finding, ...], counts: Mapping[str, int]) -> Report:
-    """Add findings that no check on rows made; `counts` where more were found than are listed."""
-    findings = sorted((*report.findings, *more), key=lambda f: SEVERITY_ORDER.index(f.severity))
-    total = dict(sorted((report.counts | count_codes(more) | dict(counts)).items()))
-    return replace(report, findings=tuple(findings), counts=total)

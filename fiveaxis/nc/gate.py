@@ -139,6 +139,6 @@ def error_counts(verdict: Verdict, *, led: bool = False) -> dict[str, int]:
     A control without tool centre point control does what the blocks say, so leaving the way between them is
     an error unless the control leads the tip.
     """
-    worse = () if led else WORSE_IN_BLOCKS
-    codes = {f.code for f in verdict.findings if f.severity is Severity.ERROR or f.code in worse}
-    return {code: verdict.counts[code] for code in sorted(codes)}
+    errors = {f.code for f in verdict.findings if f.severity is Severity.ERROR}
+    found = {f.code for f in verdict.findings}.intersection(WORSE_IN_BLOCKS)
+    return {code: verdict.counts[code] for code in sorted(errors - found if led else errors | found)}

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import math
+from collections import Counter
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from pathlib import Path, PurePath
 from typing import Any
@@ -14,6 +15,7 @@ import numpy as np
 from fiveaxis.energy import Energy
 from fiveaxis.errors import InputError
 from fiveaxis.files import write_atomically
+from fiveaxis.findings import Finding, count_codes, group_findings
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Motion, peak_rates
 from fiveaxis.posture import Solution
@@ -65,6 +67,8 @@ def report_document(
     Keys in fixed order; energies in J, times in s, angles of ``tilt`` in degrees, the rest as ``units`` says.
     A figure that isn't a finite number is None.
     """
+    findings = [_portable_finding(f) for f in _all_findings(solution.toolpath, verdict, program)]
+    verification = _verification(verdict, program)
     document = {
         "toolpath": _without_folder(solution.toolpath.name),
         "locations": len(solution.toolpath),
@@ -78,8 +82,9 @@ def report_document(
         "savings": {name: _savings(solution.energy, e) for name, e in solution.baselines.items()},
         "bound": {**solution.bound.as_dict(), "gap": solution.gap},
         "optima": solution.optima and solution.optima.as_dict(),
-        "findings": [_portable_finding(f) for f in _all_findings(solution.toolpath, verdict, program)],
-        "verification": _verification(verdict, program),
+        "summary": _summary(findings, solution.toolpath, verification["counts"]),
+        "findings": findings,
+        "verification": verification,
         "program": program and {k: v for k, v in program.items() if k != "verification"},
         "budget": budget and dict(budget),
         "solver": [stage.as_dict() for stage in solution.stages],
@@ -110,14 +115,22 @@ def _all_findings(
     return [*first, *({**f, "message": f"in the program's blocks: {f['message']}"} for f in found)]
 
 
+def _summary(
+    findings: Sequence[Mapping[str, Any]], toolpath: Toolpath, counts: Mapping[str, int]
+) -> list[dict[str, Any]]:
+    """Put findings together by cause; what optimiser and verification both tell counts once."""
+    total = Counter(count_codes(toolpath.findings)) | Counter(counts)
+    return [cause.as_dict() for cause in group_findings(map(Finding.from_dict, findings), total)]
+
+
 def _verification(verdict: Mapping[str, Any], program: Mapping[str, Any] | None) -> dict[str, Any]:
     keys = ("ok", "counts", "figures", "checked", "not_checked")
     both = {k: verdict[k] for k in keys}
     if program is None:
         return both
     second = program["verification"]
-    codes = sorted({*both["counts"], *second["counts"]})
-    both["counts"] = {c: both["counts"].get(c, 0) + second["counts"].get(c, 0) for c in codes}
+    # A program's rows are the locations and more: what is wrong at a location is found at its row again.
+    both["counts"] = dict(sorted((Counter(both["counts"]) | Counter(second["counts"])).items()))
     both["ok"] = both["ok"] and second["ok"]
     both["figures"] = {**both["figures"], "program": second["figures"]}
     blocks = (

@@ -241,19 +241,13 @@ def _surface_caption(solution: Solution, location: int) -> str:
 
 def _findings(document: Mapping[str, Any]) -> str:
     measured = _scroll(measured_table(document["verification"]["figures"]))
-    counts = tables.count_findings(document)
-    if not counts:
+    summary = document["summary"]
+    if not summary:
         return f"<p>No findings.</p>\n{measured}"
-    total, listed = sum(counts.values()), len(document["findings"])
-    shown = min(listed, tables.MOST_FINDINGS)
-    head = (
-        f"{tables.number(total)} findings: {tables.number(shown)} are shown, worst severity first; the "
-        f"JSON report lists {tables.number(listed)}."
-    )
-    return (
-        f"<p>{escape(head)}</p>\n{_scroll(tables.count_table(counts))}\n"
-        f"{_scroll(tables.findings_table(document['findings']))}\n{measured}"
-    )
+    total = tables.number(sum(cause["count"] for cause in summary))
+    listed = tables.number(len(document["findings"]))
+    head = f"{total} findings, one row for each cause; the JSON report lists {listed} places."
+    return f"<p>{escape(head)}</p>\n{_scroll(tables.causes_table(summary))}\n{measured}"
 
 
 def _solver(document: Mapping[str, Any]) -> str:

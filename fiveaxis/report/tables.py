@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
 from typing import Any
 
+from fiveaxis.findings import Place
+
 THIN_SPACE = "\u2009"
 MINUS = "\u2212"
 UNKNOWN = "unknown"
 NOTHING = "–"
-MOST_FINDINGS = 100
-SEVERITIES = ("error", "warning", "note")
 
 
 @dataclass(frozen=True)
@@ -91,34 +90,10 @@ def axis_table(document: Mapping[str, Any], baseline: str | None) -> str:
     return table(("axis", f"#{baseline} (J)", "#optimised (J)", "#change (J)"), rows)
 
 
-def findings_table(findings: Sequence[Mapping[str, Any]]) -> str:
-    """Show up to `MOST_FINDINGS` findings, worst severity first, in their order within one.
-
-    Where there are more, no code crowds out another: the first of every code come before the second of any.
-    """
-    seen: Counter[str] = Counter()
-    ranked = []
-    for order, finding in enumerate(findings):
-        seen[finding["code"]] += 1
-        ranked.append((SEVERITIES.index(finding["severity"]), seen[finding["code"]], order))
-    chosen = sorted((severity, order) for severity, _, order in sorted(ranked)[:MOST_FINDINGS])
-    rows = [_finding_row(findings[order]) for _, order in chosen]
-    return table(("severity", "code", "place", "what"), rows)
-
-
-def count_findings(document: Mapping[str, Any]) -> dict[tuple[str, str], int]:
-    """Count findings by severity and code, worst first; those that verification didn't list included."""
-    severities = {f["code"]: f["severity"] for f in document["findings"]}
-    # What reading the input found is listed in full, and isn't among verification's counts.
-    counts = Counter(f["code"] for f in document["findings"]) | Counter(document["verification"]["counts"])
-    ranked = sorted(severities.items(), key=lambda item: (SEVERITIES.index(item[1]), item[0]))
-    return {(severity, code): counts[code] for code, severity in ranked}
-
-
-def count_table(counts: Mapping[tuple[str, str], int]) -> str:
-    """List how often each code was found."""
-    rows = [(Cell(severity, severity), code, number(n)) for (severity, code), n in counts.items()]
-    return table(("severity", "code", "#places"), rows, "narrow")
+def causes_table(summary: Sequence[Mapping[str, Any]]) -> str:
+    """List what was found, one row a cause, worst severity first."""
+    heads = ("severity", "code", "#places", "worst", "what", "first")
+    return table(heads, [_cause_row(cause) for cause in summary])
 
 
 def solver_table(stages: Sequence[Mapping[str, Any]]) -> str:
@@ -196,22 +171,15 @@ def _energy_row(name: str, energy: Mapping[str, Any], shares: Mapping[str, str])
     ]
 
 
-def _finding_row(finding: Mapping[str, Any]) -> list[str | Cell]:
-    severity = Cell(finding["severity"], finding["severity"])
-    return [severity, finding["code"], _place(finding["place"]), finding["message"]]
+def _cause_row(cause: Mapping[str, Any]) -> list[str | Cell]:
+    severity, worst = Cell(cause["severity"], cause["severity"]), cause["worst"]
+    place, first = (str(Place(**place)) for place in (worst["place"], cause["first"]))
+    return [severity, cause["code"], number(cause["count"]), place, worst["message"], first]
 
 
 def _start(before: float | None) -> str:
     """Write the objective that a stage started from; a search starts from nothing."""
     return NOTHING if before is None else number(before)
-
-
-def _place(place: Mapping[str, Any]) -> str:
-    """Write a place as `findings.Place` does: ``file:line, location 7``."""
-    file, line, location = place.get("file"), place.get("line"), place.get("location")
-    source = f"{file}:{line}" if file and line is not None else file or (line is not None and f"line {line}")
-    spot = None if location is None else f"location {location}"
-    return ", ".join(part for part in (source, spot) if part)
 
 
 def _row(row: Sequence[str | Cell], looks: Sequence[str]) -> str:

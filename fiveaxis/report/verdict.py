@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from html import escape
 from typing import Any
 
-from fiveaxis.report.tables import SEVERITIES, count_findings, number
+from fiveaxis.findings import Severity
+from fiveaxis.report.tables import number
 
 
 def verdict_section(document: Mapping[str, Any]) -> dict[str, str]:
@@ -58,7 +60,7 @@ def _kept_back(document: Mapping[str, Any]) -> str:
 
 
 def _consequence(look: str, document: Mapping[str, Any]) -> str:
-    found = _found(count_findings(document))
+    found = _found(document["summary"])
     kept = _kept_back(document)
     program = f" No NC program was written, because of {kept}." if kept else ""
     if look in ("unsafe", "overridden"):
@@ -67,13 +69,16 @@ def _consequence(look: str, document: Mapping[str, Any]) -> str:
     return f"Verification found {found or 'nothing to report'}.{program}"
 
 
-def _found(counts: Mapping[tuple[str, str], int]) -> str:
+def _found(summary: Sequence[Mapping[str, Any]]) -> str:
     """Write counts by severity: ``6 errors (axis-limit 4, tilt 2), 1 warning (tip-deviation 1)``."""
     parts = []
-    for wanted in SEVERITIES:
-        codes = {code: n for (severity, code), n in counts.items() if severity == wanted}
+    for wanted in Severity:
+        codes: Counter[str] = Counter()
+        for cause in summary:
+            if cause["severity"] == wanted:
+                codes[cause["code"]] += cause["count"]
         if codes:
-            total = sum(codes.values())
+            total = codes.total()
             each = ", ".join(f"{code} {number(n)}" for code, n in codes.items())
             parts.append(f"{number(total)} {wanted}{'' if total == 1 else 's'} ({each})")
     return ", ".join(parts)

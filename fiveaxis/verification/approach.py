@@ -10,7 +10,7 @@ import numpy as np
 
 from fiveaxis.collision import Surroundings
 from fiveaxis.contour.distance import TriangleTree
-from fiveaxis.findings import Finding, Place, Severity, count_codes
+from fiveaxis.findings import Finding, Place, Severity
 from fiveaxis.geometry import Array, normalise
 from fiveaxis.machine import Machine
 from fiveaxis.motion import PATH_TOLERANCE, STANDSTILL, Motion
@@ -21,8 +21,8 @@ from fiveaxis.verification.collisions import check_collisions
 from fiveaxis.verification.cutting_body import CuttingBody
 from fiveaxis.verification.gouging import check_gouge
 from fiveaxis.verification.model import tool_poses
-from fiveaxis.verification.report import SEVERITY_ORDER, Report, make_report
-from fiveaxis.verification.subject import Tolerances, make_subject
+from fiveaxis.verification.report import APPROACH, Check, Gap, Report, make_report
+from fiveaxis.verification.subject import CHORD_ERROR, GOUGE_TOLERANCE, Tolerances, make_subject
 
 # mm: ways that are tried: near ones, those beside the cut, far ones, which pass stock at the cut's feed.
 NEAR, BESIDE, FAR = (5.0, 2.5, 1.0), (5.0, 10.0, 20.0, 40.0), (10.0, 20.0, 40.0)
@@ -46,11 +46,12 @@ MISSING_ROOM = "the cutter is left with less than {room:g} mm of room to the par
 
 @dataclass(frozen=True, eq=False)
 class _Ground:
-    """Against what ways are checked."""
+    """Against what ways are checked; `gouge` is the tolerance, mm."""
 
     machine: Machine
     toolpath: Toolpath
     around: Surroundings
+    gouge: float
 
     @cached_property
     def _tree(self) -> TriangleTree | None:
@@ -85,8 +86,8 @@ class _Ground:
         if not moves.any():
             return None
         path, motion = self._way(places[kept], [kind[i] for i in kept])
-        depth = Tolerances().chord_gouge + PATH_TOLERANCE
-        allowed = Tolerances(gouge=depth, chord_gouge=depth)
+        more = CHORD_ERROR + PATH_TOLERANCE
+        allowed = Tolerances(gouge=self.gouge, row_allowance=more, chord_allowance=more)
         subject = make_subject(motion, self.machine, path, Asked(), allowed)
         results = (
             check_gouge(subject, self.around.part),
@@ -117,6 +118,7 @@ def with_approach(
     way_out: float | None = None,
     leaves: bool = True,
     rows: int | None = None,
+    gouge_tolerance: float = GOUGE_TOLERANCE,
 ) -> Report:
     """Check what a program adds to a motion, choose clear ways in and out, and report both.
 
@@ -134,6 +136,7 @@ def with_approach(
     way_out : mm, the machine's place of Z to which the program goes up at its end; None where it doesn't
     leaves : whether it leads the tool out of a last cut before that
     rows : of the motion that the report is about, where it has more than the program's blocks
+    gouge_tolerance : mm, as for `verify`
 
     Returns
     -------
@@ -147,7 +150,7 @@ def with_approach(
     """
     if not np.isfinite(motion.positions[[0, -1]]).all():
         return report
-    ground = _Ground(machine, toolpath, surroundings)
+    ground = _Ground(machine, toolpath, surroundings, gouge_tolerance)
     lead_in, blocked = _choose(ground, motion, FIRST, leg, _codes_at(report, 0))
     found = [] if blocked is None else [_finding("approach-blocked", blocked, toolpath.place(0))]
     end, up = (len(motion) if rows is None else rows) - 1, way_out is not None
@@ -161,7 +164,7 @@ def with_approach(
         found.append(_finding("retreat-blocked", blocked, place))
     if way_out is not None:
         found += _downwards(machine, motion.positions[LAST] + lead_out, way_out, place)
-    return _joined(report, found, (lead_in, lead_out), leg=leg, way_out=up)
+    return report.merge(_report(found, (lead_in, lead_out), leg=leg, way_out=up))
 
 
 def _downwards(machine: Machine, begin: Array, end: float, place: Place) -> Iterator[Finding]:
@@ -260,9 +263,7 @@ def _finding(code: str, fault: str, place: Place) -> Finding:
     return Finding(Severity.ERROR, code, remedy[code].format(fault.partition(";")[0]), place)
 
 
-def _joined(
-    report: Report, found: list[Finding], leads: tuple[Array, Array], *, leg: bool, way_out: bool
-) -> Report:
+def _report(found: list[Finding], leads: tuple[Array, Array], *, leg: bool, way_out: bool) -> Report:
     lead_in, lead_out = (float(np.linalg.norm(lead)) for lead in leads)
     ways = [f"a lead-in of {lead_in:.3g} mm"] if lead_in > STANDSTILL else []
     ways += ["Z down to it from the end of its travel, or from 100 mm above"] if leg else []
@@ -272,13 +273,13 @@ def _joined(
     checked += [f"way out: {' and '.join(out)}, for gouges and collisions"] if out else []
     end = END_OF_WAY_OUT if lead_out > STANDSTILL else NO_WAY_OUT
     left = [TURNS, ACROSS if leg else FROM_ANYWHERE, WAY_OUT if way_out else end]
-    findings = sorted((*report.findings, *found), key=lambda f: SEVERITY_ORDER.index(f.severity))
+    made = {Check(code, APPROACH): 0 for code in ("approach-blocked", "retreat-blocked")}
+    about_them = Report.of_findings(found, rows=APPROACH)
     return replace(
-        report,
-        findings=tuple(findings),
-        counts=dict(sorted((report.counts | count_codes(found)).items())),
-        checked=(*report.checked, *checked),
-        not_checked=(*report.not_checked, *left),
+        about_them,
+        checks=made | dict(about_them.checks),
+        checked=tuple(checked),
+        gaps=tuple(Gap(sentence) for sentence in left),
         lead_in=tuple(leads[0].tolist()),
         lead_out=tuple(leads[1].tolist()),
     )

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from fiveaxis.errors import SettingError
+from fiveaxis.findings import Severity
 from fiveaxis.geometry import IntArray
 from fiveaxis.toolpath import MoveKind
 from fiveaxis.verification.gouging import check_gouge
@@ -32,11 +33,15 @@ class Ways:
     gouges : of the cutter, in all moves
     collisions : of all bodies, in all moves
     links : whether gouges in links and rapid moves are looked for on the other way, too
+    deviation : whether to tell that the tool's centre leaves its chords where all axes are linear in time:
+        not where a program inserts blocks between the locations, and in any case where ``gouges`` says
+        ``axes``
     """
 
     gouges: Between
     collisions: Between
     links: bool = False
+    deviation: bool = False
 
     @classmethod
     def asked(cls, between: Between | Ways | None) -> Ways:
@@ -48,12 +53,19 @@ class Ways:
             An unknown way.
         """
         if between is None:
-            return cls("led", "axes", links=True)
+            return cls("led", "axes", links=True, deviation=True)
         if isinstance(between, Ways):
             return between
         if between not in ("axes", "led"):
             raise SettingError(f"between {between!r}: write axes, led, or leave it out")
-        return cls(between, between)
+        return cls(between, between, deviation=True)
+
+    @property
+    def of_deviation(self) -> Severity | None:
+        """How bad it is that the tool's centre leaves a chord: an error in what blocks of axis words say."""
+        if self.gouges == "axes":
+            return Severity.ERROR
+        return Severity.NOTE if self.deviation else None
 
     @property
     def of_gouges(self) -> tuple[Between, ...]:

@@ -43,6 +43,7 @@ def check_limits(subject: Subject) -> Result:
     rotary = np.array([a.is_rotary for a in machine.axes])
     rows, columns = np.nonzero(overrun > np.where(rotary, tolerances.angle, tolerances.length))
     shown = machine.shown(overrun)
+    limited, unlimited = _limit_sentences(subject)
 
     def message(i: int) -> str:
         axis, value = machine.axes[columns[i]], subject.positions[rows[i], columns[i]]
@@ -63,17 +64,19 @@ def check_limits(subject: Subject) -> Result:
             "limit_overrun_mm": _overrun_figure(shown[:, ~rotary]),
             "limit_overrun_deg": _overrun_figure(shown[:, rotary]),
         },
-        **_limit_sentences(subject),
+        checked=limited,
+        not_checked=unlimited,
     )
 
 
-def _limit_sentences(subject: Subject) -> dict[str, tuple[str, ...]]:
+def _limit_sentences(subject: Subject) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Say of which axes limits are checked, and of which they aren't."""
     axes = subject.machine.axes
     limited = [a.letter for a in axes if not a.limits.unlimited]
     free = [a.letter for a in axes if a.limits.unlimited]
     some = f"axis limits of {', '.join(limited)} at every location" if limited else None
     none = f"limits of {', '.join(free)}: the machine states none" if free else None
-    return {"checked": _only(some), "not_checked": _only(none)}
+    return _only(some), _only(none)
 
 
 def check_contact(subject: Subject) -> Result:

@@ -149,10 +149,9 @@ def _missed(match: Match, path: Toolpath, tolerance: float) -> tuple[Finding, ..
         Finding(
             Severity.ERROR,
             "path-missed",
-            f"the program doesn't come within {tolerance:g} mm of this location, in order; one of "
-            f"{len(missed)}",
+            f"the program doesn't come within {tolerance:g} mm of this location, in order; compare zero, "
+            "unit and blocks with the path",
             path.place(int(row)),
-            float(len(missed)),
         )
         for row in missed[:MOST_LISTED]
     )

@@ -16,8 +16,8 @@ from fiveaxis.geometry import Array, BoolArray, IntArray, angle_between
 from fiveaxis.verification.checks import largest
 from fiveaxis.verification.cutting_body import CuttingBody
 from fiveaxis.verification.model import tool_poses
-from fiveaxis.verification.report import Result
-from fiveaxis.verification.subject import Subject
+from fiveaxis.verification.report import Result, left_out
+from fiveaxis.verification.subject import Subject, Tolerances
 
 if TYPE_CHECKING:
     import trimesh
@@ -35,7 +35,7 @@ def check_gouge(
 ) -> Result:
     """Check that the cutter stays out of the part, at the locations and on the ways between them.
 
-    The cutting part may reach `Tolerances.gouge` deep at a location and `Tolerances.chord_gouge` within a
+    The cutting part may reach `Tolerances.row_gouge` deep at a location and `Tolerances.chord_gouge` within a
     move; in links and rapid moves too.
 
     Parameters
@@ -51,18 +51,18 @@ def check_gouge(
         The part can't be read.
     """
     if part is None:
-        return _gouge_left_out("no mesh of the part was given")
+        return left_out("gouge", {"gouge_depth_mm": None}, "gouges: no mesh of the part was given")
     mesh = load_mesh(part, allow_open=True) if isinstance(part, str | Path) else part
     tolerances, body = subject.tolerances, CuttingBody.of(subject.toolpath.tool)
     here, way = gouge_depths(subject, mesh, led=led)
-    rows = np.flatnonzero((here > tolerances.gouge) | (way > tolerances.chord_gouge))
+    rows = np.flatnonzero((here > tolerances.row_gouge) | (way > tolerances.chord_gouge))
     depth = np.fmax(here, way)
     name = "ball" if subject.toolpath.tool.cutter.is_ball else "cutter"
 
     def message(i: int) -> str:
-        at_location = here[rows[i]] > tolerances.gouge
+        at_location = here[rows[i]] > tolerances.row_gouge
         place, bound = (
-            ("here", tolerances.gouge) if at_location else ("on the way here", tolerances.chord_gouge)
+            ("here", tolerances.row_gouge) if at_location else ("on the way here", tolerances.chord_gouge)
         )
         return (
             f"the {name} reaches {depth[rows[i]]:.3g} mm deep into the part {place} (at most "
@@ -78,7 +78,7 @@ def check_gouge(
         values=depth[rows],
         message=message,
         figures={"gouge_depth_mm": largest(np.maximum(depth, 0.0))},
-        checked=(_what_was_checked(name, body, led),),
+        checked=(_what_was_checked(name, body, tolerances, led),),
         not_checked=(
             *(() if mesh.is_watertight else (inside,)),
             *(() if body.is_stated else (_unstated(body),)),
@@ -86,12 +86,14 @@ def check_gouge(
     )
 
 
-def _what_was_checked(name: str, body: CuttingBody, led: float | None) -> str:
+def _what_was_checked(name: str, body: CuttingBody, tolerances: Tolerances, led: float | None) -> str:
     point = f"the point {led:g} mm above its tip" if led else "its tip"
     how = "with all axes linear in time" if led is None else f"with {point} led straight"
     return (
         f"{name}, up to {body.height:g} mm above its tip, against the part's mesh at every location and, "
-        f"{how}, between them: every {body.finest:.3g} mm where the surface is near"
+        f"{how}, between them: every {body.finest:.3g} mm where the surface is near; at most "
+        f"{tolerances.row_gouge:g} mm deep at a location, {tolerances.chord_gouge:g} mm between "
+        f"(gouge tolerance {tolerances.gouge:g} mm)"
     )
 
 
@@ -250,7 +252,7 @@ def _search(
     ways: Ways, open_parts: Stretches, here: Array, way: Array, body: CuttingBody, tree: TriangleTree
 ) -> None:
     """Halve parts of ways while a gouge may hide in them; writes the deepest places into `way`."""
-    limit = min(ways.subject.tolerances.gouge, ways.subject.tolerances.chord_gouge)
+    limit = min(ways.subject.tolerances.row_gouge, ways.subject.tolerances.chord_gouge)
     parts = open_parts
 
     def measure(row: IntArray, share: Array, floors: Array) -> Array:
@@ -293,7 +295,7 @@ def _sink_enclosed(
     The cutter can't cross the surface without touching it, so all locations of a run without touch lie on the
     same side, and one of them tells for all.
     """
-    tolerance = subject.tolerances.gouge
+    tolerance = subject.tolerances.row_gouge
     hearts = subject.tip + body.heart * subject.axis
     free = np.isfinite(here) & (here <= tolerance)
     joined = free[1:] & free[:-1] & (way[1:] <= tolerance)
@@ -303,15 +305,3 @@ def _sink_enclosed(
     sunk = np.flatnonzero(free)[inside[run[free]]]
     # The distance to the surface adds to the radius instead of making room.
     here[sunk] = body.radius + tree.distances(hearts[sunk])
-
-
-def _gouge_left_out(reason: str) -> Result:
-    return Result(
-        code="gouge",
-        severity=Severity.ERROR,
-        rows=np.empty(0, dtype=np.int64),
-        values=np.empty(0),
-        message=str,
-        figures={"gouge_depth_mm": None},
-        not_checked=(f"gouges: {reason}",),
-    )

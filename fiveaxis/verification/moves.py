@@ -10,7 +10,7 @@ from fiveaxis.findings import Severity
 from fiveaxis.geometry import Array
 from fiveaxis.verification.checks import largest
 from fiveaxis.verification.model import tool_poses
-from fiveaxis.verification.report import Result
+from fiveaxis.verification.report import Result, left_out
 from fiveaxis.verification.subject import Subject
 
 # Where within a block the ball's deviation from its chord is measured, as shares of the block.
@@ -54,13 +54,21 @@ def _largest_share(needed: Array, given: Array) -> float | None:
     return largest(needed[lasting] / given[lasting])
 
 
-def check_deviation(subject: Subject) -> Result:
+def check_deviation(subject: Subject, severity: Severity | None) -> Result:
     """Measure how far the ball centre leaves its chord when all axes move linearly in time.
 
     A control with tool centre point programming keeps the centre on the chord; one without doesn't, and this
     is what it cuts too deep or leaves.
+
+    Parameters
+    ----------
+    subject : the motion
+    severity : of leaving it; None where blocks are inserted between the rows, so that only the figure counts
     """
     deviation = chord_deviations(subject)
+    figures = {"tip_deviation_mm": largest(deviation)}
+    if severity is None:
+        return left_out("tip-deviation", figures)
     limit = subject.tolerances.deviation
     rows = np.flatnonzero(deviation > limit)
 
@@ -73,11 +81,11 @@ def check_deviation(subject: Subject) -> Result:
 
     return Result(
         code="tip-deviation",
-        severity=Severity.WARNING,
+        severity=severity,
         rows=rows,
         values=deviation[rows],
         message=message,
-        figures={"tip_deviation_mm": largest(deviation)},
+        figures=figures,
         checked=("way of the tool's centre within each cutting block, if the control has no TCP",),
     )
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -14,6 +14,11 @@ from fiveaxis.motion import Motion
 from fiveaxis.toolpath import Toolpath
 from fiveaxis.verification.asked import Asked
 from fiveaxis.verification.model import tool_poses
+
+# mm: how deep a cutter may reach into the part before that is a gouge.
+GOUGE_TOLERANCE = 0.01
+# mm: how far a curve may be from the chords that stand for it, in a path and in the mesh of its part.
+CHORD_ERROR = 0.01
 
 
 @dataclass(frozen=True)
@@ -31,8 +36,14 @@ class Tolerances:
     deviation : mm, of the ball centre from the chord in a block that moves all axes linearly
     time : relative, of a block's duration against the axes' highest speeds
     acceleration : relative, of a change of speed against the axes' highest accelerations
-    gouge : mm, how deep the ball may reach into the part at a location
-    chord_gouge : mm, the same within a move, which is the chord of a curve
+    gouge : mm, the gouge tolerance: how deep the cutter may reach into the part at a location
+    row_allowance : mm, more than that at rows that aren't locations but lie on chords of the path
+    chord_allowance : mm, more than that within a move, which is the chord of a curve
+
+    Raises
+    ------
+    SettingError
+        A gouge tolerance that isn't a finite number above 0.
     """
 
     length: float = 1e-6
@@ -44,8 +55,37 @@ class Tolerances:
     deviation: float = 0.01
     time: float = 1e-6
     acceleration: float = 1e-3
-    gouge: float = 0.01
-    chord_gouge: float = 0.02
+    gouge: float = GOUGE_TOLERANCE
+    row_allowance: float = 0.0
+    chord_allowance: float = CHORD_ERROR
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.gouge) and self.gouge > 0.0):
+            raise SettingError(f"gouge_tolerance is {self.gouge:g} mm; it must be a finite number above 0 mm")
+
+    @property
+    def row_gouge(self) -> float:
+        """How deep the cutter may reach into the part at a row, mm."""
+        return self.gouge + self.row_allowance
+
+    @property
+    def chord_gouge(self) -> float:
+        """How deep it may reach within a move, mm: by default `CHORD_ERROR` more than at a location."""
+        return self.gouge + self.chord_allowance
+
+    def with_gouge(self, depth: float) -> Tolerances:
+        """Take another gouge tolerance, mm; what rows and chords may have more stays.
+
+        Raises
+        ------
+        SettingError
+            No finite depth above 0; these tolerances have one of their own already.
+        """
+        if depth != self.gouge and self.gouge != GOUGE_TOLERANCE:
+            raise SettingError(
+                f"gouge_tolerance is {depth:g} mm and tolerances.gouge {self.gouge:g} mm; give one of them"
+            )
+        return replace(self, gouge=depth)
 
 
 DEFAULT_TOLERANCES = Tolerances()

@@ -19,7 +19,7 @@ from fiveaxis.verification.collisions import check_collisions
 from fiveaxis.verification.moves import check_deviation, check_speeds
 from fiveaxis.verification.rates import KINDS, check_accelerations
 from fiveaxis.verification.report import Report, make_report
-from fiveaxis.verification.subject import DEFAULT_TOLERANCES, Tolerances, make_subject
+from fiveaxis.verification.subject import DEFAULT_TOLERANCES, GOUGE_TOLERANCE, Tolerances, make_subject
 from fiveaxis.verification.turns import check_hold, check_jumps, check_singular, check_turn_rate
 
 if TYPE_CHECKING:
@@ -55,6 +55,7 @@ def verify(
     part: str | Path | trimesh.Trimesh | None = None,
     surroundings: Surroundings | None = None,
     between: Between | Ways | None = None,
+    gouge_tolerance: float = GOUGE_TOLERANCE,
     tolerances: Tolerances = DEFAULT_TOLERANCES,
 ) -> Report:
     """Check a motion against its machine, its path and what was asked for, with kinematics of its own.
@@ -84,20 +85,26 @@ def verify(
         ``led``, the tool led straight, as tool centre point control does. By default gouges are looked for
         on the way that is led, in links on both, and collisions on that of the axes; the report says on
         which way what was checked, and a program that takes another one says so
-    tolerances : from where on a difference is a finding
+    gouge_tolerance : mm, how deep the cutter may reach into the part at a location; within a move it may
+        reach 0.01 mm deeper, as the move is the chord of a curve
+    tolerances : from where on any other difference is a finding
 
     Returns
     -------
     Findings with the codes ``not-finite``, ``axis-limit``, ``contact-error``, ``tilt``, ``held-axis``,
     ``jump``, ``turn-rate``, ``speed``, ``gouge``, ``…-collision`` of shank, holder, fixture and machine
-    (errors), ``singular-turn``, ``rotary-acceleration``, ``linear-acceleration``, ``…-clearance`` and
-    ``tip-deviation`` (warnings: a control slows down, bodies come near, or the program needs a table of its
-    own), and the worst figure of every check.
+    (errors), ``singular-turn``, ``rotary-acceleration``, ``linear-acceleration``, ``…-clearance`` (warnings:
+    a control slows down, or bodies come near), ``tip-deviation``, and the worst figure of every check.
+
+    ``tip-deviation``, moves in which the tool's centre leaves its chord if all axes run linearly, is an error
+    with `between` ``axes``. Else it is a note, as tool centre point control or inserted blocks keep the tool
+    on its path; `write_program` refuses blocks of axis words for a motion with such a note.
 
     Raises
     ------
     SettingError
-        Both tilt and cone; a bad range, bound or way; a motion of other axes than the machine's.
+        Both tilt and cone; a bad range, bound or way; a gouge tolerance that isn't a finite number above 0; a
+        motion of other axes than the machine's.
     ToolpathError
         A motion of another length than the path; a path without the direction that tilt or cone refers to.
     MeshError
@@ -123,7 +130,8 @@ def verify(
     )
     around = surroundings or Surroundings.load(part)
     ways = Ways.asked(between)
-    return examine(motion, machine, toolpath, asked, surroundings=around, tolerances=tolerances, ways=ways)
+    allowed = tolerances.with_gouge(gouge_tolerance)
+    return examine(motion, machine, toolpath, asked, surroundings=around, tolerances=allowed, ways=ways)
 
 
 def examine(
@@ -170,7 +178,7 @@ def examine(
         check_singular(subject),
         check_speeds(subject),
         *changes,
-        check_deviation(subject),
+        check_deviation(subject, ways.of_deviation),
         check_gouges(subject, around.part, ways),
         *check_collisions(subject, around, led=TIP if ways.collisions == "led" else None),
     )

@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fiveaxis.findings import Finding
+from fiveaxis.findings import Finding, group_findings
 from fiveaxis.viewer.colours import VIRIDIS
 from fiveaxis.viewer.marks import when_shown
 from fiveaxis.viewer.scene import Scene
@@ -17,8 +17,6 @@ from fiveaxis.viewer.sides import Side
 if TYPE_CHECKING:
     from fiveaxis.posture.solution import Solution
 
-# More findings than this are counted, not listed: the report has them all.
-MOST_LISTED = 100
 # Marks the box of what is shown a second time beside the baseline.
 COPIED = ' data-copied="yes"'
 # Speeds of the show to choose from, of the programmed one.
@@ -129,26 +127,22 @@ def _scale(top: float) -> list[str]:
     ]
 
 
-def _said(finding: Finding) -> str:
-    """Say a finding without the folder of its file: a page is passed on."""
-    place = finding.place
-    file = None if place.file is None else Path(place.file).name
-    return str(replace(finding, place=replace(place, file=file)))
+def _portable(finding: Finding) -> Finding:
+    """Name a finding's file without its folder: a page is passed on."""
+    file = finding.place.file
+    return finding if file is None else replace(finding, place=replace(finding.place, file=Path(file).name))
 
 
 def _listed(findings: Sequence[Finding], scene: Scene) -> list[str]:
-    """List findings; one with a location is a button that takes the show there."""
+    """List findings by cause; one with a location is a button that takes the show to the worst."""
     if not findings:
         return []
     entries = []
-    for finding in findings[:MOST_LISTED]:
-        time = when_shown(finding, scene.sides[0])
+    for cause in group_findings(map(_portable, findings)):
+        time = when_shown(cause.worst, scene.sides[0])
         when = "" if time is None else f' data-time="{time:.3f}"'
         entries.append(
-            f'<button type="button" class="{finding.severity}"{when}>{html.escape(_said(finding))}</button>'
+            f'<button type="button" class="{cause.severity}"{when}>{html.escape(str(cause))}</button>'
         )
-    more = len(findings) - len(entries)
-    if more > 0:
-        entries.append(f"<p>and {more} more, which the report lists</p>")
     inside = "\n".join(entries)
     return [f'<details id="findings"><summary>{len(findings)} findings</summary>\n{inside}</details>']

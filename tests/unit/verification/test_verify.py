@@ -12,7 +12,7 @@ from fiveaxis.kinematics import rotary_angles, tool_poses
 from fiveaxis.machine import Axis, Limits, Machine
 from fiveaxis.motion import Motion, follow
 from fiveaxis.toolpath import MoveKind, Tool, Toolpath
-from fiveaxis.verification import Report, Tolerances, verify
+from fiveaxis.verification import Report, Tolerances, Ways, verify
 
 TILT = (15.0, 75.0)
 ROW = 100
@@ -223,8 +223,15 @@ def test_the_deviation_of_a_rotating_block_is_the_sagitta_of_its_arc(hayashi):
     sagitta = 50.0 * (1.0 - np.cos(turn / 2.0))
     assert report.figures["tip_deviation_mm"] == pytest.approx(sagitta, rel=1e-9)
     assert report.counts == {"tip-deviation": 1}
-    assert report.findings[0].severity is Severity.WARNING
+    assert report.findings[0].severity is Severity.NOTE
     assert report.ok
+    blocks = verify(motion, hayashi, path, between="axes")
+    assert blocks.findings[0].severity is Severity.ERROR
+    assert not blocks.ok
+    # A program that inserts blocks there is checked by itself: of the locations only the figure counts.
+    inserted = verify(motion, hayashi, path, between=Ways("led", "axes"))
+    assert inserted.findings == ()
+    assert inserted.figures == report.figures
 
 
 def test_what_was_not_checked_is_said(good, hayashi, ring):
