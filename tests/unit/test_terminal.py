@@ -17,11 +17,16 @@ def test_brackets_in_help_are_no_markup():
     assert "TOML with [[fixture]] and [clearance]" in text
 
 
-def test_of_many_places_the_first_are_printed_and_json_lists_all(capsys):
+def test_many_places_of_one_cause_are_one_line_and_json_lists_all(capsys):
     places = [Finding(Severity.ERROR, "no-posture", "why", Place(location=i)) for i in range(300)]
     with pytest.raises(typer.Exit), errors_explained(True):
         raise Infeasible("300 of 300 locations", places)
     said = capsys.readouterr()
-    assert len(said.err.splitlines()) == 22
-    assert "and 280 more places; --json lists all 300" in said.err
-    assert len(json.loads(said.out)["findings"]) == 300
+    assert said.err.splitlines() == [
+        "error: 300 of 300 locations",
+        "error: no-posture (300): why, first at location 0 [no-posture]",
+        "--json lists all 300 findings",
+    ]
+    document = json.loads(said.out)
+    assert len(document["findings"]) == 300
+    assert [cause["count"] for cause in document["summary"]] == [300]

@@ -15,6 +15,7 @@ from typing import Any
 import pytest
 
 from fiveaxis.errors import FiveAxisError
+from fiveaxis.findings import Finding, Place, Severity, group_findings
 from fiveaxis.job import Job
 
 POINTS = "x,y,z,nx,ny,nz\n0,0,0,0,0,1\n1,0,0,0,0,1\n"
@@ -96,12 +97,13 @@ class Pretended:
         joules = 1000.0 + sum(job.setup.offset)
         spent = {"total": joules, "power_integral": 2.0 * joules, "base": None, "time": 9.5}
         sound = job.input.name not in self.unsound
+        (limit,) = group_findings([Finding(Severity.ERROR, "axis-limit", "A is too far", Place(1))])
         document = {
             "locations": 2,
             "energy": spent,
             "baselines": {"normal": {"total": 2000.0}},
             "savings": {"normal": {"travel_metric": 1.0 - joules / 2000.0}},
-            "findings": [] if sound else [{"severity": "error"}],
+            "summary": [] if sound else [limit.as_dict()],
             "verification": {"counts": {} if sound else {"axis-limit": 1}},
         }
         return SimpleNamespace(job=job, document=document, gate=SimpleNamespace(is_open=sound))

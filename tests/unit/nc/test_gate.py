@@ -60,8 +60,9 @@ def test_an_error_leaves_no_file(motion, hayashi, tmp_path, code):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_blocks_that_leave_their_way_are_kept_back_though_it_is_a_warning(motion, hayashi):
-    told = found("tip-deviation", severity=Severity.WARNING)
+@pytest.mark.parametrize("severity", [Severity.NOTE, Severity.WARNING])
+def test_blocks_that_leave_their_way_are_kept_back_though_it_is_no_error(motion, hayashi, severity):
+    told = found("tip-deviation", severity=severity)
     with pytest.raises(Unverified, match="tip-deviation"):
         compose_program(motion, machine=hayashi, report=told)
     assert "verification: no errors" in comments(
@@ -69,8 +70,9 @@ def test_blocks_that_leave_their_way_are_kept_back_though_it_is_a_warning(motion
     )
 
 
-def test_blocks_of_the_tip_are_led_by_the_control(motion, trunnion):
-    told = found("tip-deviation", severity=Severity.WARNING)
+@pytest.mark.parametrize("severity", Severity)
+def test_blocks_of_the_tip_are_led_by_the_control(motion, trunnion, severity):
+    told = found("tip-deviation", severity=severity)
     with pytest.raises(Unverified, match="tip-deviation"):
         compose_program(motion, machine=trunnion, report=told)
     for override in ((), ("tip-deviation",)):

@@ -23,6 +23,7 @@ KEYS = [
     "savings",
     "bound",
     "optima",
+    "summary",
     "findings",
     "verification",
     "program",

@@ -12,7 +12,7 @@ from fiveaxis.kinematics import rotary_angles, tool_poses
 from fiveaxis.machine import Axis, Limits, Machine
 from fiveaxis.motion import Motion, follow
 from fiveaxis.toolpath import MoveKind, Tool, Toolpath
-from fiveaxis.verification import Report, Tolerances, verify
+from fiveaxis.verification import Report, Tolerances, Ways, verify
 
 TILT = (15.0, 75.0)
 ROW = 100
@@ -223,8 +223,15 @@ def test_the_deviation_of_a_rotating_block_is_the_sagitta_of_its_arc(hayashi):
     sagitta = 50.0 * (1.0 - np.cos(turn / 2.0))
     assert report.figures["tip_deviation_mm"] == pytest.approx(sagitta, rel=1e-9)
     assert report.counts == {"tip-deviation": 1}
-    assert report.findings[0].severity is Severity.WARNING
+    assert report.findings[0].severity is Severity.NOTE
     assert report.ok
+    blocks = verify(motion, hayashi, path, between="axes")
+    assert blocks.findings[0].severity is Severity.ERROR
+    assert not blocks.ok
+    # A program that inserts blocks there is checked by itself: of the locations only the figure counts.
+    inserted = verify(motion, hayashi, path, between=Ways("led", "axes"))
+    assert inserted.findings == ()
+    assert inserted.figures == report.figures
 
 
 def test_what_was_not_checked_is_said(good, hayashi, ring):
@@ -243,7 +250,7 @@ def test_what_was_not_checked_is_said(good, hayashi, ring):
     assert report.figures["gouge_depth_mm"] is None
 
 
-def test_the_worst_thousand_are_listed_and_all_are_counted(hayashi):
+def test_the_worst_thousand_and_the_first_are_listed_and_all_are_counted(hayashi):
     n = 1500
     path = Toolpath.from_tips(
         np.zeros((n, 3)), [[0.0, 0.0, 1.0]] * n, Tool.ball(10.0), source=np.arange(1, n + 1), name="long"
@@ -252,9 +259,11 @@ def test_the_worst_thousand_are_listed_and_all_are_counted(hayashi):
     slipped = shifted(motion, hayashi, "X", np.arange(n) * 1e-6 + 2e-6, rows=slice(None))
     report = verify(slipped, hayashi, path)
     assert report.counts == {"contact-error": n}
-    assert errors(report)["contact-error"] == list(range(500, n))
+    assert errors(report)["contact-error"] == [0, *range(501, n)]
     assert report.findings[0].place.file == "long"
-    assert report.findings[0].place.line == 501
+    assert report.findings[0].place.line == 1
+    (cause,) = report.summary()
+    assert (cause.count, cause.worst.place.location, cause.first.location) == (n, n - 1, 0)
 
 
 def test_findings_come_errors_first_then_along_the_path(good, hayashi, ring):
@@ -263,7 +272,7 @@ def test_findings_come_errors_first_then_along_the_path(good, hayashi, ring):
     keys = [(f.severity, f.place.location) for f in verify(broken, hayashi, ring).findings]
     order = list(Severity)
     assert keys == sorted(keys, key=lambda k: (order.index(k[0]), k[1]))
-    assert {s for s, _ in keys} == {Severity.ERROR, Severity.WARNING}
+    assert {s for s, _ in keys} == {Severity.ERROR, Severity.NOTE}
 
 
 def test_a_motion_of_another_length_is_refused(good, hayashi, ring):
@@ -291,7 +300,7 @@ def test_the_report_is_plain_data_and_the_same_each_time(good, hayashi, ring):
     }
     assert len(texts) == 1
     document = json.loads(texts.pop())
-    assert list(document) == ["ok", "findings", "counts", "figures", "checked", "not_checked"]
+    assert list(document) == ["ok", "summary", "findings", "counts", "figures", "checked", "not_checked"]
 
 
 def test_axes_without_limits_are_not_measured_against_any(good, ring):

@@ -14,6 +14,9 @@ tool = "tool.toml"
 tilt = [10, 70]
 effort = "quick"
 stock = "stock.stl"
+keep_clear = false
+[clearance]
+holder = 40
 [[fixture]]
 name = "left <clamp>"
 box = {size = [10, 10, 10], center = [-60, 0, 0]}
@@ -45,7 +48,7 @@ def test_a_jobs_preview_shows_stock_fixtures_and_findings(tmp_path):
     write_outcome(outcome, tmp_path / "out")
     page = (tmp_path / "out" / "preview.html").read_text(encoding="utf-8")
     around, findings = load_surroundings(outcome.job), outcome.verdict.findings
-    assert findings, "twelve locations on a bow leave their chords"
+    assert findings, "the holder comes nearer to the stock than its clearance"
     assert page == render_page(outcome.solution, surroundings=around, findings=findings)
     assert "fixtures: left &lt;clamp&gt;" in page
     assert 'value="stock"' in page

@@ -19,7 +19,7 @@ from fiveaxis.motion import follow
 from fiveaxis.posture.solution import Baseline, Solution
 from fiveaxis.toolpath import Tool, Toolpath, tilt_bounds
 from fiveaxis.viewer import render_page, write_preview
-from fiveaxis.viewer.legend import MOST_LISTED, make_controls
+from fiveaxis.viewer.legend import make_controls
 
 LARGEST = 15e6  # byte, for 100 000 locations
 
@@ -82,22 +82,27 @@ def test_findings_are_listed_with_their_file_but_not_its_folder(solution):
     entry = re.search(r'<button type="button" class="warning" data-time="([0-9.]+)">([^<]*)</button>', page)
     assert entry is not None
     assert float(entry[1]) == pytest.approx(solution.motion.time[:8].sum(), abs=1e-3)
-    assert entry[2] == "a.nc:12, location 7: too quick [feed-over]"
+    assert entry[2] == "warning: feed-over (1): too quick, at a.nc:12, location 7 [feed-over]"
     assert "/some/folder" not in page
 
 
 def test_a_finding_of_the_whole_path_is_listed_and_has_no_mark(solution):
     findings = [Finding(Severity.NOTE, "no-engagement", "not known")]
     page = render_page(solution, findings=findings)
-    assert '<button type="button" class="note">not known [no-engagement]</button>' in page
+    assert (
+        '<button type="button" class="note">note: no-engagement (1): not known [no-engagement]</button>'
+        in page
+    )
     assert 'value="after/marks"' not in page
 
 
-def test_more_findings_than_fit_are_counted(solution):
-    findings = [Finding(Severity.WARNING, "feed-over", f"no {i}", Place(i % 200)) for i in range(150)]
+def test_findings_of_one_cause_are_one_entry_that_leads_to_the_worst(solution):
+    findings = [Finding(Severity.WARNING, "feed-over", f"no {i}", Place(i), i % 7) for i in range(150)]
     page = render_page(solution, findings=findings)
-    assert page.count('class="warning"') == MOST_LISTED
-    assert f"and {150 - MOST_LISTED} more" in page
+    (entry,) = re.findall(r'<button type="button" class="warning" data-time="([0-9.]+)">([^<]*)<', page)
+    assert float(entry[0]) == pytest.approx(solution.motion.time[:7].sum(), abs=1e-3)
+    assert entry[1].startswith("warning: feed-over (150): no 6, worst at location 6; first at location 0")
+    assert "<summary>150 findings</summary>" in page
 
 
 def test_the_legend_says_what_both_postures_cost(page, solution):

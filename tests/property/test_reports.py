@@ -1,0 +1,146 @@
+"""Laws of `Report.merge`: the order of reports, and how often one comes, decide nothing."""
+
+from collections import Counter
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fiveaxis.errors import SettingError
+from fiveaxis.findings import Finding, Place, Severity
+from fiveaxis.verification.report import APPROACH, PATH, READING, Check, Gap, Report
+
+CODES = ("tilt", "gouge", "axis-limit")
+ROWS = (PATH, APPROACH, READING)
+FIGURES = ("tilt_min_deg", "gouge_depth_mm", "limit_overrun_mm")
+
+checks = st.builds(Check, st.sampled_from(CODES), st.sampled_from(ROWS))
+places = st.builds(
+    Place,
+    location=st.none() | st.integers(0, 4),
+    line=st.none() | st.integers(1, 3),
+    file=st.none() | st.sampled_from(["a.nc", "b.nc"]),
+)
+findings = st.builds(
+    Finding,
+    st.sampled_from(Severity),
+    st.sampled_from(CODES),
+    st.sampled_from(["too far", "too deep"]),
+    places,
+    st.none() | st.floats(-9.0, 9.0),
+)
+ways = st.none() | st.lists(st.sampled_from(["axes", "led"]), unique=True).map(lambda w: tuple(sorted(w)))
+sentences = st.lists(st.sampled_from(["limits", "tilt", "gouges", "speed"]), unique=True).map(tuple)
+
+
+def gaps(made: dict[Check, int]) -> st.SearchStrategy[tuple[Gap, ...]]:
+    """What a report may leave open: no check that it made."""
+    open_checks = st.none() | checks.filter(lambda check: check not in made)
+    gap = st.builds(Gap, st.sampled_from(["no mesh", "no range", "no speed"]), open_checks)
+    return st.lists(gap, unique=True).map(tuple)
+
+
+@st.composite
+def reports(draw: st.DrawFn) -> Report:
+    found = draw(st.lists(findings, max_size=5))
+    listed = Report.of_findings(found, draw(st.sampled_from(ROWS)))
+    more = draw(st.dictionaries(checks, st.integers(0, 9), max_size=4))
+    made = dict(Counter(listed.checks) | Counter(more)) | {c: 0 for c in more if not more[c]} | listed.checks
+    return Report(
+        findings=listed.findings,
+        checks=made,
+        figures=draw(st.dictionaries(st.sampled_from(FIGURES), st.none() | st.floats(-9.0, 9.0))),
+        checked=draw(sentences),
+        gaps=draw(gaps(made)),
+        about=draw(st.sampled_from([None, "digest"])),
+        gouges_between=draw(ways),
+        collisions_between=draw(ways),
+        lead_in=draw(st.sampled_from([None, (0.0, 5.0)])),
+        lead_out=draw(st.sampled_from([None, (0.0, 0.0)])),
+    )
+
+
+def unordered(report: Report) -> tuple[object, ...]:
+    """A report without the order of its sentences; dictionaries are compared without theirs."""
+    return (
+        report.findings,
+        report.checks,
+        report.figures,
+        set(report.checked),
+        set(report.gaps),
+        *(report.about, report.gouges_between, report.collisions_between, report.lead_in, report.lead_out),
+    )
+
+
+@given(reports(), reports(), reports())
+def test_merging_is_associative(a, b, c):
+    assert a.merge(b).merge(c) == a.merge(b.merge(c)) == a.merge(b, c)
+
+
+@given(reports(), reports())
+def test_merging_is_commutative_but_for_the_order_of_sentences(a, b):
+    assert unordered(a.merge(b)) == unordered(b.merge(a))
+    assert a.merge(b).counts == b.merge(a).counts
+
+
+@given(reports(), reports())
+def test_a_report_that_comes_twice_counts_once(a, b):
+    assert a.merge(a) == a
+    both = a.merge(b)
+    assert both.merge(a) == both == both.merge(b)
+
+
+@given(reports(), reports())
+def test_no_error_and_no_count_is_lost(a, b):
+    both = a.merge(b)
+    said = {(f.code, f.place, f.message) for f in both.findings if f.severity is Severity.ERROR}
+    for report in (a, b):
+        assert {(f.code, f.place, f.message) for f in report.findings if f.severity is Severity.ERROR} <= said
+        assert all(both.counts[code] >= count for code, count in report.counts.items())
+    assert both.ok == (a.ok and b.ok)
+
+
+@given(reports(), reports())
+def test_a_joint_report_is_no_better_than_any_of_its_parts(a, b):
+    both = a.merge(b)
+    for report in (a, b):
+        for name, value in report.figures.items():
+            if value is not None:
+                worse = min if name == "tilt_min_deg" else max
+                assert both.figures[name] == worse(both.figures[name], value)
+        assert set(report.checked) <= set(both.checked)
+        assert {gap for gap in report.gaps if gap.settled_by not in both.checks} <= set(both.gaps)
+
+
+@given(reports(), reports())
+def test_what_one_of_them_checked_is_not_left_open(a, b):
+    both = a.merge(b)
+    assert all(gap.settled_by not in both.checks for gap in both.gaps)
+
+
+@given(reports(), st.integers(1, 9), st.integers(1, 9))
+def test_one_check_on_the_same_rows_counts_once_and_on_others_adds_up(a, one, two):
+    def of(rows: str, count: int) -> Report:
+        found = [Finding(Severity.ERROR, "jump", "a fact", Place(1))]
+        return Report.of_findings(found, rows, {"jump": count})
+
+    same, other = a.merge(of(PATH, one), of(PATH, two)), a.merge(of(PATH, one), of(APPROACH, two))
+    assert same.counts["jump"] == max(one, two)
+    assert other.counts["jump"] == one + two
+
+
+@pytest.mark.parametrize(
+    ("field", "one", "two", "text"),
+    [
+        ("about", "abc", "def", "different motions"),
+        ("lead_in", (0.0, 5.0), (5.0, 0.0), "different lead-ins"),
+        ("lead_out", (0.0, 5.0), (5.0, 0.0), "different lead-outs"),
+    ],
+)
+def test_reports_that_contradict_each_other_are_refused(field, one, two, text):
+    def of(value: object) -> Report:
+        return Report((), {}, {}, (), (), **{field: value})
+
+    with pytest.raises(SettingError, match=text):
+        of(one).merge(of(two))
+    assert getattr(of(one).merge(of(None)), field) == one
