@@ -91,8 +91,8 @@ class Asked:
     def between(self, row: Array) -> Asked:
         """Return the bounds for a path with inserted locations.
 
-        What a bound refers to (a normal, a programmed axis) turns evenly from one location to the next. Within
-        a link or a rapid move nothing binds.
+        What a bound refers to (a normal, a programmed axis) turns evenly from one location to the next.
+        Within a link or a rapid move nothing binds.
 
         Parameters
         ----------

@@ -17,7 +17,7 @@ RAPIDS = slice(5, 8)
 
 @pytest.fixture(scope="module")
 def path() -> Toolpath:
-    """Two cuts of five locations whose programmed axes are 70 deg apart; the rapid between names the first's."""
+    """Two cuts of five locations, and rapid moves between their axes, which are 70 deg apart."""
     along = np.arange(5.0)[:, None] * [[1.0, 0.0, 0.0]]
     first, second = [-20.0, -30.0, 0.0], [10.0, 30.0, 0.0]
     lift = [0.0, 0.0, 40.0]
