@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -20,10 +20,16 @@ from fiveaxis.collision.tightened import Ask, Tightened
 from fiveaxis.errors import Infeasible
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import IntArray
+from fiveaxis.job.replanning import Solve, replanning
+from fiveaxis.job.solution import Solution
 from fiveaxis.machine import Machine
-from fiveaxis.posture import Solution
+from fiveaxis.posture import Budget, Tightening
+from fiveaxis.posture import Solution as Postures
 from fiveaxis.posture import optimise as optimise_postures
-from fiveaxis.toolpath import Toolpath, for_tilt, tilt_bounds
+from fiveaxis.posture.mask import MaskFunction
+from fiveaxis.posture.portfolio import Progress
+from fiveaxis.toolpath import Constraints, Toolpath, for_tilt, tilt_bounds
+from fiveaxis.toolpath.passes import Passes
 from fiveaxis.verification import Asked
 from fiveaxis.verification.collisions import check_collisions
 from fiveaxis.verification.gouging import check_gouge
@@ -49,9 +55,6 @@ logger = logging.getLogger(__name__)
 # How often a path that collides on the way is tightened there and searched again.
 ROUNDS = 3
 
-# Solves a path with a mask or None; with free starts, for which there is no mask, where the last says so.
-Solve = Callable[[Toolpath, Any, bool], Solution]
-
 
 @dataclass(frozen=True, eq=False)
 class Cleared:
@@ -65,7 +68,7 @@ class Cleared:
     rounds : how often it was tightened and searched again
     """
 
-    solution: Solution
+    solution: Postures
     admits: Accessibility | None
     rounds: int
 
@@ -74,26 +77,78 @@ def optimise(
     toolpath: Toolpath,
     machine: Machine,
     *,
+    tilt: tuple[float, float] | None = None,
+    cone: float | None = None,
+    lead: tuple[float, float] | None = None,
+    lean: tuple[float, float] | None = None,
+    plane: tuple[float, float, float] | None = None,
+    hold: Mapping[str, float] | None = None,
     part: str | Path | trimesh.Trimesh | None = None,
     stock: str | Path | trimesh.Trimesh | None = None,
     fixtures: tuple[Fixture, ...] = (),
     clearances: Clearances | None = None,
-    **options: Any,
+    mask: MaskFunction | None = None,
+    up_penalty: float = 0.0,
+    max_turn: float | None = 15.0,
+    turn_rate: float | None = None,
+    smoothing: float = 0.0,
+    time_price: float | None = None,
+    singular_cone: float | None = None,
+    singular_rate: float = 0.0,
+    free_start: bool | Passes = False,
+    free_direction: bool = False,
+    effort: str = "normal",
+    budget: Budget | None = None,
+    progress: Progress | None = None,
 ) -> Solution:
     """Choose the rotary angles of every cutter location so that the feed drives spend the least energy.
 
     With a part, stock or fixtures, or bodies of the machine, postures in which cutter, shank, holder or
     spindle come too near to them are left out. What collides all the same, between locations or with what
     only the axis values tell, is refused and the path searched again, at most `ROUNDS` times; `verify` names
-    what is left.
+    what is left. Where the program's motion would lean the tool out of its bounds between two locations, or
+    take an axis past its travel, bounds are drawn in there and the path is solved again
+    (`fiveaxis.job.replanning`).
 
     Parameters
     ----------
     toolpath, machine : the path, and the machine with its bodies
+    tilt : smallest and largest angle between tool axis and surface normal, **degrees**
+    cone : largest angle between tool axis and programmed axis, **degrees**, in place of `tilt`
+    lead, lean : smallest and largest angle, **degrees**, by which the tool is tipped forwards into the feed,
+        seen from the side, and to its left, seen along it (`fiveaxis.toolpath.lead_lean`); beside the others
+        or alone
+    plane : a vector, workpiece frame, at right angles to a plane that the tool axis stays in; beside
+        the others
+    hold : rotary axes that stay at an angle, **degrees** by letter: one for 4-axis machining, both for 3+2
     part, stock : meshes in mm, workpiece frame, or their files
     fixtures : clamps and vices, workpiece frame
     clearances : mm, by kind of body
-    options : of `fiveaxis.posture.optimise`: ``tilt``, ``cone``, ``effort``…
+    mask : beside what is kept clear of: tells for locations (m,) and rotary angles (m, 2), rad, chain order,
+        which are admissible, (m,) bool (`fiveaxis.posture.mask`); asked only about what a search is going to
+        use. Where a rotary axis is rewound it holds at the locations of the path, and not on the link off the
+        part and back
+    up_penalty : J/mm, extra price of the machine's Z moving up
+    max_turn : largest turn of a rotary axis in one cutting move, **degrees**; None for no bound. Without one
+        the travel metric, which knows no rates and sees locations only, hops over inadmissible postures from
+        one location to the next, which a control driving the axes would not. Links turn three times as far,
+        and farther only where there is no other way
+    turn_rate : largest turn of a rotary axis over the way of the contact in cutting moves, **deg/mm**
+    smoothing : J/rad², price μ of ‖Δρ‖² in each move: dearer travel for a steadier posture
+    time_price : W, of time that a posture costs beyond the programmed feed's, where an axis would have to be
+        faster than its highest speed; by default the machine's base power, 0 where that is unknown
+    singular_cone : half angle, **degrees**, of a cone about the direction of the first rotary axis: while the
+        tool axis passes it in a cut, that axis is held, or turns at most by `singular_rate`. What can't be
+        held is told by a finding
+    singular_rate : **deg/mm** over the way of the contact
+    free_start : whether closed passes may begin elsewhere (`fiveaxis.posture.passes`); the solution's path
+        then has them in another order. Those that are reached by links do so only if the path's `Plan.passes`
+        (`fiveaxis.contour.plan_passes`), which know how to lay other links, are given in place of True
+    free_direction : whether those may also be followed backwards: climb milling turns to conventional there
+    effort : ``quick``, ``normal`` or ``thorough``: how much is done, with what that promises in
+        `fiveaxis.posture.budget.EFFORTS`
+    budget : how much may be done, in place of an effort
+    progress : called with a stage's name, steps done and steps in all
 
     Raises
     ------
@@ -104,14 +159,28 @@ def optimise(
     FiveAxisError
         As `fiveaxis.posture.optimise`.
     """
+    constraints = Constraints(
+        tilt, cone, lead, lean, plane, hold, max_turn, turn_rate, singular_cone, singular_rate
+    )
+    options: dict[str, Any] = constraints.options | {
+        "up_penalty": up_penalty,
+        "smoothing": smoothing,
+        "time_price": time_price,
+        "free_start": free_start,
+        "free_direction": free_direction,
+        "effort": effort,
+        "budget": budget,
+        "progress": progress,
+    }
     around = Surroundings.load(part, stock, fixtures, clearances)
 
-    asked = {name: value for name, value in options.items() if name != "mask"}
+    def solve(path: Toolpath, own: MaskFunction | None, free: bool, within: Tightening | None) -> Postures:
+        asked = options if free else without_starts(options)
+        return optimise_postures(path, machine, mask=own, tightened=within, **asked)
 
-    def solve(path: Toolpath, mask: Any, free: bool) -> Solution:
-        return optimise_postures(path, machine, mask=mask, **(asked if free else without_starts(asked)))
-
-    return keep_clear(solve, toolpath, machine, around, options).solution
+    planned = replanning(solve, options)
+    found = keep_clear(planned, toolpath, machine, around, options | {"mask": mask}).solution
+    return Solution.of(found, constraints, around)
 
 
 def without_starts(options: Mapping[str, Any]) -> dict[str, Any]:
@@ -200,7 +269,7 @@ def _kept(
     return Cleared(best, _with_its_rows(admits, best), rounds)
 
 
-def _with_its_rows(admits: Accessibility | None, solution: Solution) -> Accessibility | None:
+def _with_its_rows(admits: Accessibility | None, solution: Postures) -> Accessibility | None:
     """Give the mask if a solution's locations are those that it was made for."""
     own = admits is not None and len(admits.toolpath) == len(solution.toolpath)
     return admits if own else None
@@ -236,7 +305,7 @@ def _without_mask(text: str) -> str:
     return text
 
 
-def colliding_rows(solution: Solution, around: Surroundings) -> IntArray:
+def colliding_rows(solution: Postures, around: Surroundings) -> IntArray:
     """Find the locations at which, or on the way to or from which, a solution's motion collides.
 
     Where a ball gouges it does so in any posture; of other cutters gouges count, too.

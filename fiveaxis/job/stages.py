@@ -38,11 +38,13 @@ from fiveaxis.job.inputs import describe_inputs
 from fiveaxis.job.program import MadeProgram, ProgramOptions, make_program
 from fiveaxis.job.reading import require_input
 from fiveaxis.job.release import Gate
+from fiveaxis.job.replanning import replanning
 from fiveaxis.machine import Machine, load_machine
 from fiveaxis.motion import Fill
 from fiveaxis.nc import read_toolpath, require_program
-from fiveaxis.posture import Front, Solution, find_front
+from fiveaxis.posture import Front, Solution, Tightening, find_front
 from fiveaxis.posture import optimise as optimise_postures
+from fiveaxis.posture.mask import MaskFunction
 from fiveaxis.report import report_document
 from fiveaxis.toolpath import Constraints, Tool, Toolpath, parse_tool
 from fiveaxis.toolpath.passes import Passes
@@ -412,19 +414,19 @@ def solve(
         raise JobError("smoothing is what a front sweeps; leave one of them out", file=job.input)
     fronts: list[Front] = []
 
-    def once(path: Toolpath, mask: Any, free: bool) -> Solution:
-        asked = options if free else without_starts(options)
+    def once(path: Toolpath, mask: MaskFunction | None, free: bool, within: Tightening | None) -> Solution:
+        asked = (options if free else without_starts(options)) | {"mask": mask, "tightened": within}
         if job.front is None:
-            return optimise_postures(path, machine, mask=mask, **asked)
+            return optimise_postures(path, machine, **asked)
         swept = {name: value for name, value in asked.items() if name != "smoothing"}
-        fronts.append(find_front(path, machine, job.front, mask=mask, **swept))
+        fronts.append(find_front(path, machine, job.front, **swept))
         return fronts[-1].solution
 
-    cleared = None
+    cleared, planned = None, replanning(once, options)
     if around is None or not job.keep_clear:
-        solution = once(toolpath, None, job.free_start)
+        solution = planned(toolpath, None, job.free_start)
     else:
-        cleared = keep_clear(once, toolpath, machine, around, options)
+        cleared = keep_clear(planned, toolpath, machine, around, options)
         solution = cleared.solution
     # Paths were searched again; the front is that of the one which was taken.
     front = next((f for f in fronts if f.solution.motion is solution.motion), None)

@@ -6,6 +6,7 @@ from fiveaxis.posture.lower_bound import LowerBound, bound_travel
 from fiveaxis.posture.optimiser import optimise
 from fiveaxis.posture.problem import Problem
 from fiveaxis.posture.solution import Baseline, Optima, Solution, Stage
+from fiveaxis.posture.tightening import Tightening
 
 __all__ = [
     "EFFORTS",
@@ -19,6 +20,7 @@ __all__ = [
     "Search",
     "Solution",
     "Stage",
+    "Tightening",
     "bound_travel",
     "find_front",
     "optimise",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -13,6 +13,7 @@ from fiveaxis.energy import motion_energy
 from fiveaxis.errors import Infeasible, SettingError, ToolpathError
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array
+from fiveaxis.kinematics.windings import ON_LIMIT
 from fiveaxis.machine import Machine
 from fiveaxis.motion import follow
 from fiveaxis.posture import holding
@@ -28,6 +29,7 @@ from fiveaxis.posture.restarts import best_of_starts, leaning_paths
 from fiveaxis.posture.sequence import long_turns
 from fiveaxis.posture.singular import Cone, held, with_findings
 from fiveaxis.posture.solution import Solution
+from fiveaxis.posture.tightening import Tightening
 from fiveaxis.posture.winding import endless, winding_columns
 from fiveaxis.posture.wound import asked_within, keeping, rewound_solution
 from fiveaxis.toolpath import TiltBounds, Toolpath, for_tilt, tilt_bounds
@@ -61,6 +63,7 @@ def optimise(
     free_direction: bool = False,
     effort: str = "normal",
     budget: Budget | None = None,
+    tightened: Tightening | None = None,
     progress: Progress | None = None,
 ) -> Solution:
     """Choose the rotary angles of every cutter location so that the feed drives spend the least energy.
@@ -106,6 +109,8 @@ def optimise(
     effort : ``quick``, ``normal`` or ``thorough``: how much is done, with what that promises in
         `fiveaxis.posture.budget.EFFORTS`
     budget : how much may be done, in place of an effort
+    tightened : bounds that are drawn in, and the path to begin with; the solution is compared with baselines
+        that keep the given bounds
     progress : called with a stage's name, steps done and steps in all
 
     Returns
@@ -130,6 +135,8 @@ def optimise(
         raise ToolpathError("has links only; there is no cut to choose a posture for", file=toolpath.name)
     if free_start and (mask is not None or singular_cone is not None):
         raise SettingError("free_start can't be combined with a mask or a singular cone; leave one out")
+    if free_start and tightened is not None:
+        raise SettingError("tightened bounds belong to locations in their order; leave free_start out")
     if free_direction and not free_start:
         raise SettingError("free_direction goes with free_start only; give that, too")
     allowed = budget or budget_of(effort)
@@ -137,13 +144,14 @@ def optimise(
     machine = holding.hold(machine, hold or {})
     toolpath = for_tilt(toolpath, tilt, cone, lead=lead, lean=lean)
     turn = None if max_turn is None else float(np.radians(max_turn))
+    travel = machine if tightened is None else tightened.travel(machine)
 
     def build(path: Toolpath) -> tuple[Problem, TiltBounds]:
         leaning = tilt_bounds(path, tilt, cone, lead=lead, lean=lean, plane=plane)
         built = Problem.build(
             path,
-            machine,
-            leaning,
+            travel,
+            leaning if tightened is None else tightened.bounds(leaning),
             up_penalty=up_penalty,
             max_turn=turn,
             link_turn=None if turn is None else LINK_SHARE * turn,
@@ -151,17 +159,18 @@ def optimise(
             time_price=(machine.base_power or 0.0) if time_price is None else time_price,
             bend_price=smoothing,
         )
-        return built, leaning
+        return built if tightened is None else tightened.turns(built), leaning
 
     problem, bounds = build(toolpath)
-    blocked = unreachable(toolpath, machine, bounds)
+    blocked = unreachable(toolpath, travel, bounds if tightened is None else tightened.bounds(bounds))
     if blocked:
         share = f"{len(blocked)} of {len(toolpath)} locations"
         raise Infeasible(f"{share} have no admissible posture on {machine.name}", blocked)
     try:
-        found, asked = _within_turns(problem, toolpath, bounds, allowed, progress, singular, mask)
+        posed = _Posed(problem, machine, toolpath, bounds, None if tightened is None else tightened.start)
+        found, asked = _within_turns(posed, allowed, progress, singular, mask)
     except Infeasible:
-        turning = long_turns(problem, toolpath)
+        turning = [] if tightened is not None else long_turns(problem, toolpath)
         if not turning:
             raise
         moves = (
@@ -195,10 +204,41 @@ def _refiner(allowed: Budget, progress: Progress | None, name: str) -> Callable[
     return refine
 
 
+@dataclass(frozen=True, eq=False)
+class _Posed:
+    """What is solved.
+
+    Parameters
+    ----------
+    problem : within bounds that may be tightened
+    machine : as it is
+    toolpath, bounds : as they were given
+    start : (n, 2), rad, chain order, a path that is refined first; None for a search
+    """
+
+    problem: Problem
+    machine: Machine
+    toolpath: Toolpath
+    bounds: TiltBounds
+    start: Array | None
+
+    @property
+    def winds(self) -> bool:
+        """Whether the start has more turns than the machine."""
+        if self.start is None:
+            return False
+        columns = self.machine.rotary_columns
+        low, high = self.machine.low[columns], self.machine.high[columns]
+        return bool(((self.start < low - ON_LIMIT) | (self.start > high + ON_LIMIT)).any())
+
+    def endless(self) -> _Posed:
+        """Pose the same where rotary axes turn without end."""
+        problem = replace(self.problem, machine=endless(self.problem.machine))
+        return replace(self, problem=problem, machine=endless(self.machine))
+
+
 def _within_turns(
-    problem: Problem,
-    toolpath: Toolpath,
-    bounds: TiltBounds,
+    posed: _Posed,
     allowed: Budget,
     progress: Progress | None,
     singular: Cone | None,
@@ -210,50 +250,45 @@ def _within_turns(
     -------
     A solution on the machine, or on the `endless` one; and the mask as it was asked
     """
-    machine = problem.machine
-    asked = None if mask is None else Mask(mask)
-    try:
-        return _solved(problem, toolpath, bounds, allowed, progress, singular, asked), asked
-    except Infeasible:
-        if not winding_columns(machine):
-            raise
+    if not posed.winds:
+        asked = None if mask is None else Mask(mask)
+        try:
+            return _solved(posed, allowed, progress, singular, asked), asked
+        except Infeasible:
+            if not winding_columns(posed.machine):
+                raise
     # No way within its turns: the axis winds as far as the path wants, and is turned back where it is cheap.
-    problem = replace(problem, machine=endless(machine))
-    asked = None if mask is None else Mask(asked_within(machine, mask))
-    return _solved(problem, toolpath, bounds, allowed, progress, singular, asked), asked
+    asked = None if mask is None else Mask(asked_within(posed.machine, mask))
+    return _solved(posed.endless(), allowed, progress, singular, asked), asked
 
 
 def _solved(
-    problem: Problem,
-    toolpath: Toolpath,
-    bounds: TiltBounds,
-    allowed: Budget,
-    progress: Progress | None,
-    singular: Cone | None,
-    mask: Mask | None,
+    posed: _Posed, allowed: Budget, progress: Progress | None, singular: Cone | None, mask: Mask | None
 ) -> Solution:
     """Find the cheapest path of a problem, and what it is compared with."""
-    machine = problem.machine
+    problem, machine, toolpath, bounds = posed.problem, posed.machine, posed.toolpath, posed.bounds
     compared, missing = find_baselines(toolpath, machine, bounds)
     # A baseline that the mask refuses is still a start.
     starts = compared
     if mask is not None:
         compared, missing = without_refused(compared, missing, machine, mask)
     run, optima = Portfolio(problem, allowed, progress), None
+
+    def solve(bounded: Problem, start: Array) -> Array:
+        again = Portfolio(bounded, allowed, progress, run.stages)
+        near = again.refined_from("path within wider bounds", start)
+        return near if bounded.violation(near) <= ALLOWED else again.best_path(starts)
+
     # IPOPT's linear solver works on small blocks: threads of the BLAS under it only wait for each other.
     with threadpool_limits(limits=1):
-        if allowed.is_many:
+        if posed.start is not None:
+            rotary = solve(problem, posed.start)
+        elif allowed.is_many:
             leaning = leaning_paths(toolpath, machine, bounds, allowed)
             rotary, optima = best_of_starts(run, starts, leaning)
         else:
             rotary = run.best_path(starts)
         if singular is not None:
-
-            def solve(bounded: Problem, start: Array) -> Array:
-                again = Portfolio(bounded, allowed, progress)
-                near = again.refined_from("path without the singular cone", start)
-                return near if bounded.violation(near) <= ALLOWED else again.best_path(compared)
-
             rotary = held(problem, toolpath, rotary, solve, singular)
         if mask is not None:
             rotary = Repair(run, mask).repaired(rotary, toolpath, compared)

@@ -103,6 +103,8 @@ class Wound:
         those
     rotary : (n, 2), rad, chain order
     clearance : mm, between tool and part while an axis rewinds
+    place : (m,), where each location of the path with rewinds lies, in rows of the one without: 3.25 lies
+        between locations 3 and 4
     """
 
     toolpath: Toolpath
@@ -110,6 +112,7 @@ class Wound:
     problem: Problem
     rotary: Array
     clearance: float
+    place: Array
 
 
 @dataclass(frozen=True, eq=False)

@@ -136,7 +136,7 @@ def rewound_solution(
         compared[name] = Baseline(driven, motion_energy(machine, driven), other.found.toolpath)
         if baseline.toolpath in (None, path) and problem.violation(rotary) <= ALLOWED and keeps(rotary):
             best = min(best, other, key=_price)
-    kept = Wound(path, solution.tilt, best.problem, best.rotary, clearance)
+    kept = Wound(path, solution.tilt, best.problem, best.rotary, clearance, best.found.place)
     limited = replace(solution, machine=machine, compared=compared, missing=missing, problem=None, wound=kept)
     return with_path(limited, best.rotary)[0]
 
@@ -172,7 +172,7 @@ def with_path(solution: Solution, rotary: Array) -> tuple[Solution, Rewound | No
         tilt=found.bounds(wound.tilt),
         motion=motion,
         energy=motion_energy(machine, motion),
-        wound=replace(wound, rotary=rotary),
+        wound=replace(wound, rotary=rotary, place=found.place),
     )
     return other, found
 

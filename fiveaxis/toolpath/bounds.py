@@ -21,7 +21,8 @@ class TiltBounds:
 
     Parameters
     ----------
-    reference : (n, 3), unit vectors in the workpiece frame; NaN where the location binds nothing (links)
+    reference : (n, 3), unit vectors in the workpiece frame; NaN where the location binds nothing (within
+        links and rapid moves)
     low, high : rad, 0 ≤ low < high ≤ π
     name : what the reference is: ``normal`` or ``programmed axis``
     beside : further bounds that hold at once: the angles to the normal at which
@@ -42,6 +43,11 @@ class TiltBounds:
     def at(self, rows: IntArray | slice) -> TiltBounds:
         """Return the bounds of some locations."""
         return replace(self, reference=self.reference[rows], beside=tuple(b.at(rows) for b in self.beside))
+
+    def only(self, rows: BoolArray) -> TiltBounds:
+        """Return the bounds with all but some locations, (n,), free."""
+        free = np.where(rows[:, None], 0.0, np.nan)
+        return replace(self, reference=self.reference + free, beside=tuple(b.only(rows) for b in self.beside))
 
     @property
     def text(self) -> str:

@@ -201,6 +201,11 @@ class Toolpath:
         return self.kind == MoveKind.CUT
 
     @property
+    def bounding(self) -> BoolArray:
+        """(n,), where a cut ends or begins: the locations at which bounds on the tool's lean hold."""
+        return self.cutting | np.append(self.cutting[1:], False)
+
+    @property
     def has_normals(self) -> bool:
         """Whether every cutting location knows its surface normal."""
         return bool(np.isfinite(self.normal[self.cutting]).all())

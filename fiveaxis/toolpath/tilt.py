@@ -27,7 +27,9 @@ def tilt_bounds(
     lean: Range | None = None,
     plane: Sequence[float] | None = None,
 ) -> TiltBounds:
-    """Make the bounds of a path; all that are given hold at once.
+    """Make the bounds of a path; all that are given hold at once, where a cut ends or begins.
+
+    Between, in links and rapid moves, nothing is cut and the tool leans as it likes.
 
     Parameters
     ----------
@@ -62,7 +64,8 @@ def tilt_bounds(
     else:
         # Lead and lean say how far the tool may lean; the cutter, where it touches at all.
         bounds = TiltBounds(toolpath.normal, toolpath.zone.least, toolpath.zone.high, "normal", beside)
-    return bounds if plane is None else _in_plane(bounds, plane)
+    bounds = bounds if plane is None else _in_plane(bounds, plane)
+    return bounds.only(toolpath.bounding)
 
 
 def for_tilt(

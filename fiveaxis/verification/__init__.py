@@ -4,7 +4,7 @@ from fiveaxis.verification.approach import Leads, choose_leads
 from fiveaxis.verification.asked import Asked
 from fiveaxis.verification.between import Ways
 from fiveaxis.verification.model import build_model, tool_poses
-from fiveaxis.verification.program import verify_text
+from fiveaxis.verification.program import LEAN_BETWEEN, verify_text
 from fiveaxis.verification.read_back import ExpectedText, ReadBack, check_text
 from fiveaxis.verification.report import Report
 from fiveaxis.verification.subject import DEFAULT_TOLERANCES, Tolerances
@@ -13,6 +13,7 @@ from fiveaxis.verification.verdict import CHECKS, Examination, OwnRows, examine,
 __all__ = [
     "CHECKS",
     "DEFAULT_TOLERANCES",
+    "LEAN_BETWEEN",
     "Asked",
     "Examination",
     "ExpectedText",

@@ -27,6 +27,8 @@ class Asked:
     turn_rate : rad/mm, of a rotary axis over the way of the pivot in cutting moves
     cone : rad, half angle about the first rotary axis in which that axis turns by `cone_rate` at most
     cone_rate : rad/mm
+    cutting : (n,), whether the move to a location cuts: the lean between two is bound only there; None where
+        all do
     inserted : (n,), locations between those that were optimised; None where there are none
     """
 
@@ -36,6 +38,7 @@ class Asked:
     turn_rate: float | None = None
     cone: float | None = None
     cone_rate: float = 0.0
+    cutting: BoolArray | None = None
     inserted: BoolArray | None = None
 
     @classmethod
@@ -82,12 +85,14 @@ class Asked:
             turn_rate=_radians(turn_rate),
             cone=_radians(singular_cone),
             cone_rate=math.radians(singular_rate),
+            cutting=toolpath.cutting,
         )
 
     def between(self, row: Array) -> Asked:
         """Return the bounds for a path with inserted locations.
 
         What a bound refers to (a normal, a programmed axis) turns evenly from one location to the next.
+        Within a link or a rapid move nothing binds.
 
         Parameters
         ----------
@@ -95,10 +100,15 @@ class Asked:
             3 and 4
         """
         inserted: BoolArray = row != np.floor(row)
+        cutting = None if self.cutting is None else self.cutting[np.ceil(row).astype(np.int64)]
+        spread = replace(self, cutting=cutting, inserted=inserted)
         if self.leaning is None:
-            return replace(self, inserted=inserted)
-        every = tuple(replace(b, reference=_turned(b.reference, row), beside=()) for b in self.leaning.all)
-        return replace(self, leaning=replace(every[0], beside=every[1:]), inserted=inserted)
+            return spread
+        every = [replace(b, reference=_turned(b.reference, row), beside=()) for b in self.leaning.all]
+        leaning = replace(every[0], beside=tuple(every[1:]))
+        if cutting is not None:
+            leaning = leaning.only(cutting | ~inserted)
+        return replace(spread, leaning=leaning)
 
 
 def _turned(reference: Array, row: Array) -> Array:

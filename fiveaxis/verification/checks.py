@@ -111,7 +111,7 @@ def check_contact(subject: Subject) -> Result:
 
 
 def check_tilt(subject: Subject) -> Result:
-    """Check the angle between tool axis and reference at every location that has one.
+    """Check the angle between tool axis and reference at every location of a cut that has one.
 
     A cutter that touches with one part of its profile only has a second reference, the surface normal.
     """
@@ -148,7 +148,7 @@ def check_tilt(subject: Subject) -> Result:
         figures={"tilt_min_deg": smallest(tilt), "tilt_max_deg": largest(tilt)},
         checked=tuple(
             f"angle between tool axis and {b.name} within {math.degrees(b.low):g}…"
-            f"{math.degrees(b.high):g} deg at every location{' that has one' * bool(lost)}"
+            f"{math.degrees(b.high):g} deg at every location of a cut{' that has one' * bool(lost)}"
             for b, lost in zip(every, blind, strict=True)
         ),
         not_checked=tuple(
