@@ -117,7 +117,7 @@ def move_energies(machine: Machine, motion: Motion) -> Array:
     ----------
     Hayashi et al. (2018), Eqs. (1), (6)-(8).
     """
-    plus, minus = travel_costs(machine, motion.feed)
+    plus, minus = travel_costs(machine, motion.feed, motion.rapid)
     moves = motion.moves
     return plus * np.maximum(moves, 0.0) + minus * np.maximum(-moves, 0.0)
 

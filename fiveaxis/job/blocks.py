@@ -19,6 +19,7 @@ from fiveaxis.motion import (
     SPEED_TOLERANCE,
     Motion,
     Thinned,
+    inside_rapids,
     thinned,
 )
 from fiveaxis.nc.writing.places import Wording
@@ -129,14 +130,15 @@ def program_motion(
     """
     machine = solution.machine
     filled = Filled.of(solution.toolpath, machine, solution.motion, bounds, led=led)
-    blocks, verdict = Thinned.whole(filled.motion), None
+    whole = _without_needless(filled, machine, bounds, led=led, every=True)
+    blocks, verdict = whole, None
     held_back: tuple[str, ...] = ()
     if thin:
         blocks = _without_needless(filled, machine, bounds, led=led)
-    if blocks.removed:
+    if blocks.removed > whole.removed:
         verdict = _examine_program(solution, around, bounds, filled, blocks)
         if not (verdict.ok and "tip-deviation" not in verdict.counts):
-            blocks, held_back, verdict = Thinned.whole(filled.motion), tuple(verdict.counts), None
+            blocks, held_back, verdict = whole, tuple(verdict.counts), None
     if verdict is None:
         verdict = _examine_program(solution, around, bounds, filled, blocks)
     energy = {RESULT: motion_energy(machine, blocks.motion)}
@@ -158,8 +160,15 @@ def program_motion(
     )
 
 
-def _without_needless(filled: Filled, machine: Machine, bounds: Mapping[str, Any], *, led: bool) -> Thinned:
-    """Leave needless blocks out, but those of locations that something was found about."""
+def _without_needless(
+    filled: Filled, machine: Machine, bounds: Mapping[str, Any], *, led: bool, every: bool = False
+) -> Thinned:
+    """Leave needless blocks out, but those of locations that something was found about.
+
+    Parameters
+    ----------
+    every : whether all of them stay but those within rapid moves, which are one block each
+    """
     places = [f.place for f in filled.given.findings]
     told = [p.location for p in places if p is not None and p.location is not None]
     most = bounds.get("max_turn")
@@ -169,8 +178,9 @@ def _without_needless(filled: Filled, machine: Machine, bounds: Mapping[str, Any
         filled.motion,
         max_turn=LARGEST_TURN if most is None else min(math.radians(most), LARGEST_TURN),
         led=led,
-        needed=np.isin(filled.row, told),
+        needed=np.isin(filled.row, told) | every,
         planes=filled.planes.demanded(filled.row),
+        inside=inside_rapids(filled.path, filled.row),
     )
 
 

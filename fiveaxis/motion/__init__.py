@@ -6,6 +6,7 @@ from fiveaxis.motion.filling import (
     axis_deviation,
     fill_in,
     fill_in_rows,
+    inside_rapids,
     led_deviation,
     way_deviation,
 )
@@ -15,7 +16,14 @@ from fiveaxis.motion.profiles import Profile, block_profiles, move_profiles
 from fiveaxis.motion.rates import PeakRate, peak_rates
 from fiveaxis.motion.thinning import SPEED_TOLERANCE, Thinned, thinned
 from fiveaxis.motion.time_law import Samples, TimeLaw, time_motion
-from fiveaxis.motion.timing import STANDSTILL, block_times, feed_times
+from fiveaxis.motion.timing import (
+    STANDSTILL,
+    block_times,
+    feed_times,
+    least_times,
+    rapid_speeds,
+    times_rapids,
+)
 
 __all__ = [
     "AXIS_TOLERANCE",
@@ -37,11 +45,15 @@ __all__ = [
     "fill_in",
     "fill_in_rows",
     "follow",
+    "inside_rapids",
+    "least_times",
     "led_deviation",
     "motion_digest",
     "move_profiles",
     "peak_rates",
+    "rapid_speeds",
     "thinned",
     "time_motion",
+    "times_rapids",
     "way_deviation",
 ]

@@ -48,6 +48,11 @@ class Motion:
         """(n,), where the move that ends at the row cuts."""
         return self.kind == MoveKind.CUT
 
+    @property
+    def rapid(self) -> BoolArray:
+        """(n,), where the move that ends at the row is a rapid move."""
+        return self.kind == MoveKind.RAPID
+
 
 def follow(toolpath: Toolpath, machine: Machine, rotary: Array) -> Motion:
     """Make the motion that takes the tool along a path with given rotary angles.

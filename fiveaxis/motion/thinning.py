@@ -47,11 +47,6 @@ class Thinned:
     kept: IntArray
     driven: Motion
 
-    @classmethod
-    def whole(cls, motion: Motion) -> Thinned:
-        """Take a motion as it is, needless blocks and all."""
-        return cls(motion, np.arange(len(motion)), motion)
-
     @property
     def removed(self) -> int:
         """How many rows were needless."""
@@ -68,6 +63,7 @@ def thinned(
     led: bool = False,
     needed: BoolArray | None = None,
     planes: Array | None = None,
+    inside: BoolArray | None = None,
 ) -> Thinned:
     """Leave out the rows that a control passes by itself, at the moment at which it would.
 
@@ -76,8 +72,8 @@ def thinned(
     where the given motion has it at that moment (on the straight way between given rows), and so does the
     contact at rows that know one; the tool axis stays within `AXIS_TOLERANCE` of the given one, and of its
     plane. It is always the given motion that is compared with, so nothing adds up. A span of blocks takes
-    their time together, and holds no change of kind or feed, no turn on the spot and no block of another
-    speed.
+    their time together, and holds no change of kind or feed, no turn on the spot, no rapid move and no block
+    of another speed.
 
     Spans are as long as they can be from where they begin; of those that come out no two neighbours could be
     one.
@@ -92,9 +88,11 @@ def thinned(
     needed : (n,), rows that stay in any case
     planes : (n, 3), unit vectors at right angles to the plane in which the tool axis stays in the move to
         each row (`AxisPlanes.demanded`); zero where there is none
+    inside : (n,), rows within rapid moves (`inside_rapids`), which get no block in any case
     """
     course = _Course(toolpath, machine, motion, tolerance / BETWEEN, max_turn, led, needed, planes)
     kept = _joined(course, _longest_spans(course))
+    kept = kept if inside is None else kept[~inside[kept]]
     time = np.append(0.0, np.add.reduceat(motion.time, kept[:-1] + 1)) if len(kept) > 1 else motion.time[kept]
     # The last span of `reduceat` runs to the end, and the last row is always kept.
     few = Motion(
@@ -105,7 +103,7 @@ def thinned(
         kind=motion.kind[kept],
         source=motion.source[kept],
     )
-    return Thinned(few, kept, replace(motion, positions=course.driven(kept)))
+    return Thinned(few, kept, replace(motion, positions=course.driven(kept, inside)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,6 +159,7 @@ class _Course:
         motion = self.motion
         stays = np.zeros(len(motion), dtype=bool) if self.needed is None else self.needed.copy()
         stays[:-1] |= (np.diff(motion.kind) != 0) | (np.diff(motion.feed) != 0.0)
+        stays |= motion.rapid
         alone = np.append(False, turns_on_the_spot(self.machine, np.diff(motion.positions, axis=0)))
         alone |= motion.time < SHORTEST
         stays |= alone
@@ -248,10 +247,12 @@ class _Course:
         travel = np.add.reduceat(moves - np.abs(self.motion.moves[row]), begins)
         return ~np.logical_or.reduceat(bad.any(axis=1), begins) & (travel <= ROUNDING).all(axis=1)
 
-    def driven(self, kept: IntArray) -> Array:
-        """Find the axes at all rows when only some are written, (n, k)."""
+    def driven(self, kept: IntArray, inside: BoolArray | None) -> Array:
+        """Find the axes at all rows when only some are written, (n, k); within rapid moves they are given."""
         positions = self.motion.positions.copy()
-        left = np.setdiff1d(np.arange(len(positions)), kept)
+        gone = np.ones(len(positions), dtype=bool) if inside is None else ~inside
+        gone[kept] = False
+        left = np.flatnonzero(gone)
         span = np.searchsorted(kept, left)
         if len(left):
             positions[left] = self._positions(left, kept[span - 1], kept[span])

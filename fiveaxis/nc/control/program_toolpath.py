@@ -79,7 +79,7 @@ def read_program_path(source: Source, options: ReadOptions) -> Toolpath:
         ignored={word: n for word, n in interpreter.ignored.items() if n},
         findings=tuple(interpreter.findings),
     )
-    path = replace(path, feed=_feeds(path, columns, interpreter, options))
+    path = replace(path, feed=_feeds(path, columns, interpreter, options), rotary=_rotary(columns, stand_in))
     path = _touching(path, columns, source)
     return replace(path, findings=path.findings + remark_on(path))
 
@@ -213,6 +213,17 @@ def _note_long_turns(columns: Columns, interpreter: Interpreter) -> None:
             "are named",
             int(columns.lines[found[MOST_NAMED][0] + 1]),
         )
+
+
+def _rotary(columns: Columns, stand_in: bool) -> Array | None:
+    """Give the program's own rotary angles, (n, r) rad, chain order, NaN where a direction is named instead.
+
+    None where the machine only stands in for one that nobody named.
+    """
+    if stand_in or not columns.machine.rotaries:
+        return None
+    given = np.isfinite(columns.vectors[:, :1])
+    return np.where(given, np.nan, columns.positions()[:, columns.machine.rotary_columns])
 
 
 def _feeds(path: Toolpath, columns: Columns, interpreter: Interpreter, options: ReadOptions) -> Array:
