@@ -80,6 +80,7 @@ PLANNING = {
     "rewind": Code(WARNING, "an axis at its limit turns back by whole turns"),
     "rewind-phase": Code(NOTE, "turned on the table the part would need fewer rewinds within cuts"),
     "free-start": Code(NOTE, "a closed pass begins elsewhere than in the input"),
+    "rapid-speed-unknown": Code(WARNING, "rapid moves of axes whose highest speed isn't known"),
     "off-surface": Code(WARNING, "a location doesn't touch the part"),
     "sunk": Code(WARNING, "a cut reaches deeper into the part than counts as touching"),
     "no-single-contact": Code(WARNING, "a location touches the part with more than one place of the cutter"),

@@ -21,6 +21,7 @@ from fiveaxis.motion.timing import (
     block_times,
     feed_times,
     least_times,
+    rapid_findings,
     rapid_speeds,
     times_rapids,
 )
@@ -51,6 +52,7 @@ __all__ = [
     "motion_digest",
     "move_profiles",
     "peak_rates",
+    "rapid_findings",
     "rapid_speeds",
     "thinned",
     "time_motion",

@@ -72,8 +72,8 @@ def thinned(
     where the given motion has it at that moment (on the straight way between given rows), and so does the
     contact at rows that know one; the tool axis stays within `AXIS_TOLERANCE` of the given one, and of its
     plane. It is always the given motion that is compared with, so nothing adds up. A span of blocks takes
-    their time together, and holds no change of kind or feed, no turn on the spot, no rapid move and no block
-    of another speed.
+    their time together, and holds no change of kind or feed, no turn on the spot and no block of another
+    speed.
 
     Spans are as long as they can be from where they begin; of those that come out no two neighbours could be
     one.
@@ -90,6 +90,9 @@ def thinned(
         each row (`AxisPlanes.demanded`); zero where there is none
     inside : (n,), rows within rapid moves (`inside_rapids`), which get no block in any case
     """
+    if inside is not None and inside.any():
+        # A span may not end at one of them.
+        needed = motion.rapid if needed is None else motion.rapid | needed
     course = _Course(toolpath, machine, motion, tolerance / BETWEEN, max_turn, led, needed, planes)
     kept = _joined(course, _longest_spans(course))
     kept = kept if inside is None else kept[~inside[kept]]
@@ -159,7 +162,6 @@ class _Course:
         motion = self.motion
         stays = np.zeros(len(motion), dtype=bool) if self.needed is None else self.needed.copy()
         stays[:-1] |= (np.diff(motion.kind) != 0) | (np.diff(motion.feed) != 0.0)
-        stays |= motion.rapid
         alone = np.append(False, turns_on_the_spot(self.machine, np.diff(motion.positions, axis=0)))
         alone |= motion.time < SHORTEST
         stays |= alone

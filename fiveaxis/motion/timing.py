@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array
 from fiveaxis.machine import Machine
 from fiveaxis.toolpath import Toolpath
@@ -69,6 +70,35 @@ def rapid_speeds(machine: Machine, feed: Array) -> Array:
     stated = np.where([axis.is_rotary for axis in machine.axes], np.radians(feed)[:, None], feed[:, None])
     known = np.array([np.nan if axis.max_speed is None else axis.max_speed for axis in machine.axes])
     return np.where(np.isnan(known), stated, known)
+
+
+def rapid_findings(toolpath: Toolpath, machine: Machine, positions: Array) -> list[Finding]:
+    """Say which axes have no known speed in rapid moves, and what stands in for it; one finding, or none.
+
+    Parameters
+    ----------
+    positions : (n, k), mm and rad
+    """
+    rapid = np.flatnonzero(toolpath.rapid)
+    if not len(rapid):
+        return []
+    moved = (np.abs(np.diff(positions, axis=0, prepend=positions[:1]))[rapid] > STANDSTILL).any(axis=0)
+    unknown = [a.letter for a, moves in zip(machine.axes, moved, strict=True) if moves and a.max_speed is None]
+    if not unknown:
+        return []
+    feeds = 60.0 * toolpath.feed[rapid]
+    taken = f"{feeds.min():.6g}" + (f" to {feeds.max():.6g}" if np.ptp(feeds) > STANDSTILL else "")
+    return [
+        Finding(
+            Severity.WARNING,
+            "rapid-speed-unknown",
+            f"machine {machine.name!r} doesn't tell the highest speed of {', '.join(unknown)}: in "
+            f"{len(rapid)} rapid moves {taken} mm/min (deg/min) is taken, as the path has it; give the rapid "
+            "speed (--rapid), or max_speed in the machine file",
+            toolpath.place(int(rapid[0])),
+            float(len(rapid)),
+        )
+    ]
 
 
 def least_times(toolpath: Toolpath, machine: Machine) -> Array:
