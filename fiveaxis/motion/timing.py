@@ -83,7 +83,8 @@ def rapid_findings(toolpath: Toolpath, machine: Machine, positions: Array) -> li
     if not len(rapid):
         return []
     moved = (np.abs(np.diff(positions, axis=0, prepend=positions[:1]))[rapid] > STANDSTILL).any(axis=0)
-    unknown = [a.letter for a, moves in zip(machine.axes, moved, strict=True) if moves and a.max_speed is None]
+    moving = [axis for axis, moves in zip(machine.axes, moved, strict=True) if moves]
+    unknown = [axis.letter for axis in moving if axis.max_speed is None]
     if not unknown:
         return []
     feeds = 60.0 * toolpath.feed[rapid]

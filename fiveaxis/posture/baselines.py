@@ -64,10 +64,10 @@ def find_baselines(
 
     Returns
     -------
-    found : by name: ``as-programmed`` (the input's own tool axes, and its own angles), ``normal`` (along the reference
-        direction, tilted up as far as the range asks), ``lead-lean`` (the cheapest constant lead and lean),
-        ``fixed`` (the cheapest single posture, 3+2), ``greedy`` (each location takes the cheapest move from
-        the one before)
+    found : by name: ``as-programmed`` (the input's own tool axes, with a program's own angles), ``normal``
+        (along the reference direction, tilted up as far as the range asks), ``lead-lean`` (the cheapest
+        constant lead and lean), ``fixed`` (the cheapest single posture, 3+2), ``greedy`` (each location takes
+        the cheapest move from the one before)
     missing : by name, the reason
     """
     makers: dict[str, Callable[[Toolpath, Machine, TiltBounds], Array]] = {

@@ -291,6 +291,14 @@ class Toolpath:
         """Return the same path with one feed everywhere, in mm/min."""
         return replace(self, feed=np.full(len(self), feed_mm_min / 60.0))
 
+    def with_rapid(self, feed_mm_min: float) -> Toolpath:
+        """Return the same path with one feed in rapid moves, in mm/min."""
+        return replace(self, feed=np.where(self.rapid, feed_mm_min / 60.0, self.feed))
+
+    def with_rapids(self, rapid: BoolArray) -> Toolpath:
+        """Return the path with some rows, (n,), made rapid moves, as `with_links` makes links."""
+        return replace(self.with_links(rapid), kind=np.where(rapid, MoveKind.RAPID, self.kind))
+
 
 def _rows(values: ArrayLike, what: str, name: str) -> Array:
     rows = np.array(values, dtype=float)

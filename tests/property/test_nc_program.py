@@ -62,7 +62,7 @@ def run(text: str, machine: Machine) -> tuple[Array, Array]:
         targets = {w: float(v) for w, v in words if w in machine.letters}
         assert inverse or not (targets and mode == 1.0), f"a feed move outside G93: {line}"
         if targets and inverse:
-            assert ("F" in dict(words)) is (mode == 1.0), f"a rapid move with F, or a feed move without: {line}"
+            assert ("F" in dict(words)) is (mode == 1.0), f"F in a rapid move, or none at feed: {line}"
             rows.append(list(state.values()))
             times.append(60.0 / float(dict(words).get("F", "nan")))
         state |= targets

@@ -241,6 +241,4 @@ def _feeds(path: Toolpath, columns: Columns, interpreter: Interpreter, options: 
     feed = filled(np.where(path.cutting, feed, np.nan))
     if not np.isfinite(feed).all():
         feed = np.full(len(path), DEFAULT_FEED / 60.0)
-    if options.rapid_mm_min is None:
-        return feed
-    return np.where(path.kind == MoveKind.RAPID, options.rapid_mm_min / 60.0, feed)
+    return feed
