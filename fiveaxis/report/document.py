@@ -23,6 +23,9 @@ from fiveaxis.toolpath import TiltBounds, Toolpath
 # What people expect to be compared with, best first; any other baseline stands in where both are missing.
 PREFERRED_BASELINES = ("as-programmed", "normal")
 
+# By what two motions are compared, and what that is called in `Energy`.
+MEASURES = {"travel_metric": "total", "power_integral": "power_integral", "with_base": "with_base"}
+
 UNITS = {
     "energy": "J",
     "time": "s",
@@ -80,7 +83,7 @@ def report_document(
         "optima": solution.optima and solution.optima.as_dict(),
         "findings": [_portable_finding(f) for f in _all_findings(solution.toolpath, verdict, program)],
         "verification": _verification(verdict, program),
-        "program": program and {k: v for k, v in program.items() if k != "verification"},
+        "program": program and _program(program),
         "budget": budget and dict(budget),
         "solver": [stage.as_dict() for stage in solution.stages],
         "machine": _machine(solution.machine),
@@ -108,6 +111,16 @@ def _all_findings(
     first = [*(f.as_dict() for f in toolpath.findings), *(dict(f) for f in verdict["findings"])]
     found = [] if program is None else program["verification"]["findings"]
     return [*first, *({**f, "message": f"in the program's blocks: {f['message']}"} for f in found)]
+
+
+def _program(program: Mapping[str, Any]) -> dict[str, Any]:
+    """Take the program's figures, with what its own moves save against each baseline's program."""
+    result, *others = program["energy"].items()
+    savings = {
+        name: {measure: _share(result[1][key], energy[key]) for measure, key in MEASURES.items()}
+        for name, energy in others
+    }
+    return {k: v for k, v in program.items() if k != "verification"} | {"savings": savings}
 
 
 def _verification(verdict: Mapping[str, Any], program: Mapping[str, Any] | None) -> dict[str, Any]:
@@ -167,11 +180,7 @@ def main_baseline(names: Collection[str]) -> str | None:
 
 def _savings(energy: Energy, baseline: Energy) -> dict[str, float | None]:
     """Compare two motions by each measure, as the share that is saved."""
-    return {
-        "travel_metric": _share(energy.total, baseline.total),
-        "power_integral": _share(energy.power_integral, baseline.power_integral),
-        "with_base": _share(energy.with_base, baseline.with_base),
-    }
+    return {name: _share(getattr(energy, key), getattr(baseline, key)) for name, key in MEASURES.items()}
 
 
 def _share(after: float | None, before: float | None) -> float | None:
