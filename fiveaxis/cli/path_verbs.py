@@ -41,10 +41,11 @@ from fiveaxis.errors import SettingError
 from fiveaxis.findings import group_findings
 
 PLACES = ("start", "program_zero")
+KINDS = {"cut": "cuts", "link": "links", "rapid": "rapid"}
 
 if TYPE_CHECKING:
     from fiveaxis.contour import PlanReport
-    from fiveaxis.energy import Budget
+    from fiveaxis.energy import Budget, Energy
     from fiveaxis.job import Job, Outcome
     from fiveaxis.toolpath import Toolpath
 
@@ -210,17 +211,15 @@ def _print_outcome(outcome: Outcome) -> None:
     print_causes(group_findings(solution.toolpath.findings), err)
     savings = solution.savings()
     axes = (f"{c} J" for c in solution.machine.letters)
-    table = Table("posture", "J", *axes, "s", "saved", "program J", "saved", box=None)
+    table = Table("posture", "J", *axes, "s", "saved", box=None)
     rows = {RESULT: solution.energy} | solution.baselines
     for name, energy in rows.items():
         joules = (f"{joule:.0f}" for joule in energy.by_axis.values())
         saved = f"{100 * savings[name]:.1f} %" if name in savings else ""
-        driven = outcome.energy[name].total
-        share = 100.0 * (1.0 - outcome.energy[RESULT].total / driven) if driven else 0.0
-        programs = f"{driven:.0f}", "" if name == RESULT else f"{share:.1f} %"
-        table.add_row(name, f"{energy.total:.0f}", *joules, f"{energy.time:.1f}", saved, *programs)
+        table.add_row(name, f"{energy.total:.0f}", *joules, f"{energy.time:.1f}", saved)
     out.print(f"{len(solution.toolpath)} locations; travel metric of the feed drives (no base load)")
     out.print(table)
+    _print_programs(outcome.energy)
     error = solution.energy.metric_error
     if error is not None:
         percent = round(100.0 * error, 1) + 0.0
@@ -244,6 +243,31 @@ def _print_outcome(outcome: Outcome) -> None:
         out.print(f"no baseline {name}: {escape(reason)}")
     print_causes(outcome.gate.report.summary(), out)
     out.print("verification: " + ("no errors" if outcome.ok else "[bold red]errors[/]"))
+
+
+def _print_programs(energies: Mapping[str, Energy]) -> None:
+    """Compare whole programs: travel metric and power integral, and that with the time by kind of move."""
+    from fiveaxis.job import RESULT
+
+    result = energies[RESULT]
+    kinds = [k for k in KINDS if any(k in energy.by_kind for energy in energies.values())]
+    heads = (head for kind in kinds for head in (f"{KINDS[kind]} J", "s"))
+    table = Table("program", "metric J", "saved", "integral J", "saved", "s", *heads, box=None)
+    for name, energy in energies.items():
+        shares = []
+        for measure in ("total", "power_integral"):
+            spent, least = getattr(energy, measure), getattr(result, measure)
+            saved = f"{100.0 * (1.0 - least / spent):.1f} %" if spent > 0.0 and name != RESULT else ""
+            shares += [f"{spent:.0f}", saved]
+        apart = [energy.by_kind.get(kind) for kind in kinds]
+        by_kind = [
+            text
+            for share in apart
+            for text in (("", "") if share is None else (f"{share.integral:.0f}", f"{share.time:.1f}"))
+        ]
+        table.add_row(name, *shares, f"{energy.time:.1f}", *by_kind)
+    out.print("whole programs; feed drives only, J of cuts, links and rapid moves are of the power integral")
+    out.print(table)
 
 
 def _print_setup(found: Mapping[str, Any]) -> None:

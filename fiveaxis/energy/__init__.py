@@ -43,7 +43,7 @@ from fiveaxis.energy.milling import (
 )
 from fiveaxis.energy.path_feed import path_feed
 from fiveaxis.energy.surface import PowerSurface, posture_costs, power_surface
-from fiveaxis.energy.totals import Energy, law_energies, motion_energy, move_energies, move_powers
+from fiveaxis.energy.totals import Energy, KindEnergy, law_energies, motion_energy, move_energies, move_powers
 
 __all__ = [
     "Budget",
@@ -57,6 +57,7 @@ __all__ = [
     "EndMill",
     "Energy",
     "Factors",
+    "KindEnergy",
     "PowerSurface",
     "Process",
     "Share",

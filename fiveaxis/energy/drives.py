@@ -9,7 +9,7 @@ import numpy as np
 
 from fiveaxis.energy.gravity import STANDARD_GRAVITY, gravity_forces, moved_weights
 from fiveaxis.errors import MachineError
-from fiveaxis.geometry import Array
+from fiveaxis.geometry import Array, BoolArray
 from fiveaxis.machine import (
     AffineDrive,
     Axis,
@@ -19,6 +19,7 @@ from fiveaxis.machine import (
     Machine,
     WeightDrive,
 )
+from fiveaxis.motion import rapid_speeds
 
 # mm/s, rad/s: slower axes stand. A drive of constant power has that at any speed above 0, and what counts as
 # one mustn't depend on the last decimals of words (1e-5 mm in a block of 20 ms is half of this), nor on how
@@ -153,12 +154,13 @@ def axis_powers(
     return powers
 
 
-def travel_costs(machine: Machine, feed: Array) -> tuple[Array, Array]:
+def travel_costs(machine: Machine, feed: Array, rapid: BoolArray | None = None) -> tuple[Array, Array]:
     """Compute the energy per unit of axis travel at a programmed feed.
 
     ``W = 60·P/v`` with P in W and v in mm/min or deg/min (form-shaping Eq. 1): what a steady move of that
     axis alone takes. A rotary axis takes the programmed number as deg/min, as the equation does, also where
-    its power doesn't depend on its speed. For drives from first principles this leaves out acceleration, and
+    its power doesn't depend on its speed. A rapid move has no feed: there every axis is charged at its
+    `rapid_speeds`. For drives from first principles this leaves out acceleration, and
     what a drive holds at standstill, and takes gravity's torque with every axis at 0: how far the metric is
     from the power integral is told beside every total (`Energy`).
 
@@ -166,6 +168,7 @@ def travel_costs(machine: Machine, feed: Array) -> tuple[Array, Array]:
     ----------
     machine : every axis with a drive
     feed : (n,), mm/s
+    rapid : (n,), which moves are rapid; none by default
 
     Returns
     -------
@@ -184,9 +187,11 @@ def travel_costs(machine: Machine, feed: Array) -> tuple[Array, Array]:
     home = np.zeros((1, len(machine.axes)))
     forces, weights = _gravity(machine, drives, home)[0], moved_weights(machine)
     costs = np.empty((2, len(feed), len(drives)))
+    fastest = None if rapid is None else rapid_speeds(machine, feed)
     for i, (drive, axis) in enumerate(zip(drives, machine.axes, strict=True)):
         # The programmed number means deg/min for a rotary axis: feed in mm/s counts as deg/s.
         speed = np.radians(feed) if axis.is_rotary else np.asarray(feed, dtype=float)
+        speed = speed if fastest is None else np.where(rapid, fastest[:, i], speed)
         for side, sign in enumerate((1.0, -1.0)):
             costs[side, :, i] = _travel_cost(drive, speed, sign, float(forces[i]), float(weights[i]))
     return costs[0], costs[1]

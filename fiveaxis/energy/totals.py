@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, field
 from typing import Any
 
 import numpy as np
@@ -11,10 +11,25 @@ from fiveaxis.energy.drives import axis_powers, travel_costs
 from fiveaxis.geometry import Array, IntArray
 from fiveaxis.machine import FrictionDrive, Machine
 from fiveaxis.motion import Motion, TimeLaw
-from fiveaxis.toolpath import part_places
+from fiveaxis.toolpath import MoveKind, part_places
 
 # rad: gravity's torque on a tilting table is taken as steady over turns up to this.
 TORQUE_STEP = np.radians(3.0)
+
+
+@dataclass(frozen=True)
+class KindEnergy:
+    """What the moves of one kind cost.
+
+    Parameters
+    ----------
+    metric, integral : travel metric and ∫P dt of all feed drives, J
+    time : s
+    """
+
+    metric: float
+    integral: float
+    time: float
 
 
 @dataclass(frozen=True)
@@ -33,12 +48,14 @@ class Energy:
     integral_by_axis : ∫P dt of each feed drive, J
     base : base power × time, J; None where the machine's base power is unknown
     time : duration of the motion, s
+    by_kind : what ``cut``, ``link`` and ``rapid`` moves cost, those that the motion has
     """
 
     by_axis: dict[str, float]
     integral_by_axis: dict[str, float]
     base: float | None
     time: float
+    by_kind: dict[str, KindEnergy] = field(default_factory=dict)
 
     @property
     def total(self) -> float:
@@ -71,6 +88,7 @@ class Energy:
             "time": self.time,
             "integral_by_axis": dict(self.integral_by_axis),
             "metric_error": self.metric_error,
+            "by_kind": {name: asdict(share) for name, share in self.by_kind.items()},
         }
 
 
@@ -93,17 +111,32 @@ def motion_energy(machine: Machine, motion: Motion, integral: Array | None = Non
     ----------
     Hayashi et al. (2018), Eq. (1), for the travel metric.
     """
-    travel = move_energies(machine, motion).sum(axis=0)
+    charged = move_energies(machine, motion)
     if integral is None:
         integral = move_powers(machine, motion) * motion.time[:, None]
-    spent = integral.sum(axis=0)
+    travel, spent = charged.sum(axis=0), integral.sum(axis=0)
     time = float(motion.time.sum())
     return Energy(
         by_axis={c: float(j) for c, j in zip(machine.letters, travel, strict=True)},
         integral_by_axis={c: float(j) for c, j in zip(machine.letters, spent, strict=True)},
         base=None if machine.base_power is None else machine.base_power * time,
         time=time,
+        by_kind=_by_kind(motion, charged, integral),
     )
+
+
+def _by_kind(motion: Motion, charged: Array, integral: Array) -> dict[str, KindEnergy]:
+    """Add up travel metric and ∫P dt, (n, k) J, of the moves of each kind; the first row has none."""
+    kinds = {kind: motion.kind[1:] == kind for kind in MoveKind}
+    return {
+        kind.name.lower(): KindEnergy(
+            metric=float(charged[1:][rows].sum()),
+            integral=float(integral[1:][rows].sum()),
+            time=float(motion.time[1:][rows].sum()),
+        )
+        for kind, rows in kinds.items()
+        if rows.any()
+    }
 
 
 def move_energies(machine: Machine, motion: Motion) -> Array:
@@ -117,7 +150,7 @@ def move_energies(machine: Machine, motion: Motion) -> Array:
     ----------
     Hayashi et al. (2018), Eqs. (1), (6)-(8).
     """
-    plus, minus = travel_costs(machine, motion.feed)
+    plus, minus = travel_costs(machine, motion.feed, motion.rapid)
     moves = motion.moves
     return plus * np.maximum(moves, 0.0) + minus * np.maximum(-moves, 0.0)
 

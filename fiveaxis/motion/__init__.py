@@ -7,6 +7,7 @@ from fiveaxis.motion.filling import (
     axis_deviation,
     fill_in,
     fill_in_rows,
+    inside_rapids,
     led_deviation,
     respaced,
     way_deviation,
@@ -23,7 +24,15 @@ from fiveaxis.motion.program_motion import (
 from fiveaxis.motion.rates import PeakRate, peak_rates
 from fiveaxis.motion.thinning import SPEED_TOLERANCE, Thinned, thinned
 from fiveaxis.motion.time_law import Samples, TimeLaw, time_motion
-from fiveaxis.motion.timing import STANDSTILL, block_times, feed_times
+from fiveaxis.motion.timing import (
+    STANDSTILL,
+    block_times,
+    feed_times,
+    least_times,
+    rapid_findings,
+    rapid_speeds,
+    times_rapids,
+)
 
 __all__ = [
     "AXIS_TOLERANCE",
@@ -49,13 +58,18 @@ __all__ = [
     "fill_in",
     "fill_in_rows",
     "follow",
+    "inside_rapids",
+    "least_times",
     "led_deviation",
     "motion_digest",
     "move_profiles",
     "peak_rates",
     "positions_between",
+    "rapid_findings",
+    "rapid_speeds",
     "respaced",
     "thinned",
     "time_motion",
+    "times_rapids",
     "way_deviation",
 ]

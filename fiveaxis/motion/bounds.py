@@ -85,8 +85,8 @@ def require_motion(motion: Motion, machine: Machine) -> None:
             )
 
 
-def feed_times(motion: Motion, machine: Machine) -> Array:
-    """Compute how long blocks take at feed and highest speeds, as if axes could change speed at once.
+def unaccelerated_times(motion: Motion, machine: Machine) -> Array:
+    """Compute how long blocks take by the motion and highest speeds, as if axes could change speed at once.
 
     Returns
     -------

@@ -10,7 +10,7 @@ import numpy as np
 
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.machine import Machine
-from fiveaxis.motion.filling import axis_deviation, fill_in_rows
+from fiveaxis.motion.filling import axis_deviation, fill_in_rows, inside_rapids
 from fiveaxis.motion.motion import Motion
 from fiveaxis.motion.planes import AxisPlanes
 from fiveaxis.motion.program_motion import Interpolation
@@ -54,7 +54,7 @@ class Fill:
         hold: Collection[str] = (),
         cone: float = 0.0,
     ) -> Fill:
-        """Insert the locations that keep the tool on its path; each has a block.
+        """Insert the locations that keep the tool on its path; each has a block, but those inside rapid moves.
 
         Bounds on rotary axes go before the plane of the tool axis.
 
@@ -69,7 +69,12 @@ class Fill:
         planes = AxisPlanes.of(given, machine, rotary, hold=hold, cone=cone)
         tcp = interpolation is Interpolation.TCP
         path, filled, row = fill_in_rows(given, machine, rotary, led=tcp, planes=planes)
-        return cls(given, planes, path, filled, row, np.arange(len(path)), filled)
+        whole = cls(given, planes, path, filled, row, np.arange(len(path)), filled)
+        if not inside_rapids(path, row).any():
+            return whole
+        return whole.without_redundant(
+            interpolation=interpolation, max_turn=None, needed=np.ones(len(path), dtype=bool)
+        )
 
     @property
     def inserted(self) -> int:
@@ -99,6 +104,7 @@ class Fill:
             led=interpolation is Interpolation.TCP,
             needed=needed,
             planes=self.planes.demanded(self.row),
+            inside=inside_rapids(self.path, self.row),
         )
         return replace(self, kept=few.kept, blocks=few.motion)
 
@@ -113,18 +119,20 @@ class Fill:
         begin, end = clock[self.kept[before]], clock[self.kept[after]]
         lasting = end > begin
         share = np.where(lasting, (clock - begin) / np.where(lasting, end - begin, 1.0), 1.0)
+        # A rapid move has no feed: its path goes evenly from end to end.
+        inside = inside_rapids(self.path, self.row)
+        share[inside] = self.row[inside] - np.floor(self.row[inside])
         return np.where(after > 0, every[before] + share, 0.0)
 
-    def off_plane(self, row: Array, rotary: Array) -> Array:
+    def off_plane(self, rotary: Array) -> Array:
         """Measure how far the tool axis leaves its plane in each cut of the given path, (g − 1,) rad.
 
         Parameters
         ----------
-        row : (m,), places in rows of the given path
-        rotary : (m, 2), rad, chain order, there
+        rotary : (n, 2), rad, chain order
         """
         worst = np.zeros(len(self.given) - 1)
-        every = np.arange(len(row) - 1)
-        off = axis_deviation(self.planes, row, rotary, every, self.planes.cutting)
-        np.maximum.at(worst, np.floor(row[:-1]).astype(np.int64), off.max(axis=0))
+        every = np.arange(len(self.row) - 1)
+        off = axis_deviation(self.planes, self.row, rotary, every, self.planes.cutting)
+        np.maximum.at(worst, np.floor(self.row[:-1]).astype(np.int64), off.max(axis=0))
         return worst

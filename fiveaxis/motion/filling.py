@@ -39,7 +39,7 @@ def fill_in(
     axes turn, and the tool axis the plane of its directions. Inserted locations lie on the chord, with angles
     in proportion to the way or, in cuts in which the axis would leave its plane by more than
     `AXIS_TOLERANCE`, such that it turns evenly in the plane (`AxisPlanes`). They know no normal and no
-    contact.
+    contact. A rapid move is one block: nothing is cut in it, and its axes run straight.
 
     Parameters
     ----------
@@ -70,7 +70,8 @@ def fill_in_rows(
 
     Parameters
     ----------
-    led : whether the tool's centre has to stay on the path under a control that leads the tip, too
+    led : whether the tool's centre has to stay on the path under a control that leads the tip, too; rapid
+        moves are then filled as well, as such a control leads the tip in them (`inside_rapids`)
     planes : of the given path and angles, where they have been worked out
 
     Returns
@@ -81,7 +82,7 @@ def fill_in_rows(
     planes = planes or AxisPlanes.of(toolpath, machine, rotary)
     centre = toolpath.centres(planes.axes)
     path, angles, row = toolpath, rotary, np.arange(len(toolpath), dtype=float)
-    blocks: IntArray = np.arange(len(toolpath) - 1)
+    blocks = np.flatnonzero(np.ones(len(toolpath) - 1, dtype=bool) if led else ~toolpath.rapid[1:])
     for _ in range(MOST_ROUNDS):
         off = way_deviation(path, machine, angles, blocks) / tolerance
         if led:
@@ -95,7 +96,36 @@ def fill_in_rows(
         blocks = np.flatnonzero(np.repeat(parts, parts) > 1)
         row = np.interp(divided_rows(parts), np.arange(len(row)), row)
         path, angles = through(toolpath, row, centre), planes.rotary_at(row)
+        if led:
+            path = _with_tips_straight(path, toolpath.tips(planes.axes), row, tool_axes(machine, angles))
     return path, follow(path, machine, angles), row
+
+
+def _with_tips_straight(path: Toolpath, tip: Array, row: Array, axes: Array) -> Toolpath:
+    """Put locations inserted in rapid moves where a control that leads the tip has it: straight between rows.
+
+    Parameters
+    ----------
+    path : m locations
+    tip : (n, 3), mm, at the given rows
+    row : (m,), in rows of the given path
+    axes : (m, 3), unit vectors, of the tool at all locations
+    """
+    inside = inside_rapids(path, row)
+    pivot = path.pivot.copy()
+    pivot[inside] = path.zone.pivot_of_tip(interpolate(tip, row[inside]), path.normal[inside], axes[inside])
+    return replace(path, pivot=pivot)
+
+
+def inside_rapids(toolpath: Toolpath, row: Array) -> BoolArray:
+    """Find locations inserted in rapid moves, (m,): each of those is one block, whatever path it takes.
+
+    Parameters
+    ----------
+    toolpath : m locations, as `fill_in_rows` gives them
+    row : (m,), where each lies among the given ones
+    """
+    return np.asarray(toolpath.rapid & (row != np.floor(row)))
 
 
 def _heights(off: Array) -> Array:

@@ -48,6 +48,11 @@ class Motion:
         """(n,), where the move that ends at the row cuts."""
         return self.kind == MoveKind.CUT
 
+    @property
+    def rapid(self) -> BoolArray:
+        """(n,), where the move that ends at the row is a rapid move."""
+        return self.kind == MoveKind.RAPID
+
     def at(self, rows: IntArray) -> Motion:
         """Return some of the rows, given by their indices in order, as a motion without a name."""
         columns = ("positions", "feed", "time", "kind", "source")

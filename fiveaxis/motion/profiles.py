@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from fiveaxis.errors import SettingError
 from fiveaxis.geometry import Array, BoolArray
 from fiveaxis.machine import Machine
-from fiveaxis.motion.bounds import axis_bounds, feed_times, require_motion
+from fiveaxis.motion.bounds import axis_bounds, require_motion, unaccelerated_times
 from fiveaxis.motion.motion import Motion
 from fiveaxis.motion.timing import STANDSTILL
 
@@ -175,7 +175,7 @@ def block_profiles(motion: Motion, machine: Machine) -> Profile:
     moving = (moves > STANDSTILL).any(axis=1)
     with np.errstate(divide="ignore"):  # an axis that stands sets no bound
         rate = (axis_bounds(machine).acceleration / moves).min(axis=1)
-    top = np.divide(1.0, feed_times(motion, machine), out=np.zeros(len(motion)), where=moving)
+    top = np.divide(1.0, unaccelerated_times(motion, machine), out=np.zeros(len(motion)), where=moving)
     return _peaked(moving.astype(float), top, rate)
 
 

@@ -47,11 +47,6 @@ class Thinned:
     kept: IntArray
     driven: Motion
 
-    @classmethod
-    def whole(cls, motion: Motion) -> Thinned:
-        """Take a motion as it is, needless blocks and all."""
-        return cls(motion, np.arange(len(motion)), motion)
-
     @property
     def removed(self) -> int:
         """How many rows were needless."""
@@ -68,6 +63,7 @@ def thinned(
     led: bool = False,
     needed: BoolArray | None = None,
     planes: Array | None = None,
+    inside: BoolArray | None = None,
 ) -> Thinned:
     """Leave out the rows that a control passes by itself, at the moment at which it would.
 
@@ -92,9 +88,14 @@ def thinned(
     needed : (n,), rows that stay in any case
     planes : (n, 3), unit vectors at right angles to the plane in which the tool axis stays in the move to
         each row (`AxisPlanes.demanded`); zero where there is none
+    inside : (n,), rows within rapid moves (`inside_rapids`), which get no block in any case
     """
+    if inside is not None and inside.any():
+        # A span may not end at one of them.
+        needed = motion.rapid if needed is None else motion.rapid | needed
     course = _Course(toolpath, machine, motion, tolerance / BETWEEN, max_turn, led, needed, planes)
     kept = _joined(course, _longest_spans(course))
+    kept = kept if inside is None else kept[~inside[kept]]
     time = np.append(0.0, np.add.reduceat(motion.time, kept[:-1] + 1)) if len(kept) > 1 else motion.time[kept]
     # The last span of `reduceat` runs to the end, and the last row is always kept.
     few = Motion(
@@ -105,7 +106,7 @@ def thinned(
         kind=motion.kind[kept],
         source=motion.source[kept],
     )
-    return Thinned(few, kept, replace(motion, positions=course.driven(kept)))
+    return Thinned(few, kept, replace(motion, positions=course.driven(kept, inside)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -248,10 +249,12 @@ class _Course:
         travel = np.add.reduceat(moves - np.abs(self.motion.moves[row]), begins)
         return ~np.logical_or.reduceat(bad.any(axis=1), begins) & (travel <= ROUNDING).all(axis=1)
 
-    def driven(self, kept: IntArray) -> Array:
-        """Find the axes at all rows when only some are written, (n, k)."""
+    def driven(self, kept: IntArray, inside: BoolArray | None) -> Array:
+        """Find the axes at all rows when only some are written, (n, k); within rapid moves they are given."""
         positions = self.motion.positions.copy()
-        left = np.setdiff1d(np.arange(len(positions)), kept)
+        gone = np.ones(len(positions), dtype=bool) if inside is None else ~inside
+        gone[kept] = False
+        left = np.flatnonzero(gone)
         span = np.searchsorted(kept, left)
         if len(left):
             positions[left] = self._positions(left, kept[span - 1], kept[span])

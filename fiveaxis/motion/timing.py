@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array
 from fiveaxis.machine import Machine
 from fiveaxis.toolpath import Toolpath
@@ -17,12 +18,13 @@ def block_times(toolpath: Toolpath, machine: Machine, positions: Array) -> Array
 
     The feed is that of the pivot along its way in the workpiece, so it doesn't depend on the posture. A move
     in which only rotary axes turn takes the programmed number as deg/min, as RS274/NGC controls do. An axis
-    that would be faster than its highest speed stretches the move. Acceleration isn't considered.
+    that would be faster than its highest speed stretches the move. A rapid move has no feed: it takes as
+    long as the axis that needs longest at its `rapid_speeds`. Acceleration isn't considered.
 
     Parameters
     ----------
-    toolpath : gives way and feed
-    machine : gives highest speeds; an axis without one sets no bound
+    toolpath : gives way, feed and kind
+    machine : gives highest speeds; an axis without one sets no bound on cuts and links
     positions : (n, k), mm and rad
 
     Returns
@@ -34,6 +36,8 @@ def block_times(toolpath: Toolpath, machine: Machine, positions: Array) -> Array
     for column, axis in enumerate(machine.axes):
         if axis.max_speed is not None:
             times = np.maximum(times, moves[:, column] / axis.max_speed)
+    rapid = toolpath.rapid
+    times[rapid] = (moves[rapid] / rapid_speeds(machine, toolpath.feed[rapid])).max(axis=1, initial=0.0)
     return times
 
 
@@ -50,3 +54,67 @@ def feed_times(toolpath: Toolpath, turn: Array | float = 0.0) -> Array:
     """
     way = toolpath.lengths
     return np.where(way > STANDSTILL, way, np.degrees(turn)) / toolpath.feed
+
+
+def rapid_speeds(machine: Machine, feed: Array) -> Array:
+    """Give the speed of every axis in rapid moves: its highest, or where none is known the rows' feed.
+
+    Parameters
+    ----------
+    feed : (n,), mm/s, that the path states for rapid moves; a rotary axis takes the number as deg/s
+
+    Returns
+    -------
+    (n, k), mm/s and rad/s
+    """
+    stated = np.where([axis.is_rotary for axis in machine.axes], np.radians(feed)[:, None], feed[:, None])
+    known = np.array([np.nan if axis.max_speed is None else axis.max_speed for axis in machine.axes])
+    return np.where(np.isnan(known), stated, known)
+
+
+def rapid_findings(toolpath: Toolpath, machine: Machine, positions: Array) -> list[Finding]:
+    """Say which axes have no known speed in rapid moves, and what stands in for it; one finding, or none.
+
+    Parameters
+    ----------
+    positions : (n, k), mm and rad
+    """
+    rapid = np.flatnonzero(toolpath.rapid)
+    if not len(rapid):
+        return []
+    moved = (np.abs(np.diff(positions, axis=0, prepend=positions[:1]))[rapid] > STANDSTILL).any(axis=0)
+    moving = [axis for axis, moves in zip(machine.axes, moved, strict=True) if moves]
+    unknown = [axis.letter for axis in moving if axis.max_speed is None]
+    if not unknown:
+        return []
+    feeds = 60.0 * toolpath.feed[rapid]
+    taken = f"{feeds.min():.6g}" + (f" to {feeds.max():.6g}" if np.ptp(feeds) > STANDSTILL else "")
+    return [
+        Finding(
+            Severity.WARNING,
+            "rapid-speed-unknown",
+            f"machine {machine.name!r} doesn't tell the highest speed of {', '.join(unknown)}: in "
+            f"{len(rapid)} rapid moves {taken} mm/min (deg/min) is taken, as the path has it; give the rapid "
+            "speed (--rapid), or max_speed in the machine file",
+            toolpath.place(int(rapid[0])),
+            float(len(rapid)),
+        )
+    ]
+
+
+def least_times(toolpath: Toolpath, machine: Machine) -> Array:
+    """Compute how much of every move's duration no posture changes.
+
+    It is what the way takes at the programmed feed. A rapid move has no such part: its axes' travel is all of
+    its time. Where a linear axis has no known speed, what the way takes at the row's feed stands in for it.
+
+    Returns
+    -------
+    (n,), s; 0 for the first row
+    """
+    return np.where(toolpath.rapid & times_rapids(machine), 0.0, feed_times(toolpath))
+
+
+def times_rapids(machine: Machine) -> bool:
+    """Tell whether the highest speed of every linear axis is known, which rapid moves take their time by."""
+    return all(machine.axes[column].max_speed is not None for column in machine.linear_columns)

@@ -64,7 +64,8 @@ def read_toolpath(
     machine : that an NC program was written for: its rotary words are angles of this machine
     positions : of the tip in an NC program, while the control places it: in a frame that turns with the table
         (``table``) or in one that stays with the machine (``machine``)
-    start, program_zero, rapid_mm_min, block_delete, wrap : of an NC program, as for `read_program`
+    start, program_zero, block_delete, wrap : of an NC program, as for `read_program`
+    rapid_mm_min : speed in rapid moves of axes whose highest speed isn't known: the feed of those rows
     columns : names of the columns of a list of points without header
 
     Returns
@@ -110,6 +111,7 @@ def read_path_of(source: Source, options: ReadOptions) -> Toolpath:
     reader = _find_reader(Path(source.name))
     logger.info("%s: %d lines", Path(source.name).name, len(source.lines))
     found = reader(source, options)
+    found = found if options.rapid_mm_min is None else found.with_rapid(options.rapid_mm_min)
     logger.info("%s: %d locations", Path(source.name).name, len(found))
     return found
 

@@ -2,8 +2,9 @@
 
 Two headers are known, in any order of their columns: ``x,y,z,nx,ny,nz`` is a contact point with the surface
 normal out of the material, ``x,y,z,i,j,k`` a tool tip with the tool axis from tip to shank. Both may have a
-``feed``, always in mm/min, and ``cut``, 0 where the move that ends at the row only links two passes: the
-tool's place is that of the row, but nothing is touched there. Blank lines and lines that start with ``#`` are
+``feed``, always in mm/min, ``cut``, 0 where the move that ends at the row only links two passes (the tool's
+place is that of the row, but nothing is touched there), and ``rapid``, 1 where such a move is a rapid one.
+Blank lines and lines that start with ``#`` are
 skipped.
 
 Lists that other programs write often have no header, and fields apart by blanks. What their columns are is
@@ -35,9 +36,10 @@ from fiveaxis.toolpath import Toolpath
 POSITION = ("x", "y", "z")
 NORMAL = ("nx", "ny", "nz")
 AXIS = ("i", "j", "k")
-FEED, CUT = "feed", "cut"
-KNOWN = (*POSITION, *NORMAL, *AXIS, FEED, CUT)
-HEADERS = "x,y,z,nx,ny,nz[,feed][,cut] (contact and normal) or x,y,z,i,j,k[,feed][,cut] (tip and tool axis)"
+FEED, CUT, RAPID = "feed", "cut", "rapid"
+KNOWN = (*POSITION, *NORMAL, *AXIS, FEED, CUT, RAPID)
+MORE = "[,feed][,cut][,rapid]"
+HEADERS = f"x,y,z,nx,ny,nz{MORE} (contact and normal) or x,y,z,i,j,k{MORE} (tip and tool axis)"
 
 
 def read_points(source: Source, options: ReadOptions) -> Toolpath:
@@ -71,7 +73,10 @@ def read_points(source: Source, options: ReadOptions) -> Toolpath:
     if options.feed_mm_min is not None:
         feed = np.full(len(lines), options.feed_mm_min)
     tool = options.tool_or(None, source)
-    cuts = _cuts(column.get(CUT, np.ones(len(lines))), lines, source)
+    rapid = _switch(RAPID, column.get(RAPID, np.zeros(len(lines))), lines, source)
+    cuts = _switch(CUT, column.get(CUT, 1.0 - rapid), lines, source)
+    if (both := first_row(cuts & rapid)) is not None:
+        raise source.error("cut and rapid are both 1; a rapid move has cut 0", int(lines[both]))
     if NORMAL[0] in column:
         normal = unit_normals(np.column_stack([column[c] for c in NORMAL]), lines, source)
         path = Toolpath.from_contacts(
@@ -80,13 +85,14 @@ def read_points(source: Source, options: ReadOptions) -> Toolpath:
     else:
         axis = unit_axes(np.column_stack([column[c] for c in AXIS]), lines, source)
         path = Toolpath.from_tips(position, axis, tool, feed_mm_min=feed, source=lines, name=source.name)
-    return path.with_links(~cuts)
+    return path.with_links(~cuts & ~rapid).with_rapids(rapid)
 
 
-def _cuts(values: Array, lines: IntArray, source: Source) -> BoolArray:
+def _switch(name: str, values: Array, lines: IntArray, source: Source) -> BoolArray:
     bad = first_row((values != 0.0) & (values != 1.0))
     if bad is not None:
-        raise source.error(f"cut is {values[bad]:g}; write 1 for a cut, 0 for a link", int(lines[bad]))
+        what = "1 for a cut, 0 for a link" if name == CUT else "1 for a rapid move, else 0"
+        raise source.error(f"{name} is {values[bad]:g}; write {what}", int(lines[bad]))
     return values == 1.0
 
 

@@ -43,6 +43,8 @@ RANKED_KEPT = 6
 INSIDE = 1e-9
 # Where several bounds hold, axes are drawn this far inside them (rad): at their edges they may not meet.
 DRAWN_IN = np.radians(0.02)
+# Between unit vectors: tool axes of a program's own angles, but for rounding.
+SAME_AXIS = 1e-9
 # How far inside the bounds `lead-lean` looks for a pair of angles when its grid misses a narrow range (rad).
 INSETS = np.radians([2.0, 0.5, 0.1, 0.02])
 
@@ -62,10 +64,10 @@ def find_baselines(
 
     Returns
     -------
-    found : by name: ``as-programmed`` (the input's own tool axes), ``normal`` (along the reference
-        direction, tilted up as far as the range asks), ``lead-lean`` (the cheapest constant lead and lean),
-        ``fixed`` (the cheapest single posture, 3+2), ``greedy`` (each location takes the cheapest move from
-        the one before)
+    found : by name: ``as-programmed`` (the input's own tool axes, with a program's own angles), ``normal``
+        (along the reference direction, tilted up as far as the range asks), ``lead-lean`` (the cheapest
+        constant lead and lean), ``fixed`` (the cheapest single posture, 3+2), ``greedy`` (each location takes
+        the cheapest move from the one before)
     missing : by name, the reason
     """
     makers: dict[str, Callable[[Toolpath, Machine, TiltBounds], Array]] = {
@@ -88,10 +90,27 @@ def find_baselines(
 
 
 def as_programmed(toolpath: Toolpath, machine: Machine, tilt: TiltBounds) -> Array:
-    """Follow the tool axes of the input, on the cheapest branches; (n, 2) rad."""
+    """Follow the tool axes of the input; (n, 2) rad.
+
+    A program that names the angles of a machine like this one keeps them, turns and all. Else the axes take
+    the cheapest branches.
+    """
     if not toolpath.has_axes:
         raise NoBaseline("the input has no tool axes")
+    own = toolpath.rotary
+    if own is not None and _gives(machine, own, toolpath):
+        return own
     return follow_axes(toolpath, machine, toolpath.axis)
+
+
+def _gives(machine: Machine, rotary: Array, toolpath: Toolpath) -> bool:
+    """Tell whether rotary angles, (n, r) rad, give a path's tool axes on this machine, within its limits."""
+    if rotary.shape[1] != len(machine.rotary_columns) or not np.isfinite(rotary).all():
+        return False
+    axis = tool_axes(machine, rotary)
+    if not (np.linalg.norm(axis - toolpath.axis, axis=1) <= SAME_AXIS).all():
+        return False
+    return bool(within_limits(machine, linear_positions(machine, toolpath.tips(axis), rotary)).all())
 
 
 def along_normal(toolpath: Toolpath, machine: Machine, tilt: TiltBounds) -> Array:
@@ -248,7 +267,7 @@ def _admitted_everywhere(axis: Array, tilt: TiltBounds) -> BoolArray:
 
 def _fixed_costs(toolpath: Toolpath, machine: Machine, grid: Array) -> Array:
     """Price postures, (g, 2) rad, each held for the whole path; (g,) J, infinite beyond a limit."""
-    plus, minus = travel_costs(machine, toolpath.feed[1:])
+    plus, minus = travel_costs(machine, toolpath.feed[1:], toolpath.rapid[1:])
     costs = np.empty(len(grid))
     at_once = max(1, FIXED_ROWS // len(toolpath))
     for first in range(0, len(grid), at_once):
@@ -286,7 +305,7 @@ def greedy(toolpath: Toolpath, machine: Machine, tilt: TiltBounds) -> Array:
 
 def _walk(toolpath: Toolpath, machine: Machine, tilt: TiltBounds, anchor: Array) -> Array:
     waves = waves_of(machine, toolpath.pivot, toolpath.zone, tilt.all)
-    plus, minus = travel_costs(machine, toolpath.feed)
+    plus, minus = travel_costs(machine, toolpath.feed, toolpath.rapid)
     return walk(
         waves.linear,
         waves.cosines,
@@ -304,7 +323,7 @@ def _walk(toolpath: Toolpath, machine: Machine, tilt: TiltBounds, anchor: Array)
 
 def _walk_slowly(toolpath: Toolpath, machine: Machine, tilt: TiltBounds, anchor: Array) -> Array:
     """Do the same for any chain and cutter."""
-    plus, minus = travel_costs(machine, toolpath.feed)
+    plus, minus = travel_costs(machine, toolpath.feed, toolpath.rapid)
     coarse, fine = _offsets(COARSE), _offsets(FINE)
     rotary = anchor.copy()
     here = follow(toolpath, machine, anchor).positions[0]

@@ -68,7 +68,7 @@ def cheapest_sequence(machine: Machine, toolpath: Toolpath, found: Postures) -> 
 
 def _cheapest(machine: Machine, toolpath: Toolpath, found: Postures, low: Array, high: Array) -> Array:
     """Choose branches and turns, (n, 2) rad, with the compiled loop."""
-    plus, minus = travel_costs(machine, toolpath.feed)
+    plus, minus = travel_costs(machine, toolpath.feed, toolpath.rapid)
     columns = np.array(machine.rotary_columns)
     return cheapest_branches(found.positions, found.allowed, columns, low, high, ON_LIMIT, plus, minus)
 

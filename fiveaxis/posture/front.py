@@ -32,7 +32,7 @@ STRONGEST = 100.0
 # A way shorter than this, mm, tells no turn per mm.
 SHORTEST_WAY = 1e-3
 # Codes of findings about a path's postures (`with_findings`).
-OF_POSTURES = ("singular-turn", "singular-crossing", "rotary-slows")
+OF_POSTURES = ("rapid-speed-unknown", "singular-turn", "singular-crossing", "rotary-slows")
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,6 +11,7 @@ import numpy as np
 from fiveaxis.geometry import Array, IntArray
 from fiveaxis.kinematics import positions_about
 from fiveaxis.kinematics.windings import TURN
+from fiveaxis.motion import times_rapids
 from fiveaxis.posture.problem import Problem
 from fiveaxis.posture.reopening import Layout, Side
 from fiveaxis.posture.rings import Opening
@@ -97,7 +98,12 @@ class Joints:
         return ends, starts
 
     def _pace(self, row: int) -> float:
-        """Price of a mm at the feed of the move to a row, J/mm: time is paid on any way."""
+        """Price of a mm at the feed of the move to a row, J/mm: time is paid on any way.
+
+        The time of a rapid move goes with its axes' travel (`least_times`).
+        """
+        if self.layout.path.rapid[row] and times_rapids(self.problem.machine):
+            return 0.0
         return self.problem.time_price / float(self.layout.path.feed[row])
 
     def _steps(self, ends: IntArray, starts: IntArray, row: int) -> Array:

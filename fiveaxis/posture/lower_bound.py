@@ -79,7 +79,8 @@ def bound_travel(toolpath: Toolpath, machine: Machine, tilt: TiltBounds, *, cell
     rows = np.unique(
         np.append(np.arange(0, len(toolpath), -(-len(toolpath) // MOST_ROWS)), len(toolpath) - 1)
     )
-    plus, minus = (_least_between(costs[1:], rows) for costs in travel_costs(machine, toolpath.feed))
+    prices = travel_costs(machine, toolpath.feed, toolpath.rapid)
+    plus, minus = (_least_between(costs[1:], rows) for costs in prices)
     cells = cut_cells(machine, toolpath.zone, cell)
     at = toolpath.at(rows)
     bounds = [bound.at(rows) for bound in tilt.all]

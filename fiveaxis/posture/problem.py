@@ -11,7 +11,7 @@ from fiveaxis.errors import SettingError
 from fiveaxis.geometry import Array, BoolArray, IntArray, angle_between
 from fiveaxis.kinematics import positions_about, require_orienting, require_positioning
 from fiveaxis.machine import Machine
-from fiveaxis.motion import feed_times
+from fiveaxis.motion import least_times
 from fiveaxis.toolpath import TiltBounds, Toolpath, Zone
 
 # Where rotary steps are bounded, no step of a thinned path is larger than this (or than the bound itself):
@@ -40,7 +40,8 @@ class Problem:
     ``Σ_i [Σ_a (W⁺_a Δq⁺_a + W⁻_a Δq⁻_a) + P (τ_i − L_i/F_i) + μ_i ‖Δρ_i‖²]`` subject to the bounds on the
     tool's lean, the axis limits and the largest rotary step (design of the objective; the costs of travel are
     those of form-shaping Eq. 1). ``τ_i = max(L_i/F_i, max_a |Δq_a| / v_a)`` is how long a move takes: what it
-    takes at the programmed feed is paid whatever the posture, so only the rest counts. Where a rotary axis
+    takes at the programmed feed is paid whatever the posture, so only the rest counts. A rapid move has no
+    feed, so all of its time counts (`least_times`). Where a rotary axis
     has a highest acceleration a, the change of Δρ/τ from one cut to the next is at most
     ``a (τ_i + τ_{i+1}) / 2`` with the feed's τ; beyond that it has a price, and the machine would slow down.
 
@@ -55,7 +56,7 @@ class Problem:
     plus, minus : (n − 1, k), J/mm and J/rad of the step from row i to i + 1
     max_turn : (n − 1, 2), rad, largest step of each rotary axis, chain order; infinite where unbounded
     strict : (n − 1,), whether the step cuts, so that its `max_turn` holds; on links it is a wish with a price
-    least_time : (n − 1,), s, of the step at the programmed feed
+    least_time : (n − 1,), s, of the step at the programmed feed; 0 of a rapid move
     top_speed : (k,), mm/s and rad/s, infinite where unknown
     top_acceleration : (2,), rad/s², of the rotary axes, chain order; infinite where unknown
     time_price : J/s, P, of a step's time beyond the least
@@ -120,7 +121,7 @@ class Problem:
         for turn, unit in ((max_turn, "deg"), (turn_rate, "deg/mm")):
             if turn is not None and not turn > 0.0:
                 raise SettingError(f"largest rotary step is {np.degrees(turn):g} {unit}; it must be positive")
-        plus, minus = travel_costs(machine, toolpath.feed)
+        plus, minus = travel_costs(machine, toolpath.feed, toolpath.rapid)
         plus[:, machine.column("Z")] += up_penalty
         bounds = [np.inf if turn is None else turn for turn in (max_turn, link_turn)]
         turns = np.where(toolpath.cutting[1:], *bounds)
@@ -130,7 +131,6 @@ class Problem:
             # A place that is there twice would forbid every turn between its two locations.
             steep = np.maximum(turn_rate * toolpath.lengths[1:], LEAST_TURN)
             turns = np.where(toolpath.cutting[1:], np.minimum(turns, steep), turns)
-        still = feed_times(toolpath)
         return cls(
             machine=machine,
             pivot=toolpath.pivot,
@@ -141,7 +141,7 @@ class Problem:
             minus=minus[1:],
             max_turn=np.repeat(turns[:, None], 2, axis=1),
             strict=toolpath.cutting[1:],
-            least_time=still[1:],
+            least_time=least_times(toolpath, machine)[1:],
             top_speed=np.array([np.inf if a.max_speed is None else a.max_speed for a in machine.axes]),
             top_acceleration=np.array(
                 [

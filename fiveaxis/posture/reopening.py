@@ -161,6 +161,7 @@ def reopened(layout: Layout, openings: Sequence[Opening]) -> Reopened:
         contact=moved.contact + air,
         normal=moved.normal + air,
         axis=moved.axis + air,
+        rotary=None if moved.rotary is None else moved.rotary + air,
         feed=path.feed[moves],
         kind=kind,
         source=source,

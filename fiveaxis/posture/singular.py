@@ -20,7 +20,7 @@ from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.kinematics import singular_angles, singular_direction, tool_axes
 from fiveaxis.machine import Machine
-from fiveaxis.motion import Motion, feed_times
+from fiveaxis.motion import Motion, feed_times, rapid_findings
 from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.posture.solution import Solution
 from fiveaxis.toolpath import TiltBounds, Toolpath
@@ -148,9 +148,9 @@ def held(problem: Problem, toolpath: Toolpath, rotary: Array, solve: Solve, cone
 
 
 def with_findings(solution: Solution, cone: Cone | None) -> Solution:
-    """Return a solution whose path says where the rotary axes hold it up or turn within the cone."""
+    """Return a solution whose path says what its postures make of the time, and which turn in the cone."""
     path, machine, motion = solution.toolpath, solution.machine, solution.motion
-    told = slow_findings(path, machine, motion)
+    told = [*rapid_findings(path, machine, motion.positions), *slow_findings(path, machine, motion)]
     if cone is not None:
         told += cone_findings(path, machine, motion.positions[:, machine.rotary_columns], cone)
     return replace(solution, toolpath=replace(path, findings=(*path.findings, *told))) if told else solution

@@ -25,6 +25,9 @@ from fiveaxis.toolpath import TiltBounds, Toolpath
 # What people expect to be compared with, best first; any other baseline stands in where both are missing.
 PREFERRED_BASELINES = ("as-programmed", "normal")
 
+# By what two motions are compared, and what that is called in `Energy`.
+MEASURES = {"travel_metric": "total", "power_integral": "power_integral", "with_base": "with_base"}
+
 UNITS = {
     "energy": "J",
     "time": "s",
@@ -84,7 +87,7 @@ def report_document(
         "summary": _summary(findings, solution.toolpath, verification["counts"]),
         "findings": findings,
         "verification": verification,
-        "program": program and dict(program),
+        "program": program and _program(program),
         "budget": budget and dict(budget),
         "solver": [stage.as_dict() for stage in solution.stages],
         "machine": _machine(solution.machine),
@@ -108,6 +111,16 @@ def _summary(
     """Put findings together by cause; what optimiser and verification both tell counts once."""
     total = Counter(count_codes(toolpath.findings)) | Counter(counts)
     return [cause.as_dict() for cause in group_findings(map(Finding.from_dict, findings), total)]
+
+
+def _program(program: Mapping[str, Any]) -> dict[str, Any]:
+    """Take the program's figures, with what its own moves save against each baseline's program."""
+    result, *others = program["energy"].items()
+    savings = {
+        name: {measure: _share(result[1][key], energy[key]) for measure, key in MEASURES.items()}
+        for name, energy in others
+    }
+    return dict(program) | {"savings": savings}
 
 
 def describe_input(path: str | Path) -> dict[str, Any]:
@@ -149,11 +162,7 @@ def main_baseline(names: Collection[str]) -> str | None:
 
 def _savings(energy: Energy, baseline: Energy) -> dict[str, float | None]:
     """Compare two motions by each measure, as the share that is saved."""
-    return {
-        "travel_metric": _share(energy.total, baseline.total),
-        "power_integral": _share(energy.power_integral, baseline.power_integral),
-        "with_base": _share(energy.with_base, baseline.with_base),
-    }
+    return {name: _share(getattr(energy, key), getattr(baseline, key)) for name, key in MEASURES.items()}
 
 
 def _share(after: float | None, before: float | None) -> float | None:

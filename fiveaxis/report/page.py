@@ -101,18 +101,32 @@ def _facts(document: Mapping[str, Any]) -> str:
 def _saved(document: Mapping[str, Any], baseline: str | None) -> str:
     if baseline is None:
         return f"<p>There is no baseline to compare with.</p>\n{_missing(document)}"
-    shares = document["savings"][baseline]
+    shares, energies, what = _compared(document, baseline)
     cards = "\n".join(_card(shares[m], boundary) for m, boundary in BOUNDARIES.items())
-    after, before = (
-        escape(tables.number(e["total"])) for e in (document["energy"], document["baselines"][baseline])
-    )
+    after, before = (escape(tables.number(energy["total"])) for energy in energies)
     return (
         f"<p>Against <b>{escape(baseline)}</b>: {after} J instead of {before} J "
-        f"({BOUNDARIES['travel_metric']}).</p>\n"
+        f"({BOUNDARIES['travel_metric']}; {what}).</p>\n"
         f'<div class="cards">\n{cards}\n</div>\n'
         f"{_scroll(tables.baseline_table(document))}\n{_missing(document)}\n{_measures(document)}"
         f"{program_section(document['program'])}"
     )
+
+
+def _compared(
+    document: Mapping[str, Any], baseline: str
+) -> tuple[Mapping[str, float | None], tuple[Mapping[str, Any], Mapping[str, Any]], str]:
+    """Give savings, energies after and before, and what they are of: whole programs where there are both."""
+    program = document["program"]
+    if program is not None and baseline in program["energy"]:
+        energy = program["energy"]
+        return (
+            program["savings"][baseline],
+            (energy["optimised"], energy[baseline]),
+            "both are whole programs",
+        )
+    after, before = document["energy"], document["baselines"][baseline]
+    return document["savings"][baseline], (after, before), "at the cutter locations"
 
 
 def _card(share: float | None, boundary: str) -> str:

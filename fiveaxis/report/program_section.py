@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from html import escape
 from typing import Any
 
-from fiveaxis.report.tables import number, program_table
+from fiveaxis.report.tables import kinds_table, number, program_table
 
 
 def program_section(program: Mapping[str, Any] | None) -> str:
@@ -25,7 +25,12 @@ def program_section(program: Mapping[str, Any] | None) -> str:
         f"{_removed(program)} The program has {blocks} blocks for {before} locations, and its own "
         "moves cost, without approach and retract:"
     )
-    return f'<p>{escape(text)}</p>\n<div class="scroll">\n{program_table(program)}\n</div>\n'
+    apart = kinds_table(program)
+    shown = f'<p>{escape(text)}</p>\n<div class="scroll">\n{program_table(program)}\n</div>\n'
+    if apart:
+        said = "Of that power integral, and of the time, by kind of move:"
+        shown += f'<p>{said}</p>\n<div class="scroll">\n{apart}\n</div>\n'
+    return shown
 
 
 def _removed(program: Mapping[str, Any]) -> str:

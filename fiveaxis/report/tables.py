@@ -13,6 +13,7 @@ THIN_SPACE = "\u2009"
 MINUS = "\u2212"
 UNKNOWN = "unknown"
 NOTHING = "–"
+KINDS = {"cut": "cuts", "link": "links", "rapid": "rapid moves"}
 
 
 @dataclass(frozen=True)
@@ -70,6 +71,25 @@ def program_table(program: Mapping[str, Any]) -> str:
         rows.append((name, number(before["total"]), saved[0], number(before["power_integral"]), saved[1]))
     times = (number(energy["time"], 1) for energy in program["energy"].values())
     return table(heads, [(*row, time) for row, time in zip(rows, times, strict=True)])
+
+
+def kinds_table(program: Mapping[str, Any]) -> str:
+    """Show cuts, links and rapid moves of all programs apart; empty where there are cuts only."""
+    spent = {name: energy["by_kind"] for name, energy in program["energy"].items()}
+    kinds = [kind for kind in KINDS if any(kind in shares for shares in spent.values())]
+    if kinds == ["cut"]:
+        return ""
+    heads = [f"#{KINDS[kind]} ({unit})" for kind in kinds for unit in ("J", "s")]
+    rows = []
+    for name, shares in spent.items():
+        cells = [name]
+        for kind in kinds:
+            share = shares.get(kind)
+            cells += (
+                [NOTHING, NOTHING] if share is None else [number(share["integral"]), number(share["time"], 1)]
+            )
+        rows.append(cells)
+    return table(("program", *heads), rows)
 
 
 def missing_list(document: Mapping[str, Any]) -> str:

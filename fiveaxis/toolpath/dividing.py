@@ -54,6 +54,7 @@ def through(toolpath: Toolpath, row: Array, along: Array | None = None) -> Toolp
         contact=path.contact + unknown,
         normal=path.normal + unknown,
         axis=path.axis + unknown,
+        rotary=None if path.rotary is None else path.rotary + unknown,
     )
 
 

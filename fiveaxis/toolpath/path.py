@@ -51,6 +51,8 @@ class Toolpath:
     ignored : words of the source that were seen and not used, with their counts
     findings : what was assumed or left out while it was read, with its place
     touching : the zone of the cutter's profile that touches; the one that is meant to cut by default
+    rotary : (n, r), rad, chain order: where a program for a machine of its own puts the rotary axes, NaN
+        where it doesn't say; None for a source that names no axes
     """
 
     tool: Tool
@@ -66,6 +68,7 @@ class Toolpath:
     source_is_line: bool = False
     findings: tuple[Finding, ...] = ()
     touching: Zone | None = None
+    rotary: Array | None = None
 
     def __post_init__(self) -> None:
         n = len(self.pivot)
@@ -77,6 +80,8 @@ class Toolpath:
                 raise ToolpathError(f"{name} has shape {found}; {shape} is needed", file=self.name)
         if n == 0:
             raise ToolpathError("no cutter locations", file=self.name)
+        if self.rotary is not None and len(self.rotary) != n:
+            raise ToolpathError(f"rotary has {len(self.rotary)} rows; {n} are needed", file=self.name)
         unplaced = np.any(np.logical_not(np.isfinite(self.pivot)), axis=1)
         self._check_rows(unplaced, "a position that isn't a finite number")
         moving = np.isfinite(self.feed) & (self.feed > 0.0)
@@ -206,6 +211,11 @@ class Toolpath:
         return self.cutting | np.append(self.cutting[1:], False)
 
     @property
+    def rapid(self) -> BoolArray:
+        """(n,), where the move that ends at the location is a rapid move."""
+        return self.kind == MoveKind.RAPID
+
+    @property
     def has_normals(self) -> bool:
         """Whether every cutting location knows its surface normal."""
         return bool(np.isfinite(self.normal[self.cutting]).all())
@@ -269,7 +279,8 @@ class Toolpath:
     def at(self, rows: IntArray) -> Toolpath:
         """Return the path through some of its locations, given by their indices in order."""
         columns = ("pivot", "contact", "normal", "axis", "feed", "kind", "source")
-        return replace(self, **{name: getattr(self, name)[rows] for name in columns})
+        rotary = None if self.rotary is None else self.rotary[rows]
+        return replace(self, **{name: getattr(self, name)[rows] for name in columns}, rotary=rotary)
 
     def with_links(self, links: BoolArray) -> Toolpath:
         """Return the path with some rows, (n,), made links: the pivot stays, the contact is forgotten."""
@@ -284,6 +295,14 @@ class Toolpath:
     def with_feed(self, feed_mm_min: float) -> Toolpath:
         """Return the same path with one feed everywhere, in mm/min."""
         return replace(self, feed=np.full(len(self), feed_mm_min / 60.0))
+
+    def with_rapid(self, feed_mm_min: float) -> Toolpath:
+        """Return the same path with one feed in rapid moves, in mm/min."""
+        return replace(self, feed=np.where(self.rapid, feed_mm_min / 60.0, self.feed))
+
+    def with_rapids(self, rapid: BoolArray) -> Toolpath:
+        """Return the path with some rows, (n,), made rapid moves, as `with_links` makes links."""
+        return replace(self.with_links(rapid), kind=np.where(rapid, MoveKind.RAPID, self.kind))
 
 
 def _rows(values: ArrayLike, what: str, name: str) -> Array:

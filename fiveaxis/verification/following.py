@@ -115,8 +115,9 @@ def check_following(
     """
     tolerance = subject.tolerances.deviation
     track = Track.of(subject, path, straight=straight)
-    match, off = _follow(track, path, tolerance)
+    match, off = _follow(track, path, tolerance, straight=straight)
     off = np.where(track.linking, np.nan, off)
+    swerves = bool((path.rapid.any() and track.rapid.any()) and not straight)
     worst = np.zeros(len(subject.positions))
     np.maximum.at(worst, track.row, np.nan_to_num(off))
     rows = np.flatnonzero(worst > tolerance)
@@ -138,7 +139,10 @@ def check_following(
             f"way of the tool's centre against the path {path.name}, within {tolerance:g} mm, by all "
             f"{len(path)} locations in order",
         ),
-        not_checked=("the way before the first location of the path, and out of its last one",),
+        not_checked=(
+            "the way before the first location of the path, and out of its last one",
+            *(("the way of rapid moves from one location of the path to the next",) if swerves else ()),
+        ),
     )
     return leaving, _missed(match, path, tolerance), match
 
@@ -157,8 +161,10 @@ def _missed(match: Match, path: Toolpath, tolerance: float) -> tuple[Finding, ..
     )
 
 
-def _follow(track: Track, path: Toolpath, tolerance: float) -> tuple[Match, Array]:
+def _follow(track: Track, path: Toolpath, tolerance: float, *, straight: bool) -> tuple[Match, Array]:
     """Walk along both: the program's place beside each location, and how far the rest is off the chords.
+
+    Where axes run straight, rapid moves of both go from location to location, and anywhere between.
 
     Returns
     -------
@@ -168,11 +174,14 @@ def _follow(track: Track, path: Toolpath, tolerance: float) -> tuple[Match, Arra
     """
     count = len(path)
     rows, gaps = np.full(count, -1, dtype=np.int64), np.full(count, np.nan)
+    free = path.rapid & (not straight)
     places, axes = np.full(count, np.nan), np.full((count, 3), np.nan)
     off = np.full(len(track.row), np.nan)
     steps = np.linalg.norm(np.diff(track.centre, axis=0), axis=1)
     # Links come back to where they left: they are no way along the path.
     steps[track.linking[1:]] = 0.0
+    # Axes that run straight take the tool wherever it goes, and that may be far about.
+    steps[track.rapid[1:] & (not straight)] = 0.0
     way = np.append(0.0, np.cumsum(np.nan_to_num(steps)))
     lengths = path.lengths
     at, allowed, last = 0, np.inf, -1
@@ -195,6 +204,8 @@ def _follow(track: Track, path: Toolpath, tolerance: float) -> tuple[Match, Arra
             # A place may be on the next chord already: the location is somewhere on the way to it.
             stop = min(i + 1, count - 1)
             off[at + 1 : place + 1] = _off(track, path, axes, last, stop, at + 1, place + 1)
+            if free[i]:
+                off[at + 1 : place + 1][track.rapid[at + 1 : place + 1]] = np.nan
         rows[i], gaps[i] = track.row[_nearer(track, path, i, place, at)], gap
         at, last, allowed = place, i, 0.0
     if last >= 0:

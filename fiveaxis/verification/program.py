@@ -14,7 +14,7 @@ from fiveaxis.motion import AXIS_TOLERANCE, FASTEST, PATH_TOLERANCE, SPEED_TOLER
 from fiveaxis.toolpath import Constraints
 from fiveaxis.verification.asked import Asked
 from fiveaxis.verification.between import Ways
-from fiveaxis.verification.read_back import Driven, ExpectedText, ReadBack, check_text
+from fiveaxis.verification.read_back import ExpectedText, ReadBack, check_text
 from fiveaxis.verification.report import Report, Result
 from fiveaxis.verification.subject import Tolerances, make_subject
 from fiveaxis.verification.verdict import Examination, examine
@@ -56,7 +56,7 @@ def verify_text(
         As `verify`.
     """
     machine, driven = back.machine, back.driven(fill)
-    asked = Asked.of_degrees(fill.given, machine, **constraints.options).between(driven.row)
+    asked = Asked.of_degrees(fill.given, machine, **constraints.options).between(fill.row)
     exact = not fill.removed
     if fill.given.zone.offset:
         # Between two locations the path of a pivot beside the tool's axis isn't known, nor is a turn per mm.
@@ -66,13 +66,12 @@ def verify_text(
         # direction. In spans turns go with time, and lengths only as nearly as their blocks have one speed.
         faster = fill.planes.fastest(fill.row) * (1.0 if exact else 1.0 + SPEED_TOLERANCE)
         asked = replace(asked, turn_rate=asked.turn_rate * faster)
-    at = driven.of_fill[rows]
     more = (
-        *check_text(back, at, expected),
-        _check_planes(driven, fill, driven.motion.positions[:, machine.rotary_columns]),
+        *check_text(back, rows, expected),
+        _check_planes(fill, driven.positions[:, machine.rotary_columns]),
     )
-    accelerations = driven.path is fill.given and exact
-    subject = make_subject(driven.motion, machine, driven.path, asked, allowed_between(tolerances))
+    accelerations = fill.path is fill.given and exact
+    subject = make_subject(driven, machine, fill.path, asked, allowed_between(tolerances))
     # Rows stand so close that the tip led straight and axes run linearly take the same way between them.
     ways = Ways("axes", "axes")
     left = (JERK,) if accelerations else (JERK, NO_ACCELERATIONS)
@@ -97,15 +96,15 @@ def allowed_between(tolerances: Tolerances) -> Tolerances:
     )
 
 
-def _check_planes(driven: Driven, fill: Fill, rotary: Array) -> Result:
+def _check_planes(fill: Fill, rotary: Array) -> Result:
     """Check that the tool axis stays in the plane of its directions at both ends of each cut."""
-    off = fill.off_plane(driven.row, rotary)
+    off = fill.off_plane(rotary)
     moves = np.flatnonzero(fill.planes.left)
     degrees, most = np.degrees(off[moves]), math.degrees(AXIS_TOLERANCE)
     return Result(
         code="axis-off-plane",
         severity=Severity.WARNING,
-        rows=np.searchsorted(driven.row, moves + 1.0),
+        rows=np.searchsorted(fill.row, moves + 1.0),
         values=degrees,
         message=lambda i: (
             "within the cut the tool axis leaves the plane of its directions at both ends by "

@@ -7,7 +7,7 @@ finds in it. Here its rows are laid beside the rows that were planned, and the d
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -17,8 +17,7 @@ from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.kinematics import tool_poses
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Fill, Interpolation, Motion, ProgramMotion, positions_between
-from fiveaxis.toolpath import MoveKind, Toolpath, interpolate
-from fiveaxis.toolpath.dividing import through
+from fiveaxis.toolpath import MoveKind
 from fiveaxis.verification.checks import largest
 from fiveaxis.verification.report import Result
 
@@ -76,33 +75,16 @@ class ReadBack:
         """(m,), row of the text where each planned row is reached; without a block the axes stand there."""
         return np.maximum(np.maximum.accumulate(self._last), 0)
 
-    def driven(self, fill: Fill) -> Driven:
-        """Find where the text leads the axes at every location of the path."""
+    def driven(self, fill: Fill) -> Motion:
+        """Find where the text leads the axes at every location of the fill, and when."""
         blocks = self.planned.first + fill.place
-        at = self._in_text(blocks)
         positions = positions_between(
             self.machine, self.read.positions[self.end], blocks, self.planned.interpolation
         )
-        place, row, order = at, fill.row, np.arange(len(at))
-        added = self._within_rapids(at) if self.planned.interpolation is Interpolation.TCP else at[:0]
-        if len(added):
-            place = np.concatenate([at, added])
-            order = np.argsort(place, kind="stable")
-            row = np.concatenate([row, np.interp(added, at, row)])[order]
-            positions = np.concatenate([positions, interpolate(self.read.positions, added)])[order]
-            place = place[order]
-        path = fill.path if not len(added) else through(fill.given, row, fill.given.centres(fill.planes.axes))
-        planned = np.interp(place, at, np.cumsum(fill.motion.time))
-        clock = np.interp(place, np.arange(len(self.read)), np.cumsum(self.read.time))
-        # What a rapid move takes isn't in the text.
-        time = np.where(
-            path.kind == MoveKind.RAPID,
-            np.diff(planned, prepend=planned[:1]),
-            np.diff(clock, prepend=clock[:1]),
-        )
-        motion = Motion(fill.motion.letters, positions, path.feed, time, path.kind, path.source)
-        rapid = self.read.kind[np.ceil(place).astype(np.int64)] == MoveKind.RAPID
-        return Driven(motion, path, row, rapid, np.searchsorted(place, at))
+        clock = np.interp(self._in_text(blocks), np.arange(len(self.read)), np.cumsum(self.read.time))
+        # How long a rapid move takes isn't in the text.
+        time = np.where(fill.path.rapid, fill.motion.time, np.diff(clock, prepend=clock[:1]))
+        return replace(fill.motion, positions=positions, time=time)
 
     def _in_text(self, blocks: Array) -> Array:
         """Turn fractional planned rows into rows of the text; the parts of a block last equally long."""
@@ -110,32 +92,6 @@ class ReadBack:
         before = np.maximum(after - 1, 0)
         share = blocks - before
         return np.asarray(self.end[before] + share * (self.end[after] - self.end[before]))
-
-    def _within_rapids(self, at: Array) -> Array:
-        """Find the rows of the text, (a,), inside moves that don't cut and have no locations inside."""
-        rows = np.arange(int(np.ceil(at[0])), int(np.floor(at[-1])) + 1)
-        kind = self.planned.motion.kind[np.searchsorted(self.end, rows)]
-        inside = (kind != MoveKind.CUT) & ~np.isin(rows, at)
-        return rows[inside].astype(float)
-
-
-@dataclass(frozen=True, eq=False)
-class Driven:
-    """What a text makes of a path.
-
-    Parameters
-    ----------
-    motion, path : d rows: where the text has the axes, and the locations that belong there
-    row : (d,), where those lie among the given locations
-    rapid : (d,), whether the text says that the move there is rapid
-    of_fill : (n,), the rows at which the locations of the fill are
-    """
-
-    motion: Motion
-    path: Toolpath
-    row: Array
-    rapid: BoolArray
-    of_fill: IntArray
 
 
 @dataclass(frozen=True)

@@ -16,6 +16,9 @@ O0001
 (  at the workpiece origin, as in the machine model)
 (tool length: Z is the tool tip's; the control adds the)
 (  length of the loaded tool, so measure it)
+(rapid moves are taken to run straight, all axes arriving)
+(  together: see that the control does so, as some let every)
+(  axis run at its own speed)
 (start with the tool clear of part and table: first the)
 (  rotary axes turn, then X and Y move, then Z)
 G21 G90 G94 G17 G40 G49 G80
@@ -28,7 +31,7 @@ G1 X0.0000 Y0.0000 Z0.0000 B37.5000 C0.0000 F120.000
 G1 X3.0000 Y4.0000 Z-2.0000 B42.5000 C10.0000 F120.000
 G1 B42.5000 C40.0000 F150.000
 G1 X-7.0000 Y9.0000 Z1.0000 B29.5000 C40.0000 F240.000
-G1 X-7.0000 Y9.0000 Z31.0000 B29.5000 C40.0000 F600.000
+G0 X-7.0000 Y9.0000 Z31.0000 B29.5000 C40.0000
 G94
 G49
 M5

@@ -12,6 +12,9 @@ O0012
 (  axis at 0)
 (tool length: words are the tip's, and the control adds the)
 (  length of the loaded tool: measure it)
+(rapid moves are taken to run straight, all axes arriving)
+(  together: see that the control does so, as some let every)
+(  axis run at its own speed)
 (start with the tool clear of part and table: first the)
 (  rotary axes turn, then X, Y and Z move together)
 N10 G21 G90 G94 G17 G40 G49 G80
@@ -27,7 +30,7 @@ N100 G1 X0.0000 Y0.0000 Z0.0000 F600.000
 N110 G1 X0.1530 Y4.0887 Z-3.5013 B42.5000 C10.0000 F646.220
 N120 G1 X-1.9119 Y3.6174 Z-3.5013 B42.5000 C40.0000 F317.700
 N130 G1 X-10.0750 Y3.2947 Z4.3173 B29.5000 C40.0000 F2713.920
-N140 G1 X1.2416 Y12.7905 Z30.4280 B29.5000 C40.0000 F18000.043
+N140 G0 X1.2416 Y12.7905 Z30.4280 B29.5000 C40.0000
 N150 G49
 N160 G53 G0 Z0.0000
 N170 M5

@@ -15,21 +15,22 @@
 14 ; zero: the work offset is the workpiece origin, with every axis at 0
 15 ; tool length: words are the tip's, and the control adds the length of the loaded
 16 ;   tool: measure it
-17 ; start with the tool clear of part and table: first the rotary axes turn, then X,
-18 ;   Y and Z move together
-19 ; B count as on this control, opposite to tool relative to workpiece
-20 L M129
-21 L M127
-22 L B+90.0000 C+0.0000 R0 FMAX
-23 L M128
-24 L X-103.9447 Y-128.5000 Z+283.5000 R0 FMAX
-25 L X-100.4092 Y-126.0000 Z+281.0000 R0 F600.000
-26 L X-79.7353 Y-130.4391 Z+286.3885 B+85.0000 C+10.0000 R0 F2618.508
-27 L X-3.8332 Y-152.8312 Z+286.3885 B+85.0000 C+40.0000 R0 F11870.427
-28 L X+7.5826 Y-173.1032 Z+261.5213 B+98.0000 C+40.0000 R0 F8172.880
-29 L X+2.4741 Y-199.6960 Z+274.4337 B+98.0000 C+40.0000 R0 F18000.039
-30 L M129
-31 L M5
-32 L M9
-33 L M30
-34 END PGM PART MM
+17 ; rapid moves are taken to run straight, all axes arriving together: L does so
+18 ; start with the tool clear of part and table: first the rotary axes turn, then X,
+19 ;   Y and Z move together
+20 ; B count as on this control, opposite to tool relative to workpiece
+21 L M129
+22 L M127
+23 L B+90.0000 C+0.0000 R0 FMAX
+24 L M128
+25 L X-103.9447 Y-128.5000 Z+283.5000 R0 FMAX
+26 L X-100.4092 Y-126.0000 Z+281.0000 R0 F600.000
+27 L X-79.7353 Y-130.4391 Z+286.3885 B+85.0000 C+10.0000 R0 F2618.508
+28 L X-3.8332 Y-152.8312 Z+286.3885 B+85.0000 C+40.0000 R0 F11870.427
+29 L X+7.5826 Y-173.1032 Z+261.5213 B+98.0000 C+40.0000 R0 F8172.880
+30 L X+2.4741 Y-199.6960 Z+274.4337 B+98.0000 C+40.0000 R0 FMAX
+31 L M129
+32 L M5
+33 L M9
+34 L M30
+35 END PGM PART MM

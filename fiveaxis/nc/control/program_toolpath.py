@@ -79,7 +79,7 @@ def read_program_path(source: Source, options: ReadOptions) -> Toolpath:
         ignored={word: n for word, n in interpreter.ignored.items() if n},
         findings=tuple(interpreter.findings),
     )
-    path = replace(path, feed=_feeds(path, columns, interpreter, options))
+    path = replace(path, feed=_feeds(path, columns, interpreter, options), rotary=_rotary(columns, stand_in))
     path = _touching(path, columns, source)
     return replace(path, findings=path.findings + remark_on(path))
 
@@ -215,6 +215,17 @@ def _note_long_turns(columns: Columns, interpreter: Interpreter) -> None:
         )
 
 
+def _rotary(columns: Columns, stand_in: bool) -> Array | None:
+    """Give the program's own rotary angles, (n, r) rad, chain order, NaN where a direction is named instead.
+
+    None where the machine only stands in for one that nobody named.
+    """
+    if stand_in or not columns.machine.rotaries:
+        return None
+    given = np.isfinite(columns.vectors[:, :1])
+    return np.where(given, np.nan, columns.positions()[:, columns.machine.rotary_columns])
+
+
 def _feeds(path: Toolpath, columns: Columns, interpreter: Interpreter, options: ReadOptions) -> Array:
     """Give every row a feed, (n,) mm/s, so that a move timed by the program keeps its duration.
 
@@ -230,6 +241,4 @@ def _feeds(path: Toolpath, columns: Columns, interpreter: Interpreter, options: 
     feed = filled(np.where(path.cutting, feed, np.nan))
     if not np.isfinite(feed).all():
         feed = np.full(len(path), DEFAULT_FEED / 60.0)
-    if options.rapid_mm_min is None:
-        return feed
-    return np.where(path.kind == MoveKind.RAPID, options.rapid_mm_min / 60.0, feed)
+    return feed

@@ -73,12 +73,10 @@ def block_lines(motion: Motion, wording: Wording, winding: str) -> Blocks:
     feeds[1:] = rounded_feeds(wanted, feed_form(wording))[1:]
     require_range(feeds, moves, motion, wording)
     kept = words.kept & (_needed(plain, wording)[:, None] | ~wording.is_linear)
-    texts = _texts(words, kept, feeds, wording, modulo_templates(wording, winding))
-    owned = [
-        (line, row)
-        for text, row in zip(texts, moves.row[1:].tolist(), strict=True)
-        for line in text.split("\n")
-    ]
+    templates = modulo_templates(wording, winding)
+    texts = _texts(words, kept, np.where(moves.rapid, np.nan, feeds), wording, templates)
+    owners = moves.row[1:].tolist()
+    owned = [(line, row) for text, row in zip(texts, owners, strict=True) for line in text.split("\n")]
     notes = (*note_floor(plain, raised, moves, wording), *note_rounding(wanted, feeds, moves, wording))
     return Blocks([line for line, _ in owned], [row for _, row in owned], dropped, notes)
 
@@ -192,23 +190,36 @@ def _require_numbers(values: Array, moves: Moves, motion: Motion, wording: Wordi
 def _texts(
     words: Words, kept: BoolArray, feeds: Array, wording: Wording, templates: list[str | None]
 ) -> list[str]:
-    """Write the block of each row but the first; what stands before it is on lines of its own."""
+    """Write the block of each row but the first; what stands before it is on lines of its own.
+
+    Parameters
+    ----------
+    feeds : (m,), NaN in rapid moves
+    """
     if len(feeds) < 2:
         return []
-    by_feed = feed_formats(feeds[1:], feed_form(wording))
+    rapid = np.isnan(feeds[1:])
+    by_feed = feed_formats(np.where(rapid, 1.0, feeds[1:]), feed_form(wording))
+    by_feed = ["" if quick else text for quick, text in zip(rapid.tolist(), by_feed, strict=True)]
     formats = _formats(kept[1:], by_feed, wording, templates)
     for row, block in words.before.items():
         formats[row - 1] = f"{block.replace('%', '%%')}\n{formats[row - 1]}"
-    plain = np.array([text[0] == "%" for text in by_feed])
+    plain = np.array([text[:1] == "%" for text in by_feed])
     values = np.column_stack([words.values[1:], feeds[1:]])
     places = np.column_stack([kept[1:], plain])
     return list(fill_formats(formats, values, places))
 
 
 def _formats(kept: BoolArray, feeds: list[str], wording: Wording, templates: list[str | None]) -> list[str]:
-    """Give the format of every row, (m,): few different ones, but for feeds written out."""
+    """Give the format of every row, (m,): few different ones, but for feeds written out.
+
+    Parameters
+    ----------
+    feeds : (m,), what writes F; empty in a rapid move, which has none
+    """
     words = wording.formats(templates)
     linear = (wording.mode.linear or wording.dialect.linear).replace("%", "%%")
+    rapid = (wording.mode.rapid or wording.dialect.rapid).replace("%", "%%")
     patterns, owner = np.unique(kept, axis=0, return_inverse=True)
     made: dict[tuple[int, str], str] = {}
     joined = [" ".join(w for w, keep in zip(words, pattern, strict=True) if keep) for pattern in patterns]
@@ -216,6 +227,7 @@ def _formats(kept: BoolArray, feeds: list[str], wording: Wording, templates: lis
     for pattern, feed in zip(owner.reshape(-1).tolist(), feeds, strict=True):
         key = pattern, feed
         if key not in made:
-            made[key] = linear.format(words=joined[pattern], feed=feed)
+            template = linear if feed else rapid
+            made[key] = template.format(words=joined[pattern], feed=feed)
         formats.append(made[key])
     return formats

@@ -15,9 +15,8 @@ from fiveaxis.motion import Motion
 from fiveaxis.nc.writing.feeds import SECONDS
 from fiveaxis.nc.writing.numbers import feed_text, fill_formats
 from fiveaxis.nc.writing.places import Wording
-from fiveaxis.toolpath import MoveKind
 
-COLUMNS = "x,y,z,i,j,k,feed,cut"
+COLUMNS = "x,y,z,i,j,k,feed,cut,rapid"
 
 
 def location_lines(motion: Motion, wording: Wording, header: Sequence[str]) -> list[str]:
@@ -36,7 +35,7 @@ def location_lines(motion: Motion, wording: Wording, header: Sequence[str]) -> l
 def _apt(motion: Motion, wording: Wording, places: Array, header: Sequence[str]) -> list[str]:
     """Write GOTO for each location, FEDRAT where the feed changes, RAPID before each rapid move."""
     goto = "GOTO/" + ",".join(f"%.{int(d)}f" for d in wording.decimals)
-    rapid = motion.kind == MoveKind.RAPID
+    rapid = motion.rapid
     texts = _feeds(motion, wording)
     formats, now = [], ""
     for quick, feed in zip(rapid.tolist(), texts, strict=True):
@@ -52,8 +51,8 @@ def _apt(motion: Motion, wording: Wording, places: Array, header: Sequence[str])
 
 def _points(motion: Motion, wording: Wording, places: Array, header: Sequence[str]) -> list[str]:
     row = ",".join(f"%.{int(d)}f" for d in wording.decimals)
-    cuts = motion.cutting.astype(int).tolist()
-    formats = [f"{row},{feed},{cut}" for feed, cut in zip(_feeds(motion, wording), cuts, strict=True)]
+    kinds = [f"{int(cut)},{int(quick)}" for cut, quick in zip(motion.cutting, motion.rapid, strict=True)]
+    formats = [f"{row},{feed},{kind}" for feed, kind in zip(_feeds(motion, wording), kinds, strict=True)]
     return [*header, COLUMNS, *_filled(formats, places)]
 
 

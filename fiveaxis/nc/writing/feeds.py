@@ -146,7 +146,7 @@ def require_range(feeds: Array, moves: Moves, motion: Motion, wording: Wording) 
     form = feed_form(wording)
     low = form.least or 0.0
     high = np.inf if form.most is None else form.most
-    bad = (feeds[1:] < low) | (feeds[1:] > high) | (feeds[1:] <= 0.0)
+    bad = ((feeds[1:] < low) | (feeds[1:] > high) | (feeds[1:] <= 0.0)) & ~moves.rapid[1:]
     if not bad.any():
         return
     row = int(np.argmax(bad)) + 1
@@ -174,6 +174,7 @@ def note_floor(values: Array, raised: BoolArray, moves: Moves, wording: Wording)
     way, along = ways(values, wording)
     speed = way[1:] * MILLIMETRES[wording.unit] / moves.time[1:] * SECONDS
     slow = raised[1:] | (along[1:] & (form.least_speed is not None) & (speed < floor))
+    slow &= ~moves.rapid[1:]
     if not slow.any():
         return []
     row = int(np.argmax(slow)) + 1
@@ -197,10 +198,10 @@ def note_rounding(wanted: Array, feeds: Array, moves: Moves, wording: Wording) -
     wanted, feeds : (m,), as planned and as printed; the first row has none
     """
     error = feeds[1:] / wanted[1:] - 1.0
-    coarse = np.abs(error) > COARSE
+    coarse = (np.abs(error) > COARSE) & ~moves.rapid[1:]
     if not coarse.any():
         return []
-    row = int(np.argmax(np.abs(error))) + 1
+    row = int(np.argmax(np.where(coarse, np.abs(error), 0.0))) + 1
     time, text = moves.time[row], feed_text(feeds[row], feed_form(wording))
     return [
         Finding(

@@ -192,7 +192,7 @@ class Frame:
         return self._rapid(words) if template is None else template.format(words=words, offset=self.offset)
 
     def _rapid(self, words: str) -> str:
-        return (self.wording.mode.rapid or self.wording.dialect.rapid).format(words=words)
+        return self.wording.dialect.rapid.format(words=words)
 
     def _retract(self) -> list[str]:
         return [] if self.settings.retract is None else [self._machine_move({"Z": self.settings.retract})]

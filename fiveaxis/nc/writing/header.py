@@ -44,6 +44,7 @@ def head_lines(
             *_setup_note(wording),
             *_clamped_notes(machine),
             _length_note(wording),
+            f"rapid moves are taken to run straight, all axes arriving together: {dialect.straight}",
             _start_note(wording),
             *_sign_note(wording),
         ]

@@ -162,7 +162,7 @@ class Mode(StrictModel):
         nowhere where the program doesn't end clear
     feed : how F counts: the inverse of a block's duration, or the speed along its way
     positions : whether the tip's words count in a frame that turns with the table, or in the machine's
-    rapid, linear : templates in place of the control's
+    rapid, linear : templates of moves, in place of the control's; the approach has the control's
     first : template of the first rapid move that the tool's length counts in, where the control wants it
         switched on in a move; unused where words of axes contain the length
     directions : words of the tool's direction, in vector mode

@@ -59,6 +59,7 @@ class Dialect(StrictModel):
     most : the largest number of a setting that the control has room for, by the setting's name
     spindle_off, coolant_off : blocks
     rapid, linear : templates of moves
+    straight : how a rapid move of several axes comes to run straight
     end : last blocks
     modes : the coordinates that can be written
     refused : why others can't
@@ -99,6 +100,7 @@ class Dialect(StrictModel):
     coolant_off: str = ""
     rapid: str = ""
     linear: str = ""
+    straight: str = "see that the control does so, as some let every axis run at its own speed"
     end: Lines = ()
     modes: dict[Coordinates, Mode] = Field(min_length=1)
     refused: dict[Coordinates, str] = Field(default_factory=dict)
@@ -155,7 +157,7 @@ class Dialect(StrictModel):
             "reset.clear": (reset.clear,),
             "modes.directions": tuple(w for mode in self.modes.values() for w in mode.directions or ()),
         }
-        for name in ("spindle_off", "coolant_off", "default_offset", "continuation", "axes"):
+        for name in ("spindle_off", "coolant_off", "default_offset", "continuation", "axes", "straight"):
             require_ascii(name, getattr(self, name))
         for name, texts in blocks.items():
             for text in texts:

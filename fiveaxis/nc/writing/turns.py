@@ -43,6 +43,13 @@ class Moves:
     def __len__(self) -> int:
         return len(self.values)
 
+    @property
+    def rapid(self) -> BoolArray:
+        """(m,), which blocks are the control's rapid moves; the first row is none."""
+        rapid = np.asarray(self.kind == MoveKind.RAPID)
+        rapid[:1] = False
+        return rapid
+
 
 @dataclass(frozen=True, eq=False)
 class Words:

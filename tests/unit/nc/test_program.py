@@ -59,7 +59,7 @@ def test_joints_are_those_of_linuxcnc(trunnion):
     rotary = np.radians(-table[:, [4, 3]])
     assert trunnion.rotaries == ("C", "A")
     positions = linear_positions(trunnion, table[:, :3], rotary)
-    motion = replace(motion_of(np.zeros((4, 5)), kind=MoveKind.RAPID), positions=positions)
+    motion = replace(motion_of(np.zeros((4, 5)), kind=MoveKind.LINK), positions=positions)
     program = compose_program(motion, machine=trunnion)
     moves = [words(b) for b in blocks(program) if b.startswith("G1")]
     expected = table[1:, [5, 6, 7, 3, 4]]
@@ -108,11 +108,15 @@ def test_no_word_is_a_negative_zero_or_has_an_exponent(hayashi):
     assert last == "G1 X0.000000 Y0.000000 Z0.000000 A0.000000 C0.000000 F60"
 
 
-def test_links_and_rapid_moves_are_coordinated_too(hayashi):
+def test_links_are_timed_blocks_and_rapid_moves_the_rapid_of_the_control(hayashi):
     motion = replace(motion_of(np.eye(5)), kind=np.array([0, 1, 2, 1, 0]))
     lines = blocks(compose_program(motion, machine=hayashi))
-    assert sum(b.startswith("G1 ") for b in lines) == 5
-    assert not any(b.startswith("G0") for b in lines[lines.index("G93") :])
+    kinds = [b.split()[0] for b in lines[lines.index("G93") :] if b.startswith(("G0", "G1 "))]
+    # The first G1 is the lead-in.
+    assert kinds == ["G1", "G1", "G0", "G1", "G1"]
+    assert [b for b in lines[lines.index("G93") :] if b.startswith("G0")] == [
+        "G0 X0.000000 Y0.000000 Z1.000000 A0.000000 C0.000000"
+    ]
 
 
 def test_a_move_of_nothing_is_dropped_and_counted(hayashi):
@@ -175,10 +179,10 @@ def test_switchable_kinematics_are_set_to_identity_before_anything_moves(trunnio
 
 
 def approach(motion, machine):
-    """Give the rapid moves' words in order, and the first timed block."""
+    """Give the words of the approach's rapid moves in order, and those of the first move after it."""
     lines = blocks(compose_program(motion, machine=machine))
-    rapid = [words(b) for b in lines if b.startswith("G0")]
-    return rapid, next(words(b) for b in lines if b.startswith("G1 "))
+    moves = [words(b) for b in lines[lines.index("G93") :] if b.startswith(("G0", "G1 "))]
+    return [words(b) for b in lines[: lines.index("G93")] if b.startswith("G0")], moves[0]
 
 
 def test_rotary_axes_come_first_and_z_last(hayashi):
@@ -309,7 +313,8 @@ def test_turned_down_or_needless_the_way_out_is_not_written(hayashi):
     assert "Z8." not in compose_program(motion, machine=hayashi).text.replace("Z8.000000\n", "")
     up = replace(motion, kind=np.array([MoveKind.CUT, MoveKind.RAPID]))
     program = compose_with_way_out(up, machine=hayashi)
-    assert len([b for b in blocks(program) if b.startswith("G1")]) == 2
+    moves = blocks(program)[blocks(program).index("G93") :]
+    assert [b[:3] for b in moves if b.startswith(("G0", "G1"))] == ["G1 ", "G0 "]
     assert "way out" not in program.text
 
 

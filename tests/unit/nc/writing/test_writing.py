@@ -26,7 +26,7 @@ from fiveaxis.toolpath import MoveKind, Tool
 OPEN = Machine.from_code("640123")
 
 
-def motion_of(rows, times=None, letters="XYZAC", kind=MoveKind.RAPID) -> Motion:
+def motion_of(rows, times=None, letters="XYZAC", kind=MoveKind.LINK) -> Motion:
     """Make a motion from rows of mm and degrees."""
     values = np.array(rows, dtype=float) * [1.0 if c in "XYZ" else np.pi / 180 for c in letters]
     n = len(values)
