@@ -113,8 +113,8 @@ def post(
         print_release(made.gate)
         if not made.gate.verified:
             alarm.print(
-                "[bold red]NOT VERIFIED[/]: there is nothing to verify the program against; give --path, --tool "
-                "and --part, or --unverified"
+                "[bold red]NOT VERIFIED[/]: there is nothing to verify the program against; give --path, "
+                "--tool and --part, or --unverified"
             )
             raise typer.Exit(0 if unverified else 1)
 

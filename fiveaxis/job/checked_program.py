@@ -21,9 +21,9 @@ from fiveaxis.nc import Program as Written
 from fiveaxis.nc import read_motion
 from fiveaxis.nc.control.program_reader import read_motion_of
 from fiveaxis.nc.control.spindle import spindle_of
-from fiveaxis.nc.formats import read_path_of
+from fiveaxis.nc.formats import POINT_SUFFIXES, read_path_of
 from fiveaxis.nc.options import ReadOptions
-from fiveaxis.nc.source import Source, lists_locations, load_source
+from fiveaxis.nc.source import APT_SUFFIXES, Source, lists_locations, load_source
 from fiveaxis.toolpath import MoveKind, Tool, Toolpath
 
 # The table of a motion, beside the programs.
@@ -230,7 +230,9 @@ def _load_path(
         source=path.source,
         name=path.name,
     )
-    tcp, spindle = np.ones(len(path), dtype=bool), spindle_of(source, path.source)
+    lists = Path(source.name).suffix.lower() in (*APT_SUFFIXES, *POINT_SUFFIXES)
+    spindle = np.zeros(len(path)) if lists else spindle_of(source, path.source)
+    tcp = np.ones(len(path), dtype=bool)
     return Program(motion, bare, (assumed, *path.findings), tcp, spindle, straight=True, led=True)
 
 

@@ -369,5 +369,5 @@ def expected_text(text: Program, wording: Wording, settings: ProgramSettings) ->
         turn=10.0**-number.rotary,
         coarse=any(finding.code in COARSE for finding in text.findings),
         rpm=None if rpm is None else math.copysign(rpm, sense),
-        has_spindle=wording.dialect.language == "blocks",
+        is_list=wording.dialect.language != "blocks",
     )

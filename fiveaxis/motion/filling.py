@@ -17,6 +17,8 @@ from fiveaxis.toolpath.dividing import through
 
 # Largest way of the pivot off its chord between two blocks, mm.
 PATH_TOLERANCE = 0.005
+# What blocks are inserted and removed by, mm: what is left of the tolerance is for the rounding of their words.
+WRITTEN_TOLERANCE = 0.0045
 # Deviations are measured at these shares of every block, as one that goes first to one side and then to the
 # other is nothing in the middle.
 PLACES = (0.25, 0.5, 0.75)
@@ -30,7 +32,7 @@ WHOLE_TURN = 1e-9
 
 
 def fill_in(
-    toolpath: Toolpath, machine: Machine, rotary: Array, tolerance: float = PATH_TOLERANCE
+    toolpath: Toolpath, machine: Machine, rotary: Array, tolerance: float = WRITTEN_TOLERANCE
 ) -> tuple[Toolpath, Motion]:
     """Insert locations until a control without tool-centre-point control stays on the path.
 
@@ -61,7 +63,7 @@ def fill_in_rows(
     toolpath: Toolpath,
     machine: Machine,
     rotary: Array,
-    tolerance: float = PATH_TOLERANCE,
+    tolerance: float = WRITTEN_TOLERANCE,
     *,
     led: bool = False,
     planes: AxisPlanes | None = None,
@@ -230,7 +232,7 @@ def _within(columns: Array, blocks: IntArray, share: float) -> Array:
     return np.asarray(columns[blocks] + share * (columns[blocks + 1] - columns[blocks]))
 
 
-def respaced(motion: Motion, machine: Machine, tolerance: float = PATH_TOLERANCE) -> Motion:
+def respaced(motion: Motion, machine: Machine, tolerance: float = WRITTEN_TOLERANCE) -> Motion:
     """Cut moves of axes that run linearly into parts, until a control that leads the tip takes the same path.
 
     Parameters

@@ -11,7 +11,7 @@ import numpy as np
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.kinematics import linear_positions, tool_axes, tool_poses
 from fiveaxis.machine import Machine
-from fiveaxis.motion.filling import PATH_TOLERANCE, turns_on_the_spot
+from fiveaxis.motion.filling import WRITTEN_TOLERANCE, turns_on_the_spot
 from fiveaxis.motion.motion import Motion
 from fiveaxis.motion.planes import AXIS_TOLERANCE
 from fiveaxis.toolpath import Toolpath
@@ -58,7 +58,7 @@ def thinned(
     machine: Machine,
     motion: Motion,
     *,
-    tolerance: float = PATH_TOLERANCE,
+    tolerance: float = WRITTEN_TOLERANCE,
     max_turn: float = math.inf,
     led: bool = False,
     needed: BoolArray | None = None,

@@ -27,9 +27,10 @@ PROGRAM_SUFFIXES = (
     *(".h", ".i"),
 )
 
+POINT_SUFFIXES = (".csv", ".txt")
+
 READERS: dict[str, Reader] = {
-    ".csv": read_points,
-    ".txt": read_points,
+    **dict.fromkeys(POINT_SUFFIXES, read_points),
     **dict.fromkeys(APT_SUFFIXES, read_apt),
     **dict.fromkeys(PROGRAM_SUFFIXES, read_program_path),
 }

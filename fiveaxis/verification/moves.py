@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 
 from fiveaxis.findings import Severity
-from fiveaxis.geometry import Array
+from fiveaxis.geometry import Array, IntArray
 from fiveaxis.verification.checks import largest
 from fiveaxis.verification.model import tool_poses
 from fiveaxis.verification.report import Result, left_out
 from fiveaxis.verification.subject import Subject
 
+# Rows, (m,), and a share of the moves that end there → axes, (m, k) mm and rad.
+Within = Callable[[IntArray, float], Array]
 # Where within a block the ball's deviation from its chord is measured, as shares of the block.
 SAMPLES = (0.25, 0.5, 0.75)
 
@@ -23,7 +26,11 @@ def check_speeds(subject: Subject) -> Result:
     speeds = np.array([math.inf if a.max_speed is None else a.max_speed for a in axes])
     time = subject.motion.time
     # A negative duration is a finding of its own (`check_finite`).
-    needed, given = subject.steps / speeds, np.where(time >= 0.0, time, np.nan)[:, None]
+    rotary = np.array([axis.is_rotary for axis in axes])
+    # Places may be off by rounding at both ends.
+    rounding = 2.0 * np.where(rotary, subject.tolerances.angle, subject.tolerances.length)
+    steps = np.maximum(subject.steps - rounding, 0.0)
+    needed, given = steps / speeds, np.where(time >= 0.0, time, np.nan)[:, None]
     rows, columns = np.nonzero(needed > given * (1.0 + subject.tolerances.time))
 
     def message(i: int) -> str:
@@ -54,8 +61,8 @@ def _largest_share(needed: Array, given: Array) -> float | None:
     return largest(needed[lasting] / given[lasting])
 
 
-def check_deviation(subject: Subject, severity: Severity | None) -> Result:
-    """Measure how far the ball centre leaves its chord when all axes move linearly in time.
+def check_deviation(subject: Subject, severity: Severity | None, within: Within | None = None) -> Result:
+    """Measure how far the tool's centre leaves its chord between two rows.
 
     A control with tool centre point programming keeps the centre on the chord; one without doesn't, and this
     is what it cuts too deep or leaves.
@@ -64,19 +71,21 @@ def check_deviation(subject: Subject, severity: Severity | None) -> Result:
     ----------
     subject : the motion
     severity : of leaving it; None where blocks are inserted between the rows, so that only the figure counts
+    within : gives the axes within moves, as a program's text leads them; by default all of them run linearly
     """
-    deviation = chord_deviations(subject)
+    deviation = chord_deviations(subject, within)
     figures = {"tip_deviation_mm": largest(deviation)}
     if severity is None:
         return left_out("tip-deviation", figures)
     limit = subject.tolerances.deviation
     rows = np.flatnonzero(deviation > limit)
 
+    how = "with all axes linear in machine coordinates " if within is None else ""
+
     def message(i: int) -> str:
         return (
-            f"with all axes linear in machine coordinates the tool's centre leaves its chord by "
-            f"{deviation[rows[i]]:.3g} mm (at most {limit:g} mm); use tool centre point control or put "
-            "locations closer together"
+            f"{how}the tool's centre leaves its chord by {deviation[rows[i]]:.3g} mm (at most {limit:g} mm); "
+            "use tool centre point control or put locations closer together"
         )
 
     return Result(
@@ -86,12 +95,24 @@ def check_deviation(subject: Subject, severity: Severity | None) -> Result:
         values=deviation[rows],
         message=message,
         figures=figures,
-        checked=("way of the tool's centre within each cutting block, if the control has no TCP",),
+        checked=(
+            "path of the tool's centre within each cutting block, "
+            + (
+                "if the control has no TCP"
+                if within is None
+                else f"within {limit:g} mm, as the text leads it"
+            ),
+        ),
     )
 
 
-def chord_deviations(subject: Subject) -> Array:
+def chord_deviations(subject: Subject, within: Within | None = None) -> Array:
     """Measure the largest distance between ball centre and chord in each cutting block.
+
+    Parameters
+    ----------
+    within : gives the axes, (m, k) mm and rad, at a share of the moves that end at rows, (m,); by default all
+        of them run linearly
 
     Returns
     -------
@@ -102,7 +123,8 @@ def chord_deviations(subject: Subject) -> Array:
     before, after = positions[ends - 1], positions[ends]
     worst = np.zeros(len(ends))
     for share in SAMPLES:
-        tip, axis = tool_poses(subject.machine, before + share * (after - before))
+        there = before + share * (after - before) if within is None else within(ends, share)
+        tip, axis = tool_poses(subject.machine, there)
         centre = tip + subject.toolpath.zone.height * axis
         worst = np.maximum(worst, segment_distances(centre, wanted[ends - 1], wanted[ends]))
     deviation = np.full(len(positions), np.nan)

@@ -14,7 +14,7 @@ from fiveaxis.motion import AXIS_TOLERANCE, FASTEST, PATH_TOLERANCE, SPEED_TOLER
 from fiveaxis.toolpath import Constraints
 from fiveaxis.verification.asked import Asked
 from fiveaxis.verification.between import Ways
-from fiveaxis.verification.read_back import ExpectedText, ReadBack, check_text
+from fiveaxis.verification.read_back import SAME_TIME, ExpectedText, ReadBack, check_text
 from fiveaxis.verification.report import Report, Result
 from fiveaxis.verification.subject import Tolerances, make_subject
 from fiveaxis.verification.verdict import Examination, examine
@@ -71,15 +71,16 @@ def verify_text(
         _check_planes(fill, driven.positions[:, machine.rotary_columns]),
     )
     accelerations = fill.path is fill.given and exact
-    subject = make_subject(driven, machine, fill.path, asked, allowed_between(tolerances))
+    subject = make_subject(driven, machine, fill.path, asked, allowed_between(tolerances, expected))
     # Rows stand so close that the tip led straight and axes run linearly take the same way between them.
     ways = Ways("axes", "axes")
     left = (JERK,) if accelerations else (JERK, NO_ACCELERATIONS)
-    return examine(Examination(subject, surroundings, ways, accelerations, more=more), left)
+    within = back.within(fill)
+    return examine(Examination(subject, surroundings, ways, accelerations, more=more, within=within), left)
 
 
-def allowed_between(tolerances: Tolerances) -> Tolerances:
-    """Give the tolerances for the blocks of a program.
+def allowed_between(tolerances: Tolerances, expected: ExpectedText) -> Tolerances:
+    """Give the tolerances for the blocks of a program, whose words are rounded.
 
     An inserted location lies on a chord of the path, and no deeper than a chord may; between two of them axes
     that run linearly leave the chord by what `fill_in` lets them, and so they do all along where `thinned`
@@ -93,6 +94,10 @@ def allowed_between(tolerances: Tolerances) -> Tolerances:
         lean=max(tolerances.lean, ROUNDED + AXIS_TOLERANCE),
         lean_between=max(tolerances.lean, LEAN_BETWEEN),
         contact=max(tolerances.contact, PATH_TOLERANCE),
+        deviation=PATH_TOLERANCE,
+        length=max(tolerances.length, expected.step),
+        angle=max(tolerances.angle, math.radians(expected.turn)),
+        time=max(tolerances.time, SAME_TIME),
     )
 
 

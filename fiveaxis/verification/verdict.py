@@ -18,7 +18,7 @@ from fiveaxis.verification.between import Between, Ways, check_gouges
 from fiveaxis.verification.checks import check_contact, check_finite, check_limits, check_tilt
 from fiveaxis.verification.collisions import check_collisions
 from fiveaxis.verification.gouging import check_gouge
-from fiveaxis.verification.moves import check_deviation, check_speeds
+from fiveaxis.verification.moves import Within, check_deviation, check_speeds
 from fiveaxis.verification.rates import KINDS, check_accelerations
 from fiveaxis.verification.report import Report, Result, make_report
 from fiveaxis.verification.subject import (
@@ -173,6 +173,7 @@ class Examination:
     accelerations : whether the blocks' speeds tell accelerations; not where moves were cut into parts
     own : for a program with rows of its own
     more : results of checks on a program's text
+    within : gives the axes within moves, as a program's text leads them
     """
 
     subject: Subject
@@ -181,6 +182,7 @@ class Examination:
     accelerations: bool = True
     own: OwnRows | None = None
     more: tuple[Result, ...] = ()
+    within: Within | None = None
 
 
 def _places(e: Examination) -> Iterable[Result]:
@@ -208,7 +210,7 @@ def _accelerations(e: Examination) -> Iterable[Result]:
 
 def _deviations(e: Examination) -> Iterable[Result]:
     if e.own is None:
-        yield check_deviation(e.subject, e.ways.of_deviation)
+        yield check_deviation(e.subject, e.ways.of_deviation, e.within)
     # Beside a path what lies between blocks is checked against that: few blocks may well follow its bends.
     elif e.own.led is None and e.own.following is None:
         yield check_deviation(e.subject, Severity.WARNING)

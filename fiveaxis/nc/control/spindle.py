@@ -9,7 +9,7 @@ import numpy as np
 from fiveaxis.geometry import Array, IntArray
 from fiveaxis.nc.languages.block import Block
 from fiveaxis.nc.languages.choice import split_program
-from fiveaxis.nc.source import Source, lists_locations
+from fiveaxis.nc.source import Source
 
 # M word -> the sense in which the spindle turns.
 SENSES = {"M3": 1.0, "M13": 1.0, "M4": -1.0, "M14": -1.0, "M5": 0.0}
@@ -53,6 +53,6 @@ class Spindle:
 def spindle_of(source: Source, lines: IntArray) -> Array:
     """Find how the spindle turns in the blocks of a program's lines, (n,) rev/min, as `Spindle.at` does."""
     spindle = Spindle()
-    for block in () if lists_locations(source.name) else split_program(source):
+    for block in split_program(source):
         spindle.take(block)
     return spindle.at(lines)

@@ -1,0 +1,135 @@
+"""Print, for paths, machines, controls and ways of writing, how far a program that is read back is off its path.
+
+Usage: python tests/benchmarks/programs.py [overhang] [vase] [wall] [impeller] [boat] [propeller] …  (default: all)
+
+Each row is one program: made as `Solution.program` makes it, read back from its text, verified. *path* is the
+farthest that the tool's centre or contact is from where the path wants it, at locations and inserted ones;
+*chord* how far the centre leaves the straight line between two of them; *axis* how far the tool axis leaves the
+plane of its directions. The last line is the worst of all. A program with an error is named, and the exit code is 1.
+
+Machines without powers take those of a machine with plain drives, and those without room for the path reach
+everything: what is measured here is the text, not the machine.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import fiveaxis as fx
+from fiveaxis.errors import FiveAxisError
+from fiveaxis.machine import DirectionalDrive, Limits, Machine
+from fiveaxis.nc import DIALECTS
+
+ROOT = Path(__file__).parents[2]
+DATA = ROOT.parent / "shared" / "data"
+# One machine of each structure: table-table (with and without offsets, B and A), head-table, head-head.
+MACHINES = {
+    "hayashi-640123": 0.0,
+    "variaxis-630": 0.0,
+    "umc-750": 0.0,
+    "dmu80p-duoblock": 120.0,
+    "linuxcnc-bridgemill": 120.0,
+}
+MODES = [(control, mode) for control, dialect in DIALECTS.items() for mode in dialect.modes]
+
+
+@dataclass(frozen=True)
+class Case:
+    """A path, the options of its optimisation, and the machines that it is made for."""
+
+    path: Callable[[], fx.Toolpath]
+    options: dict[str, Any]
+    machines: tuple[str, ...] = tuple(MACHINES)
+
+
+def table(name: str, diameter: float, feed: float) -> fx.Toolpath:
+    return fx.read_toolpath(DATA / "cases" / name, tool=fx.Tool.ball(diameter), feed_mm_min=feed)
+
+
+def mesh(name: str, diameter: float, **options: Any) -> fx.Toolpath:
+    return fx.plan_contour(DATA / "meshes" / name, fx.Tool.ball(diameter), **options)
+
+
+def program(name: str, diameter: float) -> fx.Toolpath:
+    machine = fx.load_machine("linuxcnc-xyzac-trt")
+    path = DATA / "toolpaths" / name
+    return fx.read_toolpath(path, tool=fx.Tool.ball(diameter), machine=machine, rapid_mm_min=10_000.0)
+
+
+TRUNNION = ("linuxcnc-xyzac-trt",)
+CASES = {
+    "overhang": Case(
+        lambda: fx.plan_contour(
+            ROOT / "examples/overhang/part.stl", fx.Tool.ball(8), stepdown=3, overhang=True
+        ),
+        {"tilt": (15, 75)},
+    ),
+    "vase": Case(lambda: table("vase_overhang.csv", 10, 1000), {"tilt": (15, 75)}),
+    "wall": Case(lambda: table("leaning_s_wall.csv", 8, 500), {"tilt": (20, 80)}, ("hayashi-640123",)),
+    "impeller": Case(lambda: program("linuxcnc_impeller_xyzac.ngc", 6), {"cone": 15.0}, TRUNNION),
+    "boat": Case(lambda: program("linuxcnc_boat_xyzac.ngc", 6), {"cone": 15.0}, TRUNNION),
+    "propeller": Case(
+        lambda: mesh("propeller_d.stl", 4, stepdown=6), {"tilt": (15, 75)}, ("hayashi-640123",)
+    ),
+    "supportless": Case(
+        lambda: mesh("supportless_sample.stl", 6, stepdown=8), {"tilt": (15, 75)}, ("hayashi-640123",)
+    ),
+    "featuretype": Case(
+        lambda: mesh("featuretype.stl", 0.2, stepdown=0.3, spacing=0.05),
+        {"tilt": (15, 75)},
+        ("hayashi-640123",),
+    ),
+}
+
+
+def with_powers(machine: Machine) -> Machine:
+    """The machine with plain drives, no bodies, and linear axes that reach everything."""
+    drives = {c: DirectionalDrive(40.0, 40.0) for c in "XY"} | {"Z": DirectionalDrive(600.0, 400.0)}
+    turning = DirectionalDrive(200.0, 200.0, proportional=True)
+    axes = tuple(
+        replace(a, drive=turning) if a.is_rotary else replace(a, drive=drives[a.letter], limits=Limits())
+        for a in machine.axes
+    )
+    return replace(machine, bodies=(), axes=axes)
+
+
+def run(name: str) -> tuple[list[float], int]:
+    """Print the rows of a case; give the worst figures and the number of programs with errors."""
+    case, worst, bad = CASES[name], [0.0, 0.0, 0.0], 0
+    for machine_name in case.machines:
+        machine = with_powers(fx.load_machine(machine_name)).with_tool_length(MACHINES.get(machine_name, 0.0))
+        solution = fx.optimise(case.path(), machine, effort="quick", **case.options)
+        for control, mode in MODES:
+            row = f"{name:12} {machine_name:20} {control:20} {mode:7}"
+            try:
+                made = solution.program(control=control, coordinates=mode)
+            except FiveAxisError as fault:
+                print(f"{row} {str(fault)[:90]}")
+                continue
+            figures = made.report.figures
+            keys = ("contact_error_mm", "tip_deviation_mm", "axis_off_plane_deg")
+            found = [figures.get(key) or 0.0 for key in keys]
+            worst = [max(pair) for pair in zip(worst, found, strict=True)]
+            errors = "" if made.ok else f"  ERRORS {made.gate.kept}"
+            bad += not made.ok
+            path, chord, axis = found
+            print(
+                f"{row} {len(made.motion):6d} rows  path {1e3 * path:6.3f} um  chord {1e3 * chord:6.3f} um  "
+                f"axis {axis:7.4f} deg{errors}",
+                flush=True,
+            )
+    return worst, bad
+
+
+if __name__ == "__main__":
+    results = [run(case) for case in sys.argv[1:] or CASES]
+    path, chord, axis = (max(worst[i] for worst, _ in results) for i in range(3))
+    bad = sum(count for _, count in results)
+    print(
+        f"worst: path {1e3 * path:.3f} um, chord {1e3 * chord:.3f} um, axis {axis:.4f} deg; {bad} with errors"
+    )
+    sys.exit(bool(bad))
