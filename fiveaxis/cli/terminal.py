@@ -41,9 +41,9 @@ def errors_explained(as_json: bool) -> Iterator[list[Path]]:
         findings = fault.findings if isinstance(fault, Infeasible | Unverified) else ()
         alarm.print(f"[bold red]error:[/] {escape(str(fault))}")
         causes = group_findings(findings)
-        print_causes(causes, alarm)
+        print_causes(causes, alarm, "  ")
         if len(findings) > len(causes):
-            alarm.print(f"--json lists all {len(findings)} findings")
+            alarm.print(f"  --json lists all {len(findings)} findings")
         if as_json:
             summary = [cause.as_dict() for cause in causes]
             listed = [finding.as_dict() for finding in findings]

@@ -305,10 +305,10 @@ def test_locations_without_a_posture_are_told_by_cause_and_nothing_is_written(do
     result = run("optimise", downward, *MACHINE, *BALL, *CONE, "-o", downward.parent / "out")
     assert "5 of 8 locations have no admissible posture on hayashi-640123" in refused(result, code=3)
     _, cause, more = result.stderr.splitlines()
-    assert cause.startswith("error: no-posture (5): ")
+    assert cause.startswith("  error: no-posture (5): ")
     assert f"first at {downward}:5, location 3" in cause
     assert "axis limits" in cause
-    assert more == "--json lists all 5 findings"
+    assert more == "  --json lists all 5 findings"
     assert result.stdout == ""
     assert [p.name for p in downward.parent.iterdir()] == ["down.csv"]
 
@@ -331,9 +331,9 @@ def test_a_real_path_that_the_machine_cannot_reach_ends_with_exit_code_3(data, t
     # The error, its cause, and how many places there are.
     assert len(findings) == 374
     assert len(told) == 3
-    assert told[1].startswith("error: no-posture (374): ")
+    assert told[1].startswith("  error: no-posture (374): ")
     assert findings[0]["place"]["file"] in told[1]
-    assert told[-1] == "--json lists all 374 findings"
+    assert told[-1] == "  --json lists all 374 findings"
     assert not (tmp_path / "out").exists()
 
 

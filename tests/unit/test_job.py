@@ -15,8 +15,10 @@ from fiveaxis.job import (
     part_of,
     read_job,
     require_folder,
+    run_job,
 )
 from fiveaxis.job.reading import require_input
+from fiveaxis.verification import verify
 
 POINTS = "x,y,z,nx,ny,nz\n0,0,0,0,0,1\n1,0,0,0,0,1\n"
 LINES = {
@@ -161,7 +163,23 @@ def test_a_program_that_leaves_its_path_isnt_fit_to_be_written(hayashi):
     path = Toolpath.from_contacts(contact, [[0.0, 0.0, 1.0]] * 2, Tool.ball(6))
     for turn, fit in ((0.0, True), (0.5, False)):
         motion = follow(path, hayashi, np.array([[0.0, -0.3], [turn, -0.3]]))
-        program = ProgramMotion(motion, motion, 2, 0, {}, verify(motion, hayashi, path))
-        assert program.verdict.ok
+        program = ProgramMotion(motion, motion, 2, 0, {}, verify(motion, hayashi, path, between="axes"))
         assert program.ok is fit
         assert program.as_dict()["verification"]["ok"] is fit
+
+
+def test_blocks_that_the_program_inserts_are_no_findings_about_the_locations(tmp_path):
+    turn = np.linspace(-1.0, 1.0, 12)
+    rows = np.column_stack([15.0 * np.cos(turn), 40.0 * np.sin(turn), np.zeros_like(turn)])
+    lines = [f"{x:.6f},{y:.6f},{z:.6f},0,0,1,1000" for x, y, z in rows]
+    (tmp_path / "bow.csv").write_text("x,y,z,nx,ny,nz,feed\n" + "\n".join(lines) + "\n")
+    words = {"machine": "hayashi-640123", "tool": "ball:8", "tilt": (10, 70), "effort": "quick"}
+    outcome = run_job(make_job(input=tmp_path / "bow.csv", **words))
+    figures = outcome.document["verification"]["figures"]
+    assert figures["tip_deviation_mm"] > 0.01 >= figures["program"]["tip_deviation_mm"]
+    assert outcome.program.inserted > 0
+    assert "tip-deviation" not in {f["code"] for f in outcome.document["findings"]}
+    assert outcome.gate.is_open
+    # Without the blocks inserted the same motion is refused.
+    verdict = verify(outcome.solution.motion, outcome.solution.machine, outcome.solution.toolpath)
+    assert [c.code for c in verdict.summary()] == ["tip-deviation"]

@@ -24,8 +24,8 @@ def test_many_places_of_one_cause_are_one_line_and_json_lists_all(capsys):
     said = capsys.readouterr()
     assert said.err.splitlines() == [
         "error: 300 of 300 locations",
-        "error: no-posture (300): why, first at location 0 [no-posture]",
-        "--json lists all 300 findings",
+        "  error: no-posture (300): why, first at location 0 [no-posture]",
+        "  --json lists all 300 findings",
     ]
     document = json.loads(said.out)
     assert len(document["findings"]) == 300

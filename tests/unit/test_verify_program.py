@@ -288,7 +288,7 @@ def test_the_verb_says_what_the_library_says(program, hayashi, wall, cone, tmp_p
     assert finding["place"]["line"] > 15
     plain = run("verify", program, *asked[:-1], "40:75")
     assert plain.exit_code == 1
-    assert "tilt: " in plain.stdout
+    assert plain.stdout.startswith("error: tilt (")
     assert "verification: errors" in plain.stdout
 
 

@@ -64,6 +64,17 @@ def test_json_is_one_document_alone_on_stdout(lot):
     assert found["value"] is None  # JSON knows no infinite number
 
 
+def test_what_is_wrong_with_a_job_is_told_by_cause(lot, pretending):
+    rows = {job["name"]: job for job in json.loads(lot.result.stdout)["jobs"]}
+    (cause,) = rows["unsound"]["summary"]
+    assert (cause["code"], cause["count"], rows["unsound"]["errors"]) == ("axis-limit", 1, 1)
+    assert [cause["code"] for cause in rows["none"]["summary"]] == ["no-posture"]
+    with pretending():
+        told = run([lot.files["unsound"], lot.files["none"]], lot.out)
+    assert "unsound: error: axis-limit (1): A is too far, at location 1 [axis-limit]" in told.stdout
+    assert "none: error: no-posture (1): nothing is admissible [no-posture]" in told.stdout
+
+
 def test_each_job_is_a_line_on_stderr_where_that_is_no_terminal(lot):
     lines = [line for line in lot.result.stderr.splitlines() if line.endswith(f" of {len(ENDS)})")]
     assert sorted(line.partition(": ")[0] for line in lines) == list(ENDS)
