@@ -59,8 +59,7 @@ def report_document(
     program : the NC program's own motion, where one was worked out: ``blocks`` for how
         many ``blocks_before``, ``inserted``, ``removed`` and ``needless_kept_for`` (codes), the tolerances
         ``path_tolerance_mm`` and ``axis_tolerance_deg``, ``energy`` by posture and a ``verification`` like
-        `verdict`. The run is sound
-        only if both are; the program's findings join the others.
+        `verdict`. The run is sound only if both are; the program's findings join the others.
     budget : the electricity of the whole job by consumer, where it was added up
 
     Returns
