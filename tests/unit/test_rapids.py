@@ -36,10 +36,8 @@ def two_cuts() -> Toolpath:
         [[0, 0, 0], [5, 0, 1], [10, 0, 0], [10, 0, 5], [30, 20, 20], [0, 20, 1], [0, 20, 0], [10, 20, 0]]
     )
     kind = [CUT, CUT, CUT, LINK, RAPID, RAPID, LINK, CUT]
-    up = np.tile([0.0, 0.0, 1.0], (len(tip), 1))
-    return Toolpath.from_tips(tip + [0, 0, 20], up, Tool.ball(6), feed_mm_min=600.0, kind=kind).with_rapid(
-        SPEED
-    )
+    up, high = np.tile([0.0, 0.0, 1.0], (len(tip), 1)), np.add(tip, [0, 0, 20])
+    return Toolpath.from_tips(high, up, Tool.ball(6), feed_mm_min=600.0, kind=kind).with_rapid(SPEED)
 
 
 def with_postures(path: Toolpath, machine: Machine) -> Solution:

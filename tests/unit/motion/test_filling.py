@@ -126,7 +126,7 @@ def test_where_a_control_leads_the_tip_it_goes_straight_in_rapid_moves(hayashi):
     filled, motion, row = fill_in_rows(path, hayashi, rotary, led=True)
     inside = inside_rapids(filled, row)
     assert inside.sum() > 5
-    tip, axis = tool_poses(hayashi, motion.positions)
+    tip = tool_poses(hayashi, motion.positions)[0]
     ends = tip[[np.flatnonzero(row == 1.0)[0], np.flatnonzero(row == 2.0)[0]]]
     share = (row[inside] - 1.0)[:, None]
     np.testing.assert_allclose(tip[inside], ends[0] + share * (ends[1] - ends[0]), atol=1e-9)
