@@ -187,11 +187,12 @@ def travel_costs(machine: Machine, feed: Array, rapid: BoolArray | None = None) 
     home = np.zeros((1, len(machine.axes)))
     forces, weights = _gravity(machine, drives, home)[0], moved_weights(machine)
     costs = np.empty((2, len(feed), len(drives)))
-    fastest = None if rapid is None else rapid_speeds(machine, feed)
+    rapid = np.zeros(len(feed), dtype=bool) if rapid is None else rapid
+    fastest = rapid_speeds(machine, feed)
     for i, (drive, axis) in enumerate(zip(drives, machine.axes, strict=True)):
         # The programmed number means deg/min for a rotary axis: feed in mm/s counts as deg/s.
         speed = np.radians(feed) if axis.is_rotary else np.asarray(feed, dtype=float)
-        speed = speed if fastest is None else np.where(rapid, fastest[:, i], speed)
+        speed = np.where(rapid, fastest[:, i], speed)
         for side, sign in enumerate((1.0, -1.0)):
             costs[side, :, i] = _travel_cost(drive, speed, sign, float(forces[i]), float(weights[i]))
     return costs[0], costs[1]

@@ -82,8 +82,8 @@ def rapid_findings(toolpath: Toolpath, machine: Machine, positions: Array) -> li
     rapid = np.flatnonzero(toolpath.rapid)
     if not len(rapid):
         return []
-    moved = (np.abs(np.diff(positions, axis=0, prepend=positions[:1]))[rapid] > STANDSTILL).any(axis=0)
-    moving = [axis for axis, moves in zip(machine.axes, moved, strict=True) if moves]
+    travel = np.abs(np.diff(positions, axis=0, prepend=positions[:1]))[rapid].max(axis=0)
+    moving = [axis for axis, most in zip(machine.axes, travel, strict=True) if most > STANDSTILL]
     unknown = [axis.letter for axis in moving if axis.max_speed is None]
     if not unknown:
         return []

@@ -74,7 +74,7 @@ def read_points(source: Source, options: ReadOptions) -> Toolpath:
         feed = np.full(len(lines), options.feed_mm_min)
     tool = options.tool_or(None, source)
     rapid = _switch(RAPID, column.get(RAPID, np.zeros(len(lines))), lines, source)
-    cuts = _switch(CUT, column.get(CUT, 1.0 - rapid), lines, source)
+    cuts = _switch(CUT, column.get(CUT, np.where(rapid, 0.0, 1.0)), lines, source)
     if (both := first_row(cuts & rapid)) is not None:
         raise source.error("cut and rapid are both 1; a rapid move has cut 0", int(lines[both]))
     if NORMAL[0] in column:

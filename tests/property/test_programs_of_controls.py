@@ -224,6 +224,7 @@ def test_a_program_of_directions_is_read_as_its_path(tmp_path: Path, case, contr
     tips, axes = tool_poses(machine, motion.positions)
     number = DIALECTS[control].number
     np.testing.assert_allclose(path.tips(path.axis)[-len(motion) :], tips, atol=3.0 * 10.0**-number.linear)
+    np.testing.assert_array_equal(path.rapid[-len(motion) :][1:], motion.rapid[1:])
     # The first location's direction is that of the angles which the approach turns to.
     got = path.axis[-len(motion) :]
     np.testing.assert_allclose(got, axes, atol=2.0 * 10.0**-number.direction + 2e-6)

@@ -97,8 +97,9 @@ def read_program(
 
     Returns
     -------
-    The motion; `Motion.feed` of moves timed by G93 and of rapid moves is way over time, and in mm/s or, where
-    only rotary axes turn, in deg/s. `Motion.source` holds lines of the file.
+    The motion; `Motion.feed` of moves timed by G93 is way over time, and in mm/s or, where only rotary axes
+    turn, in deg/s; so is that of rapid moves where no `rapid_mm_min` is given. `Motion.source` holds lines of
+    the file.
 
     Raises
     ------

@@ -70,7 +70,8 @@ def motion_times(columns: Columns, scale: float, rapid: float | None, source: So
     Returns
     -------
     time : (n,), s
-    feed : (n,), mm/s or deg/s; rows without a move have that of the one before
+    feed : (n,), mm/s or deg/s; `rapid` in rapid moves, where it is given, else what their way and time come
+        to; rows without a move have that of the one before
 
     Raises
     ------
@@ -81,7 +82,7 @@ def motion_times(columns: Columns, scale: float, rapid: float | None, source: So
     quick = (columns.kinds == MoveKind.RAPID) & np.isnan(columns.times)
     time = np.where(quick, _rapid_times(columns, travel.steps, quick, rapid, source), travel.time)
     with np.errstate(divide="ignore", invalid="ignore"):
-        feed = np.where(quick, travel.length / time, travel.feed)
+        feed = np.where(quick, travel.length / time if rapid is None else rapid, travel.feed)
     return time, filled(np.where(travel.length > 0.0, feed, np.nan))
 
 

@@ -1,5 +1,6 @@
 """What axes that run linearly do between two locations."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -12,10 +13,12 @@ from fiveaxis.motion import (
     fill_in,
     fill_in_rows,
     follow,
+    inside_rapids,
     led_deviation,
+    thinned,
     way_deviation,
 )
-from fiveaxis.toolpath import Tool, Toolpath, divide
+from fiveaxis.toolpath import MoveKind, Tool, Toolpath, divide
 
 
 def straight_cut(n: int = 4) -> Toolpath:
@@ -102,3 +105,33 @@ def test_a_control_that_leads_the_tip_bends_the_way_of_the_balls_centre():
     assert led_deviation(filled, machine, angles, blocks_of(filled)).max() <= PATH_TOLERANCE
     assert way_deviation(filled, machine, angles, blocks_of(filled)).max() <= PATH_TOLERANCE
     assert len(filled) > len(path)
+
+
+def with_a_rapid_move(path: Toolpath) -> Toolpath:
+    kind = path.kind.copy()
+    kind[2] = MoveKind.RAPID
+    return replace(path, kind=kind)
+
+
+def test_a_rapid_move_gets_no_block_between_its_ends(hayashi):
+    rotary = np.radians([[0, -20], [8, -20], [160, -30], [170, -30]])
+    _, motion = fill_in(with_a_rapid_move(straight_cut()), hayashi, rotary)
+    assert motion.rapid.sum() == 1
+    assert motion.cutting.sum() > 3
+
+
+def test_where_a_control_leads_the_tip_it_goes_straight_in_rapid_moves(hayashi):
+    path = with_a_rapid_move(straight_cut())
+    rotary = np.radians([[0, -20], [8, -20], [160, -30], [170, -30]])
+    filled, motion, row = fill_in_rows(path, hayashi, rotary, led=True)
+    inside = inside_rapids(filled, row)
+    assert inside.sum() > 5
+    tip = tool_poses(hayashi, motion.positions)[0]
+    ends = tip[[np.flatnonzero(row == 1.0)[0], np.flatnonzero(row == 2.0)[0]]]
+    share = (row[inside] - 1.0)[:, None]
+    np.testing.assert_allclose(tip[inside], ends[0] + share * (ends[1] - ends[0]), atol=1e-9)
+    # Such a move is one block, and takes the time of its parts.
+    found = thinned(filled, hayashi, motion, led=True, inside=inside)
+    assert found.motion.rapid.sum() == 1
+    np.testing.assert_array_equal(found.driven.positions[inside], motion.positions[inside])
+    assert found.motion.time[found.motion.rapid] == pytest.approx(motion.time[motion.rapid].sum())

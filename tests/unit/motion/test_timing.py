@@ -1,10 +1,13 @@
 """How long moves take."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from fiveaxis.motion import block_times, follow
-from fiveaxis.toolpath import Tool, Toolpath
+from fiveaxis.machine import load_machine
+from fiveaxis.motion import block_times, follow, least_times, rapid_findings
+from fiveaxis.toolpath import MoveKind, Tool, Toolpath
 
 
 def at_one_place(n: int) -> Toolpath:
@@ -31,3 +34,51 @@ def test_the_slowest_axis_stretches_the_move(trunnion):
     assert block_times(path, trunnion, positions)[1] == pytest.approx(0.5)
     positions[1, 4] = np.radians(60.0)
     assert block_times(path, trunnion, positions)[1] == pytest.approx(2.0)
+
+
+# Rapid moves
+
+
+def rapid_path(rows: int, feed_mm_min: float = 600.0) -> Toolpath:
+    """A path along X whose moves are rapid."""
+    tip = np.column_stack([np.linspace(0.0, 40.0, rows), np.zeros((rows, 2))])
+    kind = np.full(rows, MoveKind.RAPID)
+    up = np.tile([0.0, 0.0, 1.0], (rows, 1))
+    return Toolpath.from_tips(tip, up, Tool.ball(6), feed_mm_min=feed_mm_min, kind=kind)
+
+
+@pytest.mark.parametrize("name", ["linuxcnc-xyzac-trt", "umc-750", "variaxis-630", "linuxcnc-bridgemill"])
+def test_a_rapid_move_takes_as_long_as_its_slowest_axis(name):
+    machine = load_machine(name)
+    path = rapid_path(30, feed_mm_min=1200.0)
+    positions = np.cumsum(np.random.default_rng(5).normal(size=(30, 5)), axis=0)
+    # 1200 mm/min stands for what a machine doesn't tell: 20 mm/s and 20 deg/s.
+    stated = np.where([a.is_rotary for a in machine.axes], np.radians(20.0), 20.0)
+    speeds = [s if a.max_speed is None else a.max_speed for a, s in zip(machine.axes, stated, strict=True)]
+    needed = (np.abs(np.diff(positions, axis=0)) / speeds).max(axis=1)
+    np.testing.assert_allclose(block_times(path, machine, positions)[1:], needed, rtol=1e-12)
+
+
+def test_a_rapid_move_of_known_speeds_has_no_feed(trunnion):
+    rotary = np.radians(np.column_stack([np.linspace(0.0, 90.0, 5), np.linspace(0.0, 30.0, 5)]))
+    slow, quick = (follow(rapid_path(5, feed), trunnion, rotary).time for feed in (1.0, 1e6))
+    np.testing.assert_array_equal(slow, quick)
+    assert not rapid_findings(rapid_path(5), trunnion, follow(rapid_path(5), trunnion, rotary).positions)
+
+
+def test_what_stands_in_for_unknown_speeds_is_said_once_a_path(hayashi):
+    path = rapid_path(5, feed_mm_min=6000.0)
+    positions = follow(path, hayashi, np.zeros((5, 2))).positions
+    (found,) = rapid_findings(path, hayashi, positions)
+    assert found.code == "rapid-speed-unknown"
+    assert "highest speed of X: in 5 rapid moves 6000 mm/min" in found.message
+    assert not rapid_findings(replace(path, kind=np.zeros(5, dtype=np.int64)), hayashi, positions)
+
+
+def test_the_whole_time_of_a_rapid_move_goes_with_the_posture(trunnion, hayashi):
+    path = rapid_path(5, feed_mm_min=600.0)
+    np.testing.assert_array_equal(least_times(path, trunnion), np.zeros(5))
+    # Speeds that nobody knows: its way at the feed that stands in for them.
+    np.testing.assert_allclose(least_times(path, hayashi)[1:], 1.0)
+    cuts = replace(path, kind=np.zeros(5, dtype=np.int64))
+    np.testing.assert_allclose(least_times(cuts, trunnion)[1:], 1.0)

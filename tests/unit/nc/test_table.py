@@ -9,7 +9,7 @@ import pytest
 
 from fiveaxis.errors import ToolpathError
 from fiveaxis.nc import read_toolpath
-from fiveaxis.toolpath import Tool
+from fiveaxis.toolpath import MoveKind, Tool
 
 BALL = Tool.ball(10)
 
@@ -157,3 +157,21 @@ def test_blanks_and_commas_part_the_fields_of_a_list_without_header(tmp_path):
     assert read.source.tolist() == [2, 4]
     with pytest.raises(ToolpathError, match=r"points.txt:2: 6 fields where the header has 7"):
         read_toolpath(path, tool=BALL, columns=("x", "y", "z", "i", "j", "k", "feed"))
+
+
+def test_a_rapid_move_is_one_of_its_own_column_and_touches_nothing(read):
+    path = read("x,y,z,nx,ny,nz,rapid\n1,2,3,0,0,1,0\n4,5,6,0,0,1,1\n7,8,9,0,0,1,0\n", rapid_mm_min=6000)
+    assert path.kind.tolist() == [MoveKind.CUT, MoveKind.RAPID, MoveKind.CUT]
+    assert np.isnan(path.contact[1]).all()
+    assert path.feed[1] == 100.0
+    both = read("x,y,z,i,j,k,cut,rapid\n1,2,3,0,0,1,1,0\n4,5,6,0,0,1,0,1\n4,5,9,0,0,1,0,0\n")
+    assert both.kind.tolist() == [MoveKind.CUT, MoveKind.RAPID, MoveKind.LINK]
+
+
+@pytest.mark.parametrize(
+    ("row", "said"),
+    [("1,2,3,0,0,1,1,1", "cut and rapid are both 1"), ("1,2,3,0,0,1,0,2", "rapid is 2; write 1 for a rapid")],
+)
+def test_a_rapid_move_that_cuts_is_refused(read, row, said):
+    with pytest.raises(ToolpathError, match=rf":2: {said}"):
+        read(f"x,y,z,i,j,k,cut,rapid\n{row}\n")

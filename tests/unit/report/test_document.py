@@ -43,7 +43,7 @@ def test_the_document_has_its_keys_in_a_fixed_order(solution: Solution, verdict:
     document = report_document(solution, verdict, inputs=[])
     assert list(document) == KEYS
     measures = ["total", "by_axis", "power_integral", "base", "with_base", "time"]
-    assert list(document["energy"]) == [*measures, "integral_by_axis", "metric_error"]
+    assert list(document["energy"]) == [*measures, "integral_by_axis", "metric_error", "by_kind"]
     assert list(document["energy"]["by_axis"]) == list("XYZAC")
 
 

@@ -262,3 +262,18 @@ def test_numbers_have_a_true_minus_and_no_negative_zero() -> None:
     assert number(155.6, signed=True) == "+156"
     assert number(-0.2, signed=True) == "0"
     assert number(None) == "unknown"
+
+
+def test_the_headline_compares_whole_programs_and_shows_kinds_of_moves_apart(
+    page: Page, solution: Solution, verdict: dict[str, Any], program: dict[str, Any]
+) -> None:
+    after = solution.energy.as_dict()
+    share = {"metric": 5.0, "integral": 1234.0, "time": 7.0}
+    before = after | {"total": 2.0 * after["total"], "by_kind": {"cut": share, "rapid": share}}
+    both = program | {"energy": {"optimised": after, "normal": before}}
+    text = body_text(page(solution, verdict, both))
+    assert "both are whole programs" in text
+    assert "50.0\u2009% less" in text
+    assert "rapid moves (J)" in text
+    assert "links (J)" not in text
+    assert "both are whole programs" not in body_text(page(solution, verdict))

@@ -1,0 +1,182 @@
+"""Rapid moves stay rapid from the path to the program, in their time and in what they cost."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import fiveaxis as fx
+from fiveaxis.collision import Surroundings
+from fiveaxis.energy import motion_energy
+from fiveaxis.job import program_motion, verify_program
+from fiveaxis.machine import Machine
+from fiveaxis.motion import fill_in, follow
+from fiveaxis.nc import compose_program
+from fiveaxis.posture import Solution, optimise
+from fiveaxis.posture.baselines import as_programmed
+from fiveaxis.toolpath import MoveKind, Tool, Toolpath, tilt_bounds
+
+CUT, LINK, RAPID = MoveKind
+# mm/min, of axes whose speed no machine file tells.
+SPEED = 6000.0
+CONTROLS = [
+    ("linuxcnc", "axes", "G0 "),
+    ("sinumerik", "axes", "G0 "),
+    ("sinumerik", "tip", "G0 "),
+    ("fanuc", "tip", "G0 "),
+    ("heidenhain", "tip", "FMAX"),
+]
+
+
+def two_cuts() -> Toolpath:
+    """Two cuts; between them a link up and two rapid moves, over and down."""
+    tip = np.array(
+        [[0, 0, 0], [5, 0, 1], [10, 0, 0], [10, 0, 5], [30, 20, 20], [0, 20, 1], [0, 20, 0], [10, 20, 0]]
+    )
+    kind = [CUT, CUT, CUT, LINK, RAPID, RAPID, LINK, CUT]
+    up, high = np.tile([0.0, 0.0, 1.0], (len(tip), 1)), np.add(tip, [0, 0, 20])
+    return Toolpath.from_tips(high, up, Tool.ball(6), feed_mm_min=600.0, kind=kind).with_rapid(SPEED)
+
+
+def with_postures(path: Toolpath, machine: Machine) -> Solution:
+    """Turn both rotary axes in the rapid moves: axes that run straight lead the tip far about."""
+    rotary = np.radians([[0, 0]] * 4 + [[60, -20], [120, -30], [120, -30], [130, -30]])
+    motion = follow(path, machine, rotary)
+    bounds = tilt_bounds(path, None, cone=40.0)
+    return Solution(machine, path, bounds, motion, motion_energy(machine, motion), {}, {}, ())
+
+
+@pytest.fixture(params=["hayashi", "trunnion"])
+def machine(request: pytest.FixtureRequest, hayashi: Machine, trunnion: Machine) -> Machine:
+    """One that states no speed of any axis, and one that states all."""
+    return hayashi if request.param == "hayashi" else trunnion.with_drives_of(hayashi)
+
+
+@pytest.mark.parametrize("thin", [True, False])
+@pytest.mark.parametrize("led", [True, False])
+def test_a_rapid_move_is_one_block(machine, led, thin):
+    solution = with_postures(two_cuts(), machine)
+    program = program_motion(solution, Surroundings(), {"max_turn": 180.0}, led=led, thin=thin)
+    assert program.ok, program.verdict.findings
+    assert program.motion.kind[program.motion.kind != CUT].tolist() == [LINK, RAPID, RAPID, LINK]
+    # What is verified is where a control takes the axes: it leads the tip in many small parts.
+    assert bool(program.driven.rapid.sum() > 10) is led
+    spent = program.energy["optimised"]
+    assert list(spent.by_kind) == ["cut", "link", "rapid"]
+    for total, part in (("total", "metric"), ("power_integral", "integral"), ("time", "time")):
+        parts = sum(getattr(share, part) for share in spent.by_kind.values())
+        assert getattr(spent, total) == pytest.approx(parts)
+
+
+@pytest.mark.parametrize(("control", "coordinates", "word"), CONTROLS)
+def test_a_program_with_rapid_moves_read_back_follows_its_path_and_costs_the_same(
+    machine, tmp_path, control, coordinates, word
+):
+    solution = with_postures(two_cuts(), machine)
+    bounds = {"max_turn": 180.0}
+    program = program_motion(solution, Surroundings(), bounds, led=coordinates == "tip")
+    file = fx.write_program(
+        program.motion,
+        tmp_path / ("part.h" if control == "heidenhain" else "part.nc"),
+        machine=machine,
+        control=control,
+        coordinates=coordinates,
+        header={"tool": "ball:6"},
+    )
+    found = fx.program_energy(file, machine, rapid_mm_min=SPEED)
+    begin = int(np.abs(found.motion.positions - program.motion.positions[0]).sum(axis=1).argmin()) + 1
+    quick = np.flatnonzero(found.motion.rapid[begin:]) + begin
+    written = {int(line): file.read_text().splitlines()[line - 1] for line in found.motion.source[quick]}
+    assert len(written) == 2
+    assert all(word in block and ("F" in block.replace("FMAX", "")) is False for block in written.values())
+    said = program.energy["optimised"].by_kind["rapid"]
+    # A control that leads the tip takes the axes about, and is read in other parts than it was checked in: a
+    # drive whose axis turns round on the way has its power in some of them.
+    near, integral_near = (2e-3, 0.05) if coordinates == "tip" else (1e-4, 1e-3)
+    assert found.motion.time[quick].sum() == pytest.approx(said.time, rel=near)
+    assert found.energy.by_kind["rapid"].time == pytest.approx(said.time, rel=near)
+    assert found.by_block[quick].sum() == pytest.approx(said.integral, rel=integral_near)
+    report = verify_program(file, machine, toolpath=solution.toolpath, rapid_mm_min=SPEED, **bounds)
+    assert report.ok, report.findings
+
+
+def test_a_cut_off_the_path_is_named_beside_rapid_moves_that_swerve(hayashi, tmp_path):
+    solution = with_postures(two_cuts(), hayashi)
+    program = program_motion(solution, Surroundings(), {"max_turn": 180.0})
+    away = program.motion.positions.copy()
+    away[1, 1] += 0.5
+    file = tmp_path / "part.ngc"
+    fx.write_program(replace(program.motion, positions=away), file, machine=hayashi)
+    report = verify_program(file, hayashi, toolpath=solution.toolpath, rapid_mm_min=SPEED, max_turn=180.0)
+    assert {"off-path"} <= set(report.counts)
+    assert "the way of rapid moves from one location of the path to the next" in report.not_checked
+
+
+def test_a_cut_that_a_program_makes_in_rapid_is_held_to_the_path(hayashi, tmp_path):
+    path = two_cuts()
+    solution = with_postures(path, hayashi)
+    program = program_motion(solution, Surroundings(), {"max_turn": 180.0})
+    text = compose_program(program.motion, machine=hayashi).text.splitlines()
+    row = next(i for i, line in enumerate(text) if line.startswith("G1 X5.0"))
+    text[row : row + 1] = ["G0 X5.0 Y0.5", "G0 Y0"]
+    file = tmp_path / "part.ngc"
+    file.write_text("\n".join(text))
+    report = verify_program(file, hayashi, toolpath=path, rapid_mm_min=SPEED, max_turn=180.0)
+    assert "off-path" in report.counts
+
+
+@pytest.mark.parametrize("speed", [None, 6000.0])
+def test_what_the_optimiser_takes_for_unknown_speeds_is_said(hayashi, speed):
+    path = two_cuts() if speed else two_cuts().with_rapid(600.0)
+    found = optimise(path, hayashi, cone=20, effort="quick").toolpath.findings
+    (told,) = [f for f in found if f.code == "rapid-speed-unknown"]
+    assert f"{speed or 600.0:g} mm/min" in told.message
+
+
+def test_a_path_of_known_speeds_has_nothing_to_say(trunnion, hayashi):
+    found = optimise(two_cuts(), trunnion.with_drives_of(hayashi), cone=20, effort="quick")
+    assert "rapid-speed-unknown" not in {f.code for f in found.toolpath.findings}
+
+
+# A real program of LinuxCNC's, with tool centre point control.
+
+
+@pytest.fixture(scope="module")
+def boat(data, trunnion, hayashi):
+    machine = trunnion.with_drives_of(hayashi)
+    file = data / "toolpaths" / "linuxcnc_boat_xyzac.ngc"
+    return file, machine, fx.read_toolpath(file, tool=Tool.ball(6), machine=machine)
+
+
+def test_the_baseline_as_programmed_is_the_program_itself(boat):
+    file, machine, path = boat
+    rotary = as_programmed(path, machine, tilt_bounds(path, None, cone=15.0))
+    np.testing.assert_array_equal(rotary, path.rotary)
+    program = fx.program_energy(file, machine, tool=Tool.ball(6)).energy
+    for motion in (follow(path, machine, rotary), fill_in(path, machine, rotary)[1]):
+        said = motion_energy(machine, motion)
+        assert said.time == pytest.approx(program.time, rel=0.01)
+        assert said.power_integral == pytest.approx(program.power_integral, rel=0.05)
+        assert said.by_kind["rapid"].time == pytest.approx(program.by_kind["rapid"].time, rel=0.05)
+
+
+def test_rapid_moves_of_the_program_no_longer_take_a_feed(boat):
+    """At the feed of the cut before them they took 131 s, and 12.9 s at 10 m/min."""
+    file, machine, path = boat
+    motion = follow(path, machine, path.rotary)
+    assert motion.time[motion.rapid].sum() == pytest.approx(87.7, abs=0.1)
+    fast = replace(machine, axes=tuple(replace(axis, max_speed=None) for axis in machine.axes))
+    motion = follow(path.with_rapid(10_000.0), fast, path.rotary)
+    read = fx.read_program(file, fast, rapid_mm_min=10_000.0)
+    assert motion.time[motion.rapid].sum() == pytest.approx(read.time[read.rapid].sum(), rel=0.05)
+
+
+def test_angles_that_would_lean_the_tool_elsewhere_are_not_the_baselines(boat):
+    _, machine, path = boat
+    few = path.at(np.arange(200))
+    bounds = tilt_bounds(few, None, cone=15.0)
+    bare = as_programmed(replace(few, rotary=None), machine, bounds)
+    for other in (few.rotary + 0.1, few.rotary[:, :1], np.where(few.rotary == 0.0, np.nan, few.rotary)):
+        np.testing.assert_array_equal(as_programmed(replace(few, rotary=other), machine, bounds), bare)
