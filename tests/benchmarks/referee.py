@@ -1,13 +1,13 @@
 """Print how LinuxCNC's simulated machine runs a program of ours under several path-control words.
 
-Usage: python tests/benchmarks/referee.py [PROGRAM MOTION.CSV MACHINE HEIGHT] [--words "G61,G64 P0.01"] [--speed 500]
-       [--acceleration 5000]
+Usage: python tests/benchmarks/referee.py [PROGRAM MOTION.CSV MACHINE HEIGHT]
+       [--words "G61,G64 P0.01"] [--speed 500] [--acceleration 5000] [--coordinates tip]
 
-Without a program it is the overhang example, optimised here. `off path` is the distance of the point of
-the tool that keeps to the path (HEIGHT mm above the tip, a ball's radius) from the straight ways between the locations of the motion table, which blocks keep within 5 µm by themselves;
-`off blocks` is that of the same point from where the program's own blocks lead it, all axes linear (or, under
-tool centre point control, the tip straight), which is the control's part. Both with the angle of the tool axis.
-Needs linuxcnc-uspace.
+Without a program it is the overhang example, optimised here. "off path" is the distance of the point of the
+tool that keeps to the path (HEIGHT mm above the tip, a ball's radius) from the straight ways between the
+locations of the motion table, of which the blocks themselves take up to 5 µm; "off blocks" is its distance
+from where the program's blocks lead it, which is the control's part. Each with the angle of the tool axis.
+The predicted time is that of the package's own table of the control. Needs linuxcnc-uspace.
 """
 
 import argparse
@@ -23,7 +23,7 @@ import numpy as np
 
 import fiveaxis as fx
 from fiveaxis.kinematics import tool_poses
-from fiveaxis.nc import read_motion
+from fiveaxis.nc import DIALECTS, Coordinates, predicted_time, read_motion
 
 ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT / "tests"))
@@ -46,7 +46,8 @@ def limited(machine: fx.Machine, speed: float, acceleration: float) -> fx.Machin
 
 
 def overhang(folder: Path) -> tuple[Path, Path, str, float]:
-    command = [sys.executable, "-m", "fiveaxis.cli", "optimise", "examples/overhang/job.toml", "-o", str(folder)]
+    verb = ["optimise", "examples/overhang/job.toml", "-o", str(folder)]
+    command = [sys.executable, "-m", "fiveaxis.cli", *verb]
     subprocess.run(command, cwd=ROOT, check=True, stdout=subprocess.DEVNULL)
     return folder / "program.ngc", folder / "motion.csv", "hayashi-640123", 4.0
 
@@ -55,13 +56,18 @@ def told(values: np.ndarray, unit: str, digits: int) -> str:
     return f"{values.max():8.{digits}f} {np.quantile(values, 0.999):8.{digits}f} {unit}"
 
 
-def measure(program: Path, table: Path, machine: fx.Machine, height: float, words: list[str]) -> None:
+def measure(
+    program: Path, table: Path, machine: fx.Machine, height: float, words: list[str], coordinates: Coordinates
+) -> None:
     text = program.read_text(encoding="ascii")
     read = fx.read_program(program, machine)
     motion = read_motion(table, machine)
     tips, axes = tool_poses(machine, motion.positions)
     paths = [(tips, axes), joint_path(machine, read.positions)]
-    print(f"{program}: {len(read)} rows, programmed {read.time.sum():.2f} s")
+    predicted = predicted_time(read, machine, DIALECTS["linuxcnc"], coordinates)
+    print(
+        f"{program}: {len(read)} rows; {read.time.sum():.3f} s programmed, {predicted.total:.3f} s predicted"
+    )
     print(f"{'':18} {'s':>8}   off path: max, p99.9   tool axis: max, p99.9    off blocks: max, p99.9")
     for word in words:
         run = run_program(PATH_CONTROL.sub(word, text), machine, limit=900.0)
@@ -81,6 +87,7 @@ def main() -> None:
     parser.add_argument("--words", default=WORDS)
     parser.add_argument("--speed", type=float, default=500.0)
     parser.add_argument("--acceleration", type=float, default=5000.0)
+    parser.add_argument("--coordinates", choices=("axes", "tip"), default="axes")
     given = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         program, table, machine, height = given.inputs or overhang(Path(folder))
@@ -91,6 +98,7 @@ def main() -> None:
             limited(fx.load_machine(machine), *limits),
             float(height),
             [word.strip() for word in given.words.split(",")],
+            given.coordinates,
         )
 
 

@@ -40,7 +40,8 @@ def deviations(
     piece = piece.reshape(len(tip), near)
     ahead = tip[:, None, :] - start[piece]
     along = np.einsum("ijk,ijk->ij", ahead, move[piece])
-    share = np.clip(np.divide(along, squares[piece], out=np.zeros_like(along), where=squares[piece] > 0), 0, 1)
+    lengths = squares[piece]
+    share = np.clip(np.divide(along, lengths, out=np.zeros_like(along), where=lengths > 0.0), 0.0, 1.0)
     distance = np.linalg.norm(ahead - share[..., None] * move[piece], axis=2)
     meant = axes[piece] + share[..., None] * (axes[piece + 1] - axes[piece])
     meant /= np.linalg.norm(meant, axis=2, keepdims=True)
@@ -68,8 +69,9 @@ def _divided(path: np.ndarray, directions: np.ndarray) -> tuple[np.ndarray, np.n
     """Cut a path into pieces of `PIECE` at most."""
     lengths = np.linalg.norm(np.diff(path, axis=0), axis=1)
     parts = np.maximum(np.ceil(lengths / PIECE), 1).astype(int)
-    row = np.append(np.repeat(np.arange(len(parts)), parts), len(parts)).astype(float)
-    row[:-1] += (np.arange(parts.sum()) - np.repeat(np.cumsum(parts) - parts, parts)) / np.repeat(parts, parts)
+    before = np.repeat(np.cumsum(parts) - parts, parts)
+    within = (np.arange(parts.sum()) - before) / np.repeat(parts, parts)
+    row = np.append(np.repeat(np.arange(len(parts)), parts) + within, len(parts))
     rows = np.arange(len(path))
     corners, axes = (
         np.column_stack([np.interp(row, rows, column) for column in table.T]) for table in (path, directions)

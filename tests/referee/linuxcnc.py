@@ -1,9 +1,10 @@
 """LinuxCNC's own simulated machine, without a display: what its axes really do under a program.
 
-It comes with Debian's linuxcnc-uspace (``apt-get install -y --no-install-recommends linuxcnc-uspace``), refuses
-to run as root, and knows one machine at a time: runs wait for each other. The simulated machine is a trunnion
-(C on A under the workpiece, kinematics module ``xyzac-trt-kins``); M428 switches tool centre point control on,
-M429 off. It runs in real time, but its time is counted in servo cycles, so a busy computer doesn't change it.
+It comes with Debian's linuxcnc-uspace (``apt-get install -y --no-install-recommends linuxcnc-uspace``),
+refuses to run as root, and knows one machine at a time: runs wait for each other. The simulated machine is a
+trunnion (C on A under the workpiece, kinematics module ``xyzac-trt-kins``); M428 switches tool centre point
+control on, M429 off. It runs in real time, but its time is counted in servo cycles, so a busy computer
+doesn't change it.
 
 The files in ``machine/`` and the INI file here are our own.
 """
@@ -172,8 +173,9 @@ def ini_text(machine: Machine) -> str:
         "EMCIO": {"EMCIO": "io", "CYCLE_TIME": 0.02, "TOOL_TABLE": "tool.tbl"},
     }
     for number, axis in enumerate(machine.axes):
-        ends = sorted((-1.0 if axis.reversed else 1.0) * axis.shown(v) for v in (axis.limits.low, axis.limits.high))
-        low, high = np.clip(ends, -UNLIMITED, UNLIMITED)
+        sign = -1.0 if axis.reversed else 1.0
+        ends = sign * axis.shown(axis.limits.low), sign * axis.shown(axis.limits.high)
+        low, high = np.clip(sorted(ends), -UNLIMITED, UNLIMITED)
         if axis.max_speed is None or axis.max_acceleration is None:
             raise ValueError(f"{axis.letter} of {machine.name!r} has no highest speed or acceleration")
         bounds = {
@@ -207,7 +209,7 @@ def _line_point(machine: Machine, letter: str) -> tuple[float, float, float]:
 
 
 def _run_of(table: np.ndarray, machine: Machine) -> Run:
-    """Turn halsampler's rows (number, five joints, speed, line) into a run, without the rests at both ends."""
+    """Turn halsampler's rows (number, five joints, speed, line) into a run without rests at both ends."""
     if not (np.diff(table[:, 0]) == 1).all():
         raise SimulationFault("samples were lost: the computer is too busy")
     signs = np.array([-1.0 if axis.reversed else 1.0 for axis in machine.axes])
@@ -278,7 +280,7 @@ def _processes_of(folder: Path) -> list[int]:
 
 
 def _remove_shared_memory() -> None:
-    """Remove LinuxCNC's shared memory that no process uses: it may be another user's, and stop the next run."""
+    """Remove LinuxCNC's shared memory that no process uses: another user's would stop the next run."""
     for row in Path("/proc/sysvipc/shm").read_text().splitlines()[1:]:
         key, number, _mode, _size, _creator, _last, attached = (int(v) for v in row.split()[:7])
         if key % 2**32 in SHARED_MEMORY and attached == 0:
@@ -321,4 +323,3 @@ def _hand_over(folder: Path) -> None:
         user = pwd.getpwnam(USER)
         for place in (folder, *folder.iterdir()):
             os.chown(place, user.pw_uid, user.pw_gid)
-
