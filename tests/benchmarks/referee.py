@@ -31,17 +31,20 @@ from referee.deviation import deviations, joint_path  # noqa: E402
 from referee.linuxcnc import run_program  # noqa: E402
 
 WORDS = "G64 P0.01,G64 P0.001,G64 P0.0005,G64 P0.0001,G64 P0.001 Q0.001,G64 P0.001 Q0,G61,G61.1"
+# mm/s or deg/s, and per second: of axes for which the machine states none.
+USUAL = 500.0, 5000.0
 # Rows of G64, G61 and G61.1 in a program.
 PATH_CONTROL = re.compile(r"^(N\d+ )?G6[14].*$", re.MULTILINE)
 
 
-def limited(machine: fx.Machine, speed: float, acceleration: float) -> fx.Machine:
-    """Give every axis the same highest speed and acceleration, mm/s or deg/s and per second."""
-    units = {True: math.pi / 180.0, False: 1.0}
-    axes = (
-        replace(a, max_speed=speed * units[a.is_rotary], max_acceleration=acceleration * units[a.is_rotary])
-        for a in machine.axes
-    )
+def limited(machine: fx.Machine, speed: float | None, acceleration: float | None) -> fx.Machine:
+    """Give all axes these highest speeds and accelerations; without any, `USUAL` to those that have none."""
+    axes = []
+    for axis in machine.axes:
+        unit = math.pi / 180.0 if axis.is_rotary else 1.0
+        own = axis.max_speed or USUAL[0] * unit, axis.max_acceleration or USUAL[1] * unit
+        given = [most if v is None else v * unit for v, most in zip((speed, acceleration), own, strict=True)]
+        axes.append(replace(axis, max_speed=given[0], max_acceleration=given[1]))
     return replace(machine, axes=tuple(axes))
 
 
@@ -85,8 +88,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("inputs", nargs="*", metavar="PROGRAM MOTION.CSV MACHINE HEIGHT")
     parser.add_argument("--words", default=WORDS)
-    parser.add_argument("--speed", type=float, default=500.0)
-    parser.add_argument("--acceleration", type=float, default=5000.0)
+    parser.add_argument("--speed", type=float)
+    parser.add_argument("--acceleration", type=float)
     parser.add_argument("--coordinates", choices=("axes", "tip"), default="axes")
     given = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:

@@ -56,7 +56,7 @@ class Run:
     Parameters
     ----------
     machine : whose axes moved
-    positions : (s, 5), mm and rad, in the machine's own sign, one row a servo cycle
+    positions : (s, 5), mm and rad, in the machine's own sign, at the end of each servo cycle
     line : (s,), of the program, whose move was under way
     """
 
@@ -70,20 +70,17 @@ class Run:
         return (np.abs(np.diff(self.positions, axis=0, prepend=self.positions[:1])) > STANDS).any(axis=1)
 
     def of_lines(self, first: int, last: int) -> Run:
-        """Cut out what belongs to some lines of the program, both included, from its first cycle to its last.
-
-        The samples begin with the one before the first cycle, where the axes still stand at the start.
-        """
+        """Cut out what belongs to some lines of the program, both included, from first cycle to last."""
         inside = np.flatnonzero((self.line >= first) & (self.line <= last) & self.moving)
         if len(inside) == 0:
             raise SimulationFault(f"nothing moved in lines {first} to {last}")
-        piece = slice(inside[0] - 1, inside[-1] + 1)
+        piece = slice(inside[0], inside[-1] + 1)
         return replace(self, positions=self.positions[piece], line=self.line[piece])
 
     @property
     def seconds(self) -> float:
-        """Time from the first sample to the last."""
-        return CYCLE * (len(self.positions) - 1)
+        """Time of all cycles."""
+        return CYCLE * len(self.positions)
 
     @cached_property
     def poses(self) -> tuple[np.ndarray, np.ndarray]:
