@@ -15,12 +15,13 @@ import fcntl
 import json
 import os
 import pwd
+import re
 import shutil
 import signal
 import subprocess
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -37,8 +38,15 @@ USER = "nobody"
 LETTERS = "XYZAC"
 # s: one servo cycle, LinuxCNC's usual one; start and end of LinuxCNC itself; how long others may keep it.
 CYCLE, STARTING, QUEUE = 1e-3, 30.0, 240.0
-# Keys of LinuxCNC's shared memory: HAL's, RTAPI's and motion's, and the message buffers'.
+# System V shared memory, and LinuxCNC's keys in it: HAL's, RTAPI's and motion's, and the message buffers'.
+MEMORY = Path("/proc/sysvipc/shm")
 SHARED_MEMORY = (0x48414C32, 0x48484C34, 0x90280A48, 0x00000064, *range(1001, 1007))
+# Made by LinuxCNC while it runs; its processes; number, name and state of a process.
+STARTED = Path("/tmp/linuxcnc.lock")
+SERVERS = ("linuxcncsvr", "milltask", "rtapi_app")
+STATE = re.compile(r"(\d+) \((.*)\) (\w)", re.DOTALL)
+# How names of scratch folders begin.
+SCRATCH = "fiveaxis-linuxcnc-"
 # What an axis without limits has in the INI file, mm or deg.
 UNLIMITED = 1e6
 # mm or deg: a joint that moves by less in a cycle stands.
@@ -95,6 +103,8 @@ def why_unavailable() -> str | None:
             return f"{program} isn't installed (apt-get install linuxcnc-uspace)"
     if not SYSTEM_PYTHON.exists():
         return "there is no /usr/bin/python3, for which linuxcnc-uspace has its module"
+    if not MEMORY.exists():
+        return "there is no System V shared memory"
     if os.geteuid() == 0:
         if shutil.which("runuser") is None:
             return "LinuxCNC doesn't run as root, and there is no runuser"
@@ -131,7 +141,7 @@ def run_program(text: str, machine: Machine, *, limit: float = 60.0) -> Run:
         result = json.loads(verdict.read_text()) if verdict.exists() else {"done": False, "faults": []}
         if not result["done"] or result["faults"]:
             raise SimulationFault("; ".join(result["faults"]) or f"LinuxCNC didn't run: {said[-600:]}")
-        return _run_of(np.loadtxt(folder / "samples.txt", ndmin=2), machine)
+        return _run_of((folder / "samples.txt").read_text(), machine)
 
 
 def ini_text(machine: Machine) -> str:
@@ -205,10 +215,11 @@ def _line_point(machine: Machine, letter: str) -> tuple[float, float, float]:
     return next(joint.line.point for joint in machine.chain.joints if joint.letter == letter)
 
 
-def _run_of(table: np.ndarray, machine: Machine) -> Run:
+def _run_of(samples: str, machine: Machine) -> Run:
     """Turn halsampler's rows (number, five joints, speed, line) into a run without rests at both ends."""
-    if not (np.diff(table[:, 0]) == 1).all():
+    if "overrun" in samples:
         raise SimulationFault("samples were lost: the computer is too busy")
+    table = np.loadtxt(samples.splitlines(), ndmin=2)
     signs = np.array([-1.0 if axis.reversed else 1.0 for axis in machine.axes])
     units = np.array([np.pi / 180.0 if axis.is_rotary else 1.0 for axis in machine.axes])
     line = table[:, 7].astype(int)
@@ -278,7 +289,7 @@ def _processes_of(folder: Path) -> list[int]:
 
 def _remove_shared_memory() -> None:
     """Remove LinuxCNC's shared memory that no process uses: another user's would stop the next run."""
-    for row in Path("/proc/sysvipc/shm").read_text().splitlines()[1:]:
+    for row in MEMORY.read_text().splitlines()[1:]:
         key, number, _mode, _size, _creator, _last, attached = (int(v) for v in row.split()[:7])
         if key % 2**32 in SHARED_MEMORY and attached == 0:
             subprocess.run(["ipcrm", "-m", str(number)], check=False, capture_output=True)
@@ -287,28 +298,49 @@ def _remove_shared_memory() -> None:
 @contextmanager
 def _machine_to_oneself() -> Iterator[None]:
     """Wait until no other run has the machine, whoever began it."""
-    path = Path(tempfile.gettempdir()) / "fiveaxis-linuxcnc.lock"
-    handle = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
-    try:
-        end = time.monotonic() + QUEUE
-        while True:
-            try:
-                fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-                break
-            except BlockingIOError:
-                if time.monotonic() > end:
-                    raise SimulationFault(f"LinuxCNC was in use for {QUEUE:g} s") from None
-                time.sleep(0.2)
+    # A user's own file: in a shared folder others mayn't open it.
+    path = Path(tempfile.gettempdir()) / f"fiveaxis-linuxcnc.{os.getuid()}.lock"
+    with path.open("a") as handle:
+        _wait_until(lambda: _locked(handle.fileno()))
+        _wait_until(lambda: not _is_running())
+        # A run that was killed leaves its mark and its memory, and with either the next one doesn't start.
+        STARTED.unlink(missing_ok=True)
         _remove_shared_memory()
         yield
-    finally:
-        os.close(handle)
+
+
+def _wait_until(condition: Callable[[], bool]) -> None:
+    end = time.monotonic() + QUEUE
+    while not condition():
+        if time.monotonic() > end:
+            raise SimulationFault(f"LinuxCNC was in use for {QUEUE:g} s")
+        time.sleep(0.2)
+
+
+def _locked(handle: int) -> bool:
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    return True
+
+
+def _is_running() -> bool:
+    """Whether any LinuxCNC runs on this computer."""
+    for place in Path("/proc").glob("[0-9]*"):
+        try:
+            _, name, state = STATE.match((place / "stat").read_text()).groups()
+        except OSError:  # it has ended
+            continue
+        if name in SERVERS and state != "Z":
+            return True
+    return False
 
 
 @contextmanager
 def _scratch() -> Iterator[Path]:
     """Make a folder that the user who runs LinuxCNC may reach: pytest's own are for one user alone."""
-    folder = Path(tempfile.mkdtemp(prefix="fiveaxis-linuxcnc-"))
+    folder = Path(tempfile.mkdtemp(prefix=SCRATCH))
     try:
         yield folder
     finally:

@@ -15,7 +15,7 @@ from fiveaxis.motion import AXIS_TOLERANCE, PATH_TOLERANCE, fill_in, follow
 from fiveaxis.nc import DIALECTS, ProgramSettings, compose_program, predicted_time, read_program
 from fiveaxis.toolpath import Tool, Toolpath
 from referee.deviation import deviations, joint_path
-from referee.linuxcnc import SimulationFault, run_program, why_unavailable
+from referee.linuxcnc import SCRATCH, SimulationFault, run_program, why_unavailable
 
 ABSENT = why_unavailable()
 simulated = [pytest.mark.slow, pytest.mark.skipif(ABSENT is not None, reason=str(ABSENT))]
@@ -159,7 +159,7 @@ class TestMachine:
     def test_an_axis_limit_is_a_fault_and_leaves_nothing_behind(self):
         with pytest.raises(SimulationFault, match="limit"):
             run_program("G21 G90 G94\nG1 X1 F1000\nG1 X1000 F1000\nM2\n", TRUNNION)
-        assert not list(Path(tempfile.gettempdir()).glob("fiveaxis-linuxcnc-*"))
+        assert not list(Path(tempfile.gettempdir()).glob(f"{SCRATCH}*"))
 
     def test_a_program_that_isnt_done_in_time_is_a_fault(self):
         with pytest.raises(SimulationFault, match="not done after 1 s"):
