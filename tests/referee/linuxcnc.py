@@ -11,17 +11,13 @@ The files in ``machine/`` and the INI file here are our own.
 
 from __future__ import annotations
 
-import fcntl
 import json
 import os
 import pwd
-import re
 import shutil
-import signal
 import subprocess
 import tempfile
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -31,30 +27,21 @@ import numpy as np
 
 from fiveaxis.kinematics import tool_poses
 from fiveaxis.machine import Machine
+from fiveaxis.machine.axes import Axis
+from referee.housekeeping import MEMORY, SimulationFault, end_leftovers, machine_to_oneself
 
 FILES = Path(__file__).parent / "machine"
 SYSTEM_PYTHON = Path("/usr/bin/python3")
 USER = "nobody"
 LETTERS = "XYZAC"
-# s: one servo cycle, LinuxCNC's usual one; start and end of LinuxCNC itself; how long others may keep it.
-CYCLE, STARTING, QUEUE = 1e-3, 30.0, 240.0
-# System V shared memory, and LinuxCNC's keys in it: HAL's, RTAPI's and motion's, and the message buffers'.
-MEMORY = Path("/proc/sysvipc/shm")
-SHARED_MEMORY = (0x48414C32, 0x48484C34, 0x90280A48, 0x00000064, *range(1001, 1007))
-# Made by LinuxCNC while it runs; its processes; number, name and state of a process.
-STARTED = Path("/tmp/linuxcnc.lock")
-SERVERS = ("linuxcncsvr", "milltask", "rtapi_app")
-STATE = re.compile(r"(\d+) \((.*)\) (\w)", re.DOTALL)
+# s: one servo cycle, LinuxCNC's usual one; start and end of LinuxCNC itself.
+CYCLE, STARTING = 1e-3, 30.0
 # How names of scratch folders begin.
 SCRATCH = "fiveaxis-linuxcnc-"
 # What an axis without limits has in the INI file, mm or deg.
 UNLIMITED = 1e6
 # mm or deg: a joint that moves by less in a cycle stands.
 STANDS = 1e-9
-
-
-class SimulationFault(Exception):
-    """The simulated machine stopped with an error, or not at all."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,7 +115,7 @@ def run_program(text: str, machine: Machine, *, limit: float = 60.0) -> Run:
     SimulationFault
         LinuxCNC stops with an error, isn't done in time, or is in use for too long.
     """
-    with _machine_to_oneself(), _scratch() as folder:
+    with machine_to_oneself(), _scratch() as folder:
         (folder / "program.ngc").write_text(text, encoding="ascii")
         (folder / "machine.ini").write_text(ini_text(machine), encoding="ascii")
         (folder / "tool.tbl").write_text("T1 P1 Z0 D10\n", encoding="ascii")
@@ -144,6 +131,33 @@ def run_program(text: str, machine: Machine, *, limit: float = 60.0) -> Run:
         return _run_of((folder / "samples.txt").read_text(), machine)
 
 
+# What the INI file says of every machine.
+TABLES = {
+    "EMC": {"VERSION": 1.1, "MACHINE": "simulated", "DEBUG": 0},
+    "DISPLAY": {"DISPLAY": "./display.py", "PROGRAM_PREFIX": "."},
+    "RS274NGC": {
+        "SUBROUTINE_PATH": ".",
+        "REMAP": ["M428 modalgroup=10 ngc=428remap", "M429 modalgroup=10 ngc=429remap"],
+        "PARAMETER_FILE": "machine.var",
+    },
+    "KINS": {"KINEMATICS": "xyzac-trt-kins sparm=identityfirst", "JOINTS": len(LETTERS)},
+    "HAL": {"HALFILE": "machine.hal"},
+    "TRAJ": {
+        "COORDINATES": LETTERS,
+        "LINEAR_UNITS": "mm",
+        "ANGULAR_UNITS": "deg",
+        "DEFAULT_LINEAR_VELOCITY": 1,
+        "MAX_LINEAR_VELOCITY": 1e4,
+        "MAX_LINEAR_ACCELERATION": 1e6,
+    },
+    "EMCMOT": {"EMCMOT": "motmod", "SERVO_PERIOD": round(CYCLE * 1e9), "COMM_TIMEOUT": 1},
+    "TASK": {"TASK": "milltask", "CYCLE_TIME": 0.001},
+    "EMCIO": {"EMCIO": "io", "CYCLE_TIME": 0.02, "TOOL_TABLE": "tool.tbl"},
+}
+# Homed where they stand, and never far from their commands, which they follow at once.
+JOINT = {"HOME": 0, "HOME_SEARCH_VEL": 0, "HOME_SEQUENCE": 0, "FERROR": 50, "MIN_FERROR": 50}
+
+
 def ini_text(machine: Machine) -> str:
     """Write LinuxCNC's INI file for a machine.
 
@@ -152,56 +166,29 @@ def ini_text(machine: Machine) -> str:
     if machine.letters != LETTERS:
         raise ValueError(f"the simulated machine has {LETTERS}, and {machine.name!r} has {machine.letters}")
     pivot, table = (np.array(_line_point(machine, letter)) for letter in "AC")
-    tables = {
-        "EMC": {"VERSION": 1.1, "MACHINE": machine.name, "DEBUG": 0},
-        "DISPLAY": {"DISPLAY": "./display.py", "PROGRAM_PREFIX": "."},
-        "RS274NGC": {
-            "SUBROUTINE_PATH": ".",
-            "REMAP": ["M428 modalgroup=10 ngc=428remap", "M429 modalgroup=10 ngc=429remap"],
-            "PARAMETER_FILE": "machine.var",
-        },
-        "KINS": {"KINEMATICS": "xyzac-trt-kins sparm=identityfirst", "JOINTS": len(LETTERS)},
-        "TRUNNION": {
-            "Y_OFFSET": (pivot - table)[1],
-            "Z_OFFSET": (pivot - table)[2],
-            **{f"{letter}_ROT": place for letter, place in zip("XYZ", table, strict=True)},
-        },
-        "HAL": {"HALFILE": "machine.hal"},
-        "TRAJ": {
-            "COORDINATES": LETTERS,
-            "LINEAR_UNITS": "mm",
-            "ANGULAR_UNITS": "deg",
-            "DEFAULT_LINEAR_VELOCITY": 1,
-            "MAX_LINEAR_VELOCITY": 1e4,
-            "MAX_LINEAR_ACCELERATION": 1e6,
-        },
-        "EMCMOT": {"EMCMOT": "motmod", "SERVO_PERIOD": round(CYCLE * 1e9), "COMM_TIMEOUT": 1},
-        "TASK": {"TASK": "milltask", "CYCLE_TIME": 0.001},
-        "EMCIO": {"EMCIO": "io", "CYCLE_TIME": 0.02, "TOOL_TABLE": "tool.tbl"},
-    }
+    trunnion = {f"{letter}_ROT": place for letter, place in zip("XYZ", table, strict=True)}
+    trunnion |= {f"{letter}_OFFSET": place for letter, place in zip("XYZ", pivot - table, strict=True)}
+    tables = TABLES | {"TRUNNION": trunnion}
     for number, axis in enumerate(machine.axes):
-        sign = -1.0 if axis.reversed else 1.0
-        ends = sign * axis.shown(axis.limits.low), sign * axis.shown(axis.limits.high)
-        low, high = np.clip(sorted(ends), -UNLIMITED, UNLIMITED)
-        if axis.max_speed is None or axis.max_acceleration is None:
-            raise ValueError(f"{axis.letter} of {machine.name!r} has no highest speed or acceleration")
-        bounds = {
-            "MIN_LIMIT": low,
-            "MAX_LIMIT": high,
-            "MAX_VELOCITY": axis.shown(axis.max_speed),
-            "MAX_ACCELERATION": axis.shown(axis.max_acceleration),
-        }
+        bounds = _bounds(axis)
         tables[f"AXIS_{axis.letter}"] = bounds
-        tables[f"JOINT_{number}"] = {
-            "TYPE": "ANGULAR" if axis.is_rotary else "LINEAR",
-            **bounds,
-            "HOME": 0,
-            "HOME_SEARCH_VEL": 0,
-            "HOME_SEQUENCE": 0,
-            "FERROR": 50,
-            "MIN_FERROR": 50,
-        }
+        tables[f"JOINT_{number}"] = {"TYPE": "ANGULAR" if axis.is_rotary else "LINEAR"} | bounds | JOINT
     return "".join(_table_text(name, keys) for name, keys in tables.items())
+
+
+def _bounds(axis: Axis) -> dict[str, float]:
+    """Limits in the control's own sign, highest speed and acceleration; mm or deg, s."""
+    if axis.max_speed is None or axis.max_acceleration is None:
+        raise ValueError(f"axis {axis.letter} has no highest speed or acceleration")
+    sign = -1.0 if axis.reversed else 1.0
+    ends = sign * axis.shown(axis.limits.low), sign * axis.shown(axis.limits.high)
+    low, high = np.clip(sorted(ends), -UNLIMITED, UNLIMITED)
+    return {
+        "MIN_LIMIT": low,
+        "MAX_LIMIT": high,
+        "MAX_VELOCITY": axis.shown(axis.max_speed),
+        "MAX_ACCELERATION": axis.shown(axis.max_acceleration),
+    }
 
 
 def _table_text(name: str, keys: dict) -> str:
@@ -248,93 +235,9 @@ def _run_linuxcnc(folder: Path, limit: float) -> str:
         except subprocess.TimeoutExpired:
             process.terminate()
         finally:
-            _end_leftovers(folder)
+            end_leftovers(folder)
             process.wait()
     return (folder / "said.txt").read_text(errors="replace")
-
-
-def _end_leftovers(folder: Path) -> None:
-    """End what a run has left alive: processes whose home is its scratch folder, and their shared memory."""
-    for order, patience in ((None, 3.0), (signal.SIGTERM, 3.0), (signal.SIGKILL, 3.0)):
-        left = _processes_of(folder)
-        for number in left:
-            if order is not None:
-                _signal(number, order)
-        end = time.monotonic() + patience
-        while _processes_of(folder) and time.monotonic() < end:
-            time.sleep(0.05)
-    _remove_shared_memory()
-
-
-def _signal(number: int, order: signal.Signals) -> None:
-    # A process may end by itself between being found and being told.
-    try:
-        os.kill(number, order)
-    except ProcessLookupError:
-        return
-
-
-def _processes_of(folder: Path) -> list[int]:
-    mark = f"HOME={folder}".encode()
-    found = []
-    for place in Path("/proc").glob("[0-9]*"):
-        try:
-            environment = (place / "environ").read_bytes().split(b"\0")
-        except OSError:  # it has ended, or belongs to someone else
-            continue
-        if mark in environment:
-            found.append(int(place.name))
-    return found
-
-
-def _remove_shared_memory() -> None:
-    """Remove LinuxCNC's shared memory that no process uses: another user's would stop the next run."""
-    for row in MEMORY.read_text().splitlines()[1:]:
-        key, number, _mode, _size, _creator, _last, attached = (int(v) for v in row.split()[:7])
-        if key % 2**32 in SHARED_MEMORY and attached == 0:
-            subprocess.run(["ipcrm", "-m", str(number)], check=False, capture_output=True)
-
-
-@contextmanager
-def _machine_to_oneself() -> Iterator[None]:
-    """Wait until no other run has the machine, whoever began it."""
-    # A user's own file: in a shared folder others mayn't open it.
-    path = Path(tempfile.gettempdir()) / f"fiveaxis-linuxcnc.{os.getuid()}.lock"
-    with path.open("a") as handle:
-        _wait_until(lambda: _locked(handle.fileno()))
-        _wait_until(lambda: not _is_running())
-        # A run that was killed leaves its mark and its memory, and with either the next one doesn't start.
-        STARTED.unlink(missing_ok=True)
-        _remove_shared_memory()
-        yield
-
-
-def _wait_until(condition: Callable[[], bool]) -> None:
-    end = time.monotonic() + QUEUE
-    while not condition():
-        if time.monotonic() > end:
-            raise SimulationFault(f"LinuxCNC was in use for {QUEUE:g} s")
-        time.sleep(0.2)
-
-
-def _locked(handle: int) -> bool:
-    try:
-        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        return False
-    return True
-
-
-def _is_running() -> bool:
-    """Whether any LinuxCNC runs on this computer."""
-    for place in Path("/proc").glob("[0-9]*"):
-        try:
-            _, name, state = STATE.match((place / "stat").read_text()).groups()
-        except OSError:  # it has ended
-            continue
-        if name in SERVERS and state != "Z":
-            return True
-    return False
 
 
 @contextmanager

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
 from dataclasses import replace
 from pathlib import Path
 
@@ -15,7 +14,7 @@ from fiveaxis.motion import AXIS_TOLERANCE, PATH_TOLERANCE, fill_in, follow
 from fiveaxis.nc import DIALECTS, ProgramSettings, compose_program, predicted_time, read_program
 from fiveaxis.toolpath import Tool, Toolpath
 from referee.deviation import deviations, joint_path
-from referee.linuxcnc import SCRATCH, SimulationFault, run_program, why_unavailable
+from referee.linuxcnc import SimulationFault, run_program, why_unavailable
 
 ABSENT = why_unavailable()
 simulated = [pytest.mark.slow, pytest.mark.skipif(ABSENT is not None, reason=str(ABSENT))]
@@ -156,10 +155,12 @@ class TestToolTip:
 class TestMachine:
     pytestmark = simulated
 
-    def test_an_axis_limit_is_a_fault_and_leaves_nothing_behind(self):
+    def test_an_axis_limit_is_a_fault_and_the_next_program_runs(self):
         with pytest.raises(SimulationFault, match="limit"):
             run_program("G21 G90 G94\nG1 X1 F1000\nG1 X1000 F1000\nM2\n", TRUNNION)
-        assert not list(Path(tempfile.gettempdir()).glob(f"{SCRATCH}*"))
+        run = run_program("G21 G90 G94 G61\nG1 X2 A-3 F600\nM2\n", TRUNNION)
+        # This control counts A the other way.
+        np.testing.assert_allclose(run.positions[-1], [2.0, 0.0, 0.0, np.radians(3.0), 0.0], atol=1e-6)
 
     def test_a_program_that_isnt_done_in_time_is_a_fault(self):
         with pytest.raises(SimulationFault, match="not done after 1 s"):
