@@ -234,6 +234,9 @@ def _print_outcome(outcome: Outcome) -> None:
             f"{fill.removed} redundant ones removed{held}",
             soft_wrap=True,
         )
+    time = program.run_time
+    why = f"as programmed, since {time.missing}" if time.missing else "with the machine's accelerations"
+    out.print(f"program time: {time.total:.1f} s, {why}", soft_wrap=True, markup=False)
     if "setup_search" in outcome.document:
         _print_setup(outcome.document["setup_search"])
     _print_budget(outcome.budget)

@@ -26,9 +26,11 @@ from fiveaxis.motion import AXIS_TOLERANCE, PATH_TOLERANCE, Fill, Motion, Progra
 from fiveaxis.nc import (
     NOT_VERIFIED,
     Coordinates,
+    PredictedTime,
     Program,
     ProgramSettings,
     compose_program,
+    predicted_time,
     require_motion,
     require_program,
 )
@@ -103,6 +105,7 @@ class MadeProgram:
     text : its blocks, with the verdict in the header
     motion : every move of it
     gate : the report on the text, and what of it keeps the program back
+    run_time : how long the control takes for it, from its first move that the text places
     fill : the locations that the path's blocks stand for; None for a motion without a path
     held_back : codes of errors for whose sake redundant blocks stay; empty where they don't
     """
@@ -111,6 +114,7 @@ class MadeProgram:
     text: Program
     motion: ProgramMotion
     gate: Gate
+    run_time: PredictedTime
     fill: Fill | None = None
     held_back: tuple[str, ...] = ()
 
@@ -150,6 +154,11 @@ class MadeProgram:
         return figures | {
             "redundant_kept_for": list(self.held_back),
             "interpolation": str(self.motion.interpolation),
+            "run_time": {
+                "seconds": self.run_time.total,
+                "basis": self.run_time.basis,
+                "missing": self.run_time.missing,
+            },
             "path_tolerance_mm": PATH_TOLERANCE,
             "axis_tolerance_deg": round(math.degrees(AXIS_TOLERANCE), 9),
             "energy": {name: joules.as_dict() for name, joules in energy.items()},
@@ -304,10 +313,13 @@ def release(
             beyond=verdict is not None,
         )
 
+    def run_time(back: ReadBack) -> PredictedTime:
+        return predicted_time(back.read, machine, wording.dialect, wording.coordinates)
+
     draft = compose(NOT_VERIFIED)
     back = read_back(draft, motion, wording)
     if verdict is None:
-        return MadeProgram(machine, draft, motion, Gate.unverified())
+        return MadeProgram(machine, draft, motion, Gate.unverified(), run_time(back))
     gate = Gate.of(verdict(back, draft), options.override)
     text = compose(gate.notes)
     # The header is comments; that the reader finds the same below it is looked at, not believed.
@@ -318,7 +330,7 @@ def release(
     ):
         raise Unverified("the program reads otherwise with its header than without; report this, please", [])
     logger.info("%s: %d rows, %d lines", text.control, len(motion), len(text.lines))
-    return MadeProgram(machine, text, motion, gate)
+    return MadeProgram(machine, text, motion, gate, run_time(back))
 
 
 def read_back(text: Program, planned: ProgramMotion, wording: Wording) -> ReadBack:

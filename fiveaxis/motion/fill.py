@@ -54,7 +54,7 @@ class Fill:
         hold: Collection[str] = (),
         cone: float = 0.0,
     ) -> Fill:
-        """Insert the locations that keep the tool on its path; each has a block, but those inside rapid moves.
+        """Insert the locations that keep the tool on its path; those inside rapid moves have no block.
 
         Bounds on rotary axes go before the plane of the tool axis.
 

@@ -17,7 +17,7 @@ from fiveaxis.toolpath.dividing import through
 
 # Largest way of the pivot off its chord between two blocks, mm.
 PATH_TOLERANCE = 0.005
-# What blocks are inserted and removed by, mm: what is left of the tolerance is for the rounding of their words.
+# mm, by which blocks are inserted and removed: the rest of the tolerance is for the rounding of their words.
 WRITTEN_TOLERANCE = 0.0045
 # Deviations are measured at these shares of every block, as one that goes first to one side and then to the
 # other is nothing in the middle.

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from fiveaxis.errors import SettingError
-from fiveaxis.geometry import Array, IntArray
+from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.machine import Machine
 from fiveaxis.motion.bounds import AxisBounds, axis_bounds, require_motion
 from fiveaxis.motion.motion import Motion
@@ -159,7 +159,7 @@ def time_motion(
     motion: Motion,
     machine: Machine,
     *,
-    corners: Literal["exact-stop"] | float = "exact-stop",
+    corners: Literal["exact-stop"] | float | BoolArray = "exact-stop",
     smooth: float = SMOOTH,
     lever: float = LEVER,
 ) -> TimeLaw:
@@ -183,9 +183,10 @@ def time_motion(
         would be slowed twice
     machine : highest speeds and accelerations; what an axis doesn't state sets no bound, and without any
         acceleration the times are those of `block_times`
-    corners : ``exact-stop`` stops at every real corner (G61); a number is the tolerance in mm to pass it
-        (G64 P)
-    smooth : mm, a corner passed nearer than this by its widest rounding is part of a curve, not a real one
+    corners : ``exact-stop`` stops at every real corner; a number is the tolerance in mm to pass it; (n,)
+        bools tell at which rows the motion stops, corner or not, and all others are parts of curves
+    smooth : mm, a corner passed nearer than this by its widest rounding is part of a curve, not a real one;
+        without meaning where `corners` says it row by row
     lever : mm per rad by which rotary axes' deviations count
 
     Returns
@@ -197,15 +198,17 @@ def time_motion(
     ToolpathError, MachineError
         Numbers that aren't finite, a move without a time; axes that the machine hasn't, limits not above 0.
     SettingError
-        A tolerance below 0 or another word for corners.
+        A tolerance below 0 or another word for corners; stops for another number of rows.
 
     References
     ----------
-    Pham & Pham (2018) for the analysis; LinuxCNC's G64 P and G61 for what corners mean.
+    Pham & Pham (2018) for the analysis.
     """
     require_motion(motion, machine)
-    tolerance = _tolerance(corners)
+    stops, tolerance = _corner_rule(corners, len(motion))
     _require_length("smooth", smooth, least=0.0)
+    if stops is not None:
+        smooth = math.inf
     _require_length("lever", lever)
     bounds = axis_bounds(machine)
     if bounds.accelerates_at_once:
@@ -213,7 +216,8 @@ def time_motion(
     still = (np.abs(motion.moves) <= NO_MOVE).all(axis=1)
     dwells = still & (motion.time > SHORTEST_DWELL)
     levers = np.array([lever if axis.is_rotary else 1.0 for axis in machine.axes])
-    path, station = round_corners(motion.positions, levers, dwells, tolerance=tolerance, smooth=smooth)
+    held = dwells if stops is None else dwells | stops
+    path, station = round_corners(motion.positions, levers, held, tolerance=tolerance, smooth=smooth)
     pace = _feed_pace(station, np.where(dwells, 0.0, motion.time))
     dwelling = np.where(dwells, motion.time, 0.0)
     phases = run_phases(path, station, pace, dwelling, bounds)
@@ -233,13 +237,20 @@ def _feed_pace(station: Array, times: Array) -> Array:
     return pace
 
 
-def _tolerance(corners: str | float) -> float:
+def _corner_rule(corners: str | float | BoolArray, rows: int) -> tuple[BoolArray | None, float]:
+    """Tell stops, (n,), where they are given row by row, and the tolerance of the others, mm."""
+    if isinstance(corners, np.ndarray):
+        if corners.shape != (rows,) or corners.dtype != np.bool_:
+            raise SettingError(
+                f"corners has the shape {corners.shape}; stops take one bool for each of {rows} rows"
+            )
+        return corners, 0.0
     if isinstance(corners, str):
         if corners != "exact-stop":
             raise SettingError(f"corners is {corners!r}; it must be 'exact-stop' or a tolerance in mm")
-        return 0.0
+        return None, 0.0
     _require_length("corners", corners, least=0.0)
-    return float(corners)
+    return None, float(corners)
 
 
 def _require_length(name: str, value: float, least: float | None = None) -> None:

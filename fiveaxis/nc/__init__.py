@@ -5,6 +5,7 @@ from fiveaxis.nc.formats import read_toolpath
 from fiveaxis.nc.motion_table import read_motion, write_motion
 from fiveaxis.nc.point_table import write_toolpath
 from fiveaxis.nc.program import NOT_VERIFIED, Program, compose_program, require_motion, require_program
+from fiveaxis.nc.run_time import PredictedTime, predicted_time
 from fiveaxis.nc.writing.catalogue import DIALECTS, find_dialect
 from fiveaxis.nc.writing.program_settings import ProgramSettings, make_settings
 from fiveaxis.nc.writing.table_parts import Coordinates
@@ -15,12 +16,14 @@ __all__ = [
     "NOT_VERIFIED",
     "Coordinates",
     "Dialect",
+    "PredictedTime",
     "Program",
     "ProgramSettings",
     "ReadMotion",
     "compose_program",
     "find_dialect",
     "make_settings",
+    "predicted_time",
     "read_motion",
     "read_program",
     "read_toolpath",

@@ -3,9 +3,10 @@
 Usage: python tests/benchmarks/programs.py [overhang] [vase] [wall] [impeller] [boat] [propeller] …  (default: all)
 
 Each row is one program: made as `Solution.program` makes it, read back from its text, verified. *path* is the
-farthest that the tool's centre or contact is from where the path wants it, at locations and inserted ones;
-*chord* how far the centre leaves the straight line between two of them; *axis* how far the tool axis leaves the
-plane of its directions. The last line is the worst of all. A program with an error is named, and the exit code is 1.
+farthest that the tool's centre or contact is from where the path wants it, at given and inserted locations;
+*chord* how far the centre leaves the straight line between two of them; *axis* how far the tool axis leaves
+the plane of its directions. A program with an error is named, and the exit code is 1 then. The last line is
+the worst of all.
 
 Machines without powers take those of a machine with plain drives, and those without room for the path reach
 everything: what is measured here is the text, not the machine.

@@ -5,12 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from fiveaxis.job.blocks import may_thin
 
 import fiveaxis as fx
 from fiveaxis.collision import Surroundings
 from fiveaxis.energy import move_energies
 from fiveaxis.job import blocks, make_job, program_motion, verify_program
-from fiveaxis.job.blocks import may_thin
 from fiveaxis.motion import AXIS_TOLERANCE, follow
 from fiveaxis.nc import require_program
 from fiveaxis.posture import optimise

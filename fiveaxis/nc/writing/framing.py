@@ -180,7 +180,6 @@ class Frame:
         number = settings.number if settings.number is not None else ASSUMED_NUMBER
         values = {
             "unit": dialect.unit[settings.unit],
-            "blend": f"{dialect.blend / MILLIMETRES[settings.unit]:.6f}".rstrip("0"),
             "name": name_word(settings.name or ""),
             "number": f"{number:04d}",
             "offset": self.offset,

@@ -24,7 +24,7 @@ Lines = tuple[str, ...]
 KNOWN_FIELDS = {
     "comment": {""},
     "head": {"name", "number", "unit"},
-    "start": {"unit", "blend"},
+    "start": {"unit"},
     "end": {"name", "number", "unit"},
     "machine_move": {"words"},
     "tool_change": {"tool"},

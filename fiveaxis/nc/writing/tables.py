@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from typing import Literal
+from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
@@ -50,7 +50,11 @@ class Dialect(StrictModel):
     inch_feed : inch/min that F counts in programs in inch
     head : lines before the comments
     start : blocks that fix every mode the program relies on
-    blend : mm, how far corners may be cut, for controls whose `start` says it
+    corners : how moves join under the modes of `start`: ``exact-path`` as LinuxCNC's G61 (`predicted_time`),
+        or a number, within so many mm; None where the machine's own settings say it
+    cycle : s, of the control's clock, to whole multiples of which a move from rest to rest is rounded up
+    limited : what the axes' highest speeds and accelerations hold for under tool centre point control:
+        ``axes``, or the program's ``words``
     machine_move : template of a rapid move to a place in machine coordinates
     tool_change, work_offset, spindle, spindle_left, coolant : templates, and blocks of coolants by name
     work_offsets, default_offset : pattern of the names that the control knows, and the name that is written
@@ -85,7 +89,9 @@ class Dialect(StrictModel):
     inch_feed: float = Field(1.0, gt=0.0)
     head: Lines = ()
     start: Lines = ()
-    blend: float = Field(0.01, gt=0.0)
+    corners: Annotated[float, Field(ge=0.0)] | Literal["exact-path"] | None = None
+    cycle: float = Field(0.0, ge=0.0)
+    limited: Literal["axes", "words"] = "axes"
     machine_move: str = ""
     tool_change: str = ""
     work_offset: str = ""
@@ -123,6 +129,8 @@ class Dialect(StrictModel):
                 require_fields(name, template)
         require_fields("comment", self.comment.template or " ")
         self._require_plain()
+        if self.corners == "exact-path" and not self.cycle:
+            raise ValueError("corners = 'exact-path' needs cycle, the time of the control's clock in s")
         if self.language == "blocks":
             self._require_moves()
             self._require_units()

@@ -81,6 +81,26 @@ def test_an_exact_stop_at_every_corner_is_a_sum_of_blocks():
     np.testing.assert_allclose(law.rates, 0.0, atol=1e-5)
 
 
+def test_stops_that_are_given_row_by_row_are_the_only_ones():
+    """Corner or not: a stop in the middle of a straight line counts, a corner without one doesn't."""
+    line = motion_of(np.linspace([0.0, 0.0], [30.0, 40.0], 11), 0.25)
+    everywhere = time_motion(line, TRUNNION, corners=np.ones(11, dtype=bool))
+    np.testing.assert_allclose(everywhere.motion.time, block_profiles(line, TRUNNION).time, rtol=1e-9)
+    assert time_motion(line, TRUNNION, corners=np.zeros(11, dtype=bool)).total == pytest.approx(
+        time_motion(line, TRUNNION).total, rel=1e-9
+    )
+    square = motion_of([[0, 0], [10, 0], [10, 10], [0, 10], [0, 0]], 1.0)
+    middle = time_motion(square, TRUNNION, corners=np.arange(5) == 2)
+    np.testing.assert_allclose(middle.rates[2], 0.0, atol=1e-5)
+    assert np.abs(middle.rates[1]).max() > 1.0
+    assert middle.total < time_motion(square, TRUNNION).total
+
+
+def test_stops_of_another_number_of_rows_are_refused():
+    with pytest.raises(SettingError, match=r"one bool for each of 2 rows"):
+        time_motion(motion_of([[0.0], [1.0]]), TRUNNION, corners=np.ones(3, dtype=bool))
+
+
 def test_a_corner_within_tolerance_is_passed_at_the_formulas_speed():
     """Squared pace 2 ε A / sin²(δ/2) at a right angle; along X + Y both axes' 300 mm/s² give A = √2 · 300."""
     tolerance = 0.01

@@ -237,10 +237,12 @@ def test_moves_too_short_for_the_decimals_leave_their_time_to_the_next():
     assert program.dropped == 2
 
 
-def test_corners_are_blended_by_the_same_way_in_both_units():
-    inch = ProgramSettings(unit="inch")
-    assert "G64 P0.01" in compose_program(SLOPE, machine=OPEN).lines
-    assert "G64 P0.000394" in compose_program(SLOPE, machine=OPEN, settings=inch).lines
+def test_programs_for_linuxcnc_go_exactly_along_their_blocks_in_both_units():
+    """G64 P bounds what X Y Z cut off a corner, not what the rotary axes do there."""
+    for unit in ("mm", "inch"):
+        lines = compose_program(SLOPE, machine=OPEN, settings=ProgramSettings(unit=unit)).lines
+        assert "G61" in lines
+        assert not any("G64" in line for line in lines)
 
 
 def test_inches_are_the_same_places(tmp_path):

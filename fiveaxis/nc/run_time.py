@@ -1,0 +1,147 @@
+"""How long a control takes for a program: the machine's accelerations, the control's rests at corners."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fiveaxis.geometry import Array, BoolArray
+from fiveaxis.kinematics import tool_poses
+from fiveaxis.machine import Machine
+from fiveaxis.motion import Motion, time_motion
+from fiveaxis.motion.bounds import axis_bounds
+from fiveaxis.nc.writing.table_parts import Coordinates
+from fiveaxis.nc.writing.tables import Dialect
+
+# Share of an axis's acceleration that a change of direction may take when it is passed within one cycle.
+KINK = 0.1
+# Of a cycle: less is the rounding of sums.
+ROUNDING = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class PredictedTime:
+    """How long a program takes.
+
+    Parameters
+    ----------
+    times : (n,), s, of the motion's rows
+    basis : ``accelerations``, or ``programmed`` where those or the control's way to take corners aren't known
+    missing : why it is the programmed time, empty where it isn't
+    """
+
+    times: Array
+    basis: str
+    missing: str = ""
+
+    @property
+    def total(self) -> float:
+        """Time of the whole program, s."""
+        return float(self.times.sum())
+
+
+def predicted_time(
+    motion: Motion, machine: Machine, dialect: Dialect, coordinates: Coordinates = "axes"
+) -> PredictedTime:
+    """Predict how long a control takes for the moves of a program.
+
+    A control with ``corners = "exact-path"`` goes exactly along the blocks. It rests at the end of each one,
+    whether there is a corner or not, unless neither this block nor the next turns a rotary axis and their
+    directions d₁, d₂ differ by so little that the jump in speed within one cycle T takes a tenth of no axis's
+    acceleration::
+
+        |d₂ − d₁|_j (v / T + a) < 0.1 A_j
+
+    In a block the speed changes at ``a = min_j A_j / |d_j|``, and the block takes whole cycles. That is
+    LinuxCNC's trajectory planner under G61. Corners that are a number are passed within so many mm.
+
+    Parameters
+    ----------
+    motion : a program read back, with the programmed times
+    machine : highest speeds and accelerations of all axes, else the programmed times are the answer
+    dialect : the control's table
+    coordinates : of the program; under tool centre point control rows of one block share its source line
+
+    Raises
+    ------
+    ToolpathError, MachineError
+        As `time_motion`.
+
+    References
+    ----------
+    LinuxCNC 2.9, src/emc/tp/tp.c, tpSetupTangent and tpCalculateTrapezoidalAccel.
+    """
+    unknown = [a.letter for a in machine.axes if a.max_acceleration is None]
+    if unknown:
+        missing = f"machine {machine.name!r} states no max_acceleration of {', '.join(unknown)}"
+        return PredictedTime(motion.time, "programmed", missing)
+    if dialect.corners is None:
+        missing = f"how control {dialect.name!r} takes corners is a setting of the machine"
+        return PredictedTime(motion.time, "programmed", missing)
+    last = np.ones(len(motion), dtype=bool) if coordinates == "axes" else _block_ends(motion)
+    blocks = _joined(motion, last)
+    if coordinates != "axes" and dialect.limited == "words":
+        blocks = _in_words(blocks, machine)
+    if dialect.corners == "exact-path":
+        stops = _stops(blocks, machine, dialect.cycle)
+        times = _in_cycles(time_motion(blocks, machine, corners=stops).motion.time, stops, dialect.cycle)
+    else:
+        times = time_motion(blocks, machine, corners=dialect.corners).motion.time
+    return PredictedTime(_shared_out(times, motion.time, last), "accelerations")
+
+
+def _block_ends(motion: Motion) -> BoolArray:
+    """Find the last row of every block, (n,): rows of one block share its source line."""
+    ends = np.append((np.diff(motion.source) != 0) | (np.diff(motion.kind) != 0), True)
+    ends[0] = True
+    return ends
+
+
+def _joined(motion: Motion, last: BoolArray) -> Motion:
+    """Make a motion of whole blocks."""
+    time = np.diff(np.cumsum(motion.time)[last], prepend=0.0)
+    columns = {name: getattr(motion, name)[last] for name in ("positions", "feed", "kind", "source")}
+    return Motion(letters=motion.letters, time=time, **columns)
+
+
+def _in_words(blocks: Motion, machine: Machine) -> Motion:
+    """Put the tool tip's place where the linear axes' positions are, as the words under M428 have it."""
+    positions = blocks.positions.copy()
+    positions[:, machine.linear_columns], _axis = tool_poses(machine, blocks.positions)
+    return replace(blocks, positions=positions)
+
+
+def _stops(blocks: Motion, machine: Machine, cycle: float) -> BoolArray:
+    """Find the blocks that end at rest, (n,): see `predicted_time`."""
+    moves: Array = np.abs(blocks.moves)
+    turns = moves[:, machine.rotary_columns].max(axis=1) > 0.0
+    ways = blocks.moves[:, machine.linear_columns]
+    length = np.linalg.norm(ways, axis=1)
+    most = axis_bounds(machine).acceleration[machine.linear_columns]
+    with np.errstate(divide="ignore", invalid="ignore"):  # a block that stands has no direction: it is a stop
+        direction: Array = ways / length[:, None]
+        speed: Array = length / blocks.time
+        push: Array = (most / np.abs(direction)).min(axis=1)
+        jump: Array = np.abs(direction[1:] - direction[:-1]) / most
+        passed = jump.max(axis=1) * (np.minimum(speed[1:], speed[:-1]) / cycle + push[1:]) < KINK
+    rests = np.ones(len(blocks), dtype=bool)
+    rests[:-1] = turns[1:] | turns[:-1] | np.logical_not(passed)
+    return rests
+
+
+def _in_cycles(times: Array, stops: BoolArray, cycle: float) -> Array:
+    """Round the time between two stops up to whole cycles, (n,) s."""
+    stretch = np.concatenate([[0], np.cumsum(stops)[:-1]])
+    spent = np.bincount(stretch, times)
+    whole = np.ceil(spent / cycle - ROUNDING) * cycle
+    factor = np.divide(whole, spent, out=np.ones_like(spent), where=spent > 0.0)
+    return np.asarray(times * factor[stretch])
+
+
+def _shared_out(times: Array, programmed: Array, last: BoolArray) -> Array:
+    """Give the rows of each block their shares of its time, (n,) s, as the program's times have them."""
+    block = np.concatenate([[0], np.cumsum(last)[:-1]])
+    whole = np.bincount(block, programmed)
+    share = np.divide(times, whole, out=np.zeros_like(times), where=whole > 0.0)
+    return np.asarray(programmed * share[block])

@@ -1,0 +1,1 @@
+"""LinuxCNC as a referee: its simulated machine runs what is written for it."""

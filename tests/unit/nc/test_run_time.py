@@ -1,0 +1,125 @@
+"""The time a control takes: LinuxCNC's rests between blocks, and what is said where nothing is known."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fiveaxis.errors import SettingError
+from fiveaxis.kinematics import linear_positions
+from fiveaxis.machine import load_machine
+from fiveaxis.motion import Motion, block_profiles, time_motion
+from fiveaxis.nc import DIALECTS, ProgramSettings, compose_program, find_dialect, predicted_time, read_program
+
+TRUNNION = load_machine("linuxcnc-xyzac-trt")
+LINUXCNC = DIALECTS["linuxcnc"]
+CYCLE = 1e-3
+
+
+def motion_of(rows, feed=10.0, turn_time=0.0):
+    positions = np.zeros((len(rows), 5))
+    positions[:, : np.shape(rows)[1]] = rows
+    way = np.linalg.norm(np.diff(positions[:, :3], axis=0, prepend=positions[:1, :3]), axis=1)
+    time = np.maximum(way / feed, turn_time)
+    time[0] = 0.0
+    n = len(positions)
+    return Motion("XYZAC", positions, np.full(n, feed), time, np.zeros(n, int), np.arange(n))
+
+
+def arc(n, turn, radius=20.0):
+    angle = np.linspace(0.0, 1.0, n) * turn
+    return radius * np.column_stack([np.cos(angle), np.sin(angle)])
+
+
+def test_blocks_that_turn_rotary_axes_go_from_rest_to_rest_in_whole_cycles():
+    rows = np.column_stack([np.linspace([0, 0, 0], [20, 10, 5], 41), np.linspace([0, 0], [0.3, 0.5], 41)])
+    motion = motion_of(rows)
+    predicted = predicted_time(motion, TRUNNION, LINUXCNC)
+    rest = block_profiles(motion, TRUNNION).time
+    assert predicted.basis == "accelerations"
+    assert (predicted.times >= rest - 1e-9).all()
+    assert (predicted.times < rest + CYCLE).all()
+    np.testing.assert_allclose(predicted.times / CYCLE, np.round(predicted.times / CYCLE), atol=1e-6)
+
+
+def test_a_fine_curve_without_rotary_axes_is_passed_without_rests():
+    """Directions that differ by 0.4 mrad: a jump of 0.004 mm/s in 1 ms is 4 mm/s², not 30.
+
+    It speeds up along Y with 300 mm/s², and brakes with 300 mm/s² of X, sin 0.8 of the way there.
+    """
+    fine = motion_of(arc(2001, 0.8))
+    ramps = 10.0 / 300.0 * (1.0 + np.sin(0.8)) / 2.0
+    assert predicted_time(fine, TRUNNION, LINUXCNC).total == pytest.approx(1.6 + ramps, abs=2 * CYCLE)
+
+
+def test_a_coarse_curve_rests_at_every_corner():
+    coarse = motion_of(arc(41, 0.8))
+    rest = block_profiles(coarse, TRUNNION).time.sum()
+    assert predicted_time(coarse, TRUNNION, LINUXCNC).total == pytest.approx(rest, abs=41 * CYCLE)
+    assert rest > 1.5 * coarse.time.sum()
+
+
+def test_a_rotary_axis_that_begins_to_turn_is_a_rest():
+    rows = np.zeros((3, 5))
+    rows[:, 0], rows[2, 4] = [0.0, 10.0, 20.0], 0.1
+    motion = motion_of(rows)
+    assert predicted_time(motion, TRUNNION, LINUXCNC).total == pytest.approx(
+        2.0 * (1.0 + 10.0 / 300.0), abs=2 * CYCLE
+    )
+
+
+def test_where_the_control_leads_the_tip_its_own_way_counts_block_by_block(tmp_path):
+    """A quarter turn of C about a tip at rest, 30 mm from the axis: X and Y follow, at nobody's speed."""
+    turn = np.array([[0.0, 0.0], [0.0, np.pi / 2.0]])
+    rows = linear_positions(TRUNNION, np.tile([30.0, 0.0, 0.0], (2, 1)), turn)
+    motion = replace(motion_of(rows), time=np.array([0.0, 4.0]))
+    stays = ProgramSettings(way_out=False)
+    program = compose_program(motion, machine=TRUNNION, coordinates="tip", settings=stays)
+    file = tmp_path / "turn.ngc"
+    file.write_text(program.text)
+    read = read_program(file, TRUNNION)
+    assert len(read) > 5
+    predicted = predicted_time(read, TRUNNION, LINUXCNC, "tip")
+    assert len(predicted.times) == len(read)
+    turning = predicted.times[read.source == read.source[-1]].sum()
+    assert turning == pytest.approx(4.0 + np.radians(22.5) / np.radians(300.0), abs=2 * CYCLE)
+
+
+def test_without_accelerations_the_programmed_time_stands_and_says_why(hayashi):
+    motion = motion_of(arc(41, 0.8))
+    predicted = predicted_time(motion, hayashi, LINUXCNC)
+    assert predicted.basis == "programmed"
+    assert predicted.total == motion.time.sum()
+    assert "max_acceleration of X, Y, Z, A, C" in predicted.missing
+
+
+def test_a_control_whose_corners_are_the_machines_keeps_the_programmed_time():
+    motion = motion_of(arc(41, 0.8))
+    predicted = predicted_time(motion, TRUNNION, DIALECTS["haas"])
+    assert predicted.basis == "programmed"
+    assert "haas" in predicted.missing
+
+
+def test_a_table_of_ones_own_says_how_near_corners_are_passed(tmp_path):
+    table = tmp_path / "mine.toml"
+    table.write_text('based_on = "haas"\ncorners = 0.05\n')
+    motion = motion_of(arc(41, 0.8))
+    law = time_motion(motion, TRUNNION, corners=0.05)
+    np.testing.assert_allclose(predicted_time(motion, TRUNNION, find_dialect(table)).times, law.motion.time)
+
+
+@pytest.mark.parametrize("line", ['corners = "sharp"', "corners = -1.0", "cycle = -0.001", "blend = 0.01"])
+def test_a_table_with_other_corners_is_refused(tmp_path, line):
+    table = tmp_path / "mine.toml"
+    table.write_text(f'based_on = "linuxcnc"\n{line}\n')
+    with pytest.raises(SettingError, match=line.split()[0]):
+        find_dialect(table)
+
+
+def test_a_program_that_rests_between_blocks_says_its_cycle(tmp_path):
+    table = tmp_path / "mine.toml"
+    table.write_text('based_on = "haas"\ncorners = "exact-path"\n')
+    with pytest.raises(SettingError, match="cycle"):
+        find_dialect(table)
