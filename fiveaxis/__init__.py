@@ -4,8 +4,8 @@
     >>> machine = fx.load_machine("hayashi-640123")
     >>> tool = fx.Tool.ball(10)
     >>> toolpath = fx.plan_contour("part.stl", tool, stepdown=1.0)
-    >>> solution = fx.optimise(toolpath, machine, tilt=(15, 75))
-    >>> report = fx.verify(solution.motion, machine, toolpath, tilt=(15, 75), part="part.stl")
+    >>> solution = fx.optimise(toolpath, machine, tilt=(15, 75), part="part.stl")
+    >>> report = solution.write("part.ngc", control="linuxcnc")
 
 Many jobs, each from a file, run side by side, and what is done isn't run again:
 

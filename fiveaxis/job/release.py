@@ -14,8 +14,8 @@ from fiveaxis.nc import NOT_VERIFIED
 from fiveaxis.verification import Report
 
 NOTHING_TO_VERIFY = (
-    "the program isn't verified, since a motion alone doesn't say which path it should follow, with which "
-    "tool and around which part: give them (toolpath, tool, part), or say that it may be unverified (unverified)"
+    "the program isn't verified: a motion alone doesn't say which path it should follow, with which tool and "
+    "around which part; give them (toolpath, tool, surroundings), or say unverified=True"
 )
 # What a program's header says before each code that was accepted.
 OVERRIDDEN = "OVERRIDDEN"

@@ -19,11 +19,12 @@ def program_section(program: Mapping[str, Any] | None) -> str:
     if program is None:
         return ""
     inserted, blocks, before = (number(program[key]) for key in ("inserted", "blocks", "blocks_before"))
+    tolerance = f"{program['path_tolerance_mm']:g} mm"
     text = (
         "The figures above see the cutter locations only. Between them the axes have to hold the tool on its "
-        f"path: that takes {inserted} inserted {_blocks(program['inserted'])} (tolerance {program['path_tolerance_mm']:g} mm). "
-        f"{_removed(program)} The program has {blocks} blocks for {before} locations, and its own "
-        "moves cost, without approach and retract:"
+        f"path: that takes {inserted} inserted {_blocks(program['inserted'])} (tolerance {tolerance}). "
+        f"{_removed(program)} The program has {blocks} blocks for {before} locations, and its own moves "
+        "cost, without approach and retract:"
     )
     apart = kinds_table(program)
     shown = f'<p>{escape(text)}</p>\n<div class="scroll">\n{program_table(program)}\n</div>\n'

@@ -1,6 +1,6 @@
-"""Print, for paths, machines, controls and ways of writing, how far a program that is read back is off its path.
+"""Print how far programs that are read back are off their paths: by path, machine, control and mode.
 
-Usage: python tests/benchmarks/programs.py [overhang] [vase] [wall] [impeller] [boat] [propeller] …  (default: all)
+Usage: python tests/benchmarks/programs.py [overhang] [vase] [wall] …        (default: all of `CASES`)
 
 Each row is one program: made as `Solution.program` makes it, read back from its text, verified. *path* is the
 farthest that the tool's centre or contact is from where the path wants it, at given and inserted locations;
