@@ -9,6 +9,7 @@ import numpy as np
 
 from fiveaxis.collision import Surroundings
 from fiveaxis.geometry import IntArray
+from fiveaxis.machine import Machine
 from fiveaxis.motion import Fill, Motion, ProgramMotion
 from fiveaxis.nc import ProgramSettings
 from fiveaxis.nc.writing.places import Wording
@@ -25,11 +26,13 @@ class PlannedProgram:
     motion : every move of the program
     fill : the locations that the path's blocks stand for
     leads : how the program comes to the path and leaves it
+    retract : mm, axis value of Z where it ends; None where it doesn't go up, or nobody knows where that is
     """
 
     motion: ProgramMotion
     fill: Fill
     leads: Leads
+    retract: float | None = None
 
     @property
     def path_rows(self) -> IntArray:
@@ -46,7 +49,7 @@ class PlannedProgram:
             max_turn=None if constraints.max_turn is None else math.radians(constraints.max_turn),
             needed=np.isin(self.fill.row, told),
         )
-        return replace(self, fill=fill, motion=_around(fill, self.leads, wording))
+        return replace(self, fill=fill, motion=_around(fill, self.leads, wording, self.retract))
 
 
 def plan_program(
@@ -93,7 +96,8 @@ def plan_program(
         if is_program
         else Leads(none, none)
     )
-    return PlannedProgram(_around(fill, leads, wording), fill, leads)
+    retract = _known_retract(settings, machine) if is_program else None
+    return PlannedProgram(_around(fill, leads, wording, retract), fill, leads, retract)
 
 
 def may_thin(wording: Wording) -> bool:
@@ -107,13 +111,14 @@ def may_thin(wording: Wording) -> bool:
     return wording.coordinates == "axes" or wording.mode.positions == "table"
 
 
-def _around(fill: Fill, leads: Leads, wording: Wording) -> ProgramMotion:
+def _around(fill: Fill, leads: Leads, wording: Wording, retract: float | None) -> ProgramMotion:
     return ProgramMotion.around(
         fill.blocks,
         wording.machine,
         wording.interpolation,
         lead_in=leads.lead_in,
         lead_out=leads.lead_out,
+        retract=retract,
     )
 
 
@@ -122,3 +127,14 @@ def _retract(settings: ProgramSettings) -> float | None:
     if settings.retract is None and settings.home.split()[:1] == ["Z"]:
         return 0.0
     return settings.retract
+
+
+def _known_retract(settings: ProgramSettings, machine: Machine) -> float | None:
+    """Give the same as an axis value: only a machine with known travel counts Z from the control's zero."""
+    place = _retract(settings)
+    if place is None or "Z" not in machine.letters:
+        return None
+    axis = machine.axes[machine.column("Z")]
+    if not np.isfinite([axis.limits.low, axis.limits.high]).all():
+        return None
+    return -place if axis.reversed else place

@@ -7,12 +7,13 @@ from enum import IntEnum, StrEnum
 
 import numpy as np
 
-from fiveaxis.geometry import Array, IntArray
+from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.kinematics import linear_positions, tool_poses
 from fiveaxis.machine import Machine
+from fiveaxis.motion.filling import turns_on_the_spot
 from fiveaxis.motion.leads import LAST, clear_way, lead_places
 from fiveaxis.motion.motion import Motion
-from fiveaxis.motion.timing import STANDSTILL
+from fiveaxis.motion.timing import STANDSTILL, rapid_speeds
 from fiveaxis.toolpath import MoveKind, interpolate
 
 
@@ -32,6 +33,7 @@ class Phase(IntEnum):
     LEAD_IN = 1
     PATH = 2
     LEAD_OUT = 3
+    RETRACT = 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,8 +62,9 @@ class ProgramMotion:
         *,
         lead_in: Array | None = None,
         lead_out: Array | None = None,
+        retract: float | None = None,
     ) -> ProgramMotion:
-        """Put approach, lead-in and lead-out around the blocks of a path.
+        """Put approach, lead-in, lead-out and retract around the blocks of a path.
 
         The rotary axes turn where the tool stands, X and Y go above the first location, and Z comes down to
         the lead-in; a tip under TCP comes there in one move, from anywhere. Both leads are straight, at the
@@ -71,6 +74,8 @@ class ProgramMotion:
         ----------
         blocks : of the path, the first row where it begins
         lead_in, lead_out : (k,), mm, from the first or last location off the part; by default `clear_way`
+        retract : mm, axis value of Z to which the program goes up at its end; None where it doesn't, or
+            nobody knows where that is
         """
         lead_in = clear_way(blocks, machine) if lead_in is None else lead_in
         lead_out = clear_way(blocks, machine, row=LAST) if lead_out is None else lead_out
@@ -78,13 +83,15 @@ class ProgramMotion:
         before = [raised] if interpolation is Interpolation.JOINT else []
         before += [start] if _length(lead_in) > STANDSTILL else []
         after = [blocks.positions[-1] + lead_out] if _length(lead_out) > STANDSTILL else []
+        above = [] if retract is None else [_at_z(blocks.positions[-1] + lead_out, machine, retract)]
         phase = [
             *(Phase.APPROACH for _ in before),
             Phase.LEAD_IN if _length(lead_in) > STANDSTILL else Phase.APPROACH,
             *(Phase.PATH for _ in blocks.time[1:]),
             *(Phase.LEAD_OUT for _ in after),
+            *(Phase.RETRACT for _ in above),
         ]
-        motion = _extended(blocks, before, after, np.array(phase))
+        motion = _extended(blocks, machine, before, [*after, *above], np.array(phase))
         return cls(motion, np.array(phase, dtype=np.int64), interpolation, len(before))
 
     def __len__(self) -> int:
@@ -93,9 +100,13 @@ class ProgramMotion:
     @property
     def blocks(self) -> Motion:
         """The path's own rows, from its first location to its last, with no duration before the first."""
-        last = len(self) - int((self.phase == Phase.LEAD_OUT).sum())
-        found = self.motion.at(np.arange(self.first, last))
+        found = self.motion.at(np.arange(self.first, self.last + 1))
         return replace(found, time=np.concatenate([[0.0], found.time[1:]]))
+
+    @property
+    def last(self) -> int:
+        """The row of the path's last location."""
+        return len(self) - 1 - int((self.phase > Phase.PATH).sum())
 
     @property
     def lead_in(self) -> Array:
@@ -105,10 +116,15 @@ class ProgramMotion:
     @property
     def lead_out(self) -> Array:
         """(k,), mm, from the last location to where the lead-out ends."""
-        return self._step(len(self) - 1, Phase.LEAD_OUT, 1.0)
+        return self._step(min(self.last + 1, len(self) - 1), Phase.LEAD_OUT, 1.0)
 
     def _step(self, row: int, phase: Phase, sign: float) -> Array:
         return sign * self.motion.moves[row] * float(self.phase[row] == phase)
+
+    def rewinds(self, machine: Machine) -> BoolArray:
+        """(m,), moves in which nothing but rotary axes turns, back by whole turns."""
+        turned = np.abs(self.motion.moves[:, machine.rotary_columns]).max(axis=1, initial=0.0) > np.pi
+        return np.asarray(turned & turns_on_the_spot(machine, self.motion.moves))
 
 
 def positions_between(
@@ -134,21 +150,31 @@ def positions_between(
     return found
 
 
-def _extended(blocks: Motion, before: list[Array], after: list[Array], phase: IntArray) -> Motion:
+def _extended(
+    blocks: Motion, machine: Machine, before: list[Array], after: list[Array], phase: IntArray
+) -> Motion:
     """Add rows before and after a motion: rapid moves, but for the leads, which go at the feed of the cut."""
     owner = np.concatenate(
         [np.zeros(len(before), int), np.arange(len(blocks)), np.full(len(after), len(blocks) - 1)]
     )
     found = blocks.at(owner)
     positions = np.concatenate([*(p[None] for p in before), blocks.positions, *(p[None] for p in after)])
-    rapid = phase == Phase.APPROACH
+    rapid = (phase == Phase.APPROACH) | (phase == Phase.RETRACT)
     rapid[len(before)] &= bool(before)
     kind = np.where(rapid, MoveKind.RAPID, found.kind)
+    kind[phase == Phase.LEAD_OUT] = MoveKind.CUT
+    moves = np.abs(np.diff(positions, axis=0, prepend=positions[:1]))
+    quick = (moves / rapid_speeds(machine, found.feed)).max(axis=1)
+    at_feed = np.linalg.norm(moves[:, machine.linear_columns], axis=1) / found.feed
     time = np.concatenate([np.zeros(len(before)), blocks.time, np.zeros(len(after))])
-    moves = np.linalg.norm(np.diff(positions, axis=0, prepend=positions[:1]), axis=1)
-    added = phase != Phase.PATH
-    time = np.where(added, moves / found.feed, time)
+    time = np.where(phase == Phase.PATH, time, np.where(rapid, quick, at_feed))
     return replace(found, positions=positions, time=time, kind=kind)
+
+
+def _at_z(place: Array, machine: Machine, z: float) -> Array:
+    above = place.copy()
+    above[machine.column("Z")] = z
+    return above
 
 
 def _length(way: Array) -> float:

@@ -14,8 +14,8 @@ def divide(toolpath: Toolpath, parts: IntArray, along: Array | None = None) -> T
     """Cut every move into equal parts.
 
     Inserted locations lie on the straight way of the pivot, or of another point of the tool's axis, and know
-    no contact, normal or tool axis. Each belongs to the move that it is part of: kind, feed and source are
-    those of the location at its end.
+    no contact, normal or tool axis. Each belongs to the move that it is part of: kind, feed, source and
+    number are those of the location at its end.
 
     Parameters
     ----------

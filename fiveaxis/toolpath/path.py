@@ -51,6 +51,8 @@ class Toolpath:
     ignored : words of the source that were seen and not used, with their counts
     findings : what was assumed or left out while it was read, with its place
     touching : the zone of the cutter's profile that touches; the one that is meant to cut by default
+    numbers : (n,), by which findings name the locations: of a path with inserted ones those of the given
+        path; None for the rows themselves
     rotary : (n, r), rad, chain order: where a program for a machine of its own puts the rotary axes, NaN
         where it doesn't say; None for a source that names no axes
     """
@@ -68,6 +70,7 @@ class Toolpath:
     source_is_line: bool = False
     findings: tuple[Finding, ...] = ()
     touching: Zone | None = None
+    numbers: IntArray | None = None
     rotary: Array | None = None
 
     def __post_init__(self) -> None:
@@ -193,7 +196,8 @@ class Toolpath:
     def place(self, row: int) -> Place:
         """Say where a location is, for findings."""
         line = int(self.source[row]) if self.source_is_line else None
-        return Place(location=int(row), line=line, file=self.name)
+        location = int(row if self.numbers is None else self.numbers[row])
+        return Place(location=location, line=line, file=self.name)
 
     @property
     def zone(self) -> Zone:

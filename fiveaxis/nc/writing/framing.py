@@ -118,14 +118,14 @@ class Frame:
 
     def lead_out(self, program: ProgramMotion) -> Iterator[Line]:
         """Lead the tool out of a last cut, at its feed, while the rotary axes stand."""
-        last = len(program) - 1
-        if program.phase[last] != Phase.LEAD_OUT:
+        row = program.last + 1
+        if row == len(program) or program.phase[row] != Phase.LEAD_OUT:
             return
-        place = program.motion.positions[last:]
+        place = program.motion.positions[row : row + 1]
         # A direction of the tool is said again: not every control keeps it where a block has none.
         only = None if self.wording.coordinates == "vector" else "XYZ"
         words = self.wording.words(self.wording.values(place)[0], only=only)
-        yield self._lead(words, program, last), last
+        yield self._lead(words, program, row), row
 
     def end(self) -> list[str]:
         """Switch off what was switched on, and go up from the part."""
