@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from written import write_text
 
 from fiveaxis.machine import Machine, load_machine
 from fiveaxis.motion import Motion, follow
@@ -21,7 +22,6 @@ from fiveaxis.nc import (
     compose_program,
     read_program,
     write_motion,
-    write_program,
 )
 from fiveaxis.toolpath import MoveKind, Tool, Toolpath
 
@@ -93,7 +93,7 @@ def hold(path: Path, name: str) -> None:
 @pytest.mark.parametrize(("name", "control", "coordinates", "around"), CASES)
 def test_a_program_has_the_bytes_of_its_golden_file(tmp_path, name, control, coordinates, around):
     machine = load_machine(name)
-    path = write_program(
+    path = write_text(
         posture_of(machine),
         tmp_path / "part.nc",
         machine=machine,
@@ -114,7 +114,7 @@ def test_a_way_of_counting_turns_has_the_bytes_of_its_golden_file(tmp_path, wind
     positions = short.positions.copy()
     positions[:, [machine.column("C"), machine.column("A")]] = angles
     motion = replace(short, positions=positions, time=np.array([0.0, 1.0, 2.0, 1.0, 1.0]))
-    path = write_program(motion, tmp_path / "part.ngc", machine=machine, header=HEADER, winding=winding)
+    path = write_text(motion, tmp_path / "part.ngc", machine=machine, header=HEADER, winding=winding)
     hold(path, f"linuxcnc_hayashi-640123_{winding}.ngc")
 
 

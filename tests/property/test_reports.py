@@ -29,7 +29,6 @@ findings = st.builds(
     places,
     st.none() | st.floats(-9.0, 9.0),
 )
-ways = st.none() | st.lists(st.sampled_from(["axes", "led"]), unique=True).map(lambda w: tuple(sorted(w)))
 sentences = st.lists(st.sampled_from(["limits", "tilt", "gouges", "speed"]), unique=True).map(tuple)
 
 
@@ -53,10 +52,6 @@ def reports(draw: st.DrawFn) -> Report:
         checked=draw(sentences),
         gaps=draw(gaps(made)),
         about=draw(st.sampled_from([None, "digest"])),
-        gouges_between=draw(ways),
-        collisions_between=draw(ways),
-        lead_in=draw(st.sampled_from([None, (0.0, 5.0)])),
-        lead_out=draw(st.sampled_from([None, (0.0, 0.0)])),
     )
 
 
@@ -68,7 +63,7 @@ def unordered(report: Report) -> tuple[object, ...]:
         report.figures,
         set(report.checked),
         set(report.gaps),
-        *(report.about, report.gouges_between, report.collisions_between, report.lead_in, report.lead_out),
+        report.about,
     )
 
 
@@ -129,18 +124,10 @@ def test_one_check_on_the_same_rows_counts_once_and_on_others_adds_up(a, one, tw
     assert other.counts["jump"] == one + two
 
 
-@pytest.mark.parametrize(
-    ("field", "one", "two", "text"),
-    [
-        ("about", "abc", "def", "different motions"),
-        ("lead_in", (0.0, 5.0), (5.0, 0.0), "different lead-ins"),
-        ("lead_out", (0.0, 5.0), (5.0, 0.0), "different lead-outs"),
-    ],
-)
-def test_reports_that_contradict_each_other_are_refused(field, one, two, text):
-    def of(value: object) -> Report:
-        return Report((), {}, {}, (), (), **{field: value})
+def test_reports_about_different_motions_are_refused():
+    def of(about: str | None) -> Report:
+        return Report((), {}, {}, (), (), about)
 
-    with pytest.raises(SettingError, match=text):
-        of(one).merge(of(two))
-    assert getattr(of(one).merge(of(None)), field) == one
+    with pytest.raises(SettingError, match="different motions"):
+        of("abc").merge(of("def"))
+    assert of("abc").merge(of(None)).about == "abc"

@@ -3,7 +3,7 @@
 import numpy as np
 import trimesh
 
-from fiveaxis.job import Job, compose_outcome, run_job
+from fiveaxis.job import Job, run_job
 
 
 def test_a_job_whose_usual_lead_in_is_blocked_comes_from_the_side(tmp_path):
@@ -21,10 +21,10 @@ def test_a_job_whose_usual_lead_in_is_blocked_comes_from_the_side(tmp_path):
     )
     outcome = run_job(job)
     assert outcome.ok
-    lead_in = outcome.gate.report.lead_in
+    lead_in = outcome.program.motion.lead_in
     assert abs(lead_in[0]) + abs(lead_in[1]) > 4.0
-    text = " ".join(compose_outcome(outcome).lines)
+    text = " ".join(outcome.program.text.lines)
     assert "checked: approach: a lead-in of 5 mm" in text
-    assert "checked: way out: a lead-out of" in text
-    assert np.linalg.norm(outcome.gate.report.lead_out) >= 1.0
+    assert "checked: retract: a lead-out of" in text
+    assert np.linalg.norm(outcome.program.motion.lead_out) >= 1.0
     assert "not checked: the turn of the rotary axes" in text

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import trimesh
 from typer.testing import CliRunner
+from written import write_text
 
 import fiveaxis as fx
 from fiveaxis.cli import app
@@ -15,7 +16,6 @@ from fiveaxis.errors import SettingError
 from fiveaxis.job import make_job, read_job
 from fiveaxis.machine import load_machine
 from fiveaxis.motion import follow
-from fiveaxis.nc import write_program
 from fiveaxis.toolpath import Tool, Toolpath
 from fiveaxis.verification import Tolerances
 from fiveaxis.verification.verdict import verify
@@ -60,7 +60,7 @@ def program(cut: Toolpath, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The cut as a program, the tool leaning by 30 deg."""
     machine = load_machine("hayashi-640123")
     motion = follow(cut, machine, np.tile([0.0, np.radians(30.0)], (9, 1)))
-    return write_program(motion, tmp_path_factory.mktemp("program") / "cut.ngc", machine=machine)
+    return write_text(motion, tmp_path_factory.mktemp("program") / "cut.ngc", machine=machine)
 
 
 def run(*words: object):

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from typer.testing import CliRunner
+from written import write_text
 
 import fiveaxis as fx
 from fiveaxis.cli import app
@@ -160,7 +161,7 @@ def test_a_written_program_costs_what_its_motion_did(tmp_path, hayashi):
     time = np.full(30, 0.2)
     time[0] = 0.0
     motion = Motion("XYZAC", positions, np.full(30, 5.0), time, np.zeros(30, int), np.arange(30))
-    path = fx.write_program(motion, tmp_path / "p.ngc", machine=hayashi)
+    path = write_text(motion, tmp_path / "p.ngc", machine=hayashi)
     found = fx.program_energy(path, hayashi, rapid_mm_min=5000.0)
     expected = motion_energy(hayashi, motion)
     # Before them is the approach, and after them the way out.

@@ -6,17 +6,17 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from written import write_text
 
 import fiveaxis as fx
-from fiveaxis.collision import Surroundings
 from fiveaxis.energy import motion_energy
-from fiveaxis.job import program_motion, verify_program
+from fiveaxis.job import MadeProgram, ProgramOptions, make_program, verify_program
 from fiveaxis.machine import Machine
 from fiveaxis.motion import fill_in, follow
-from fiveaxis.nc import compose_program
+from fiveaxis.nc import Coordinates
 from fiveaxis.posture import Solution, optimise
 from fiveaxis.posture.baselines import as_programmed
-from fiveaxis.toolpath import MoveKind, Tool, Toolpath, tilt_bounds
+from fiveaxis.toolpath import Constraints, MoveKind, Tool, Toolpath, tilt_bounds
 
 CUT, LINK, RAPID = MoveKind
 # mm/min, of axes whose speed no machine file tells.
@@ -48,6 +48,13 @@ def with_postures(path: Toolpath, machine: Machine) -> Solution:
     return Solution(machine, path, bounds, motion, motion_energy(machine, motion), {}, {}, ())
 
 
+def program_of(solution: Solution, coordinates: Coordinates = "axes", **words) -> MadeProgram:
+    """Make a program whose rotary axes may turn far."""
+    options = ProgramOptions(coordinates=coordinates, header={"tool": "ball:6"}, **words)
+    wide = Constraints(max_turn=180.0)
+    return make_program(solution.motion, solution.machine, solution.toolpath, wide, options)
+
+
 @pytest.fixture(params=["hayashi", "trunnion"])
 def machine(request: pytest.FixtureRequest, hayashi: Machine, trunnion: Machine) -> Machine:
     """One that states no speed of any axis, and one that states all."""
@@ -55,15 +62,16 @@ def machine(request: pytest.FixtureRequest, hayashi: Machine, trunnion: Machine)
 
 
 @pytest.mark.parametrize("thin", [True, False])
-@pytest.mark.parametrize("led", [True, False])
-def test_a_rapid_move_is_one_block(machine, led, thin):
+@pytest.mark.parametrize("tcp", [True, False])
+def test_a_rapid_move_is_one_block(machine, tcp, thin):
     solution = with_postures(two_cuts(), machine)
-    program = program_motion(solution, Surroundings(), {"max_turn": 180.0}, led=led, thin=thin)
-    assert program.ok, program.verdict.findings
-    assert program.motion.kind[program.motion.kind != CUT].tolist() == [LINK, RAPID, RAPID, LINK]
+    program = program_of(solution, "tip" if tcp else "axes", thin=thin)
+    assert program.ok, program.report.findings
+    kind = program.motion.blocks.kind
+    assert kind[kind != CUT].tolist() == [LINK, RAPID, RAPID, LINK]
     # What is verified is where a control takes the axes: it leads the tip in many small parts.
-    assert bool(program.driven.rapid.sum() > 10) is led
-    spent = program.energy["optimised"]
+    assert bool(program.fill.path.rapid.sum() > 10) is tcp
+    spent = motion_energy(machine, program.motion.blocks)
     assert list(spent.by_kind) == ["cut", "link", "rapid"]
     for total, part in (("total", "metric"), ("power_integral", "integral"), ("time", "time")):
         parts = sum(getattr(share, part) for share in spent.by_kind.values())
@@ -76,22 +84,16 @@ def test_a_program_with_rapid_moves_read_back_follows_its_path_and_costs_the_sam
 ):
     solution = with_postures(two_cuts(), machine)
     bounds = {"max_turn": 180.0}
-    program = program_motion(solution, Surroundings(), bounds, led=coordinates == "tip")
-    file = fx.write_program(
-        program.motion,
-        tmp_path / ("part.h" if control == "heidenhain" else "part.nc"),
-        machine=machine,
-        control=control,
-        coordinates=coordinates,
-        header={"tool": "ball:6"},
-    )
+    program = program_of(solution, coordinates, control=control)
+    file = program.write(tmp_path / ("part.h" if control == "heidenhain" else "part.nc"))
     found = fx.program_energy(file, machine, rapid_mm_min=SPEED)
-    begin = int(np.abs(found.motion.positions - program.motion.positions[0]).sum(axis=1).argmin()) + 1
+    blocks = program.motion.blocks
+    begin = int(np.abs(found.motion.positions - blocks.positions[0]).sum(axis=1).argmin()) + 1
     quick = np.flatnonzero(found.motion.rapid[begin:]) + begin
     written = {int(line): file.read_text().splitlines()[line - 1] for line in found.motion.source[quick]}
     assert len(written) == 2
     assert all(word in block and ("F" in block.replace("FMAX", "")) is False for block in written.values())
-    said = program.energy["optimised"].by_kind["rapid"]
+    said = motion_energy(machine, blocks).by_kind["rapid"]
     # A control that leads the tip takes the axes about, and is read in other parts than it was checked in: a
     # drive whose axis turns round on the way has its power in some of them.
     near, integral_near = (2e-3, 0.05) if coordinates == "tip" else (1e-4, 1e-3)
@@ -104,11 +106,10 @@ def test_a_program_with_rapid_moves_read_back_follows_its_path_and_costs_the_sam
 
 def test_a_cut_off_the_path_is_named_beside_rapid_moves_that_swerve(hayashi, tmp_path):
     solution = with_postures(two_cuts(), hayashi)
-    program = program_motion(solution, Surroundings(), {"max_turn": 180.0})
-    away = program.motion.positions.copy()
+    blocks = program_of(solution).motion.blocks
+    away = blocks.positions.copy()
     away[1, 1] += 0.5
-    file = tmp_path / "part.ngc"
-    fx.write_program(replace(program.motion, positions=away), file, machine=hayashi)
+    file = write_text(replace(blocks, positions=away), tmp_path / "part.ngc", machine=hayashi)
     report = verify_program(file, hayashi, toolpath=solution.toolpath, rapid_mm_min=SPEED, max_turn=180.0)
     assert {"off-path"} <= set(report.counts)
     assert "the way of rapid moves from one location of the path to the next" in report.not_checked
@@ -117,8 +118,7 @@ def test_a_cut_off_the_path_is_named_beside_rapid_moves_that_swerve(hayashi, tmp
 def test_a_cut_that_a_program_makes_in_rapid_is_held_to_the_path(hayashi, tmp_path):
     path = two_cuts()
     solution = with_postures(path, hayashi)
-    program = program_motion(solution, Surroundings(), {"max_turn": 180.0})
-    text = compose_program(program.motion, machine=hayashi).text.splitlines()
+    text = list(program_of(solution).text.lines)
     row = next(i for i, line in enumerate(text) if line.startswith("G1 X5.0"))
     text[row : row + 1] = ["G0 X5.0 Y0.5", "G0 Y0"]
     file = tmp_path / "part.ngc"

@@ -4,9 +4,7 @@ import numpy as np
 import pytest
 
 import fiveaxis as fx
-from fiveaxis.collision import Surroundings
 from fiveaxis.energy import motion_energy
-from fiveaxis.job import program_motion
 from fiveaxis.motion import follow
 from fiveaxis.toolpath import MoveKind, Tool, Toolpath
 
@@ -38,11 +36,10 @@ def solution(path, hayashi) -> fx.Solution:
 
 
 def test_a_program_that_reorients_in_rapid_moves_keeps_its_cone(path, solution, hayashi, tmp_path):
-    program = program_motion(solution, Surroundings(), {"cone": CONE})
-    assert program.inserted > 0
-    assert program.ok, program.verdict.counts
-    file = tmp_path / "part.ngc"
-    fx.write_program(program.motion, file, machine=hayashi, control="linuxcnc")
+    program = solution.program()
+    assert program.fill.inserted > 0
+    assert program.ok, program.report.counts
+    file = program.write(tmp_path / "part.ngc")
     report = fx.verify_program(file, hayashi, toolpath=path, cone=CONE)
     assert "tilt" not in report.counts
     # Within cuts the cone is looked at as before.

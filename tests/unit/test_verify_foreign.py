@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import trimesh
+from written import write_text
 
 import fiveaxis as fx
 from fiveaxis.collision import Fixture, Surroundings
@@ -12,7 +13,6 @@ from fiveaxis.geometry import normalise
 from fiveaxis.kinematics import rotary_angles, tool_poses
 from fiveaxis.machine import Box
 from fiveaxis.motion import fill_in
-from fiveaxis.nc import write_program
 from fiveaxis.toolpath import Holder, Section, Tool, Toolpath, parse_tool
 
 TURNED = """G71 G90 G17
@@ -126,7 +126,7 @@ def test_a_bull_nose_follows_the_straight_way_of_its_centre(hayashi, tmp_path):
     leant = np.stack([np.cos(angle), np.sin(angle), 0.9 + 0.0 * angle], axis=1)
     rotary = np.unwrap(rotary_angles(hayashi, normalise(leant))[1], axis=0)
     _, motion = fill_in(path, hayashi, rotary)
-    program = write_program(motion, tmp_path / "bull.ngc", machine=hayashi)
+    program = write_text(motion, tmp_path / "bull.ngc", machine=hayashi)
     report = fx.verify_program(program, hayashi, toolpath=path, singular_cone=None)
     assert report.ok, report.counts
     lift = np.array([0.0, 0.0, 0.02])

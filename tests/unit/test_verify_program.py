@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import trimesh
 from typer.testing import CliRunner
+from written import write_text
 
 import fiveaxis as fx
 from fiveaxis.cli import app
@@ -18,7 +19,7 @@ from fiveaxis.geometry import normalise
 from fiveaxis.kinematics import rotary_angles
 from fiveaxis.machine import Limits
 from fiveaxis.motion import fill_in, follow
-from fiveaxis.nc import DIALECTS, write_motion, write_program, write_toolpath
+from fiveaxis.nc import DIALECTS, write_motion, write_toolpath
 from fiveaxis.toolpath import Holder, Section, Tool, Toolpath
 
 BALL = 10.0
@@ -76,7 +77,7 @@ def program(wall, hayashi, tmp_path_factory):
     """The path's program, blocks inserted so that axes that run linearly hold it."""
     rotary = np.unwrap(rotary_angles(hayashi, lean(wall))[1], axis=0)
     _, motion = fill_in(wall, hayashi, rotary)
-    return write_program(motion, tmp_path_factory.mktemp("nc") / "wall.ngc", machine=hayashi)
+    return write_text(motion, tmp_path_factory.mktemp("nc") / "wall.ngc", machine=hayashi)
 
 
 def edited(program, tmp_path, change):
@@ -166,13 +167,13 @@ def test_a_feed_that_an_axis_cannot_keep_is_a_warning(program, hayashi):
 def test_blocks_far_apart_leave_their_chord(wall, hayashi, tmp_path):
     coarse = wall.at(np.arange(0, 40, 6))
     rotary = np.unwrap(rotary_angles(hayashi, lean(coarse))[1], axis=0)
-    path = write_program(follow(coarse, hayashi, rotary), tmp_path / "p.ngc", machine=hayashi)
+    path = write_text(follow(coarse, hayashi, rotary), tmp_path / "p.ngc", machine=hayashi)
     report = fx.verify_program(path, hayashi, tool=wall.tool)
     assert report.ok
     assert report.counts["tip-deviation"] >= 5
     # A table that stands still takes no part in the wall's bend.
     straight = np.repeat(rotary[:1], len(coarse), axis=0)
-    path = write_program(follow(coarse, hayashi, straight), tmp_path / "p.ngc", machine=hayashi)
+    path = write_text(follow(coarse, hayashi, straight), tmp_path / "p.ngc", machine=hayashi)
     following = fx.verify_program(path, hayashi, toolpath=wall)
     assert {"off-path", "path-missed"} <= set(following.counts)
     missed = [f.place.location for f in following.findings if f.code == "path-missed"]
@@ -349,7 +350,7 @@ def test_what_every_control_is_written_in_is_verified_too(wall, trunnion, tmp_pa
     rotary = np.unwrap(rotary_angles(trunnion, lean(wall))[0], axis=0)
     motion = fill_in(wall, trunnion, rotary)[1] if coordinates == "axes" else follow(wall, trunnion, rotary)
     path = tmp_path / f"p{DIALECTS[control].suffix}"
-    write_program(motion, path, machine=trunnion, control=control, coordinates=coordinates)
+    write_text(motion, path, machine=trunnion, control=control, coordinates=coordinates)
     report = fx.verify_program(path, trunnion, toolpath=wall, tilt=TILT)
     # The table of that machine fills the place where this path lies; nothing else may be wrong.
     wrong = {f.code for f in report.findings if f.severity == "error"}

@@ -9,12 +9,13 @@ from functools import partial
 
 import numpy as np
 import pytest
+from written import write_text
 
 from fiveaxis.errors import MachineError, SettingError, ToolpathError
 from fiveaxis.kinematics import linear_positions, tool_poses
 from fiveaxis.machine import Limits, Machine
 from fiveaxis.motion import Motion, follow
-from fiveaxis.nc import ProgramSettings, read_program, write_program
+from fiveaxis.nc import ProgramSettings, read_program
 from fiveaxis.nc import compose_program as compose_with_way_out
 from fiveaxis.toolpath import MoveKind, Tool, Toolpath
 
@@ -339,7 +340,7 @@ def test_a_program_that_was_read_has_its_own_end(hayashi, tmp_path):
 
 def test_the_file_holds_the_program(hayashi, tmp_path):
     motion = motion_of(np.eye(5))
-    path = write_program(motion, tmp_path / "out" / "part.ngc", machine=hayashi, header={"tool": "ball:10"})
+    path = write_text(motion, tmp_path / "out" / "part.ngc", machine=hayashi, header={"tool": "ball:10"})
     program = compose_with_way_out(motion, machine=hayashi, header={"tool": "ball:10"})
     assert path.read_bytes() == program.text.encode("ascii")
     assert program.suffix == ".ngc"
@@ -348,7 +349,7 @@ def test_the_file_holds_the_program(hayashi, tmp_path):
 def test_nothing_is_written_when_the_motion_is_refused(hayashi, tmp_path):
     motion = motion_of([[0] * 5, [1] * 5], [0.0, 0.0])
     with pytest.raises(ToolpathError):
-        write_program(motion, tmp_path / "part.ngc", machine=hayashi)
+        write_text(motion, tmp_path / "part.ngc", machine=hayashi)
     assert list(tmp_path.iterdir()) == []
 
 
@@ -357,6 +358,6 @@ def test_a_hundred_thousand_blocks_are_written_in_a_moment(hayashi, tmp_path):
     toolpath = Toolpath.from_tips(tips, np.tile([0.0, 0.0, 1.0], (len(tips), 1)), Tool.ball(10))
     motion = follow(toolpath, hayashi, np.zeros((len(tips), 2)))
     start = time.perf_counter()
-    write_program(motion, tmp_path / "part.ngc", machine=hayashi)
+    write_text(motion, tmp_path / "part.ngc", machine=hayashi)
     # 0.6 s measured; the bound leaves room for a busy machine.
     assert time.perf_counter() - start < 4.0

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from written import write_text
 
 from fiveaxis.errors import MachineError, SettingError, ToolpathError
 from fiveaxis.kinematics import tool_poses
@@ -19,7 +20,6 @@ from fiveaxis.nc import (
     compose_program,
     read_program,
     read_toolpath,
-    write_program,
 )
 from fiveaxis.toolpath import MoveKind, Tool
 
@@ -148,7 +148,7 @@ def test_numbers_that_nobody_gave_are_assumed_aloud():
 
 
 def test_a_named_program_takes_the_name_of_its_file(tmp_path):
-    path = write_program(SLOPE, tmp_path / "3 wings-é.h", machine=OPEN, control="heidenhain")
+    path = write_text(SLOPE, tmp_path / "3 wings-é.h", machine=OPEN, control="heidenhain")
     assert path.read_text().startswith("0 BEGIN PGM P3_WINGS__ MM\n")
 
 
@@ -403,7 +403,7 @@ def test_a_full_disk_leaves_the_old_file(tmp_path, monkeypatch):
 
     monkeypatch.setattr(Path, "open", full)
     with pytest.raises(SettingError, match="No space left"):
-        write_program(SLOPE, path, machine=OPEN, control="fanuc")
+        write_text(SLOPE, path, machine=OPEN, control="fanuc")
     monkeypatch.undo()
     assert path.read_text() == "old"
     assert [p.name for p in tmp_path.iterdir()] == ["part.nc"]
@@ -413,5 +413,5 @@ def test_a_refused_motion_leaves_the_old_file(tmp_path):
     path = tmp_path / "part.nc"
     path.write_text("old")
     with pytest.raises(SettingError):
-        write_program(SLOPE, path, machine=OPEN, control="heidenhain", coordinates="axes")
+        write_text(SLOPE, path, machine=OPEN, control="heidenhain", coordinates="axes")
     assert path.read_text() == "old"

@@ -1,0 +1,170 @@
+"""One way from postures to a program: what is verified is the text, whoever asks for it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import fiveaxis as fx
+from fiveaxis.errors import SettingError, ToolpathError, Unverified
+from fiveaxis.job import Against, make_of_motion, post_program
+from fiveaxis.job.program import ProgramOptions, make_program, read_back
+from fiveaxis.motion import AXIS_TOLERANCE, PATH_TOLERANCE
+from fiveaxis.nc import DIALECTS, ProgramSettings, write_motion
+from fiveaxis.toolpath import Constraints, Tool, Toolpath
+
+TILT = (15.0, 75.0)
+MODES = [(name, mode) for name, dialect in DIALECTS.items() for mode in dialect.modes]
+
+
+@pytest.fixture(scope="module")
+def wall() -> Toolpath:
+    """A pass around a part of an overhanging cone."""
+    turn = np.radians(np.linspace(0.0, 90.0, 40))
+    normal = np.column_stack([np.cos(turn), np.sin(turn), np.full_like(turn, -0.5)])
+    contact = np.column_stack([25.0 * np.cos(turn), 25.0 * np.sin(turn), np.full_like(turn, 20.0)])
+    return Toolpath.from_contacts(contact, normal, Tool.ball(8), name="wall")
+
+
+@pytest.fixture(scope="module")
+def solution(hayashi, wall) -> fx.Solution:
+    return fx.optimise(wall, hayashi, tilt=TILT, effort="quick")
+
+
+@pytest.mark.parametrize(("control", "mode"), MODES)
+def test_every_control_and_mode_holds_path_and_axis_when_its_text_is_read_back(solution, control, mode):
+    made = solution.program(control=control, coordinates=mode)
+    assert made.ok, made.report.findings
+    figures = made.report.figures
+    assert figures["contact_error_mm"] <= PATH_TOLERANCE
+    assert figures["tip_deviation_mm"] <= PATH_TOLERANCE
+    assert figures["axis_off_plane_deg"] <= np.degrees(AXIS_TOLERANCE)
+    header = " ".join(line.strip("();#$ ") for line in made.text.lines).lower()
+    assert "this text was read back and verified" in header
+
+
+@pytest.mark.parametrize(("control", "mode"), [("linuxcnc", "axes"), ("fanuc", "tip"), ("heidenhain", "tip")])
+def test_command_table_and_python_write_the_same_blocks(solution, tmp_path, hayashi, wall, control, mode):
+    """The solution, its motion along its path, and the table of that motion become one program."""
+    settings = ProgramSettings(name="wall")
+    words = {"control": control, "coordinates": mode, "settings": settings}
+    first = solution.program(**words).text
+    fx.write_program(
+        solution.motion,
+        tmp_path / "motion.nc",
+        machine=hayashi,
+        toolpath=wall,
+        constraints=solution.constraints,
+        header={"tool": "ball:8"},
+        **words,
+    )
+    assert (tmp_path / "motion.nc").read_text() == first.text
+    table = write_motion(solution.motion, tmp_path / "motion.csv", hayashi)
+    posted = post_program(
+        table, hayashi, against=Against(wall, constraints=solution.constraints), **words
+    ).program
+
+    def numbers(text):
+        blocks = [line for line in text.lines if line[:1] not in "(;"]
+        return len(blocks), [blocks[0], blocks[-1]]
+
+    assert numbers(posted) == numbers(first)
+
+
+def test_what_the_file_says_is_what_was_verified(solution, tmp_path, hayashi, wall):
+    report = solution.write(tmp_path / "wall.ngc")
+    assert report.ok
+    again = fx.verify_program(tmp_path / "wall.ngc", hayashi, toolpath=wall, tilt=TILT)
+    assert again.ok, again.findings
+    assert again.figures["off_path_mm"] <= 0.001
+
+
+def test_a_motion_alone_is_not_verified_and_not_written_unless_that_is_said(solution, tmp_path, hayashi):
+    with pytest.raises(Unverified, match="which path it should follow"):
+        fx.write_program(solution.motion, tmp_path / "a.ngc", machine=hayashi)
+    assert list(tmp_path.iterdir()) == []
+    path = fx.write_program(solution.motion, tmp_path / "a.ngc", machine=hayashi, unverified=True)
+    assert "NOT VERIFIED" in path.read_text()
+
+
+def test_a_bare_motion_keeps_its_tip_straight_between_rows_and_its_time(solution, hayashi):
+    bare = make_of_motion(solution.motion, hayashi, ProgramOptions())
+    assert not bare.ok
+    assert len(bare.motion) > len(solution.motion) + 3
+    assert bare.motion.blocks.time.sum() == pytest.approx(solution.motion.time.sum())
+
+
+def test_a_path_of_another_motion_is_refused_before_anything_is_written(solution, tmp_path, hayashi, wall):
+    up = np.array([0.0, 0.0, 1.0])
+    shifted = replace(wall, pivot=wall.pivot + up, contact=wall.contact + up)
+    words = {"machine": hayashi, "constraints": Constraints(tilt=TILT)}
+    with pytest.raises(ToolpathError, match=r"wall: the motion has the tool 1 mm from location 0"):
+        fx.write_program(solution.motion, tmp_path / "a.ngc", toolpath=shifted, **words)
+    fewer = wall.at(np.arange(len(wall) - 5))
+    with pytest.raises(ToolpathError, match="35 locations, and the motion has 40"):
+        make_program(solution.motion, hayashi, fewer, Constraints(), ProgramOptions())
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_solution_brings_what_it_was_made_for(solution, tmp_path, wall):
+    with pytest.raises(SettingError, match="leave them out"):
+        fx.write_program(solution, tmp_path / "a.ngc", toolpath=wall)
+    assert fx.write_program(solution, tmp_path / "a.ngc").exists()
+
+
+def test_a_report_of_another_motion_lets_nothing_out(solution, tmp_path, hayashi, wall):
+    other = fx.optimise(wall, hayashi, tilt=(30.0, 60.0), effort="quick")
+    report = fx.verify(other.motion, hayashi, wall, tilt=(30.0, 60.0))
+    with pytest.raises(SettingError, match="about another motion"):
+        fx.write_program(solution.motion, tmp_path / "a.ngc", machine=hayashi, toolpath=wall, report=report)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_what_cannot_be_read_back_is_not_written(solution, tmp_path, hayashi):
+    """A table of one's own whose moves are words that the readers refuse."""
+    table = tmp_path / "mine.toml"
+    table.write_text('based_on = "linuxcnc"\nlinear = "G5 {words} F{feed}"\n')
+    with pytest.raises(Unverified, match=r"can't be read back.*G5 is a curve"):
+        solution.write(tmp_path / "a.ngc", control=table)
+    assert not (tmp_path / "a.ngc").exists()
+
+
+def test_words_that_say_another_motion_are_found(solution, tmp_path):
+    """A table of one's own whose words mean something else: rapid cuts, a spindle that stands."""
+    faults = {
+        'linear = "G0 {words} F{feed}"': "rapid-in-cut",
+        'spindle = "S{rpm} M5"': "spindle-off",
+        'spindle = "S{rpm} M4"': "spindle-off",
+        '[feed.inverse_time]\nword = "G94"': "duration-differs",
+    }
+    for words, code in faults.items():
+        table = tmp_path / "mine.toml"
+        table.write_text(f'based_on = "linuxcnc"\n{words}\n')
+        made = solution.program(control=table, settings=ProgramSettings(spindle_rpm=8000))
+        assert code in made.report.counts, (words, made.report.counts)
+
+
+def test_tcp_that_was_never_switched_on_is_found(solution, tmp_path):
+    table = tmp_path / "mine.toml"
+    table.write_text('based_on = "linuxcnc"\n[modes.tip]\non = ["G43"]\noff = []\n')
+    made = solution.program(control=table, coordinates="tip")
+    assert not made.ok
+    assert {"tcp-state", "text-differs"} & set(made.report.counts)
+
+
+def test_the_spindle_that_nobody_named_is_told_as_not_checked(solution):
+    made = solution.program()
+    assert "spindle: no speed was given, and none is written" in made.report.not_checked
+    turning = solution.program(settings=ProgramSettings(spindle_rpm=8000, spindle_direction="left"))
+    assert "spindle: 8000 rev/min in every cut" in turning.report.checked
+    assert turning.ok
+
+
+def test_the_text_is_read_back_row_by_row(solution):
+    made = solution.program(control="fanuc", coordinates="tip")
+    wording = ProgramOptions(control="fanuc", coordinates="tip").wording(solution.machine)
+    back = read_back(made.text, made.motion, wording)
+    np.testing.assert_array_equal(back.written, np.arange(len(made.motion)))
+    assert back.tcp[back.end[1:]].all()
