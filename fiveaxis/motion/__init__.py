@@ -19,7 +19,6 @@ from fiveaxis.motion.program_motion import (
     Interpolation,
     Phase,
     ProgramMotion,
-    positions_between,
 )
 from fiveaxis.motion.rates import PeakRate, peak_rates
 from fiveaxis.motion.thinning import SPEED_TOLERANCE, Thinned, thinned
@@ -64,7 +63,6 @@ __all__ = [
     "motion_digest",
     "move_profiles",
     "peak_rates",
-    "positions_between",
     "rapid_findings",
     "rapid_speeds",
     "respaced",

@@ -8,13 +8,12 @@ from enum import IntEnum, StrEnum
 import numpy as np
 
 from fiveaxis.geometry import Array, BoolArray, IntArray
-from fiveaxis.kinematics import linear_positions, tool_poses
 from fiveaxis.machine import Machine
 from fiveaxis.motion.filling import turns_on_the_spot
 from fiveaxis.motion.leads import LAST, clear_way, lead_places
 from fiveaxis.motion.motion import Motion
 from fiveaxis.motion.timing import STANDSTILL, rapid_speeds
-from fiveaxis.toolpath import MoveKind, interpolate
+from fiveaxis.toolpath import MoveKind
 
 
 class Interpolation(StrEnum):
@@ -125,29 +124,6 @@ class ProgramMotion:
         """(m,), moves in which nothing but rotary axes turns, back by whole turns."""
         turned = np.abs(self.motion.moves[:, machine.rotary_columns]).max(axis=1, initial=0.0) > np.pi
         return np.asarray(turned & turns_on_the_spot(machine, self.motion.moves))
-
-
-def positions_between(
-    machine: Machine, positions: Array, place: Array, interpolation: Interpolation
-) -> Array:
-    """Find the axes between the ends of blocks as a control moves them.
-
-    Parameters
-    ----------
-    positions : (m, k), mm and rad, at the ends of blocks
-    place : (n,), in rows of these: 3.25 is after a quarter of the block to row 4
-
-    Returns
-    -------
-    (n, k), mm and rad
-    """
-    found = interpolate(positions, place)
-    inner = np.flatnonzero(place != np.floor(place))
-    if interpolation is Interpolation.JOINT or not len(inner):
-        return found
-    tip = interpolate(tool_poses(machine, positions)[0], place[inner])
-    found[inner] = linear_positions(machine, tip, found[inner][:, machine.rotary_columns])
-    return found
 
 
 def _extended(

@@ -55,6 +55,7 @@ def through(toolpath: Toolpath, row: Array, along: Array | None = None) -> Toolp
         normal=path.normal + unknown,
         axis=path.axis + unknown,
         rotary=None if path.rotary is None else path.rotary + unknown,
+        numbers=owner if toolpath.numbers is None else toolpath.numbers[owner],
     )
 
 

@@ -55,14 +55,15 @@ def check_gouge(
     mesh = load_mesh(part, allow_open=True) if isinstance(part, str | Path) else part
     tolerances, body = subject.tolerances, CuttingBody.of(subject.toolpath.tool)
     here, way = gouge_depths(subject, mesh, led=led)
-    rows = np.flatnonzero((here > tolerances.row_gouge) | (way > tolerances.chord_gouge))
+    allowed = _allowed_at_rows(subject)
+    rows = np.flatnonzero((here > allowed) | (way > tolerances.chord_gouge))
     depth = np.fmax(here, way)
     name = "ball" if subject.toolpath.tool.cutter.is_ball else "cutter"
 
     def message(i: int) -> str:
-        at_location = here[rows[i]] > tolerances.row_gouge
+        at_location = here[rows[i]] > allowed[rows[i]]
         place, bound = (
-            ("here", tolerances.row_gouge) if at_location else ("on the way here", tolerances.chord_gouge)
+            ("here", allowed[rows[i]]) if at_location else ("on the way here", tolerances.chord_gouge)
         )
         return (
             f"the {name} reaches {depth[rows[i]]:.3g} mm deep into the part {place} (at most "
@@ -78,7 +79,7 @@ def check_gouge(
         values=depth[rows],
         message=message,
         figures={"gouge_depth_mm": largest(np.maximum(depth, 0.0))},
-        checked=(_what_was_checked(name, body, tolerances, led),),
+        checked=(_what_was_checked(name, body, tolerances, float(allowed.min()), led),),
         not_checked=(
             *(() if mesh.is_watertight else (inside,)),
             *(() if body.is_stated else (_unstated(body),)),
@@ -86,13 +87,23 @@ def check_gouge(
     )
 
 
-def _what_was_checked(name: str, body: CuttingBody, tolerances: Tolerances, led: float | None) -> str:
+def _allowed_at_rows(subject: Subject) -> Array:
+    """Say how deep the cutter may reach into the part at each row, (n,) mm."""
+    tolerances, inserted = subject.tolerances, subject.asked.inserted
+    if inserted is None:
+        return np.full(len(subject.positions), tolerances.row_gouge)
+    return np.where(inserted, tolerances.row_gouge, tolerances.location_gouge)
+
+
+def _what_was_checked(
+    name: str, body: CuttingBody, tolerances: Tolerances, allowed: float, led: float | None
+) -> str:
     point = f"the point {led:g} mm above its tip" if led else "its tip"
     how = "with all axes linear in time" if led is None else f"with {point} led straight"
     return (
         f"{name}, up to {body.height:g} mm above its tip, against the part's mesh at every location and, "
         f"{how}, between them: every {body.finest:.3g} mm where the surface is near; at most "
-        f"{tolerances.row_gouge:g} mm deep at a location, {tolerances.chord_gouge:g} mm between "
+        f"{allowed:.4g} mm deep at a location, {tolerances.chord_gouge:g} mm between "
         f"(gouge tolerance {tolerances.gouge:g} mm)"
     )
 
@@ -252,7 +263,7 @@ def _search(
     ways: Ways, open_parts: Stretches, here: Array, way: Array, body: CuttingBody, tree: TriangleTree
 ) -> None:
     """Halve parts of ways while a gouge may hide in them; writes the deepest places into `way`."""
-    limit = min(ways.subject.tolerances.row_gouge, ways.subject.tolerances.chord_gouge)
+    limit = min(ways.subject.tolerances.gouge, ways.subject.tolerances.chord_gouge)
     parts = open_parts
 
     def measure(row: IntArray, share: Array, floors: Array) -> Array:

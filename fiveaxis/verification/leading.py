@@ -10,7 +10,7 @@ import numpy as np
 
 from fiveaxis.geometry import Array
 from fiveaxis.machine import Machine
-from fiveaxis.motion import PATH_TOLERANCE
+from fiveaxis.motion import PATH_TOLERANCE, Interpolation
 from fiveaxis.toolpath import divided_rows, interpolate
 from fiveaxis.verification.model import tool_poses
 
@@ -46,11 +46,34 @@ def led_positions(machine: Machine, positions: Array, height: float) -> tuple[Ar
         row = interpolate(row[:, None], divided_rows(parts))[:, 0]
         every = interpolate(positions, row)
         between = np.flatnonzero(row != np.floor(row))
-        every[between] = _put(machine, every[between], interpolate(led, row[between]), height)
+        every[between] = put_at(machine, every[between], interpolate(led, row[between]), height)
     return every, row
 
 
-def _put(machine: Machine, positions: Array, wanted: Array, height: float) -> Array:
+def positions_between(
+    machine: Machine, positions: Array, place: Array, interpolation: Interpolation
+) -> Array:
+    """Find the axes between the ends of blocks as a control moves them.
+
+    Parameters
+    ----------
+    positions : (m, k), mm and rad, at the ends of blocks
+    place : (n,), in rows of these: 3.25 is after a quarter of the block to row 4
+
+    Returns
+    -------
+    (n, k), mm and rad
+    """
+    found = interpolate(positions, place)
+    inner = np.flatnonzero(place != np.floor(place))
+    if interpolation is Interpolation.JOINT or not len(inner):
+        return found
+    tip = interpolate(tool_poses(machine, positions)[0], place[inner])
+    found[inner] = put_at(machine, found[inner], tip, 0.0)
+    return found
+
+
+def put_at(machine: Machine, positions: Array, wanted: Array, height: float) -> Array:
     """Move the linear axes of rows, (m, k), so that the led point is where it is wanted, (m, 3) mm.
 
     Its place is linear in them. Where no place of the axes leads it there, a control can't either: they stay.

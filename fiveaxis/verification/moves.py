@@ -27,8 +27,7 @@ def check_speeds(subject: Subject) -> Result:
     time = subject.motion.time
     # A negative duration is a finding of its own (`check_finite`).
     rotary = np.array([axis.is_rotary for axis in axes])
-    # Places may be off by rounding at both ends.
-    rounding = 2.0 * np.where(rotary, subject.tolerances.angle, subject.tolerances.length)
+    rounding = np.where(rotary, subject.tolerances.turn, subject.tolerances.step)
     steps = np.maximum(subject.steps - rounding, 0.0)
     needed, given = steps / speeds, np.where(time >= 0.0, time, np.nan)[:, None]
     rows, columns = np.nonzero(needed > given * (1.0 + subject.tolerances.time))

@@ -89,6 +89,8 @@ def allowed_between(tolerances: Tolerances, expected: ExpectedText) -> Tolerance
     deepest = tolerances.chord_allowance + PATH_TOLERANCE
     return replace(
         tolerances,
+        # Where removed blocks let the tool go deeper at a location than it may, they are put back.
+        location_allowance=2.0 * expected.step,
         row_allowance=deepest,
         chord_allowance=deepest,
         lean=max(tolerances.lean, ROUNDED + AXIS_TOLERANCE),
@@ -98,6 +100,9 @@ def allowed_between(tolerances: Tolerances, expected: ExpectedText) -> Tolerance
         length=max(tolerances.length, expected.step),
         angle=max(tolerances.angle, math.radians(expected.turn)),
         time=max(tolerances.time, SAME_TIME),
+        # A move's both ends are rounded.
+        step=2.0 * expected.step,
+        turn=2.0 * math.radians(expected.turn),
     )
 
 

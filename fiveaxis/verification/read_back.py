@@ -14,11 +14,12 @@ import numpy as np
 
 from fiveaxis.findings import Severity
 from fiveaxis.geometry import Array, BoolArray, IntArray
-from fiveaxis.kinematics import tool_poses
 from fiveaxis.machine import Machine
-from fiveaxis.motion import Fill, Interpolation, Motion, ProgramMotion, positions_between
+from fiveaxis.motion import Fill, Interpolation, Motion, ProgramMotion
 from fiveaxis.toolpath import MoveKind
 from fiveaxis.verification.checks import largest
+from fiveaxis.verification.leading import positions_between
+from fiveaxis.verification.model import tool_poses
 from fiveaxis.verification.moves import Within
 from fiveaxis.verification.report import Result
 

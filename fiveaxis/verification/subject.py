@@ -37,7 +37,9 @@ class Tolerances:
     deviation : mm, of the ball centre from the chord in a block that moves all axes linearly
     time : relative, of a block's duration against the axes' highest speeds
     acceleration : relative, of a change of speed against the axes' highest accelerations
+    step, turn : mm and rad, of words: what axes move by more or less than planned because of rounding
     gouge : mm, the gouge tolerance: how deep the cutter may reach into the part at a location
+    location_allowance : mm, more than that at locations of the path, from rounding
     row_allowance : mm, more than that at rows that aren't locations but lie on chords of the path
     chord_allowance : mm, more than that within a move, which is the chord of a curve
 
@@ -57,13 +59,21 @@ class Tolerances:
     deviation: float = 0.01
     time: float = 1e-6
     acceleration: float = 1e-3
+    step: float = 0.0
+    turn: float = 0.0
     gouge: float = GOUGE_TOLERANCE
+    location_allowance: float = 0.0
     row_allowance: float = 0.0
     chord_allowance: float = CHORD_ERROR
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.gouge) and self.gouge > 0.0):
             raise SettingError(f"gouge_tolerance is {self.gouge:g} mm; it must be a finite number above 0 mm")
+
+    @property
+    def location_gouge(self) -> float:
+        """How deep the cutter may reach into the part at a location, mm."""
+        return self.gouge + self.location_allowance
 
     @property
     def row_gouge(self) -> float:

@@ -162,7 +162,7 @@ def test_a_job_takes_it_and_its_reports_name_it(points, floor, tmp_path):
     coarse = run(*given, "--gouge-tolerance", COARSE, "-o", tmp_path / "coarse")
     assert coarse.exit_code == 0, coarse.stderr
     document = json.loads((tmp_path / "coarse" / "report.json").read_text())
-    said = "at most 0.04 mm deep at a location, 0.05 mm between"
+    said = "at most 0.04 mm deep at a location, 0.055 mm between (gouge tolerance 0.04 mm)"
     assert any(said in sentence for sentence in document["verification"]["checked"])
     assert said in (tmp_path / "coarse" / "report.html").read_text(encoding="utf-8")
     assert said in header(tmp_path / "coarse" / "program.ngc")

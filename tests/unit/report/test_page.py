@@ -109,11 +109,11 @@ def test_the_page_tells_the_blocks_that_were_inserted_and_those_that_were_remove
 def test_the_page_tells_why_no_block_was_removed(
     page: Page, solution: Solution, verdict: dict[str, Any], program: dict[str, Any]
 ) -> None:
-    kept = program | {"removed": 0, "needless_kept_for": ["gouge", "tip-deviation"]}
+    kept = program | {"removed": 0, "redundant_kept_for": ["gouge", "tip-deviation"]}
     assert "stay in it, because without them: gouge, tip-deviation." in body_text(
         page(solution, verdict, kept)
     )
-    assert "No block was left out." in body_text(page(solution, verdict, program | {"removed": 0}))
+    assert "No block was redundant." in body_text(page(solution, verdict, program | {"removed": 0}))
 
 
 def test_errors_are_shown_first_and_all_findings_are_counted(

@@ -153,7 +153,7 @@ def test_from_below_a_roof_no_way_leads_up_and_without_a_retract_none_is_needed(
             box([-60, -40, -10], [60, 40, 0]),
         ]
     )
-    motion, before, after = verified(hayashi, along_x(lollipop), slotted, leg=False)
+    _, before, after = verified(hayashi, along_x(lollipop), slotted, leg=False)
     assert before.ok
     assert after.ok
     assert np.linalg.norm(after.lead_out) >= 1.0
