@@ -201,7 +201,8 @@ def _examine_program(
     allowed = Tolerances(gouge=chord if exact else deepest, chord_gouge=deepest, lean=LEAN_BETWEEN)
     if not exact:
         allowed = replace(allowed, contact=PATH_TOLERANCE)
-    asked = Asked.of_degrees(toolpath, solution.machine, **bounds).between(filled.row)
+    inside = inside_rapids(path, filled.row)
+    asked = Asked.of_degrees(toolpath, solution.machine, **bounds).between(filled.row, inside)
     if toolpath.zone.offset:
         # Between two locations the way of a pivot beside the tool's axis isn't known, nor is a turn per mm.
         asked = replace(asked, turn_rate=None)

@@ -84,7 +84,7 @@ class Asked:
             cone_rate=math.radians(singular_rate),
         )
 
-    def between(self, row: Array) -> Asked:
+    def between(self, row: Array, free: BoolArray | None = None) -> Asked:
         """Return the bounds for a path with inserted locations.
 
         What a bound refers to (a normal, a programmed axis) turns evenly from one location to the next.
@@ -93,11 +93,15 @@ class Asked:
         ----------
         row : (m,), places of the locations in rows of the path that the bounds are of: 3.25 lies between
             3 and 4
+        free : (m,), inserted locations at which the tool may lean anyhow, as those within rapid moves
         """
         inserted: BoolArray = row != np.floor(row)
+        air = 0.0 if free is None else np.where(free[:, None], np.nan, 0.0)
         if self.leaning is None:
             return replace(self, inserted=inserted)
-        every = tuple(replace(b, reference=_turned(b.reference, row), beside=()) for b in self.leaning.all)
+        every = tuple(
+            replace(b, reference=_turned(b.reference, row) + air, beside=()) for b in self.leaning.all
+        )
         return replace(self, leaning=replace(every[0], beside=every[1:]), inserted=inserted)
 
 

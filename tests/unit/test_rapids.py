@@ -11,6 +11,7 @@ import fiveaxis as fx
 from fiveaxis.collision import Surroundings
 from fiveaxis.energy import motion_energy
 from fiveaxis.job import program_motion, verify_program
+from fiveaxis.kinematics import tool_axes
 from fiveaxis.machine import Machine
 from fiveaxis.motion import fill_in, follow
 from fiveaxis.nc import compose_program
@@ -68,6 +69,28 @@ def test_a_rapid_move_is_one_block(machine, led, thin):
     for total, part in (("total", "metric"), ("power_integral", "integral"), ("time", "time")):
         parts = sum(getattr(share, part) for share in spent.by_kind.values())
         assert getattr(spent, total) == pytest.approx(parts)
+
+
+def test_a_bound_on_the_lean_holds_at_the_ends_of_a_rapid_move_and_not_within(hayashi):
+    path = two_cuts()
+    # From 30 deg on the one side to 30 deg on the other; the angles go by way of 30 deg in front.
+    axes = tool_axes(hayashi, rotary := np.radians([[0, -30]] * 4 + [[180, -30]] * 4))
+    leaning = Toolpath.from_tips(
+        path.tips(path.axis), axes, path.tool, feed_mm_min=60.0 * path.feed, kind=path.kind
+    )
+    motion = follow(leaning, hayashi, rotary)
+    bounds = tilt_bounds(leaning, None, cone=5.0)
+    solution = Solution(hayashi, leaning, bounds, motion, motion_energy(hayashi, motion), {}, {}, ())
+    asked = {"cone": 5.0, "max_turn": 180.0}
+    program = program_motion(solution, Surroundings(), asked, led=True)
+    assert program.driven.rapid.sum() > 10
+    assert program.ok, program.verdict.findings
+    elsewhere = replace(motion, kind=np.where(motion.rapid, LINK, motion.kind))
+    link = replace(leaning, kind=elsewhere.kind)
+    linked = program_motion(
+        replace(solution, toolpath=link, motion=elsewhere), Surroundings(), asked, led=True
+    )
+    assert "tilt" in linked.verdict.counts
 
 
 @pytest.mark.parametrize(("control", "coordinates", "word"), CONTROLS)
