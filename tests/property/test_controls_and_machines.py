@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from fiveaxis.errors import FiveAxisError
+from fiveaxis.geometry import Array
 from fiveaxis.kinematics import tool_poses
 from fiveaxis.machine import Machine, load_machine, machine_names
 from fiveaxis.motion import Motion
@@ -26,6 +27,8 @@ KINDS = [MoveKind.CUT, MoveKind.CUT, MoveKind.CUT, MoveKind.CUT, MoveKind.RAPID,
 SHARES = np.array([0.4, 0.5, 0.5, 0.6, 0.45, 0.4])
 # deg, of an axis with more than a turn: half a turn at once, past whole ones and back.
 WINDING = np.array([170.0, 185.0, 350.0, 350.0, 365.0, 20.0])
+# mm/min and deg/min, of axes in rapid moves whose highest speed the machine doesn't tell.
+RAPID = 6000.0
 # Of a move's time: what rounded words and F leave of it.
 TIME = 1e-3
 
@@ -67,14 +70,26 @@ def require_path(file: Path, motion: Motion, machine: Machine, control: str) -> 
     np.testing.assert_allclose(path.axis[-len(axes) :], axes, atol=2.0 * 10.0**-number.direction + 2e-6)
 
 
+def timed_as(again: Motion, motion: Motion) -> Array:
+    """Give the times of a program's rows, but its rapid move, the last one, that of the motion.
+
+    A rapid move has no time of its own in a program; it takes its axes'.
+    """
+    time, quick = again.time.copy(), np.flatnonzero(again.rapid)
+    move = quick[np.flatnonzero(np.diff(quick, prepend=-2) > 1)[-1] :]
+    time[move] *= motion.time[motion.rapid].sum() / time[move].sum()
+    return time
+
+
 def require_motion(
     file: Path, motion: Motion, machine: Machine, control: str, *, tips: bool, turns: bool
 ) -> None:
     """Hold places to the decimals that are printed, and times; `turns` where whole ones may be lost."""
-    again, number = read_program(file, machine), DIALECTS[control].number
+    again, number = read_program(file, machine, rapid_mm_min=RAPID), DIALECTS[control].number
     # Parts of long turns are blocks of their own: rows are found again by the time that is left after them.
-    left, wanted = (np.cumsum(m.time[::-1])[::-1] - m.time for m in (again, motion))
+    left, wanted = (np.cumsum(t[::-1])[::-1] - t for t in (timed_as(again, motion), motion.time))
     rows = np.abs(left[None] - wanted[:, None]).argmin(axis=1)
+    np.testing.assert_array_equal(again.rapid[rows[1:]], motion.rapid[1:])
     np.testing.assert_allclose(-np.diff(left[rows]), motion.time[1:], rtol=TIME)
     places, rotary, linear = again.positions[rows], machine.rotary_columns, machine.linear_columns
     if turns:  # on which of them an axis begins isn't in words from 0 to 360

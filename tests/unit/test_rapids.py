@@ -11,6 +11,7 @@ from written import write_text
 import fiveaxis as fx
 from fiveaxis.energy import motion_energy
 from fiveaxis.job import MadeProgram, ProgramOptions, make_program, verify_program
+from fiveaxis.kinematics import tool_axes
 from fiveaxis.machine import Machine
 from fiveaxis.motion import fill_in, follow
 from fiveaxis.nc import Coordinates
@@ -48,10 +49,12 @@ def with_postures(path: Toolpath, machine: Machine) -> Solution:
     return Solution(machine, path, bounds, motion, motion_energy(machine, motion), {}, {}, ())
 
 
-def program_of(solution: Solution, coordinates: Coordinates = "axes", **words) -> MadeProgram:
+def program_of(
+    solution: Solution, coordinates: Coordinates = "axes", cone: float | None = None, **words
+) -> MadeProgram:
     """Make a program whose rotary axes may turn far."""
     options = ProgramOptions(coordinates=coordinates, header={"tool": "ball:6"}, **words)
-    wide = Constraints(max_turn=180.0)
+    wide = Constraints(cone=cone, max_turn=180.0)
     return make_program(solution.motion, solution.machine, solution.toolpath, wide, options)
 
 
@@ -76,6 +79,25 @@ def test_a_rapid_move_is_one_block(machine, tcp, thin):
     for total, part in (("total", "metric"), ("power_integral", "integral"), ("time", "time")):
         parts = sum(getattr(share, part) for share in spent.by_kind.values())
         assert getattr(spent, total) == pytest.approx(parts)
+
+
+def test_a_bound_on_the_lean_holds_at_the_ends_of_a_rapid_move_and_not_within(hayashi):
+    path = two_cuts()
+    # From 30 deg on the one side to 30 deg on the other; the angles go by way of 30 deg in front.
+    axes = tool_axes(hayashi, rotary := np.radians([[0, -30]] * 4 + [[180, -30]] * 4))
+    leaning = Toolpath.from_tips(
+        path.tips(path.axis), axes, path.tool, feed_mm_min=60.0 * path.feed, kind=path.kind
+    )
+    motion = follow(leaning, hayashi, rotary)
+    bounds = tilt_bounds(leaning, None, cone=5.0)
+    solution = Solution(hayashi, leaning, bounds, motion, motion_energy(hayashi, motion), {}, {}, ())
+    program = program_of(solution, "tip", cone=5.0)
+    assert program.fill.path.rapid.sum() > 10
+    assert program.ok, program.report.findings
+    # In a cut the same turn leaves the cone.
+    elsewhere = replace(motion, kind=np.full(len(motion), CUT))
+    cutting = replace(solution, toolpath=replace(leaning, kind=elsewhere.kind), motion=elsewhere)
+    assert "tilt" in program_of(cutting, "tip", cone=5.0).report.counts
 
 
 @pytest.mark.parametrize(("control", "coordinates", "word"), CONTROLS)
