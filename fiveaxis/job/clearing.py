@@ -122,9 +122,10 @@ def optimise(
     part, stock : meshes in mm, workpiece frame, or their files
     fixtures : clamps and vices, workpiece frame
     clearances : mm, by kind of body
-    mask : beside what is kept clear of: tells for locations (m,) and rotary angles (m, 2), rad, chain order, which are admissible, (m,)
-        bool (`fiveaxis.posture.mask`); asked only about what a search is going to use. Where a rotary axis is
-        rewound it holds at the locations of the path, and not on the way off the part and back
+    mask : tells for locations (m,) and rotary angles (m, 2), rad, chain order, which are admissible, (m,)
+        bool (`fiveaxis.posture.mask`), beside what is kept clear of; asked only about what a search is going
+        to use. Where a rotary axis is rewound it holds at the locations of the path, and not on the way off
+        the part and back
     up_penalty : J/mm, extra price of the machine's Z moving up
     max_turn : largest turn of a rotary axis in one cutting move, **degrees**; None for no bound. Without one
         the travel metric, which knows no rates and sees locations only, hops over inadmissible postures from
