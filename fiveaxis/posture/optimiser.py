@@ -162,7 +162,8 @@ def optimise(
         return built if tightened is None else tightened.turns(built), leaning
 
     problem, bounds = build(toolpath)
-    blocked = unreachable(toolpath, travel, bounds if tightened is None else tightened.bounds(bounds))
+    # A path that is solved again reached all of its locations.
+    blocked = unreachable(toolpath, machine, bounds) if tightened is None else []
     if blocked:
         share = f"{len(blocked)} of {len(toolpath)} locations"
         raise Infeasible(f"{share} have no admissible posture on {machine.name}", blocked)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
 
@@ -22,6 +23,8 @@ from fiveaxis.toolpath import TiltBounds, Toolpath
 # Tool axes that are tried at a location: rings of this many around the reference, over the tilt range, and
 # beyond it so far outside: finely where a little more would do.
 RINGS, AXES_PER_RING = 13, 120
+# Far fewer are tried first, at all locations at once: most that can be reached are by one of these.
+FEW_RINGS, FEW_AXES = 7, 12
 BEYOND = np.radians(np.concatenate([np.arange(0.25, 15.0, 0.25), np.arange(15.0, 180.0, 1.0)]))
 # How far inside bounds that hold together axes are drawn (rad).
 INSETS = np.radians([0.5, 0.02])
@@ -34,17 +37,39 @@ DECIMALS = 1
 def unreachable(toolpath: Toolpath, machine: Machine, tilt: TiltBounds) -> list[Finding]:
     """List the locations where no posture keeps the bounds on the tool's lean and the axis limits.
 
-    Most locations are cleared by the first posture tried, the upward lean of the ``normal`` baseline; the
-    rest by sampling all tool axes, so a set narrower than the samples' spacing may be missed.
+    Most locations are cleared by the first posture tried, the upward lean of the ``normal`` baseline, or by
+    leaning in a few other directions; the rest by sampling all tool axes, so a set narrower than the samples'
+    spacing may be missed.
 
     Returns
     -------
     One finding a location, code ``no-posture``, with the axis and the limit of the nearest posture, and with
     the one bound or limit whose change would admit a posture (each verified on a posture that it admits).
     """
-    look = nearest_held if is_holding(machine) else nearest_to_reference
-    _, open_rows = look(toolpath, machine, tilt)
-    return list(_blocked(toolpath, machine, tilt, np.flatnonzero(open_rows)))
+    if is_holding(machine):
+        rows = np.flatnonzero(nearest_held(toolpath, machine, tilt)[1])
+    else:
+        rows = np.flatnonzero(nearest_to_reference(toolpath, machine, tilt)[1])
+        rows = rows[~_leaning_elsewhere(toolpath.at(rows), machine, tilt.at(rows))] if len(rows) else rows
+    return list(_blocked(toolpath, machine, tilt, rows))
+
+
+def _leaning_elsewhere(toolpath: Toolpath, machine: Machine, tilt: TiltBounds) -> BoolArray:
+    """Tell which locations are reached with one of a few leans all round the reference, (n,)."""
+    reached = np.zeros(len(toolpath), dtype=bool)
+    angles = np.linspace(tilt.low + INSIDE, tilt.high - INSIDE, FEW_RINGS)
+    across = perpendicular(tilt.reference)
+    beside = np.cross(tilt.reference, across)
+    turns = np.linspace(0.0, 2.0 * np.pi, FEW_AXES, endpoint=False)
+    for angle, turn in product(angles, turns):
+        rows = np.flatnonzero(~reached)
+        if not len(rows):
+            break
+        aside = np.cos(turn) * across[rows] + np.sin(turn) * beside[rows]
+        axis = np.cos(angle) * tilt.reference[rows] + np.sin(angle) * aside
+        reached[rows] = tilt.admits(axis, rows)
+        reached[rows] &= postures(machine, toolpath.at(rows), axis).allowed.any(axis=0)
+    return reached
 
 
 def _blocked(toolpath: Toolpath, machine: Machine, tilt: TiltBounds, rows: IntArray) -> Iterator[Finding]:
