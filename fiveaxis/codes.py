@@ -74,6 +74,14 @@ CHECKS = {
     "retreat-blocked": Code(
         ERROR, "no way off the last location, and up from there, is clear of what stands around"
     ),
+    "text-differs": Code(ERROR, "a program's text, read back, ends a block elsewhere than was planned"),
+    "duration-differs": Code(
+        ERROR,
+        "by its F a block takes another time than was planned; a warning where F has too few digits for it",
+    ),
+    "rapid-in-cut": Code(ERROR, "by a program's text a move is rapid that was planned at feed"),
+    "tcp-state": Code(ERROR, "TCP is on, or off, where a program's words are meant otherwise"),
+    "spindle-off": Code(ERROR, "the spindle stands in a cut, or turns otherwise than asked for"),
     "off-path": Code(ERROR, "a program leads the tool where the path that it should follow isn't"),
     "path-missed": Code(ERROR, "a program doesn't come by a location of the path that it should follow"),
 }
@@ -145,9 +153,6 @@ WRITING = {
 }
 CODES: dict[str, Code] = CHECKS | PLANNING | READING | WRITING
 
-# A note or a warning where nobody has said who leads the tool between blocks: as bad as an error if it is the
-# axes, and harmless if it is the control.
-WORSE_IN_BLOCKS = ("tip-deviation",)
 OVERRIDABLE = tuple(name for name, code in CODES.items() if code.severity == ERROR)
 
 

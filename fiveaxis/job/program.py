@@ -274,7 +274,7 @@ def _written(
             tolerances=tolerances,
             expected=expected_text(draft, wording, options.settings),
         )
-        return report.merge(planned.leads.report)
+        return report.merge(planned.leads.report, back.unsaid())
 
     made = release(planned.motion, wording, options, verdict)
     return replace(made, fill=planned.fill)
@@ -351,7 +351,16 @@ def read_back(text: Program, planned: ProgramMotion, wording: Wording) -> ReadBa
             [],
         ) from None
     owner = _owners(text, read.motion.source, planned)
-    return ReadBack(machine, planned, read.motion, read.tcp, read.spindle, owner, not read.assumes_angles)
+    return ReadBack(
+        machine,
+        planned,
+        read.motion,
+        read.tcp,
+        read.spindle,
+        owner,
+        by_angle=not read.assumes_angles,
+        assumed=read.findings,
+    )
 
 
 def _owners(text: Program, lines: IntArray, planned: ProgramMotion) -> IntArray:

@@ -12,7 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
-from fiveaxis.findings import Severity
+from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Fill, Interpolation, Motion, ProgramMotion
@@ -21,8 +21,10 @@ from fiveaxis.verification.checks import largest
 from fiveaxis.verification.leading import positions_between
 from fiveaxis.verification.model import tool_poses
 from fiveaxis.verification.moves import Within
-from fiveaxis.verification.report import Result
+from fiveaxis.verification.report import Report, Result
 
+# What nobody should have to assume of a program of ours.
+SAYS_ITSELF = ("unit-assumed", "rotary-assumed", "zero-assumed", "several-tools", "long-dwell")
 # A block's duration may differ from the planned one by this share, from the decimals of F.
 SAME_TIME = 0.01
 # s: shorter differences are none.
@@ -49,6 +51,7 @@ class ReadBack:
     spindle : (n,), rev/min, signed by its sense
     owner : (n,), planned row at which the block ends that a row is part of; -1 for none
     by_angle : whether the text names the rotary axes; else the control picks them for the tool's direction
+    assumed : what the reader had to assume of the text
     """
 
     machine: Machine
@@ -58,6 +61,7 @@ class ReadBack:
     spindle: Array
     owner: IntArray
     by_angle: bool
+    assumed: tuple[Finding, ...] = ()
 
     @cached_property
     def _last(self) -> IntArray:
@@ -66,6 +70,12 @@ class ReadBack:
         some = np.flatnonzero(self.owner >= 0)
         last[self.owner[some]] = some
         return last
+
+    def unsaid(self) -> Report:
+        """Report what a text of ours has to say itself, and leaves to the reader to assume."""
+        return Report.of_findings(
+            replace(f, severity=Severity.ERROR) for f in self.assumed if f.code in SAYS_ITSELF
+        )
 
     @property
     def written(self) -> IntArray:

@@ -105,8 +105,8 @@ def verify(
     a control slows down, or bodies come near), ``tip-deviation``, and the worst figure of every check.
 
     ``tip-deviation``, moves in which the tool's centre leaves its chord if all axes run linearly, is an error
-    with `between` ``axes``. Else it is a note, as tool centre point control or inserted blocks keep the tool
-    on its path; `write_program` refuses blocks of axis words for a motion with such a note.
+    with `between` ``axes``. Else it is a note, as tool centre point control, or the blocks that
+    `write_program` inserts, keep the tool on its path.
 
     Raises
     ------
