@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal
@@ -25,7 +25,7 @@ from fiveaxis.job.release import Gate, require_report
 from fiveaxis.job.solution import Solution
 from fiveaxis.job.verifying import ProgramCheck
 from fiveaxis.machine import Machine
-from fiveaxis.motion import Fill, Interpolation, Motion, ProgramMotion, respaced
+from fiveaxis.motion import Interpolation, Motion, ProgramMotion, respaced
 from fiveaxis.nc import (
     Coordinates,
     Program,
@@ -36,7 +36,6 @@ from fiveaxis.nc import (
     require_motion,
 )
 from fiveaxis.nc.options import Wrap
-from fiveaxis.nc.writing.places import Wording
 from fiveaxis.nc.writing.turns import Winding
 from fiveaxis.report import describe_input
 from fiveaxis.toolpath import Constraints, Tool, Toolpath, for_tilt
@@ -67,6 +66,19 @@ class Against:
     def is_nothing(self) -> bool:
         """Whether there is nothing to verify against."""
         return self.toolpath is None and self.tool is None and self.surroundings is None
+
+    @property
+    def cutter(self) -> Tool | None:
+        """The tool, or that of the path."""
+        return self.tool or (None if self.toolpath is None else self.toolpath.tool)
+
+    @property
+    def leaning_path(self) -> Toolpath | None:
+        """The path with the part of the cutter that touches within the bounds on its lean."""
+        path, lean = self.toolpath, self.constraints
+        if path is None or all(b is None for b in (lean.tilt, lean.cone, lean.lead, lean.lean)):
+            return path
+        return for_tilt(path, lean.tilt, lean.cone, lead=lean.lead, lean=lean.lean)
 
     @property
     def tolerances(self) -> Tolerances:
@@ -271,12 +283,10 @@ def make_of_motion(
         As `make_program`; a path that the motion doesn't follow.
     """
     require_motion(motion, machine)
-    path = against.toolpath
-    lean = against.constraints
-    if path is not None and any(b is not None for b in (lean.tilt, lean.cone, lean.lead, lean.lean)):
-        path = for_tilt(path, lean.tilt, lean.cone, lead=lean.lead, lean=lean.lean)
-    is_table = not isinstance(motion, ReadMotion)
-    if path is not None and is_table and len(path) == len(motion):
+    if isinstance(motion, ReadMotion):
+        return _made_of_program(motion, machine, options, against)
+    path = against.leaning_path
+    if path is not None and len(path) == len(motion):
         along = replace(motion, kind=path.kind, feed=path.feed)
         return make_program(
             along,
@@ -287,43 +297,56 @@ def make_of_motion(
             around=against.surroundings,
             tolerances=against.tolerances,
         )
+    own = tool_path(motion, machine, against.cutter or Tool.ball(POINT), "motion")
+    return make_program(
+        motion,
+        machine,
+        own,
+        Constraints(),
+        options,
+        around=against.surroundings,
+        tolerances=against.tolerances,
+        verdict=None if against.is_nothing else _check_of(against, machine),
+        unverified=against.is_nothing,
+    )
+
+
+def _made_of_program(
+    motion: ReadMotion, machine: Machine, options: ProgramOptions, against: Against
+) -> MadeProgram:
+    """Write the motion of a program anew; it ends where its author let it end."""
     wording = options.wording(machine)
-    cutter = against.tool or (None if path is None else path.tool)
-    planned = _planned(motion, wording, options.settings, cutter)
+    blocks = respaced(motion, machine) if wording.interpolation is Interpolation.TCP else motion
+    planned = ProgramMotion.around(
+        blocks, machine, wording.interpolation, lead_out=np.zeros(len(motion.letters))
+    )
     if against.is_nothing:
         return release(planned, wording, options, None)
+    check = _check_of(against, machine)
 
     def verdict(back: ReadBack, draft: Program) -> Report:
-        read = load_text(draft, machine, {}, planned.motion.positions[:1], cutter)
-        check = ProgramCheck(
-            machine=machine,
-            toolpath=path,
-            tool=cutter,
-            around=against.surroundings or Surroundings(),
-            constraints=lean,
-            tolerances=against.tolerances,
-        )
-        found = check.report(read)
-        rows = np.clip(back.end, 0, len(read.path) - 1)
+        rows = np.clip(back.end, 0, len(back.read) - 1)
         results = check_text(back, rows, expected_text(draft, wording, options.settings))
-        return found.merge(make_report(results, read.path, ()))
+        path = tool_path(back.read, machine, against.cutter, "program")
+        return make_report(results, path, ()).merge(check(back, draft), back.unsaid())
 
     return release(planned, wording, options, verdict)
 
 
-def _planned(motion: Motion, wording: Wording, settings: ProgramSettings, tool: Tool | None) -> ProgramMotion:
-    """Put the blocks of a motion without a path together."""
-    machine, none = wording.machine, np.zeros(len(motion.letters))
-    if isinstance(motion, ReadMotion):
-        blocks = respaced(motion, machine) if wording.interpolation is Interpolation.TCP else motion
-        # A program that was read ends where its author let it end.
-        return ProgramMotion.around(blocks, machine, wording.interpolation, lead_out=none)
-    if wording.dialect.language == "blocks":
-        path = tool_path(motion, machine, tool or Tool.ball(POINT), "motion")
-        fill = Fill.of(path, machine, motion, interpolation=wording.interpolation)
-        # The table says how long its moves take, whatever the length of the tip's path.
-        clock = np.interp(fill.row, np.arange(len(motion)), np.cumsum(motion.time))
-        motion = replace(fill.motion, time=np.diff(clock, prepend=clock[0]))
-    return ProgramMotion.around(
-        motion, machine, wording.interpolation, lead_out=None if settings.way_out else none
-    )
+def _check_of(against: Against, machine: Machine) -> Callable[[ReadBack, Program], Report]:
+    """Make what checks a text as `verify_program` does a file."""
+
+    def verdict(back: ReadBack, draft: Program) -> Report:
+        read = load_text(draft, machine, {}, back.planned.motion.positions[:1], against.cutter)
+        check = ProgramCheck(
+            machine=machine,
+            toolpath=against.leaning_path,
+            tool=against.cutter,
+            around=against.surroundings or Surroundings(),
+            constraints=against.constraints,
+            tolerances=against.tolerances,
+        )
+        # Whose motion it is has been said: that of the text, in other rows.
+        return replace(check.report(read), about=None)
+
+    return verdict

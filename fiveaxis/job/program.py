@@ -53,6 +53,8 @@ logger = logging.getLogger(__name__)
 # mm: a motion whose tool passes its path's locations farther off belongs to another path.
 BELONGS = 0.05
 Header = Mapping[str, str]
+# Verifies what a text says, beside the motion that it was written for.
+Verdict = Callable[[ReadBack, Program], Report]
 # Said by the writer where the control's F can't say a block's duration.
 COARSE = ("feed-floor", "feed-rounded")
 
@@ -191,6 +193,8 @@ def make_program(
     *,
     around: Surroundings | None = None,
     tolerances: Tolerances = DEFAULT_TOLERANCES,
+    verdict: Verdict | None = None,
+    unverified: bool = False,
 ) -> MadeProgram:
     """Make the program of a motion along a path, and verify what its text says.
 
@@ -202,6 +206,8 @@ def make_program(
     constraints : on postures and turns, in cuts also between locations
     around : part, stock and fixtures
     tolerances : from where on a difference is a finding
+    verdict : checks the text further
+    unverified : whether nothing is verified, since the path is nothing but the motion's own
 
     Raises
     ------
@@ -215,13 +221,28 @@ def make_program(
     whole = plan_program(motion, toolpath, constraints, around, wording, options.settings, tolerances)
 
     def attempt(planned: PlannedProgram) -> MadeProgram:
-        return _written(planned, wording, constraints, options, around, tolerances)
+        def judge(back: ReadBack, draft: Program) -> Report:
+            expected = expected_text(draft, wording, options.settings)
+            found = verify_text(
+                back,
+                planned.fill,
+                planned.path_rows,
+                constraints,
+                surroundings=around,
+                tolerances=tolerances,
+                expected=expected,
+            )
+            more = () if verdict is None else (verdict(back, draft),)
+            return found.merge(planned.leads.report, back.unsaid(), *more)
+
+        made = release(planned.motion, wording, options, None if unverified else judge)
+        return replace(made, fill=planned.fill)
 
     if not (options.thin and may_thin(wording)):
         return attempt(whole)
     few = whole.without_redundant(constraints, wording)
     made = attempt(few)
-    if made.ok or not few.fill.removed:
+    if made.ok or unverified or not few.fill.removed:
         return made
     return replace(attempt(whole), held_back=tuple(made.report.counts))
 
@@ -254,37 +275,11 @@ def require_path(motion: Motion, machine: Machine, toolpath: Toolpath) -> None:
         )
 
 
-def _written(
-    planned: PlannedProgram,
-    wording: Wording,
-    constraints: Constraints,
-    options: ProgramOptions,
-    around: Surroundings,
-    tolerances: Tolerances,
-) -> MadeProgram:
-    """Write a planned program, and verify its text."""
-
-    def verdict(back: ReadBack, draft: Program) -> Report:
-        report = verify_text(
-            back,
-            planned.fill,
-            planned.path_rows,
-            constraints,
-            surroundings=around,
-            tolerances=tolerances,
-            expected=expected_text(draft, wording, options.settings),
-        )
-        return report.merge(planned.leads.report, back.unsaid())
-
-    made = release(planned.motion, wording, options, verdict)
-    return replace(made, fill=planned.fill)
-
-
 def release(
     motion: ProgramMotion,
     wording: Wording,
     options: ProgramOptions,
-    verdict: Callable[[ReadBack, Program], Report] | None,
+    verdict: Verdict | None,
 ) -> MadeProgram:
     """Write a program's motion, read the text back, verify that, and put the verdict into its header.
 

@@ -69,6 +69,9 @@ class Fill:
         planes = AxisPlanes.of(given, machine, rotary, hold=hold, cone=cone)
         tcp = interpolation is Interpolation.TCP
         path, filled, row = fill_in_rows(given, machine, rotary, led=tcp, planes=planes)
+        if path is not given:
+            # Findings name the locations that people know: an inserted one is on the way to the next of them.
+            path = replace(path, numbers=np.ceil(row).astype(np.int64))
         whole = cls(given, planes, path, filled, row, np.arange(len(path)), filled)
         if not inside_rapids(path, row).any():
             return whole

@@ -16,8 +16,8 @@ from fiveaxis.files import write_atomically
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Motion
 from fiveaxis.nc.rows import require_finite
-from fiveaxis.nc.source import load_source
-from fiveaxis.nc.table import read_table
+from fiveaxis.nc.source import Source, load_source
+from fiveaxis.nc.table import first_line, read_table
 from fiveaxis.nc.words import format_number
 from fiveaxis.toolpath import MoveKind
 
@@ -69,12 +69,9 @@ def read_motion(path: str | Path, machine: Machine, *, source_is_table: bool = F
         With file and line: another header than this machine's, or a row that isn't numbers.
     """
     source = load_source(path)
-    header, values, lines = read_table(source)
     expected = _header(machine)
-    if header != [name.lower() for name in expected]:
-        raise source.error(
-            f"header {','.join(header)} isn't that of machine {machine.name!r}: {','.join(expected)}"
-        )
+    _require_header(source, expected, machine)
+    _, values, lines = read_table(source)
     require_finite(values, expected, lines, source)
     k = len(machine.axes)
     return Motion(
@@ -85,6 +82,16 @@ def read_motion(path: str | Path, machine: Machine, *, source_is_table: bool = F
         kind=np.full(len(values), MoveKind.CUT, dtype=np.int64),
         source=lines if source_is_table else np.rint(values[:, k + 2]).astype(np.int64),
     )
+
+
+def _require_header(source: Source, expected: list[str], machine: Machine) -> None:
+    """Refuse a table of other columns; of rows that don't fit their header nothing is said then."""
+    line = first_line(source)
+    header = [] if line is None else [name.strip().lower() for name in source.lines[line - 1].split(",")]
+    if line is not None and header != [name.lower() for name in expected]:
+        raise source.error(
+            f"header {','.join(header)} isn't that of machine {machine.name!r}: {','.join(expected)}", line
+        )
 
 
 def _header(machine: Machine) -> list[str]:

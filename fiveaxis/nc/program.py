@@ -149,7 +149,7 @@ def compose_program(
     wording = require_program(machine, control, coordinates, winding, settings)
     planned = motion if isinstance(motion, ProgramMotion) else _with_usual_leads(motion, wording, settings)
     if not beyond:
-        _require_travel(planned.motion, machine)
+        _require_travel(planned.blocks, machine)
     pairs = [*(header.items() if isinstance(header, Mapping) else header or ()), *verdict]
     if wording.dialect.language == "blocks":
         return _program_of_blocks(planned, Frame(wording, settings, winding), pairs)
@@ -223,7 +223,7 @@ def _said_of_end(planned: ProgramMotion) -> list[tuple[str, str]]:
     length = float(np.linalg.norm(planned.lead_out))
     if length <= STANDSTILL:
         return []
-    return [("lead-out", f"the program leads the tool {length:.3g} mm off its last cut, at the cut's feed")]
+    return [("lead out", f"the program leads the tool {length:.3g} mm off its last cut, at the cut's feed")]
 
 
 def _require_numbers(motion: Motion) -> None:

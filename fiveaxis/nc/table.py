@@ -58,7 +58,7 @@ def read_points(source: Source, options: ReadOptions) -> Toolpath:
     if options.columns is None:
         _require_header(source)
         header, values, lines = read_table(source)
-        _check_header(header, source, line=_first_line(source))
+        _check_header(header, source, line=first_line(source))
     else:
         header = [name.strip().lower() for name in options.columns]
         _check_header(header, source, line=None)
@@ -163,7 +163,7 @@ def _parse_row(text: str, width: int, line: int, source: Source) -> list[float]:
     return values
 
 
-def _first_line(source: Source) -> int | None:
+def first_line(source: Source) -> int | None:
     """Find the line of the header, None in an empty file."""
     return next((n for n, t in enumerate(source.lines, start=1) if t.strip() and t.strip()[0] != "#"), None)
 
@@ -191,7 +191,7 @@ def _unknown_column(name: str, source: Source, line: int | None) -> ToolpathErro
 
 def _require_header(source: Source) -> None:
     """Refuse a list that starts with numbers: what they are is nothing to guess."""
-    line = _first_line(source)
+    line = first_line(source)
     if line is None:
         return
     try:

@@ -14,8 +14,8 @@ def divide(toolpath: Toolpath, parts: IntArray, along: Array | None = None) -> T
     """Cut every move into equal parts.
 
     Inserted locations lie on the straight way of the pivot, or of another point of the tool's axis, and know
-    no contact, normal or tool axis. Each belongs to the move that it is part of: kind, feed, source and
-    number are those of the location at its end.
+    no contact, normal or tool axis. Each belongs to the move that it is part of: kind, feed and source are
+    those of the location at its end.
 
     Parameters
     ----------
@@ -55,7 +55,6 @@ def through(toolpath: Toolpath, row: Array, along: Array | None = None) -> Toolp
         normal=path.normal + unknown,
         axis=path.axis + unknown,
         rotary=None if path.rotary is None else path.rotary + unknown,
-        numbers=owner if toolpath.numbers is None else toolpath.numbers[owner],
     )
 
 

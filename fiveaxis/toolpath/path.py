@@ -77,6 +77,7 @@ class Toolpath:
         n = len(self.pivot)
         shapes: dict[str, tuple[int, ...]] = dict.fromkeys(("pivot", "contact", "normal", "axis"), (n, 3))
         shapes |= dict.fromkeys(("feed", "kind", "source"), (n,))
+        shapes |= {} if self.numbers is None else {"numbers": (n,)}
         for name, shape in shapes.items():
             found = np.shape(getattr(self, name))
             if found != shape:
@@ -283,8 +284,8 @@ class Toolpath:
     def at(self, rows: IntArray) -> Toolpath:
         """Return the path through some of its locations, given by their indices in order."""
         columns = ("pivot", "contact", "normal", "axis", "feed", "kind", "source")
-        rotary = None if self.rotary is None else self.rotary[rows]
-        return replace(self, **{name: getattr(self, name)[rows] for name in columns}, rotary=rotary)
+        known = tuple(name for name in ("rotary", "numbers") if getattr(self, name) is not None)
+        return replace(self, **{name: getattr(self, name)[rows] for name in (*columns, *known)})
 
     def with_links(self, links: BoolArray) -> Toolpath:
         """Return the path with some rows, (n,), made links: the pivot stays, the contact is forgotten."""

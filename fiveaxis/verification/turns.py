@@ -64,7 +64,7 @@ def check_jumps(subject: Subject, programmed: Array | None = None, *, blocks: bo
     most = subject.tolerances.jump if subject.asked.max_turn is None else subject.asked.max_turn
     allowed = np.maximum(most, programmed_turns(subject.toolpath) if programmed is None else programmed)
     columns = subject.machine.rotary_columns
-    turns = np.where(subject.cutting[:, None], subject.steps[:, columns], 0.0)
+    turns = np.where(subject.cutting[:, None], _steps_of_moves(subject)[:, columns], 0.0)
     if blocks:
         turns = _by_block(turns, subject)
     rows, which = np.nonzero(turns > allowed[:, None] + subject.tolerances.angle)
@@ -89,6 +89,17 @@ def check_jumps(subject: Subject, programmed: Array | None = None, *, blocks: bo
             f"turn of every rotary axis in each cutting block, at most {math.degrees(most):g} deg{farther}",
         ),
     )
+
+
+def _steps_of_moves(subject: Subject) -> Array:
+    """Measure the moves between given locations, (n, k), at their last rows; 0 at inserted locations."""
+    numbers, positions = subject.toolpath.numbers, subject.positions
+    if numbers is None:
+        return subject.steps
+    given = np.flatnonzero(np.append(numbers[1:] != numbers[:-1], True))
+    steps = np.zeros_like(positions)
+    steps[given[1:]] = np.abs(np.diff(positions[given], axis=0))
+    return steps
 
 
 def _by_block(turns: Array, subject: Subject) -> Array:

@@ -265,7 +265,8 @@ def examine(examination: Examination, not_checked: Iterable[str] = ()) -> Report
     results = [result for check in CHECKS for result in check(examination)]
     report = make_report(results, subject.toolpath, not_checked)
     found = ", ".join(f"{code} {count}" for code, count in report.counts.items())
-    logger.info("%d rows on %s: found %s", len(subject.toolpath), subject.machine.name, found or "nothing")
+    counted = len(subject.toolpath), subject.machine.name, found or "nothing"
+    logger.info("%d locations on %s: found %s", *counted)
     for sentence in report.checked:
         logger.debug("checked: %s", sentence)
     for sentence in report.not_checked:

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from fiveaxis.kinematics import linear_positions, tool_axes
 from fiveaxis.machine import Machine, load_machine
 from fiveaxis.motion import AXIS_TOLERANCE, PATH_TOLERANCE, AxisPlanes, fill_in_rows, follow, thinned
+from fiveaxis.motion.filling import WRITTEN_TOLERANCE
 from fiveaxis.toolpath import Tool, Toolpath, interpolate
 from fiveaxis.verification.model import tool_poses
 
@@ -106,7 +107,7 @@ def test_half_the_blocks_in_equal_parts_wouldnt_do(case):
             angles = planes.rotary_at(move + share)
             tip = interpolate(centre, move + share) - path.zone.height * tool_axes(machine, angles)
             off, out = deviations(machine, path, linear_positions(machine, tip, angles), share)
-            assert off > PATH_TOLERANCE or out > AXIS_TOLERANCE
+            assert off > WRITTEN_TOLERANCE or out > AXIS_TOLERANCE
 
 
 @settings(max_examples=25, deadline=None)

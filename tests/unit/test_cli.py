@@ -329,11 +329,11 @@ def test_a_real_path_that_the_machine_cannot_reach_ends_with_exit_code_3(data, t
     findings = json.loads(result.stdout)["findings"]
     told = result.stderr.splitlines()
     # The error, its cause, and how many places there are.
-    assert len(findings) == 374
+    assert len(findings) == 354
     assert len(told) == 3
-    assert told[1].startswith("  error: no-posture (374): ")
+    assert told[1].startswith("  error: no-posture (354): ")
     assert findings[0]["place"]["file"] in told[1]
-    assert told[-1] == "  --json lists all 374 findings"
+    assert told[-1] == "  --json lists all 354 findings"
     assert not (tmp_path / "out").exists()
 
 
@@ -342,14 +342,14 @@ def test_a_real_path_that_the_machine_cannot_reach_ends_with_exit_code_3(data, t
 
 @pytest.fixture
 def failing(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Let verification find an error in whatever it looks at."""
-    honest: Callable[..., Any] = fiveaxis.job.stages.verify
-    jump = Report.of_findings([Finding(Severity.ERROR, "jump", "an axis jumps", Place(3), 1.0)])
+    """Let verification find an error in whatever text it looks at."""
+    honest: Callable[..., Any] = fiveaxis.job.program.verify_text
+    jump = Report.of_findings([Finding(Severity.ERROR, "jump", "an axis jumps; a remedy", Place(3), 1.0)])
 
-    def verify(*args: Any, **settings: Any) -> Any:
+    def verify_text(*args: Any, **settings: Any) -> Any:
         return honest(*args, **settings).merge(jump)
 
-    monkeypatch.setattr(fiveaxis.job.stages, "verify", verify)
+    monkeypatch.setattr(fiveaxis.job.program, "verify_text", verify_text)
 
 
 @pytest.mark.usefixtures("failing", "undrawn")
@@ -360,7 +360,9 @@ def test_a_motion_with_errors_gets_no_program_and_a_stale_one_is_taken_away(path
     (out / "notes.txt").write_text("mine")
     result = run("optimise", path, *MACHINE, *BALL, *TILT, "--json", "-o", out)
     assert result.exit_code == 1
-    assert "verification found errors" in result.stderr
+    assert (
+        "verification found errors: no NC program was written, because of jump (1): a remedy" in result.stderr
+    )
     document = json.loads(result.stdout)
     assert document["verification"]["ok"] is False
     assert "jump" in {f["code"] for f in document["findings"]}

@@ -15,8 +15,8 @@ PACKAGE = Path(__file__).parents[2] / "fiveaxis"
 OTHER_ROOMS = {"machine", "energy", "report", "viewer", "cli", "codes.py"}
 # Words with hyphens that are no codes.
 OTHER_WORDS = {
-    "as-programmed", "exact-stop", "hayashi-640123", "latin-1", "lead-lean", "linuxcnc-switchkins", "utf-8",
-    "utf-8-sig",
+    "as-programmed", "exact-path", "exact-stop", "hayashi-640123", "latin-1", "lead-lean",
+    "linuxcnc-switchkins", "utf-8", "utf-8-sig",
 }  # fmt: skip
 # Codes that are put together from the kind of axis or body.
 COMPOSED = {

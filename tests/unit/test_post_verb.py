@@ -11,7 +11,8 @@ from typer.testing import CliRunner
 import fiveaxis as fx
 from fiveaxis.cli import app
 from fiveaxis.job import post_program
-from fiveaxis.nc import DIALECTS, compose_program, read_motion, read_program, write_motion
+from fiveaxis.motion import follow
+from fiveaxis.nc import DIALECTS, read_motion, read_program, write_motion
 
 
 @pytest.fixture
@@ -36,12 +37,18 @@ def run(*words):
 @pytest.mark.parametrize("control", DIALECTS)
 def test_a_motion_is_written_for_every_control(table, tmp_path, trunnion, control):
     output = tmp_path / f"part{DIALECTS[control].suffix}"
-    done = run("post", table, "-m", "linuxcnc-xyzac-trt", "-c", control, "-o", output)
-    assert done.exit_code == 0, done.stderr
+    words = ("post", table, "-m", "linuxcnc-xyzac-trt", "-c", control, "-o", output)
+    done = run(*words)
+    # Nobody said which path it should follow: the program is there, and that it isn't verified is loud.
+    assert done.exit_code == 1, done.stderr
+    assert "NOT VERIFIED: there is nothing to verify the program against" in done.stderr
     text = output.read_text()
     assert "motion.csv sha256" in text.lower().replace("\n", " ")
     assert "NOT VERIFIED" in text
-    posted = post_program(table, trunnion, control=control, output=tmp_path / "again" / output.name)
+    assert run(*words, "--unverified").exit_code == 0
+    posted = post_program(
+        table, trunnion, control=control, output=tmp_path / "again" / output.name, unverified=True
+    )
     assert posted.path is not None
     assert posted.path.read_text() == text
 
@@ -52,7 +59,7 @@ def test_options_reach_the_program(table, tmp_path):
         *("post", table, "-m", "linuxcnc-xyzac-trt", "-c", "fanuc", "--tcp", "-o", output),
         *("--tool-number", 3, "--spindle-rpm", 9000, "--spindle-direction", "left", "--coolant", "mist"),
         *("--zero-word", "G55", "--line-numbers", 5, "--retract", 0, "--home", "XY", "--program-number", 77),
-        *("--length-offset", 13, "--nc-unit", "inch"),
+        *("--length-offset", 13, "--nc-unit", "inch", "--unverified"),
     )
     assert done.exit_code == 0, done.stderr
     lines = output.read_text().splitlines()
@@ -73,47 +80,86 @@ def test_options_reach_the_program(table, tmp_path):
 
 def test_a_program_goes_from_one_control_to_another(table, tmp_path, trunnion):
     first, second = tmp_path / "part.h", tmp_path / "part.mpf"
-    assert run("post", table, "-m", "linuxcnc-xyzac-trt", "-c", "heidenhain", "-o", first).exit_code == 0
-    done = run("post", first, "-m", "linuxcnc-xyzac-trt", "-c", "sinumerik", "-o", second, "--json")
+    to_klartext = ("post", table, "-m", "linuxcnc-xyzac-trt", "-c", "heidenhain", "-o", first)
+    assert run(*to_klartext, "--unverified").exit_code == 0
+    words = ("post", first, "-m", "linuxcnc-xyzac-trt", "-c", "sinumerik", "-o", second, "--json")
+    done = run(*words, "--unverified")
     assert done.exit_code == 0, done.stderr
     document = json.loads(done.stdout)
     assert document["control"] == "sinumerik"
     assert document["coordinates"] == "axes"
+    assert document["verified"] is False
     wanted = read_motion(table, trunnion)
     again = read_program(second, trunnion)
-    # The ways in and out, half a second each, are among the blocks that are read.
+    # Lead-in and lead-out, half a second each, are among the blocks that are read.
     assert again.time.sum() == pytest.approx(wanted.time.sum() + 1.0, rel=1e-3)
     last = int(np.flatnonzero(np.cumsum(again.time[::-1]) > 0.5 - 1e-3)[0]) + 1
     np.testing.assert_allclose(again.positions[-1 - last], wanted.positions[-1], atol=2e-4)
 
 
-def test_with_a_tool_it_is_verified_first_and_errors_are_accepted_by_name(table, tmp_path):
+def test_with_a_tool_its_text_is_verified_and_errors_are_accepted_by_name(table, tmp_path):
     output = tmp_path / "part.nc"
-    words = (
-        "post",
-        table,
-        "-m",
-        "linuxcnc-xyzac-trt",
-        "-c",
-        "fanuc",
-        "--tcp",
-        "--tool",
-        "ball:4",
-        "-o",
-        output,
-    )
-    refused = run(*words)
+    words = ("post", table, "-m", "linuxcnc-xyzac-trt", "-c", "fanuc", "--tcp", "--tool", "ball:4")
+    refused = run(*words, "-o", output)
     assert refused.exit_code == 1
     assert "no program is written" in refused.stderr
     # C turns by half a turn in one cut, and zero lies in the table of this machine.
     assert "[jump]" in refused.stderr
     assert not output.exists()
-    accepted = ("--override", "jump", "--override", "fixture-collision")
-    done = run(*words, *accepted)
+    codes = ("jump", "fixture-collision", "speed")
+    done = run(*words, "-o", output, *(word for code in codes for word in ("--override", code)))
     assert done.exit_code == 0, done.stderr
     text = output.read_text()
     assert "NOT VERIFIED" not in text
-    assert "(OVERRIDDEN: JUMP [1])" in text
+    assert "(OVERRIDDEN: JUMP [" in text
+
+
+@pytest.fixture
+def slope(tmp_path, hayashi):
+    """A path, a motion along it, and a job that says both."""
+    contact = np.column_stack([np.linspace(0.0, 7.0, 15), np.zeros(15), np.linspace(0.0, 0.7, 15)])
+    path = fx.Toolpath.from_contacts(contact, [[-0.1, 0.0, 1.0]] * 15, fx.Tool.ball(6))
+    rows = [f"{x:.9f},{y:.9f},{z:.9f},-0.1,0,1" for x, y, z in contact]
+    (tmp_path / "slope.csv").write_text("\n".join(["x,y,z,nx,ny,nz", *rows]) + "\n")
+    (tmp_path / "job.toml").write_text(
+        'input = "slope.csv"\nmachine = "hayashi-640123"\ntool = "ball:6"\ntilt = [10, 60]\n'
+    )
+    turn = np.radians(np.column_stack([np.linspace(0.0, 60.0, 15), np.linspace(-20.0, -50.0, 15)]))
+    write_motion(follow(path, hayashi, turn), tmp_path / "motion.csv", hayashi)
+    return tmp_path
+
+
+@pytest.mark.parametrize(
+    "words", [["linuxcnc"], ["fanuc"], ["fanuc", "--tcp"], ["fanuc", "--vectors"], ["haas"], ["sinumerik"]]
+)
+def test_a_table_along_its_path_becomes_a_program_that_verify_finds_no_errors_in(slope, words):
+    output = slope / "out.nc"
+    done = run("post", slope / "motion.csv", "--path", slope / "job.toml", "-c", *words, "-o", output)
+    assert done.exit_code == 0, done.stderr
+    again = run("verify", output, "--path", slope / "job.toml")
+    assert again.exit_code == 0, again.stdout
+    assert "verification: no errors" in again.stdout
+    # Between the rows of the table the axes turn far: blocks are inserted.
+    assert len(output.read_text().splitlines()) > 15 + 30
+
+
+@pytest.mark.parametrize(
+    ("change", "fault"),
+    [
+        (lambda text: text.replace("A,C,feed", "B,C,feed"), "isn't that of machine 'hayashi-640123'"),
+        (lambda text: text.replace("X,Y,Z,A", "X,Y,Z,Q,A"), "isn't that of machine 'hayashi-640123'"),
+        (lambda text: text.replace("-20.000000000", "nan", 1), "a = nan isn't a finite number"),
+        (lambda text: text.replace("-20.000000000", "-0.349065850", 1), "belongs to another path"),
+        (lambda text: "\n".join(text.splitlines()[:-3]) + "\n", "path-missed"),
+    ],
+)
+def test_a_foreign_table_is_one_clear_error_and_no_file(slope, change, fault):
+    table, output = slope / "motion.csv", slope / "out.nc"
+    table.write_text(change(table.read_text()))
+    done = run("post", table, "--path", slope / "job.toml", "-c", "fanuc", "-o", output)
+    assert done.exit_code in (1, 2)
+    assert fault in done.stderr.lower().replace("\n", " ") or fault in done.stderr.replace("\n", " ")
+    assert not output.exists()
 
 
 @pytest.mark.parametrize(
@@ -145,15 +191,6 @@ def test_the_controls_are_listed():
     assert any("to the tip itself" in note for note in rows["heidenhain-m128"]["notes"]["tip"])
     text = run("controls").stdout
     assert all(name in text for name in DIALECTS)
-
-
-def test_posting_says_what_composing_says(table, trunnion):
-    posted = post_program(table, trunnion, control="haas")
-    assert posted.path is None
-    assert posted.findings == posted.program.findings
-    motion = read_motion(table, trunnion)
-    blocks = compose_program(motion, machine=trunnion, control="haas").lines
-    assert [b for b in posted.program.lines if b[0] != "("] == [b for b in blocks if b[0] != "("]
 
 
 def test_what_cannot_be_written_is_said_before_the_work(tmp_path, monkeypatch):

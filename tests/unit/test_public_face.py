@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import subprocess
 import sys
 
@@ -9,6 +10,7 @@ import pytest
 
 import fiveaxis as fx
 from fiveaxis.batch import run_batch
+from fiveaxis.posture import optimise
 
 # Loads nothing but the package itself; a name's own room comes when it is asked for.
 LOADED = """
@@ -37,3 +39,25 @@ def test_importing_the_package_loads_no_room():
 def test_a_name_that_isnt_there_is_named():
     with pytest.raises(AttributeError, match="no attribute 'run_bach'"):
         _ = fx.run_bach
+
+
+def test_optimise_says_each_of_its_options_with_its_type():
+    own, solver = (inspect.signature(function).parameters for function in (fx.optimise, optimise))
+    # What keeps the tool clear is the job's; bounds that are drawn in are its own business.
+    assert set(own) - set(solver) == {"part", "stock", "fixtures", "clearances"}
+    assert set(solver) - set(own) == {"tightened"}
+    for name in set(own) & set(solver):
+        assert own[name] == solver[name], name
+    for parameter in own.values():
+        assert parameter.kind is not inspect.Parameter.VAR_KEYWORD
+        assert parameter.annotation is not inspect.Parameter.empty
+        assert "Any" not in str(parameter.annotation)
+        assert f" {parameter.name}" in fx.optimise.__doc__
+
+
+@pytest.mark.parametrize("name", fx.__all__)
+def test_no_function_hides_its_options(name):
+    given = getattr(fx, name)
+    if inspect.isfunction(given):
+        kinds = {parameter.kind for parameter in inspect.signature(given).parameters.values()}
+        assert inspect.Parameter.VAR_KEYWORD not in kinds

@@ -6,14 +6,13 @@ import numpy as np
 import pytest
 
 import fiveaxis as fx
-from fiveaxis.collision import Surroundings
 from fiveaxis.errors import Infeasible
-from fiveaxis.job import make_job, program_motion, run_job
+from fiveaxis.job import ProgramOptions, make_job, make_program, run_job
 from fiveaxis.job.faults import Faults
 from fiveaxis.job.replanning import replanning
 from fiveaxis.machine import Limits, Machine
 from fiveaxis.posture import optimise
-from fiveaxis.toolpath import Tool, Toolpath
+from fiveaxis.toolpath import Constraints, Tool, Toolpath
 
 RING = {"tilt": (15.0, 75.0), "effort": "quick"}
 HOP = {"tilt": (35.0, 80.0), "max_turn": 60.0, "effort": "quick"}
@@ -48,8 +47,11 @@ def short(hayashi) -> Machine:
 
 
 def counts(solution, bounds) -> dict[str, int]:
-    asked = {"tilt": bounds["tilt"], "max_turn": bounds.get("max_turn")}
-    return dict(program_motion(solution, Surroundings(), asked).verdict.counts)
+    asked = Constraints(tilt=bounds["tilt"], max_turn=bounds.get("max_turn"))
+    made = make_program(
+        solution.motion, solution.machine, solution.toolpath, asked, ProgramOptions(thin=False)
+    )
+    return dict(made.report.counts)
 
 
 def test_a_lean_that_dips_between_two_locations_is_replanned(wall, hayashi):

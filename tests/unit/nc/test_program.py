@@ -306,7 +306,7 @@ def test_a_last_cut_is_left_along_the_tool_before_anything_is_switched_off(
     assert re.search(r"(SUPA|G53|M91).*M5|M91.*M5", after)
     assert not re.search("[XY][-+0-9]", after)
     said = " ".join(line.strip("(); ").upper() for line in bare[:at])
-    assert "WAY OUT: THE PROGRAM LEADS THE TOOL 5 MM OFF ITS LAST CUT" in said
+    assert "LEAD OUT: THE PROGRAM LEADS THE TOOL 5 MM OFF ITS LAST CUT" in said
 
 
 def test_turned_down_or_needless_the_way_out_is_not_written(hayashi):
