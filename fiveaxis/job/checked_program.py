@@ -16,7 +16,7 @@ from fiveaxis.job.rewinds import find_rewinds
 from fiveaxis.kinematics import axis_positions, tool_poses
 from fiveaxis.kinematics.windings import nearest_turn
 from fiveaxis.machine import Machine
-from fiveaxis.motion import Motion, block_times
+from fiveaxis.motion import Motion, block_times, feed_times
 from fiveaxis.nc import Program as Written
 from fiveaxis.nc import read_motion
 from fiveaxis.nc.control.program_reader import read_motion_of
@@ -188,6 +188,15 @@ def tool_path(motion: Motion, machine: Machine, tool: Tool | None, name: str) ->
         source=motion.source,
         name=name,
     )
+
+
+def in_time(path: Toolpath, machine: Machine, motion: Motion) -> Toolpath:
+    """Give a motion's path the feeds at which its moves take as long as the motion says."""
+    turn = np.abs(motion.moves[:, machine.rotary_columns]).max(axis=1, initial=0.0)
+    unhurried = feed_times(replace(path, feed=np.ones(len(path))), turn)
+    lasting = (motion.time > 0.0) & (unhurried > 0.0)
+    feed = np.where(lasting, unhurried / np.where(lasting, motion.time, 1.0), path.feed)
+    return replace(path, feed=feed)
 
 
 def _load_path(

@@ -12,7 +12,7 @@ import numpy as np
 from fiveaxis.collision import Surroundings
 from fiveaxis.errors import SettingError, ToolpathError
 from fiveaxis.findings import Finding
-from fiveaxis.job.checked_program import MOTION_SUFFIX, POINT, load_text, tool_path
+from fiveaxis.job.checked_program import MOTION_SUFFIX, POINT, in_time, load_text, tool_path
 from fiveaxis.job.program import (
     Header,
     MadeProgram,
@@ -297,7 +297,7 @@ def make_of_motion(
             around=against.surroundings,
             tolerances=against.tolerances,
         )
-    own = tool_path(motion, machine, against.cutter or Tool.ball(POINT), "motion")
+    own = in_time(tool_path(motion, machine, against.cutter or Tool.ball(POINT), "motion"), machine, motion)
     return make_program(
         motion,
         machine,
