@@ -10,7 +10,7 @@ import numpy as np
 from fiveaxis.collision import Surroundings
 from fiveaxis.geometry import IntArray
 from fiveaxis.machine import Machine
-from fiveaxis.motion import Fill, Motion, ProgramMotion
+from fiveaxis.motion import Fill, Interpolation, Motion, ProgramMotion
 from fiveaxis.nc import ProgramSettings
 from fiveaxis.nc.writing.places import Wording
 from fiveaxis.toolpath import Constraints, Toolpath
@@ -42,13 +42,7 @@ class PlannedProgram:
 
     def without_redundant(self, constraints: Constraints, wording: Wording) -> PlannedProgram:
         """Remove the blocks that the control passes by itself, but those that something was found about."""
-        places = [f.place for f in self.fill.given.findings]
-        told = [p.location for p in places if p is not None and p.location is not None]
-        fill = self.fill.without_redundant(
-            interpolation=wording.interpolation,
-            max_turn=None if constraints.max_turn is None else math.radians(constraints.max_turn),
-            needed=np.isin(self.fill.row, told),
-        )
+        fill = thin(self.fill, constraints, wording.interpolation)
         return replace(self, fill=fill, motion=_around(fill, self.leads, wording, self.retract))
 
 
@@ -72,14 +66,7 @@ def plan_program(
     around : what the tool keeps clear of
     """
     machine, is_program = wording.machine, wording.dialect.language == "blocks"
-    fill = Fill.of(
-        toolpath,
-        machine,
-        motion,
-        interpolation=wording.interpolation,
-        hold=constraints.hold or (),
-        cone=math.radians(constraints.singular_cone or 0.0),
-    )
+    fill = fill_path(toolpath, machine, motion, constraints, wording.interpolation)
     none = np.zeros(len(machine.letters))
     # A list of cutter locations has no approach of ours.
     leads = (
@@ -98,6 +85,35 @@ def plan_program(
     )
     retract = _known_retract(settings, machine) if is_program else None
     return PlannedProgram(_around(fill, leads, wording, retract), fill, leads, retract)
+
+
+def fill_path(
+    toolpath: Toolpath,
+    machine: Machine,
+    motion: Motion,
+    constraints: Constraints,
+    interpolation: Interpolation,
+) -> Fill:
+    """Insert the locations that a program needs, within the constraints that hold between locations."""
+    return Fill.of(
+        toolpath,
+        machine,
+        motion,
+        interpolation=interpolation,
+        hold=constraints.hold or (),
+        cone=math.radians(constraints.singular_cone or 0.0),
+    )
+
+
+def thin(fill: Fill, constraints: Constraints, interpolation: Interpolation) -> Fill:
+    """Remove the blocks that the control passes by itself, but those that something was found about."""
+    places = [f.place for f in fill.given.findings]
+    told = [p.location for p in places if p is not None and p.location is not None]
+    return fill.without_redundant(
+        interpolation=interpolation,
+        max_turn=None if constraints.max_turn is None else math.radians(constraints.max_turn),
+        needed=np.isin(fill.row, told),
+    )
 
 
 def may_thin(wording: Wording) -> bool:

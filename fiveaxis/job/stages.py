@@ -35,12 +35,12 @@ from fiveaxis.errors import JobError, SettingError, ToolError
 from fiveaxis.job.clearing import Cleared, keep_clear, without_starts
 from fiveaxis.job.description import Job
 from fiveaxis.job.inputs import describe_inputs
+from fiveaxis.job.planned import fill_path, thin
 from fiveaxis.job.program import MadeProgram, ProgramOptions, make_program
 from fiveaxis.job.reading import require_input
 from fiveaxis.job.release import Gate
 from fiveaxis.job.replanning import replanning
 from fiveaxis.machine import Machine, load_machine
-from fiveaxis.motion import Fill
 from fiveaxis.nc import read_toolpath, require_program
 from fiveaxis.posture import Front, Solution, Tightening, find_front
 from fiveaxis.posture import optimise as optimise_postures
@@ -369,13 +369,15 @@ def program_options(
 
 
 def program_energies(solution: Solution, program: MadeProgram, constraints: Constraints) -> dict[str, Energy]:
-    """Work out what the program costs, and the program of each baseline, without approach and retract."""
-    machine = solution.machine
+    """Work out what the program costs, and those of the baselines, made alike; without ways in and out."""
+    machine, interpolation = solution.machine, program.motion.interpolation
     energy = {RESULT: motion_energy(machine, program.motion.blocks)}
     for name, baseline in solution.compared.items():
         path = baseline.toolpath or solution.toolpath
-        filled = Fill.of(path, machine, baseline.motion, hold=constraints.hold or ())
-        energy[name] = motion_energy(machine, filled.motion)
+        fill = fill_path(path, machine, baseline.motion, constraints, interpolation)
+        if program.fill is not None and program.fill.removed:
+            fill = thin(fill, constraints, interpolation)
+        energy[name] = motion_energy(machine, fill.blocks)
     return energy
 
 

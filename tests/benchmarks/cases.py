@@ -2,8 +2,8 @@
 
 Usage: python tests/benchmarks/cases.py [vase] [dome] [dome-free] [example] [propeller]     (default: all)
 
-J is the travel metric of the feed drives at the locations; "program J" is the same metric of the NC program's
-own motion, with the blocks inserted that hold the path without tool-centre-point control.
+J is the travel metric of the feed drives at the locations; "program J" is the same metric of the blocks of
+the program in axis words: with those inserted that hold the path, without those that it doesn't need.
 """
 
 import sys
@@ -12,8 +12,8 @@ from pathlib import Path
 
 import fiveaxis as fx
 from fiveaxis.energy import motion_energy
-from fiveaxis.motion import fill_in
-from fiveaxis.posture import optimise
+from fiveaxis.job.planned import fill_path, thin
+from fiveaxis.motion import Interpolation
 
 ROOT = Path(__file__).parents[2]
 DATA = ROOT.parent / "shared" / "data"
@@ -40,16 +40,16 @@ CASES = {
 
 
 def program_energy(solution: fx.Solution, motion: fx.Motion) -> float:
-    rotary = motion.positions[:, solution.machine.rotary_columns]
-    _, filled = fill_in(solution.toolpath, solution.machine, rotary)
-    return motion_energy(solution.machine, filled).total
+    lean = solution.constraints
+    fill = fill_path(solution.toolpath, solution.machine, motion, lean, Interpolation.JOINT)
+    return motion_energy(solution.machine, thin(fill, lean, Interpolation.JOINT).blocks).total
 
 
 def run(name: str) -> None:
     make, options = CASES[name]
     toolpath = make()
     started = time.perf_counter()
-    solution = optimise(toolpath, fx.load_machine("hayashi-640123"), **options)
+    solution = fx.optimise(toolpath, fx.load_machine("hayashi-640123"), **options)
     seconds = time.perf_counter() - started
     print(f"{name}: {len(toolpath)} locations, {options}, {len(toolpath) / seconds:.0f} locations/s")
     driven = program_energy(solution, solution.motion)
