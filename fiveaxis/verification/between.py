@@ -67,14 +67,6 @@ class Ways:
             return Severity.ERROR
         return Severity.NOTE if self.deviation else None
 
-    @property
-    def of_gouges(self) -> tuple[Between, ...]:
-        """The ways for which gouges are checked.
-
-        Cuts are checked on one of them; the other goes as far from it as ``tip-deviation`` says.
-        """
-        return ("axes", "led") if self.links else (self.gouges,)
-
 
 def check_gouges(subject: Subject, mesh: trimesh.Trimesh | None, ways: Ways) -> Result:
     """Check for gouges as `check_gouge` does, links on both ways where it is asked for.
