@@ -6,11 +6,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from planted.measure import Measure
-from planted.words import DIRECTION, LINEAR, ROTARY, Text, Words, with_words, words_of
 
 from fiveaxis.geometry import Array, normalise
 from fiveaxis.kinematics import linear_positions
+from planted.measure import Measure
+from planted.words import DIRECTION, LINEAR, ROTARY, Text, Words, with_words, words_of
 
 # Blocks that are tried before a fault is given up: not every block has the words that it changes.
 TRIES = 40

@@ -11,12 +11,12 @@ from functools import cached_property
 from typing import Literal
 
 import numpy as np
-from planted.words import DIRECTION, LINEAR, Text, Words
 
 from fiveaxis.geometry import Array, angle_between, normalise
 from fiveaxis.kinematics import tool_poses
 from fiveaxis.machine import Machine
 from fiveaxis.toolpath import Toolpath
+from planted.words import DIRECTION, LINEAR, Text, Words
 
 Mode = Literal["axes", "tip", "vector"]
 

@@ -1,4 +1,4 @@
-"""Faults beside the words of places: what a program puts in force, or forgets to. Each matters wherever it is."""
+"""Faults beside the words of places: what a program puts in force, or forgets to. Each of them matters."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import re
 from collections.abc import Callable
 
 import numpy as np
+
 from planted.words import COMMENT, IN_LIST, Text
 
 # The word or the line that switches tool centre point control on, in all languages.
@@ -26,14 +27,18 @@ def rapid(text: Text, rng: np.random.Generator) -> Text | None:
         return text.replaced(line, "RAPID", was)
     if IN_LIST.match(was):
         return text.replaced(line, f"{was[:-1]}1")
-    return text.replaced(line, re.sub(r" F[\d.]+", " FMAX" if " R0 " in was else "", was).replace("G1 ", "G0 "))
+    return text.replaced(
+        line, re.sub(r" F[\d.]+", " FMAX" if " R0 " in was else "", was).replace("G1 ", "G0 ")
+    )
 
 
 def feed(text: Text, rng: np.random.Generator) -> Text | None:
     """The feed of one cut twice as high."""
     line = text.moves[int(rng.choice(text.cuts[1:]))]
     was = text.lines[line]
-    return text.replaced(line, FEED.sub(lambda m: f"{2.0 * float(m[0]):.3f}", was)) if FEED.search(was) else None
+    return (
+        text.replaced(line, FEED.sub(lambda m: f"{2.0 * float(m[0]):.3f}", was)) if FEED.search(was) else None
+    )
 
 
 def _first(text: Text, pattern: re.Pattern[str]) -> int | None:

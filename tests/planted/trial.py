@@ -9,10 +9,6 @@ from functools import cached_property
 from pathlib import Path
 
 import numpy as np
-from planted.geometric import CHANGES, changed, dropped, rewritten
-from planted.measure import Meaning, Measure
-from planted.modal import FAULTS
-from planted.words import Text
 
 import fiveaxis as fx
 from fiveaxis.collision import Surroundings
@@ -24,6 +20,10 @@ from fiveaxis.job.program import MadeProgram, ProgramOptions, expected_text, rea
 from fiveaxis.nc import DIALECTS, ProgramSettings
 from fiveaxis.toolpath import Tool, Toolpath
 from fiveaxis.verification import DEFAULT_TOLERANCES, Leads, verify_text
+from planted.geometric import CHANGES, changed, dropped, rewritten
+from planted.measure import Meaning, Measure
+from planted.modal import FAULTS
+from planted.words import Text
 
 MODES = [(name, mode) for name, dialect in DIALECTS.items() for mode in dialect.modes]
 TILT = (15.0, 75.0)
@@ -33,7 +33,7 @@ MODAL = tuple(fault.__name__ for fault in FAULTS)
 
 
 def cone_wall(rise: float) -> Toolpath:
-    """A pass around a quarter of a cone; the third component of its normals, one of the radial ones."""
+    """A pass around a quarter of a cone, whose normals rise by so much on a length of 1."""
     turn = np.radians(np.linspace(0.0, 90.0, 40))
     normal = np.column_stack([np.cos(turn), np.sin(turn), np.full_like(turn, rise)])
     contact = np.column_stack([25.0 * np.cos(turn), 25.0 * np.sin(turn), np.full_like(turn, 20.0)])
@@ -46,9 +46,9 @@ def on_hayashi() -> fx.Solution:
 
 
 def on_trunnion() -> fx.Solution:
-    """A wall that opens upwards, on a machine whose rotary axes count the other way and are offset."""
+    """An upright wall, on a machine whose rotary axes count the other way and are offset."""
     machine = fx.load_machine("linuxcnc-xyzac-trt").with_drives_of(fx.load_machine("hayashi-640123"))
-    return fx.optimise(cone_wall(0.5), machine, tilt=TILT, effort="quick")
+    return fx.optimise(cone_wall(0.0), machine, tilt=TILT, effort="quick")
 
 
 @dataclass(frozen=True, eq=False)

@@ -28,9 +28,7 @@ def spans(line: str) -> dict[str, tuple[int, int]]:
         return {MEANING.get(m[1], m[1]): m.span(2) for m in WORD.finditer(line)}
     begin = listed.start(1)
     numbers = re.finditer(NUMBER, listed[1])
-    return {
-        c: (begin + m.start(), begin + m.end()) for c, m in zip(LINEAR + DIRECTION, numbers, strict=True)
-    }
+    return {c: (begin + m.start(), begin + m.end()) for c, m in zip(LINEAR + DIRECTION, numbers, strict=True)}
 
 
 def words_of(line: str) -> Words:
