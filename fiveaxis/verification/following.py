@@ -108,7 +108,7 @@ class Track:
 
 
 def _swings(axis: Array, arm: float) -> Array:
-    """Count the parts of each block, (n - 1,), whose chords keep to the path of a point beside a straight one.
+    """Count the parts of a block, (n - 1,), whose chords keep to the path of a point beside a straight one.
 
     Parameters
     ----------

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 from typing import Literal
 
 import numpy as np
@@ -116,7 +117,7 @@ class Measure:
         if self.meaning.beyond_travel(rows):
             return True
         share = (np.arange(PARTS) / PARTS)[:, None]
-        between = [a + share * (b - a) for a, b in zip(rows[:-1], rows[1:], strict=True)]
+        between = [a + share * (b - a) for a, b in pairwise(rows)]
         tip, axis = self.meaning.poses(np.concatenate([*between, rows[-1:]]))
         centre = tip + self.path.zone.height * axis
         if distances(centre, self.path.pivot).min(axis=1).max() > ALONG_BLOCKS:

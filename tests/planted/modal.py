@@ -26,19 +26,19 @@ def rapid(text: Text, rng: np.random.Generator) -> Text | None:
     if was.startswith("GOTO/"):
         return text.replaced(line, "RAPID", was)
     if IN_LIST.match(was):
-        return text.replaced(line, f"{was[:-1]}1")
-    return text.replaced(
-        line, re.sub(r" F[\d.]+", " FMAX" if " R0 " in was else "", was).replace("G1 ", "G0 ")
-    )
+        # The last columns: a cut or not, rapid or not.
+        return text.replaced(line, f"{was[:-3]}0,1")
+    other = re.sub(r" F[\d.]+", " FMAX" if " R0 " in was else "", was)
+    return text.replaced(line, other.replace("G1 ", "G0 "))
 
 
 def feed(text: Text, rng: np.random.Generator) -> Text | None:
     """The feed of one cut twice as high."""
     line = text.moves[int(rng.choice(text.cuts[1:]))]
     was = text.lines[line]
-    return (
-        text.replaced(line, FEED.sub(lambda m: f"{2.0 * float(m[0]):.3f}", was)) if FEED.search(was) else None
-    )
+    if not FEED.search(was):
+        return None
+    return text.replaced(line, FEED.sub(lambda m: f"{2.0 * float(m[0]):.3f}", was))
 
 
 def _first(text: Text, pattern: re.Pattern[str]) -> int | None:

@@ -1,4 +1,4 @@
-"""Programs of every control and mode, and whether a fault in their text is found: as a file, and read back."""
+"""Programs of every control and mode, and what finds a fault in their text: as a file, and read back."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Words of moves in every control's language, by a parser of its own: none of the project's readers is used."""
+"""Words of moves in every control's language, by a parser of its own, apart from the project's readers."""
 
 from __future__ import annotations
 
