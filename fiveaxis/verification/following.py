@@ -222,12 +222,13 @@ def _follow(track: Track, path: Toolpath, tolerance: float, *, straight: bool) -
         around = slice(first, first + 2)
         places[i] = interpolate(track.place[around, None], beside - first)[0, 0]
         axes[i] = interpolate(track.axis[around], beside - first)[0]
-        if last >= 0:
-            # A place may be on the next chord already: the location is somewhere on the way to it.
-            stop = min(i + 1, count - 1)
-            off[at + 1 : place + 1] = _off(track, path, axes, last, stop, at + 1, place + 1)
-            if free[i]:
-                off[at + 1 : place + 1][track.rapid[at + 1 : place + 1]] = np.nan
+        # A place may be on the next chord already: the location is somewhere on the way to it. So may the place
+        # be that comes by the first location.
+        stop = min(i + 1, count - 1)
+        before, begin, reached = (last, at + 1, i) if last >= 0 else (i, place, stop)
+        off[begin : place + 1] = _off(track, path, axes, before, stop, begin, place + 1)
+        if free[reached]:
+            off[begin : place + 1][track.rapid[begin : place + 1]] = np.nan
         rows[i], gaps[i] = track.row[_nearer(track, path, i, place, at)], gap
         at, last, allowed = place, i, 0.0
     if last >= 0:
