@@ -108,7 +108,7 @@ class Track:
 
 
 def _swings(axis: Array, arm: float) -> Array:
-    """Count the parts of a block, (n - 1,), whose chords keep to the path of a point beside a straight one.
+    """Count the parts of each block, (n - 1,), in which a point beside a straight one keeps near to chords.
 
     Parameters
     ----------
@@ -222,8 +222,8 @@ def _follow(track: Track, path: Toolpath, tolerance: float, *, straight: bool) -
         around = slice(first, first + 2)
         places[i] = interpolate(track.place[around, None], beside - first)[0, 0]
         axes[i] = interpolate(track.axis[around], beside - first)[0]
-        # A place may be on the next chord already: the location is somewhere on the way to it. So may the place
-        # be that comes by the first location.
+        # A place may be on the next chord already, that of the first location too: the location is somewhere
+        # on the way to it.
         stop = min(i + 1, count - 1)
         before, begin, reached = (last, at + 1, i) if last >= 0 else (i, place, stop)
         off[begin : place + 1] = _off(track, path, axes, before, stop, begin, place + 1)
