@@ -160,7 +160,7 @@ class ProgramCheck:
         missed: tuple[Finding, ...] = ()
         match, following = None, None
         if toolpath is not None:
-            following, missed, match = check_following(subject, toolpath, straight=read.straight)
+            following, missed, match = check_following(subject, toolpath, led=read.led_height)
         own = OwnRows(
             following=following,
             lean=self._lean(subject, toolpath, match),

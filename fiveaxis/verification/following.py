@@ -12,7 +12,7 @@ from itertools import pairwise
 import numpy as np
 
 from fiveaxis.findings import Finding, Severity
-from fiveaxis.geometry import Array, BoolArray, IntArray
+from fiveaxis.geometry import Array, BoolArray, IntArray, angle_between
 from fiveaxis.motion import PATH_TOLERANCE
 from fiveaxis.toolpath import MoveKind, Toolpath, across, divided_rows, interpolate
 from fiveaxis.verification.checks import largest
@@ -22,7 +22,8 @@ from fiveaxis.verification.report import MOST_LISTED, Result
 from fiveaxis.verification.subject import Subject
 
 # A block in which axes run linearly is compared at so many places, one in which the tip is led at its end; at
-# more where it passes several of the path's shortest chords (those next to nothing, mm, left out).
+# more where it passes several of the path's shortest chords (those next to nothing, mm, left out), or where
+# the tool turns so far that its centre swings out beside the tip.
 LEAST_PLACES, MOST_PLACES = 4, 400
 SHORTEST_CHORD = 1e-2
 # A location is looked for this much farther on than the path's own way to it, as a share of that and in mm.
@@ -77,29 +78,49 @@ class Track:
     rapid: BoolArray
 
     @classmethod
-    def of(cls, subject: Subject, path: Toolpath, *, straight: bool) -> Track:
-        """Follow all axes linearly in time, or the tip straight, place by place as the path's chords ask."""
+    def of(cls, subject: Subject, path: Toolpath, *, led: float | None) -> Track:
+        """Follow all axes linearly in time, or a point of the tool straight, place by place.
+
+        Parameters
+        ----------
+        led : height of that point above the tip, mm; None where all axes run linearly
+        """
         tip, axis = subject.tip, subject.axis
         height = subject.toolpath.zone.height
         way = np.nan_to_num(np.linalg.norm(np.diff(tip + height * axis, axis=0), axis=1))
         chords = path.lengths[path.lengths > SHORTEST_CHORD]
         passed = way / (chords.min() if len(chords) else np.inf)
-        asked = np.round(passed) if straight else np.ceil(2.0 * passed)
-        parts = np.clip(asked, 1 if straight else LEAST_PLACES, MOST_PLACES).astype(np.int64)
-        place = divided_rows(parts)
+        if led is None:
+            parts = np.clip(np.ceil(2.0 * passed), LEAST_PLACES, MOST_PLACES)
+        else:
+            parts = np.clip(np.maximum(np.round(passed), _swings(axis, height - led)), 1, MOST_PLACES)
+        place = divided_rows(parts.astype(np.int64))
         row = np.ceil(place).astype(np.int64)
         before, share = np.maximum(row - 1, 0), (place - row + 1.0)[:, None]
         positions = subject.positions[before] + share * (subject.positions[row] - subject.positions[before])
-        led, axes = tool_poses(subject.machine, positions)
-        if straight:
-            led = tip[before] + share * (tip[row] - tip[before])
+        point, axes = tool_poses(subject.machine, positions)
+        if led is not None:
+            ends = tip + led * axis
+            point = ends[before] + share * (ends[row] - ends[before]) - led * axes
         kind = subject.toolpath.kind[row]
         linking, rapid = np.asarray(kind == MoveKind.LINK), np.asarray(kind == MoveKind.RAPID)
-        return cls(led + height * axes, axes, row, place, linking, rapid)
+        return cls(point + height * axes, axes, row, place, linking, rapid)
+
+
+def _swings(axis: Array, arm: float) -> Array:
+    """Count the parts of each block, (n - 1,), in which a point beside a straight one keeps near to chords.
+
+    Parameters
+    ----------
+    axis : (n, 3), of the tool at the ends of blocks
+    arm : mm, from the one point to the other along it
+    """
+    turn = np.nan_to_num(angle_between(axis[:-1], axis[1:]))
+    return np.asarray(np.ceil(turn * np.sqrt(abs(arm) / (8.0 * PATH_TOLERANCE))))
 
 
 def check_following(
-    subject: Subject, path: Toolpath, *, straight: bool = False
+    subject: Subject, path: Toolpath, *, led: float | None = None
 ) -> tuple[Result, tuple[Finding, ...], Match]:
     """Check that a program follows a path.
 
@@ -107,14 +128,15 @@ def check_following(
     ----------
     subject : the program, its tool and zone those of the path
     path : that it should follow
-    straight : whether the tool's centre is led straight between rows; else all axes run linearly
+    led : height above the tip, mm, of the tool's point that goes straight between rows; None where all axes
+        run linearly
 
     Returns
     -------
     The result, on rows of the program; findings on locations that the program doesn't come by; the match
     """
     tolerance = subject.tolerances.deviation
-    track = Track.of(subject, path, straight=straight)
+    track, straight = Track.of(subject, path, led=led), led is not None
     match, off = _follow(track, path, tolerance, straight=straight)
     off = np.where(track.linking, np.nan, off)
     swerves = bool((path.rapid.any() and track.rapid.any()) and not straight)
@@ -200,12 +222,13 @@ def _follow(track: Track, path: Toolpath, tolerance: float, *, straight: bool) -
         around = slice(first, first + 2)
         places[i] = interpolate(track.place[around, None], beside - first)[0, 0]
         axes[i] = interpolate(track.axis[around], beside - first)[0]
-        if last >= 0:
-            # A place may be on the next chord already: the location is somewhere on the way to it.
-            stop = min(i + 1, count - 1)
-            off[at + 1 : place + 1] = _off(track, path, axes, last, stop, at + 1, place + 1)
-            if free[i]:
-                off[at + 1 : place + 1][track.rapid[at + 1 : place + 1]] = np.nan
+        # A place may be on the next chord already, that of the first location too: the location is somewhere
+        # on the way to it.
+        stop = min(i + 1, count - 1)
+        before, begin, reached = (last, at + 1, i) if last >= 0 else (i, place, stop)
+        off[begin : place + 1] = _off(track, path, axes, before, stop, begin, place + 1)
+        if free[reached]:
+            off[begin : place + 1][track.rapid[begin : place + 1]] = np.nan
         rows[i], gaps[i] = track.row[_nearer(track, path, i, place, at)], gap
         at, last, allowed = place, i, 0.0
     if last >= 0:

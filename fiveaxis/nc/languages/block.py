@@ -12,6 +12,9 @@ from fiveaxis.geometry import Array
 
 Triple = tuple[float, float, float]
 
+# M words of the spindle mean the same in every language.
+SPINDLE_M = frozenset((3, 4, 5, 13, 14))
+
 NO_WORDS: Mapping[str, float] = MappingProxyType({})
 
 

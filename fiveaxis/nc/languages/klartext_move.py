@@ -6,7 +6,7 @@ import math
 import re
 
 from fiveaxis.findings import Severity
-from fiveaxis.nc.languages.block import Block
+from fiveaxis.nc.languages.block import SPINDLE_M, Block
 from fiveaxis.nc.languages.klartext_line import VALUE, Line
 from fiveaxis.nc.languages.klartext_state import State
 from fiveaxis.nc.languages.klartext_words import END_M, REFUSED_M
@@ -113,7 +113,7 @@ class Move(Line):
         number = int(value)
         if number in REFUSED_M:
             raise self.fail(f"M{number} {REFUSED_M[number]}")
-        if number in END_M:
+        if number in END_M or number in SPINDLE_M:
             draft.m.append(f"M{number}")
         elif number == 128:
             self.follow_tip(on=True)

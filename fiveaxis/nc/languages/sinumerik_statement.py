@@ -8,7 +8,7 @@ import numpy as np
 
 from fiveaxis.errors import ToolpathError
 from fiveaxis.findings import Severity
-from fiveaxis.nc.languages.block import Block
+from fiveaxis.nc.languages.block import SPINDLE_M, Block
 from fiveaxis.nc.languages.draft import Draft
 from fiveaxis.nc.languages.expressions import ExpressionError, evaluate, evaluate_prefix
 from fiveaxis.nc.languages.planes import Plane, forget_place, turns
@@ -268,6 +268,8 @@ class Statement:
             raise self._fail(f"M{number:g} isn't an M word; correct it")
         if number in _END:
             self.draft.m.append(_END[int(number)])
+        elif number in SPINDLE_M:
+            self.draft.m.append(f"M{number:g}")
         else:
             # No M word moves an axis here, and numbers that mean TCP or calls in ISO are the builder's own.
             self.draft.ignored.append(f"M{number:g}")

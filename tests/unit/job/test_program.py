@@ -162,6 +162,17 @@ def test_the_spindle_that_nobody_named_is_told_as_not_checked(solution):
     assert turning.ok
 
 
+@pytest.mark.parametrize(("control", "mode"), MODES)
+@pytest.mark.parametrize("direction", ["right", "left"])
+def test_every_control_says_its_spindle_so_that_it_is_read_back(solution, control, mode, direction):
+    if DIALECTS[control].language != "blocks":
+        pytest.skip("a list of locations has no spindle")
+    settings = ProgramSettings(spindle_rpm=8000, spindle_direction=direction)
+    made = solution.program(control=control, coordinates=mode, settings=settings)
+    assert made.ok, made.report.counts
+    assert "spindle: 8000 rev/min in every cut" in made.report.checked
+
+
 def test_the_text_is_read_back_row_by_row(solution):
     made = solution.program(control="fanuc", coordinates="tip")
     wording = ProgramOptions(control="fanuc", coordinates="tip").wording(solution.machine)

@@ -84,7 +84,9 @@ def test_lines_without_effect_are_counted():
         *(("CYCL DEF 247",), ("STOP",), ("LBL",), ("M138",), ("M8",), ("FN 16:",)),
     ]
     assert found[7].line == 9
-    assert [dict(b.words) for b in found if b.words or b.g] == [{"S": 8000.0}]
+    # The spindle's speed is read all the same.
+    assert [dict(b.words) for b in found if b.words] == [{"S": 8000.0}]
+    assert not any(b.g for b in found)
 
 
 def test_the_tip_is_followed_from_m128_to_the_end_of_the_block_with_m129():
