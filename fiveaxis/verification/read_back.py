@@ -144,7 +144,7 @@ def check_text(back: ReadBack, rows: IntArray, expected: ExpectedText) -> tuple[
     """
     always = _check_places(back, rows, expected), _check_rapids(back, rows)
     if expected.is_list:
-        return always
+        return *always, _check_feeds(back, rows)
     return (
         *always,
         _check_durations(back, rows, expected.coarse),
@@ -209,6 +209,31 @@ def _check_durations(back: ReadBack, rows: IntArray, coarse: bool) -> Result:
         message=message,
         figures={"duration_off_share": abs(float(found[timed].sum()) / total - 1.0) if total else None},
         checked=("feed and duration of every block, as its F says them",),
+    )
+
+
+def _check_feeds(back: ReadBack, rows: IntArray) -> Result:
+    """Compare the feeds of a list of cutter locations: how long it takes depends on the machine it meets."""
+    written = back.written[(back.planned.motion.kind != MoveKind.RAPID)[back.written]]
+    wanted, found = back.planned.motion.feed[written], back.read.feed[back.end[written]]
+    off = np.abs(found - wanted)
+    bad = np.flatnonzero(off > SAME_TIME * wanted)
+
+    def message(i: int) -> str:
+        k = bad[i]
+        return (
+            f"by the list the feed is {60.0 * found[k]:.6g} mm/min where {60.0 * wanted[k]:.6g} were "
+            "planned; choose a table whose feeds have enough digits"
+        )
+
+    return Result(
+        code="duration-differs",
+        severity=Severity.ERROR,
+        rows=rows[written[bad]],
+        values=60.0 * off[bad],
+        message=message,
+        figures={"feed_off_mm_min": largest(60.0 * off)},
+        checked=("the feed of every location of the list",),
     )
 
 

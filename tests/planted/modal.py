@@ -17,6 +17,7 @@ SPEED = re.compile(r"\bS8000 ?|^\d+ TOOL CALL Z S8000$")
 SENSE = re.compile(r"\bM3\b|^\d+ L M3$")
 INVERSE_TIME = re.compile(r"^G93$")
 FEED = re.compile(r"(?<= F)[\d.]+")
+FEDRAT = re.compile(r"(?<=FEDRAT/)[\d.]+")
 
 
 def rapid(text: Text, rng: np.random.Generator) -> Text | None:
@@ -33,9 +34,15 @@ def rapid(text: Text, rng: np.random.Generator) -> Text | None:
 
 
 def feed(text: Text, rng: np.random.Generator) -> Text | None:
-    """The feed of one cut twice as high."""
+    """The feed of one cut twice as high; of an APT file all of it that is said once."""
+    said = _first(text, FEDRAT)
+    if said is not None:
+        return text.replaced(said, FEDRAT.sub(lambda m: f"{2.0 * float(m[0]):.3f}", text.lines[said]))
     line = text.moves[int(rng.choice(text.cuts[1:]))]
     was = text.lines[line]
+    if IN_LIST.match(was):
+        *places, value, cut, quick = was.split(",")
+        return text.replaced(line, ",".join([*places, f"{2.0 * float(value):.3f}", cut, quick]))
     if not FEED.search(was):
         return None
     return text.replaced(line, FEED.sub(lambda m: f"{2.0 * float(m[0]):.3f}", was))

@@ -20,7 +20,7 @@ PROGRAMS = [
     *(("trunnion", control, mode) for control, mode in ON_TRUNNION),
 ]
 IN_BLOCKS = {"rapid", "feed", "unit_lost", "unit_inch", "speed_lost", "sense_lost", "sense_wrong"}
-IN_LISTS = {"apt": {"rapid", "unit_lost", "unit_inch"}, "points": {"rapid"}}
+IN_LISTS = {"apt": {"rapid", "feed", "unit_lost", "unit_inch"}, "points": {"rapid", "feed"}}
 
 
 @pytest.fixture(scope="module")
