@@ -10,7 +10,7 @@ import numpy as np
 
 from fiveaxis.errors import MachineError, SettingError
 from fiveaxis.geometry import Array, BoolArray
-from fiveaxis.kinematics import link_poses, tool_poses
+from fiveaxis.kinematics import link_poses, singular_angles, tool_poses
 from fiveaxis.machine import BED, Machine
 from fiveaxis.motion import Interpolation
 from fiveaxis.nc.rows import MILLIMETRES
@@ -20,6 +20,10 @@ from fiveaxis.nc.writing.table_parts import Coordinates, Mode
 from fiveaxis.nc.writing.tables import Dialect
 
 LINEAR = "XYZ"
+# Steps of the last decimal of a direction by which it may be off: three rounded components, and some room.
+ROUNDED = 2.0
+# rad, from the singular direction: beyond it angles change at most a thousand times as much as directions.
+CLEAR_OF_SINGULAR = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,9 +89,29 @@ class Wording:
         if self.mode.positions == "machine":
             tip = carry_to_machine(self.machine, tip, positions)
         if self.coordinates == "vector":
-            return np.hstack([tip, axis]) * self.scale
+            return np.hstack([tip, self._inside_ends(positions, axis)]) * self.scale
         shown[:, [self.machine.column(c) for c in LINEAR]] = tip
         return shown * self.scale
+
+    def _inside_ends(self, positions: Array, axis: Array) -> Array:
+        """Keep directions as far from the ends of rotary axes as they are rounded.
+
+        Past an end the control would take the other pair of angles, with half a turn of the first axis. By
+        the singular direction no angle follows from so small a change, and they stay as they are.
+        """
+        machine, step = self.machine, ROUNDED * 10.0 ** -float(self.decimals[-1])
+        inside = positions.copy()
+        for column in machine.rotary_columns:
+            limits = machine.axes[column].limits
+            if not limits.is_fixed:
+                inside[:, column] = np.clip(positions[:, column], limits.low + step, limits.high - step)
+        clear = singular_angles(machine, axis) > CLEAR_OF_SINGULAR
+        near = clear & (inside != positions).any(axis=1)
+        if not near.any():
+            return axis
+        kept = axis.copy()
+        kept[near] = tool_poses(machine, inside[near])[1]
+        return kept
 
     def rounded(self, values: Array) -> Array:
         """Round numbers of words as they are printed, (n, c)."""

@@ -11,7 +11,8 @@ import fiveaxis as fx
 from fiveaxis.errors import SettingError, ToolpathError, Unverified
 from fiveaxis.job import Against, make_of_motion, post_program
 from fiveaxis.job.program import ProgramOptions, make_program, read_back
-from fiveaxis.motion import AXIS_TOLERANCE, PATH_TOLERANCE
+from fiveaxis.kinematics import tool_axes
+from fiveaxis.motion import AXIS_TOLERANCE, PATH_TOLERANCE, follow
 from fiveaxis.nc import DIALECTS, ProgramSettings, write_motion
 from fiveaxis.toolpath import Constraints, Tool, Toolpath
 
@@ -43,6 +44,26 @@ def test_every_control_and_mode_holds_path_and_axis_when_its_text_is_read_back(s
     assert figures["axis_off_plane_deg"] <= np.degrees(AXIS_TOLERANCE)
     header = " ".join(line.strip("();#$ ") for line in made.text.lines).lower()
     assert "this text was read back and verified" in header
+
+
+@pytest.mark.parametrize("control", ["fanuc", "heidenhain", "sinumerik"])
+def test_directions_where_an_axis_ends_are_not_rounded_past_its_end(trunnion, control):
+    """There the control would take the other pair of angles, half a turn of C away."""
+    n = 30
+    at_end = np.full(n, trunnion.axes[3].limits.low)
+    rotary = np.column_stack([np.linspace(0.0, 1.0, n), at_end])
+    chain = rotary if trunnion.letters[trunnion.rotary_columns[0]] == "C" else rotary[:, ::-1]
+    tip = np.column_stack([20.0 + np.linspace(0.0, 8.0, n), np.zeros(n), np.full(n, 10.0)])
+    path = Toolpath.from_tips(tip, tool_axes(trunnion, chain), Tool.ball(6), feed_mm_min=100.0)
+    made = make_program(
+        follow(path, trunnion, chain),
+        trunnion,
+        path,
+        Constraints(),
+        ProgramOptions(control=control, coordinates="vector"),
+    )
+    assert {"jump", "contact-error"}.isdisjoint(made.report.counts)
+    assert made.report.figures["contact_error_mm"] < 1e-3
 
 
 @pytest.mark.parametrize(("control", "mode"), [("linuxcnc", "axes"), ("fanuc", "tip"), ("heidenhain", "tip")])
