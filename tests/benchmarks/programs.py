@@ -5,7 +5,8 @@ Usage: python tests/benchmarks/programs.py [overhang] [vase] [wall] …        (
 Each row is one program: made as `Solution.program` makes it, read back from its text, verified. *path* is the
 farthest that the tool's centre or contact is from where the path wants it, at given and inserted locations;
 *chord* how far the centre leaves the straight line between two of them; *axis* how far the tool axis leaves
-the plane of its directions. A program with an error is named, and the exit code is 1 then. The last line is
+the plane of its directions. A program with an error, and a case without a
+solution, are named, and the exit code is 1 then. The last line is
 the worst of all.
 
 Machines without powers take those of a machine with plain drives, and those without room for the path reach
@@ -21,7 +22,7 @@ from pathlib import Path
 from typing import Any
 
 import fiveaxis as fx
-from fiveaxis.errors import FiveAxisError
+from fiveaxis.errors import FiveAxisError, Infeasible
 from fiveaxis.machine import DirectionalDrive, Limits, Machine
 from fiveaxis.nc import DIALECTS
 
@@ -103,7 +104,12 @@ def run(name: str) -> tuple[list[float], int]:
     case, worst, bad = CASES[name], [0.0, 0.0, 0.0], 0
     for machine_name in case.machines:
         machine = with_powers(fx.load_machine(machine_name)).with_tool_length(MACHINES.get(machine_name, 0.0))
-        solution = fx.optimise(case.path(), machine, effort="quick", **case.options)
+        try:
+            solution = fx.optimise(case.path(), machine, effort="quick", **case.options)
+        except Infeasible as fault:
+            print(f"{name:12} {machine_name:20} no solution: {fault.message[:90]}")
+            bad += 1
+            continue
         for control, mode in MODES:
             row = f"{name:12} {machine_name:20} {control:20} {mode:7}"
             try:
