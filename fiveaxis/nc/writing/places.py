@@ -89,7 +89,9 @@ class Wording:
         if self.mode.positions == "machine":
             tip = carry_to_machine(self.machine, tip, positions)
         if self.coordinates == "vector":
-            return np.hstack([tip, self._inside_ends(positions, axis)]) * self.scale
+            if self.dialect.language == "blocks":  # a list is for no machine in particular
+                axis = self._inside_ends(positions, axis)
+            return np.hstack([tip, axis]) * self.scale
         shown[:, [self.machine.column(c) for c in LINEAR]] = tip
         return shown * self.scale
 
