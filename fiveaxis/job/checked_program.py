@@ -103,9 +103,9 @@ def load_program(
     except ToolpathError as table_fault:
         # Not the table of a motion: perhaps a list of points.
         return _with_links(
-            _load_path(load_source(path), _options(machine, tool, reading), table_fault), machine
+            _load_path(load_source(path), machine, _options(machine, tool, reading), table_fault), machine
         )
-    return _with_links(_load(load_source(path), _options(machine, tool, reading)), machine)
+    return _with_links(_load(load_source(path), machine, _options(machine, tool, reading)), machine)
 
 
 def load_text(
@@ -130,8 +130,8 @@ def load_text(
     options = _options(machine, tool, {"start": start})
     if text.language != "blocks":
         named = replace(source, name=f"program{LISTS[text.language]}")
-        return _load_path(named, options, source.error("it can't be read as a path"), begin)
-    return _load(source, options, begin)
+        return _load_path(named, machine, options, source.error("it can't be read as a path"), begin)
+    return _load(source, machine, options, begin)
 
 
 def _options(machine: Machine, tool: Tool | None, reading: Mapping[str, Any]) -> ReadOptions:
@@ -139,15 +139,13 @@ def _options(machine: Machine, tool: Tool | None, reading: Mapping[str, Any]) ->
     return ReadOptions(tool=tool, machine=machine, **({"rapid_mm_min": RAPID} | given))
 
 
-def _load(source: Source, options: ReadOptions, begin: Array | None = None) -> Program:
-    machine = options.machine
-    assert machine is not None
+def _load(source: Source, machine: Machine, options: ReadOptions, begin: Array | None = None) -> Program:
     try:
         if lists_locations(source.name):
             raise source.error("is a list of cutter locations, which names no axes")
         motion = read_motion_of(source, machine, options)
     except ToolpathError as fault:
-        return _load_path(source, options, fault, begin)
+        return _load_path(source, machine, options, fault, begin)
     return Program(
         motion,
         tool_path(motion, machine, options.tool, motion.name),
@@ -200,11 +198,13 @@ def in_time(path: Toolpath, machine: Machine, motion: Motion) -> Toolpath:
 
 
 def _load_path(
-    source: Source, options: ReadOptions, fault: ToolpathError, begin: Array | None = None
+    source: Source,
+    machine: Machine,
+    options: ReadOptions,
+    fault: ToolpathError,
+    begin: Array | None = None,
 ) -> Program:
     """Read a program as a path of the tool, because it isn't one of the axes; or say why it isn't."""
-    machine = options.machine
-    assert machine is not None
     try:
         path = read_path_of(source, replace(options, tool=options.tool or Tool.ball(POINT)))
     except ToolpathError:

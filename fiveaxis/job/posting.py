@@ -249,19 +249,18 @@ def write_program(
         header=header,
     ).named(Path(path).stem)
     if isinstance(source, Solution):
-        given = (toolpath, surroundings, constraints)
-        if any(value is not None for value in given):
+        if any(value is not None for value in (machine, toolpath, tool, surroundings, constraints)):
             raise SettingError(
-                "a solution brings its own toolpath, surroundings and constraints; leave them out"
+                "a solution brings its own machine, path, tool, surroundings and constraints; leave them out"
             )
-        machine, motion = source.machine, source.motion
-        against = Against(source.toolpath, tool, source.surroundings, source.constraints, gouge_tolerance)
+        motion, machine = source.motion, source.machine
+        made = source.make(options, gouge_tolerance)
     else:
+        if machine is None:
+            raise SettingError("a motion doesn't say whose axes it has; give the machine")
         motion = source
         against = Against(toolpath, tool, surroundings, constraints or Constraints(), gouge_tolerance)
-    if machine is None:
-        raise SettingError("a motion doesn't say whose axes it has; give the machine")
-    made = make_of_motion(motion, machine, options, against)
+        made = make_of_motion(motion, machine, options, against)
     if report is not None:
         require_report(report, motion, machine)
         Gate.of(report, override).require_open()

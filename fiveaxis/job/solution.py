@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 
 from fiveaxis.collision import Surroundings
@@ -72,14 +72,18 @@ class Solution(Postures):
             settings=settings or ProgramSettings(),
             thin=thin,
             override=tuple(override),
-            header={"tool": str(self.toolpath.tool), **(header or {})},
+            header=header,
         )
+        return self.make(options, gouge_tolerance)
+
+    def make(self, options: ProgramOptions, gouge_tolerance: float = DEFAULT_TOLERANCES.gouge) -> MadeProgram:
+        """Make the program as `program` does, with all options in one record."""
         return make_program(
             self.motion,
             self.machine,
             self.toolpath,
             self.constraints,
-            options,
+            replace(options, header={"tool": str(self.toolpath.tool), **(options.header or {})}),
             around=self.surroundings,
             tolerances=DEFAULT_TOLERANCES.with_gouge(gouge_tolerance),
         )
@@ -110,18 +114,15 @@ class Solution(Postures):
         FiveAxisError
             As `program`; a file that can't be written.
         """
-        settings = settings or ProgramSettings()
-        if settings.name is None:
-            settings = settings.model_copy(update={"name": Path(path).stem[:60] or None})
-        made = self.program(
+        options = ProgramOptions(
             control=control,
             coordinates=coordinates,
             winding=winding,
-            settings=settings,
+            settings=settings or ProgramSettings(),
             thin=thin,
-            override=override,
+            override=tuple(override),
             header=header,
-            gouge_tolerance=gouge_tolerance,
         )
+        made = self.make(options.named(Path(path).stem), gouge_tolerance)
         made.write(path)
         return made.report
