@@ -20,8 +20,8 @@ FIGURE = "comparison.svg"
 
 FIGURES = {
     "status": "status",
-    "travel_metric_J": "energy",
-    "power_integral_J": "power_integral",
+    "energy_J": "energy",
+    "travel_metric_J": "travel",
     "base_J": "base",
     "time_s": "time",
     "baseline": "baseline",
@@ -49,7 +49,7 @@ class Comparison:
     files: tuple[Path, ...] = ()
 
     def against_first(self, row: Row) -> float | None:
-        """Give the share by which a variant's travel metric differs from the first one's; 0.1 is dearer."""
+        """Give the share by which a variant's energy differs from the first one's; 0.1 is dearer."""
         first = self.rows[0].energy
         return None if row.energy is None or not first else row.energy / first - 1.0
 

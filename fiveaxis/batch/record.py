@@ -65,9 +65,9 @@ class Row:
     message : the error, where there was one
     digest : of everything it was made from; empty where that isn't known, and the job runs again
     locations : cutter locations
-    energy, power_integral, base, time : J, J, J and s: travel metric of the feed drives and their ∫P dt, both
-        without base load; base power × time, None where it isn't known
-    baseline, baseline_energy, saved : what it is compared with, its travel metric in J, and the share saved
+    energy, travel, base, time : J, J, J and s: of the feed drives in the whole program, and their travel
+        metric, both without base load; base power × time, None where it isn't known
+    baseline, baseline_energy, saved : what it is compared with, its energy in J, and the share saved
     errors, warnings, counts : findings by severity and by code
     summary : findings by cause, as plain data
     findings : of a job without posture, the first `LISTED`
@@ -84,7 +84,7 @@ class Row:
     digest: str = ""
     locations: int | None = None
     energy: float | None = None
-    power_integral: float | None = None
+    travel: float | None = None
     base: float | None = None
     time: float | None = None
     baseline: str = ""
@@ -155,12 +155,12 @@ def row_of(blank: Row, outcome: Outcome, files: Sequence[Path]) -> Row:
         message="" if outcome.gate.is_open else "verification found errors: no NC program was written",
         locations=document["locations"],
         energy=energy["total"],
-        power_integral=energy["power_integral"],
+        travel=energy["travel"],
         base=energy["base"],
         time=energy["time"],
         baseline=baseline,
         baseline_energy=compared,
-        saved=document["savings"].get(baseline, {}).get("travel_metric"),
+        saved=document["savings"].get(baseline, {}).get("total"),
         **_found(document["summary"]),
         counts=dict(verdict["counts"]),
         files=sorted(path.name for path in files),

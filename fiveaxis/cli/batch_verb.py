@@ -140,7 +140,7 @@ def _print_batch(done: Batch) -> None:
     table = Table(Column("job", overflow="fold"), "state", "J", "saved", "s", box=None)
     for row in done.rows:
         table.add_row(escape(row.name), _coloured(row), *_figures(row))
-    out.print("travel metric of the feed drives (no base load), and what is saved of the baseline's")
+    out.print("energy of the feed drives (no base load), and what is saved of the baseline's")
     out.print(table)
     for row in done.rows:
         if row.message:

@@ -151,24 +151,24 @@ def _print_totals(found: Sequence[ProgramEnergy]) -> None:
     letters = found[0].machine.letters
     axes = (f"{c} J" for c in letters)
     shown = Table("program", "s", *axes, "drives J", "base J", "with base J", "against the first", box=None)
-    first = found[0].energy.power_integral
+    first = found[0].energy.total
     for program in found:
         spent = program.energy
-        joules = (f"{spent.integral_by_axis[c]:.2f}" for c in letters)
+        joules = (f"{spent.by_axis[c]:.2f}" for c in letters)
         base, total = (("unknown" if v is None else f"{v:.2f}") for v in (spent.base, spent.with_base))
-        share = f"{100.0 * (spent.power_integral / first - 1.0):+.1f} %" if program is not found[0] else ""
+        share = f"{100.0 * (spent.total / first - 1.0):+.1f} %" if program is not found[0] else ""
         shown.add_row(
             escape(program.motion.name),
             f"{spent.time:.2f}",
             *joules,
-            f"{spent.power_integral:.2f}",
+            f"{spent.total:.2f}",
             base,
             total,
             share,
         )
     out.print(shown)
     for program in found:
-        error = program.energy.metric_error
+        error = program.energy.travel_error
         told = (
             "" if error is None else f"; the travel metric is {round(100.0 * error, 1) + 0.0:+.1f} % off it"
         )

@@ -45,8 +45,9 @@ KINDS = {"cut": "cuts", "link": "links", "rapid": "rapid"}
 
 if TYPE_CHECKING:
     from fiveaxis.contour import PlanReport
-    from fiveaxis.energy import Budget, Energy
+    from fiveaxis.energy import Budget
     from fiveaxis.job import Job, Outcome
+    from fiveaxis.posture import Solution
     from fiveaxis.toolpath import Toolpath
 
 
@@ -209,22 +210,7 @@ def _print_outcome(outcome: Outcome) -> None:
 
     solution, program = outcome.solution, outcome.program
     print_causes(group_findings(solution.toolpath.findings), err)
-    savings = solution.savings()
-    axes = (f"{c} J" for c in solution.machine.letters)
-    table = Table("posture", "J", *axes, "s", "saved", box=None)
-    rows = {RESULT: solution.energy} | solution.baselines
-    for name, energy in rows.items():
-        joules = (f"{joule:.0f}" for joule in energy.by_axis.values())
-        saved = f"{100 * savings[name]:.1f} %" if name in savings else ""
-        table.add_row(name, f"{energy.total:.0f}", *joules, f"{energy.time:.1f}", saved)
-    out.print(f"{len(solution.toolpath)} locations; travel metric of the feed drives (no base load)")
-    out.print(table)
-    _print_programs(outcome.energy)
-    error = solution.energy.metric_error
-    if error is not None:
-        percent = round(100.0 * error, 1) + 0.0
-        integral = f"{solution.energy.power_integral:.0f} J"
-        out.print(f"power integral of the result: {integral}; the travel metric differs by {percent:+.1f} %")
+    _print_energies(solution)
     fill = program.fill
     if fill is not None:
         held = f"; none removed because of {', '.join(program.held_back)}" if program.held_back else ""
@@ -248,29 +234,36 @@ def _print_outcome(outcome: Outcome) -> None:
     out.print("verification: " + ("no errors" if outcome.ok else "[bold red]errors[/]"))
 
 
-def _print_programs(energies: Mapping[str, Energy]) -> None:
-    """Compare whole programs: travel metric and power integral, and that with the time by kind of move."""
+def _print_energies(solution: Solution) -> None:
+    """Compare whole programs: energy by axis and by kind of move, time, and the travel metric beside it."""
     from fiveaxis.job import RESULT
 
-    result = energies[RESULT]
+    energies, savings = {RESULT: solution.energy, **solution.baselines}, solution.savings()
     kinds = [k for k in KINDS if any(k in energy.by_kind for energy in energies.values())]
+    kinds = [] if kinds == ["cut"] else kinds
     heads = (head for kind in kinds for head in (f"{KINDS[kind]} J", "s"))
-    table = Table("program", "metric J", "saved", "integral J", "saved", "s", *heads, box=None)
+    axes = (f"{c} J" for c in solution.machine.letters)
+    table = Table("program", "J", "saved", *axes, "s", "travel J", *heads, box=None)
     for name, energy in energies.items():
-        shares = []
-        for measure in ("total", "power_integral"):
-            spent, least = getattr(energy, measure), getattr(result, measure)
-            saved = f"{100.0 * (1.0 - least / spent):.1f} %" if spent > 0.0 and name != RESULT else ""
-            shares += [f"{spent:.0f}", saved]
-        apart = [energy.by_kind.get(kind) for kind in kinds]
-        by_kind = [
+        saved = f"{100.0 * savings[name]:.1f} %" if name in savings else ""
+        joules = (f"{joule:.0f}" for joule in energy.by_axis.values())
+        shares = [energy.by_kind.get(kind) for kind in kinds]
+        apart = [
             text
-            for share in apart
-            for text in (("", "") if share is None else (f"{share.integral:.0f}", f"{share.time:.1f}"))
+            for share in shares
+            for text in (("", "") if share is None else (f"{share.total:.0f}", f"{share.time:.1f}"))
         ]
-        table.add_row(name, *shares, f"{energy.time:.1f}", *by_kind)
-    out.print("whole programs; feed drives only, J of cuts, links and rapid moves are of the power integral")
+        own = (f"{energy.total:.0f}", saved, *joules, f"{energy.time:.1f}", f"{energy.travel:.0f}")
+        table.add_row(name, *own, *apart)
+    out.print("energy of whole programs; feed drives only, no base load")
     out.print(table)
+    least = solution.energy.least
+    if least is not None and least < solution.energy.total:
+        out.print(
+            f"between {least:.0f} and {solution.energy.total:.0f} J: the lower figure if the power of drives "
+            "slower than any that was measured falls with their speed",
+            soft_wrap=True,
+        )
 
 
 def _print_setup(found: Mapping[str, Any]) -> None:

@@ -1,5 +1,6 @@
 """What motion costs: drives, totals, the power surface."""
 
+from fiveaxis.energy.block_costs import BlockCosts, block_costs
 from fiveaxis.energy.budget import Budget, Factors, Process, Share, cutting_energy, job_budget
 from fiveaxis.energy.calibration import calibrate_drive
 from fiveaxis.energy.calibration_record import Calibration
@@ -46,6 +47,7 @@ from fiveaxis.energy.surface import PowerSurface, posture_costs, power_surface
 from fiveaxis.energy.totals import Energy, KindEnergy, law_energies, motion_energy, move_energies, move_powers
 
 __all__ = [
+    "BlockCosts",
     "Budget",
     "Calibration",
     "Cut",
@@ -64,6 +66,7 @@ __all__ = [
     "absolute_sum_power",
     "auxiliary_power",
     "axis_powers",
+    "block_costs",
     "calibrate_drive",
     "cutter_positions",
     "cutting_energy",

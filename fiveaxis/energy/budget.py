@@ -155,7 +155,7 @@ def job_budget(
     said = "; ".join(sorted({p.said for p in drives}))
     shares = [
         _known("base", energy.base, told.get("base_power"), "the machine's base power isn't known"),
-        Share("feed drives", energy.power_integral, _worst(drives), said),
+        Share("feed drives", energy.total, _worst(drives), said),
         *_spindle_shares(machine, motion, process, told),
     ]
     budget = Budget(tuple(shares), energy.time, factors or Factors())

@@ -19,12 +19,7 @@ from fiveaxis.machine import (
     Machine,
     WeightDrive,
 )
-from fiveaxis.motion import rapid_speeds
-
-# mm/s, rad/s: slower axes stand. A drive of constant power has that at any speed above 0, and what counts as
-# one mustn't depend on the last decimals of words (1e-5 mm in a block of 20 ms is half of this), nor on how
-# near to standstill an optimiser came, nor on how many rows a way is cut into. None was measured so slow.
-STANDING, STANDING_TURN = 1e-3, 2e-5
+from fiveaxis.motion import rapid_speeds, standing_speeds
 
 
 def drive_power(
@@ -111,6 +106,11 @@ def _(drive: FrictionDrive, state: _State) -> Array:
     return electrical + drive.copper * force**2 + drive.hold
 
 
+def is_proportional(drive: Drive) -> bool:
+    """Tell whether a drive's power is in proportion to its speed at all of them."""
+    return isinstance(drive, DirectionalDrive) and drive.proportional
+
+
 def axis_powers(
     machine: Machine, positions: Array, speeds: Array, accelerations: Array | None = None
 ) -> Array:
@@ -120,7 +120,7 @@ def axis_powers(
     ----------
     machine : every axis with a drive
     positions : (n, k), mm and rad: the posture, on which gravity's torques depend
-    speeds : (n, k), mm/s and rad/s; what is slower than `STANDING` and `STANDING_TURN` stands
+    speeds : (n, k), mm/s and rad/s; what is slower than `standing_speeds` stands
     accelerations : (n, k), mm/s² and rad/s²; none without it
 
     Returns
@@ -139,8 +139,7 @@ def axis_powers(
     drives = [require_drive(machine, axis) for axis in machine.axes]
     forces = _gravity(machine, drives, positions)
     weights = moved_weights(machine)
-    least = np.where([a.is_rotary for a in machine.axes], STANDING_TURN, STANDING)
-    speeds = np.where(np.abs(speeds) >= least, speeds, 0.0)
+    speeds = np.where(np.abs(speeds) >= standing_speeds(machine), speeds, 0.0)
     powers = np.empty_like(speeds)
     for i, (drive, axis) in enumerate(zip(drives, machine.axes, strict=True)):
         powers[:, i] = drive_power(

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from fiveaxis.energy.drives import axis_powers, travel_costs
+from fiveaxis.energy.drives import axis_powers, is_proportional, travel_costs
 from fiveaxis.geometry import Array, IntArray
 from fiveaxis.machine import FrictionDrive, Machine
 from fiveaxis.motion import Motion, TimeLaw
@@ -23,71 +23,73 @@ class KindEnergy:
 
     Parameters
     ----------
-    metric, integral : travel metric and ∫P dt of all feed drives, J
+    total, travel : ∫P dt and travel metric of all feed drives, J
     time : s
     """
 
-    metric: float
-    integral: float
+    total: float
+    travel: float
     time: float
 
 
 @dataclass(frozen=True)
 class Energy:
-    """What a motion costs.
+    """What a motion costs: ∫P dt of the feed drives over the moves' durations.
 
-    Two measures of the feed drives' energy stand side by side. The *travel metric* charges every axis for
-    its travel, ``Σ W|Δq|`` at the programmed feed: what the optimiser minimises. The *power integral* is
-    ``∫P dt`` of the drives over the moves' durations. They agree for drives whose power is proportional to
-    their own speed; a drive with constant power pays in the integral for the whole move, however short its
-    own travel.
+    The *travel metric* stands beside it, ``Σ W|Δq|`` at the programmed feed, which charges every axis for its
+    travel alone. They agree for drives whose power is proportional to their own speed; a drive with constant
+    power pays for the whole of a move, however short its own travel.
 
     Parameters
     ----------
-    by_axis : travel metric by axis letter, J
-    integral_by_axis : ∫P dt of each feed drive, J
+    by_axis : ∫P dt by axis letter, J
+    travel_by_axis : travel metric by axis letter, J
+    least : J, ∫P dt if the power of a drive that is slower than any that was measured falls with its speed;
+        None where speeds within moves are known only on average
     base : base power × time, J; None where the machine's base power is unknown
     time : duration of the motion, s
     by_kind : what ``cut``, ``link`` and ``rapid`` moves cost, those that the motion has
     """
 
     by_axis: dict[str, float]
-    integral_by_axis: dict[str, float]
+    travel_by_axis: dict[str, float]
+    least: float | None
     base: float | None
     time: float
     by_kind: dict[str, KindEnergy] = field(default_factory=dict)
 
     @property
     def total(self) -> float:
-        """Travel metric of all axes, J."""
+        """∫P dt of all feed drives, J."""
         return sum(self.by_axis.values())
 
     @property
-    def power_integral(self) -> float:
-        """∫P dt of all feed drives, J."""
-        return sum(self.integral_by_axis.values())
+    def travel(self) -> float:
+        """Travel metric of all axes, J."""
+        return sum(self.travel_by_axis.values())
 
     @property
-    def metric_error(self) -> float | None:
-        """How far the travel metric is from the power integral, as a share of it; None where that is 0."""
-        return self.total / self.power_integral - 1.0 if self.power_integral else None
+    def travel_error(self) -> float | None:
+        """How far the travel metric is from ∫P dt, as a share of it; None where that is 0."""
+        return self.travel / self.total - 1.0 if self.total else None
 
     @property
     def with_base(self) -> float | None:
-        """Power integral and base power together, J; None where the base power is unknown."""
-        return None if self.base is None else self.power_integral + self.base
+        """Feed drives and base power together, J; None where the base power is unknown."""
+        return None if self.base is None else self.total + self.base
 
     def as_dict(self) -> dict[str, Any]:
         """Return the figures as plain data for JSON."""
         return {
             "total": self.total,
             "by_axis": dict(self.by_axis),
-            "power_integral": self.power_integral,
+            "least": self.least,
             "base": self.base,
             "with_base": self.with_base,
             "time": self.time,
-            "integral_by_axis": dict(self.integral_by_axis),
-            "metric_error": self.metric_error,
+            "travel": self.travel,
+            "travel_by_axis": dict(self.travel_by_axis),
+            "travel_error": self.travel_error,
             "by_kind": {name: asdict(share) for name, share in self.by_kind.items()},
         }
 
@@ -111,18 +113,35 @@ def motion_energy(machine: Machine, motion: Motion, integral: Array | None = Non
     ----------
     Hayashi et al. (2018), Eq. (1), for the travel metric.
     """
-    charged = move_energies(machine, motion)
+    charged, least = move_energies(machine, motion), None
     if integral is None:
         integral = move_powers(machine, motion) * motion.time[:, None]
+        least = float((integral * _shares_of_slow(machine, motion)).sum())
     travel, spent = charged.sum(axis=0), integral.sum(axis=0)
     time = float(motion.time.sum())
     return Energy(
-        by_axis={c: float(j) for c, j in zip(machine.letters, travel, strict=True)},
-        integral_by_axis={c: float(j) for c, j in zip(machine.letters, spent, strict=True)},
+        by_axis={c: float(j) for c, j in zip(machine.letters, spent, strict=True)},
+        travel_by_axis={c: float(j) for c, j in zip(machine.letters, travel, strict=True)},
+        least=least,
         base=None if machine.base_power is None else machine.base_power * time,
         time=time,
         by_kind=_by_kind(motion, charged, integral),
     )
+
+
+def _shares_of_slow(machine: Machine, motion: Motion) -> Array:
+    """Give the share of its power that a drive takes if that falls with speed below what was measured, (n, k).
+
+    A drive whose power is in proportion to its speed anyway has nothing to lose.
+    """
+    slowest = np.zeros(len(machine.axes))
+    for column, axis in enumerate(machine.axes):
+        drive = axis.drive
+        if drive is not None and drive.measured_from is not None and not is_proportional(drive):
+            slowest[column] = drive.measured_from
+    lasting = np.where(motion.time > 0.0, motion.time, 1.0)[:, None]
+    speed = np.abs(motion.moves) / lasting
+    return np.divide(speed, slowest, out=np.ones_like(speed), where=(speed > 0.0) & (speed < slowest))
 
 
 def _by_kind(motion: Motion, charged: Array, integral: Array) -> dict[str, KindEnergy]:
@@ -130,8 +149,8 @@ def _by_kind(motion: Motion, charged: Array, integral: Array) -> dict[str, KindE
     kinds = {kind: motion.kind[1:] == kind for kind in MoveKind}
     return {
         kind.name.lower(): KindEnergy(
-            metric=float(charged[1:][rows].sum()),
-            integral=float(integral[1:][rows].sum()),
+            total=float(integral[1:][rows].sum()),
+            travel=float(charged[1:][rows].sum()),
             time=float(motion.time[1:][rows].sum()),
         )
         for kind, rows in kinds.items()

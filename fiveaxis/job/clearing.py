@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -20,10 +20,10 @@ from fiveaxis.collision.tightened import Ask, Tightened
 from fiveaxis.errors import Infeasible
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import IntArray
-from fiveaxis.job.replanning import Solve, replanning
 from fiveaxis.job.solution import Solution
 from fiveaxis.machine import Machine
-from fiveaxis.posture import Budget, Tightening
+from fiveaxis.motion import Interpolation
+from fiveaxis.posture import Budget, Objective
 from fiveaxis.posture import Solution as Postures
 from fiveaxis.posture import optimise as optimise_postures
 from fiveaxis.posture.mask import MaskFunction
@@ -50,6 +50,8 @@ BODIES_FOR_MASK = {
     "or change what the mask stands for": "give the tool more stick-out or a thinner holder, or move part or "
     "fixtures",
 }
+# Solves a path with a mask or None; with free starts, for which there is no mask, where the third says so.
+Solve = Callable[[Toolpath, MaskFunction | None, bool], Postures]
 logger = logging.getLogger(__name__)
 
 # How often a path that collides on the way is tightened there and searched again.
@@ -88,8 +90,9 @@ def optimise(
     fixtures: tuple[Fixture, ...] = (),
     clearances: Clearances | None = None,
     mask: MaskFunction | None = None,
+    objective: Objective = "energy",
     up_penalty: float = 0.0,
-    max_turn: float | None = 15.0,
+    max_turn: float | None = None,
     turn_rate: float | None = None,
     smoothing: float = 0.0,
     time_price: float | None = None,
@@ -99,6 +102,7 @@ def optimise(
     free_direction: bool = False,
     effort: str = "normal",
     budget: Budget | None = None,
+    interpolation: Interpolation = Interpolation.JOINT,
     progress: Progress | None = None,
 ) -> Solution:
     """Choose the rotary angles of every cutter location so that the feed drives spend the least energy.
@@ -106,9 +110,7 @@ def optimise(
     With a part, stock or fixtures, or bodies of the machine, postures in which cutter, shank, holder or
     spindle come too near to them are left out. What collides all the same, between locations or with what
     only the axis values tell, is refused and the path searched again, at most `ROUNDS` times; `verify` names
-    what is left. Where the program's motion would lean the tool out of its bounds between two locations, or
-    take an axis past its travel, bounds are drawn in there and the path is solved again
-    (`fiveaxis.job.replanning`).
+    what is left.
 
     Parameters
     ----------
@@ -128,11 +130,11 @@ def optimise(
         which are admissible, (m,) bool (`fiveaxis.posture.mask`); asked only about what a search is going to
         use. Where a rotary axis is rewound it holds at the locations of the path, and not on the link off the
         part and back
+    objective : what is least: ``energy``, ∫P dt of the feed drives in the program's blocks; ``travel``, the
+        travel metric of form-shaping Eq. 1
     up_penalty : J/mm, extra price of the machine's Z moving up
-    max_turn : largest turn of a rotary axis in one cutting move, **degrees**; None for no bound. Without one
-        the travel metric, which knows no rates and sees locations only, hops over inadmissible postures from
-        one location to the next, which a control driving the axes would not. Links turn three times as far,
-        and farther only where there is no other way
+    max_turn : largest turn of a rotary axis in one cutting move, **degrees**; by default 180 deg/s at the
+        programmed feed. Links turn three times as far, and farther only where there is no other way
     turn_rate : largest turn of a rotary axis over the way of the contact in cutting moves, **deg/mm**
     smoothing : J/rad², price μ of ‖Δρ‖² in each move: dearer travel for a steadier posture
     time_price : W, of time that a posture costs beyond the programmed feed's, where an axis would have to be
@@ -148,6 +150,7 @@ def optimise(
     effort : ``quick``, ``normal`` or ``thorough``: how much is done, with what that promises in
         `fiveaxis.posture.budget.EFFORTS`
     budget : how much may be done, in place of an effort
+    interpolation : of the control that the program is for
     progress : called with a stage's name, steps done and steps in all
 
     Raises
@@ -163,6 +166,8 @@ def optimise(
         tilt, cone, lead, lean, plane, hold, max_turn, turn_rate, singular_cone, singular_rate
     )
     options: dict[str, Any] = constraints.options | {
+        "objective": objective,
+        "interpolation": interpolation,
         "up_penalty": up_penalty,
         "smoothing": smoothing,
         "time_price": time_price,
@@ -174,12 +179,11 @@ def optimise(
     }
     around = Surroundings.load(part, stock, fixtures, clearances)
 
-    def solve(path: Toolpath, own: MaskFunction | None, free: bool, within: Tightening | None) -> Postures:
+    def solve(path: Toolpath, own: MaskFunction | None, free: bool) -> Postures:
         asked = options if free else without_starts(options)
-        return optimise_postures(path, machine, mask=own, tightened=within, **asked)
+        return optimise_postures(path, machine, mask=own, **asked)
 
-    planned = replanning(solve, options)
-    found = keep_clear(planned, toolpath, machine, around, options | {"mask": mask}).solution
+    found = keep_clear(solve, toolpath, machine, around, options | {"mask": mask}).solution
     return Solution.of(found, constraints, around)
 
 
@@ -252,14 +256,17 @@ def _kept(
     if not choose_pairs(scene, around.clearances).pairs:
         return Cleared(solution, _with_its_rows(admits, solution), 0)
     best, fewest, rounds = solution, len(toolpath) + 1, 0
-    while len(solution.toolpath) == len(toolpath):  # with rewinds in it the path has other rows than a mask
+    while solution.wound is None:  # with rewinds in it the path has other rows than a mask
         rows = colliding_rows(solution, around)
         if len(rows) < fewest:
             best, fewest = solution, len(rows)
         if not len(rows) or rounds == ROUNDS:
             break
         logger.info("%d locations collide or lie beside one; searched again", len(rows))
-        mask.refuse(rows, solution.motion.positions[:, machine.rotary_columns][rows])
+        rotary = solution.motion.positions[:, machine.rotary_columns][rows]
+        place = rows if solution.motion.location is None else solution.motion.location[rows]
+        for end in (np.floor, np.ceil):
+            mask.refuse(end(place).astype(np.int64), rotary)
         rounds += 1
         try:
             solution = solve(toolpath, mask, False)

@@ -13,6 +13,7 @@ from fiveaxis.contour.options import Direction, Order, Strategy
 from fiveaxis.errors import FiveAxisError, SettingError
 from fiveaxis.machine.chain import Triple
 from fiveaxis.nc import ProgramSettings, find_dialect
+from fiveaxis.posture.delivery import Objective
 from fiveaxis.settings import (
     StrictModel,
 )
@@ -174,7 +175,10 @@ class Job(StrictModel):
     )
     drives: str | None = Field(None, min_length=1, description="machine whose axis powers are taken instead")
     up_penalty: float = Field(0.0, ge=0.0, description="extra price of moving up against gravity, J/mm")
-    max_turn: float = Field(15.0, gt=0.0, description="largest rotary turn in a cutting move, deg")
+    objective: Objective = Field("energy", description="what is least: energy of the program, or travel metric")
+    max_turn: float | None = Field(
+        None, gt=0.0, description="largest rotary turn in a cutting move, deg; 180 deg/s by default"
+    )
     turn_rate: float | None = Field(None, gt=0.0, description="largest rotary turn along a cut, deg/mm")
     smoothing: float = Field(0.0, ge=0.0, description="price of bends, J/rad2")
     time_price: float | None = Field(

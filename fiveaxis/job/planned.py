@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,7 +9,7 @@ import numpy as np
 from fiveaxis.collision import Surroundings
 from fiveaxis.geometry import IntArray
 from fiveaxis.machine import Machine
-from fiveaxis.motion import Fill, Interpolation, Motion, ProgramMotion
+from fiveaxis.motion import Fill, Filling, Motion, ProgramMotion
 from fiveaxis.nc import ProgramSettings
 from fiveaxis.nc.writing.places import Wording
 from fiveaxis.toolpath import Constraints, Toolpath
@@ -42,7 +41,7 @@ class PlannedProgram:
 
     def without_redundant(self, constraints: Constraints, wording: Wording) -> PlannedProgram:
         """Remove the blocks that the control passes by itself, but those that something was found about."""
-        fill = thin(self.fill, constraints, wording.interpolation)
+        fill = Filling.of(constraints, wording.interpolation).thin(self.fill)
         return replace(self, fill=fill, motion=_around(fill, self.leads, wording, self.retract))
 
 
@@ -66,7 +65,7 @@ def plan_program(
     around : what the tool keeps clear of
     """
     machine, is_program = wording.machine, wording.dialect.language == "blocks"
-    fill = fill_path(toolpath, machine, motion, constraints, wording.interpolation)
+    fill = Filling.of(constraints, wording.interpolation).fill(toolpath, machine, motion)
     none = np.zeros(len(machine.letters))
     # A list of cutter locations has no approach of ours.
     leads = (
@@ -85,35 +84,6 @@ def plan_program(
     )
     retract = _known_retract(settings, machine) if is_program else None
     return PlannedProgram(_around(fill, leads, wording, retract), fill, leads, retract)
-
-
-def fill_path(
-    toolpath: Toolpath,
-    machine: Machine,
-    motion: Motion,
-    constraints: Constraints,
-    interpolation: Interpolation,
-) -> Fill:
-    """Insert the locations that a program needs, within the constraints that hold between locations."""
-    return Fill.of(
-        toolpath,
-        machine,
-        motion,
-        interpolation=interpolation,
-        hold=constraints.hold or (),
-        cone=math.radians(constraints.singular_cone or 0.0),
-    )
-
-
-def thin(fill: Fill, constraints: Constraints, interpolation: Interpolation) -> Fill:
-    """Remove the blocks that the control passes by itself, but those that something was found about."""
-    places = [f.place for f in fill.given.findings]
-    told = [p.location for p in places if p is not None and p.location is not None]
-    return fill.without_redundant(
-        interpolation=interpolation,
-        max_turn=None if constraints.max_turn is None else math.radians(constraints.max_turn),
-        needed=np.isin(fill.row, told),
-    )
 
 
 def may_thin(wording: Wording) -> bool:

@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 
 from fiveaxis.collision import Surroundings
-from fiveaxis.energy import Energy
 from fiveaxis.errors import FiveAxisError, ToolpathError, Unverified
 from fiveaxis.files import write_atomically
 from fiveaxis.findings import Finding
@@ -135,20 +134,15 @@ class MadeProgram:
         """What writing assumed, and codes that are accepted without need."""
         return (*self.text.findings, *self.gate.unused)
 
-    def as_dict(self, energy: Mapping[str, Energy]) -> dict[str, Any]:
-        """Return the program's figures as plain data for JSON.
-
-        Parameters
-        ----------
-        energy : of this program, and of the baselines', by name
-        """
+    def as_dict(self) -> dict[str, Any]:
+        """Return the program's figures as plain data for JSON."""
         blocks = self.motion.blocks
         figures: dict[str, Any] = {"blocks": len(blocks), "lines": len(self.text.lines)}
         if self.fill is not None:
             planes = self.fill.planes
             figures |= {
-                "blocks_before": len(self.fill.given),
-                "inserted": self.fill.inserted,
+                "blocks_before": self.fill.given.count_given,
+                "inserted": len(self.fill.path) - self.fill.given.count_given,
                 "removed": self.fill.removed,
                 "axis_held_in_plane": int(planes.kept.sum()),
                 "axis_left_plane": int(planes.left.sum()),
@@ -163,7 +157,6 @@ class MadeProgram:
             },
             "path_tolerance_mm": PATH_TOLERANCE,
             "axis_tolerance_deg": round(math.degrees(AXIS_TOLERANCE), 9),
-            "energy": {name: joules.as_dict() for name, joules in energy.items()},
         }
 
     def write(self, path: str | Path, *, unverified: bool = False) -> Path:

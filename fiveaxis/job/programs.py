@@ -12,13 +12,12 @@ from typing import Any, Literal
 import numpy as np
 
 from fiveaxis.energy import Energy, law_energies, motion_energy, move_powers, path_feed
-from fiveaxis.energy.drives import STANDING, STANDING_TURN
 from fiveaxis.errors import SettingError, ToolError
 from fiveaxis.findings import Cause, Finding, Place, Severity, group_findings
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.kinematics import tool_poses
 from fiveaxis.machine import Machine
-from fiveaxis.motion import TimeLaw, time_motion
+from fiveaxis.motion import TimeLaw, standing_speeds, time_motion
 from fiveaxis.nc import ReadMotion, read_program
 from fiveaxis.nc.options import Wrap
 from fiveaxis.nc.source import load_source
@@ -282,8 +281,7 @@ def _speeding(machine: Machine, motion: ReadMotion) -> Iterator[Finding]:
 def _creeping(machine: Machine, motion: ReadMotion) -> Iterator[Finding]:
     """Say which axes go a way of some length so slowly that they count as standing."""
     moving, ways = motion.time > 0.0, np.abs(motion.moves)
-    for column, axis in enumerate(machine.axes):
-        least = STANDING_TURN if axis.is_rotary else STANDING
+    for column, (axis, least) in enumerate(zip(machine.axes, standing_speeds(machine), strict=True)):
         slow = moving & (ways[:, column] > 0.0) & (ways[:, column] < least * motion.time)
         way = axis.shown(float(ways[slow, column].sum()))
         if way > CREPT:

@@ -38,9 +38,11 @@ class SetupCosts:
         thinned = toolpath.at(rows)
         self.toolpath = thinned if thinned.cutting.any() else toolpath
         self.machine, self.around = machine, around
-        turn = stride * job.max_turn
+        turn = None if job.max_turn is None else stride * job.max_turn
         self.options: dict[str, Any] = job.bounds | {
-            "max_turn": turn if turn < 180.0 else None,
+            "max_turn": turn if turn is None or turn < 180.0 else 360.0,
+            # A rough path has no program of its own.
+            "objective": "travel",
             "up_penalty": job.up_penalty,
             "time_price": job.time_price,
             "effort": "quick",
@@ -71,4 +73,4 @@ class SetupCosts:
     def _spent(self, setup: SetupTable, mask: Any) -> float:
         there = self.machine.with_setup(setup.offset, setup.rotation)
         energy = optimise(self.toolpath, there, mask=mask, **self.options).energy
-        return energy.total + self.price * energy.time
+        return energy.travel + self.price * energy.time

@@ -29,7 +29,7 @@ class Tried:
     setup : where the workpiece stood
     rough : J, what the thinned path costs there, with the price of its time; None where it can't be followed
     clear : J, likewise where the tool is kept clear; None where that wasn't looked at, or can't be
-    energy : J, travel metric of the whole path; None where it wasn't run
+    energy : J, of the feed drives in the whole program; None where it wasn't run
     why : what was against it
     """
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -25,7 +25,6 @@ from fiveaxis.energy import (
     Cut,
     CuttingCoefficients,
     EndMill,
-    Energy,
     Factors,
     Process,
     job_budget,
@@ -35,14 +34,12 @@ from fiveaxis.errors import JobError, SettingError, ToolError
 from fiveaxis.job.clearing import Cleared, keep_clear, without_starts
 from fiveaxis.job.description import Job
 from fiveaxis.job.inputs import describe_inputs
-from fiveaxis.job.planned import fill_path, thin
 from fiveaxis.job.program import MadeProgram, ProgramOptions, make_program
 from fiveaxis.job.reading import require_input
 from fiveaxis.job.release import Gate
-from fiveaxis.job.replanning import replanning
 from fiveaxis.machine import Machine, load_machine
 from fiveaxis.nc import read_toolpath, require_program
-from fiveaxis.posture import Front, Solution, Tightening, find_front
+from fiveaxis.posture import Front, Solution, find_front
 from fiveaxis.posture import optimise as optimise_postures
 from fiveaxis.posture.mask import MaskFunction
 from fiveaxis.report import report_document
@@ -54,6 +51,7 @@ Progress = Callable[[str, int, int], None]
 
 # Settings of a job that `optimise` takes under the same name, beside its bounds.
 SOLVING = (
+    "objective",
     "up_penalty",
     "smoothing",
     "time_price",
@@ -76,7 +74,6 @@ class Outcome:
     job : what was asked
     solution : the result with its baselines
     program : its NC program, verified
-    energy : of the solution's program and of each baseline's, by name
     budget, document : energy of the whole job, and the report's figures
     front : where one was asked for
     cleared : what kept the solution clear of collisions
@@ -85,7 +82,6 @@ class Outcome:
     job: Job
     solution: Solution
     program: MadeProgram
-    energy: dict[str, Energy]
     budget: Budget
     document: dict[str, Any]
     front: Front | None = None
@@ -323,20 +319,21 @@ def run_job(
         tolerances=DEFAULT_TOLERANCES.with_gouge(job.gouge_tolerance),
     )
     tell("verify", 1, 2)
-    energy = program_energies(solution, program, job.constraints)
+    # One number, that of the text: redundant blocks may have stayed in it.
+    solution = replace(solution, energy=motion_energy(machine, program.motion.blocks))
     budget = job_budget(machine, program.motion.blocks, process, factors)
     document = report_document(
         solution,
         program.gate.report.as_dict(),
         inputs=inputs,
-        program=program.as_dict(energy),
+        program=program.as_dict(),
         budget=budget.as_dict(),
     )
     if front is not None:
         document["front"] = front.as_dict()
     document |= _release(job, program.gate)
     tell("verify", 2, 2)
-    return Outcome(job, solution, program, energy, budget, document, front, cleared)
+    return Outcome(job, solution, program, budget, document, front, cleared)
 
 
 def program_options(
@@ -368,19 +365,6 @@ def program_options(
     ).named(job.input.stem)
 
 
-def program_energies(solution: Solution, program: MadeProgram, constraints: Constraints) -> dict[str, Energy]:
-    """Work out what the program costs, and those of the baselines, made alike; without ways in and out."""
-    machine, interpolation = solution.machine, program.motion.interpolation
-    energy = {RESULT: motion_energy(machine, program.motion.blocks)}
-    for name, baseline in solution.compared.items():
-        path = baseline.toolpath or solution.toolpath
-        fill = fill_path(path, machine, baseline.motion, constraints, interpolation)
-        if program.fill is not None and program.fill.removed:
-            fill = thin(fill, constraints, interpolation)
-        energy[name] = motion_energy(machine, fill.blocks)
-    return energy
-
-
 def _release(job: Job, gate: Gate) -> dict[str, Any]:
     """Say what keeps the program back, and who accepts which errors."""
     if not job.override:
@@ -410,25 +394,27 @@ def solve(
     `passes` are those of a planned path: with a free start the links between them are laid anew.
     """
     options = {name: getattr(job, name) for name in SOLVING} | job.bounds | {"progress": progress}
+    wording = require_program(machine, job.control, job.coordinates, job.winding, job.nc)
+    options["interpolation"] = wording.interpolation
     if job.free_start and passes is not None:
         options["free_start"] = passes
     if job.front is not None and job.smoothing:
         raise JobError("smoothing is what a front sweeps; leave one of them out", file=job.input)
     fronts: list[Front] = []
 
-    def once(path: Toolpath, mask: MaskFunction | None, free: bool, within: Tightening | None) -> Solution:
-        asked = (options if free else without_starts(options)) | {"mask": mask, "tightened": within}
+    def once(path: Toolpath, mask: MaskFunction | None, free: bool) -> Solution:
+        asked = (options if free else without_starts(options)) | {"mask": mask}
         if job.front is None:
             return optimise_postures(path, machine, **asked)
         swept = {name: value for name, value in asked.items() if name != "smoothing"}
         fronts.append(find_front(path, machine, job.front, **swept))
         return fronts[-1].solution
 
-    cleared, planned = None, replanning(once, options)
+    cleared = None
     if around is None or not job.keep_clear:
-        solution = planned(toolpath, None, job.free_start)
+        solution = once(toolpath, None, job.free_start)
     else:
-        cleared = keep_clear(planned, toolpath, machine, around, options)
+        cleared = keep_clear(once, toolpath, machine, around, options)
         solution = cleared.solution
     # Paths were searched again; the front is that of the one which was taken.
     front = next((f for f in fronts if f.solution.motion is solution.motion), None)

@@ -175,6 +175,13 @@ def _axis(letter: str, table: AxisTable) -> Axis:
 
 
 def _drive(letter: str, table: DriveTable) -> Drive:
+    unit = math.radians(1.0) if letter in "ABC" else 1.0
+    ends = table.measured_from, table.measured_to
+    slowest, fastest = (None if end is None else end * unit / 60.0 for end in ends)
+    return replace(_bare_drive(letter, table), measured_from=slowest, measured_to=fastest)
+
+
+def _bare_drive(letter: str, table: DriveTable) -> Drive:
     if isinstance(table, DirectionalTable):
         if table.unit == "W":
             return DirectionalDrive(table.plus, table.minus)

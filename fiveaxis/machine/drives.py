@@ -8,8 +8,21 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 
+@dataclass(frozen=True, kw_only=True)
+class Measured:
+    """The speeds at which a drive's power was measured; beyond them it is an extrapolation.
+
+    Parameters
+    ----------
+    measured_from, measured_to : mm/s or rad/s, the slowest and the fastest; None where nobody says
+    """
+
+    measured_from: float | None = None
+    measured_to: float | None = None
+
+
 @dataclass(frozen=True)
-class DirectionalDrive:
+class DirectionalDrive(Measured):
     """Measured power of a feed drive by direction (Hayashi et al. 2018, power table).
 
     Parameters
@@ -24,7 +37,7 @@ class DirectionalDrive:
 
 
 @dataclass(frozen=True)
-class AffineDrive:
+class AffineDrive(Measured):
     """Power that grows with speed from an offset: ``P = slope·|v| + offset`` while the axis moves.
 
     Parameters
@@ -41,7 +54,7 @@ class AffineDrive:
 
 
 @dataclass(frozen=True)
-class WeightDrive:
+class WeightDrive(Measured):
     """Power in proportion to the moved weight: ``P = a·W·|v| + b·W`` while the axis moves.
 
     Parameters
@@ -59,7 +72,7 @@ class WeightDrive:
 
 
 @dataclass(frozen=True)
-class FrictionDrive:
+class FrictionDrive(Measured):
     """Drive from first principles: inertia, friction, gravity, losses.
 
     ``F = m·q̈ + F_c·sgn(q̇) + B·q̇ + G − F_b``; mechanical power ``F·q̇`` is divided by the efficiency when the

@@ -19,7 +19,7 @@ from fiveaxis.geometry import Array
 from fiveaxis.machine.axes import Axis, LocationError
 from fiveaxis.machine.bodies import Body, Box, Cylinder
 from fiveaxis.machine.chain import UNIT_DIRECTION, Line
-from fiveaxis.machine.drives import AffineDrive, DirectionalDrive, Drive, WeightDrive
+from fiveaxis.machine.drives import AffineDrive, DirectionalDrive, Drive, Measured, WeightDrive
 from fiveaxis.machine.model import Machine, Provenance
 
 UNSTATED = "set in code, which doesn't say where it comes from"
@@ -27,6 +27,7 @@ UNSTATED = "set in code, which doesn't say where it comes from"
 DEFAULTS: dict[str, object] = {"source": "", "note": "", "assumed": False, "fitted": False, "reversed": False}
 NUMBERS = re.compile(r"\[\n((?:    [-+.e\d]+,\n)+)\]")
 DECIMALS = 12  # mm, or of a direction whose largest part is 1
+MEASURED = tuple(f.name for f in fields(Measured))
 RELATIVE = 2e-15  # a few units in the last place: what converting a unit there and back costs
 
 Table = dict[str, Any]
@@ -196,6 +197,12 @@ def _location_error(axis: Axis) -> Table:
 
 
 def _drive(axis: Axis, drive: Drive) -> Table:
+    ends = {name: getattr(drive, name) for name in MEASURED}
+    known = {name: _neat(60.0 * axis.shown(end)) for name, end in ends.items() if end is not None}
+    return _bare_drive(axis, drive) | known
+
+
+def _bare_drive(axis: Axis, drive: Drive) -> Table:
     # W per (unit/s) inside is W per (unit/min) at the border.
     factor, unit = 1.0 / (60.0 * axis.shown(1.0)), f"W/({axis.unit}/min)"
     if isinstance(drive, DirectionalDrive):
@@ -210,7 +217,8 @@ def _drive(axis: Axis, drive: Drive) -> Table:
         return {"model": "weight", "a": _neat(drive.a), "b": _neat(drive.b)}
     metre = 1.0 if axis.is_rotary else 1000.0
     factors = {"friction": metre, "viscous": metre**2, "counterbalance": metre, "copper": 1.0 / metre**2}
-    figures = {f.name: getattr(drive, f.name) * factors.get(f.name, 1.0) for f in fields(drive)}
+    own = [f.name for f in fields(drive) if f.name not in MEASURED]
+    figures = {name: getattr(drive, name) * factors.get(name, 1.0) for name in own}
     return {"model": "friction"} | {key: _neat(value) for key, value in figures.items()}
 
 

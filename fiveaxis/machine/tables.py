@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
@@ -120,7 +120,21 @@ class LocationErrorTable(Figure):
         return self
 
 
-class DirectionalTable(Figure):
+class MeasuredTable(Figure):
+    """A drive, with the speeds at which its power was measured."""
+
+    measured_from: float | None = Field(None, gt=0.0, description="mm/min or deg/min, slowest measured speed")
+    measured_to: float | None = Field(None, gt=0.0, description="mm/min or deg/min, fastest measured speed")
+
+    @model_validator(mode="after")
+    def _is_a_range(self) -> Self:
+        slowest, fastest = self.measured_from, self.measured_to
+        if slowest is not None and fastest is not None and slowest > fastest:
+            raise fault("reversed_range", f"measured_from is {slowest:g} and measured_to {fastest:g}: swap them")
+        return self
+
+
+class DirectionalTable(MeasuredTable):
     """Measured power by direction."""
 
     model: Literal["directional"]
@@ -129,7 +143,7 @@ class DirectionalTable(Figure):
     unit: Literal["W", "W/(mm/min)", "W/(deg/min)"]
 
 
-class AffineTable(Figure):
+class AffineTable(MeasuredTable):
     """Power that grows with speed from an offset."""
 
     model: Literal["affine"]
@@ -138,7 +152,7 @@ class AffineTable(Figure):
     unit: Literal["W/(m/s)", "W/(mm/min)", "W/(deg/min)", "W/(rad/s)"] = Field(description="of the slopes")
 
 
-class WeightTable(Figure):
+class WeightTable(MeasuredTable):
     """Power in proportion to the moved weight; needs moved_mass."""
 
     model: Literal["weight"]
@@ -146,7 +160,7 @@ class WeightTable(Figure):
     b: float = Field(ge=0.0, description="W per N")
 
 
-class FrictionTable(Figure):
+class FrictionTable(MeasuredTable):
     """Drive from first principles, in N (N·m), m (rad), s, W."""
 
     model: Literal["friction"]

@@ -1,7 +1,7 @@
 """Axis motion along a path, and its timing."""
 
 from fiveaxis.motion.digest import motion_digest
-from fiveaxis.motion.fill import Fill
+from fiveaxis.motion.fill import Fill, Filling
 from fiveaxis.motion.filling import (
     PATH_TOLERANCE,
     axis_deviation,
@@ -30,6 +30,7 @@ from fiveaxis.motion.timing import (
     least_times,
     rapid_findings,
     rapid_speeds,
+    standing_speeds,
     times_rapids,
 )
 
@@ -41,6 +42,7 @@ __all__ = [
     "STANDSTILL",
     "AxisPlanes",
     "Fill",
+    "Filling",
     "Interpolation",
     "Motion",
     "PeakRate",
@@ -66,6 +68,7 @@ __all__ = [
     "rapid_findings",
     "rapid_speeds",
     "respaced",
+    "standing_speeds",
     "thinned",
     "time_motion",
     "times_rapids",

@@ -15,10 +15,59 @@ from fiveaxis.motion.motion import Motion
 from fiveaxis.motion.planes import AxisPlanes
 from fiveaxis.motion.program_motion import Interpolation
 from fiveaxis.motion.thinning import thinned
-from fiveaxis.toolpath import Toolpath
+from fiveaxis.toolpath import Constraints, Toolpath
 
 # rad: a rotary axis turns no farther in a block that stands for several.
 LARGEST_TURN = math.radians(15.0)
+
+
+@dataclass(frozen=True)
+class Filling:
+    """What blocks that are inserted between locations, or removed, have to keep.
+
+    Parameters
+    ----------
+    interpolation : of the control; with TCP the tool keeps to its path under both kinds
+    hold : letters of rotary axes that stand
+    cone : rad, half angle about the singular direction that cuts keep out of
+    max_turn : rad, of a rotary axis in a block that stands for several
+    """
+
+    interpolation: Interpolation = Interpolation.JOINT
+    hold: tuple[str, ...] = ()
+    cone: float = 0.0
+    max_turn: float = LARGEST_TURN
+
+    @classmethod
+    def of(cls, constraints: Constraints, interpolation: Interpolation) -> Filling:
+        """Take what a program's constraints ask for."""
+        turn = constraints.max_turn
+        return cls(
+            interpolation,
+            tuple(constraints.hold or ()),
+            math.radians(constraints.singular_cone or 0.0),
+            LARGEST_TURN if turn is None else min(math.radians(turn), LARGEST_TURN),
+        )
+
+    def fill(self, toolpath: Toolpath, machine: Machine, motion: Motion) -> Fill:
+        """Insert the locations that keep the tool on its path (`Fill.of`)."""
+        return Fill.of(
+            toolpath, machine, motion, interpolation=self.interpolation, hold=self.hold, cone=self.cone
+        )
+
+    def thin(self, fill: Fill) -> Fill:
+        """Remove the blocks that the control passes by itself, but those that something was found about."""
+        places = [f.place for f in fill.given.findings]
+        told = [p.location for p in places if p is not None and p.location is not None]
+        return fill.without_redundant(
+            interpolation=self.interpolation,
+            max_turn=self.max_turn,
+            needed=np.isin(fill.path.numbered, told) & (fill.row == np.floor(fill.row)),
+        )
+
+    def blocks(self, toolpath: Toolpath, machine: Machine, motion: Motion) -> Motion:
+        """Give the blocks of the program that a motion becomes."""
+        return self.thin(self.fill(toolpath, machine, motion)).blocks
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +120,7 @@ class Fill:
         path, filled, row = fill_in_rows(given, machine, rotary, led=tcp, planes=planes)
         if path is not given:
             # Findings name the locations that people know: an inserted one is on the way to the next of them.
-            path = replace(path, numbers=np.ceil(row).astype(np.int64))
+            path = replace(path, numbers=given.numbered[np.ceil(row).astype(np.int64)])
         whole = cls(given, planes, path, filled, row, np.arange(len(path)), filled)
         if not inside_rapids(path, row).any():
             return whole

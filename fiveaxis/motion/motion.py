@@ -26,6 +26,8 @@ class Motion:
     time : (n,), s, duration of that move; 0 for the first row
     kind : (n,), `MoveKind` values
     source : (n,), line of the source
+    location : (n,), where each row lies among the locations of the path that was given: 3.25 lies a quarter of
+        the way from 3 to 4; None for a row at each of them
     """
 
     letters: str
@@ -34,6 +36,7 @@ class Motion:
     time: Array
     kind: IntArray
     source: IntArray
+    location: Array | None = None
 
     def __len__(self) -> int:
         return len(self.positions)
@@ -55,8 +58,15 @@ class Motion:
 
     def at(self, rows: IntArray) -> Motion:
         """Return some of the rows, given by their indices in order, as a motion without a name."""
-        columns = ("positions", "feed", "time", "kind", "source")
-        return Motion(self.letters, *(getattr(self, name)[rows] for name in columns))
+        return Motion(
+            self.letters,
+            self.positions[rows],
+            self.feed[rows],
+            self.time[rows],
+            self.kind[rows],
+            self.source[rows],
+            None if self.location is None else self.location[rows],
+        )
 
 
 def follow(toolpath: Toolpath, machine: Machine, rotary: Array) -> Motion:

@@ -14,6 +14,7 @@ from fiveaxis.machine import Machine
 from fiveaxis.motion.filling import WRITTEN_TOLERANCE, turns_on_the_spot
 from fiveaxis.motion.motion import Motion
 from fiveaxis.motion.planes import AXIS_TOLERANCE
+from fiveaxis.motion.timing import standing_speeds
 from fiveaxis.toolpath import Toolpath
 
 # Blocks of one span differ in the speed along the way by less than this, relative.
@@ -73,7 +74,8 @@ def thinned(
     contact at rows that know one; the tool axis stays within `AXIS_TOLERANCE` of the given one, and of its
     plane. It is always the given motion that is compared with, so nothing adds up. A span of blocks takes
     their time together, and holds no change of kind or feed, no turn on the spot and no block of another
-    speed.
+    speed. An axis that stands in one of its blocks stands in all of it: many drives take their whole power
+    however slowly they move.
 
     Spans are as long as they can be from where they begin; of those that come out no two neighbours could be
     one.
@@ -157,6 +159,12 @@ class _Course:
         return np.divide(self.path.lengths, self.motion.time, out=np.zeros(len(self.motion)), where=lasting)
 
     @cached_property
+    def moving_before(self) -> Array:
+        """(n, k), s, that each axis has moved for up to each row."""
+        moving = np.abs(self.motion.moves) >= standing_speeds(self.machine) * self.motion.time[:, None]
+        return np.cumsum(np.where(moving, self.motion.time[:, None], 0.0), axis=0)
+
+    @cached_property
     def needed_before(self) -> IntArray:
         """(n,), how many rows up to each one have to stay."""
         motion = self.motion
@@ -174,10 +182,19 @@ class _Course:
         ok = self.needed_before[last - 1] == self.needed_before[first]
         turns = np.abs(self.rotary[last] - self.rotary[first]).max(axis=1, initial=0.0)
         ok &= turns <= self.max_turn
+        ok &= self._keeps_standing(first, last)
         at = np.flatnonzero(ok & ~single)
         if len(at):
             ok[at] = self._keeps(first[at], last[at])
         return ok | single
+
+    def _keeps_standing(self, first: IntArray, last: IntArray) -> BoolArray:
+        """Tell of spans, (s,), in which every axis that would move does so in all of their blocks."""
+        lasts = (self.clock[last] - self.clock[first])[:, None]
+        way = np.abs(self.motion.positions[last] - self.motion.positions[first])
+        moves = way >= standing_speeds(self.machine) * lasts
+        stands = lasts - (self.moving_before[last] - self.moving_before[first]) > SHORTEST
+        return np.asarray(~(moves & stands).any(axis=1))
 
     def _keeps(self, first: IntArray, last: IntArray) -> BoolArray:
         """Compare spans with the given motion, at the ends and the middles of all their blocks, (s,)."""

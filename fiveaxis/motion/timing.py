@@ -11,6 +11,10 @@ from fiveaxis.toolpath import Toolpath
 
 # Shorter ways than this are rounding, not travel (mm): a control doesn't resolve them.
 STANDSTILL = 1e-6
+# mm/s, rad/s: slower axes stand. A drive of constant power has that at any speed above 0, and what counts as
+# one mustn't depend on the last decimals of words (1e-5 mm in a block of 20 ms is half of this), nor on how
+# near to standstill an optimiser came, nor on how many rows a way is cut into. None was measured so slow.
+STANDING, STANDING_TURN = 1e-3, 2e-5
 
 
 def block_times(toolpath: Toolpath, machine: Machine, positions: Array) -> Array:
@@ -54,6 +58,11 @@ def feed_times(toolpath: Toolpath, turn: Array | float = 0.0) -> Array:
     """
     way = toolpath.lengths
     return np.where(way > STANDSTILL, way, np.degrees(turn)) / toolpath.feed
+
+
+def standing_speeds(machine: Machine) -> Array:
+    """Give the speeds below which an axis counts as standing, (k,) mm/s and rad/s."""
+    return np.where([axis.is_rotary for axis in machine.axes], STANDING_TURN, STANDING)
 
 
 def rapid_speeds(machine: Machine, feed: Array) -> Array:

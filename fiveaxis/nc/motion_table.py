@@ -13,6 +13,7 @@ import numpy as np
 
 from fiveaxis.errors import MachineError
 from fiveaxis.files import write_atomically
+from fiveaxis.geometry import Array, IntArray
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Motion
 from fiveaxis.nc.rows import require_finite
@@ -24,10 +25,14 @@ from fiveaxis.toolpath import MoveKind
 logger = logging.getLogger(__name__)
 
 DECIMALS = 9
+# Column of the places on the path, of a motion that has rows between its locations.
+LOCATION = "location"
 
 
 def write_motion(motion: Motion, path: str | Path, machine: Machine) -> Path:
     """Write a motion as a table, one row per location; the file appears whole or not at all.
+
+    A motion with rows between the locations of its path says in a last column, ``location``, where each lies.
 
     Returns
     -------
@@ -45,12 +50,14 @@ def write_motion(motion: Motion, path: str | Path, machine: Machine) -> Path:
             f"the motion has axes {motion.letters}, and machine {machine.name!r} has {machine.letters}"
         )
     columns = np.column_stack([machine.shown(motion.positions), motion.feed * 60.0, motion.time])
-    rows = (
-        ",".join([*(format_number(v, DECIMALS) for v in row), str(source)])
-        for row, source in zip(columns.tolist(), motion.source.tolist(), strict=True)
-    )
+    figures = ([format_number(v, DECIMALS) for v in row] for row in columns.tolist())
+    rows = [[*row, str(line)] for row, line in zip(figures, motion.source.tolist(), strict=True)]
+    if motion.location is not None:
+        for row, place in zip(rows, motion.location.tolist(), strict=True):
+            row.append(format_number(place, DECIMALS))
     logger.info("%s: %d locations, axes %s", Path(path).name, len(motion), " ".join(machine.letters))
-    return write_atomically(path, "\n".join([",".join(_header(machine)), *rows]) + "\n")
+    lines = [_header(machine, motion.location is not None), *rows]
+    return write_atomically(path, "\n".join(map(",".join, lines)) + "\n")
 
 
 def read_motion(path: str | Path, machine: Machine, *, source_is_table: bool = False) -> Motion:
@@ -69,10 +76,13 @@ def read_motion(path: str | Path, machine: Machine, *, source_is_table: bool = F
         With file and line: another header than this machine's, or a row that isn't numbers.
     """
     source = load_source(path)
-    expected = _header(machine)
-    _require_header(source, expected, machine)
-    _, values, lines = read_table(source)
-    require_finite(values, expected, lines, source)
+    _require_header(source, machine)
+    header, values, lines = read_table(source)
+    placed = header[-1] == LOCATION
+    require_finite(values, _header(machine, placed), lines, source)
+    location = values[:, -1] if placed else None
+    if location is not None:
+        _require_growing(location, lines, source)
     k = len(machine.axes)
     return Motion(
         letters=machine.letters,
@@ -81,18 +91,32 @@ def read_motion(path: str | Path, machine: Machine, *, source_is_table: bool = F
         time=values[:, k + 1],
         kind=np.full(len(values), MoveKind.CUT, dtype=np.int64),
         source=lines if source_is_table else np.rint(values[:, k + 2]).astype(np.int64),
+        location=location,
     )
 
 
-def _require_header(source: Source, expected: list[str], machine: Machine) -> None:
+def _require_growing(location: Array, lines: IntArray, source: Source) -> None:
+    """Refuse places on a path that go back or begin elsewhere than at its first location."""
+    bad = np.append(location[0] != 0.0, np.diff(location) <= 0.0)
+    if bad.any():
+        row = int(np.argmax(bad))
+        raise source.error(
+            f"location is {location[row]:g}; places on the path begin with 0 and grow from row to row",
+            int(lines[row]),
+        )
+
+
+def _require_header(source: Source, machine: Machine) -> None:
     """Refuse a table of other columns; of rows that don't fit their header nothing is said then."""
+    expected = _header(machine, False)
     line = first_line(source)
     header = [] if line is None else [name.strip().lower() for name in source.lines[line - 1].split(",")]
-    if line is not None and header != [name.lower() for name in expected]:
+    known = [[name.lower() for name in _header(machine, placed)] for placed in (False, True)]
+    if line is not None and header not in known:
         raise source.error(
             f"header {','.join(header)} isn't that of machine {machine.name!r}: {','.join(expected)}", line
         )
 
 
-def _header(machine: Machine) -> list[str]:
-    return [*machine.letters, "feed", "time", "source"]
+def _header(machine: Machine, placed: bool) -> list[str]:
+    return [*machine.letters, "feed", "time", "source", *([LOCATION] if placed else [])]

@@ -2,11 +2,11 @@
 
 from fiveaxis.posture.budget import EFFORTS, Budget, Search
 from fiveaxis.posture.front import Front, FrontPoint, find_front
+from fiveaxis.posture.delivery import Objective
 from fiveaxis.posture.lower_bound import LowerBound, bound_travel
 from fiveaxis.posture.optimiser import optimise
 from fiveaxis.posture.problem import Problem
 from fiveaxis.posture.solution import Baseline, Optima, Solution, Stage
-from fiveaxis.posture.tightening import Tightening
 
 __all__ = [
     "EFFORTS",
@@ -15,12 +15,12 @@ __all__ = [
     "Front",
     "FrontPoint",
     "LowerBound",
+    "Objective",
     "Optima",
     "Problem",
     "Search",
     "Solution",
     "Stage",
-    "Tightening",
     "bound_travel",
     "find_front",
     "optimise",

@@ -101,12 +101,56 @@ class Mask:
         self.asked += len(rows)
         return _answer(self.function, rows, rotary)
 
+    def along(self, location: Array | None) -> Mask:
+        """Return the mask of a path with inserted locations: there both neighbours have to admit a posture.
+
+        Parameters
+        ----------
+        location : (n,), where each lies among the locations that the mask knows; None for these themselves
+        """
+        if location is None:
+            return self
+        ends = np.floor(location).astype(np.int64), np.ceil(location).astype(np.int64)
+        function = self.function
+        if isinstance(function, RoughMask):
+            return Mask(_RoughlyBetween(function, *ends))
+        return Mask(_Between(function, *ends))
+
     def roughly_admits(self, rows: IntArray, rotary: Array) -> BoolArray:
         """Ask the mask's own rough map, which it must have, as `admits` does."""
         if not len(rows):
             return np.zeros(0, dtype=bool)
         self.roughly_asked += len(rows)
         return _answer(cast("RoughMask", self.function).rough, rows, rotary)
+
+
+@dataclass(frozen=True, eq=False)
+class _Between:
+    """A mask asked at both neighbours of inserted locations; `before` and `after` are the same at given ones."""
+
+    function: MaskFunction
+    before: IntArray
+    after: IntArray
+
+    def __call__(self, rows: IntArray, rotary: Array, /) -> BoolArray:
+        return self._asked(self.function, rows, rotary)
+
+    def _asked(self, function: MaskFunction, rows: IntArray, rotary: Array) -> BoolArray:
+        free = np.array(_answer(function, self.before[rows], rotary))
+        at = np.flatnonzero(free & (self.after[rows] != self.before[rows]))
+        if len(at):
+            free[at] = _answer(function, self.after[rows[at]], rotary[at])
+        return free
+
+
+@dataclass(frozen=True, eq=False)
+class _RoughlyBetween(_Between):
+    """The same with the mask's own rough map."""
+
+    function: RoughMask
+
+    def rough(self, rows: IntArray, rotary: Array, /) -> BoolArray:
+        return self._asked(self.function.rough, rows, rotary)
 
 
 @dataclass(eq=False)

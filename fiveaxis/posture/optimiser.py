@@ -13,12 +13,13 @@ from fiveaxis.energy import motion_energy
 from fiveaxis.errors import Infeasible, SettingError, ToolpathError
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array
-from fiveaxis.kinematics.windings import ON_LIMIT
 from fiveaxis.machine import Machine
-from fiveaxis.motion import follow
+from fiveaxis.motion import Filling, Interpolation, follow
 from fiveaxis.posture import holding
 from fiveaxis.posture.baselines import find_baselines
 from fiveaxis.posture.budget import Budget, budget_of
+from fiveaxis.posture.clearance import Clearance
+from fiveaxis.posture.delivery import Delivery, Objective, Posed, delivered
 from fiveaxis.posture.mask import Mask, MaskFunction
 from fiveaxis.posture.passes import freed
 from fiveaxis.posture.portfolio import Portfolio, Progress
@@ -27,18 +28,15 @@ from fiveaxis.posture.reach import unreachable
 from fiveaxis.posture.repair import Repair, never_dearer, without_refused
 from fiveaxis.posture.restarts import best_of_starts, leaning_paths
 from fiveaxis.posture.sequence import long_turns
-from fiveaxis.posture.singular import Cone, held, with_findings
+from fiveaxis.posture.singular import Cone, bounded_within, held, with_findings
 from fiveaxis.posture.solution import Solution
-from fiveaxis.posture.tightening import Tightening
+from fiveaxis.posture.turn_bounds import turn_bounds
 from fiveaxis.posture.winding import endless, winding_columns
 from fiveaxis.posture.wound import asked_within, keeping, rewound_solution
-from fiveaxis.toolpath import TiltBounds, Toolpath, for_tilt, tilt_bounds
+from fiveaxis.toolpath import Constraints, TiltBounds, Toolpath, for_tilt, tilt_bounds
 from fiveaxis.toolpath.passes import Passes
 
 logger = logging.getLogger(__name__)
-
-# Links may turn this many times as far as cuts: nothing is touched there.
-LINK_SHARE = 3.0
 
 
 def optimise(
@@ -52,8 +50,9 @@ def optimise(
     plane: tuple[float, float, float] | None = None,
     hold: Mapping[str, float] | None = None,
     mask: MaskFunction | None = None,
+    objective: Objective = "energy",
     up_penalty: float = 0.0,
-    max_turn: float | None = 15.0,
+    max_turn: float | None = None,
     turn_rate: float | None = None,
     smoothing: float = 0.0,
     time_price: float | None = None,
@@ -63,16 +62,16 @@ def optimise(
     free_direction: bool = False,
     effort: str = "normal",
     budget: Budget | None = None,
-    tightened: Tightening | None = None,
+    interpolation: Interpolation = Interpolation.JOINT,
     progress: Progress | None = None,
 ) -> Solution:
     """Choose the rotary angles of every cutter location so that the feed drives spend the least energy.
 
-    The travel metric ``Σ W⁺Δq⁺ + W⁻Δq⁻``, with the price of delay and of bends (`Problem`), is minimised
-    within the tilt range and the axis limits. A portfolio
-    of global searches on some of the locations gives starts; each is refined by the exact NLP, and the best
-    are extended to all locations and refined there. The result is the best local optimum found, not proven
-    global.
+    A portfolio of global searches on some of the locations gives starts; each is refined by the exact NLP, and
+    the best are extended to all locations and refined there, all by the travel metric ``Σ W⁺Δq⁺ + W⁻Δq⁻``
+    with the price of delay and of bends (`Problem`). Then locations are inserted where the program needs
+    blocks, and the whole is solved for the energy of those blocks (`fiveaxis.posture.delivery`). The result is
+    the best local optimum found, not proven global.
 
     Parameters
     ----------
@@ -89,11 +88,11 @@ def optimise(
     mask : tells for locations (m,) and rotary angles (m, 2), rad, chain order, which are admissible, (m,)
         bool (`fiveaxis.posture.mask`); asked only about what a search is going to use. Where a rotary axis is
         rewound it holds at the locations of the path, and not on the way off the part and back
+    objective : what is least: ``energy``, ∫P dt of the feed drives in the program's blocks; ``travel``, the
+        travel metric of form-shaping Eq. 1
     up_penalty : J/mm, extra price of the machine's Z moving up
-    max_turn : largest turn of a rotary axis in one cutting move, **degrees**; None for no bound. Without one
-        the travel metric, which knows no rates and sees locations only, hops over inadmissible postures from
-        one location to the next, which a control driving the axes would not. Links turn three times as far,
-        and farther only where there is no other way
+    max_turn : largest turn of a rotary axis in one cutting move, **degrees**; by default 180 deg/s at the
+        programmed feed. Links turn three times as far, and farther only where there is no other way
     turn_rate : largest turn of a rotary axis over the way of the contact in cutting moves, **deg/mm**
     smoothing : J/rad², price μ of ‖Δρ‖² in each move: dearer travel for a steadier posture
     time_price : W, of time that a posture costs beyond the programmed feed's, where an axis would have to be
@@ -109,13 +108,13 @@ def optimise(
     effort : ``quick``, ``normal`` or ``thorough``: how much is done, with what that promises in
         `fiveaxis.posture.budget.EFFORTS`
     budget : how much may be done, in place of an effort
-    tightened : bounds that are drawn in, and the path to begin with; the solution is compared with baselines
-        that keep the given bounds
+    interpolation : of the control that the program is for
     progress : called with a stage's name, steps done and steps in all
 
     Returns
     -------
-    The solution with its baselines and a record of what the solver did. Where a rotary axis has too few turns
+    The solution with its baselines and a record of what the solver did. Its path has the locations that its
+    program needs between those given (`Motion.location`). Where a rotary axis has too few turns
     for any way along the path, its toolpath holds links on which the axis is turned back, each with a finding
     (`fiveaxis.posture.rewinding`).
 
@@ -135,43 +134,40 @@ def optimise(
         raise ToolpathError("has links only; there is no cut to choose a posture for", file=toolpath.name)
     if free_start and (mask is not None or singular_cone is not None):
         raise SettingError("free_start can't be combined with a mask or a singular cone; leave one out")
-    if free_start and tightened is not None:
-        raise SettingError("tightened bounds belong to locations in their order; leave free_start out")
     if free_direction and not free_start:
         raise SettingError("free_direction goes with free_start only; give that, too")
     allowed = budget or budget_of(effort)
     singular = Cone.of_degrees(singular_cone, singular_rate)
     machine = holding.hold(machine, hold or {})
     toolpath = for_tilt(toolpath, tilt, cone, lead=lead, lean=lean)
-    turn = None if max_turn is None else float(np.radians(max_turn))
-    travel = machine if tightened is None else tightened.travel(machine)
+    turns = {
+        "max_turn": None if max_turn is None else float(np.radians(max_turn)),
+        "turn_rate": None if turn_rate is None else float(np.radians(turn_rate)),
+    }
 
-    def build(path: Toolpath) -> tuple[Problem, TiltBounds]:
+    def build(path: Toolpath, location: Array | None = None) -> tuple[Problem, TiltBounds]:
         leaning = tilt_bounds(path, tilt, cone, lead=lead, lean=lean, plane=plane)
         built = Problem.build(
             path,
-            travel,
-            leaning if tightened is None else tightened.bounds(leaning),
+            machine,
+            leaning,
             up_penalty=up_penalty,
-            max_turn=turn,
-            link_turn=None if turn is None else LINK_SHARE * turn,
-            turn_rate=None if turn_rate is None else float(np.radians(turn_rate)),
             time_price=(machine.base_power or 0.0) if time_price is None else time_price,
             bend_price=smoothing,
         )
-        return built if tightened is None else tightened.turns(built), leaning
+        most = turn_bounds(path, location, **turns)
+        return replace(built, max_turn=np.repeat(most[:, None], 2, axis=1)), leaning
 
     problem, bounds = build(toolpath)
-    # A path that is solved again reached all of its locations.
-    blocked = unreachable(toolpath, machine, bounds) if tightened is None else []
+    blocked = unreachable(toolpath, machine, bounds)
     if blocked:
         share = f"{len(blocked)} of {len(toolpath)} locations"
         raise Infeasible(f"{share} have no admissible posture on {machine.name}", blocked)
     try:
-        posed = _Posed(problem, machine, toolpath, bounds, None if tightened is None else tightened.start)
+        posed = _Posed(problem, machine, toolpath, bounds)
         found, asked = _within_turns(posed, allowed, progress, singular, mask)
     except Infeasible:
-        turning = [] if tightened is not None else long_turns(problem, toolpath)
+        turning = long_turns(problem, toolpath)
         if not turning:
             raise
         moves = (
@@ -179,20 +175,43 @@ def optimise(
         )
         raise Infeasible(f"no way along the path: {moves}", turning) from None
 
-    def rebuild(path: Toolpath) -> tuple[Problem, TiltBounds]:
-        other, leaning = build(path)
+    def rebuild(path: Toolpath, location: Array | None = None) -> tuple[Problem, TiltBounds]:
+        other, leaning = build(path, location)
         return replace(other, machine=found.machine), leaning
 
     if free_start:
         again = _refiner(allowed, progress, "another start")
         passes = None if free_start is True else free_start
         found = freed(found, rebuild, again, passes=passes, both_ways=free_direction)
+    filling = Filling.of(Constraints(hold=hold, max_turn=max_turn, singular_cone=singular_cone), interpolation)
+    refine = _Refinement(allowed, singular, asked)
+    by_energy = Delivery(found.toolpath, rebuild, refine, filling, up_penalty, objective == "energy")
+    found = delivered(found, by_energy)
     if found.machine is not machine:
         rotary = found.motion.positions[:, machine.rotary_columns]
-        admits = None if asked is None else asked.admits
+        admits = None if asked is None else asked.along(found.motion.location).admits
         keeps = keeping(found.toolpath, found.machine, rotary, singular, admits)
         found = rewound_solution(found, machine, _refiner(allowed, progress, "one turn less"), keeps)
     return with_findings(found, singular)
+
+
+@dataclass(frozen=True, eq=False)
+class _Refinement:
+    """Refines a path on the locations of its program, within the mask and the singular cone."""
+
+    allowed: Budget
+    singular: Cone | None
+    mask: Mask | None
+
+    def __call__(self, posed: Posed, problem: Problem, start: Array) -> Array:
+        """Solve a problem of posed locations near a start, (n, 2) rad."""
+        if self.singular is not None:
+            problem = bounded_within(problem, posed.path, start, self.singular)
+            turned = np.abs(np.diff(start, axis=0))
+            problem = replace(problem, max_turn=np.maximum(problem.max_turn, turned))
+        clear = None if self.mask is None else Clearance.of(self.mask.along(posed.location), problem)
+        with threadpool_limits(limits=1):
+            return Portfolio(problem, self.allowed, None, clear=clear).refined_near(start)
 
 
 def _refiner(allowed: Budget, progress: Progress | None, name: str) -> Callable[[Problem, Array], Array]:
@@ -211,26 +230,15 @@ class _Posed:
 
     Parameters
     ----------
-    problem : within bounds that may be tightened
+    problem : of its locations
     machine : as it is
     toolpath, bounds : as they were given
-    start : (n, 2), rad, chain order, a path that is refined first; None for a search
     """
 
     problem: Problem
     machine: Machine
     toolpath: Toolpath
     bounds: TiltBounds
-    start: Array | None
-
-    @property
-    def winds(self) -> bool:
-        """Whether the start has more turns than the machine."""
-        if self.start is None:
-            return False
-        columns = self.machine.rotary_columns
-        low, high = self.machine.low[columns], self.machine.high[columns]
-        return bool(((self.start < low - ON_LIMIT) | (self.start > high + ON_LIMIT)).any())
 
     def endless(self) -> _Posed:
         """Pose the same where rotary axes turn without end."""
@@ -251,13 +259,12 @@ def _within_turns(
     -------
     A solution on the machine, or on the `endless` one; and the mask as it was asked
     """
-    if not posed.winds:
-        asked = None if mask is None else Mask(mask)
-        try:
-            return _solved(posed, allowed, progress, singular, asked), asked
-        except Infeasible:
-            if not winding_columns(posed.machine):
-                raise
+    asked = None if mask is None else Mask(mask)
+    try:
+        return _solved(posed, allowed, progress, singular, asked), asked
+    except Infeasible:
+        if not winding_columns(posed.machine):
+            raise
     # No way within its turns: the axis winds as far as the path wants, and is turned back where it is cheap.
     asked = None if mask is None else Mask(asked_within(posed.machine, mask))
     return _solved(posed.endless(), allowed, progress, singular, asked), asked
@@ -282,9 +289,7 @@ def _solved(
 
     # IPOPT's linear solver works on small blocks: threads of the BLAS under it only wait for each other.
     with threadpool_limits(limits=1):
-        if posed.start is not None:
-            rotary = solve(problem, posed.start)
-        elif allowed.is_many:
+        if allowed.is_many:
             leaning = leaning_paths(toolpath, machine, bounds, allowed)
             rotary, optima = best_of_starts(run, starts, leaning)
         else:

@@ -206,7 +206,7 @@ def _is_cheaper(one: Candidate, other: Candidate) -> bool:
 
 def _travel(path: Candidate) -> float:
     motion = follow(path.layout.path, path.problem.machine, path.rotary)
-    return motion_energy(path.problem.machine, motion).total
+    return motion_energy(path.problem.machine, motion).travel
 
 
 def _solved(solution: Solution, best: Candidate) -> Solution:

@@ -88,6 +88,13 @@ class Portfolio:
         """Refine a path, (n, 2) rad, on all locations; the start itself where that doesn't better it."""
         return self._refined(f"refine, from {name}", None, start).rotary
 
+    def refined_near(self, start: Array) -> Array:
+        """Refine a path, (n, 2) rad, that is nearly right, within the mask where there is one."""
+        problem, solve = self.problem.eased(start), self._solver()
+        if self.clear is None:
+            return solve(problem, start, (False, False))[0]
+        return Confinement(problem, self.clear, solve).refined(start, 1)
+
     def _mended(self, found: Refinement | None) -> Refinement | None:
         """Lead a path that breaks bounds in a few places another way there, and refine it again."""
         if found is None or self.clear is not None or self.problem.violation(found.rotary) <= ALLOWED:

@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from fiveaxis.energy import Energy
+from fiveaxis.energy import Energy, motion_energy
 from fiveaxis.geometry import Array
 from fiveaxis.kinematics import tool_poses
 from fiveaxis.machine import Machine
-from fiveaxis.motion import Motion
+from fiveaxis.motion import Filling, Motion
 from fiveaxis.posture.lower_bound import LowerBound, bound_travel
 from fiveaxis.posture.problem import Problem
 from fiveaxis.toolpath import TiltBounds, Toolpath
@@ -91,6 +91,11 @@ class Baseline:
     toolpath: Toolpath | None = None
 
 
+def program_energy(machine: Machine, toolpath: Toolpath, motion: Motion, filling: Filling) -> Energy:
+    """Work out what the blocks cost that a motion becomes, without ways in and out."""
+    return motion_energy(machine, filling.blocks(toolpath, machine, motion))
+
+
 @dataclass(frozen=True, eq=False)
 class Wound:
     """A path before its axes were turned back into their turns.
@@ -123,13 +128,14 @@ class Solution:
     ----------
     machine, toolpath, tilt : the problem
     motion : the result
-    energy : what it costs
+    energy : what its program costs: the blocks that the motion becomes, without ways in and out
     compared : baselines by name, with their motions
     missing : baselines that don't exist for this path, with the reason
     stages : what the solver did, in order
     problem : what was solved; None for a solution that was put together by hand or has rewinds
     optima : local optima by start, where the effort looks for several
     wound : what a solution with rewinds was made of
+    filling : how blocks are inserted between its locations, and removed
     """
 
     machine: Machine
@@ -143,6 +149,7 @@ class Solution:
     problem: Problem | None = None
     optima: Optima | None = None
     wound: Wound | None = None
+    filling: Filling = Filling()
 
     @property
     def baselines(self) -> dict[str, Energy]:
@@ -155,12 +162,17 @@ class Solution:
         return bound_travel(self.toolpath, self.machine, self.tilt)
 
     @property
+    def travel(self) -> float:
+        """Travel metric at the locations, J."""
+        return motion_energy(self.machine, self.motion).travel
+
+    @property
     def gap(self) -> float:
         """Share of the travel metric that the lower bound leaves open: 0 is proven to be the optimum."""
-        return self.bound.gap(self.energy.total)
+        return self.bound.gap(self.travel)
 
     def savings(self) -> dict[str, float]:
-        """Compute the saved share of the travel metric against each baseline, 1 is everything."""
+        """Compute the saved share of the feed drives' energy against each baseline, 1 is everything."""
         return {
             name: 1.0 - self.energy.total / energy.total
             for name, energy in self.baselines.items()

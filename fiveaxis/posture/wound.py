@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fiveaxis.energy import motion_energy
 from fiveaxis.errors import Infeasible, SettingError
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.kinematics.windings import TURN, into_limits
@@ -19,7 +18,7 @@ from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.posture.reversals import unreversed
 from fiveaxis.posture.rewinding import CLEARANCE, Rewound, rewound
 from fiveaxis.posture.singular import Cone, turning_within
-from fiveaxis.posture.solution import Baseline, Solution, Wound
+from fiveaxis.posture.solution import Baseline, Solution, Wound, program_energy
 from fiveaxis.posture.winding import winding_columns
 from fiveaxis.toolpath import TiltBounds, Toolpath
 
@@ -133,7 +132,9 @@ def rewound_solution(
             missing[name] = str(reason)
             continue
         driven = follow(other.found.toolpath, machine, other.found.rotary)
-        compared[name] = Baseline(driven, motion_energy(machine, driven), other.found.toolpath)
+        path_there = other.found.toolpath
+        spent = program_energy(machine, path_there, driven, solution.filling)
+        compared[name] = Baseline(driven, spent, path_there)
         if baseline.toolpath in (None, path) and problem.violation(rotary) <= ALLOWED and keeps(rotary):
             best = min(best, other, key=_price)
     kept = Wound(path, solution.tilt, best.problem, best.rotary, clearance, best.found.place)
@@ -160,7 +161,9 @@ def with_path(solution: Solution, rotary: Array) -> tuple[Solution, Rewound | No
     machine, wound = solution.machine, solution.wound
     if wound is None:
         motion = follow(solution.toolpath, machine, rotary)
-        return replace(solution, motion=motion, energy=motion_energy(machine, motion)), None
+        motion = replace(motion, location=solution.motion.location)
+        energy = program_energy(machine, solution.toolpath, motion, solution.filling)
+        return replace(solution, motion=motion, energy=energy), None
     prices = {"clearance": wound.clearance, "time_price": wound.problem.time_price}
     found = rewound(wound.toolpath, machine, rotary, tilt=wound.tilt, **prices)
     told = [*found.findings(), *better_phases(wound.toolpath, machine, rotary, found)]
@@ -171,7 +174,7 @@ def with_path(solution: Solution, rotary: Array) -> tuple[Solution, Rewound | No
         toolpath=path,
         tilt=found.bounds(wound.tilt),
         motion=motion,
-        energy=motion_energy(machine, motion),
+        energy=program_energy(machine, path, motion, solution.filling),
         wound=replace(wound, rotary=rotary, place=found.place),
     )
     return other, found

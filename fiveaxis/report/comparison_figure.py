@@ -31,7 +31,7 @@ class Bar:
     Parameters
     ----------
     name : what is different about it
-    energy, baseline : travel metric, J; None where there is none
+    energy, baseline : J, of the feed drives; None where there is none
     status : what is said in place of a missing energy
     """
 
@@ -70,7 +70,7 @@ def comparison_figure(title: str, bars: Sequence[Bar], baseline: str) -> bytes:
             figure.legend(loc="outside lower right", ncols=2)
         # A dollar sign would start a formula.
         name = title.replace("$", r"\$")
-        label_axes(axes, "travel metric of the feed drives, no base load (J)", "", f"{name}{cut}")
+        label_axes(axes, "energy of the feed drives, no base load (J)", "", f"{name}{cut}")
         buffer = io.BytesIO()
         figure.savefig(buffer, format="svg", metadata=dict.fromkeys(FORMATS[".svg"]))
     return buffer.getvalue()

@@ -25,8 +25,8 @@ from fiveaxis.toolpath import TiltBounds, Toolpath
 # What people expect to be compared with, best first; any other baseline stands in where both are missing.
 PREFERRED_BASELINES = ("as-programmed", "normal")
 
-# By what two motions are compared, and what that is called in `Energy`.
-MEASURES = {"travel_metric": "total", "power_integral": "power_integral", "with_base": "with_base"}
+# By what two programs are compared, names of `Energy`.
+MEASURES = ("total", "travel", "with_base")
 
 UNITS = {
     "energy": "J",
@@ -60,7 +60,7 @@ def report_document(
     inputs : the files that the run read, each from `describe_input`, with ``used_as`` where that is known
     program : the NC program, where one was made: ``blocks`` for how many ``blocks_before``, ``inserted``,
         ``removed`` and ``redundant_kept_for`` (codes), the tolerances ``path_tolerance_mm`` and
-        ``axis_tolerance_deg``, and ``energy`` by posture
+        ``axis_tolerance_deg``
     budget : the electricity of the whole job by consumer, where it was added up
 
     Returns
@@ -73,7 +73,7 @@ def report_document(
     verification = {k: verdict[k] for k in ("ok", "counts", "figures", "checked", "not_checked")}
     document = {
         "toolpath": _without_folder(solution.toolpath.name),
-        "locations": len(solution.toolpath),
+        "locations": solution.toolpath.count_given,
         "energy": solution.energy.as_dict(),
         "baselines": {name: energy.as_dict() for name, energy in solution.baselines.items()},
         "missing_baselines": dict(solution.missing),
@@ -87,7 +87,7 @@ def report_document(
         "summary": _summary(findings, solution.toolpath, verification["counts"]),
         "findings": findings,
         "verification": verification,
-        "program": program and _program(program),
+        "program": program and dict(program),
         "budget": budget and dict(budget),
         "solver": [stage.as_dict() for stage in solution.stages],
         "machine": _machine(solution.machine),
@@ -111,16 +111,6 @@ def _summary(
     """Put findings together by cause; what optimiser and verification both tell counts once."""
     total = Counter(count_codes(toolpath.findings)) | Counter(counts)
     return [cause.as_dict() for cause in group_findings(map(Finding.from_dict, findings), total)]
-
-
-def _program(program: Mapping[str, Any]) -> dict[str, Any]:
-    """Take the program's figures, with what its own moves save against each baseline's program."""
-    result, *others = program["energy"].items()
-    savings = {
-        name: {measure: _share(result[1][key], energy[key]) for measure, key in MEASURES.items()}
-        for name, energy in others
-    }
-    return dict(program) | {"savings": savings}
 
 
 def describe_input(path: str | Path) -> dict[str, Any]:
@@ -162,7 +152,7 @@ def main_baseline(names: Collection[str]) -> str | None:
 
 def _savings(energy: Energy, baseline: Energy) -> dict[str, float | None]:
     """Compare two motions by each measure, as the share that is saved."""
-    return {name: _share(getattr(energy, key), getattr(baseline, key)) for name, key in MEASURES.items()}
+    return {name: _share(getattr(energy, name), getattr(baseline, name)) for name in MEASURES}
 
 
 def _share(after: float | None, before: float | None) -> float | None:

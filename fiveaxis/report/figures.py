@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fiveaxis.energy import move_energies
+from fiveaxis.energy import move_powers
 from fiveaxis.geometry import Array
 from fiveaxis.kinematics import tool_axes
 from fiveaxis.motion import Motion
@@ -30,7 +30,7 @@ LOCATION_LABEL = "location along the path (row, from 0)"
 
 
 def energy_bars(solution: Solution, baseline: str | None) -> str:
-    """Draw the travel metric of each axis before and after, with the figures on the bars.
+    """Draw the energy of each axis before and after, with the figures on the bars.
 
     Parameters
     ----------
@@ -51,19 +51,21 @@ def energy_bars(solution: Solution, baseline: str | None) -> str:
         axes.grid(False, axis="x")
         axes.margins(y=0.15)
         label_axes(
-            axes, "machine axis", "energy (J)", "What each axis spends (travel metric, feed drives only)"
+            axes, "machine axis", "energy (J)", "What each axis spends (feed drives only)"
         )
         axes.legend()
         return as_svg(figure)
 
 
 def spending_lines(solution: Solution, baseline: str | None) -> str:
-    """Draw the travel metric added up along the path: steep is where the energy goes."""
+    """Draw the energy added up along the path: steep is where it goes."""
     with drawing("spending-lines"):
         figure = new_figure(WIDTH, 2.6)
         axes = figure.subplots()
         for name, colour in series_of(solution, baseline).items():
-            spent = np.cumsum(move_energies(solution.machine, motion_of(solution, name)).sum(axis=1))
+            motion = motion_of(solution, name)
+            powers = move_powers(solution.machine, motion).sum(axis=1)
+            spent = np.cumsum(powers * motion.time)
             _line(axes, spent, name, colour)
         axes.set_ylim(bottom=0.0)
         axes.margins(x=0.01)

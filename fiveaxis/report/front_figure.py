@@ -60,6 +60,6 @@ def _draw(front: Front) -> Figure:
             axes.annotate(
                 name, (values[end], energy[end]), xytext=(4.0, 6.0), textcoords="offset points", fontsize=8.0
             )
-    label_axes(left, "Σ‖Δρ‖² (rad²)", "travel metric of the feed drives (J)", "What steadiness costs")
-    label_axes(right, "largest turn over the way (deg/mm)", "travel metric of the feed drives (J)")
+    label_axes(left, "Σ‖Δρ‖² (rad²)", "energy of the feed drives (J)", "What steadiness costs")
+    label_axes(right, "largest turn over the way (deg/mm)", "energy of the feed drives (J)")
     return figure

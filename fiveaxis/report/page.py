@@ -37,8 +37,8 @@ logger = logging.getLogger(__name__)
 
 # Every percentage stands beside the boundary that it was drawn for.
 BOUNDARIES = {
-    "travel_metric": "feed drives only, travel metric",
-    "power_integral": "feed drives only, power integral",
+    "total": "feed drives only",
+    "travel": "feed drives only, travel metric",
     "with_base": "feed drives and base power, over the cycle time",
 }
 
@@ -101,32 +101,17 @@ def _facts(document: Mapping[str, Any]) -> str:
 def _saved(document: Mapping[str, Any], baseline: str | None) -> str:
     if baseline is None:
         return f"<p>There is no baseline to compare with.</p>\n{_missing(document)}"
-    shares, energies, what = _compared(document, baseline)
+    shares = document["savings"][baseline]
     cards = "\n".join(_card(shares[m], boundary) for m, boundary in BOUNDARIES.items())
+    energies = document["energy"], document["baselines"][baseline]
     after, before = (escape(tables.number(energy["total"])) for energy in energies)
     return (
         f"<p>Against <b>{escape(baseline)}</b>: {after} J instead of {before} J "
-        f"({BOUNDARIES['travel_metric']}; {what}).</p>\n"
+        f"({BOUNDARIES['total']}; both are whole programs).</p>\n"
         f'<div class="cards">\n{cards}\n</div>\n'
         f"{_scroll(tables.baseline_table(document))}\n{_missing(document)}\n{_measures(document)}"
-        f"{program_section(document['program'])}"
+        f"{program_section(document)}"
     )
-
-
-def _compared(
-    document: Mapping[str, Any], baseline: str
-) -> tuple[Mapping[str, float | None], tuple[Mapping[str, Any], Mapping[str, Any]], str]:
-    """Give savings, energies after and before, and what they are of: whole programs where there are both."""
-    program = document["program"]
-    if program is not None and baseline in program["energy"]:
-        energy = program["energy"]
-        return (
-            program["savings"][baseline],
-            (energy["optimised"], energy[baseline]),
-            "both are whole programs",
-        )
-    after, before = document["energy"], document["baselines"][baseline]
-    return document["savings"][baseline], (after, before), "at the cutter locations"
 
 
 def _card(share: float | None, boundary: str) -> str:
@@ -145,27 +130,28 @@ def _measures(document: Mapping[str, Any]) -> str:
         "The machine’s base power isn’t known, so totals with base power can’t be given; a posture that "
         "takes longer may cost more than it saves."
         if base is None
-        else f"With base power: the power integral plus {tables.number(base)} W over the cycle time."
+        else f"With base power: plus {tables.number(base)} W over the cycle time."
     )
-    error = document["energy"]["metric_error"]
+    error = document["energy"]["travel_error"]
     difference = (
         ""
         if error is None
-        else "For the result the metric is off the integral by "
+        else "For the result the metric is off the energy by "
         f"{tables.number(100.0 * error, 1, signed=True)}{tables.THIN_SPACE}%. "
     )
     return (
-        '<p class="small">Travel metric: every axis is charged for its travel at the programmed feed '
-        "(Σ W|Δq|). Power integral: ∫P dt of the feed drives over the duration of each move; a drive with "
-        "constant power pays for the whole move, however short its own travel. Spindle, coolant and cutting "
-        f"power are in none of them. {difference}{with_base}</p>"
+        '<p class="small">Energy: ∫P dt of the feed drives over the duration of each block; a drive with '
+        "constant power pays for the whole block, however short its own travel. If the power of a drive that "
+        "is slower than any that was measured falls with its speed, the energy is the lower figure. Travel "
+        "metric: every axis is charged for its travel at the programmed feed (Σ W|Δq|). Spindle, coolant and "
+        f"cutting power are in none of them. {difference}{with_base}</p>"
     )
 
 
 def _energy(solution: Solution, document: Mapping[str, Any], baseline: str | None) -> str:
     compared = "the result" if baseline is None else f"“{escape(baseline)}” and of the result"
     return (
-        _figure(energy_bars(solution, baseline), f"Travel metric of {compared} by axis; feed drives only.")
+        _figure(energy_bars(solution, baseline), f"Energy of {compared} by axis; feed drives only.")
         + _scroll(tables.axis_table(document, baseline))
         + _figure(
             spending_lines(solution, baseline), "The same energy, added up along the path; feed drives only."

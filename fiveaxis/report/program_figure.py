@@ -36,7 +36,7 @@ def program_figure(
     with drawing("program-energy"):
         figure = new_figure(WIDTH, 2.2 * (len(names) + 1))
         panels = figure.subplots(len(names) + 1, 1)
-        letters = list(energies[0].integral_by_axis)
+        letters = list(energies[0].by_axis)
         for axes, name, time, joules in zip(panels, names, times, by_blocks, strict=False):
             _draw_power(axes, name, letters, time, joules)
         _draw_energies(panels[-1], names, energies)
@@ -60,8 +60,8 @@ def _draw_energies(axes: Axes, names: Sequence[str], energies: Sequence[Energy])
     # Programs of one name have a bar each; what an axis gives back stands left of 0.
     places = np.arange(len(names))
     spent, returned = np.zeros(len(names)), np.zeros(len(names))
-    for letter in energies[0].integral_by_axis:
-        widths = np.array([energy.integral_by_axis[letter] for energy in energies])
+    for letter in energies[0].by_axis:
+        widths = np.array([energy.by_axis[letter] for energy in energies])
         left = np.where(widths < 0.0, returned, spent)
         axes.barh(places, widths, left=left, color=COLOURS[letter], label=letter)
         spent, returned = spent + np.maximum(widths, 0.0), returned + np.minimum(widths, 0.0)

@@ -6,30 +6,26 @@ from collections.abc import Mapping
 from html import escape
 from typing import Any
 
-from fiveaxis.report.tables import kinds_table, number, program_table
+from fiveaxis.report.tables import kinds_table, number
 
 
-def program_section(program: Mapping[str, Any] | None) -> str:
-    """Say what the program's own moves cost: a solution's figures see the path's locations only.
-
-    Parameters
-    ----------
-    program : as `report_document` takes it; nothing is said where there is none
-    """
+def program_section(document: Mapping[str, Any]) -> str:
+    """Say which blocks the program has, and what its kinds of move cost; nothing where there is no program."""
+    program = document["program"]
     if program is None:
         return ""
     inserted, blocks, before = (number(program[key]) for key in ("inserted", "blocks", "blocks_before"))
     tolerance = f"{program['path_tolerance_mm']:g} mm"
     text = (
-        "The figures above see the cutter locations only. Between them the axes have to hold the tool on its "
-        f"path: that takes {inserted} inserted {_blocks(program['inserted'])} (tolerance {tolerance}). "
-        f"{_removed(program)} The program has {blocks} blocks for {before} locations, and its own moves "
-        "cost, without approach and retract:"
+        f"The program has {blocks} blocks for {before} locations. Between these the axes have to hold the tool "
+        f"on its path: that takes {inserted} inserted {_blocks(program['inserted'])} (tolerance {tolerance}), "
+        f"whose postures were chosen as the others were. {_removed(program)} All figures are those of whole "
+        "programs, each with the blocks that it needs, without approach and retract."
     )
-    apart = kinds_table(program)
-    shown = f'<p>{escape(text)}</p>\n<div class="scroll">\n{program_table(program)}\n</div>\n'
+    apart = kinds_table(document)
+    shown = f"<p>{escape(text)}</p>\n"
     if apart:
-        said = "Of that power integral, and of the time, by kind of move:"
+        said = "Of the feed drives’ energy, and of the time, by kind of move:"
         shown += f'<p>{said}</p>\n<div class="scroll">\n{apart}\n</div>\n'
     return shown
 

@@ -42,7 +42,7 @@ def _verdict(found: Mapping[str, Any]) -> str:
     if _place(given) == _place(chosen):
         return "No setup within the ranges was found that is cheaper than the given one; it was kept."
     before = "which can’t be followed" if given["energy"] is None else f"with {number(given['energy'])} J"
-    share = "" if found["saved"] is None else f": {saving(found['saved'])} (travel metric, feed drives only)"
+    share = "" if found["saved"] is None else f": {saving(found['saved'])} (feed drives only)"
     return (
         f"Set the workpiece’s zero at {_place(chosen)}. The path costs {number(chosen['energy'])} J there, "
         f"in place of the given setup at {_place(given)}, {before}{share}. Every figure of this report is "

@@ -44,15 +44,16 @@ def baseline_table(document: Mapping[str, Any]) -> str:
     """Compare the result with every baseline by every measure."""
     heads = (
         "posture",
-        "#travel metric, feed drives only (J)",
+        "#feed drives (J)",
+        "#saved",
+        "#if power falls with speed (J)",
+        "#travel metric (J)",
         "#saved, travel metric",
-        "#power integral, feed drives only (J)",
-        "#saved, power integral",
         "#feed drives and base power (J)",
         "#saved, with base power",
         "#time (s)",
     )
-    nothing = dict.fromkeys(("travel_metric", "power_integral", "with_base"), NOTHING)
+    nothing = dict.fromkeys(("total", "travel", "with_base"), NOTHING)
     rows = [_energy_row("optimised", document["energy"], nothing)]
     for name, energy in document["baselines"].items():
         shares = {k: saving(v) for k, v in document["savings"][name].items()}
@@ -60,22 +61,10 @@ def baseline_table(document: Mapping[str, Any]) -> str:
     return table(heads, rows)
 
 
-def program_table(program: Mapping[str, Any]) -> str:
-    """Compare the programs of the result and of every baseline by their own moves."""
-    heads = ("program", "#travel metric (J)", "#saved", "#power integral (J)", "#saved", "#time (s)")
-    result, *others = program["energy"].items()
-    after, measures = result[1], ("total", "power_integral")
-    rows = [(result[0], number(after["total"]), NOTHING, number(after["power_integral"]), NOTHING)]
-    for name, before in others:
-        saved = [saving(1.0 - after[k] / before[k] if before[k] > 0.0 else None) for k in measures]
-        rows.append((name, number(before["total"]), saved[0], number(before["power_integral"]), saved[1]))
-    times = (number(energy["time"], 1) for energy in program["energy"].values())
-    return table(heads, [(*row, time) for row, time in zip(rows, times, strict=True)])
-
-
-def kinds_table(program: Mapping[str, Any]) -> str:
+def kinds_table(document: Mapping[str, Any]) -> str:
     """Show cuts, links and rapid moves of all programs apart; empty where there are cuts only."""
-    spent = {name: energy["by_kind"] for name, energy in program["energy"].items()}
+    energies = {"optimised": document["energy"], **document["baselines"]}
+    spent = {name: energy["by_kind"] for name, energy in energies.items()}
     kinds = [kind for kind in KINDS if any(kind in shares for shares in spent.values())]
     if kinds == ["cut"]:
         return ""
@@ -86,7 +75,7 @@ def kinds_table(program: Mapping[str, Any]) -> str:
         for kind in kinds:
             share = shares.get(kind)
             cells += (
-                [NOTHING, NOTHING] if share is None else [number(share["integral"]), number(share["time"], 1)]
+                [NOTHING, NOTHING] if share is None else [number(share["total"]), number(share["time"], 1)]
             )
         rows.append(cells)
     return table(("program", *heads), rows)
@@ -182,9 +171,10 @@ def _energy_row(name: str, energy: Mapping[str, Any], shares: Mapping[str, str])
     return [
         name,
         number(energy["total"]),
-        shares["travel_metric"],
-        number(energy["power_integral"]),
-        shares["power_integral"],
+        shares["total"],
+        number(energy["least"]),
+        number(energy["travel"]),
+        shares["travel"],
         number(energy["with_base"]),
         shares["with_base"],
         number(energy["time"], 1),

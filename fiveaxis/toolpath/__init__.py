@@ -3,7 +3,14 @@
 from fiveaxis.toolpath.bounds import TiltBounds
 from fiveaxis.toolpath.constraints import Constraints
 from fiveaxis.toolpath.cutter import Cutter, Zone, across
-from fiveaxis.toolpath.dividing import divide, divided_rows, interpolate, part_places
+from fiveaxis.toolpath.dividing import (
+    divide,
+    divided_rows,
+    interpolate,
+    part_places,
+    refined,
+    turned,
+)
 from fiveaxis.toolpath.lead_lean import feed_directions
 from fiveaxis.toolpath.path import MoveKind, Toolpath
 from fiveaxis.toolpath.tilt import for_tilt, require_range, tilt_bounds
@@ -27,6 +34,8 @@ __all__ = [
     "interpolate",
     "parse_tool",
     "part_places",
+    "refined",
     "require_range",
     "tilt_bounds",
+    "turned",
 ]

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from fiveaxis.geometry import Array, IntArray
+from fiveaxis.geometry import Array, IntArray, normalise
 from fiveaxis.toolpath.path import Toolpath
 
 
@@ -56,6 +56,48 @@ def through(toolpath: Toolpath, row: Array, along: Array | None = None) -> Toolp
         axis=path.axis + unknown,
         rotary=None if path.rotary is None else path.rotary + unknown,
     )
+
+
+def refined(toolpath: Toolpath, row: Array) -> Toolpath:
+    """Put locations between those of a path that are cutter locations like any other.
+
+    Pivots lie on the straight way between two given ones, and surface normals and programmed axes turn evenly
+    from one to the next, so the tool touches in between with the same part of its profile. The contact
+    itself is not known there: nobody has said how the surface bends.
+
+    Parameters
+    ----------
+    toolpath : n locations
+    row : (m,), within 0 … n − 1, growing, each of the n rows among them
+
+    Returns
+    -------
+    m locations; findings name those inserted after the given one that they lead to
+    """
+    path = through(toolpath, row)
+    cut = path.cutting[:, None]
+    normal = np.where(cut, _turned_or_known(toolpath.normal, row), path.normal)
+    axis = _turned_or_known(toolpath.axis, row)
+    return replace(path, normal=normal, axis=axis, numbers=toolpath.numbered[np.ceil(row).astype(np.int64)])
+
+
+def turned(direction: Array, row: Array) -> Array:
+    """Take directions, (n, 3), at fractional rows; NaN next to a row without any, and between opposites."""
+    blend = np.where(
+        (row == np.floor(row))[:, None],
+        direction[np.floor(row).astype(np.int64)],
+        interpolate(direction, row),
+    )
+    length = np.linalg.norm(blend, axis=1, keepdims=True)
+    return normalise(np.where(length > 1e-9, blend, np.nan))
+
+
+def _turned_or_known(direction: Array, row: Array) -> Array:
+    """Do the same, and next to a row without any take the direction of the other one."""
+    found = turned(direction, row)
+    for end in (np.ceil, np.floor):
+        found = np.where(np.isnan(found), direction[end(row).astype(np.int64)], found)
+    return found
 
 
 def divided_rows(parts: IntArray) -> Array:

@@ -194,6 +194,16 @@ class Toolpath:
     def __len__(self) -> int:
         return len(self.pivot)
 
+    @property
+    def count_given(self) -> int:
+        """How many of the locations were given, and not inserted."""
+        return len(self) if self.numbers is None else len(np.unique(self.numbers))
+
+    @property
+    def numbered(self) -> IntArray:
+        """(n,), numbers by which findings name the locations."""
+        return np.arange(len(self)) if self.numbers is None else self.numbers
+
     def place(self, row: int) -> Place:
         """Say where a location is, for findings."""
         line = int(self.source[row]) if self.source_is_line else None

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from fiveaxis.errors import SettingError
-from fiveaxis.geometry import Array, BoolArray, normalise
+from fiveaxis.geometry import Array, BoolArray
 from fiveaxis.machine import Machine
-from fiveaxis.toolpath import TiltBounds, Toolpath, interpolate, tilt_bounds
+from fiveaxis.toolpath import TiltBounds, Toolpath, tilt_bounds, turned
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,22 +104,11 @@ class Asked:
         spread = replace(self, cutting=cutting, inserted=inserted)
         if self.leaning is None:
             return spread
-        every = [replace(b, reference=_turned(b.reference, row), beside=()) for b in self.leaning.all]
+        every = [replace(b, reference=turned(b.reference, row), beside=()) for b in self.leaning.all]
         leaning = replace(every[0], beside=tuple(every[1:]))
         if cutting is not None:
             leaning = leaning.only(cutting | ~inserted)
         return replace(spread, leaning=leaning)
-
-
-def _turned(reference: Array, row: Array) -> Array:
-    """Take directions, (n, 3), at fractional rows; NaN next to a row without any, and between opposites."""
-    blend = np.where(
-        (row == np.floor(row))[:, None],
-        reference[np.floor(row).astype(np.int64)],
-        interpolate(reference, row),
-    )
-    length = np.linalg.norm(blend, axis=1, keepdims=True)
-    return normalise(np.where(length > 1e-9, blend, np.nan))
 
 
 def _radians(degrees: float | None) -> float | None:

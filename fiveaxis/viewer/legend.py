@@ -35,7 +35,7 @@ def make_legend(solution: Solution, scene: Scene, findings: Sequence[Finding]) -
     lines = [
         f"<h1>{title_of(solution)}</h1>",
         f"<p>{len(solution.toolpath)} locations, {html.escape(solution.machine.name)}</p>",
-        f"<p>{'<br>'.join(_figures(side) for side in scene.sides)}<br>travel metric of the feed drives</p>",
+        f"<p>{'<br>'.join(_figures(side) for side in scene.sides)}<br>energy of the feed drives</p>",
         *_views(scene),
         f"<p>{''.join(_boxes(scene))}</p>",
         *_remarks(solution, scene),

@@ -25,7 +25,7 @@ class Side:
     name : as people call it
     motion, toolpath : row by row; a baseline that is rewound has locations of its own
     frames : key frames, on a clock that both sides share
-    energy : J, travel metric
+    energy : J, of the feed drives
     """
 
     node: str

@@ -1,0 +1,240 @@
+"""The program as the variable: what a control needs between locations is solved as the locations are.
+
+Axes that run linearly keep a tool on its path only in short blocks, so locations have to be inserted where
+rotary axes turn. Postures that are interpolated there let axes creep which stand at the locations, and lean
+the tool where nobody looked. So inserted locations become part of the problem: tilt, limits, turns and
+clearance hold there, and the objective is that of the program's blocks.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+
+from fiveaxis.energy import block_costs, motion_energy
+from fiveaxis.findings import Finding, Severity
+from fiveaxis.geometry import Array
+from fiveaxis.motion import Filling, feed_times, follow
+from fiveaxis.posture.problem import ALLOWED, Problem
+from fiveaxis.posture.solution import Solution, Stage, program_energy
+from fiveaxis.toolpath import TiltBounds, Toolpath, refined
+
+# Travel below this share of a step counts as none, round after round; what stays is as good as standing.
+SHARPNESS = (0.1, 0.03, 0.01, 0.01, 0.01)
+# A round that saves a smaller share, and inserts nothing, is the last.
+WORTHWHILE = 2e-3
+# A posture on the way between two locations may be past its bounds by so much (cosine, mm, rad).
+BETWEEN = 2e-4
+
+Objective = Literal["energy", "travel"]
+# Makes the problem of a path with inserted locations, (n,) places among the given ones.
+Build = Callable[[Toolpath, Array], tuple[Problem, TiltBounds]]
+
+
+@dataclass(frozen=True, eq=False)
+class Posed:
+    """A path with inserted locations, and its problem.
+
+    Parameters
+    ----------
+    path : n locations
+    location : (n,), where each lies among the given ones
+    problem, bounds : with the prices of travel
+    """
+
+    path: Toolpath
+    location: Array
+    problem: Problem
+    bounds: TiltBounds
+
+
+# Refines a path, (n, 2) rad, of posed locations, by the prices of a problem.
+Refine = Callable[[Posed, Problem, Array], Array]
+
+
+@dataclass(frozen=True, eq=False)
+class Delivered:
+    """A path, what its program needs beside, and what that costs.
+
+    Parameters
+    ----------
+    posed : what was solved
+    rotary : (n, 2), rad, chain order, its postures
+    denser : with the locations that the program's blocks need between
+    filled : (m, 2), rad, the postures there
+    excess : how far postures between the locations break their bounds; cosine, mm or rad
+    energy : J, ∫P dt of the feed drives in the program's blocks
+    """
+
+    posed: Posed
+    rotary: Array
+    denser: Posed
+    filled: Array
+    excess: float
+    energy: float
+
+    @property
+    def inserted(self) -> int:
+        """How many locations the program needs beside those that were solved."""
+        return len(self.denser.path) - len(self.posed.path)
+
+    @property
+    def rank(self) -> tuple[float, float]:
+        """By what of two the better one is: first bounds are kept, then energy is saved."""
+        broken = self.posed.problem.violation(self.rotary)
+        return (broken if broken > ALLOWED else 0.0) + max(self.excess - BETWEEN, 0.0), self.energy
+
+
+@dataclass(frozen=True, eq=False)
+class Delivery:
+    """Solves a path on the locations of its program.
+
+    Parameters
+    ----------
+    given : the path
+    build : makes the problem of a path with inserted locations
+    refine : solves one near a start
+    filling : what inserted blocks keep
+    up_penalty : J/mm, extra price of the machine's Z moving up
+    by_energy : whether the energy of blocks is minimised; else the problem's own prices are
+    """
+
+    given: Toolpath
+    build: Build
+    refine: Refine
+    filling: Filling
+    up_penalty: float = 0.0
+    by_energy: bool = True
+
+    def run(self, rotary: Array) -> tuple[Delivered, list[Stage]]:
+        """Insert locations and solve again, until the program needs no more of them.
+
+        Parameters
+        ----------
+        rotary : (n, 2), rad, chain order, at the given locations
+
+        Returns
+        -------
+        The best of the paths met, and what was done
+        """
+        stages: list[Stage] = []
+        every = np.arange(len(self.given), dtype=float)
+        best = here = self._priced(Posed(self.given, every, *self.build(self.given, every)), rotary)
+        for number, sharpness in enumerate(SHARPNESS):
+            if not self.by_energy and here.excess <= BETWEEN:
+                break
+            posed, start, before = here.denser, here.filled, here.energy
+            problem = self._reweighted(posed, start, sharpness) if self.by_energy else posed.problem
+            here = self._priced(posed, self.refine(posed, problem, start))
+            said = f"{len(posed.path)} locations, {here.inserted} more in the program"
+            stages.append(Stage(f"program, round {number + 1}", said, 0, before, here.energy))
+            gain, better = best.energy - here.energy, here.rank < best.rank
+            best = here if better else best
+            if number >= 2 and not here.inserted and not (better and gain > WORTHWHILE * here.energy):
+                break
+        return best, stages
+
+    def admits(self, rotary: Array) -> bool:
+        """Tell whether a path, (n, 2) rad, keeps the bounds at all given locations."""
+        every = np.arange(len(self.given), dtype=float)
+        return self.build(self.given, every)[0].violation(rotary) <= ALLOWED
+
+    def _priced(self, posed: Posed, rotary: Array) -> Delivered:
+        """Price a path by the blocks of its program, and see what these pass between its locations."""
+        machine = posed.problem.machine
+        fill = self.filling.fill(posed.path, machine, follow(posed.path, machine, rotary))
+        row = np.interp(fill.row, np.arange(len(posed.location)), posed.location)
+        path = refined(self.given, row)
+        denser, filled = Posed(path, row, *self.build(path, row)), fill.motion.positions
+        rotary_there = filled[:, machine.rotary_columns]
+        positions, excess = denser.problem.placed(slice(None), rotary_there)
+        past = max(float(excess.max()), float(denser.problem.limit_excess(positions).max()))
+        energy = motion_energy(machine, fill.motion).total
+        return Delivered(posed, rotary, denser, rotary_there, past, energy)
+
+    def _reweighted(self, posed: Posed, rotary: Array, sharpness: float) -> Problem:
+        """Price travel by what the program's blocks cost, near a path, (n, 2) rad."""
+        problem, path = posed.problem, posed.path
+        # The duration of rapid moves depends on the posture.
+        time = np.where(path.rapid, 0.0, feed_times(path))[1:]
+        costs = block_costs(problem.machine, path.feed[1:], path.rapid[1:], time=time)
+        travel = np.abs(np.diff(problem.positions(slice(None), rotary), axis=0))
+        plus, minus = costs.prices(travel, sharpness)
+        plus[:, problem.machine.column("Z")] += self.up_penalty
+        return replace(problem, plus=plus, minus=minus)
+
+
+def delivered(solution: Solution, delivery: Delivery) -> Solution:
+    """Solve a solution again on the locations of its program; energies are then those of programs.
+
+    Every baseline is priced as a program of its own, and shown on the locations of the result. None is
+    cheaper than the result: one that is takes its place, refined.
+
+    Parameters
+    ----------
+    solution : on the locations that were given, with its problem
+    delivery : what solves it
+    """
+    machine, filling, given = solution.machine, delivery.filling, solution.toolpath
+    columns = machine.rotary_columns
+    best, stages = delivery.run(solution.motion.positions[:, columns])
+    filled = {name: filling.fill(b.toolpath or given, machine, b.motion) for name, b in solution.compared.items()}
+    energies = {name: motion_energy(machine, filling.thin(fill).blocks) for name, fill in filled.items()}
+    if delivery.by_energy:
+        for name, energy in sorted(energies.items(), key=lambda item: item[1].total):
+            baseline = solution.compared[name]
+            rotary = baseline.motion.positions[:, columns]
+            if baseline.toolpath is not None or energy.total >= best.energy:
+                continue
+            if not delivery.admits(rotary):
+                continue
+            other, more = delivery.run(rotary)
+            stages += [replace(stage, name=f"{stage.name}, from baseline {name}") for stage in more]
+            best = min(best, other, key=lambda one: one.rank)
+    path = best.posed.path
+    location = None if len(path) == len(given) else best.posed.location
+    compared = {}
+    for name, baseline in solution.compared.items():
+        motion = baseline.motion
+        if baseline.toolpath is None and location is not None:
+            motion = follow(path, machine, filled[name].planes.rotary_at(location))
+        compared[name] = replace(baseline, motion=motion, energy=energies[name])
+    motion = replace(follow(path, machine, best.rotary), location=location)
+    return replace(
+        solution,
+        toolpath=replace(path, findings=(*path.findings, *_findings(best))),
+        tilt=best.posed.bounds,
+        motion=motion,
+        energy=program_energy(machine, path, motion, filling),
+        compared=compared,
+        stages=(*solution.stages, *stages),
+        problem=best.posed.problem,
+        filling=filling,
+    )
+
+
+def _findings(best: Delivered) -> list[Finding]:
+    """Say where postures on the way between locations break a bound all the same."""
+    if best.excess <= BETWEEN:
+        return []
+    problem = best.denser.problem
+    positions, excess = problem.placed(slice(None), best.filled)
+    past = problem.limit_excess(positions)
+    found = []
+    for off, fact, remedy in (
+        (excess, "the tool leans out of its bounds", "widen the range of its lean"),
+        (past, "an axis passes the end of its travel", "move the part on the table (work_offset)"),
+    ):
+        rows = np.flatnonzero(off > BETWEEN)
+        if len(rows):
+            worst = int(np.argmax(off))
+            message = (
+                f"on the way to this location {fact}, in {len(rows)} places, and no path was found that "
+                f"doesn't; put locations closer together here or {remedy}"
+            )
+            place = best.denser.path.place(worst)
+            found.append(Finding(Severity.WARNING, "between-locations", message, place))
+    return found
