@@ -213,10 +213,11 @@ def _print_outcome(outcome: Outcome) -> None:
     _print_energies(solution)
     fill = program.fill
     if fill is not None:
+        given = fill.given.count_given
         held = f"; none removed because of {', '.join(program.held_back)}" if program.held_back else ""
         out.print(
-            f"program: {len(fill.blocks)} blocks for {len(fill.given)} locations: {fill.inserted} blocks "
-            "inserted, so that the tool stays on its path and the tool axis in its plane, and "
+            f"program: {len(fill.blocks)} blocks for {given} locations: {len(fill.path) - given} blocks "
+            "inserted, so that the tool stays on its path and axes that stand keep standing, and "
             f"{fill.removed} redundant ones removed{held}",
             soft_wrap=True,
         )

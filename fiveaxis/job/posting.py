@@ -25,7 +25,7 @@ from fiveaxis.job.release import Gate, require_report
 from fiveaxis.job.solution import Solution
 from fiveaxis.job.verifying import ProgramCheck
 from fiveaxis.machine import Machine
-from fiveaxis.motion import Interpolation, Motion, ProgramMotion, respaced
+from fiveaxis.motion import Interpolation, Motion, ProgramMotion, located, respaced
 from fiveaxis.nc import (
     Coordinates,
     Program,
@@ -285,6 +285,7 @@ def make_of_motion(
     if isinstance(motion, ReadMotion):
         return _made_of_program(motion, machine, options, against)
     path = against.leaning_path
+    path = path if path is None else located(path, motion)
     if path is not None and len(path) == len(motion):
         along = replace(motion, kind=path.kind, feed=path.feed)
         return make_program(

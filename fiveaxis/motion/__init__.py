@@ -12,7 +12,7 @@ from fiveaxis.motion.filling import (
     respaced,
     way_deviation,
 )
-from fiveaxis.motion.motion import Motion, follow
+from fiveaxis.motion.motion import Motion, follow, located
 from fiveaxis.motion.planes import AXIS_TOLERANCE, FASTEST, AxisPlanes
 from fiveaxis.motion.profiles import Profile, block_profiles, move_profiles
 from fiveaxis.motion.program_motion import (
@@ -62,6 +62,7 @@ __all__ = [
     "inside_rapids",
     "least_times",
     "led_deviation",
+    "located",
     "motion_digest",
     "move_profiles",
     "peak_rates",

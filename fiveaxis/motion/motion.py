@@ -7,11 +7,12 @@ from functools import cached_property
 
 import numpy as np
 
+from fiveaxis.errors import ToolpathError
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.kinematics import linear_positions, tool_axes
 from fiveaxis.machine import Machine
 from fiveaxis.motion.timing import block_times
-from fiveaxis.toolpath import MoveKind, Toolpath
+from fiveaxis.toolpath import MoveKind, Toolpath, refined
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,6 +68,27 @@ class Motion:
             self.source[rows],
             None if self.location is None else self.location[rows],
         )
+
+
+def located(toolpath: Toolpath, motion: Motion) -> Toolpath:
+    """Give a path a location for each row of a motion along it, where the motion says where its rows lie.
+
+    Raises
+    ------
+    ToolpathError
+        The motion's rows lie on a path of another length, or not at all of its locations.
+    """
+    place = motion.location
+    if place is None or len(motion) == len(toolpath):
+        return toolpath
+    given = place[place == np.floor(place)]
+    if not np.array_equal(given, np.arange(len(toolpath))):
+        raise ToolpathError(
+            f"has {len(toolpath)} locations, and the motion has rows at {len(given)}, the last at number "
+            f"{place[-1]:g}: it is along another path",
+            file=toolpath.name,
+        )
+    return refined(toolpath, place)
 
 
 def follow(toolpath: Toolpath, machine: Machine, rotary: Array) -> Motion:

@@ -197,7 +197,13 @@ class Toolpath:
     @property
     def count_given(self) -> int:
         """How many of the locations were given, and not inserted."""
-        return len(self) if self.numbers is None else len(np.unique(self.numbers))
+        return len(self) - int(self.inserted.sum())
+
+    @property
+    def inserted(self) -> BoolArray:
+        """(n,), locations that were inserted on the way to a given one, whose number they have."""
+        numbers = self.numbered
+        return np.append(numbers[1:] == numbers[:-1], False)
 
     @property
     def numbered(self) -> IntArray:

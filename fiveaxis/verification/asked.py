@@ -86,6 +86,7 @@ class Asked:
             cone=_radians(singular_cone),
             cone_rate=math.radians(singular_rate),
             cutting=toolpath.cutting,
+            inserted=toolpath.inserted if toolpath.inserted.any() else None,
         )
 
     def between(self, row: Array) -> Asked:
@@ -100,6 +101,8 @@ class Asked:
             3 and 4
         """
         inserted: BoolArray = row != np.floor(row)
+        if self.inserted is not None:
+            inserted = inserted | self.inserted[np.floor(row).astype(np.int64)]
         cutting = None if self.cutting is None else self.cutting[np.ceil(row).astype(np.int64)]
         spread = replace(self, cutting=cutting, inserted=inserted)
         if self.leaning is None:
@@ -107,7 +110,7 @@ class Asked:
         every = [replace(b, reference=turned(b.reference, row), beside=()) for b in self.leaning.all]
         leaning = replace(every[0], beside=tuple(every[1:]))
         if cutting is not None:
-            leaning = leaning.only(cutting | ~inserted)
+            leaning = leaning.only(cutting | (row == np.floor(row)))
         return replace(spread, leaning=leaning)
 
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from fiveaxis.collision import Surroundings
 from fiveaxis.findings import Severity
 from fiveaxis.machine import Machine
-from fiveaxis.motion import Motion, motion_digest
+from fiveaxis.motion import Motion, located, motion_digest
 from fiveaxis.toolpath import Toolpath, for_tilt
 from fiveaxis.verification.asked import Asked
 from fiveaxis.verification.between import Between, Ways, check_gouges
@@ -120,6 +120,7 @@ def verify(
     MissingDependency
         pinocchio isn't installed.
     """
+    toolpath = located(toolpath, motion)
     if any(bound is not None for bound in (tilt, cone, lead, lean, plane)):
         toolpath = for_tilt(toolpath, tilt, cone, lead=lead, lean=lean)
     asked = Asked.of_degrees(
