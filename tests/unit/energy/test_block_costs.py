@@ -1,0 +1,78 @@
+"""What a block costs: a part for moving at all, a part for travel, and prices that are right where they should."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fiveaxis.energy import block_costs, motion_energy
+from fiveaxis.machine import load_machine
+from fiveaxis.motion import Motion
+
+HAYASHI, TAKISAWA = load_machine("hayashi-640123"), load_machine("takisawa-mac-v3")
+
+
+def integral(machine, move, time):
+    positions = np.stack([np.zeros(len(machine.axes)), move])
+    still = np.zeros(2, dtype=np.int64)
+    motion = Motion(machine.letters, positions, np.ones(2), np.array([0.0, time]), still, still)
+    return motion_energy(machine, motion).total
+
+
+def cost(costs, travel):
+    """One block's cost by the record's own formula; travel (k,), signed."""
+    side = np.where(travel > 0.0, 0, 1)
+    at = side, 0, np.arange(len(travel))
+    standing = costs.standing[at] * np.maximum(1.0, np.abs(travel) / costs.reach[0])
+    return float((costs.slope[at] * np.abs(travel) + np.where(travel != 0.0, standing, 0.0)).sum())
+
+
+@pytest.mark.parametrize("machine", [HAYASHI, TAKISAWA], ids=["hayashi", "takisawa"])
+@given(st.integers(0, 4), st.floats(0.05, 1.0), st.sampled_from([-1.0, 1.0]), st.floats(4.2, 16.0))
+def test_a_block_within_the_measured_speeds_costs_its_integral(machine, axis, share, sign, feed):
+    axis %= len(machine.axes)
+    costs = block_costs(machine, np.array([feed]), time=np.array([0.1]))
+    move = np.zeros(len(machine.axes))
+    move[axis] = sign * share * costs.step[0, axis]
+    expected = integral(machine, move, 0.1)
+    # Drives whose power grows with speed are linearised at the programmed feed.
+    assert cost(costs, move) == pytest.approx(expected, rel=1e-6)
+
+
+@given(st.floats(0.0, 3.0), st.floats(1e-3, 3.0), st.sampled_from([0.1, 0.01]))
+def test_prices_majorise_what_a_block_costs(before, after, sharpness):
+    """Cost at any travel is at most cost at the last one and the price of the difference, but for ε."""
+    costs = block_costs(HAYASHI, np.array([10.0]), time=np.array([0.1]))
+    z = HAYASHI.column("Z")
+    travel = np.zeros((1, 5))
+    travel[0, z] = before * costs.step[0, z]
+    price = costs.prices(travel, sharpness)[0][0, z]
+
+    def along(share):
+        move = np.zeros(5)
+        move[z] = share * costs.step[0, z]
+        return cost(costs, move)
+
+    at_last = along(before) if before else 0.0
+    if before > 10.0 * sharpness:
+        bound = at_last + price * (after - before) * costs.step[0, z]
+        # Within the constant part the majoriser is a line through what was paid; ε takes at most its share.
+        assert min(along(after), at_last) <= max(bound, at_last) * (1.0 + 1e-9)
+    # An axis that stood pays more for the least of moves than for a whole block.
+    if before == 0.0:
+        assert price * sharpness * costs.step[0, z] == pytest.approx(costs.standing[0, 0, z])
+
+
+def test_what_is_faster_than_was_measured_pays_for_its_travel():
+    costs = block_costs(HAYASHI, np.array([10.0]), time=np.array([0.1]))
+    z = HAYASHI.column("Z")
+    fast = np.zeros((1, 5))
+    fast[0, z] = 100.0
+    plus, _ = costs.prices(fast, 0.01)
+    assert plus[0, z] == pytest.approx(612.1 / (1000.0 / 60.0))
+
+
+def test_rapid_moves_pay_for_travel_alone():
+    costs = block_costs(HAYASHI, np.array([10.0]), np.array([True]), time=np.array([0.0]))
+    assert not costs.standing.any()
+    assert (costs.slope > 0.0).all()

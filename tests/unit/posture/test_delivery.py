@@ -1,0 +1,174 @@
+"""What is solved is the program: its inserted blocks keep the bounds, and its energy is the objective."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import fiveaxis as fx
+from fiveaxis.job import ProgramOptions, make_job, make_program, run_job
+from fiveaxis.machine import Limits, Machine
+from fiveaxis.nc import read_motion, write_motion
+from fiveaxis.toolpath import Constraints, Tool, Toolpath
+
+RING = {"tilt": (15.0, 75.0), "effort": "quick"}
+HOP = {"tilt": (35.0, 80.0), "max_turn": 60.0, "effort": "quick"}
+
+
+def s_wall(count: int) -> Toolpath:
+    """An S-shaped wall that leans by 20 deg: in large steps the tool hops over its normal between two."""
+    x = np.linspace(-60.0, 60.0, count)
+    bend = np.pi * x / 60.0
+    out = np.column_stack([-0.5 * np.pi * np.cos(bend), np.ones(count), np.zeros(count)])
+    out /= np.linalg.norm(out, axis=1)[:, None]
+    normal = np.cos(np.radians(20.0)) * out - np.sin(np.radians(20.0)) * np.array([0.0, 0.0, 1.0])
+    contact = np.column_stack([x, 30.0 * np.sin(bend), np.full(count, 20.0)])
+    return Toolpath.from_contacts(contact, normal, Tool.ball(8), feed_mm_min=500.0)
+
+
+def lobes(count: int, turn: float = 0.0) -> Toolpath:
+    """A closed pass on a three-lobed overhanging wall, turned about C by an angle, rad."""
+    angle = np.linspace(0.0, 2.0 * np.pi, count)
+    radius, slope = 30.0 + 4.0 * np.cos(3.0 * angle), -12.0 * np.sin(3.0 * angle)
+    out = np.column_stack(
+        [
+            radius * np.cos(angle) + slope * np.sin(angle),
+            radius * np.sin(angle) - slope * np.cos(angle),
+            -0.5 * radius,
+        ]
+    )
+    contact = np.column_stack([radius * np.cos(angle), radius * np.sin(angle), np.full(count, 40.0)])
+    c, s = np.cos(turn), np.sin(turn)
+    turned = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
+    return Toolpath.from_contacts(contact @ turned, out @ turned, Tool.ball(10))
+
+
+@pytest.fixture(scope="module")
+def wall() -> Toolpath:
+    return s_wall(40)
+
+
+@pytest.fixture(scope="module")
+def ring() -> Toolpath:
+    """A round wall in steps of 3 deg."""
+    angle = np.linspace(0.0, 2.0 * np.pi, 121)
+    out = np.column_stack([np.cos(angle), np.sin(angle), np.zeros(121)])
+    return Toolpath.from_contacts(30.0 * out + [20.0, 0.0, 30.0], out, Tool.ball(10))
+
+
+@pytest.fixture(scope="module")
+def short(hayashi) -> Machine:
+    """A machine that can't go down as far as the cheapest path around the ring wants to."""
+    z = hayashi.column("Z")
+    axes = [replace(a, limits=Limits(low=18.7)) if i == z else a for i, a in enumerate(hayashi.axes)]
+    return replace(hayashi, axes=tuple(axes))
+
+
+def counts(solution, bounds) -> dict[str, int]:
+    asked = Constraints(tilt=bounds["tilt"], max_turn=bounds.get("max_turn"))
+    made = make_program(
+        solution.motion, solution.machine, solution.toolpath, asked, ProgramOptions(thin=False)
+    )
+    return dict(made.report.counts)
+
+
+def test_the_lean_holds_between_given_locations_too(wall, hayashi):
+    solution = fx.optimise(wall, hayashi, **HOP)
+    assert counts(solution, HOP) == {}
+    assert len(solution.toolpath) > len(wall) == solution.toolpath.count_given
+
+
+def test_axes_stay_within_their_travel_between_given_locations_too(ring, short):
+    solution = fx.optimise(ring, short, **RING)
+    assert counts(solution, RING) == {}
+    assert solution.machine.axis("Z").limits == short.axis("Z").limits
+
+
+def test_passes_that_may_begin_elsewhere_keep_their_bounds_too(ring, short):
+    solution = fx.optimise(ring, short, free_start=True, **RING)
+    assert counts(solution, RING) == {}
+    assert [f.code for f in solution.toolpath.findings].count("free-start") == 1
+
+
+def test_what_is_solved_passes_the_given_locations_in_their_order(wall, hayashi):
+    solution = fx.optimise(wall, hayashi, **HOP)
+    location = solution.motion.location
+    given = location == np.floor(location)
+    np.testing.assert_array_equal(location[given], np.arange(len(wall)))
+    np.testing.assert_array_equal(solution.toolpath.pivot[given], wall.pivot)
+    assert (np.diff(location) > 0.0).all()
+
+
+@pytest.mark.parametrize("path", [lobes(181), s_wall(160)], ids=["lobes", "wall"])
+def test_energy_of_the_program_is_what_is_least(path, hayashi):
+    bounds = {"tilt": (25.0, 75.0), "effort": "quick"}
+    by_energy = fx.optimise(path, hayashi, **bounds)
+    by_travel = fx.optimise(path, hayashi, objective="travel", **bounds)
+    assert by_energy.energy.total < 0.9 * by_travel.energy.total
+    # Good under the other reading of the power table, too, and hardly more travel.
+    assert by_energy.energy.least < by_travel.energy.least
+    assert by_energy.energy.travel < 1.15 * by_travel.energy.travel
+    for solution in (by_energy, by_travel):
+        assert all(solution.energy.total < energy.total for energy in solution.baselines.values())
+
+
+def test_the_result_doesnt_depend_on_how_densely_a_path_is_given(hayashi):
+    bounds = {"tilt": (15.0, 75.0), "effort": "quick"}
+    energies = [fx.optimise(lobes(n), hayashi, **bounds).energy.total for n in (121, 241, 481)]
+    assert max(energies) < 1.05 * min(energies), energies
+
+
+def test_nor_on_how_the_part_is_turned_on_the_table(hayashi):
+    bounds = {"tilt": (15.0, 75.0), "effort": "quick"}
+    energies = [fx.optimise(lobes(181, turn), hayashi, **bounds).energy.total for turn in (0.0, 0.7, 4.0)]
+    assert max(energies) < 1.02 * min(energies), energies
+
+
+def test_a_drive_in_proportion_to_speed_knows_one_objective_only(ring, hayashi):
+    """Without a constant part energy and travel metric are the same."""
+    axes = [
+        axis if axis.is_rotary else replace(axis, drive=replace(axis.drive, plus=w, minus=w, proportional=True))
+        for axis, w in zip(hayashi.axes, (2.0, 4.0, 30.0, 0.0, 0.0), strict=True)
+    ]
+    machine = replace(hayashi, axes=tuple(axes))
+    one, other = (fx.optimise(ring, machine, objective=o, **RING).energy for o in ("energy", "travel"))
+    assert one.total == pytest.approx(one.travel, rel=1e-6)
+    # More locations are solved for the program, so it may find a little more.
+    assert 0.98 * other.total < one.total <= 1.002 * other.total
+
+
+def test_a_job_solves_its_program(wall, hayashi, tmp_path):
+    rows = np.hstack([wall.contact, wall.normal])
+    file = tmp_path / "wall.csv"
+    np.savetxt(file, rows, delimiter=",", header="x,y,z,nx,ny,nz", comments="", fmt="%.9f")
+    job = make_job(
+        input=file, machine="hayashi-640123", tool="ball:8", feed=500.0, tilt=HOP["tilt"], max_turn=60.0
+    )
+    outcome = run_job(job.model_copy(update={"effort": "quick"}))
+    assert outcome.ok, outcome.program.report.counts
+    assert any(stage.name.startswith("program") for stage in outcome.solution.stages)
+    assert outcome.document["locations"] == len(wall)
+
+
+def test_the_table_of_its_motion_becomes_the_same_program(wall, hayashi, tmp_path):
+    solution = fx.optimise(wall, hayashi, **HOP)
+    file = write_motion(solution.motion, tmp_path / "motion.csv", hayashi)
+    read = read_motion(file, hayashi)
+    np.testing.assert_allclose(read.location, solution.motion.location, atol=1e-9)
+    bounds = Constraints(tilt=HOP["tilt"], max_turn=60.0)
+    own = make_program(
+        solution.motion, hayashi, solution.toolpath, bounds, ProgramOptions(control="fanuc")
+    )
+    written = fx.write_program(
+        read, tmp_path / "wall.nc", machine=hayashi, control="fanuc", toolpath=wall, constraints=bounds
+    )
+    texts = own.text.text, written.read_text()
+    one, other = ([line for line in text.splitlines() if "(" not in line] for text in texts)
+    assert one == other
+
+
+def test_a_motion_is_verified_against_the_path_that_was_given(wall, hayashi):
+    solution = fx.optimise(wall, hayashi, **HOP)
+    assert fx.verify(solution.motion, hayashi, wall, tilt=HOP["tilt"], max_turn=60.0).ok
+    with pytest.raises(fx.FiveAxisError, match="along another path"):
+        fx.verify(solution.motion, hayashi, s_wall(39), tilt=HOP["tilt"])
