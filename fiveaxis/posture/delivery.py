@@ -124,7 +124,7 @@ class Delivery:
         every = np.arange(len(self.given), dtype=float)
         best = here = self._priced(Posed(self.given, every, *self.build(self.given, every)), rotary)
         for number, sharpness in enumerate(SHARPNESS):
-            if not self.by_energy and here.excess <= BETWEEN:
+            if len(rotary) == 1 or (not self.by_energy and here.excess <= BETWEEN):
                 break
             posed, start, before = here.denser, here.filled, here.energy
             problem = self._reweighted(posed, start, sharpness) if self.by_energy else posed.problem

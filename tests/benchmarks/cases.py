@@ -1,19 +1,22 @@
-"""Print the table of results: every case, the optimised posture and each baseline.
+"""Print the table of results: every case, the optimised program and each baseline's.
 
-Usage: python tests/benchmarks/cases.py [vase] [dome] [dome-free] [example] [propeller]     (default: all)
+Usage: python tests/benchmarks/cases.py [vase] [dome] [wall] [example] [propeller] [supportless]    (default: all)
+       python tests/benchmarks/cases.py invariance       the same path given more densely, and the part turned
 
-J is the travel metric of the feed drives at the locations; "program J" is the same metric of the blocks of
-the program in axis words: with those inserted that hold the path, without those that it doesn't need.
+J is ∫P dt of the feed drives in the blocks of the program, as it is read back from its text; without ways in and
+out. "lower" is the same if the power of drives slower than any that was measured falls with their speed.
 """
 
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
+
+import numpy as np
 
 import fiveaxis as fx
 from fiveaxis.energy import motion_energy
-from fiveaxis.job.planned import fill_path, thin
-from fiveaxis.motion import Interpolation
+from fiveaxis.toolpath import divided_rows, refined
 
 ROOT = Path(__file__).parents[2]
 DATA = ROOT.parent / "shared" / "data"
@@ -23,45 +26,76 @@ def plan(path: Path, diameter: float, **options) -> fx.Toolpath:
     return fx.plan_contour(path, fx.Tool.ball(diameter), **options)
 
 
-def read(name: str, diameter: float) -> fx.Toolpath:
-    return fx.read_toolpath(DATA / "cases" / name, tool=fx.Tool.ball(diameter))
+def read(name: str, diameter: float, feed: float = 1000.0) -> fx.Toolpath:
+    return fx.read_toolpath(DATA / "cases" / name, tool=fx.Tool.ball(diameter), feed_mm_min=feed)
 
 
 CASES = {
     "vase": (lambda: read("vase_overhang.csv", 10), {"tilt": (15, 75)}),
     "dome": (lambda: read("dome_underside.csv", 6), {"tilt": (10, 70)}),
-    "dome-free": (lambda: read("dome_underside.csv", 6), {"tilt": (10, 70), "max_turn": None}),
+    "wall": (lambda: read("leaning_s_wall.csv", 8, 500.0), {"tilt": (20, 80)}),
     "example": (
         lambda: plan(ROOT / "examples/overhang/part.stl", 8, stepdown=3, overhang=True),
         {"tilt": (15, 75)},
     ),
     "propeller": (lambda: plan(DATA / "meshes/propeller_d.stl", 4, stepdown=1), {"tilt": (15, 75)}),
+    "supportless": (
+        lambda: plan(DATA / "meshes/supportless_sample.stl", 6, stepdown=5, overhang=True),
+        {"tilt": (15, 75)},
+    ),
 }
-
-
-def program_energy(solution: fx.Solution, motion: fx.Motion) -> float:
-    lean = solution.constraints
-    fill = fill_path(solution.toolpath, solution.machine, motion, lean, Interpolation.JOINT)
-    return motion_energy(solution.machine, thin(fill, lean, Interpolation.JOINT).blocks).total
+INVARIANT = ("vase", "wall", "dome")
 
 
 def run(name: str) -> None:
     make, options = CASES[name]
-    toolpath = make()
-    started = time.perf_counter()
-    solution = fx.optimise(toolpath, fx.load_machine("hayashi-640123"), **options)
-    seconds = time.perf_counter() - started
-    print(f"{name}: {len(toolpath)} locations, {options}, {len(toolpath) / seconds:.0f} locations/s")
-    driven = program_energy(solution, solution.motion)
-    print(f"  {'optimised':14} {solution.energy.total:10.0f} J          program {driven:10.0f} J")
-    for baseline, record in solution.compared.items():
-        here, there = record.energy.total, program_energy(solution, record.motion)
-        saved, program = 1 - solution.energy.total / here, 1 - driven / there
-        print(f"  {baseline:14} {here:10.0f} J {saved:7.1%}  program {there:10.0f} J {program:7.1%}")
+    toolpath, machine = make(), fx.load_machine("hayashi-640123")
+    print(f"{name}: {len(toolpath)} locations, {options}")
+    for objective in ("energy", "travel"):
+        started = time.process_time()
+        solution = fx.optimise(toolpath, machine, objective=objective, **options)
+        seconds = time.process_time() - started
+        made = solution.program()
+        spent = motion_energy(machine, made.motion.blocks)
+        print(
+            f"  by {objective:7} {spent.total:8.0f} J, lower {spent.least:8.0f} J, travel {spent.travel:8.0f} J, "
+            f"{len(made.motion.blocks)} blocks, {'no errors' if made.ok else made.report.counts}, "
+            f"{seconds:.1f} s of processor"
+        )
+    for baseline, energy in solution.baselines.items():
+        print(f"  {baseline:10} {energy.total:8.0f} J, lower {energy.least:8.0f} J, travel {energy.travel:8.0f} J")
     for baseline, reason in solution.missing.items():
-        print(f"  {baseline:14} {reason}")
+        print(f"  {baseline:10} {reason}")
+
+
+def turned(path: fx.Toolpath, degrees: float) -> fx.Toolpath:
+    """Turn a path about the table's axis."""
+    c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+    turn = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
+    return replace(
+        path, pivot=path.pivot @ turn, contact=path.contact @ turn, normal=path.normal @ turn
+    )
+
+
+def denser(path: fx.Toolpath, times: int) -> fx.Toolpath:
+    """Give a path with so many times its locations."""
+    path = refined(path, divided_rows(np.full(len(path) - 1, times)))
+    return replace(path, numbers=None)
+
+
+def invariance() -> None:
+    machine = fx.load_machine("hayashi-640123")
+    for name in INVARIANT:
+        make, options = CASES[name]
+        path = make()
+        ways = {f"{n}x its locations": denser(path, n) for n in (1, 2, 4)}
+        ways |= {f"turned by {degrees:g} deg": turned(path, degrees) for degrees in (37.0, 90.0, 200.0)}
+        energies = {way: fx.optimise(p, machine, **options).energy.total for way, p in ways.items()}
+        first = next(iter(energies.values()))
+        for way, energy in energies.items():
+            print(f"{name:6} {way:18} {energy:8.0f} J {energy / first - 1.0:+7.1%}", flush=True)
 
 
 if __name__ == "__main__":
     for case in sys.argv[1:] or CASES:
-        run(case)
+        invariance() if case == "invariance" else run(case)

@@ -127,7 +127,9 @@ def test_nor_on_how_the_part_is_turned_on_the_table(hayashi):
 def test_a_drive_in_proportion_to_speed_knows_one_objective_only(ring, hayashi):
     """Without a constant part energy and travel metric are the same."""
     axes = [
-        axis if axis.is_rotary else replace(axis, drive=replace(axis.drive, plus=w, minus=w, proportional=True))
+        axis
+        if axis.is_rotary
+        else replace(axis, drive=replace(axis.drive, plus=w, minus=w, proportional=True))
         for axis, w in zip(hayashi.axes, (2.0, 4.0, 30.0, 0.0, 0.0), strict=True)
     ]
     machine = replace(hayashi, axes=tuple(axes))
@@ -156,9 +158,7 @@ def test_the_table_of_its_motion_becomes_the_same_program(wall, hayashi, tmp_pat
     read = read_motion(file, hayashi)
     np.testing.assert_allclose(read.location, solution.motion.location, atol=1e-9)
     bounds = Constraints(tilt=HOP["tilt"], max_turn=60.0)
-    own = make_program(
-        solution.motion, hayashi, solution.toolpath, bounds, ProgramOptions(control="fanuc")
-    )
+    own = make_program(solution.motion, hayashi, solution.toolpath, bounds, ProgramOptions(control="fanuc"))
     written = fx.write_program(
         read, tmp_path / "wall.nc", machine=hayashi, control="fanuc", toolpath=wall, constraints=bounds
     )
