@@ -1,7 +1,16 @@
-"""`optimise` for what is measured by the travel metric of form-shaping Eq. 1, the paper's objective."""
+"""`optimise` for what is measured by the travel metric of form-shaping Eq. 1, the paper's objective.
+
+Of a path without a feed that means something the turns are bound per move.
+"""
 
 from functools import partial
 
-from fiveaxis.posture import optimise as optimise_postures
+from fiveaxis import posture
 
-optimise = partial(optimise_postures, objective="travel")
+optimise = partial(posture.optimise, objective="travel", max_turn=15.0)
+find_front = partial(posture.find_front, objective="travel", max_turn=15.0)
+
+
+def refined_cost(solution: posture.Solution) -> float:
+    """Give the objective at the locations that were given, J, before any were inserted."""
+    return next(stage.after for stage in reversed(solution.stages) if stage.name.startswith("refine"))

@@ -117,10 +117,10 @@ def main() -> None:
     means = {}
     for name, (x_paper, y_paper, s_paper) in TABLE_2.items():
         x, y = (spent(machine, name, direction) for direction in "xy")
-        means[name] = (x.power_integral + y.power_integral, x.time, x_paper + y_paper, s_paper)
-        row = (x.power_integral, x_paper, y.power_integral, y_paper)
+        means[name] = (x.total + y.total, x.time, x_paper + y_paper, s_paper)
+        row = (x.total, x_paper, y.total, y_paper)
         print(f"{name:10}" + "".join(f"{v:10.0f}" for v in row) + f"{x.time:9.2f}{s_paper:9.2f}")
-    lift = spent(machine, "zigzag", "x").integral_by_axis["Z"] - (75.12 + 6502.0 * 0.005) * 0.1
+    lift = spent(machine, "zigzag", "x").by_axis["Z"] - (75.12 + 6502.0 * 0.005) * 0.1
     print(f"z, rows N19 and N20: {lift:.0f} J by Eq. (5), {31.87 + 318.73:.0f} J in Table 1")
     print("mean of both directions against the contour: energy, paper's, time, paper's")
     for name in ("zag", "zigzag"):

@@ -106,7 +106,10 @@ Columns = Annotated[
     str | None, typer.Option("--columns", help="of points without header: x,y,z,nx,ny,nz or x,y,z,i,j,k")
 ]
 Drives = Annotated[str | None, typer.Option("--drives", help="take the axis powers of this machine")]
-MaxTurn = Annotated[float | None, typer.Option("--max-turn", help="largest turn in a cutting move, deg; by default 180 deg/s at the feed")]
+MaxTurn = Annotated[
+    float | None,
+    typer.Option("--max-turn", help="largest turn in a cutting move, deg; by default 180 deg/s at the feed"),
+]
 Objective = Annotated[
     str | None, typer.Option("--objective", help="what is least: energy of the program, or travel (metric)")
 ]

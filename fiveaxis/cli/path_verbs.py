@@ -206,7 +206,6 @@ def _plan_document(toolpath: Toolpath, quality: PlanReport) -> dict[str, Any]:
 
 
 def _print_outcome(outcome: Outcome) -> None:
-    from fiveaxis.job import RESULT
 
     solution, program = outcome.solution, outcome.program
     print_causes(group_findings(solution.toolpath.findings), err)

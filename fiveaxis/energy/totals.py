@@ -130,7 +130,7 @@ def motion_energy(machine: Machine, motion: Motion, integral: Array | None = Non
 
 
 def _shares_of_slow(machine: Machine, motion: Motion) -> Array:
-    """Give the share of its power that a drive takes if that falls with speed below what was measured, (n, k).
+    """Give the share of its power that a drive takes if that falls below the measured speeds, (n, k).
 
     A drive whose power is in proportion to its speed anyway has nothing to lose.
     """

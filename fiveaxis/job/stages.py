@@ -43,7 +43,7 @@ from fiveaxis.posture import Front, Solution, find_front
 from fiveaxis.posture import optimise as optimise_postures
 from fiveaxis.posture.mask import MaskFunction
 from fiveaxis.report import report_document
-from fiveaxis.toolpath import Constraints, Tool, Toolpath, parse_tool
+from fiveaxis.toolpath import Tool, Toolpath, parse_tool
 from fiveaxis.toolpath.passes import Passes
 from fiveaxis.verification import DEFAULT_TOLERANCES, Report
 

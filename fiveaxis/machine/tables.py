@@ -130,7 +130,9 @@ class MeasuredTable(Figure):
     def _is_a_range(self) -> Self:
         slowest, fastest = self.measured_from, self.measured_to
         if slowest is not None and fastest is not None and slowest > fastest:
-            raise fault("reversed_range", f"measured_from is {slowest:g} and measured_to {fastest:g}: swap them")
+            raise fault(
+                "reversed_range", f"measured_from is {slowest:g} and measured_to {fastest:g}: swap them"
+            )
         return self
 
 

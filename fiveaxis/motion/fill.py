@@ -148,6 +148,8 @@ class Fill:
         max_turn : rad, of a rotary axis in one block
         needed : (n,), locations that keep their block in any case
         """
+        if len(self.path) == 1:
+            return self
         few = thinned(
             self.path,
             self.planes.machine,

@@ -27,8 +27,8 @@ class Motion:
     time : (n,), s, duration of that move; 0 for the first row
     kind : (n,), `MoveKind` values
     source : (n,), line of the source
-    location : (n,), where each row lies among the locations of the path that was given: 3.25 lies a quarter of
-        the way from 3 to 4; None for a row at each of them
+    location : (n,), where each row lies among the locations of the path that was given: 3.25 lies a quarter
+        of the way from 3 to 4; None for a row at each of them
     """
 
     letters: str

@@ -1,8 +1,8 @@
 """Choosing the rotary angles of every cutter location."""
 
 from fiveaxis.posture.budget import EFFORTS, Budget, Search
-from fiveaxis.posture.front import Front, FrontPoint, find_front
 from fiveaxis.posture.delivery import Objective
+from fiveaxis.posture.front import Front, FrontPoint, find_front
 from fiveaxis.posture.lower_bound import LowerBound, bound_travel
 from fiveaxis.posture.optimiser import optimise
 from fiveaxis.posture.problem import Problem

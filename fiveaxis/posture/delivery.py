@@ -181,7 +181,9 @@ def delivered(solution: Solution, delivery: Delivery) -> Solution:
     machine, filling, given = solution.machine, delivery.filling, solution.toolpath
     columns = machine.rotary_columns
     best, stages = delivery.run(solution.motion.positions[:, columns])
-    filled = {name: filling.fill(b.toolpath or given, machine, b.motion) for name, b in solution.compared.items()}
+    filled = {
+        name: filling.fill(b.toolpath or given, machine, b.motion) for name, b in solution.compared.items()
+    }
     energies = {name: motion_energy(machine, filling.thin(fill).blocks) for name, fill in filled.items()}
     if delivery.by_energy:
         for name, energy in sorted(energies.items(), key=lambda item: item[1].total):

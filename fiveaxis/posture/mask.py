@@ -126,7 +126,7 @@ class Mask:
 
 @dataclass(frozen=True, eq=False)
 class _Between:
-    """A mask asked at both neighbours of inserted locations; `before` and `after` are the same at given ones."""
+    """A mask asked at both neighbours of inserted locations; a given one is its own neighbour."""
 
     function: MaskFunction
     before: IntArray

@@ -67,11 +67,11 @@ def optimise(
 ) -> Solution:
     """Choose the rotary angles of every cutter location so that the feed drives spend the least energy.
 
-    A portfolio of global searches on some of the locations gives starts; each is refined by the exact NLP, and
-    the best are extended to all locations and refined there, all by the travel metric ``Σ W⁺Δq⁺ + W⁻Δq⁻``
-    with the price of delay and of bends (`Problem`). Then locations are inserted where the program needs
-    blocks, and the whole is solved for the energy of those blocks (`fiveaxis.posture.delivery`). The result is
-    the best local optimum found, not proven global.
+    A portfolio of global searches on some of the locations gives starts; each is refined by the exact NLP,
+    and the best are extended to all locations and refined there, all by the travel metric
+    ``Σ W⁺Δq⁺ + W⁻Δq⁻`` with the price of delay and of bends (`Problem`). Then locations are inserted where
+    the program needs blocks, and the whole is solved for the energy of those blocks
+    (`fiveaxis.posture.delivery`). The result is the best local optimum found, not proven global.
 
     Parameters
     ----------
@@ -183,7 +183,9 @@ def optimise(
         again = _refiner(allowed, progress, "another start")
         passes = None if free_start is True else free_start
         found = freed(found, rebuild, again, passes=passes, both_ways=free_direction)
-    filling = Filling.of(Constraints(hold=hold, max_turn=max_turn, singular_cone=singular_cone), interpolation)
+    filling = Filling.of(
+        Constraints(hold=hold, max_turn=max_turn, singular_cone=singular_cone), interpolation
+    )
     refine = _Refinement(allowed, singular, asked)
     by_energy = Delivery(found.toolpath, rebuild, refine, filling, up_penalty, objective == "energy")
     found = delivered(found, by_energy)

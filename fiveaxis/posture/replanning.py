@@ -125,7 +125,7 @@ class Replanning:
         known = None if self.clear is None else Known(self.clear.mask, self.clear.rows[first + rows], sparse)
         bad = self.bad(path).sum()
         for forbidden, wider in product((True, False), WIDER):
-            # Turning too far is a last resort of a whole path that a mask hems in: a wider window may go round.
+            # Turning too far is a last resort of a whole path that a mask hems in: wider windows go round.
             if not forbidden and (held or known is None):
                 break
             search = Search(stride, STEP, LEVELS)
@@ -163,7 +163,7 @@ class Replanning:
         return full
 
     def _joined(self, path: Array, found: Array, first: int, last: int) -> Array:
-        """Put a window into a path; an endless axis may come out on another turn, and counts on from there."""
+        """Put a window into a path; an endless axis that comes out on another turn counts on from there."""
         inside, after = found.copy(), path[last + 1 :].copy()
         if first > 0:
             inside += self._turns(path[first] - inside[0])

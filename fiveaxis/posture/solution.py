@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -149,7 +149,7 @@ class Solution:
     problem: Problem | None = None
     optima: Optima | None = None
     wound: Wound | None = None
-    filling: Filling = Filling()
+    filling: Filling = field(default_factory=Filling)
 
     @property
     def baselines(self) -> dict[str, Energy]:

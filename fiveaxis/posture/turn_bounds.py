@@ -30,7 +30,8 @@ def turn_bounds(
     """Bound the turn of every rotary axis in each move of a path.
 
     A bound on a given move holds for what lies between its ends as well: inserted locations share it out. A
-    move in which the program or the surface itself turns the tool farther may turn as far.
+    move in which the program itself turns the tool farther may turn as far; where nobody asks for a bound,
+    one in which the surface turns farther, too.
 
     Parameters
     ----------
@@ -60,7 +61,7 @@ def turn_bounds(
     else:
         most = max_turn * share
     most = np.where(cutting, most, LINK_SHARE * most)
-    for direction in (toolpath.axis, toolpath.normal):
+    for direction in (toolpath.axis, toolpath.normal)[: 2 if max_turn is None else 1]:
         most = np.maximum(most, np.nan_to_num(angle_between(direction[1:], direction[:-1])))
     if turn_rate is not None:
         # A place that is there twice would forbid every turn between its two locations.

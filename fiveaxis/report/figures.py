@@ -50,9 +50,7 @@ def energy_bars(solution: Solution, baseline: str | None) -> str:
         axes.set_xticks(range(len(solution.machine.letters)), list(solution.machine.letters))
         axes.grid(False, axis="x")
         axes.margins(y=0.15)
-        label_axes(
-            axes, "machine axis", "energy (J)", "What each axis spends (feed drives only)"
-        )
+        label_axes(axes, "machine axis", "energy (J)", "What each axis spends (feed drives only)")
         axes.legend()
         return as_svg(figure)
 

@@ -10,17 +10,17 @@ from fiveaxis.report.tables import kinds_table, number
 
 
 def program_section(document: Mapping[str, Any]) -> str:
-    """Say which blocks the program has, and what its kinds of move cost; nothing where there is no program."""
+    """Say which blocks the program has, and what its kinds of move cost; nothing without a program."""
     program = document["program"]
     if program is None:
         return ""
     inserted, blocks, before = (number(program[key]) for key in ("inserted", "blocks", "blocks_before"))
     tolerance = f"{program['path_tolerance_mm']:g} mm"
     text = (
-        f"The program has {blocks} blocks for {before} locations. Between these the axes have to hold the tool "
-        f"on its path: that takes {inserted} inserted {_blocks(program['inserted'])} (tolerance {tolerance}), "
-        f"whose postures were chosen as the others were. {_removed(program)} All figures are those of whole "
-        "programs, each with the blocks that it needs, without approach and retract."
+        f"The program has {blocks} blocks for {before} locations. Between these the axes have to hold the "
+        f"tool on its path: that takes {inserted} inserted {_blocks(program['inserted'])} (tolerance "
+        f"{tolerance}), whose postures were chosen as the others were. {_removed(program)} All figures are "
+        "those of whole programs, each with the blocks that it needs, without approach and retract."
     )
     apart = kinds_table(document)
     shown = f"<p>{escape(text)}</p>\n"

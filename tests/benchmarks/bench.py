@@ -67,7 +67,7 @@ CASES = {
 
 def row(name: str, energy: Energy, saved: str = "") -> str:
     total = "unknown" if energy.with_base is None else f"{energy.with_base:,.0f}"
-    figures = f"{energy.total:,.0f} | {energy.power_integral:,.0f} | {total} | {energy.time:,.0f}"
+    figures = f"{energy.total:,.0f} | {energy.total:,.0f} | {total} | {energy.time:,.0f}"
     return f"| {name} | {figures} | {saved} |"
 
 

@@ -1,10 +1,9 @@
 """Print the table of results: every case, the optimised program and each baseline's.
 
-Usage: python tests/benchmarks/cases.py [vase] [dome] [wall] [example] [propeller] [supportless]    (default: all)
+Usage: python tests/benchmarks/cases.py [vase] [dome] [wall] [example] [propeller] [supportless]
        python tests/benchmarks/cases.py invariance       the same path given more densely, and the part turned
 
-J is ∫P dt of the feed drives in the blocks of the program, as it is read back from its text; without ways in and
-out. "lower" is the same if the power of drives slower than any that was measured falls with their speed.
+J is ∫P dt of the feed drives in the blocks of the program, without ways in and out. "lower" is the same if the power of drives slower than any that was measured falls with their speed.
 """
 
 import sys
@@ -47,6 +46,10 @@ CASES = {
 INVARIANT = ("vase", "wall", "dome")
 
 
+def figures(energy: fx.Energy) -> str:
+    return f"{energy.total:8.0f} J, lower {energy.least:8.0f} J, travel {energy.travel:8.0f} J"
+
+
 def run(name: str) -> None:
     make, options = CASES[name]
     toolpath, machine = make(), fx.load_machine("hayashi-640123")
@@ -58,12 +61,14 @@ def run(name: str) -> None:
         made = solution.program()
         spent = motion_energy(machine, made.motion.blocks)
         print(
-            f"  by {objective:7} {spent.total:8.0f} J, lower {spent.least:8.0f} J, travel {spent.travel:8.0f} J, "
+            f"  by {objective:7} {figures(spent)}, "
             f"{len(made.motion.blocks)} blocks, {'no errors' if made.ok else made.report.counts}, "
             f"{seconds:.1f} s of processor"
         )
     for baseline, energy in solution.baselines.items():
-        print(f"  {baseline:10} {energy.total:8.0f} J, lower {energy.least:8.0f} J, travel {energy.travel:8.0f} J")
+        print(
+            f"  {baseline:10} {energy.total:8.0f} J, lower {energy.least:8.0f} J, travel {energy.travel:8.0f} J"
+        )
     for baseline, reason in solution.missing.items():
         print(f"  {baseline:10} {reason}")
 
@@ -72,9 +77,7 @@ def turned(path: fx.Toolpath, degrees: float) -> fx.Toolpath:
     """Turn a path about the table's axis."""
     c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
     turn = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
-    return replace(
-        path, pivot=path.pivot @ turn, contact=path.contact @ turn, normal=path.normal @ turn
-    )
+    return replace(path, pivot=path.pivot @ turn, contact=path.contact @ turn, normal=path.normal @ turn)
 
 
 def denser(path: fx.Toolpath, times: int) -> fx.Toolpath:

@@ -48,7 +48,7 @@ def run(*words: object):
 
 def test_the_printed_program_takes_the_printed_energy_and_time(zigzag, takisawa):
     found = fx.program_energy(zigzag, takisawa)
-    assert found.energy.power_integral == pytest.approx(PRINTED_J, rel=0.01)
+    assert found.energy.total == pytest.approx(PRINTED_J, rel=0.01)
     assert found.energy.total == pytest.approx(PRINTED_J, rel=0.01)
     assert found.energy.time == pytest.approx(PRINTED_S, rel=0.01)
     rows = {row["block"]: row for row in found.rows}
@@ -69,17 +69,17 @@ def test_an_axis_that_is_taken_to_stand_while_it_goes_a_way_is_named(tmp_path):
 
 def test_blocks_add_up_to_the_totals(zigzag, takisawa):
     found = fx.program_energy(zigzag, takisawa)
-    assert sum(row["energy"] for row in found.rows) == pytest.approx(found.energy.power_integral)
+    assert sum(row["energy"] for row in found.rows) == pytest.approx(found.energy.total)
     assert sum(row["time"] for row in found.rows) == pytest.approx(found.energy.time)
     assert sum(row["base"] for row in found.rows) == pytest.approx(found.energy.base)
     assert found.energy.base == pytest.approx(2763.18 * found.energy.time)
-    for letter, joules in found.energy.integral_by_axis.items():
+    for letter, joules in found.energy.by_axis.items():
         assert sum(row[letter] for row in found.rows) == pytest.approx(joules)
 
 
 def test_a_heavier_vice_costs_in_proportion_to_the_moved_weight(zigzag, takisawa):
-    light = fx.program_energy(zigzag, takisawa.with_load(0.0)).energy.integral_by_axis
-    heavy = fx.program_energy(zigzag, takisawa.with_load(315.0)).energy.integral_by_axis
+    light = fx.program_energy(zigzag, takisawa.with_load(0.0)).energy.by_axis
+    heavy = fx.program_energy(zigzag, takisawa.with_load(315.0)).energy.by_axis
     assert heavy["X"] == pytest.approx(2.0 * light["X"])
     assert heavy["Z"] == light["Z"]
 
@@ -96,7 +96,7 @@ def test_stops_and_accelerations_cost_time_and_the_energy_follows_the_time_law(z
     passes = [row["time"] for row in stopping.rows if row["block"] == "X18"]
     feed = 500.0 / 60.0
     assert passes == pytest.approx([114.0 / feed + feed / 500.0] * len(passes), rel=1e-6)
-    assert stopping.by_block.sum() == pytest.approx(stopping.energy.power_integral)
+    assert stopping.by_block.sum() == pytest.approx(stopping.energy.total)
 
 
 @pytest.fixture(scope="module")
@@ -142,10 +142,10 @@ def test_the_verb_writes_table_figure_and_json(zigzag, tmp_path):
     result = run("energy", zigzag, "-m", "takisawa-mac-v3", "--csv", table, "--figure", figure, "--json")
     assert result.exit_code == 0
     document = json.loads(result.stdout)
-    assert document["energy"]["power_integral"] == pytest.approx(PRINTED_J, rel=0.01)
+    assert document["energy"]["total"] == pytest.approx(PRINTED_J, rel=0.01)
     rows = list(csv.DictReader(table.read_text().splitlines()))
     assert len(rows) == len(document["blocks"]) == 20
-    assert sum(float(row["energy"]) for row in rows) == pytest.approx(document["energy"]["power_integral"])
+    assert sum(float(row["energy"]) for row in rows) == pytest.approx(document["energy"]["total"])
     assert figure.read_text().startswith("<svg")
     words = run("energy", zigzag, zigzag, "-m", "takisawa-mac-v3").stdout
     assert "+0.0 %" in words
@@ -165,7 +165,7 @@ def test_a_written_program_costs_what_its_motion_did(tmp_path, hayashi):
     found = fx.program_energy(path, hayashi, rapid_mm_min=5000.0)
     expected = motion_energy(hayashi, motion)
     # Before them is the approach, and after them the way out.
-    assert found.by_block[-30:-1].sum() == pytest.approx(expected.power_integral, rel=1e-5)
+    assert found.by_block[-30:-1].sum() == pytest.approx(expected.total, rel=1e-5)
 
 
 @pytest.mark.parametrize(("tool", "stated"), [("bull:16:4", True), ("ball:8", False)])
@@ -222,7 +222,7 @@ def test_an_arc_is_one_block_of_the_table(tmp_path, takisawa):
     found = fx.program_energy(path, takisawa)
     assert [row["line"] for row in found.rows] == [3, 4]
     assert found.rows[0]["time"] == pytest.approx(10.0 * np.pi / (500.0 / 60.0), rel=1e-3)
-    assert sum(row["energy"] for row in found.rows) == pytest.approx(found.energy.power_integral)
+    assert sum(row["energy"] for row in found.rows) == pytest.approx(found.energy.total)
 
 
 def test_options_of_the_verb_are_the_librarys(tmp_path):

@@ -76,7 +76,7 @@ def test_a_rapid_move_is_one_block(machine, tcp, thin):
     assert bool(program.fill.path.rapid.sum() > 10) is tcp
     spent = motion_energy(machine, program.motion.blocks)
     assert list(spent.by_kind) == ["cut", "link", "rapid"]
-    for total, part in (("total", "metric"), ("power_integral", "integral"), ("time", "time")):
+    for total, part in (("total", "total"), ("travel", "travel"), ("time", "time")):
         parts = sum(getattr(share, part) for share in spent.by_kind.values())
         assert getattr(spent, total) == pytest.approx(parts)
 
@@ -121,7 +121,7 @@ def test_a_program_with_rapid_moves_read_back_follows_its_path_and_costs_the_sam
     near, integral_near = (2e-3, 0.05) if coordinates == "tip" else (1e-4, 1e-3)
     assert found.motion.time[quick].sum() == pytest.approx(said.time, rel=near)
     assert found.energy.by_kind["rapid"].time == pytest.approx(said.time, rel=near)
-    assert found.by_block[quick].sum() == pytest.approx(said.integral, rel=integral_near)
+    assert found.by_block[quick].sum() == pytest.approx(said.total, rel=integral_near)
     report = verify_program(file, machine, toolpath=solution.toolpath, rapid_mm_min=SPEED, **bounds)
     assert report.ok, report.findings
 
@@ -180,7 +180,7 @@ def test_the_baseline_as_programmed_is_the_program_itself(boat):
     for motion in (follow(path, machine, rotary), fill_in(path, machine, rotary)[1]):
         said = motion_energy(machine, motion)
         assert said.time == pytest.approx(program.time, rel=0.01)
-        assert said.power_integral == pytest.approx(program.power_integral, rel=0.05)
+        assert said.total == pytest.approx(program.total, rel=0.05)
         assert said.by_kind["rapid"].time == pytest.approx(program.by_kind["rapid"].time, rel=0.05)
 
 

@@ -34,7 +34,7 @@ def test_the_table_has_a_line_a_job_and_units_in_its_head(tmp_path):
     lines = (tmp_path / TABLE).read_text().splitlines()
     found = list(csv.DictReader(lines))
     assert lines[0] == ",".join(COLUMNS)
-    assert [(r["job"], r["travel_metric_J"], r["message"]) for r in found] == [
+    assert [(r["job"], r["energy_J"], r["message"]) for r in found] == [
         ("a,c", "", "of two lines"),
         ("b", "12.5", ""),
     ]

@@ -169,7 +169,7 @@ def test_a_sweep_ends_in_a_table_and_a_figure_of_its_variants(write_job, pretend
     done = run_batch([file], tmp_path / "out", workers=2)
     own = tmp_path / "out" / "cup"
     assert (own / "comparison.csv").read_text().splitlines() == [
-        "job,setup.offset,status,travel_metric_J,power_integral_J,base_J,time_s,baseline,baseline_J,saved,"
+        "job,setup.offset,status,energy_J,travel_metric_J,base_J,time_s,baseline,baseline_J,saved,"
         "against_first",
         '"cup/setup.offset=0,0,0","[0, 0, 0]",fine,1000.0,2000.0,,9.5,normal,2000.0,0.5,0.0',
         '"cup/setup.offset=0,0,100","[0, 0, 100]",fine,1100.0,2200.0,,9.5,normal,2000.0,'

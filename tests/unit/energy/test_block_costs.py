@@ -1,4 +1,4 @@
-"""What a block costs: a part for moving at all, a part for travel, and prices that are right where they should."""
+"""What a block costs: a part for moving at all, a part for travel, and prices near a solution."""
 
 import numpy as np
 import pytest

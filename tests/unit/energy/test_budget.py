@@ -72,7 +72,7 @@ def test_every_consumer_follows_its_own_formula(machine, motion):
     budget = job_budget(machine, motion, PROCESS, Factors(price=0.3, co2=0.4))
     shares = shares_of(budget)
     assert shares["base"] == (pytest.approx(500.0 * 2.7), "measured")
-    assert shares["feed drives"] == (pytest.approx(motion_energy(machine, motion).power_integral), "measured")
+    assert shares["feed drives"] == (pytest.approx(motion_energy(machine, motion).total), "measured")
     idle = 0.0003 * 6000.0**2 + 0.0524 * 6000.0 + 80.0
     assert shares["spindle idle"] == (pytest.approx(idle * 2.7), "fitted")
     powers = [

@@ -73,6 +73,6 @@ def test_an_axis_slower_than_words_resolve_draws_nothing(hayashi):
     motion = Motion(
         "XYZAC", positions, np.full(3, 10.0), np.array([0.0, 0.1, 0.1]), np.zeros(3, int), np.arange(3)
     )
-    assert motion_energy(hayashi, motion).integral_by_axis["Z"] == 0.0
+    assert motion_energy(hayashi, motion).by_axis["Z"] == 0.0
     positions[2, 2] = 1e-2
-    assert motion_energy(hayashi, replace(motion, positions=positions)).integral_by_axis["Z"] > 0.0
+    assert motion_energy(hayashi, replace(motion, positions=positions)).by_axis["Z"] > 0.0

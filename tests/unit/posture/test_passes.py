@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from by_travel import optimise
+from by_travel import optimise, refined_cost
 
 from fiveaxis.errors import SettingError, ToolpathError
 from fiveaxis.machine import Limits
@@ -319,12 +319,17 @@ def test_a_pass_between_two_that_it_joins_is_free_though_links_bind_those(hayash
     np.testing.assert_array_equal(moved.source[:80], path.source[:80])
 
 
+def given(solution):
+    """The path without the locations that the program needs between."""
+    return solution.toolpath.at(np.flatnonzero(~solution.toolpath.inserted))
+
+
 def test_linked_passes_of_a_plan_begin_where_it_is_cheaper_and_stay_whole(hayashi):
     path, passes = linked()
     bound = optimise(path, hayashi, tilt=(15, 75), effort="quick")
     free = optimise(path, hayashi, tilt=(15, 75), effort="quick", free_start=passes)
     assert free.energy.travel < bound.energy.travel
-    assert steps_cut(free.toolpath) == steps_cut(path)
+    assert steps_cut(given(free)) == steps_cut(path)
     assert free.residuals()["tilt"] <= 1e-9
     assert "of 3 closed passes begin elsewhere, which saves" in told(free)
 
@@ -334,7 +339,7 @@ def test_a_free_direction_is_no_dearer_than_the_given_one(hayashi):
     one_way = optimise(path, hayashi, tilt=(15, 75), effort="quick", free_start=passes)
     both = optimise(path, hayashi, tilt=(15, 75), effort="quick", free_start=passes, free_direction=True)
     assert both.energy.travel <= one_way.energy.travel
-    assert steps_cut(both.toolpath) == steps_cut(path)
+    assert steps_cut(given(both)) == steps_cut(path)
 
 
 def test_open_passes_stay_as_they_are(hayashi):
@@ -378,4 +383,4 @@ def test_the_vase_gets_cheaper_with_a_free_start(hayashi, vase):
     bound = optimise(vase, hayashi, tilt=(15, 75), effort="quick")
     free = optimise(vase, hayashi, tilt=(15, 75), effort="quick", free_start=True)
     assert free.energy.travel < bound.energy.travel - 10.0
-    assert free.energy.travel <= 7412.0
+    assert refined_cost(free) <= 7412.0

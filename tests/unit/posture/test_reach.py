@@ -56,7 +56,7 @@ def said(message: str, before: str) -> float:
 def test_what_is_said_to_do_does(hayashi):
     path = falling(9, slice(3, 6), 70.0)
     with pytest.raises(Infeasible) as caught:
-        optimise(path, hayashi, tilt=(5, 30), max_turn=None)
+        optimise(path, hayashi, tilt=(5, 30), max_turn=360.0)
     messages = [f.message for f in caught.value.findings]
     tilt = max(said(m, "tilt up to ") for m in messages)
     lowest = min(said(m, "A to ") for m in messages)

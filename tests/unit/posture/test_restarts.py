@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from by_travel import optimise
+from by_travel import optimise, refined_cost
 
 from fiveaxis.errors import SettingError
 from fiveaxis.kinematics import tool_axes
@@ -42,12 +42,12 @@ def test_many_starts_are_never_dearer_than_the_searches_alone(many, hayashi):
     alone = optimise(wall(), hayashi, tilt=(15, 75), budget=one)
     assert alone.optima is None
     assert many.energy.travel <= alone.energy.travel * (1 + 1e-9)
-    assert many.optima.costs["searches"] == pytest.approx(alone.energy.travel)
+    assert many.optima.costs["searches"] == pytest.approx(refined_cost(alone))
 
 
 def test_the_best_of_the_optima_is_the_answer_and_each_start_is_told(many):
     costs = many.optima.costs
-    assert min(costs.values()) == pytest.approx(many.energy.travel)
+    assert min(costs.values()) <= refined_cost(many) * (1.0 + 1e-9)
     told = {*costs, *many.optima.failed}
     assert {"searches", "searches, set 1", "searches, set 2", "lean of 45 deg"} <= told
     assert {f"baseline {name}" for name in many.baselines} <= told
@@ -89,9 +89,9 @@ def test_an_unknown_effort_is_refused_before_any_work(hayashi):
 
 def test_thorough_is_found_by_its_name_and_gives_the_same_twice(hayashi):
     short = wall(12)
-    first = optimise(short, hayashi, tilt=(15, 75), max_turn=None, effort="thorough")
-    again = optimise(short, hayashi, tilt=(15, 75), max_turn=None, effort="thorough")
+    first = optimise(short, hayashi, tilt=(15, 75), max_turn=360.0, effort="thorough")
+    again = optimise(short, hayashi, tilt=(15, 75), max_turn=360.0, effort="thorough")
     assert first.optima.as_dict() == again.optima.as_dict()
     np.testing.assert_array_equal(first.motion.positions, again.motion.positions)
-    normal = optimise(short, hayashi, tilt=(15, 75), max_turn=None)
+    normal = optimise(short, hayashi, tilt=(15, 75), max_turn=360.0)
     assert first.energy.travel <= normal.energy.travel * (1 + 1e-9)

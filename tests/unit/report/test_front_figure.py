@@ -20,7 +20,7 @@ def found(hayashi):
 def test_the_figure_names_both_ends_and_what_the_axes_show(found):
     svg = front_figure(found)
     assert svg.startswith("<svg")
-    for text in ("cheapest", "smoothest", "deg/mm", "travel metric"):
+    for text in ("cheapest", "smoothest", "deg/mm", "energy of the feed drives"):
         assert text in svg
 
 

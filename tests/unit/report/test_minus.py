@@ -24,5 +24,5 @@ def test_the_difference_of_the_two_measures_is_told_with_a_true_sign(monkeypatch
     monkeypatch.setattr("fiveaxis.report.page._motion", lambda *_: "")
     monkeypatch.setattr("fiveaxis.report.page._energy", lambda *_: "")
     document = report_document(solution, verdict, inputs=[])
-    document["energy"]["metric_error"] = -0.416
-    assert "off the integral by −41.6\u2009%" in html.unescape(compose_page(solution, document))
+    document["energy"]["travel_error"] = -0.416
+    assert "off the energy by −41.6\u2009%" in html.unescape(compose_page(solution, document))

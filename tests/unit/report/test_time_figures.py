@@ -50,7 +50,7 @@ def test_the_area_under_the_last_band_is_the_power_integral(
     monkeypatch.setattr(time_figures, "_finish", lambda *_: "")
     power_lines(solution, None)
     motion, values = drawn[-1]
-    assert float(values @ motion.time) == pytest.approx(solution.energy.power_integral)
+    assert float(values @ motion.time) == pytest.approx(solution.energy.total)
     np.testing.assert_allclose(values, move_powers(solution.machine, motion).sum(axis=1))
 
 

@@ -34,7 +34,7 @@ def test_power_times_duration_is_the_power_integral_of_the_cuts(solution):
     motion = replace(solution.motion, kind=np.full(len(solution.motion), MoveKind.CUT))
     power = cutting_powers(solution.machine, motion)
     assert np.isnan(power).tolist() == [True] + [False] * (len(motion) - 1)
-    assert np.nansum(power * motion.time) == pytest.approx(solution.energy.power_integral)
+    assert np.nansum(power * motion.time) == pytest.approx(solution.energy.total)
 
 
 def test_a_link_and_a_move_without_duration_have_no_power_and_raise_no_warning(solution):
