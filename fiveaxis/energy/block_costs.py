@@ -36,8 +36,8 @@ class BlockCosts:
     def prices(self, travel: Array, sharpness: float) -> tuple[Array, Array]:
         """Price travel such that the cost at a given one is met, and none is priced too low near it.
 
-        The constant part is shared out over the travel that an axis had: one that moved little pays dearly for
-        each millimetre, and soon stands. This majorises a cost that isn't convex (iteratively reweighted
+        The constant part is shared out over the travel that an axis had: one that moved little pays dearly
+        for each millimetre, and soon stands. This majorises a cost that isn't convex (iteratively reweighted
         ℓ1; Candès, Wakin & Boyd 2008, J. Fourier Anal. Appl. 14, 877).
 
         Parameters

@@ -261,8 +261,8 @@ def require_path(motion: Motion, machine: Machine, toolpath: Toolpath) -> None:
     if off[row] > BELONGS:
         raise ToolpathError(
             f"the motion has the tool {off[row]:.4g} mm from location {toolpath.numbered[row]} of this path "
-            f"(at most {BELONGS:g} mm): it belongs to another path, tool, machine or work offset; give those that it "
-            "was made for",
+            f"(at most {BELONGS:g} mm): it belongs to another path, tool, machine or work offset; give those "
+            "that it was made for",
             file=toolpath.name,
             line=toolpath.place(row).line,
         )

@@ -3,7 +3,8 @@
 Usage: python tests/benchmarks/cases.py [vase] [dome] [wall] [example] [propeller] [supportless]
        python tests/benchmarks/cases.py invariance       the same path given more densely, and the part turned
 
-J is ∫P dt of the feed drives in the blocks of the program, without ways in and out. "lower" is the same if the power of drives slower than any that was measured falls with their speed.
+J is ∫P dt of the feed drives in the blocks of the program, without ways in and out. "lower" is the same if the
+power of drives slower than any that was measured falls with their speed.
 """
 
 import sys
@@ -66,9 +67,7 @@ def run(name: str) -> None:
             f"{seconds:.1f} s of processor"
         )
     for baseline, energy in solution.baselines.items():
-        print(
-            f"  {baseline:10} {energy.total:8.0f} J, lower {energy.least:8.0f} J, travel {energy.travel:8.0f} J"
-        )
+        print(f"  {baseline:10} {figures(energy)}")
     for baseline, reason in solution.missing.items():
         print(f"  {baseline:10} {reason}")
 
