@@ -14,7 +14,7 @@ from typing import Literal
 
 import numpy as np
 
-from fiveaxis.energy import block_costs, motion_energy
+from fiveaxis.energy import Energy, block_costs, motion_energy
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array
 from fiveaxis.motion import Filling, feed_times, follow
@@ -66,7 +66,7 @@ class Delivered:
     denser : with the locations that the program's blocks need between
     filled : (m, 2), rad, the postures there
     excess : how far postures between the locations break their bounds; cosine, mm or rad
-    energy : J, ∫P dt of the feed drives in the program's blocks
+    cost : J, what the objective says of the program's blocks
     """
 
     posed: Posed
@@ -74,7 +74,7 @@ class Delivered:
     denser: Posed
     filled: Array
     excess: float
-    energy: float
+    cost: float
 
     @property
     def inserted(self) -> int:
@@ -85,7 +85,7 @@ class Delivered:
     def rank(self) -> tuple[float, float]:
         """By what of two the better one is: first bounds are kept, then energy is saved."""
         broken = self.posed.problem.violation(self.rotary)
-        return (broken if broken > ALLOWED else 0.0) + max(self.excess - BETWEEN, 0.0), self.energy
+        return (broken if broken > ALLOWED else 0.0) + max(self.excess - BETWEEN, 0.0), self.cost
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,14 +126,14 @@ class Delivery:
         for number, sharpness in enumerate(SHARPNESS):
             if len(rotary) == 1 or (not self.by_energy and here.excess <= BETWEEN):
                 break
-            posed, start, before = here.denser, here.filled, here.energy
+            posed, start, before = here.denser, here.filled, here.cost
             problem = self._reweighted(posed, start, sharpness) if self.by_energy else posed.problem
             here = self._priced(posed, self.refine(posed, problem, start))
             said = f"{len(posed.path)} locations, {here.inserted} more in the program"
-            stages.append(Stage(f"program, round {number + 1}", said, 0, before, here.energy))
-            gain, better = best.energy - here.energy, here.rank < best.rank
+            stages.append(Stage(f"program, round {number + 1}", said, 0, before, here.cost))
+            gain, better = best.cost - here.cost, here.rank < best.rank
             best = here if better else best
-            if number >= 2 and not here.inserted and not (better and gain > WORTHWHILE * here.energy):
+            if number >= 2 and not here.inserted and not (better and gain > WORTHWHILE * here.cost):
                 break
         return best, stages
 
@@ -152,8 +152,13 @@ class Delivery:
         rotary_there = filled[:, machine.rotary_columns]
         positions, excess = denser.problem.placed(slice(None), rotary_there)
         past = max(float(excess.max()), float(denser.problem.limit_excess(positions).max()))
-        energy = motion_energy(machine, fill.motion).total
-        return Delivered(posed, rotary, denser, rotary_there, past, energy)
+        return Delivered(
+            posed, rotary, denser, rotary_there, past, self.cost(motion_energy(machine, fill.motion))
+        )
+
+    def cost(self, energy: Energy) -> float:
+        """Say what the objective is of a program, J."""
+        return energy.total if self.by_energy else energy.travel
 
     def _reweighted(self, posed: Posed, rotary: Array, sharpness: float) -> Problem:
         """Price travel by what the program's blocks cost, near a path, (n, 2) rad."""
@@ -185,14 +190,11 @@ def delivered(solution: Solution, delivery: Delivery) -> Solution:
         name: filling.fill(b.toolpath or given, machine, b.motion) for name, b in solution.compared.items()
     }
     energies = {name: motion_energy(machine, filling.thin(fill).blocks) for name, fill in filled.items()}
-    if delivery.by_energy:
-        for name, energy in sorted(energies.items(), key=lambda item: item[1].total):
-            baseline = solution.compared[name]
-            rotary = baseline.motion.positions[:, columns]
-            if baseline.toolpath is not None or energy.total >= best.energy:
-                continue
-            if not delivery.admits(rotary):
-                continue
+    for name in sorted(energies, key=lambda name: delivery.cost(energies[name])):
+        baseline = solution.compared[name]
+        rotary = baseline.motion.positions[:, columns]
+        cheaper = baseline.toolpath is None and delivery.cost(energies[name]) < best.cost
+        if cheaper and delivery.admits(rotary):
             other, more = delivery.run(rotary)
             stages += [replace(stage, name=f"{stage.name}, from baseline {name}") for stage in more]
             best = min(best, other, key=lambda one: one.rank)
