@@ -99,6 +99,7 @@ def optimise(
     free_direction: bool = False,
     effort: str = "normal",
     budget: Budget | None = None,
+    solver: str = "structured",
     progress: Progress | None = None,
 ) -> Solution:
     """Choose the rotary angles of every cutter location so that the feed drives spend the least energy.
@@ -148,6 +149,7 @@ def optimise(
     effort : ``quick``, ``normal`` or ``thorough``: how much is done, with what that promises in
         `fiveaxis.posture.budget.EFFORTS`
     budget : how much may be done, in place of an effort
+    solver : ``structured`` or ``ipopt`` (`fiveaxis.posture.optimise`)
     progress : called with a stage's name, steps done and steps in all
 
     Raises
@@ -170,6 +172,7 @@ def optimise(
         "free_direction": free_direction,
         "effort": effort,
         "budget": budget,
+        "solver": solver,
         "progress": progress,
     }
     around = Surroundings.load(part, stock, fixtures, clearances)

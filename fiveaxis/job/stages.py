@@ -58,6 +58,7 @@ SOLVING = (
     "smoothing",
     "time_price",
     "effort",
+    "solver",
     "free_start",
     "free_direction",
 )

@@ -19,6 +19,7 @@ from fiveaxis.motion import follow
 from fiveaxis.posture import holding
 from fiveaxis.posture.baselines import find_baselines
 from fiveaxis.posture.budget import Budget, budget_of
+from fiveaxis.posture.local.refinement import STRUCTURED, require_solver
 from fiveaxis.posture.mask import Mask, MaskFunction
 from fiveaxis.posture.passes import freed
 from fiveaxis.posture.portfolio import Portfolio, Progress
@@ -63,6 +64,7 @@ def optimise(
     free_direction: bool = False,
     effort: str = "normal",
     budget: Budget | None = None,
+    solver: str = STRUCTURED,
     tightened: Tightening | None = None,
     progress: Progress | None = None,
 ) -> Solution:
@@ -109,6 +111,8 @@ def optimise(
     effort : ``quick``, ``normal`` or ``thorough``: how much is done, with what that promises in
         `fiveaxis.posture.budget.EFFORTS`
     budget : how much may be done, in place of an effort
+    solver : ``structured``, the interior-point method made for paths, or ``ipopt``, a second opinion on the same
+        terms (`fiveaxis.posture.local`)
     tightened : bounds that are drawn in, and the path to begin with; the solution is compared with baselines
         that keep the given bounds
     progress : called with a stage's name, steps done and steps in all
@@ -129,7 +133,7 @@ def optimise(
         The cutter doesn't touch with one part of its profile over the range; the path lacks the direction
         that the range refers to.
     SettingError
-        A range that is empty or reversed; an unknown effort.
+        A range that is empty or reversed; an unknown effort or solver.
     """
     if not toolpath.cutting.any():
         raise ToolpathError("has links only; there is no cut to choose a posture for", file=toolpath.name)
@@ -139,7 +143,8 @@ def optimise(
         raise SettingError("tightened bounds belong to locations in their order; leave free_start out")
     if free_direction and not free_start:
         raise SettingError("free_direction goes with free_start only; give that, too")
-    allowed = budget or budget_of(effort)
+    require_solver(solver)
+    allowed = replace(budget or budget_of(effort), solver=solver)
     singular = Cone.of_degrees(singular_cone, singular_rate)
     machine = holding.hold(machine, hold or {})
     toolpath = for_tilt(toolpath, tilt, cone, lead=lead, lean=lean)

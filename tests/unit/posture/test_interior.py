@@ -10,7 +10,7 @@ from fiveaxis.posture import interior_kernel as kernel
 from fiveaxis.posture import optimise
 from fiveaxis.posture.interior import as_banded, is_banded, minimise, split
 from fiveaxis.posture.problem import ALLOWED, Problem
-from fiveaxis.posture.refine import _by_ipopt
+from fiveaxis.posture.local.refinement import _by_ipopt
 from fiveaxis.toolpath import Tool, Toolpath, tilt_bounds
 
 N = 40

@@ -9,7 +9,7 @@ import pytest
 from fiveaxis.machine import load_machine
 from fiveaxis.posture.nlp import starting_point, write_nlp
 from fiveaxis.posture.problem import ALLOWED, Problem
-from fiveaxis.posture.refine import refine, refine_windows
+from fiveaxis.posture.local.refinement import refine, refine_windows
 from fiveaxis.toolpath import Tool, Toolpath, tilt_bounds
 
 RNG = np.random.default_rng(5)
