@@ -111,8 +111,8 @@ def optimise(
     effort : ``quick``, ``normal`` or ``thorough``: how much is done, with what that promises in
         `fiveaxis.posture.budget.EFFORTS`
     budget : how much may be done, in place of an effort
-    solver : ``structured``, the interior-point method made for paths, or ``ipopt``, a second opinion on the same
-        terms (`fiveaxis.posture.local`)
+    solver : ``structured``, the interior-point method made for paths, or ``ipopt``, a second opinion on the
+        same terms (`fiveaxis.posture.local`), in place of the budget's
     tightened : bounds that are drawn in, and the path to begin with; the solution is compared with baselines
         that keep the given bounds
     progress : called with a stage's name, steps done and steps in all

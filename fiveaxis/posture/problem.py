@@ -20,8 +20,8 @@ from fiveaxis.toolpath import TiltBounds, Toolpath, Zone
 # Where rotary steps are bounded, no step of a thinned path is larger than this (or than the bound itself):
 # a longer turn would hop over postures that the path has to pass through and that nobody has looked at.
 LONGEST_HOP = np.radians(60.0)
-# Price of a change of speed beyond an axis's acceleration, J per rad/s of a rotary one: more than turning less
-# costs. A linear one has that of a turn 100 mm from its centre, J per mm/s.
+# Price of a change of speed beyond an axis's acceleration, J per rad/s of a rotary one: more than turning
+# less costs. A linear one has that of a turn 100 mm from its centre, J per mm/s.
 ROTARY_EXCESS_PRICE, LINEAR_EXCESS_PRICE = 100.0, 1.0
 # A step may always turn by this, rad.
 LEAST_TURN = np.radians(0.01)
@@ -286,7 +286,9 @@ class Problem:
         """Measure by how much axes change their speed too fast on a path, (n, k); (m, k) mm/s and rad/s."""
         found = [term for term in self.terms if term.name == "acceleration"]
         quantities = self.quantities(positions)
-        return np.vstack([np.empty((0, positions.shape[1])), *(t.excess(t.values(quantities)) for t in found)])
+        return np.vstack(
+            [np.empty((0, positions.shape[1])), *(t.excess(t.values(quantities)) for t in found)]
+        )
 
     def priced(self, rotary: Array) -> float:
         """Add up a path's cost and the price of its violations, J; `rotary` is (n, 2) rad."""

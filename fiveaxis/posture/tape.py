@@ -35,7 +35,23 @@ ROOT = ca.OP_SQRT
 SINE = ca.OP_SIN
 COSINE = ca.OP_COS
 COPY = ca.OP_ASSIGN
-KNOWN = {CONSTANT, INPUT, OUTPUT, ADD, SUBTRACT, MULTIPLY, DIVIDE, NEGATE, SQUARE, TWICE, INVERT, ROOT, SINE, COSINE, COPY}
+KNOWN = {
+    CONSTANT,
+    INPUT,
+    OUTPUT,
+    ADD,
+    SUBTRACT,
+    MULTIPLY,
+    DIVIDE,
+    NEGATE,
+    SQUARE,
+    TWICE,
+    INVERT,
+    ROOT,
+    SINE,
+    COSINE,
+    COPY,
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +79,9 @@ class Tape:
         for k in range(count):
             code = function.instruction_id(k)
             if code not in KNOWN:
-                raise ValueError(f"{function.name()}: CasADi's instruction {code} has no compiled form; add one")
+                raise ValueError(
+                    f"{function.name()}: CasADi's instruction {code} has no compiled form; add one"
+                )
             sources, targets = function.instruction_input(k), function.instruction_output(k)
             if code == CONSTANT:
                 constants[k] = function.instruction_constant(k)

@@ -3,8 +3,9 @@
 What isn't linear is a *quantity* of one location: axis values and tool axis are CasADi expressions of its
 rotary angles (`location_tapes`). Every term is a linear expression of the quantities of one or more locations
 in a row, with prices and bounds for each of its rows. It is written over scalars, which are columns of arrays
-where a path is priced, and CasADi's symbols where its coefficients are derived (`Term.coefficients`). Problem,
-solvers and optimality check read this list and nothing else; to add a term is to add a function to `TERMS`.
+where a path is priced, and CasADi's symbols where its coefficients are derived (`Term.coefficients`).
+Problem, solvers and optimality check read this list and nothing else; to add a term is to add a function to
+`TERMS`.
 """
 
 from __future__ import annotations
@@ -259,8 +260,8 @@ def travel(problem: Problem) -> Term:
     """Price the way of every axis by its direction, and bound the turns of rotary ones; mm and rad."""
     most = np.full(problem.plus.shape, np.inf)
     most[:, problem.machine.rotary_columns] = problem.max_turn
-    prices = {"plus": problem.plus, "minus": problem.minus}
-    return _term("travel", problem, _steps, 2, low=-most, high=most, **prices)
+    plus, minus = problem.plus, problem.minus
+    return _term("travel", problem, _steps, 2, low=-most, high=most, plus=plus, minus=minus)
 
 
 def bends(problem: Problem) -> Term | None:
@@ -276,7 +277,9 @@ def waits(problem: Problem) -> Term | None:
     """Price the time that steps take longer than at the feed, s."""
     if not problem.is_timed:
         return None
-    return _term("waits", problem, _waits, 1, rows=np.arange(len(problem) - 1), low=0.0, plus=problem.time_price)
+    return _term(
+        "waits", problem, _waits, 1, rows=np.arange(len(problem) - 1), low=0.0, plus=problem.time_price
+    )
 
 
 def durations(problem: Problem) -> Term | None:
@@ -296,8 +299,10 @@ def acceleration_excess(problem: Problem) -> Term | None:
         return None
     free = (times[first] + times[first + 1])[:, None] / 2.0 * problem.top_acceleration
     paces = 1.0 / np.stack([times[first], times[first + 1]], axis=1)
-    prices = {"plus": problem.excess_price, "minus": problem.excess_price}
-    return _term("acceleration", problem, _speed_changes, 3, rows=first, data=paces, free=free, **prices)
+    price = problem.excess_price
+    return _term(
+        "acceleration", problem, _speed_changes, 3, rows=first, data=paces, free=free, plus=price, minus=price
+    )
 
 
 # Every term of the problem; one that a problem has no use for is None.

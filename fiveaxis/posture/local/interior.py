@@ -197,9 +197,7 @@ class _Method:
 
     def _judge(self, change: Array, alpha: float, value: Array) -> tuple[float, float]:
         rows = self.rows
-        return kernel.judge(
-            self.mu, rows.square, rows.begin, self.parts, self.state[0], change, alpha, value
-        )
+        return kernel.judge(self.mu, rows.square, rows.begin, self.parts, self.state[0], change, alpha, value)
 
     def _clear_filter(self) -> None:
         off, _ = self._judge(np.zeros_like(self.state[0]), 0.0, self.value)
@@ -218,7 +216,9 @@ class _Method:
         kernel.soften(self.mu, self.parts, self.state, soft)
         split = rows.begin, self.parts, self.state, soft, self.value, self.multiplier, answer
         kernel.answer_rows(*split)
-        kernel.condense(rows.first, rows.square, rows.begin, self.value, answer, self.gradient, d, band, right)
+        kernel.condense(
+            rows.first, rows.square, rows.begin, self.value, answer, self.gradient, d, band, right
+        )
         if not self._solve(band, right, dx):
             return None
         change, new = np.zeros_like(self.state), np.zeros_like(self.multiplier)

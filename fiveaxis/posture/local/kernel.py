@@ -18,6 +18,9 @@ from fiveaxis.posture.compiled import compiled
 YIELD = 1e-10
 # Products of rooms are kept above this and below its inverse: far from what a number can be.
 SMALL = 1e-200
+# A priced row that is off by d costs d times its price more or less; one with bounds alone breaks them. The
+# former may be off by the inverse of this as much.
+PRICED = 1e-3
 
 
 @compiled
@@ -42,7 +45,9 @@ def row_weights(place: IntArray, coefficient: Array, pull: Array, weights: Array
 
 
 @compiled
-def row_gradients(first: IntArray, place: IntArray, coefficient: Array, slope: Array, gradient: Array) -> None:
+def row_gradients(
+    first: IntArray, place: IntArray, coefficient: Array, slope: Array, gradient: Array
+) -> None:
     """Differentiate the rows by the unknowns of their windows.
 
     Parameters
@@ -371,7 +376,7 @@ def errors(
                 pull[first[j] * d + e] += force * gradient[j, e]
         if begin[j] == begin[j + 1]:
             continue
-        rest = value[j]
+        rest, weight = value[j], 1.0
         size += abs(multiplier[j])
         count += 1
         for p in range(begin[j], begin[j + 1]):
@@ -379,6 +384,8 @@ def errors(
             rest -= parts[0, p] * v
             if low == high:
                 continue
+            if parts[1, p] > 0.0:
+                weight = PRICED
             dual = max(dual, abs(parts[1, p] - zl + zh - parts[0, p] * multiplier[j]))
             if low > -np.inf:
                 apart = max(apart, abs(zl * (v - low) - mu))
@@ -386,7 +393,7 @@ def errors(
                 apart = max(apart, abs(zh * (high - v) - mu))
             size += zl + zh
             count += 2
-        primal = max(primal, abs(rest))
+        primal = max(primal, weight * abs(rest))
     for i in range(len(pull)):
         dual = max(dual, abs(pull[i]))
     return dual, primal, apart, size / max(count, 1)

@@ -2,8 +2,8 @@
 
 A path is an optimum to first order if multipliers of its rows exist that balance the objective: within
 ``−W⁻ … W⁺`` where a step stands still, at its end elsewhere, of the right sign on a bound. Here the ones are
-found that leave the least, with CasADi's derivatives at the path: they are those of the step that would better
-the linearised problem, held back by a stiff spring. No solver's own multipliers are taken on trust.
+found that leave the least, with CasADi's derivatives at the path: they are those of the step that would
+better the linearised problem, held back by a stiff spring. No solver's own multipliers are taken on trust.
 """
 
 from __future__ import annotations
@@ -14,11 +14,11 @@ import numpy as np
 
 from fiveaxis.geometry import Array
 from fiveaxis.posture.local.interior import Chained, minimise, parted
-from fiveaxis.posture.local.rows import ANGLES, Rows, rows_of
+from fiveaxis.posture.local.rows import Rows, rows_of
 from fiveaxis.posture.problem import ALLOWED, Problem
 
-# J/rad² and J/s²: a step of 1e-8 rad, as much as the last barrier leaves, weighs a tenth of a J/rad.
-SPRING = 1e7
+# J/rad² and J/s²: a step of 1e-6 rad, as much as the last barrier may leave, weighs a tenth of a J/rad.
+SPRING = 1e5
 ITERATIONS, BARRIER = 200, 1e-2
 # J/rad and J/s: how well the multipliers are found.
 FLAT = 1e-3
@@ -72,7 +72,12 @@ def optimality(problem: Problem, rotary: Array) -> Optimality:
     quantities, slope, _ = Chained(rows).derivatives(x, weights)
     linear = _sprung(rows)
     found = minimise(
-        linear, _Linear(quantities, slope), np.zeros_like(x), iterations=ITERATIONS, barrier=BARRIER, flat=FLAT
+        linear,
+        _Linear(quantities, slope),
+        np.zeros_like(x),
+        iterations=ITERATIONS,
+        barrier=BARRIER,
+        flat=FLAT,
     )
     multiplier = found.multiplier[: len(rows.first)]
     value = np.sum(rows.coefficient * quantities.ravel()[rows.place] * (rows.place >= 0), axis=1)

@@ -13,12 +13,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.posture.problem import Problem
 from fiveaxis.posture.terms import OTHERS, LocationTapes, Term, location_tapes
+
+T = TypeVar("T", bound=np.generic)
 
 # Bounds are kept by this much, so that the solver's rounding doesn't carry values out.
 MARGIN = 1e-9
@@ -189,6 +193,6 @@ def _laid(term: Term, count: int, still: BoolArray, margin: float) -> _Laid:
     )
 
 
-def _widened(columns: Array, width: int, filling: float) -> Array:
+def _widened(columns: NDArray[T], width: int, filling: int) -> NDArray[T]:
     """Give every row as many columns, (r, z)."""
     return np.pad(columns, ((0, 0), (0, width - columns.shape[1])), constant_values=filling)
