@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 
 from fiveaxis.errors import SettingError
 from fiveaxis.geometry import Array
-from fiveaxis.posture.local.interior import Chained, minimise
+from fiveaxis.posture.local.interior import Chained, Outcome, minimise
 from fiveaxis.posture.local.ipopt import SOLVED, by_ipopt
 from fiveaxis.posture.local.rows import rows_of
-from fiveaxis.posture.problem import ALLOWED, Problem
+from fiveaxis.posture.problem import ALLOWED, VIOLATION_PRICE, Problem
 
 # The method made for paths, and IPOPT.
 STRUCTURED, IPOPT = "structured", "ipopt"
@@ -91,12 +91,27 @@ def refine(
     kept = start
     for found in tried:
         kept = _better(problem, found.rotary, kept)
+    if solver == STRUCTURED and not near and not any(found.solved for found in tried):
+        tried.append(_from_outside(problem, x, held, iterations, barrier))
+        kept = _better(problem, tried[-1].rotary, kept)
     return Refinement(
         kept,
         problem.cost(problem.positions(slice(None), kept)),
         SOLVED if any(found.solved for found in tried) else UNSOLVED,
         sum(found.iterations for found in tried),
     )
+
+
+def _from_outside(
+    problem: Problem, x: Array, held: tuple[bool, bool], iterations: int, barrier: float
+) -> Outcome:
+    """Lead unknowns, (n, d), within the bounds, at first for a price: the filter alone may stall out there."""
+    most = ITERATIONS * iterations
+    loose = rows_of(problem, held, elastic=VIOLATION_PRICE)
+    led = minimise(loose, Chained(loose), x, iterations=most, barrier=BARRIERS[0] * barrier)
+    rows = rows_of(problem, held)
+    found = minimise(rows, Chained(rows), led.x, iterations=most, barrier=BARRIERS[-1] * barrier)
+    return replace(found, iterations=led.iterations + found.iterations)
 
 
 def require_solver(name: str) -> None:

@@ -89,13 +89,20 @@ class Rows:
         return x
 
 
-def rows_of(problem: Problem, held: tuple[bool, bool] = (False, False), margin: float = MARGIN) -> Rows:
+def rows_of(
+    problem: Problem,
+    held: tuple[bool, bool] = (False, False),
+    *,
+    margin: float = MARGIN,
+    elastic: float = 0.0,
+) -> Rows:
     """Lay a problem's terms out.
 
     Parameters
     ----------
     held : whether the first and the last posture stay as they are
     margin : by which bounds are kept; negative to let what stands on them pass
+    elastic : J per mm, rad and cosine, at which bounds of a location may be broken; 0 where they may not
     """
     n, machine = len(problem), problem.machine
     count = len(machine.axes) + OTHERS
@@ -111,7 +118,7 @@ def rows_of(problem: Problem, held: tuple[bool, bool] = (False, False), margin: 
     free[-1, ANGLES:] = False
     still = np.zeros(n, dtype=bool)
     still[[0, -1]] = held
-    laid = [_laid(term, count, still, margin) for term in problem.terms]
+    laid = [_laid(term, count, still, margin, elastic) for term in problem.terms]
     widest = max(part.place.shape[1] for part in laid)
     sizes = np.concatenate([np.diff(part.begin) for part in laid])
     return Rows(
@@ -148,7 +155,7 @@ class _Laid:
     high: Array
 
 
-def _laid(term: Term, count: int, still: BoolArray, margin: float) -> _Laid:
+def _laid(term: Term, count: int, still: BoolArray, margin: float, elastic: float) -> _Laid:
     slots, coefficients = term.coefficients(count)
     shape = coefficients.shape[:2]
 
@@ -171,6 +178,9 @@ def _laid(term: Term, count: int, still: BoolArray, margin: float) -> _Laid:
     else:
         there[:, 0] = needed = np.isfinite(low) | np.isfinite(high)
         ends[:, 0] = np.stack([low + margin, high - margin], axis=1)
+        if elastic and term.span == 1:
+            there[:, 1:], ends[:, 1:, 1] = needed[:, None], np.inf
+            plus = minus = np.full(len(first), elastic)
     narrow = ends[..., 1] - ends[..., 0] < NARROW
     middle = ends[narrow].mean(axis=-1, keepdims=True)
     ends[narrow] = middle
