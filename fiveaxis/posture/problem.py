@@ -66,6 +66,7 @@ class Problem:
     excess_price : (k,), J per mm/s and per rad/s, of a change of speed beyond that acceleration
     time_price : J/s, P, of a step's time beyond the least
     bend_price : (n − 1,), J/rad², μ
+    jerk_price : J per rad/s², of a change of a rotary axis's acceleration from one pair of cuts to the next
     """
 
     machine: Machine
@@ -83,6 +84,7 @@ class Problem:
     excess_price: Array
     time_price: float
     bend_price: Array
+    jerk_price: float = 0.0
 
     @classmethod
     def build(
@@ -97,6 +99,7 @@ class Problem:
         turn_rate: float | None = None,
         time_price: float = 0.0,
         bend_price: float = 0.0,
+        jerk_price: float = 0.0,
     ) -> Problem:
         """Put a path, a machine and bounds together.
 
@@ -109,6 +112,7 @@ class Problem:
         turn_rate : rad/mm, largest turn of a rotary axis over the way of the contact in cutting moves
         time_price : J/s, of time that a posture costs beyond the programmed feed's
         bend_price : J/rad², of ‖Δρ‖² in each step
+        jerk_price : J per rad/s², of changes of a rotary axis's acceleration between cuts
 
         Raises
         ------
@@ -120,7 +124,7 @@ class Problem:
         require_positioning(machine)
         require_orienting(machine)
         prices = {"up penalty": (up_penalty, "J/mm"), "time price": (time_price, "W")}
-        prices["smoothing"] = (bend_price, "J/rad²")
+        prices |= {"smoothing": (bend_price, "J/rad²"), "jerk price": (jerk_price, "J s²/rad")}
         for name, (value, unit) in prices.items():
             if not (np.isfinite(value) and value >= 0.0):
                 raise SettingError(f"{name} is {value:g} {unit}; it can't be negative")
@@ -156,6 +160,7 @@ class Problem:
             ),
             time_price=time_price,
             bend_price=np.full(len(toolpath) - 1, bend_price),
+            jerk_price=jerk_price,
         )
 
     def __len__(self) -> int:

@@ -238,6 +238,16 @@ def _speed_changes(window: Sequence[Place], paces: Sequence[Scalar]) -> Sequence
     return [then * b - first * a for a, b in zip(_steps(window[:2], ()), _steps(window[1:], ()), strict=True)]
 
 
+def _acceleration_changes(window: Sequence[Place], times: Sequence[Scalar]) -> Sequence[Scalar]:
+    """Third differences over the feed's times: accelerations are changes of speed over the mean of two."""
+    speeds = [[way / t for way in _steps(window[i : i + 2], ())] for i, t in enumerate(times)]
+    first, then = (
+        [(b - a) * 2.0 / (times[i] + times[i + 1]) for a, b in zip(speeds[i], speeds[i + 1], strict=True)]
+        for i in range(2)
+    )
+    return [b - a for a, b in zip(first, then, strict=True)]
+
+
 def limits(problem: Problem) -> Term:
     """Keep axis values within their limits, mm and rad."""
     machine = problem.machine
@@ -305,6 +315,28 @@ def acceleration_excess(problem: Problem) -> Term | None:
     )
 
 
+def jerks(problem: Problem) -> Term | None:
+    """Price changes of the rotary axes' acceleration from cut to cut, rad/s²."""
+    times = problem.least_time
+    timed = problem.strict & (times > 0.0)
+    first = np.flatnonzero(timed[:-2] & timed[1:-1] & timed[2:])
+    if not len(first) or problem.jerk_price == 0.0:
+        return None
+    data, price = np.stack([times[first], times[first + 1], times[first + 2]], axis=1), problem.jerk_price
+    unpriced = np.array([0.0 if axis.is_rotary else np.inf for axis in problem.machine.axes])
+    return _term(
+        "jerks",
+        problem,
+        _acceleration_changes,
+        4,
+        rows=first,
+        data=data,
+        free=unpriced,
+        plus=price,
+        minus=price,
+    )
+
+
 # Every term of the problem; one that a problem has no use for is None.
 TERMS: tuple[Callable[[Problem], Term | None], ...] = (
     limits,
@@ -314,6 +346,7 @@ TERMS: tuple[Callable[[Problem], Term | None], ...] = (
     waits,
     durations,
     acceleration_excess,
+    jerks,
 )
 
 
