@@ -159,7 +159,8 @@ class Solution:
     def kkt(self) -> Optimality | None:
         """How far the path is from a local optimum; None for a solution that was put together by hand.
 
-        One with rewinds is what its path was before them. Worked out when it is first asked for.
+        One with rewinds is what its path was before them. A mask is no term: where it holds a path back, the
+        residual says by how much. Worked out when it is first asked for.
         """
         if self.wound is not None:
             return optimality(self.wound.problem, self.wound.rotary)

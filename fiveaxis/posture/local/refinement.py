@@ -105,7 +105,7 @@ def refine(
 def _from_outside(
     problem: Problem, x: Array, held: tuple[bool, bool], iterations: int, barrier: float
 ) -> Outcome:
-    """Lead unknowns, (n, d), within the bounds, at first for a price: the filter alone may stall out there."""
+    """Lead unknowns, (n, d), within the bounds, at first for a price: the filter may stall out there."""
     most = ITERATIONS * iterations
     loose = rows_of(problem, held, elastic=VIOLATION_PRICE)
     led = minimise(loose, Chained(loose), x, iterations=most, barrier=BARRIERS[0] * barrier)
