@@ -44,6 +44,7 @@ SingularCone = Annotated[
 SingularRate = Annotated[
     float | None, typer.Option("--singular-rate", help="largest turn of it in there, deg/mm")
 ]
+Solver = Annotated[str | None, typer.Option("--solver", help="structured, or ipopt as a second opinion")]
 Effort = Annotated[str | None, typer.Option("--effort", help="quick, normal or thorough")]
 FreeStart = Annotated[
     bool | None, typer.Option("--free-start", help="closed passes may begin elsewhere, with links of a plan")
@@ -202,6 +203,7 @@ POSTURE: Mapping[str, Any] = {
     "singular_cone": SingularCone,
     "singular_rate": SingularRate,
     "effort": Effort,
+    "solver": Solver,
     "front": FrontSize,
     "free_start": FreeStart,
     "free_direction": FreeDirection,

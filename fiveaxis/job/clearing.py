@@ -103,6 +103,7 @@ def optimise(
     effort: str = "normal",
     budget: Budget | None = None,
     interpolation: Interpolation = Interpolation.JOINT,
+    solver: str = "structured",
     progress: Progress | None = None,
 ) -> Solution:
     """Choose the rotary angles of every cutter location so that the feed drives spend the least energy.
@@ -151,6 +152,7 @@ def optimise(
         `fiveaxis.posture.budget.EFFORTS`
     budget : how much may be done, in place of an effort
     interpolation : of the control that the program is for
+    solver : ``structured`` or ``ipopt`` (`fiveaxis.posture.optimise`)
     progress : called with a stage's name, steps done and steps in all
 
     Raises
@@ -175,6 +177,7 @@ def optimise(
         "free_direction": free_direction,
         "effort": effort,
         "budget": budget,
+        "solver": solver,
         "progress": progress,
     }
     around = Surroundings.load(part, stock, fixtures, clearances)

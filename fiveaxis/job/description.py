@@ -193,6 +193,9 @@ class Job(StrictModel):
     effort: Literal["quick", "normal", "thorough"] = Field(
         "normal", description="how much is searched before the best is taken"
     )
+    solver: Literal["structured", "ipopt"] = Field(
+        "structured", description="refines paths: the method made for them, or IPOPT as a second opinion"
+    )
     front: int | None = Field(
         None, ge=2, le=50, description="solutions between the cheapest path and the steadiest one"
     )

@@ -56,6 +56,7 @@ SOLVING = (
     "smoothing",
     "time_price",
     "effort",
+    "solver",
     "free_start",
     "free_direction",
 )

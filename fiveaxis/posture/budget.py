@@ -58,6 +58,7 @@ class Budget:
     window_iterations : of the NLP in a window
     others : further portfolios, each of which ends in a local optimum of its own
     from_baselines : whether every admissible baseline is refined as a start too
+    solver : which refines (`fiveaxis.posture.local.refinement.SOLVERS`)
     leans : shares of the range of the tool's lean, 0…1; a path that leans upwards by that much all along is
         a start too
     """
@@ -85,6 +86,12 @@ class Budget:
     others: tuple[tuple[Search, ...], ...] = ()
     from_baselines: bool = False
     leans: tuple[float, ...] = ()
+    solver: str = "structured"
+
+    @property
+    def takes_any(self) -> bool:
+        """Whether the solver takes a path of any length at once."""
+        return self.solver == "structured"
 
     @property
     def is_many(self) -> bool:

@@ -161,6 +161,7 @@ def find_front(
     problems = _priced(posed, _shares(solution, start, n, smoothest), solution)
     allowed = _allowing(solution, start, cone, options.get("mask"))
     budget = options.get("budget") or budget_of(options.get("effort", "normal"))
+    budget = replace(budget, solver=options.get("solver", budget.solver))
 
     def found(number: int, start: Array | None) -> Array | None:
         run = Portfolio(problems[number], budget, of_point)

@@ -7,7 +7,8 @@ import math
 import numpy as np
 
 from fiveaxis.geometry import Array, BoolArray, IntArray
-from fiveaxis.posture.waves import compiled, value
+from fiveaxis.posture.compiled import compiled
+from fiveaxis.posture.waves import value
 
 
 @compiled

@@ -20,6 +20,7 @@ from fiveaxis.posture.baselines import find_baselines
 from fiveaxis.posture.budget import Budget, budget_of
 from fiveaxis.posture.clearance import Clearance
 from fiveaxis.posture.delivery import Delivery, Objective, Posed, delivered
+from fiveaxis.posture.local.refinement import STRUCTURED, require_solver
 from fiveaxis.posture.mask import Mask, MaskFunction
 from fiveaxis.posture.passes import freed
 from fiveaxis.posture.portfolio import Portfolio, Progress
@@ -63,6 +64,7 @@ def optimise(
     effort: str = "normal",
     budget: Budget | None = None,
     interpolation: Interpolation = Interpolation.JOINT,
+    solver: str = STRUCTURED,
     progress: Progress | None = None,
 ) -> Solution:
     """Choose the rotary angles of every cutter location so that the feed drives spend the least energy.
@@ -109,6 +111,8 @@ def optimise(
         `fiveaxis.posture.budget.EFFORTS`
     budget : how much may be done, in place of an effort
     interpolation : of the control that the program is for
+    solver : ``structured``, the interior-point method made for paths, or ``ipopt``, a second opinion on the
+        same terms (`fiveaxis.posture.local`), in place of the budget's
     progress : called with a stage's name, steps done and steps in all
 
     Returns
@@ -128,7 +132,7 @@ def optimise(
         The cutter doesn't touch with one part of its profile over the range; the path lacks the direction
         that the range refers to.
     SettingError
-        A range that is empty or reversed; an unknown effort.
+        A range that is empty or reversed; an unknown effort or solver.
     """
     if not toolpath.cutting.any():
         raise ToolpathError("has links only; there is no cut to choose a posture for", file=toolpath.name)
@@ -136,7 +140,8 @@ def optimise(
         raise SettingError("free_start can't be combined with a mask or a singular cone; leave one out")
     if free_direction and not free_start:
         raise SettingError("free_direction goes with free_start only; give that, too")
-    allowed = budget or budget_of(effort)
+    require_solver(solver)
+    allowed = replace(budget or budget_of(effort), solver=solver)
     singular = Cone.of_degrees(singular_cone, singular_rate)
     machine = holding.hold(machine, hold or {})
     toolpath = for_tilt(toolpath, tilt, cone, lead=lead, lean=lean)

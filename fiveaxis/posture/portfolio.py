@@ -16,7 +16,6 @@ from fiveaxis.geometry import Array, IntArray
 from fiveaxis.posture.budget import DEGREE, Budget, Search
 from fiveaxis.posture.clearance import Clearance
 from fiveaxis.posture.confine import Confinement, Solver
-from fiveaxis.posture.interior import is_banded
 from fiveaxis.posture.lattice import (
     SLACK,
     Coordinates,
@@ -26,10 +25,11 @@ from fiveaxis.posture.lattice import (
     is_narrow,
     level_lattice,
 )
+from fiveaxis.posture.local.ipopt import SOLVED
+from fiveaxis.posture.local.refinement import Refinement, refine, refine_windows
 from fiveaxis.posture.mask import Known, stored, way_among
 from fiveaxis.posture.mending import mended
 from fiveaxis.posture.problem import ALLOWED, Problem
-from fiveaxis.posture.refine import SOLVED, Refinement, refine, refine_windows
 from fiveaxis.posture.search import LONG, density, refill, shortest_path, thin
 from fiveaxis.posture.solution import Baseline, Stage
 
@@ -150,7 +150,7 @@ class Portfolio:
         how many run at once, changes nothing.
         """
         # A mask is asked one question at a time.
-        if len(self.problem) <= LONG or not is_banded(self.problem) or self.clear is not None:
+        if len(self.problem) <= LONG or not self.budget.takes_any or self.clear is not None:
             return [task(self) for task in tasks]
         # One voice is enough to tell how far the work is.
         parts = [replace(self, stages=[], progress=None if i else self.progress) for i in range(len(tasks))]
@@ -245,9 +245,15 @@ class Portfolio:
         budget = self.budget
 
         def solve(problem: Problem, start: Array, held: tuple[bool, bool]) -> tuple[Array, int]:
-            if len(problem) <= budget.whole or is_banded(problem):
+            if len(problem) <= budget.whole or budget.takes_any:
                 found = refine(
-                    problem, start, iterations=budget.iterations, barrier=budget.barrier, held=held, near=True
+                    problem,
+                    start,
+                    iterations=budget.iterations,
+                    barrier=budget.barrier,
+                    held=held,
+                    near=True,
+                    solver=budget.solver,
                 )
             else:
                 found = refine_windows(
@@ -256,6 +262,7 @@ class Portfolio:
                     size=budget.window,
                     iterations=budget.window_iterations,
                     barrier=budget.barrier,
+                    solver=budget.solver,
                 )
             return found.rotary, found.iterations
 
@@ -271,12 +278,12 @@ class Portfolio:
             return Refinement(start, before, "one location, nothing to refine", 0)
         found = Refinement(start, before, "", 0)
         problem = problem.eased(start)
-        if len(problem) <= budget.whole or is_banded(problem):
-            found = refine(problem, start, iterations=limit, barrier=barrier)
+        if len(problem) <= budget.whole or budget.takes_any:
+            found = refine(problem, start, iterations=limit, barrier=barrier, solver=budget.solver)
             self.stages.append(Stage(name, found.status, found.iterations, before, found.cost))
             unbroken = start if coarse or found.status == SOLVED else self._unbroken(problem, start)
             if unbroken is not start:
-                found = refine(problem, unbroken, iterations=limit, barrier=barrier)
+                found = refine(problem, unbroken, iterations=limit, barrier=barrier, solver=budget.solver)
                 name = f"{name}, mended start"
                 self.stages.append(Stage(name, found.status, found.iterations, before, found.cost))
         if found.status != SOLVED and len(problem) > 2:
@@ -287,6 +294,7 @@ class Portfolio:
                 size=budget.window,
                 iterations=budget.window_iterations,
                 barrier=barrier,
+                solver=budget.solver,
             )
             self.stages.append(
                 Stage(f"{name}, in windows", found.status, found.iterations, whole, found.cost)

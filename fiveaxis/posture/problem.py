@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -12,14 +13,16 @@ from fiveaxis.geometry import Array, BoolArray, IntArray, angle_between
 from fiveaxis.kinematics import positions_about, require_orienting, require_positioning
 from fiveaxis.machine import Machine
 from fiveaxis.motion import least_times
+from fiveaxis.motion.bounds import axis_bounds
+from fiveaxis.posture.terms import OTHERS, Term, lean_cosine, terms_of
 from fiveaxis.toolpath import TiltBounds, Toolpath, Zone
 
 # Where rotary steps are bounded, no step of a thinned path is larger than this (or than the bound itself):
 # a longer turn would hop over postures that the path has to pass through and that nobody has looked at.
 LONGEST_HOP = np.radians(60.0)
-# Price of a rotary axis's change of speed beyond its acceleration, J per rad/s: more than turning less
-# costs.
-JOLT_PRICE = 100.0
+# Price of a change of speed beyond an axis's acceleration, J per rad/s of a rotary one: more than turning
+# less costs. A linear one has that of a turn 100 mm from its centre, J per mm/s.
+ROTARY_EXCESS_PRICE, LINEAR_EXCESS_PRICE = 100.0, 1.0
 # A step may always turn by this, rad.
 LEAST_TURN = np.radians(0.01)
 # An axis value past its limit, or a cosine past its bound, by less than this is rounding (mm, rad, 1).
@@ -41,9 +44,10 @@ class Problem:
     tool's lean, the axis limits and the largest rotary step (design of the objective; the costs of travel are
     those of form-shaping Eq. 1). ``τ_i = max(L_i/F_i, max_a |Δq_a| / v_a)`` is how long a move takes: what it
     takes at the programmed feed is paid whatever the posture, so only the rest counts. A rapid move has no
-    feed, so all of its time counts (`least_times`). Where a rotary axis
-    has a highest acceleration a, the change of Δρ/τ from one cut to the next is at most
+    feed, so all of its time counts (`least_times`). Where an axis
+    has a highest acceleration a, the change of Δq/τ from one cut to the next is at most
     ``a (τ_i + τ_{i+1}) / 2`` with the feed's τ; beyond that it has a price, and the machine would slow down.
+    This record has the figures; the expressions are in `fiveaxis.posture.terms`.
 
     Parameters
     ----------
@@ -58,9 +62,11 @@ class Problem:
     strict : (n − 1,), whether the step cuts, so that its `max_turn` holds; on links it is a wish with a price
     least_time : (n − 1,), s, of the step at the programmed feed; 0 of a rapid move
     top_speed : (k,), mm/s and rad/s, infinite where unknown
-    top_acceleration : (2,), rad/s², of the rotary axes, chain order; infinite where unknown
+    top_acceleration : (k,), mm/s² and rad/s², infinite where unknown
+    excess_price : (k,), J per mm/s and per rad/s, of a change of speed beyond that acceleration
     time_price : J/s, P, of a step's time beyond the least
     bend_price : (n − 1,), J/rad², μ
+    jerk_price : J per rad/s², of a change of a rotary axis's acceleration from one pair of cuts to the next
     """
 
     machine: Machine
@@ -75,8 +81,10 @@ class Problem:
     least_time: Array
     top_speed: Array
     top_acceleration: Array
+    excess_price: Array
     time_price: float
     bend_price: Array
+    jerk_price: float = 0.0
 
     @classmethod
     def build(
@@ -91,6 +99,7 @@ class Problem:
         turn_rate: float | None = None,
         time_price: float = 0.0,
         bend_price: float = 0.0,
+        jerk_price: float = 0.0,
     ) -> Problem:
         """Put a path, a machine and bounds together.
 
@@ -103,6 +112,7 @@ class Problem:
         turn_rate : rad/mm, largest turn of a rotary axis over the way of the contact in cutting moves
         time_price : J/s, of time that a posture costs beyond the programmed feed's
         bend_price : J/rad², of ‖Δρ‖² in each step
+        jerk_price : J per rad/s², of changes of a rotary axis's acceleration between cuts
 
         Raises
         ------
@@ -114,7 +124,7 @@ class Problem:
         require_positioning(machine)
         require_orienting(machine)
         prices = {"up penalty": (up_penalty, "J/mm"), "time price": (time_price, "W")}
-        prices["smoothing"] = (bend_price, "J/rad²")
+        prices |= {"smoothing": (bend_price, "J/rad²"), "jerk price": (jerk_price, "J s²/rad")}
         for name, (value, unit) in prices.items():
             if not (np.isfinite(value) and value >= 0.0):
                 raise SettingError(f"{name} is {value:g} {unit}; it can't be negative")
@@ -131,6 +141,7 @@ class Problem:
             # A place that is there twice would forbid every turn between its two locations.
             steep = np.maximum(turn_rate * toolpath.lengths[1:], LEAST_TURN)
             turns = np.where(toolpath.cutting[1:], np.minimum(turns, steep), turns)
+        rates = axis_bounds(machine)
         return cls(
             machine=machine,
             pivot=toolpath.pivot,
@@ -142,15 +153,14 @@ class Problem:
             max_turn=np.repeat(turns[:, None], 2, axis=1),
             strict=toolpath.cutting[1:],
             least_time=least_times(toolpath, machine)[1:],
-            top_speed=np.array([np.inf if a.max_speed is None else a.max_speed for a in machine.axes]),
-            top_acceleration=np.array(
-                [
-                    np.inf if machine.axes[c].max_acceleration is None else machine.axes[c].max_acceleration
-                    for c in machine.rotary_columns
-                ]
+            top_speed=rates.speed,
+            top_acceleration=rates.acceleration,
+            excess_price=np.array(
+                [ROTARY_EXCESS_PRICE if a.is_rotary else LINEAR_EXCESS_PRICE for a in machine.axes]
             ),
             time_price=time_price,
             bend_price=np.full(len(toolpath) - 1, bend_price),
+            jerk_price=jerk_price,
         )
 
     def __len__(self) -> int:
@@ -234,7 +244,8 @@ class Problem:
         positions, axis = positions_about(self.machine, pivot, rotary, self.zone, normal)
         excess = np.zeros(axis.shape[:-1])
         for bound in self.bounds:
-            cosine = np.sum(axis * bound.reference[rows].reshape(shape), axis=-1)
+            reference = bound.reference[rows].reshape(shape)
+            cosine = lean_cosine(_columns(axis), _columns(reference))
             excess = np.maximum(excess, np.nan_to_num(_past(cosine, bound.cosines)))
         return positions, excess
 
@@ -243,44 +254,46 @@ class Problem:
         past = np.maximum(self.machine.low - positions, positions - self.machine.high)
         return np.maximum(past, 0.0).sum(axis=-1)
 
-    def cost(self, positions: Array) -> float:
-        """Add up the objective along a path, (n, k); J."""
-        step = np.diff(positions, axis=0)
-        travel = float(np.sum(self.plus * np.maximum(step, 0.0) - self.minus * np.minimum(step, 0.0)))
-        turn = step[:, self.machine.rotary_columns]
-        late = self.time_price * float(self.delay(step).sum())
-        jolts = JOLT_PRICE * float(self.jolts(turn).sum())
-        return travel + late + jolts + float(self.bend_price @ (turn**2).sum(axis=1))
+    @cached_property
+    def terms(self) -> tuple[Term, ...]:
+        """What the objective and the bounds are made of."""
+        return terms_of(self)
 
-    def delay(self, step: Array) -> Array:
-        """Measure how much longer steps, (n − 1, k) mm and rad, take than at the feed, (n − 1,) s."""
-        slowest = (np.abs(step) / self.top_speed).max(axis=1)
-        return np.maximum(slowest - self.least_time, 0.0)
-
-    @property
-    def jolted(self) -> IntArray:
-        """(m,), steps that cut and are followed by one: between the two a rotary axis changes its speed."""
-        timed = self.strict & (self.least_time > 0.0)
-        rows = np.flatnonzero(timed[:-1] & timed[1:])
-        return rows if np.isfinite(self.top_acceleration).any() else rows[:0]
-
-    def jolts(self, turn: Array) -> Array:
-        """Measure by how much rotary axes change their speed too fast, (m, 2) rad/s.
+    def quantities(self, positions: Array, axis: Array | None = None) -> Array:
+        """Put the quantities of a path's terms together, (n, k + 4): its steps wait as long as they have to.
 
         Parameters
         ----------
-        turn : (n − 1, 2), rad, chain order
+        positions : (n, k), mm and rad
+        axis : (n, 3), unit vectors; None where no term needs them
         """
-        first, allowed = self.jolted, self.speed_changes
-        rate = turn / np.where(self.least_time > 0.0, self.least_time, 1.0)[:, None]
-        return np.maximum(np.abs(rate[first + 1] - rate[first]) - allowed, 0.0)
+        n, k = positions.shape
+        quantities = np.zeros((n, k + OTHERS))
+        quantities[:, :k] = positions
+        if axis is not None:
+            quantities[:, k : k + 3] = axis
+        for term in self.terms:
+            if term.name == "durations":
+                late = np.maximum(term.values(quantities) - term.high, 0.0)
+                quantities[:-1, -1] = late.max(axis=1)
+        return quantities
 
-    @property
-    def speed_changes(self) -> Array:
-        """(m, 2), rad/s, that rotary axes may change their speed by from a `jolted` step to the next."""
-        first = self.jolted
-        between = (self.least_time[first] + self.least_time[first + 1]) / 2.0
-        return between[:, None] * self.top_acceleration
+    def cost(self, positions: Array) -> float:
+        """Add up the objective along a path, (n, k); J."""
+        quantities = self.quantities(positions)
+        return sum(term.cost(term.values(quantities)) for term in self.terms if term.has_price)
+
+    def delay(self, positions: Array) -> Array:
+        """Measure how much longer the steps of a path, (n, k), take than at the feed, (n − 1,) s."""
+        return np.asarray(self.quantities(positions)[:-1, -1])
+
+    def acceleration_excess(self, positions: Array) -> Array:
+        """Measure by how much axes change their speed too fast on a path, (n, k); (m, k) mm/s and rad/s."""
+        found = [term for term in self.terms if term.name == "acceleration"]
+        quantities = self.quantities(positions)
+        return np.vstack(
+            [np.empty((0, positions.shape[1])), *(t.excess(t.values(quantities)) for t in found)]
+        )
 
     def priced(self, rotary: Array) -> float:
         """Add up a path's cost and the price of its violations, J; `rotary` is (n, 2) rad."""
@@ -319,6 +332,10 @@ def _past(cosine: Array, bounds: tuple[float, float]) -> Array:
     """Measure how far cosines lie outside their bounds; NaN stays."""
     low, high = bounds
     return np.maximum(np.maximum(low - cosine, cosine - high), 0.0)
+
+
+def _columns(vectors: Array) -> tuple[Array, Array, Array]:
+    return vectors[..., 0], vectors[..., 1], vectors[..., 2]
 
 
 def _largest(turns: Array) -> float:

@@ -14,6 +14,7 @@ from fiveaxis.geometry import Array
 from fiveaxis.kinematics import tool_poses
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Filling, Motion
+from fiveaxis.posture.local.optimality import Optimality, optimality
 from fiveaxis.posture.lower_bound import LowerBound, bound_travel
 from fiveaxis.posture.problem import Problem
 from fiveaxis.toolpath import TiltBounds, Toolpath
@@ -160,6 +161,19 @@ class Solution:
     def bound(self) -> LowerBound:
         """What no admissible path can do without; worked out when it is first asked for."""
         return bound_travel(self.toolpath, self.machine, self.tilt)
+
+    @cached_property
+    def kkt(self) -> Optimality | None:
+        """How far the path is from a local optimum; None for a solution that was put together by hand.
+
+        One with rewinds is what its path was before them. A mask is no term: where it holds a path back, the
+        residual says by how much. Worked out when it is first asked for.
+        """
+        if self.wound is not None:
+            return optimality(self.wound.problem, self.wound.rotary)
+        if self.problem is None:
+            return None
+        return optimality(self.problem, self.motion.positions[:, self.problem.machine.rotary_columns])
 
     @property
     def travel(self) -> float:

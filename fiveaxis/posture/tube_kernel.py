@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fiveaxis.geometry import Array
+from fiveaxis.posture.compiled import compiled
 from fiveaxis.posture.kernel import relax_layer
-from fiveaxis.posture.waves import compiled, value
+from fiveaxis.posture.waves import value
 
 TURN = 2.0 * np.pi
 # Rotary axes' columns come last: linear, first and second rotary axis.

@@ -8,29 +8,19 @@ own equations at nine postures and four pivots, and compiled loops need no chain
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import ParamSpec, TypeVar, cast
 
-import numba
 import numpy as np
 
 from fiveaxis.geometry import Array
 from fiveaxis.kinematics import positions_about
 from fiveaxis.machine import Machine
+from fiveaxis.posture.compiled import compiled
 from fiveaxis.toolpath import TiltBounds, Zone
-
-P = ParamSpec("P")
-T = TypeVar("T")
 
 TERMS = 9
 # mm: pivots at which the equations are sampled; as large as real ones, so that differences keep their digits.
 FAR = 1000.0
-
-
-def compiled(function: Callable[P, T]) -> Callable[P, T]:
-    """Compile a function at its first call, keep the machine code for the next run, and let threads run."""
-    return cast("Callable[P, T]", numba.njit(cache=True, nogil=True)(function))
 
 
 @dataclass(frozen=True, eq=False)

@@ -90,6 +90,7 @@ def report_document(
         "program": program and dict(program),
         "budget": budget and dict(budget),
         "solver": [stage.as_dict() for stage in solution.stages],
+        "kkt": solution.kkt and solution.kkt.as_dict(),
         "machine": _machine(solution.machine),
         "tool": str(solution.toolpath.tool),
         "tool_in_words": describe_tool(solution.toolpath.tool),

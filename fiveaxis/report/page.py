@@ -256,6 +256,12 @@ def _solver(document: Mapping[str, Any]) -> str:
         f"The result’s own audit, 0 is perfect: tilt overrun {math.degrees(residuals['tilt']):.2g}°, limit "
         f"overrun {residuals['limit']:.2g} mm or rad, contact error {residuals['contact']:.2g} mm."
     )
+    kkt = document.get("kkt")
+    if kkt is not None:
+        audit += (
+            f" Residual of the optimality conditions: {kkt['dual']:.2g} J/rad, bounds broken by "
+            f"{kkt['primal']:.2g}, complementarity {kkt['complementarity']:.2g} J."
+        )
     return f'{_scroll(tables.solver_table(document["solver"]))}\n<p class="small">{escape(audit)}</p>'
 
 

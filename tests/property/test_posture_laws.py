@@ -15,7 +15,7 @@ from fiveaxis.geometry import normalise
 from fiveaxis.kinematics import linear_positions, tool_axes
 from fiveaxis.machine import Machine
 from fiveaxis.posture import optimise
-from fiveaxis.posture.problem import JOLT_PRICE
+from fiveaxis.posture.problem import ROTARY_EXCESS_PRICE
 from fiveaxis.toolpath import Tool, Toolpath
 
 TILT = (10.0, 45.0)
@@ -64,7 +64,7 @@ def rotary_of(solution) -> np.ndarray:
 
 
 class Objective:
-    """What a path costs: travel, delay, jolts and bends of steps, and of pairs of them."""
+    """What a path costs: travel, delay, acceleration excess and bends of steps, and of pairs of them."""
 
     def __init__(self, path: Toolpath, machine: Machine) -> None:
         self.path, self.machine = path, machine
@@ -87,18 +87,18 @@ class Objective:
         bend = (move[..., self.machine.rotary_columns] ** 2).sum(axis=-1)
         return travel + PRICES["time_price"] * late + PRICES["smoothing"] * bend
 
-    def jolt(self, i: int, first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    def excess(self, i: int, first: np.ndarray, second: np.ndarray) -> np.ndarray:
         """Cost of turning, (..., 2), in the move from i and then in the next."""
         allowed = self.push * (self.time[i] + self.time[i + 1]) / 2.0
         change = np.abs(second / self.time[i + 1] - first / self.time[i])
-        return JOLT_PRICE * np.maximum(change - allowed, 0.0).sum(axis=-1)
+        return ROTARY_EXCESS_PRICE * np.maximum(change - allowed, 0.0).sum(axis=-1)
 
     def of(self, rotary: np.ndarray) -> float:
         """Cost of a path, (n, 2)."""
         moves = np.diff([self.placed(i, r[None])[0] for i, r in enumerate(rotary)], axis=0)
         turns = np.diff(rotary, axis=0)
         steps = sum(float(self.step(i, move)) for i, move in enumerate(moves))
-        return steps + sum(float(self.jolt(i, *turns[i : i + 2])) for i in range(len(turns) - 1))
+        return steps + sum(float(self.excess(i, *turns[i : i + 2])) for i in range(len(turns) - 1))
 
     def leans(self, row: int, rotary: np.ndarray) -> np.ndarray:
         """Angle of the tool to the normal of a location, (m, 2) → (m,) deg."""
@@ -135,7 +135,7 @@ class Objective:
                 end = np.flatnonzero(np.isfinite(steps[i][middle]))
                 if len(start) and len(end):
                     first, second = turns[i - 1][start, middle][:, None], turns[i][middle, end][None]
-                    whole = best[start, middle][:, None] + self.jolt(i - 1, first, second)
+                    whole = best[start, middle][:, None] + self.excess(i - 1, first, second)
                     later[middle, end] = whole.min(axis=0) + steps[i][middle, end]
                     before[middle, end] = start[whole.argmin(axis=0)]
             best, came = later, [*came, before]
@@ -153,24 +153,24 @@ class Objective:
         sizes = np.cumsum([2 * n, m * k, m, 2 * (m - 1)])
 
         def parts(x):
-            rotary, rise, late, jolt = np.split(x, sizes[:-1])
-            return rotary.reshape(n, 2), rise.reshape(m, k), late, jolt.reshape(m - 1, 2)
+            rotary, rise, late, sudden = np.split(x, sizes[:-1])
+            return rotary.reshape(n, 2), rise.reshape(m, k), late, sudden.reshape(m - 1, 2)
 
         def moves(rotary):
             return np.diff([self.placed(i, r[None])[0] for i, r in enumerate(rotary)], axis=0)
 
         def cost(x):
-            rotary, rise, late, jolt = parts(x)
+            rotary, rise, late, sudden = parts(x)
             fall = rise - moves(rotary)
             bend = PRICES["smoothing"] * (np.diff(rotary, axis=0) ** 2).sum()
             travel = (self.plus * rise + self.minus * fall).sum()
-            return travel + PRICES["time_price"] * late.sum() + JOLT_PRICE * jolt.sum() + bend
+            return travel + PRICES["time_price"] * late.sum() + ROTARY_EXCESS_PRICE * sudden.sum() + bend
 
         def slack(x):
-            rotary, rise, late, jolt = parts(x)
+            rotary, rise, late, sudden = parts(x)
             move, turn = moves(rotary), np.diff(rotary, axis=0)
             lasting = (self.time + late)[:, None] * self.speed
-            allowed = self.push * ((self.time[1:] + self.time[:-1]) / 2.0)[:, None] + jolt
+            allowed = self.push * ((self.time[1:] + self.time[:-1]) / 2.0)[:, None] + sudden
             change = np.diff(turn / self.time[:, None], axis=0)
             lean = np.array([self.leans(i, r[None])[0] for i, r in enumerate(rotary)])
             room = [rise - move, lasting - move, lasting + move, allowed - change, allowed + change]
@@ -220,10 +220,12 @@ def test_every_term_is_at_work(machine):
     delays, changes = [], []
     for seed in SEEDS:
         solution = found(bumps(seed), machine)
-        problem, moves = solution.problem, np.diff(solution.motion.positions, axis=0)
-        delays.append(float(problem.delay(moves).sum()))
-        turn = moves[:, machine.rotary_columns] / problem.least_time[:, None]
-        changes.append(float((np.abs(np.diff(turn, axis=0)) / problem.speed_changes).max()))
+        problem, positions = solution.problem, solution.motion.positions
+        delays.append(float(problem.delay(positions).sum()))
+        turn = np.diff(rotary_of(solution), axis=0) / problem.least_time[:, None]
+        between = (problem.least_time[1:] + problem.least_time[:-1])[:, None] / 2.0
+        allowed = between * problem.top_acceleration[machine.rotary_columns]
+        changes.append(float((np.abs(np.diff(turn, axis=0)) / allowed).max()))
     assert min(delays) > 1e-3
     assert max(changes) > 0.999
 

@@ -21,7 +21,7 @@ LAYER = {
     "cli": 10,
 }  # fmt: skip
 ALLOWED = {
-    "casadi": {"kinematics/symbolic.py", "posture/nlp.py", "posture/refine.py"},
+    "casadi": {"kinematics/symbolic.py", "posture/tape.py", "posture/terms.py", "posture/local/ipopt.py"},
     "coal": {"collision", "verification"},
     "pinocchio": {"verification", "viewer"},
     "trimesh": {"collision", "contour", "verification"},

@@ -7,9 +7,9 @@ from fiveaxis.kinematics import axis_positions, tool_axes
 from fiveaxis.machine import load_machine
 from fiveaxis.posture.clearance import Clearance
 from fiveaxis.posture.confine import PINCH, Confinement, Planes, around, blended, pinched
+from fiveaxis.posture.local.refinement import refine
 from fiveaxis.posture.mask import Mask
 from fiveaxis.posture.problem import Problem
-from fiveaxis.posture.refine import refine
 from fiveaxis.toolpath import Tool, Toolpath, tilt_bounds
 
 MACHINE = load_machine("hayashi-640123")

@@ -76,6 +76,18 @@ def test_a_small_path_is_sound_and_says_what_the_solver_did(plain):
     assert all(stage.after < stage.before for stage in searched)
 
 
+def test_the_other_solver_ends_as_low_and_both_where_nothing_is_left_to_gain(hayashi, plain):
+    other = optimise(ring(), hayashi, tilt=(15, 75), solver="ipopt")
+    assert_sound(other)
+    assert other.energy.total == pytest.approx(plain.energy.total, rel=1e-2)
+    for solution in (plain, other):
+        assert solution.kkt.dual < 1.0
+        assert solution.kkt.primal <= TOLERANCE
+        assert solution.kkt.complementarity < 1e-3
+    with pytest.raises(SettingError, match="unknown solver"):
+        optimise(ring(), hayashi, tilt=(15, 75), solver="simplex")
+
+
 def test_the_posture_may_turn_no_further_than_allowed(hayashi):
     solution = optimise(ring(), hayashi, tilt=(15, 75), max_turn=6.0)
     turns = np.degrees(np.abs(solution.motion.moves[:, hayashi.rotary_columns]))

@@ -18,7 +18,7 @@ from fiveaxis.kinematics.windings import ON_LIMIT, TURN
 from fiveaxis.machine import Limits, Machine
 from fiveaxis.motion import fill_in, follow
 from fiveaxis.posture import Problem
-from fiveaxis.posture.refine import refine
+from fiveaxis.posture.local.refinement import refine
 from fiveaxis.posture.rewinding import rewound
 from fiveaxis.posture.winding import endless, plan_turns, winding_columns
 from fiveaxis.posture.wound import fewer_turns

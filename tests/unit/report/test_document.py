@@ -29,6 +29,7 @@ KEYS = [
     "program",
     "budget",
     "solver",
+    "kkt",
     "machine",
     "tool",
     "tool_in_words",

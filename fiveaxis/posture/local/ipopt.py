@@ -1,0 +1,72 @@
+"""The second opinion: IPOPT on the same rows."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import casadi as ca
+import numpy as np
+from scipy import sparse
+
+from fiveaxis.geometry import Array
+from fiveaxis.posture.local.interior import Chained, Outcome, central_point
+from fiveaxis.posture.local.rows import ANGLES, Rows
+
+IPOPT: dict[str, Any] = {
+    "print_level": 0,
+    "sb": "yes",
+    "tol": 1e-6,
+    # Results must lie inside the bounds, not within a tolerance of them.
+    "bound_relax_factor": 0.0,
+    "nlp_scaling_method": "none",
+}
+# Its word for a converged problem.
+SOLVED = "Solve_Succeeded"
+# Its words when a Ctrl-C reached it.
+INTERRUPTED = ("User_Requested_Stop", "NonIpopt_Exception_Thrown")
+
+
+def by_ipopt(rows: Rows, start: Array, *, iterations: int, barrier: float) -> Outcome:
+    """Find a local optimum; as `minimise`."""
+    n, d = start.shape
+    x, parts = ca.MX.sym("x", d, n), ca.MX.sym("parts", len(rows.sign))
+    places = rows.tapes.function.map(n)(ca.vertcat(x[:ANGLES, :], rows.given.T))
+    wait = x[ANGLES, :] if d > ANGLES else ca.MX(1, n)
+    row, column = np.nonzero(rows.place >= 0)
+    reads = rows.coefficient[row, column], (row, rows.place[row, column])
+    quantities = ca.vec(ca.vertcat(places, wait))
+    chosen = sparse.csc_matrix(reads, shape=(len(rows.first), quantities.shape[0]))
+    joined = sparse.csc_matrix((rows.sign, (rows.row, np.arange(len(rows.sign)))))
+    joined.resize(len(rows.first), len(rows.sign))
+    values = ca.DM(chosen) @ quantities
+    bound = np.flatnonzero(np.diff(rows.begin))
+    apart = values - ca.DM(joined) @ parts
+    problem = {
+        "x": ca.veccat(x, parts),
+        "f": ca.dot(rows.price, parts) + ca.dot(rows.square, values**2),
+        "g": apart[bound.tolist()],
+    }
+    options = {**IPOPT, "max_iter": iterations, "mu_init": barrier}
+    solver = ca.nlpsol("refine", "ipopt", problem, {"print_time": False, "ipopt": options})
+    here = chosen @ Chained(rows).values(start).ravel()
+    low, high = (np.where(rows.free, end, start).ravel() for end in (-np.inf, np.inf))
+    answer = solver(
+        x0=np.concatenate([start.ravel(), central_point(rows, here, barrier)[0][0]]),
+        lbx=np.concatenate([low, rows.low]),
+        ubx=np.concatenate([high, rows.high]),
+        lbg=0.0,
+        ubg=0.0,
+    )
+    stats = solver.stats()
+    status = str(stats["return_status"])
+    _require_uninterrupted(status)
+    multiplier = np.zeros(len(rows.first))
+    multiplier[bound] = np.array(answer["lam_g"])[:, 0]
+    found = np.array(answer["x"])[: start.size, 0].reshape(start.shape)
+    return Outcome(found, multiplier, status == SOLVED, int(stats["iter_count"]))
+
+
+def _require_uninterrupted(status: str) -> None:
+    """Pass a Ctrl-C on: CasADi catches it inside the solver and returns as if that were an answer."""
+    if status in INTERRUPTED:
+        raise KeyboardInterrupt(f"IPOPT was interrupted ({status})")

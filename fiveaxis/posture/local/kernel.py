@@ -1,0 +1,399 @@
+"""The steps of the interior-point method, compiled.
+
+Rows and parts are those of `rows`. A part's *compliance* is ``1/Σ``, how far it yields to its row's
+multiplier; a fixed part has none. A row's parts, their duals and its multiplier follow from the unknowns'
+step in closed form, and what is left couples the locations of a window only: a banded matrix.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from fiveaxis.geometry import Array, BoolArray, IntArray
+from fiveaxis.posture.compiled import compiled
+
+# An equation yields by so much to its multiplier: a stiffness that leaves the other terms their digits.
+YIELD = 1e-10
+# Products of rooms are kept above this and below its inverse: far from what a number can be.
+SMALL = 1e-200
+# A priced row that is off by d costs d times its price more or less; one with bounds alone breaks them. The
+# former may be off by the inverse of this as much.
+PRICED = 1e-3
+
+
+@compiled
+def row_values(place: IntArray, coefficient: Array, quantities: Array, values: Array) -> None:
+    """Evaluate ``C q``; values, (r,), are filled in from quantities, (n m,)."""
+    for j in range(len(place)):
+        total = 0.0
+        for z in range(place.shape[1]):
+            if place[j, z] >= 0:
+                total += coefficient[j, z] * quantities[place[j, z]]
+        values[j] = total
+
+
+@compiled
+def row_weights(place: IntArray, coefficient: Array, pull: Array, weights: Array) -> None:
+    """Evaluate ``Cᵀ pull``, (n m,): what weighs the quantities' second derivatives."""
+    weights[:] = 0.0
+    for j in range(len(place)):
+        for z in range(place.shape[1]):
+            if place[j, z] >= 0:
+                weights[place[j, z]] += coefficient[j, z] * pull[j]
+
+
+@compiled
+def row_gradients(
+    first: IntArray, place: IntArray, coefficient: Array, slope: Array, gradient: Array
+) -> None:
+    """Differentiate the rows by the unknowns of their windows.
+
+    Parameters
+    ----------
+    slope : (n, m, d), of the quantities
+    gradient : (r, span d), filled in
+    """
+    m, d = slope.shape[1], slope.shape[2]
+    for j in range(len(place)):
+        for e in range(gradient.shape[1]):
+            gradient[j, e] = 0.0
+        for z in range(place.shape[1]):
+            if place[j, z] >= 0:
+                i, a = divmod(place[j, z], m)
+                for e in range(d):
+                    gradient[j, (i - first[j]) * d + e] += coefficient[j, z] * slope[i, a, e]
+
+
+@compiled
+def soften(mu: float, parts: Array, state: Array, soft: Array) -> None:
+    """Fill in every part's compliance and pull ``μ/(v − l) − μ/(h − v) − w``, (2, p); 0 of a fixed one.
+
+    Parameters
+    ----------
+    parts : (4, p), sign, price, low, high
+    state : (3, p), value and duals of the bounds
+    """
+    for p in range(parts.shape[1]):
+        low, high, v = parts[2, p], parts[3, p], state[0, p]
+        soft[0, p] = soft[1, p] = 0.0
+        if low == high:
+            continue
+        stiff, pull = 0.0, -parts[1, p]
+        if low > -np.inf:
+            room = 1.0 / (v - low)
+            stiff += state[1, p] * room
+            pull += mu * room
+        if high < np.inf:
+            room = 1.0 / (high - v)
+            stiff += state[2, p] * room
+            pull -= mu * room
+        soft[0, p], soft[1, p] = 1.0 / stiff, pull
+
+
+@compiled
+def answer_rows(
+    begin: IntArray, parts: Array, state: Array, soft: Array, value: Array, multiplier: Array, answer: Array
+) -> None:
+    """Fill in every row's compliance and its new multiplier if the unknowns stay, (2, r)."""
+    for j in range(len(value)):
+        yields, ahead = 0.0, value[j]
+        for p in range(begin[j], begin[j + 1]):
+            yields += soft[0, p]
+            ahead -= parts[0, p] * (state[0, p] + soft[1, p] * soft[0, p])
+        if yields == 0.0:
+            answer[0, j], answer[1, j] = YIELD, multiplier[j] + ahead / YIELD
+        else:
+            answer[0, j], answer[1, j] = yields, ahead / yields
+
+
+@compiled
+def condense(
+    first: IntArray,
+    square: Array,
+    begin: IntArray,
+    value: Array,
+    answer: Array,
+    gradient: Array,
+    d: int,
+    band: Array,
+    right: Array,
+) -> None:
+    """Add every row to the condensed system.
+
+    Parameters
+    ----------
+    gradient : (r, span d)
+    band : (n d, span d), lower half by row, the diagonal first
+    right : (n d,), gradient of what is left
+    """
+    for j in range(len(first)):
+        stiff, push = 2.0 * square[j], 2.0 * square[j] * value[j]
+        if begin[j] < begin[j + 1]:
+            stiff += 1.0 / answer[0, j]
+            push += answer[1, j]
+        base = first[j] * d
+        for e in range(gradient.shape[1]):
+            g = gradient[j, e]
+            if g == 0.0:
+                continue
+            right[base + e] += g * push
+            g *= stiff
+            for f in range(e + 1):
+                band[base + e, e - f] += g * gradient[j, f]
+
+
+@compiled
+def recover(
+    mu: float,
+    first: IntArray,
+    begin: IntArray,
+    parts: Array,
+    state: Array,
+    soft: Array,
+    value: Array,
+    multiplier: Array,
+    answer: Array,
+    gradient: Array,
+    d: int,
+    dx: Array,
+    change: Array,
+    new: Array,
+) -> None:
+    """Work out the steps of parts and duals, (3, p), and of multipliers, (r,), from that of the unknowns."""
+    for j in range(len(first)):
+        if begin[j] == begin[j + 1]:
+            continue
+        along, base = 0.0, first[j] * d
+        for e in range(gradient.shape[1]):
+            if gradient[j, e] != 0.0:
+                along += gradient[j, e] * dx[base + e]
+        force = answer[1, j] + along / answer[0, j]
+        new[j] = force - multiplier[j]
+        # The softest part takes what is left: its own equation would lose all digits beside a stiffer one's.
+        rest, softest, most = value[j] + along, -1, 0.0
+        for p in range(begin[j], begin[j + 1]):
+            change[0, p] = soft[0, p] * (soft[1, p] + parts[0, p] * force)
+            rest -= parts[0, p] * (state[0, p] + change[0, p])
+            if soft[0, p] > most:
+                softest, most = p, soft[0, p]
+        if softest >= 0:
+            change[0, softest] += parts[0, softest] * rest
+    for p in range(parts.shape[1]):
+        low, high, v, dv = parts[2, p], parts[3, p], state[0, p], change[0, p]
+        change[1, p] = change[2, p] = 0.0
+        if low == high:
+            continue
+        if low > -np.inf:
+            change[1, p] = (mu - state[1, p] * dv) / (v - low) - state[1, p]
+        if high < np.inf:
+            change[2, p] = (mu + state[2, p] * dv) / (high - v) - state[2, p]
+
+
+@compiled
+def keep_room(mu: float, least: float, spread: float, parts: Array, state: Array) -> None:
+    """Move values off bounds that they have come too near to, and keep duals near what the barrier asks.
+
+    Parameters
+    ----------
+    least : room, of the bound where that is above 1
+    spread : duals stay within this factor
+    """
+    for p in range(parts.shape[1]):
+        low, high = parts[2, p], parts[3, p]
+        if low == high:
+            continue
+        if low > -np.inf:
+            room = min(least * max(1.0, abs(low)), (high - low) / 4.0)
+            state[0, p] = max(state[0, p], low + room)
+        if high < np.inf:
+            room = min(least * max(1.0, abs(high)), (high - low) / 4.0)
+            state[0, p] = min(state[0, p], high - room)
+        if low > -np.inf:
+            wanted = mu / (state[0, p] - low)
+            state[1, p] = min(max(state[1, p], wanted / spread), wanted * spread)
+        if high < np.inf:
+            wanted = mu / (high - state[0, p])
+            state[2, p] = min(max(state[2, p], wanted / spread), wanted * spread)
+
+
+@compiled
+def solve_band(band: Array, right: Array, free: BoolArray, shift: float, dx: Array) -> bool:
+    """Solve ``(H + shift) dx = −right`` by ``L D Lᵀ`` without pivoting.
+
+    Parameters
+    ----------
+    band : (N, b), lower half by row, the diagonal first
+    free : (N,), unknowns that move; rows and columns of the others are 0
+    dx : (N,), filled in
+
+    Returns
+    -------
+    Whether the matrix is positive definite.
+    """
+    count, width = band.shape
+    low, pivot = np.zeros((count, width)), np.empty(count)
+    for i in range(count):
+        if not free[i]:
+            pivot[i], dx[i] = 1.0, 0.0
+            continue
+        nearest = max(0, i - width + 1)
+        diagonal, u = band[i, 0] + shift, -right[i]
+        # low[i, i - j] holds L_ij D_j until row i is done.
+        for j in range(nearest, i):
+            entry = band[i, i - j]
+            for k in range(max(nearest, j - width + 1), j):
+                entry -= low[i, i - k] * low[j, j - k]
+            low[i, i - j] = entry
+        for j in range(nearest, i):
+            scaled = low[i, i - j] / pivot[j]
+            diagonal -= scaled * low[i, i - j]
+            u -= scaled * dx[j]
+            low[i, i - j] = scaled
+        if not diagonal > 0.0:
+            return False
+        pivot[i], dx[i] = diagonal, u
+    for i in range(count - 1, -1, -1):
+        dx[i] /= pivot[i]
+        for j in range(i + 1, min(count, i + width)):
+            dx[i] -= low[j, j - i] * dx[j]
+    return True
+
+
+@compiled
+def longest(fraction: float, parts: Array, state: Array, change: Array) -> tuple[float, float]:
+    """Give the largest steps up to 1, of values and of duals, that leave each a share of its room."""
+    primal, dual = 1.0, 1.0
+    for p in range(parts.shape[1]):
+        low, high, v, dv = parts[2, p], parts[3, p], state[0, p], change[0, p]
+        if low == high:
+            continue
+        if dv < 0.0 and -primal * dv > fraction * (v - low):
+            primal = -fraction * (v - low) / dv
+        if dv > 0.0 and primal * dv > fraction * (high - v):
+            primal = fraction * (high - v) / dv
+        for side in (1, 2):
+            dz = change[side, p]
+            if dz < 0.0 and -dual * dz > fraction * state[side, p]:
+                dual = -fraction * state[side, p] / dz
+    return primal, dual
+
+
+@compiled
+def judge(
+    mu: float, square: Array, begin: IntArray, parts: Array, v: Array, dv: Array, alpha: float, value: Array
+) -> tuple[float, float]:
+    """Measure, a step on, how far the equations are off, added up, and the barrier problem's objective, J."""
+    off, cost, product = 0.0, 0.0, 1.0
+    for j in range(len(square)):
+        cost += square[j] * value[j] * value[j]
+        if begin[j] == begin[j + 1]:
+            continue
+        rest = value[j]
+        for p in range(begin[j], begin[j + 1]):
+            low, high, at = parts[2, p], parts[3, p], v[p] + alpha * dv[p]
+            rest -= parts[0, p] * at
+            if low == high:
+                continue
+            cost += parts[1, p] * at
+            # One logarithm for many rooms: it takes longer than all the rest.
+            if low > -np.inf:
+                product *= at - low
+            if high < np.inf:
+                product *= high - at
+            if not SMALL < product < 1.0 / SMALL:
+                cost -= mu * math.log(product)
+                product = 1.0
+        off += abs(rest)
+    return off, cost - mu * math.log(product)
+
+
+@compiled
+def gain(
+    mu: float,
+    first: IntArray,
+    square: Array,
+    parts: Array,
+    state: Array,
+    value: Array,
+    gradient: Array,
+    d: int,
+    dx: Array,
+    change: Array,
+) -> float:
+    """Differentiate the barrier problem's objective along a step."""
+    total = 0.0
+    for p in range(parts.shape[1]):
+        low, high, v = parts[2, p], parts[3, p], state[0, p]
+        if low == high:
+            continue
+        slope = parts[1, p]
+        if low > -np.inf:
+            slope -= mu / (v - low)
+        if high < np.inf:
+            slope += mu / (high - v)
+        total += slope * change[0, p]
+    for j in range(len(first)):
+        if square[j] > 0.0:
+            for e in range(gradient.shape[1]):
+                if gradient[j, e] != 0.0:
+                    total += 2.0 * square[j] * value[j] * gradient[j, e] * dx[first[j] * d + e]
+    return total
+
+
+@compiled
+def errors(
+    mu: float,
+    first: IntArray,
+    square: Array,
+    begin: IntArray,
+    parts: Array,
+    state: Array,
+    value: Array,
+    multiplier: Array,
+    gradient: Array,
+    d: int,
+    pull: Array,
+) -> tuple[float, float, float, float]:
+    """Measure how far a point is from the optimum for a barrier parameter.
+
+    Parameters
+    ----------
+    pull : (n d,), filled in: the Lagrangian's gradient by the unknowns
+
+    Returns
+    -------
+    Largest error of the Lagrangian's gradient by unknowns and parts, of the equations and of complementarity;
+    mean size of multipliers and duals
+    """
+    dual, primal, apart, size, count = 0.0, 0.0, 0.0, 0.0, 0
+    pull[:] = 0.0
+    for j in range(len(first)):
+        force = multiplier[j] + 2.0 * square[j] * value[j]
+        for e in range(gradient.shape[1]):
+            if gradient[j, e] != 0.0:
+                pull[first[j] * d + e] += force * gradient[j, e]
+        if begin[j] == begin[j + 1]:
+            continue
+        rest, weight = value[j], 1.0
+        size += abs(multiplier[j])
+        count += 1
+        for p in range(begin[j], begin[j + 1]):
+            low, high, v, zl, zh = parts[2, p], parts[3, p], state[0, p], state[1, p], state[2, p]
+            rest -= parts[0, p] * v
+            if low == high:
+                continue
+            if parts[1, p] > 0.0:
+                weight = PRICED
+            dual = max(dual, abs(parts[1, p] - zl + zh - parts[0, p] * multiplier[j]))
+            if low > -np.inf:
+                apart = max(apart, abs(zl * (v - low) - mu))
+            if high < np.inf:
+                apart = max(apart, abs(zh * (high - v) - mu))
+            size += zl + zh
+            count += 2
+        primal = max(primal, weight * abs(rest))
+    for i in range(len(pull)):
+        dual = max(dual, abs(pull[i]))
+    return dual, primal, apart, size / max(count, 1)

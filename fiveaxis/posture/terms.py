@@ -1,0 +1,371 @@
+"""The terms of the optimisation problem, each written once.
+
+What isn't linear is a *quantity* of one location: axis values and tool axis are CasADi expressions of its
+rotary angles (`location_tapes`). Every term is a linear expression of the quantities of one or more locations
+in a row, with prices and bounds for each of its rows. It is written over scalars, which are columns of arrays
+where a path is priced, and CasADi's symbols where its coefficients are derived (`Term.coefficients`).
+Problem, solvers and optimality check read this list and nothing else; to add a term is to add a function to
+`TERMS`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from threading import Lock
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import casadi as ca
+import numpy as np
+
+from fiveaxis.geometry import Array, IntArray
+from fiveaxis.kinematics.equations import Vector, dot
+from fiveaxis.kinematics.symbolic import linear_axes_of_posture, tool_axis_of_posture
+from fiveaxis.machine import Machine
+from fiveaxis.posture.tape import Tape
+from fiveaxis.toolpath import Zone
+
+if TYPE_CHECKING:
+    from fiveaxis.posture.problem import Problem
+
+Scalar = Any  # a column of an array, or a CasADi symbol
+# Quantities of a location besides its axis values: the tool axis, and how long its step waits.
+OTHERS = 4
+# CasADi counts references to symbols without a lock.
+WRITING = Lock()
+
+
+class Place(NamedTuple):
+    """The quantities of one location, each a scalar.
+
+    Parameters
+    ----------
+    positions : (k,), mm and rad, machine axis order
+    axis : (3,), unit vector, workpiece frame
+    wait : s, that the step to the next location takes longer than at the feed
+    """
+
+    positions: Sequence[Scalar]
+    axis: Vector
+    wait: Scalar
+
+    @classmethod
+    def of(cls, quantities: Sequence[Scalar]) -> Place:
+        """Name k + 4 quantities in their order."""
+        *positions, u, v, w, wait = quantities
+        return cls(positions, (u, v, w), wait)
+
+
+Expression = Callable[[Sequence[Place], Sequence[Scalar]], Sequence[Scalar]]
+
+
+@dataclass(frozen=True, eq=False)
+class Term:
+    """Rows of one kind, ``r = C q`` of the quantities q of the locations in a window.
+
+    A row's cost is ``plus (r − free)⁺ + minus (−r − free)⁺ + square r²``; it is bound by ``low ≤ r ≤ high``.
+
+    Parameters
+    ----------
+    expression : gives the values of o rows of a window, from its places and the window's data
+    span : locations in a window
+    rows : (w,), the windows' first locations
+    data : (w, d), of each window
+    low, high, plus, minus, free, square : broadcast to (w, o), in the units of the row and J per unit
+    """
+
+    name: str
+    expression: Expression
+    span: int
+    rows: IntArray
+    data: Array
+    low: Array | float = -np.inf
+    high: Array | float = np.inf
+    plus: Array | float = 0.0
+    minus: Array | float = 0.0
+    free: Array | float = 0.0
+    square: Array | float = 0.0
+
+    @property
+    def is_priced(self) -> bool:
+        """Whether any of the rows costs in proportion to its value."""
+        return bool(np.any(self.plus) or np.any(self.minus))
+
+    @property
+    def has_price(self) -> bool:
+        """Whether any of the rows costs anything."""
+        return self.is_priced or bool(np.any(self.square))
+
+    def values(self, quantities: Array) -> Array:
+        """Evaluate the rows for a path's quantities, (n, k + 4); (w, o)."""
+        places = [Place.of(list(quantities[self.rows + i].T)) for i in range(self.span)]
+        return np.stack(self.expression(places, list(self.data.T)), axis=-1)
+
+    def excess(self, values: Array) -> Array:
+        """Measure how far values lie outside what is free of a price, (w, o)."""
+        return np.maximum(np.abs(values) - self.free, 0.0)
+
+    def cost(self, values: Array) -> float:
+        """Price values, (w, o); J."""
+        rise, fall = np.maximum(values - self.free, 0.0), np.maximum(-values - self.free, 0.0)
+        return float(np.sum(self.plus * rise + self.minus * fall + self.square * values**2))
+
+    def coefficients(self, count: int) -> tuple[IntArray, Array]:
+        """Derive the rows' coefficients by the quantities.
+
+        Parameters
+        ----------
+        count : quantities of a location
+
+        Returns
+        -------
+        places : (o, z), counted through the quantities of a window's locations; −1 where a row has fewer
+        coefficients : (w, o, z), 0 there
+        """
+        places, tape = _coefficients(self.expression, self.span, self.data.shape[1], count)
+        values = tape(self.data).reshape(len(self.data), *places.shape)
+        return places, values
+
+
+@lru_cache(maxsize=256)
+def _coefficients(expression: Expression, span: int, data: int, count: int) -> tuple[IntArray, Tape]:
+    """Differentiate an expression, once for each number of data."""
+    with WRITING:
+        quantities, given = ca.SX.sym("quantities", span * count), ca.SX.sym("data", data)
+        split = ca.vertsplit(quantities)
+        places = [Place.of(split[i * count : (i + 1) * count]) for i in range(span)]
+        rows = ca.vertcat(*expression(places, ca.vertsplit(given)))
+        if not ca.is_linear(rows, quantities):
+            raise ValueError(f"{expression.__name__} isn't linear; make what isn't a quantity of a location")
+        slope = ca.jacobian(rows, quantities)
+        found = [
+            [column for column in range(quantities.numel()) if slope.sparsity().has_nz(row, column)]
+            for row in range(rows.numel())
+        ]
+        most = max(len(columns) for columns in found)
+        padded = np.array([columns + [-1] * (most - len(columns)) for columns in found], dtype=np.int64)
+        entries = [slope[row, c] if c >= 0 else ca.SX(0.0) for row, at in enumerate(padded) for c in at]
+        return padded, Tape.of(given, ca.vertcat(*entries))
+
+
+@dataclass(frozen=True, eq=False)
+class LocationTapes:
+    """The quantities that depend on the rotary angles, axis values then tool axis, and their derivatives.
+
+    Parameters
+    ----------
+    values : (rotary (2), pivot (3), normal (3)) → (k + 3)
+    derivatives : (the same, weights (k + 3)) → (values, slopes by the first and by the second angle, second
+        derivatives by 11, 12, 22 of the weighted sum)
+    function : as `values`, for CasADi's own solvers
+    """
+
+    values: Tape
+    derivatives: Tape
+    function: ca.Function
+
+
+def location_tapes(machine: Machine, zone: Zone) -> LocationTapes:
+    """Write a machine's location: the same for all machines whose chains have the same lines."""
+    chain = machine.chain
+    joints = tuple((j.letter, *j.line.direction, *j.line.point) for j in chain.joints)
+    key = (joints, chain.tool_home.tobytes(), machine.letters, zone.height, zone.offset)
+    with WRITING:
+        if key not in _written:
+            if len(_written) >= MOST_WRITTEN:
+                _written.pop(next(iter(_written)))
+            _written[key] = _location_tapes(machine, zone)
+        return _written[key]
+
+
+# A search for a set-up asks for many machines, one after the other.
+MOST_WRITTEN = 32
+_written: dict[tuple[Any, ...], LocationTapes] = {}
+
+
+def _location_tapes(machine: Machine, zone: Zone) -> LocationTapes:
+    rotary, pivot, normal = (ca.SX.sym(name, size) for name, size in (("rotary", 2), ("p", 3), ("n", 3)))
+    linear = linear_axes_of_posture(machine, pivot, rotary, zone, normal)
+    values = dict(zip(machine.linear_columns, ca.vertsplit(linear), strict=True))
+    values |= dict(zip(machine.rotary_columns, ca.vertsplit(rotary), strict=True))
+    axis = tool_axis_of_posture(machine, rotary)
+    quantities = ca.vertcat(*(values[column] for column in range(len(machine.axes))), axis)
+    ahead = ca.SX([1, 0]), ca.SX([0, 1])
+    slopes = [ca.jtimes(quantities, rotary, a) for a in ahead]
+    bows = [ca.jtimes(slopes[i], rotary, ahead[j]) for i, j in ((0, 0), (0, 1), (1, 1))]
+    weights = ca.SX.sym("weights", quantities.numel())
+    given = ca.vertcat(rotary, pivot, normal)
+    derivatives = ca.vertcat(quantities, *slopes, *(ca.dot(weights, bow) for bow in bows))
+    return LocationTapes(
+        Tape.of(given, quantities),
+        Tape.of(ca.vertcat(given, weights), derivatives),
+        ca.Function("location", [given], [ca.densify(quantities)]),
+    )
+
+
+def lean_cosine(axis: Vector, reference: Vector) -> Scalar:
+    """Give the cosine of the angle between the tool axis and a direction."""
+    return dot(axis, reference)
+
+
+def _axis_values(window: Sequence[Place], _: Sequence[Scalar]) -> Sequence[Scalar]:
+    return window[0].positions
+
+
+def _lean_cosines(window: Sequence[Place], references: Sequence[Scalar]) -> Sequence[Scalar]:
+    at = range(0, len(references), 3)
+    return [lean_cosine(window[0].axis, (references[i], references[i + 1], references[i + 2])) for i in at]
+
+
+def _steps(window: Sequence[Place], _: Sequence[Scalar]) -> Sequence[Scalar]:
+    here, there = window
+    return [b - a for a, b in zip(here.positions, there.positions, strict=True)]
+
+
+def _waits(window: Sequence[Place], _: Sequence[Scalar]) -> Sequence[Scalar]:
+    return [window[0].wait]
+
+
+def _durations(window: Sequence[Place], paces: Sequence[Scalar]) -> Sequence[Scalar]:
+    """How long the axes take, less the wait; each both ways, where the pace, s/mm and s/rad, isn't 0."""
+    way = _steps(window, ())
+    return [sign * pace * w - window[0].wait for pace, w in zip(paces, way, strict=True) for sign in (1, -1)]
+
+
+def _speed_changes(window: Sequence[Place], paces: Sequence[Scalar]) -> Sequence[Scalar]:
+    first, then = paces
+    return [then * b - first * a for a, b in zip(_steps(window[:2], ()), _steps(window[1:], ()), strict=True)]
+
+
+def _acceleration_changes(window: Sequence[Place], times: Sequence[Scalar]) -> Sequence[Scalar]:
+    """Third differences over the feed's times: accelerations are changes of speed over the mean of two."""
+    speeds = [[way / t for way in _steps(window[i : i + 2], ())] for i, t in enumerate(times)]
+    first, then = (
+        [(b - a) * 2.0 / (times[i] + times[i + 1]) for a, b in zip(speeds[i], speeds[i + 1], strict=True)]
+        for i in range(2)
+    )
+    return [b - a for a, b in zip(first, then, strict=True)]
+
+
+def limits(problem: Problem) -> Term:
+    """Keep axis values within their limits, mm and rad."""
+    machine = problem.machine
+    return _term("limits", problem, _axis_values, 1, low=machine.low, high=machine.high)
+
+
+def leans(problem: Problem) -> Term:
+    """Keep the cosines of the tool axis to the directions of the bounds within their ranges."""
+    bounds = problem.bounds
+    ends = np.array([bound.cosines for bound in bounds])
+    # A range from 0 has no upper cosine to keep: it would cut off the reference itself.
+    ends[ends[:, 1] == 1.0, 1] = np.inf
+    free = np.stack([~np.isfinite(bound.reference).all(axis=1) for bound in bounds], axis=1)
+    references = np.nan_to_num(np.hstack([bound.reference for bound in bounds]))
+    low, high = np.where(free, -np.inf, ends[:, 0]), np.where(free, np.inf, ends[:, 1])
+    return _term("leans", problem, _lean_cosines, 1, data=references, low=low, high=high)
+
+
+def travel(problem: Problem) -> Term:
+    """Price the way of every axis by its direction, and bound the turns of rotary ones; mm and rad."""
+    most = np.full(problem.plus.shape, np.inf)
+    most[:, problem.machine.rotary_columns] = problem.max_turn
+    plus, minus = problem.plus, problem.minus
+    return _term("travel", problem, _steps, 2, low=-most, high=most, plus=plus, minus=minus)
+
+
+def bends(problem: Problem) -> Term | None:
+    """Price the squares of turns, rad."""
+    if not problem.bend_price.any():
+        return None
+    square = np.zeros(problem.plus.shape)
+    square[:, problem.machine.rotary_columns] = problem.bend_price[:, None]
+    return _term("bends", problem, _steps, 2, square=square)
+
+
+def waits(problem: Problem) -> Term | None:
+    """Price the time that steps take longer than at the feed, s."""
+    if not problem.is_timed:
+        return None
+    return _term(
+        "waits", problem, _waits, 1, rows=np.arange(len(problem) - 1), low=0.0, plus=problem.time_price
+    )
+
+
+def durations(problem: Problem) -> Term | None:
+    """Let steps wait until the axis is there that has farthest to go, s."""
+    if not problem.is_timed:
+        return None
+    paces = np.broadcast_to(1.0 / problem.top_speed, problem.plus.shape)
+    most = np.where(np.isfinite(problem.top_speed), problem.least_time[:, None], np.inf)
+    return _term("durations", problem, _durations, 2, data=paces, high=np.repeat(most, 2, axis=1))
+
+
+def acceleration_excess(problem: Problem) -> Term | None:
+    """Price changes of speed, mm/s and rad/s, from a cut to the next beyond what the axes can."""
+    times, timed = problem.least_time, problem.strict & (problem.least_time > 0.0)
+    first = np.flatnonzero(timed[:-1] & timed[1:])
+    if not len(first) or not np.isfinite(problem.top_acceleration).any():
+        return None
+    free = (times[first] + times[first + 1])[:, None] / 2.0 * problem.top_acceleration
+    paces = 1.0 / np.stack([times[first], times[first + 1]], axis=1)
+    price = problem.excess_price
+    return _term(
+        "acceleration", problem, _speed_changes, 3, rows=first, data=paces, free=free, plus=price, minus=price
+    )
+
+
+def jerks(problem: Problem) -> Term | None:
+    """Price changes of the rotary axes' acceleration from cut to cut, rad/s²."""
+    times = problem.least_time
+    timed = problem.strict & (times > 0.0)
+    first = np.flatnonzero(timed[:-2] & timed[1:-1] & timed[2:])
+    if not len(first) or problem.jerk_price == 0.0:
+        return None
+    data, price = np.stack([times[first], times[first + 1], times[first + 2]], axis=1), problem.jerk_price
+    unpriced = np.array([0.0 if axis.is_rotary else np.inf for axis in problem.machine.axes])
+    return _term(
+        "jerks",
+        problem,
+        _acceleration_changes,
+        4,
+        rows=first,
+        data=data,
+        free=unpriced,
+        plus=price,
+        minus=price,
+    )
+
+
+# Every term of the problem; one that a problem has no use for is None.
+TERMS: tuple[Callable[[Problem], Term | None], ...] = (
+    limits,
+    leans,
+    travel,
+    bends,
+    waits,
+    durations,
+    acceleration_excess,
+    jerks,
+)
+
+
+def terms_of(problem: Problem) -> tuple[Term, ...]:
+    """Collect the terms of a problem."""
+    return tuple(term for term in (write(problem) for write in TERMS) if term is not None)
+
+
+def _term(
+    name: str,
+    problem: Problem,
+    expression: Expression,
+    span: int,
+    *,
+    rows: IntArray | None = None,
+    data: Array | None = None,
+    **figures: Array | float,
+) -> Term:
+    """Put a term together: by default for every window of the path, without data."""
+    firsts = np.arange(max(len(problem) - span + 1, 0)) if rows is None else rows
+    given = np.empty((len(firsts), 0)) if data is None else np.ascontiguousarray(data)
+    return Term(name, expression, span, firsts, given, **figures)

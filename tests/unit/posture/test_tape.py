@@ -1,0 +1,39 @@
+"""Compiled evaluation against CasADi's own."""
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from fiveaxis.posture.tape import Tape
+
+
+@pytest.mark.parametrize("count", [0, 1, 63, 64, 65, 200])
+def test_a_tape_gives_what_casadi_gives_bit_for_bit(count):
+    x = ca.SX.sym("x", 3)
+    a, b, c = ca.vertsplit(x)
+    value = ca.vertcat(
+        ca.sin(a) * b - ca.cos(c) / (2.0 + b * b),
+        ca.sqrt(c * c + 1.0) + 1.0 / (3.0 + ca.sin(a)),
+        -a,
+        2.0 * b + 0.25,
+        ca.SX(0.0),
+        ca.jacobian(ca.sin(a) * ca.cos(b) / ca.sqrt(2.0 + c), x).T,
+    )
+    rows = np.random.default_rng(1).uniform(-1.0, 1.0, (count, 3))
+    found = Tape.of(x, value)(rows)
+    function = ca.Function("same", [x], [value])
+    expected = np.array([np.array(function(row)).ravel() for row in rows]).reshape(count, value.numel())
+    np.testing.assert_array_equal(found, expected)
+
+
+def test_where_casadi_gives_no_number_a_tape_gives_none():
+    x = ca.SX.sym("x")
+    found = Tape.of(x, ca.vertcat(1.0 / x, ca.sqrt(x)))(np.array([[0.0], [-1.0]]))
+    assert np.isinf(found[0, 0])
+    assert np.isnan(found[1, 1])
+
+
+def test_an_instruction_without_a_compiled_form_is_an_error():
+    x = ca.SX.sym("x")
+    with pytest.raises(ValueError, match="no compiled form"):
+        Tape.of(x, ca.erf(x))
