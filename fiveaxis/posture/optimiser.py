@@ -157,11 +157,11 @@ def optimise(
             machine,
             leaning,
             up_penalty=up_penalty,
+            max_turn=turn_bounds(path, location, **turns),
             time_price=(machine.base_power or 0.0) if time_price is None else time_price,
             bend_price=smoothing,
         )
-        most = turn_bounds(path, location, **turns)
-        return replace(built, max_turn=np.repeat(most[:, None], 2, axis=1)), leaning
+        return built, leaning
 
     problem, bounds = build(toolpath)
     blocked = unreachable(toolpath, machine, bounds)

@@ -9,7 +9,7 @@ import numpy as np
 
 from fiveaxis.energy import travel_costs
 from fiveaxis.errors import SettingError
-from fiveaxis.geometry import Array, BoolArray, IntArray, angle_between
+from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.kinematics import positions_about, require_orienting, require_positioning
 from fiveaxis.machine import Machine
 from fiveaxis.motion import least_times
@@ -23,8 +23,6 @@ LONGEST_HOP = np.radians(60.0)
 # Price of a change of speed beyond an axis's acceleration, J per rad/s of a rotary one: more than turning
 # less costs. A linear one has that of a turn 100 mm from its centre, J per mm/s.
 ROTARY_EXCESS_PRICE, LINEAR_EXCESS_PRICE = 100.0, 1.0
-# A step may always turn by this, rad.
-LEAST_TURN = np.radians(0.01)
 # An axis value past its limit, or a cosine past its bound, by less than this is rounding (mm, rad, 1).
 ALLOWED = 1e-9
 
@@ -94,9 +92,7 @@ class Problem:
         tilt: TiltBounds,
         *,
         up_penalty: float = 0.0,
-        max_turn: float | None = None,
-        link_turn: float | None = None,
-        turn_rate: float | None = None,
+        max_turn: Array | float = np.inf,
         time_price: float = 0.0,
         bend_price: float = 0.0,
         jerk_price: float = 0.0,
@@ -107,9 +103,7 @@ class Problem:
         ----------
         toolpath, machine, tilt : what to solve
         up_penalty : J/mm, added to the cost of the machine's Z moving up
-        max_turn, link_turn : rad, largest step of a rotary axis in a cutting move and in any other, or the
-            angle between the programmed axes where that is larger; None for no bound
-        turn_rate : rad/mm, largest turn of a rotary axis over the way of the contact in cutting moves
+        max_turn : rad, largest turn of a rotary axis in each step (`turn_bounds`), or one for all
         time_price : J/s, of time that a posture costs beyond the programmed feed's
         bend_price : J/rad², of ‖Δρ‖² in each step
         jerk_price : J per rad/s², of changes of a rotary axis's acceleration between cuts
@@ -119,7 +113,7 @@ class Problem:
         MachineError
             An axis without power, or too few axes (`DegenerateChain`).
         SettingError
-            A penalty or price below zero, or a bound that isn't positive.
+            A penalty or price below zero.
         """
         require_positioning(machine)
         require_orienting(machine)
@@ -128,19 +122,8 @@ class Problem:
         for name, (value, unit) in prices.items():
             if not (np.isfinite(value) and value >= 0.0):
                 raise SettingError(f"{name} is {value:g} {unit}; it can't be negative")
-        for turn, unit in ((max_turn, "deg"), (turn_rate, "deg/mm")):
-            if turn is not None and not turn > 0.0:
-                raise SettingError(f"largest rotary step is {np.degrees(turn):g} {unit}; it must be positive")
         plus, minus = travel_costs(machine, toolpath.feed, toolpath.rapid)
         plus[:, machine.column("Z")] += up_penalty
-        bounds = [np.inf if turn is None else turn for turn in (max_turn, link_turn)]
-        turns = np.where(toolpath.cutting[1:], *bounds)
-        # A move in which the program itself turns the tool farther may turn as far.
-        turns = np.maximum(turns, np.nan_to_num(angle_between(toolpath.axis[1:], toolpath.axis[:-1])))
-        if turn_rate is not None:
-            # A place that is there twice would forbid every turn between its two locations.
-            steep = np.maximum(turn_rate * toolpath.lengths[1:], LEAST_TURN)
-            turns = np.where(toolpath.cutting[1:], np.minimum(turns, steep), turns)
         rates = axis_bounds(machine)
         return cls(
             machine=machine,
@@ -150,7 +133,7 @@ class Problem:
             bounds=tilt.all,
             plus=plus[1:],
             minus=minus[1:],
-            max_turn=np.repeat(turns[:, None], 2, axis=1),
+            max_turn=np.repeat(np.broadcast_to(max_turn, len(toolpath) - 1)[:, None], 2, axis=1),
             strict=toolpath.cutting[1:],
             least_time=least_times(toolpath, machine)[1:],
             top_speed=rates.speed,

@@ -15,7 +15,8 @@ from fiveaxis.toolpath import tilt_bounds
 @pytest.fixture
 def problem(hayashi, vase) -> Problem:
     part = vase.at(np.arange(0, 720, 2))
-    return Problem.build(part, hayashi, tilt_bounds(part, (15, 75)), max_turn=0.4, link_turn=1.0)
+    turns = np.where(part.cutting[1:], 0.4, 1.0)
+    return Problem.build(part, hayashi, tilt_bounds(part, (15, 75)), max_turn=turns)
 
 
 def test_the_number_of_threads_changes_no_bit(problem, monkeypatch):

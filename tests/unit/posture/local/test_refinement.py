@@ -118,12 +118,3 @@ def test_time_and_bends_have_their_price(timed, start):
         300.0 * parts(priced.rotary)[0] + 50.0 * parts(priced.rotary)[1]
         < 300.0 * parts(free.rotary)[0] + 50.0 * parts(free.rotary)[1]
     )
-
-
-def test_a_program_may_turn_as_far_as_it_is_programmed_to():
-    axis = [[0.0, 0, 1], [0.0, 0, 1], [0.6, 0, 0.8], [0.6, 0, 0.8]]
-    path = Toolpath.from_tips([[0.0, 0, 0], [5.0, 0, 0], [9.0, 0, 0], [12.0, 0, 0]], axis, Tool.ball(6))
-    machine = load_machine("hayashi-640123")
-    problem = Problem.build(path, machine, tilt_bounds(path, cone=20), max_turn=np.radians(15.0))
-    turns = np.degrees(problem.max_turn)
-    np.testing.assert_allclose(turns, [[15.0] * 2, [np.degrees(np.arccos(0.8))] * 2, [15.0] * 2])
