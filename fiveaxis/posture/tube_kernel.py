@@ -142,36 +142,49 @@ def tube_path(
     """
     n, across = len(linear), 2 * count + 1
     shape = (strands.shape[1] * across, across, 1 if level < 0 else 2)
+    row, size, reach = shape[1] * shape[2], shape[0] * shape[1] * shape[2], (shape[0], shape[1])
     states, before = np.zeros((*shape, 5)), np.zeros((*shape, 5))
-    price, cost, best = np.zeros(shape), np.zeros(shape), np.zeros(shape)
-    back, trail = np.zeros(shape, dtype=np.int64), np.zeros((n, price.size), dtype=np.int32)
+    # The same numbers in one row: copied one by one, as for ``a[:] = b`` numba compiles an error's wording.
+    prices, costs, bests = np.zeros(size), np.zeros(size), np.zeros(size)
+    backs, trail = np.zeros(size, dtype=np.int64), np.zeros((n, size), dtype=np.int32)
+    price, cost, best = prices.reshape(shape), costs.reshape(shape), bests.reshape(shape)
+    back = backs.reshape(shape)
     turn, bend = np.full(5, np.inf), np.zeros(5)
     row_least = np.empty(shape[0])
-    reach = (shape[0], shape[1])
     for i in range(n):
         fill_states(
             linear[i], cosines[i], within, limits, spin, level, low, strands[i], second[i], width, fault,
             states, price,
         )  # fmt: skip
         if refused.shape[1]:
-            price += refused[i].reshape(shape)
+            for s in range(size):
+                prices[s] += refused[i, s]
         if i == 0:
-            cost[:] = price
+            for s in range(size):
+                costs[s] = prices[s]
         else:
-            turn[FIRST:], bend[FIRST:] = max_turn[i - 1], bend_price[i - 1]
+            for r in range(2):
+                turn[FIRST + r], bend[FIRST + r] = max_turn[i - 1, r], bend_price[i - 1]
             for a in range(shape[0]):
-                row_least[a] = cost[a].min()
+                row_least[a] = np.inf
+                for s in range(a * row, (a + 1) * row):
+                    row_least[a] = min(row_least[a], costs[s])
             relax_layer(
                 cost, row_least, before, states, price, FIRST + spin, 0.0, reach, plus[i - 1], minus[i - 1],
                 turn, turn_price[i - 1], bend, pace, least_time[i - 1], time_price, best, back,
             )  # fmt: skip
-            cost[:] = best
-            # Counted from the layer's size, which stands for no winding.
-            trail[i] = (back - price.size).ravel()
-        before[:] = states
+            for s in range(size):
+                costs[s] = bests[s]
+                # Counted from the layer's size, which stands for no winding.
+                trail[i, s] = backs[s] - size
+        states, before = before, states
+    last = 0
+    for s in range(size):
+        if costs[s] < costs[last]:
+            last = s
     return trace(
-        linear, cosines, within, limits, spin, level, low, strands, second, width, fault, trail,
-        int(np.argmin(cost)), states, price,
+        linear, cosines, within, limits, spin, level, low, strands, second, width, fault, trail, last,
+        states, price,
     )  # fmt: skip
 
 
@@ -195,12 +208,15 @@ def trace(
 ) -> tuple[Array, NDArray[np.int64]]:
     """Follow the predecessors back, working each location's states out once more instead of keeping all."""
     path, state, chosen = np.empty((len(linear), 5)), last, np.empty(len(linear), dtype=np.int64)
+    listed = states.reshape(-1, 5)
     for i in range(len(linear) - 1, -1, -1):
         fill_states(
             linear[i], cosines[i], within, limits, spin, level, low, strands[i], second[i], width, fault,
             states, price,
         )  # fmt: skip
-        path[i], chosen[i] = states.reshape(-1, 5)[state], state
+        chosen[i] = state
+        for m in range(5):
+            path[i, m] = listed[state, m]
         state = trail[i, state]
     return path, chosen
 
