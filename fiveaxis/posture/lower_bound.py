@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from fiveaxis.energy import travel_costs
 from fiveaxis.geometry import Array, BoolArray, IntArray
@@ -86,18 +87,16 @@ def bound_travel(toolpath: Toolpath, machine: Machine, tilt: TiltBounds, *, cell
     bounds = [bound.at(rows) for bound in tilt.all]
     columns = machine.rotary_columns
     step = np.array([side.step for side in cells.sides])
-    rotary, low, high = visit_cells(
-        cells,
-        at,
-        bounds,
-        _admitted_cosines(cells, bounds),
-        (
-            np.maximum(machine.low[machine.linear_columns], -HUGE) - ROUNDING,
-            np.minimum(machine.high[machine.linear_columns], HUGE) + ROUNDING,
-        ),
-        step * plus[:, columns],
-        step * minus[:, columns],
+    limits = (
+        np.maximum(machine.low[machine.linear_columns], -HUGE) - ROUNDING,
+        np.minimum(machine.high[machine.linear_columns], HUGE) + ROUNDING,
     )
+    cosines = _admitted_cosines(cells, bounds)
+    # The matrices have four columns: threads of the BLAS would only wait for each other.
+    with threadpool_limits(limits=1):
+        rotary, low, high = visit_cells(
+            cells, at, bounds, cosines, limits, step * plus[:, columns], step * minus[:, columns]
+        )
     linear = {
         machine.letters[column]: _axis_bound(low[:, i], high[:, i], plus[:, column], minus[:, column])
         for i, column in enumerate(machine.linear_columns)
