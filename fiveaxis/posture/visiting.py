@@ -88,11 +88,21 @@ def visit_cells(
     low, high = np.full((len(toolpath), 3), -np.inf), np.full((len(toolpath), 3), np.inf)
     cost = np.zeros(shape)
     for rows in np.array_split(np.arange(len(toolpath)), -(-len(toolpath) // CHUNK)):
-        may, value, reach = _enclosed(cells, toolpath.at(rows), [b.at(rows) for b in bounds], cosines, limits)
-        binds = np.any([np.isfinite(b.reference[rows, 0]) for b in bounds], axis=0)
-        least = np.where(may[:, None], np.maximum(value - reach, limits[0][:, None]), np.inf).min(axis=0)
-        most = np.where(may[:, None], np.minimum(value + reach, limits[1][:, None]), -np.inf).max(axis=0)
-        low[rows[binds]], high[rows[binds]] = least[:, binds].T, most[:, binds].T
+        may = _leaning(cells, [bound.at(rows) for bound in bounds], cosines)
+        # A cell that leans too far at all of these locations needn't be enclosed.
+        near = np.flatnonzero(may.any(axis=1))
+        value, reach = _enclosed(cells.at(near), toolpath.at(rows))
+        # What is unknown, where linear directions may lie in one plane, excludes nothing.
+        beyond = (value + reach < limits[0][:, None]) | (value - reach > limits[1][:, None])
+        may[near] &= ~beyond.any(axis=1)
+        inside, binds = (
+            may[near][:, None],
+            np.any([np.isfinite(b.reference[rows, 0]) for b in bounds], axis=0),
+        )
+        least = np.where(inside, np.maximum(value - reach, limits[0][:, None]), np.inf)
+        most = np.where(inside, np.minimum(value + reach, limits[1][:, None]), -np.inf)
+        low[rows[binds]] = least.min(axis=0, initial=np.inf)[:, binds].T
+        high[rows[binds]] = most.max(axis=0, initial=-np.inf)[:, binds].T
         edges = list(_edges(may, cells, shape))
         for k, i in enumerate(rows):
             if i:
@@ -115,27 +125,21 @@ def _edges(may: BoolArray, cells: Cells, shape: tuple[int, ...]) -> Iterator[Boo
         yield touched
 
 
-def _enclosed(
-    cells: Cells,
-    toolpath: Toolpath,
-    bounds: Sequence[TiltBounds],
-    cosines: tuple[Array, Array],
-    limits: tuple[Array, Array],
-) -> tuple[BoolArray, Array, Array]:
-    """Enclose the linear axes over every cell, and tell where a cell may be admissible.
-
-    Mean value form: the largest slope by each angle, times half the width.
-
-    Returns
-    -------
-    may : (c, m)
-    value, reach : (c, 3, m), mm, of the linear axes in the middle and about it
-    """
-    may = np.ones((len(cells.axis), len(toolpath)), dtype=bool)
+def _leaning(cells: Cells, bounds: Sequence[TiltBounds], cosines: tuple[Array, Array]) -> BoolArray:
+    """Tell which cells may keep the bounds on the lean, (c, m)."""
+    may = np.ones((len(cells.axis), len(bounds[0].reference)), dtype=bool)
     for bound, least, most in zip(bounds, *cosines, strict=True):
         cosine = cells.axis @ bound.reference.T
         # NaN, where nothing binds, is neither.
         may &= ~((cosine < least[:, None]) | (cosine > most[:, None]))
+    return may
+
+
+def _enclosed(cells: Cells, toolpath: Toolpath) -> tuple[Array, Array]:
+    """Enclose the linear axes over every cell: the middle and the reach about it, (c, 3, m) mm each.
+
+    Mean value form: the largest slope by each angle, times half the width.
+    """
     half = np.array([0.5 * side.step for side in cells.sides])
     place = np.vstack([toolpath.pivot.T, np.ones(len(toolpath))])
     value = _product(cells.matrix, toolpath.pivot.T) + cells.shift[:, :, None]
@@ -144,10 +148,7 @@ def _enclosed(
     if toolpath.zone.offset != 0.0:
         beside, spreading = _beside(cells, half, np.nan_to_num(toolpath.normal), toolpath.zone.offset)
         value, reach = value + beside, reach + spreading
-    reach = reach * (1.0 + ROUNDING) + ROUNDING
-    low, high = (limit[:, None] for limit in limits)
-    may &= ~((value + reach < low) | (value - reach > high)).any(axis=1)
-    return may, value, reach
+    return value, reach * (1.0 + ROUNDING) + ROUNDING
 
 
 def _product(left: Array, right: Array) -> Array:
