@@ -242,6 +242,9 @@ def _print_outcome(outcome: Outcome) -> None:
     _print_budget(outcome.budget)
     if outcome.front is not None:
         out.print(outcome.front.as_markdown(), markup=False, soft_wrap=True)
+    for name, baseline in solution.compared.items():
+        if baseline.note:
+            out.print(f"baseline {name}: {escape(baseline.note)}", soft_wrap=True)
     for name, reason in solution.missing.items():
         out.print(f"no baseline {name}: {escape(reason)}")
     print_causes(outcome.gate.report.summary(), out)

@@ -17,14 +17,14 @@ from fiveaxis.kinematics.windings import ON_LIMIT
 from fiveaxis.machine import Machine
 from fiveaxis.motion import follow
 from fiveaxis.posture import holding
-from fiveaxis.posture.baselines import find_baselines
+from fiveaxis.posture.baselines import find_baselines, moved_clear
 from fiveaxis.posture.budget import Budget, budget_of
 from fiveaxis.posture.mask import Mask, MaskFunction
 from fiveaxis.posture.passes import freed
 from fiveaxis.posture.portfolio import Portfolio, Progress
 from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.posture.reach import unreachable
-from fiveaxis.posture.repair import Repair, never_dearer, without_refused
+from fiveaxis.posture.repair import Repair, never_dearer
 from fiveaxis.posture.restarts import best_of_starts, leaning_paths
 from fiveaxis.posture.sequence import long_turns
 from fiveaxis.posture.singular import Cone, held, with_findings
@@ -272,7 +272,8 @@ def _solved(
     # A baseline that the mask refuses is still a start.
     starts = compared
     if mask is not None:
-        compared, missing = without_refused(compared, missing, machine, mask)
+        compared, refused = moved_clear(compared, problem, toolpath, machine, bounds, mask)
+        missing = missing | refused
     run, optima = Portfolio(problem, allowed, progress), None
 
     def solve(bounded: Problem, start: Array) -> Array:

@@ -133,7 +133,8 @@ def rewound_solution(
             missing[name] = str(reason)
             continue
         driven = follow(other.found.toolpath, machine, other.found.rotary)
-        compared[name] = Baseline(driven, motion_energy(machine, driven), other.found.toolpath)
+        energy = motion_energy(machine, driven)
+        compared[name] = Baseline(driven, energy, other.found.toolpath, baseline.note)
         if baseline.toolpath in (None, path) and problem.violation(rotary) <= ALLOWED and keeps(rotary):
             best = min(best, other, key=_price)
     kept = Wound(path, solution.tilt, best.problem, best.rotary, clearance, best.found.place)

@@ -17,13 +17,14 @@ from fiveaxis.kinematics import linear_positions, tool_axes, within_limits
 from fiveaxis.kinematics.windings import ON_LIMIT, TURN, one_turn_from
 from fiveaxis.machine import Machine
 from fiveaxis.motion import follow
-from fiveaxis.posture.branches import (
+from fiveaxis.posture.baselines.branches import (
     cheapest_sequence,
     postures,
     spread_over_links,
 )
-from fiveaxis.posture.greedy_kernel import walk
-from fiveaxis.posture.holding import is_holding, nearest_held
+from fiveaxis.posture.baselines.held import nearest_held
+from fiveaxis.posture.baselines.kernel import walk
+from fiveaxis.posture.holding import is_holding
 from fiveaxis.posture.solution import Baseline
 from fiveaxis.posture.waves import has_waves, waves_of
 from fiveaxis.toolpath import TiltBounds, Toolpath, feed_directions
