@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -80,6 +80,7 @@ class Outcome:
     budget, document : energy of the whole job, and the report's figures
     front : where one was asked for
     cleared : what kept the solution clear of collisions
+    of_front : the outcome of each solution of the front, in its order, this one among them
     """
 
     job: Job
@@ -90,6 +91,7 @@ class Outcome:
     document: dict[str, Any]
     front: Front | None = None
     cleared: Cleared | None = None
+    of_front: tuple[Outcome, ...] = ()
 
     @property
     def gate(self) -> Gate:
@@ -310,33 +312,53 @@ def run_job(
     around = load_surroundings(job)
     tell = progress or _tell_nobody
     solution, front, cleared = solve(job, toolpath, machine, progress, passes, around)
-    tell("verify", 0, 2)
     inputs = describe_inputs(job)
-    # The solution's own path knows which part of the cutter touches.
-    program = make_program(
-        solution.motion,
-        machine,
-        solution.toolpath,
-        job.constraints,
-        program_options(job, solution, inputs, moved=moved),
-        around=around,
-        tolerances=DEFAULT_TOLERANCES.with_gouge(job.gouge_tolerance),
-    )
-    tell("verify", 1, 2)
-    energy = program_energies(solution, program, job.constraints)
-    budget = job_budget(machine, program.motion.blocks, process, factors)
-    document = report_document(
-        solution,
-        program.gate.report.as_dict(),
-        inputs=inputs,
-        program=program.as_dict(energy),
-        budget=budget.as_dict(),
-    )
-    if front is not None:
-        document["front"] = front.as_dict()
-    document |= _release(job, program.gate)
-    tell("verify", 2, 2)
-    return Outcome(job, solution, program, energy, budget, document, front, cleared)
+
+    def finished(solution: Solution) -> Outcome:
+        # The solution's own path knows which part of the cutter touches.
+        program = make_program(
+            solution.motion,
+            machine,
+            solution.toolpath,
+            job.constraints,
+            program_options(job, solution, inputs, moved=moved),
+            around=around,
+            tolerances=DEFAULT_TOLERANCES.with_gouge(job.gouge_tolerance),
+        )
+        energy = program_energies(solution, program, job.constraints)
+        budget = job_budget(machine, program.motion.blocks, process, factors)
+        document = report_document(
+            solution,
+            program.gate.report.as_dict(),
+            inputs=inputs,
+            program=program.as_dict(energy),
+            budget=budget.as_dict(),
+        )
+        document |= _release(job, program.gate)
+        return Outcome(job, solution, program, energy, budget, document, front, cleared)
+
+    solutions = (solution,) if front is None else front.solutions
+    outcomes = []
+    for number, one in enumerate(solutions):
+        tell("verify", number, len(solutions))
+        outcomes.append(finished(one))
+    tell("verify", len(solutions), len(solutions))
+    if front is None:
+        return outcomes[0]
+    return picked_of(outcomes, next(k for k, one in enumerate(solutions) if one.motion is solution.motion))
+
+
+def picked_of(outcomes: Sequence[Outcome], picked: int) -> Outcome:
+    """Give one outcome of a front, and tell in its document what the others are."""
+    front = outcomes[picked].front
+    assert front is not None
+    told = front.as_dict()
+    for number, (point, outcome) in enumerate(zip(told["points"], outcomes, strict=True), start=1):
+        delivered = outcome.energy[RESULT]
+        point |= {"number": number, "program_energy_J": delivered.total, "program_time_s": delivered.time}
+        point |= {"released": outcome.gate.is_open}
+    document = outcomes[picked].document | {"front": told | {"picked": picked + 1}}
+    return replace(outcomes[picked], document=document, of_front=tuple(outcomes))
 
 
 def program_options(
@@ -414,6 +436,13 @@ def solve(
         options["free_start"] = passes
     if job.front is not None and job.smoothing:
         raise JobError("smoothing is what a front sweeps; leave one of them out", file=job.input)
+    if job.pick is not None and job.pick > (job.front or 0):
+        raise JobError(
+            f"pick = {job.pick} is none of the {job.front} solutions of the front"
+            if job.front
+            else f"pick = {job.pick} chooses from a front; give front, too",
+            file=job.input,
+        )
     fronts: list[Front] = []
 
     def once(path: Toolpath, mask: MaskFunction | None, free: bool, within: Tightening | None) -> Solution:
@@ -422,7 +451,7 @@ def solve(
             return optimise_postures(path, machine, **asked)
         swept = {name: value for name, value in asked.items() if name != "smoothing"}
         fronts.append(find_front(path, machine, job.front, **swept))
-        return fronts[-1].solution
+        return fronts[-1].pick(job.pick or 1)
 
     cleared, planned = None, replanning(once, options)
     if around is None or not job.keep_clear:
@@ -431,7 +460,7 @@ def solve(
         cleared = keep_clear(planned, toolpath, machine, around, options)
         solution = cleared.solution
     # Paths were searched again; the front is that of the one which was taken.
-    front = next((f for f in fronts if f.solution.motion is solution.motion), None)
+    front = next((f for f in fronts if any(s.motion is solution.motion for s in f.solutions)), None)
     return solution, front, cleared
 
 

@@ -17,6 +17,7 @@ from fiveaxis.report import tables
 from fiveaxis.report.cutters import what_stays
 from fiveaxis.report.document import main_baseline
 from fiveaxis.report.figures import axis_lines, energy_bars, spending_lines
+from fiveaxis.report.front_section import front_section
 from fiveaxis.report.landscape import (
     FIRST_STEP,
     MOST_LOCATIONS,
@@ -77,7 +78,7 @@ def compose_page(solution: Solution, document: Mapping[str, Any], admits: Admits
         facts=_facts(document),
         **verdict_section(document),
         saved=_saved(document, baseline),
-        setup=setup_section(document.get("setup_search")),
+        setup=setup_section(document.get("setup_search")) + front_section(document.get("front")),
         energy=_energy(solution, document, baseline),
         budget=_budget(document),
         motion=_motion(solution, baseline),

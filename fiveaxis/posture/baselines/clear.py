@@ -27,11 +27,11 @@ from fiveaxis.toolpath import TiltBounds, Toolpath
 # of first and second rotary angle, rad.
 RINGS = np.radians([0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 12.0, 15.0, 18.0, 22.0])
 RINGS = np.concatenate([RINGS, np.radians([26.0, 30.0, 35.0, 40.0, 45.0])])
-ANGLES = np.radians(np.arange(0.0, 360.0, 10.0))
+ANGLES = np.radians(np.arange(0.0, 360.0, 15.0))
 # What the direction taken is turned by, both ways, to see whether a posture beside it is nearer.
-ASIDE = np.radians([5.0, 2.5, 1.25])
+ASIDE = np.radians([7.5, 3.75, 1.875])
 # After the first clear posture so many rings more are asked: a neighbour may be passed on another side.
-MORE_RINGS = 2
+MORE_RINGS = 1
 # Halvings between a ring that isn't clear and one that is.
 HALVINGS = 6
 # What turning beyond the bound of a move counts, in place of 1 for being away from the baseline.
