@@ -300,7 +300,10 @@ def _print_setup(found: Mapping[str, Any]) -> None:
     chosen, given = found["chosen"], found["given"]
     place = f"offset {chosen['offset']} mm, rotation {chosen['rotation_deg']} deg"
     if chosen == given:
-        return out.print(f"setup: {place}, as given; none that is cheaper was found", markup=False)
+        least = f"{100.0 * found['least_saving']:.2f} %"
+        return out.print(
+            f"setup: {place}, as given; none was found that saves more than {least}", markup=False
+        )
     saved = "can't be followed" if found["saved"] is None else f"costs {given['energy']:.0f} J"
     share = "" if found["saved"] is None else f", {100.0 * found['saved']:.1f} % saved"
     out.print(f"set the part up at {place}: the given setup {saved}{share}", markup=False, soft_wrap=True)

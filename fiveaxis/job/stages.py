@@ -286,6 +286,7 @@ def run_job(
     loaded: tuple[Toolpath, Passes | None] | None = None,
     *,
     moved: bool = False,
+    start: Tightening | None = None,
 ) -> Outcome:
     """Take a job through planning or reading, optimisation and verification.
 
@@ -295,6 +296,7 @@ def run_job(
     progress : called with a stage's name, steps done and steps in all
     loaded : path and passes, where `load_job_passes` has given them already
     moved : whether the job's setup isn't the one that was given, but one that was searched for
+    start : a path that is refined in place of a search; not where passes may begin elsewhere
 
     Raises
     ------
@@ -311,7 +313,7 @@ def run_job(
     # A part that can't be read is found out before the work, not after it.
     around = load_surroundings(job)
     tell = progress or _tell_nobody
-    solution, front, cleared = solve(job, toolpath, machine, progress, passes, around)
+    solution, front, cleared = solve(job, toolpath, machine, progress, passes, around, start)
     inputs = describe_inputs(job)
 
     def finished(solution: Solution) -> Outcome:
@@ -426,6 +428,7 @@ def solve(
     progress: Progress | None,
     passes: Passes | None = None,
     around: Surroundings | None = None,
+    start: Tightening | None = None,
 ) -> tuple[Solution, Front | None, Cleared | None]:
     """Optimise a job's path, clear of what stands around; with the front of solutions that it asks for.
 
@@ -446,7 +449,8 @@ def solve(
     fronts: list[Front] = []
 
     def once(path: Toolpath, mask: MaskFunction | None, free: bool, within: Tightening | None) -> Solution:
-        asked = (options if free else without_starts(options)) | {"mask": mask, "tightened": within}
+        asked = (options if free else without_starts(options)) | {"mask": mask}
+        asked["tightened"] = within or (None if free else start)
         if job.front is None:
             return optimise_postures(path, machine, **asked)
         swept = {name: value for name, value in asked.items() if name != "smoothing"}
