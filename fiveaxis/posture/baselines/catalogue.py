@@ -76,9 +76,14 @@ def find_baselines(
         "normal": along_normal,
         "lead-lean": lead_lean,
         "fixed": single_posture,
-        "greedy": greedy,
+        "greedy": lambda path, on, bounds: greedy(path, on, bounds, anchored()),
     }
     found: dict[str, Baseline] = {}
+
+    def anchored() -> Array | None:
+        normal = found.get("normal")
+        return None if normal is None else normal.motion.positions[:, machine.rotary_columns]
+
     missing: dict[str, str] = {}
     for name, make in makers.items():
         try:
@@ -293,12 +298,13 @@ def _offsets(scales: Array) -> Array:
     return np.concatenate([np.zeros((1, 2)), *(scale * ring for scale in scales)])
 
 
-def greedy(toolpath: Toolpath, machine: Machine, tilt: TiltBounds) -> Array:
+def greedy(toolpath: Toolpath, machine: Machine, tilt: TiltBounds, anchor: Array | None = None) -> Array:
     """Take at each location the cheapest move from the one before, looking no further ahead; (n, 2) rad.
 
-    Starts from, and falls back to, the posture of `along_normal` where no small move is admissible.
+    Starts from, and falls back to, the posture of `along_normal` where no small move is admissible: the
+    `anchor`, (n, 2) rad, where that is known.
     """
-    anchor = along_normal(toolpath, machine, tilt)
+    anchor = along_normal(toolpath, machine, tilt) if anchor is None else anchor
     if has_waves(machine, toolpath.zone):
         return _walk(toolpath, machine, tilt, anchor)
     return _walk_slowly(toolpath, machine, tilt, anchor)
