@@ -25,10 +25,11 @@ from fiveaxis.toolpath import TiltBounds, Toolpath
 
 # rad, width of a cell.
 CELL = np.radians(3.0)
-# A longer path is looked at in about this many places: what lies between adds little.
-MOST_ROWS = 900
+# Locations looked at: one in so many, but at least and at most about these. What lies between adds little
+# where a path is short; a long one takes so long to solve that the bound is looked for more closely.
+ONE_IN, FEWEST_ROWS, MOST_ROWS = 4, 900, 4000
 # Places of a linear axis between which its least travel is found: bounds are rounded outwards to these.
-PLACES = 2000
+PLACES = 4000
 # A bound is widened by this to cover rounding (mm, rad, 1).
 ROUNDING = 1e-9
 
@@ -77,9 +78,9 @@ def bound_travel(toolpath: Toolpath, machine: Machine, tilt: TiltBounds, *, cell
     -------
     The bound; its figures are infinite where some location has no admissible posture.
     """
-    rows = np.unique(
-        np.append(np.arange(0, len(toolpath), -(-len(toolpath) // MOST_ROWS)), len(toolpath) - 1)
-    )
+    count = len(toolpath)
+    stride = -(-count // min(max(count // ONE_IN, FEWEST_ROWS), MOST_ROWS))
+    rows = np.unique(np.append(np.arange(0, count, stride), count - 1))
     prices = travel_costs(machine, toolpath.feed, toolpath.rapid)
     plus, minus = (_least_between(costs[1:], rows) for costs in prices)
     cells = cut_cells(machine, toolpath.zone, cell)
