@@ -92,6 +92,7 @@ PLANNING = {
     "rewind": Code(WARNING, "an axis at its limit turns back by whole turns"),
     "rewind-phase": Code(NOTE, "turned on the table the part would need fewer rewinds within cuts"),
     "free-start": Code(NOTE, "a closed pass begins elsewhere than in the input"),
+    "setup-kept": Code(NOTE, "another setup looked cheaper, by no more than can be told from chance"),
     "between-locations": Code(
         WARNING, "between two locations the tool leans, or an axis goes, out of bounds: no path avoids that"
     ),

@@ -37,7 +37,7 @@ def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
     """Leave the figures out of reports: drawing takes most of a short run, and other tests look at them."""
     for name in ("energy_bars", "spending_lines", "axis_lines", "speed_lines", "power_lines"):
         monkeypatch.setattr(f"fiveaxis.report.page.{name}", lambda *_: "<svg></svg>")
-    for name in ("posture_map", "posture_map_png", "surface_png"):
+    for name in ("posture_map", "posture_map_figure", "surface_figure"):
         monkeypatch.setattr(f"fiveaxis.report.page.{name}", lambda *_: "data:,")
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from rich.console import Console
 
-NOTE = "compiling, once per installation: this first run takes a minute or two longer"
+NOTE = "compiling, once per installation: this first run takes about a quarter of a minute longer"
 
 
 def tell_first_run(kernel: Any, console: Console) -> None:

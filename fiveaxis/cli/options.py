@@ -65,6 +65,10 @@ Override = Annotated[
 FrontSize = Annotated[
     int | None, typer.Option("--front", help="N solutions between the cheapest path and the steadiest")
 ]
+FrontPick = Annotated[
+    int | None,
+    typer.Option("--pick", help="with --front: the solution that is the result; 1 is the cheapest"),
+]
 Feed = Annotated[float | None, typer.Option("--feed", help="mm/min, in place of the input's")]
 Unit = Annotated[str | None, typer.Option("--unit", help="mm or inch, for an input that doesn't say")]
 Part = Annotated[
@@ -205,6 +209,7 @@ POSTURE: Mapping[str, Any] = {
     "effort": Effort,
     "solver": Solver,
     "front": FrontSize,
+    "pick": FrontPick,
     "free_start": FreeStart,
     "free_direction": FreeDirection,
     "tool_length": ToolLength,

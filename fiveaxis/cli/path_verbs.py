@@ -227,11 +227,32 @@ def _print_outcome(outcome: Outcome) -> None:
         _print_setup(outcome.document["setup_search"])
     _print_budget(outcome.budget)
     if outcome.front is not None:
-        out.print(outcome.front.as_markdown(), markup=False, soft_wrap=True)
+        _print_front(outcome.document["front"])
+    for name, baseline in solution.compared.items():
+        if baseline.note:
+            out.print(f"baseline {name}: {escape(baseline.note)}", soft_wrap=True)
     for name, reason in solution.missing.items():
         out.print(f"no baseline {name}: {escape(reason)}")
     print_causes(outcome.gate.report.summary(), out)
     out.print("verification: " + ("no errors" if outcome.ok else "[bold red]errors[/]"))
+
+
+def _print_front(front: Mapping[str, Any]) -> None:
+    """List the solutions between the cheapest path and the steadiest one."""
+    heads = ("number", "J", "bends rad²", "deg/mm", "program s", "program", "")
+    table = Table(*heads, box=None)
+    for point in front["points"]:
+        table.add_row(
+            str(point["number"]),
+            f"{point['energy_J']:.1f}",
+            f"{point['bend_rad2']:.4f}",
+            f"{point['steepest_deg_mm']:.2f}",
+            f"{point['program_time_s']:.1f}",
+            "released" if point["released"] else "kept back",
+            "the result" if point["number"] == front["picked"] else "",
+        )
+    out.print("solutions of the front (--pick makes another one the result)")
+    out.print(table)
 
 
 def _print_energies(solution: Solution) -> None:
@@ -271,7 +292,10 @@ def _print_setup(found: Mapping[str, Any]) -> None:
     chosen, given = found["chosen"], found["given"]
     place = f"offset {chosen['offset']} mm, rotation {chosen['rotation_deg']} deg"
     if chosen == given:
-        return out.print(f"setup: {place}, as given; none that is cheaper was found", markup=False)
+        least = f"{100.0 * found['least_saving']:.2f} %"
+        return out.print(
+            f"setup: {place}, as given; none was found that saves more than {least}", markup=False
+        )
     saved = "can't be followed" if found["saved"] is None else f"costs {given['energy']:.0f} J"
     share = "" if found["saved"] is None else f", {100.0 * found['saved']:.1f} % saved"
     out.print(f"set the part up at {place}: the given setup {saved}{share}", markup=False, soft_wrap=True)

@@ -19,7 +19,7 @@ from fiveaxis.collision.scene import build_scene
 from fiveaxis.collision.tightened import Ask, Tightened
 from fiveaxis.errors import Infeasible
 from fiveaxis.findings import Finding, Severity
-from fiveaxis.geometry import IntArray
+from fiveaxis.geometry import Array, IntArray
 from fiveaxis.job.solution import Solution
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Interpolation
@@ -104,6 +104,7 @@ def optimise(
     budget: Budget | None = None,
     interpolation: Interpolation = Interpolation.JOINT,
     solver: str = "structured",
+    start: Array | None = None,
     progress: Progress | None = None,
 ) -> Solution:
     """Choose the rotary angles of every cutter location so that the feed drives spend the least energy.
@@ -153,6 +154,7 @@ def optimise(
     budget : how much may be done, in place of an effort
     interpolation : of the control that the program is for
     solver : ``structured`` or ``ipopt`` (`fiveaxis.posture.optimise`)
+    start : (n, 2), rad, chain order, postures that are refined in place of a search
     progress : called with a stage's name, steps done and steps in all
 
     Raises
@@ -178,6 +180,7 @@ def optimise(
         "effort": effort,
         "budget": budget,
         "solver": solver,
+        "start": start,
         "progress": progress,
     }
     around = Surroundings.load(part, stock, fixtures, clearances)

@@ -199,6 +199,9 @@ class Job(StrictModel):
     front: int | None = Field(
         None, ge=2, le=50, description="solutions between the cheapest path and the steadiest one"
     )
+    pick: int | None = Field(
+        None, ge=1, le=50, description="with front: the solution that is the result, by number; 1 is cheapest"
+    )
     free_start: bool = Field(
         False, description="let closed passes begin where it is cheapest; where links are planned, these too"
     )

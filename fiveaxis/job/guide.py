@@ -45,6 +45,7 @@ EXAMPLES: Mapping[str, Any] = {
     "time_price": 0,
     "singular_cone": 5,
     "front": 5,
+    "pick": 2,
     "coordinates": "axes",
     "override": ["axis-limit"],
     "tool_length": 120,

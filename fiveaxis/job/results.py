@@ -17,9 +17,13 @@ from fiveaxis.report.front_figure import write_front_figure
 from fiveaxis.report.landscape import Admits
 from fiveaxis.viewer import write_preview
 
+# Where the solutions of a front are, each in a folder named after its number; a job asks for at most so many.
+FRONT, MOST_OF_FRONT = "front", 50
+FILES = ("motion.csv", "report.json", "report.html", "preview.html")
+
 
 def write_outcome(outcome: Outcome, folder: Path) -> list[Path]:
-    """Write motion, report, preview and NC program into a folder.
+    """Write motion, report, preview and NC program into a folder; those of a front's solutions by number.
 
     Everything is made in a temporary folder first, so that a failure leaves the old files as they were, and
     no new folder. A motion with errors that the job doesn't accept by name gets no NC program, and one from
@@ -36,7 +40,12 @@ def write_outcome(outcome: Outcome, folder: Path) -> list[Path]:
     """
     try:
         with tempfile.TemporaryDirectory(prefix=".fiveaxis-", dir=require_folder(folder)) as temporary:
-            return _move_in(_make_files(outcome, Path(temporary)), folder)
+            made = _make_files(outcome, Path(temporary))
+            for number, one in enumerate(outcome.of_front, start=1):
+                place = Path(temporary) / FRONT / str(number)
+                place.mkdir(parents=True)
+                made += _make_files(one, place, alone=True)
+            return _move_in(made, Path(temporary), folder)
     except OSError as fault:
         raise SettingError(f"can't be written: {fault.strerror or fault}", file=folder) from None
 
@@ -63,18 +72,27 @@ def require_folder(folder: Path) -> Path:
         raise SettingError(f"can't be written: {fault.strerror or fault}", file=folder) from None
 
 
-def _move_in(made: Sequence[Path], folder: Path) -> list[Path]:
+def _move_in(made: Sequence[Path], source: Path, folder: Path) -> list[Path]:
     """Put finished files into a folder, in place of those of an earlier run."""
-    targets = [folder / path.name for path in made]
-    programs = [folder / f"program{dialect.suffix}" for dialect in DIALECTS.values()]
-    taken = next((path for path in (*targets, *programs) if path.is_dir()), None)
+    targets = [folder / path.relative_to(source) for path in made]
+    suffixes = [dialect.suffix for dialect in DIALECTS.values()]
+    earlier = [folder / FRONT / str(number) for number in range(1, MOST_OF_FRONT + 1)]
+    stale = [folder / f"program{suffix}" for suffix in suffixes]
+    stale += [place / name for place in earlier for name in (*FILES, *(f"program{s}" for s in suffixes))]
+    taken = next((path for path in (*targets, *stale) if path.is_dir()), None)
     if taken is not None:
         raise SettingError("is a folder, and a file of that name is to be written", file=taken)
     with _undisturbed():
-        folder.mkdir(parents=True, exist_ok=True)
-        for path in programs:
+        for place in {folder, *(target.parent for target in targets)}:
+            place.mkdir(parents=True, exist_ok=True)
+        for path in stale:
             path.unlink(missing_ok=True)
-        return [path.replace(target) for path, target in zip(made, targets, strict=True)]
+        moved = [path.replace(target) for path, target in zip(made, targets, strict=True)]
+        # Of an earlier front that had more solutions no empty folders stay.
+        for place in (*earlier, folder / FRONT):
+            if place.is_dir() and not any(place.iterdir()):
+                place.rmdir()
+        return moved
 
 
 @contextmanager
@@ -92,7 +110,8 @@ def _undisturbed() -> Iterator[None]:
         signal.signal(signal.SIGINT, before)
 
 
-def _make_files(outcome: Outcome, folder: Path) -> list[Path]:
+def _make_files(outcome: Outcome, folder: Path, *, alone: bool = False) -> list[Path]:
+    """Write an outcome's files; `alone`, without those of its front."""
     job, solution = outcome.job, outcome.solution
     made = [
         write_motion(solution.motion, folder / "motion.csv", solution.machine),
@@ -105,7 +124,7 @@ def _make_files(outcome: Outcome, folder: Path) -> list[Path]:
             findings=outcome.verdict.findings,
         ),
     ]
-    if outcome.front is not None:
+    if outcome.front is not None and not alone:
         made.append(write_front_figure(outcome.front, folder / "front.svg"))
     if outcome.gate.is_open:
         made.append(outcome.program.write(folder / f"program{outcome.program.text.suffix}"))

@@ -31,6 +31,7 @@ from fiveaxis.energy import (
     motion_energy,
 )
 from fiveaxis.errors import JobError, SettingError, ToolError
+from fiveaxis.geometry import Array
 from fiveaxis.job.clearing import Cleared, keep_clear, without_starts
 from fiveaxis.job.description import Job
 from fiveaxis.job.inputs import describe_inputs
@@ -78,6 +79,7 @@ class Outcome:
     budget, document : energy of the whole job, and the report's figures
     front : where one was asked for
     cleared : what kept the solution clear of collisions
+    of_front : the outcome of each solution of the front, in its order, this one among them
     """
 
     job: Job
@@ -87,6 +89,7 @@ class Outcome:
     document: dict[str, Any]
     front: Front | None = None
     cleared: Cleared | None = None
+    of_front: tuple[Outcome, ...] = ()
 
     @property
     def gate(self) -> Gate:
@@ -281,6 +284,7 @@ def run_job(
     loaded: tuple[Toolpath, Passes | None] | None = None,
     *,
     moved: bool = False,
+    start: Array | None = None,
 ) -> Outcome:
     """Take a job through planning or reading, optimisation and verification.
 
@@ -290,6 +294,7 @@ def run_job(
     progress : called with a stage's name, steps done and steps in all
     loaded : path and passes, where `load_job_passes` has given them already
     moved : whether the job's setup isn't the one that was given, but one that was searched for
+    start : (n, 2), rad, chain order, postures that are refined in place of a search; not where passes may begin elsewhere
 
     Raises
     ------
@@ -306,35 +311,55 @@ def run_job(
     # A part that can't be read is found out before the work, not after it.
     around = load_surroundings(job)
     tell = progress or _tell_nobody
-    solution, front, cleared = solve(job, toolpath, machine, progress, passes, around)
-    tell("verify", 0, 2)
+    solution, front, cleared = solve(job, toolpath, machine, progress, passes, around, start)
     inputs = describe_inputs(job)
-    # The solution's own path knows which part of the cutter touches.
-    program = make_program(
-        solution.motion,
-        machine,
-        solution.toolpath,
-        job.constraints,
-        program_options(job, solution, inputs, moved=moved),
-        around=around,
-        tolerances=DEFAULT_TOLERANCES.with_gouge(job.gouge_tolerance),
-    )
-    tell("verify", 1, 2)
-    # One number, that of the text: redundant blocks may have stayed in it.
-    solution = replace(solution, energy=motion_energy(machine, program.motion.blocks))
-    budget = job_budget(machine, program.motion.blocks, process, factors)
-    document = report_document(
-        solution,
-        program.gate.report.as_dict(),
-        inputs=inputs,
-        program=program.as_dict(),
-        budget=budget.as_dict(),
-    )
-    if front is not None:
-        document["front"] = front.as_dict()
-    document |= _release(job, program.gate)
-    tell("verify", 2, 2)
-    return Outcome(job, solution, program, budget, document, front, cleared)
+
+    def finished(solution: Solution) -> Outcome:
+        # The solution's own path knows which part of the cutter touches.
+        program = make_program(
+            solution.motion,
+            machine,
+            solution.toolpath,
+            job.constraints,
+            program_options(job, solution, inputs, moved=moved),
+            around=around,
+            tolerances=DEFAULT_TOLERANCES.with_gouge(job.gouge_tolerance),
+        )
+        # One number, that of the text: redundant blocks may have stayed in it.
+        solution = replace(solution, energy=motion_energy(machine, program.motion.blocks))
+        budget = job_budget(machine, program.motion.blocks, process, factors)
+        document = report_document(
+            solution,
+            program.gate.report.as_dict(),
+            inputs=inputs,
+            program=program.as_dict(),
+            budget=budget.as_dict(),
+        )
+        document |= _release(job, program.gate)
+        return Outcome(job, solution, program, budget, document, front, cleared)
+
+    solutions = (solution,) if front is None else front.solutions
+    outcomes = []
+    for number, one in enumerate(solutions):
+        tell("verify", number, len(solutions))
+        outcomes.append(finished(one))
+    tell("verify", len(solutions), len(solutions))
+    if front is None:
+        return outcomes[0]
+    return picked_of(outcomes, next(k for k, one in enumerate(solutions) if one.motion is solution.motion))
+
+
+def picked_of(outcomes: Sequence[Outcome], picked: int) -> Outcome:
+    """Give one outcome of a front, and tell in its document what the others are."""
+    front = outcomes[picked].front
+    assert front is not None
+    told = front.as_dict()
+    for number, (point, outcome) in enumerate(zip(told["points"], outcomes, strict=True), start=1):
+        delivered = outcome.solution.energy
+        point |= {"number": number, "energy_J": delivered.total, "program_time_s": delivered.time}
+        point |= {"released": outcome.gate.is_open}
+    document = outcomes[picked].document | {"front": told | {"picked": picked + 1}}
+    return replace(outcomes[picked], document=document, of_front=tuple(outcomes))
 
 
 def program_options(
@@ -389,6 +414,7 @@ def solve(
     progress: Progress | None,
     passes: Passes | None = None,
     around: Surroundings | None = None,
+    start: Array | None = None,
 ) -> tuple[Solution, Front | None, Cleared | None]:
     """Optimise a job's path, clear of what stands around; with the front of solutions that it asks for.
 
@@ -401,15 +427,23 @@ def solve(
         options["free_start"] = passes
     if job.front is not None and job.smoothing:
         raise JobError("smoothing is what a front sweeps; leave one of them out", file=job.input)
+    if job.pick is not None and job.pick > (job.front or 0):
+        raise JobError(
+            f"pick = {job.pick} is none of the {job.front} solutions of the front"
+            if job.front
+            else f"pick = {job.pick} chooses from a front; give front, too",
+            file=job.input,
+        )
     fronts: list[Front] = []
 
     def once(path: Toolpath, mask: MaskFunction | None, free: bool) -> Solution:
         asked = (options if free else without_starts(options)) | {"mask": mask}
+        asked["start"] = None if free else start
         if job.front is None:
             return optimise_postures(path, machine, **asked)
         swept = {name: value for name, value in asked.items() if name != "smoothing"}
         fronts.append(find_front(path, machine, job.front, **swept))
-        return fronts[-1].solution
+        return fronts[-1].pick(job.pick or 1)
 
     cleared = None
     if around is None or not job.keep_clear:
@@ -418,7 +452,7 @@ def solve(
         cleared = keep_clear(once, toolpath, machine, around, options)
         solution = cleared.solution
     # Paths were searched again; the front is that of the one which was taken.
-    front = next((f for f in fronts if f.solution.motion is solution.motion), None)
+    front = next((f for f in fronts if any(s.motion is solution.motion for s in f.solutions)), None)
     return solution, front, cleared
 
 

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from fiveaxis.geometry import Array
+from fiveaxis.geometry import Array, IntArray
 from fiveaxis.geometry.intervals import Enclosure, Interval
 from fiveaxis.kinematics.equations import (
     Cosines,
@@ -71,6 +71,18 @@ class Cells:
     shift: Array
     slope_middle: Array
     slope_radius: Array
+
+    def at(self, chosen: IntArray) -> Cells:
+        """Take some of the cells."""
+        return Cells(
+            self.sides,
+            self.axis[chosen],
+            self.swing[chosen],
+            self.matrix[chosen],
+            self.shift[chosen],
+            self.slope_middle[chosen],
+            self.slope_radius[chosen],
+        )
 
 
 def cut_cells(machine: Machine, zone: Zone, step: float) -> Cells:

@@ -83,11 +83,22 @@ class Front:
         the smoothest
     dominated : how many solutions were found that another one beats in everything
     solution : the cheapest path that was found for any point, with its baselines
+    others : the solutions of the other points, in their order
     """
 
     points: tuple[FrontPoint, ...]
     dominated: int
     solution: Solution
+    others: tuple[Solution, ...] = ()
+
+    @property
+    def solutions(self) -> tuple[Solution, ...]:
+        """The solution of each point."""
+        return (self.solution, *self.others)
+
+    def pick(self, number: int) -> Solution:
+        """Give a solution by its number, from 1, the cheapest; the steadiest where there aren't so many."""
+        return self.solutions[min(number, len(self.solutions)) - 1]
 
     def as_dict(self) -> dict[str, Any]:
         """Return the points as plain data for JSON."""
@@ -96,13 +107,13 @@ class Front:
     def as_markdown(self) -> str:
         """Write the points as a Markdown table."""
         rows = [
-            "| smoothing, J/rad² | energy, J | Σ‖Δρ‖², rad² | max, deg/mm | time, s | max, deg/s |",
-            "|---:|---:|---:|---:|---:|---:|",
+            "| number | smoothing, J/rad² | energy, J | Σ‖Δρ‖², rad² | max, deg/mm | time, s | max, deg/s |",
+            "|---:|---:|---:|---:|---:|---:|---:|",
         ]
         rows += [
-            f"| {p.smoothing:.4g} | {p.energy.total:.1f} | {p.bend:.4f} | {np.degrees(p.steepest):.2f} "
+            f"| {k} | {p.smoothing:.4g} | {p.energy.total:.1f} | {p.bend:.4f} | {np.degrees(p.steepest):.2f} "
             f"| {p.energy.time:.1f} | {np.degrees(p.fastest):.1f} |"
-            for p in self.points
+            for k, p in enumerate(self.points, start=1)
         ]
         return "\n".join(rows) + "\n"
 
@@ -180,8 +191,8 @@ def find_front(
         _point(solution, rotary, problem, posed) for rotary, problem in zip(paths, problems, strict=True)
     ]
     kept = _undominated(points)
-    cheapest = paths[points.index(kept[0])]
-    return Front(tuple(kept), len(points) - len(kept), _led_by(solution, cheapest, cone))
+    led = [_led_by(solution, paths[points.index(p)], cone, number) for number, p in enumerate(kept, start=1)]
+    return Front(tuple(kept), len(points) - len(kept), led[0], tuple(led[1:]))
 
 
 def _telling(progress: Progress | None, runs: int) -> tuple[Callable[[], None], Progress | None]:
@@ -234,14 +245,15 @@ def _marks(solution: Solution, rotary: Array) -> int:
     return 0 if rewinds is None else sum(r.in_cut for r in rewinds.rewinds)
 
 
-def _led_by(solution: Solution, rotary: Array, cone: Cone | None) -> Solution:
-    """Put the front's cheapest path, (n, 2) rad, in place of the one that the sweep began with."""
+def _led_by(solution: Solution, rotary: Array, cone: Cone | None, number: int) -> Solution:
+    """Put a path of the front, (n, 2) rad, in place of the one that the sweep began with."""
     if np.array_equal(rotary, _posed(solution)[1]):
         return solution
     cheaper = with_path(solution, rotary)[0]
     # What was said of the other path isn't true of this one.
     kept = tuple(f for f in cheaper.toolpath.findings if f.code not in OF_POSTURES)
-    stage = Stage("front", "cheapest of its paths", 0, solution.energy.total, cheaper.energy.total)
+    said = "cheapest of its paths" if number == 1 else f"solution {number}"
+    stage = Stage("front", said, 0, solution.energy.total, cheaper.energy.total)
     path = replace(cheaper.toolpath, findings=kept)
     return with_findings(replace(cheaper, toolpath=path, stages=(*solution.stages, stage)), cone)
 

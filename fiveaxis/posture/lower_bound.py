@@ -14,18 +14,20 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from fiveaxis.energy import travel_costs
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.machine import Machine
-from fiveaxis.posture.bound_kernel import least_travel, visit_cells
 from fiveaxis.posture.cells import HUGE, Cells, cut_cells
+from fiveaxis.posture.visiting import least_travel, visit_cells
 from fiveaxis.toolpath import TiltBounds, Toolpath
 
 # rad, width of a cell.
 CELL = np.radians(3.0)
-# A longer path is looked at in about this many places: what lies between adds little.
-MOST_ROWS = 4000
+# Locations looked at: one in so many, but at least and at most about these. What lies between adds little
+# where a path is short; a long one takes so long to solve that the bound is looked for more closely.
+ONE_IN, FEWEST_ROWS, MOST_ROWS = 4, 900, 4000
 # Places of a linear axis between which its least travel is found: bounds are rounded outwards to these.
 PLACES = 4000
 # A bound is widened by this to cover rounding (mm, rad, 1).
@@ -76,40 +78,31 @@ def bound_travel(toolpath: Toolpath, machine: Machine, tilt: TiltBounds, *, cell
     -------
     The bound; its figures are infinite where some location has no admissible posture.
     """
-    rows = np.unique(
-        np.append(np.arange(0, len(toolpath), -(-len(toolpath) // MOST_ROWS)), len(toolpath) - 1)
-    )
+    count = len(toolpath)
+    stride = -(-count // min(max(count // ONE_IN, FEWEST_ROWS), MOST_ROWS))
+    rows = np.unique(np.append(np.arange(0, count, stride), count - 1))
     prices = travel_costs(machine, toolpath.feed, toolpath.rapid)
     plus, minus = (_least_between(costs[1:], rows) for costs in prices)
     cells = cut_cells(machine, toolpath.zone, cell)
     at = toolpath.at(rows)
     bounds = [bound.at(rows) for bound in tilt.all]
     columns = machine.rotary_columns
-    rotary, low, high = visit_cells(
-        cells.axis,
-        cells.swing,
-        cells.matrix,
-        cells.shift,
-        cells.slope_middle,
-        cells.slope_radius,
-        np.array([0.5 * side.step for side in cells.sides]),
-        (cells.sides[0].parts, cells.sides[1].parts),
-        (cells.sides[0].wraps, cells.sides[1].wraps),
-        at.pivot,
-        np.nan_to_num(at.normal),
-        at.zone.offset,
-        np.stack([bound.reference for bound in bounds]),
-        *_admitted_cosines(cells, bounds),
+    step = np.array([side.step for side in cells.sides])
+    limits = (
         np.maximum(machine.low[machine.linear_columns], -HUGE) - ROUNDING,
         np.minimum(machine.high[machine.linear_columns], HUGE) + ROUNDING,
-        np.array([side.step for side in cells.sides]) * plus[:, columns],
-        np.array([side.step for side in cells.sides]) * minus[:, columns],
     )
+    cosines = _admitted_cosines(cells, bounds)
+    # The matrices have four columns: threads of the BLAS would only wait for each other.
+    with threadpool_limits(limits=1):
+        rotary, low, high = visit_cells(
+            cells, at, bounds, cosines, limits, step * plus[:, columns], step * minus[:, columns]
+        )
     linear = {
         machine.letters[column]: _axis_bound(low[:, i], high[:, i], plus[:, column], minus[:, column])
         for i, column in enumerate(machine.linear_columns)
     }
-    return LowerBound(linear, float(rotary), len(rows))
+    return LowerBound(linear, rotary, len(rows))
 
 
 def _least_between(costs: Array, rows: IntArray) -> Array:
@@ -135,4 +128,4 @@ def _axis_bound(low: Array, high: Array, plus: Array, minus: Array) -> float:
     step = max((most - least) / PLACES, ROUNDING)
     first = np.where(bound, np.floor((low - least) / step), 0).astype(np.int64)
     last = np.where(bound, np.ceil((high - least) / step), PLACES).astype(np.int64)
-    return float(least_travel(np.maximum(first, 0), np.minimum(last, PLACES), step * plus, step * minus))
+    return least_travel(np.maximum(first, 0), np.minimum(last, PLACES), step * plus, step * minus)

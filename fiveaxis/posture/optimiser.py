@@ -16,7 +16,7 @@ from fiveaxis.geometry import Array
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Filling, Interpolation, follow
 from fiveaxis.posture import holding
-from fiveaxis.posture.baselines import find_baselines
+from fiveaxis.posture.baselines import find_baselines, moved_clear
 from fiveaxis.posture.budget import Budget, budget_of
 from fiveaxis.posture.clearance import Clearance
 from fiveaxis.posture.delivery import Delivery, Objective, Posed, delivered
@@ -26,7 +26,7 @@ from fiveaxis.posture.passes import freed
 from fiveaxis.posture.portfolio import Portfolio, Progress
 from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.posture.reach import unreachable
-from fiveaxis.posture.repair import Repair, never_dearer, without_refused
+from fiveaxis.posture.repair import Repair, never_dearer
 from fiveaxis.posture.restarts import best_of_starts, leaning_paths
 from fiveaxis.posture.sequence import long_turns
 from fiveaxis.posture.singular import Cone, bounded_within, held, with_findings
@@ -65,6 +65,7 @@ def optimise(
     budget: Budget | None = None,
     interpolation: Interpolation = Interpolation.JOINT,
     solver: str = STRUCTURED,
+    start: Array | None = None,
     progress: Progress | None = None,
 ) -> Solution:
     """Choose the rotary angles of every cutter location so that the feed drives spend the least energy.
@@ -113,6 +114,7 @@ def optimise(
     interpolation : of the control that the program is for
     solver : ``structured``, the interior-point method made for paths, or ``ipopt``, a second opinion on the
         same terms (`fiveaxis.posture.local`), in place of the budget's
+    start : (n, 2), rad, chain order, postures that are refined in place of a search
     progress : called with a stage's name, steps done and steps in all
 
     Returns
@@ -169,7 +171,7 @@ def optimise(
         share = f"{len(blocked)} of {len(toolpath)} locations"
         raise Infeasible(f"{share} have no admissible posture on {machine.name}", blocked)
     try:
-        posed = _Posed(problem, machine, toolpath, bounds)
+        posed = _Posed(problem, machine, toolpath, bounds, start)
         found, asked = _within_turns(posed, allowed, progress, singular, mask)
     except Infeasible:
         turning = long_turns(problem, toolpath)
@@ -240,12 +242,14 @@ class _Posed:
     problem : of its locations
     machine : as it is
     toolpath, bounds : as they were given
+    start : (n, 2), rad, chain order, a path that is refined; None for a search
     """
 
     problem: Problem
     machine: Machine
     toolpath: Toolpath
     bounds: TiltBounds
+    start: Array | None
 
     def endless(self) -> _Posed:
         """Pose the same where rotary axes turn without end."""
@@ -286,7 +290,8 @@ def _solved(
     # A baseline that the mask refuses is still a start.
     starts = compared
     if mask is not None:
-        compared, missing = without_refused(compared, missing, machine, mask)
+        compared, refused = moved_clear(compared, problem, toolpath, machine, bounds, mask)
+        missing = missing | refused
     run, optima = Portfolio(problem, allowed, progress), None
 
     def solve(bounded: Problem, start: Array) -> Array:
@@ -296,7 +301,9 @@ def _solved(
 
     # IPOPT's linear solver works on small blocks: threads of the BLAS under it only wait for each other.
     with threadpool_limits(limits=1):
-        if allowed.is_many:
+        if posed.start is not None:
+            rotary = solve(problem, posed.start)
+        elif allowed.is_many:
             leaning = leaning_paths(toolpath, machine, bounds, allowed)
             rotary, optima = best_of_starts(run, starts, leaning)
         else:

@@ -15,9 +15,8 @@ from fiveaxis.kinematics import tool_axes
 from fiveaxis.kinematics.windings import ON_LIMIT
 from fiveaxis.machine import Machine
 from fiveaxis.motion import follow
-from fiveaxis.posture.baselines import INSIDE, nearest_to_reference
-from fiveaxis.posture.branches import postures
-from fiveaxis.posture.holding import free_angles, is_holding, nearest_held
+from fiveaxis.posture.baselines import INSIDE, nearest_held, nearest_to_reference, postures
+from fiveaxis.posture.holding import free_angles, is_holding
 from fiveaxis.toolpath import TiltBounds, Toolpath
 
 # Tool axes that are tried at a location: rings of this many around the reference, over the tilt range, and

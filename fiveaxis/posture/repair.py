@@ -13,7 +13,6 @@ from fiveaxis.errors import Infeasible
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.kinematics.windings import TURN
-from fiveaxis.machine import Machine
 from fiveaxis.posture.budget import DEGREE, Search
 from fiveaxis.posture.clearance import Clearance
 from fiveaxis.posture.confine import around
@@ -281,20 +280,6 @@ def _joined(found: Array, held: dict[int, Array]) -> Array | None:
         elif turns.any():
             return None
     return found
-
-
-def without_refused(
-    compared: Mapping[str, Baseline], missing: Mapping[str, str], machine: Machine, mask: Mask
-) -> tuple[dict[str, Baseline], dict[str, str]]:
-    """Move baselines that a mask refuses somewhere to those that are missing, with the reason."""
-    kept, reasons = dict(compared), dict(missing)
-    for name, baseline in compared.items():
-        rotary = baseline.motion.positions[:, machine.rotary_columns]
-        refused = np.flatnonzero(~mask.admits(np.arange(len(rotary)), rotary))
-        if len(refused):
-            reasons[name] = f"the mask refuses {len(refused)} locations, first location {refused[0]}"
-            del kept[name]
-    return kept, reasons
 
 
 def never_dearer(problem: Problem, rotary: Array, compared: Mapping[str, Baseline]) -> Array:

@@ -85,11 +85,13 @@ class Baseline:
     ----------
     motion, energy : what it does and costs
     toolpath : its locations, where they aren't those of the result, as each is rewound at places of its own
+    note : how it departs from what its name says, empty where it doesn't
     """
 
     motion: Motion
     energy: Energy
     toolpath: Toolpath | None = None
+    note: str = ""
 
 
 def program_energy(machine: Machine, toolpath: Toolpath, motion: Motion, filling: Filling) -> Energy:

@@ -100,7 +100,6 @@ def fill_states(
                 price[a, b, c] = fault * (excess + past)
 
 
-@compiled
 def tube_path(
     linear: Array,
     cosines: Array,
@@ -143,37 +142,102 @@ def tube_path(
     """
     n, across = len(linear), 2 * count + 1
     shape = (strands.shape[1] * across, across, 1 if level < 0 else 2)
+    # Made here, as numba takes a second for each array that it makes itself.
     states, before = np.zeros((*shape, 5)), np.zeros((*shape, 5))
-    price, cost, best = np.zeros(shape), np.zeros(shape), np.zeros(shape)
-    back, trail = np.zeros(shape, dtype=np.int64), np.zeros((n, price.size), dtype=np.int32)
+    price, cost, best, back = (
+        np.zeros(shape),
+        np.zeros(shape),
+        np.zeros(shape),
+        np.zeros(shape, dtype=np.int64),
+    )
+    trail, row_least = np.zeros((n, price.size), dtype=np.int32), np.empty(shape[0])
     turn, bend = np.full(5, np.inf), np.zeros(5)
-    row_least = np.empty(shape[0])
-    reach = (shape[0], shape[1])
-    for i in range(n):
+    sweep(
+        linear, cosines, within, limits, spin, level, low, strands, second, width, fault, refused, plus,
+        minus, max_turn, turn_price, bend_price, pace, least_time, time_price, states, before, price, cost,
+        best, back, trail, row_least, turn, bend,
+    )  # fmt: skip
+    path, chosen = np.empty((n, 5)), np.empty(n, dtype=np.int64)
+    chosen[-1] = np.argmin(cost)
+    trace(
+        linear, cosines, within, limits, spin, level, low, strands, second, width, fault, trail, states,
+        price, path, chosen,
+    )  # fmt: skip
+    return path, chosen
+
+
+@compiled
+def sweep(
+    linear: Array,
+    cosines: Array,
+    within: Array,
+    limits: Array,
+    spin: int,
+    level: int,
+    low: float,
+    strands: Array,
+    second: Array,
+    width: Array,
+    fault: float,
+    refused: Array,
+    plus: Array,
+    minus: Array,
+    max_turn: Array,
+    turn_price: Array,
+    bend_price: Array,
+    pace: Array,
+    least_time: Array,
+    time_price: float,
+    states: Array,
+    before: Array,
+    price: Array,
+    cost: Array,
+    best: Array,
+    back: NDArray[np.int64],
+    trail: NDArray[np.int32],
+    row_least: Array,
+    turn: Array,
+    bend: Array,
+) -> None:
+    """Take `tube_path` from the first location to the last.
+
+    Parameters
+    ----------
+    states, before, price, best, back, row_least, turn, bend : room to work in
+    cost : filled in, J, of the cheapest path to each state of the last location
+    trail : (n, states), filled in: each state's predecessor
+    """
+    reach = (cost.shape[0], cost.shape[1])
+    row, size = cost.shape[1] * cost.shape[2], cost.size
+    # The same numbers in one row: copied one by one, as for ``a[:] = b`` numba compiles an error's wording.
+    prices, costs, bests, backs = price.reshape(-1), cost.reshape(-1), best.reshape(-1), back.reshape(-1)
+    for i in range(len(linear)):
         fill_states(
             linear[i], cosines[i], within, limits, spin, level, low, strands[i], second[i], width, fault,
             states, price,
         )  # fmt: skip
         if refused.shape[1]:
-            price += refused[i].reshape(shape)
+            for s in range(size):
+                prices[s] += refused[i, s]
         if i == 0:
-            cost[:] = price
+            for s in range(size):
+                costs[s] = prices[s]
         else:
-            turn[FIRST:], bend[FIRST:] = max_turn[i - 1], bend_price[i - 1]
-            for a in range(shape[0]):
-                row_least[a] = cost[a].min()
+            for r in range(2):
+                turn[FIRST + r], bend[FIRST + r] = max_turn[i - 1, r], bend_price[i - 1]
+            for a in range(len(row_least)):
+                row_least[a] = np.inf
+                for s in range(a * row, (a + 1) * row):
+                    row_least[a] = min(row_least[a], costs[s])
             relax_layer(
                 cost, row_least, before, states, price, FIRST + spin, 0.0, reach, plus[i - 1], minus[i - 1],
                 turn, turn_price[i - 1], bend, pace, least_time[i - 1], time_price, best, back,
             )  # fmt: skip
-            cost[:] = best
-            # Counted from the layer's size, which stands for no winding.
-            trail[i] = (back - price.size).ravel()
-        before[:] = states
-    return trace(
-        linear, cosines, within, limits, spin, level, low, strands, second, width, fault, trail,
-        int(np.argmin(cost)), states, price,
-    )  # fmt: skip
+            for s in range(size):
+                costs[s] = bests[s]
+                # Counted from the layer's size, which stands for no winding.
+                trail[i, s] = backs[s] - size
+        states, before = before, states
 
 
 @compiled
@@ -190,20 +254,28 @@ def trace(
     width: Array,
     fault: float,
     trail: NDArray[np.int32],
-    last: int,
     states: Array,
     price: Array,
-) -> tuple[Array, NDArray[np.int64]]:
-    """Follow the predecessors back, working each location's states out once more instead of keeping all."""
-    path, state, chosen = np.empty((len(linear), 5)), last, np.empty(len(linear), dtype=np.int64)
+    path: Array,
+    chosen: NDArray[np.int64],
+) -> None:
+    """Follow the predecessors back, working each location's states out once more instead of keeping all.
+
+    Parameters
+    ----------
+    path : (n, 5), filled in
+    chosen : (n,), filled in but for the last, which is where it begins
+    """
+    listed = states.reshape(-1, 5)
     for i in range(len(linear) - 1, -1, -1):
         fill_states(
             linear[i], cosines[i], within, limits, spin, level, low, strands[i], second[i], width, fault,
             states, price,
         )  # fmt: skip
-        path[i], chosen[i] = states.reshape(-1, 5)[state], state
-        state = trail[i, state]
-    return path, chosen
+        for m in range(5):
+            path[i, m] = listed[chosen[i], m]
+        if i > 0:
+            chosen[i - 1] = trail[i, chosen[i]]
 
 
 @compiled

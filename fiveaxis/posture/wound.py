@@ -134,7 +134,7 @@ def rewound_solution(
         driven = follow(other.found.toolpath, machine, other.found.rotary)
         path_there = other.found.toolpath
         spent = program_energy(machine, path_there, driven, solution.filling)
-        compared[name] = Baseline(driven, spent, path_there)
+        compared[name] = Baseline(driven, spent, path_there, baseline.note)
         if baseline.toolpath in (None, path) and problem.violation(rotary) <= ALLOWED and keeps(rotary):
             best = min(best, other, key=_price)
     kept = Wound(path, solution.tilt, best.problem, best.rotary, clearance, best.found.place)

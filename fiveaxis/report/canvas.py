@@ -5,7 +5,6 @@ Nothing here touches pyplot: it keeps figures in global state and picks a window
 
 from __future__ import annotations
 
-import base64
 import io
 import re
 from collections.abc import Iterator
@@ -26,7 +25,6 @@ AFTER = "#0072B2"
 BEFORE = "#E69F00"
 BOUND = "#555555"
 FORBIDDEN = "#c9c9c9"
-VEIL = "#ffffff66"
 
 WIDTH = 7.2  # inches; the figures of a page share it
 
@@ -86,13 +84,6 @@ def as_svg(figure: Figure) -> str:
     element = text[text.index("<svg") :]
     # Inside a page the namespaces are known, and ids such as "axes_1" would stand there once per figure.
     return _OWN_IDS.sub("", _NAMESPACES.sub("", element)).replace("xlink:href", "href")
-
-
-def as_png(figure: Figure) -> str:
-    """Render a figure as the address of an inlined PNG, without the program's name in it."""
-    buffer = io.BytesIO()
-    figure.savefig(buffer, format="png", dpi=DPI, metadata={"Software": None})
-    return "data:image/png;base64," + base64.b64encode(buffer.getvalue()).decode("ascii")
 
 
 def label_axes(axes: Axes, x: str, y: str, title: str | None = None) -> None:

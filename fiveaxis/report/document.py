@@ -77,6 +77,7 @@ def report_document(
         "energy": solution.energy.as_dict(),
         "baselines": {name: energy.as_dict() for name, energy in solution.baselines.items()},
         "missing_baselines": dict(solution.missing),
+        "moved_baselines": {name: b.note for name, b in solution.compared.items() if b.note},
         "rates": {
             "optimised": _rates(solution, solution.motion),
             **{name: _rates(solution, b.motion) for name, b in solution.compared.items()},

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from fiveaxis.energy import move_powers
@@ -11,22 +9,24 @@ from fiveaxis.geometry import Array
 from fiveaxis.kinematics import tool_axes
 from fiveaxis.motion import Motion
 from fiveaxis.posture import Solution
-from fiveaxis.report.canvas import (
-    AFTER,
-    BEFORE,
-    BOUND,
+from fiveaxis.report.canvas import AFTER, BEFORE, thin_rows
+from fiveaxis.report.chart import (
+    BELOW,
+    LEFT,
+    RIGHT,
+    TOP,
     WIDTH,
-    as_svg,
-    drawing,
-    label_axes,
-    new_figure,
-    thin_rows,
+    Panel,
+    Range,
+    legend,
+    svg,
+    text,
+    widened,
 )
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
 LOCATION_LABEL = "location along the path (row, from 0)"
+# Points: height of a band, and of what is between two.
+BAND, GAP = 66.0, 12.0
 
 
 def energy_bars(solution: Solution, baseline: str | None) -> str:
@@ -36,62 +36,81 @@ def energy_bars(solution: Solution, baseline: str | None) -> str:
     ----------
     baseline : name of the baseline shown as "before"; None draws the result alone
     """
-    series = series_of(solution, baseline)
+    series, letters = series_of(solution, baseline), solution.machine.letters
     energies = [solution.energy if name == "optimised" else solution.baselines[name] for name in series]
-    with drawing("energy-bars"):
-        figure = new_figure(WIDTH, 2.9)
-        axes = figure.subplots()
-        for (name, colour), energy, shift in zip(series.items(), energies, _shifts(len(series)), strict=True):
-            heights = [energy.by_axis[letter] for letter in solution.machine.letters]
-            bars = axes.bar(
-                np.arange(len(heights)) + shift, heights, 0.8 / len(series), color=colour, label=name
-            )
-            axes.bar_label(bars, labels=[_joules(h) for h in heights], padding=2, fontsize=8)
-        axes.set_xticks(range(len(solution.machine.letters)), list(solution.machine.letters))
-        axes.grid(False, axis="x")
-        axes.margins(y=0.15)
-        label_axes(axes, "machine axis", "energy (J)", "What each axis spends (feed drives only)")
-        axes.legend()
-        return as_svg(figure)
+    heights = np.array([[energy.by_axis[letter] for letter in letters] for energy in energies])
+    most = max(float(heights.max()), 1e-9)
+    panel = Panel(TOP, 140.0, (-0.6, len(letters) - 0.4), (min(0.0, float(heights.min())), 1.12 * most))
+    parts = [
+        heading(series, "What each axis spends (feed drives only)"),
+        panel.frame("energy (J)", "machine axis", x_ticks=dict(enumerate(letters))),
+    ]
+    width = 0.8 / len(series)
+    for row, colour, shift in zip(heights, series.values(), _shifts(len(series)), strict=True):
+        parts += [panel.bar(k + shift, 0.96 * width, h, colour, _joules(h)) for k, h in enumerate(row)]
+    return svg(panel.bottom + BELOW, parts)
 
 
 def spending_lines(solution: Solution, baseline: str | None) -> str:
     """Draw the energy added up along the path: steep is where it goes."""
-    with drawing("spending-lines"):
-        figure = new_figure(WIDTH, 2.6)
-        axes = figure.subplots()
-        for name, colour in series_of(solution, baseline).items():
-            motion = motion_of(solution, name)
-            powers = move_powers(solution.machine, motion).sum(axis=1)
-            spent = np.cumsum(powers * motion.time)
-            _line(axes, spent, name, colour)
-        axes.set_ylim(bottom=0.0)
-        axes.margins(x=0.01)
-        label_axes(axes, LOCATION_LABEL, "energy so far (J)", "Where along the path the energy is spent")
-        axes.legend()
-        return as_svg(figure)
+    series = series_of(solution, baseline)
+    spent = {}
+    for name in series:
+        motion = motion_of(solution, name)
+        spent[name] = np.cumsum(move_powers(solution.machine, motion).sum(axis=1) * motion.time)
+    most = max(float(values[-1]) for values in spent.values())
+    panel = Panel(TOP, 125.0, along(solution), (0.0, 1.05 * most or 1.0))
+    lines = (thinned_line(panel, values, series[name]) for name, values in spent.items())
+    return svg(
+        panel.bottom + BELOW,
+        [
+            heading(series, "Where along the path the energy is spent"),
+            panel.frame("energy so far (J)", LOCATION_LABEL),
+            *lines,
+        ],
+    )
 
 
 def axis_lines(solution: Solution, baseline: str | None) -> str:
     """Draw every axis and the tilt along the path, before and after, one band each."""
-    letters = solution.machine.letters
-    with drawing("axis-lines"):
-        figure = new_figure(WIDTH, 1.15 * (len(letters) + 1) + 0.6)
-        bands = figure.subplots(len(letters) + 1, 1, sharex=True)
-        for name, colour in series_of(solution, baseline).items():
-            motion = motion_of(solution, name)
-            shown = solution.machine.shown(motion.positions)
-            for band, values in zip(bands, [*shown.T, tilts_shown(solution, motion)], strict=True):
-                _line(band, values, name, colour)
-        for band, axis in zip(bands, solution.machine.axes, strict=False):
-            band.set_ylabel(f"{axis.letter} ({axis.unit})")
-        _mark_tilt_bounds(bands[-1], solution)
-        bands[0].set_title("Axis values and tilt along the path")
-        bands[0].margins(x=0.01)
-        bands[-1].set_xlabel(LOCATION_LABEL)
-        figure.align_ylabels()
-        bands[0].legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, borderaxespad=0.2)
-        return as_svg(figure)
+    machine, series = solution.machine, series_of(solution, baseline)
+    shown = []
+    for name in series:
+        motion = motion_of(solution, name)
+        shown.append([*machine.shown(motion.positions).T, tilts_shown(solution, motion)])
+    tilts = np.degrees([solution.tilt.low, solution.tilt.high])
+    names = [*(f"{axis.letter} ({axis.unit})" for axis in machine.axes), "tilt (deg)"]
+    parts = [heading(series, "Axis values and tilt along the path")]
+    for k, name in enumerate(names):
+        values = [columns[k] for columns in shown]
+        last = name == names[-1]
+        panel = band(k, along(solution), widened(*values, *([tilts] if last else [])))
+        parts.append(panel.frame(name, LOCATION_LABEL if last else ""))
+        parts += [panel.level(float(tilt)) for tilt in tilts] if last else []
+        parts += [thinned_line(panel, v, c) for v, c in zip(values, series.values(), strict=True)]
+    return svg(panel.bottom + BELOW, parts)
+
+
+def band(number: int, x: Range, y: Range) -> Panel:
+    """Place one of several panels below each other, counted from 0."""
+    return Panel(TOP + number * (BAND + GAP), BAND, x, y)
+
+
+def heading(series: dict[str, str], title: str) -> str:
+    """Write what a chart shows, and name its lines."""
+    return text(title, LEFT, 12.0, bold=True) + legend(series, WIDTH - RIGHT, 12.0)
+
+
+def along(solution: Solution) -> Range:
+    """Give the range of the locations' numbers, with a little room."""
+    return widened(np.array([0.0, len(solution.toolpath) - 1.0]), margin=0.01)
+
+
+def thinned_line(panel: Panel, values: Array, colour: str) -> str:
+    """Draw a line over the locations, thinned so that it looks the same."""
+    rows = thin_rows(values)
+    # Where both lines coincide the one before shows as a rim about the one after.
+    return panel.line(rows.astype(float), values[rows], colour, 1.1 if colour == AFTER else 2.2)
 
 
 def motion_of(solution: Solution, name: str) -> Motion:
@@ -113,19 +132,6 @@ def series_of(solution: Solution, baseline: str | None) -> dict[str, str]:
 def _shifts(bars: int) -> Array:
     """Place so many bars side by side about a tick."""
     return (np.arange(bars) - (bars - 1) / 2.0) * 0.8 / bars
-
-
-def _line(axes: Axes, values: Array, name: str, colour: str) -> None:
-    rows = thin_rows(values)
-    # Where both lines coincide the one before shows as a rim about the one after.
-    width = 1.1 if colour == AFTER else 2.2
-    axes.plot(rows, values[rows], color=colour, label=name, linewidth=width)
-
-
-def _mark_tilt_bounds(axes: Axes, solution: Solution) -> None:
-    for bound in np.degrees([solution.tilt.low, solution.tilt.high]):
-        axes.axhline(bound, color=BOUND, linewidth=0.9, linestyle=":")
-    axes.set_ylabel("tilt (deg)")
 
 
 def _joules(value: float) -> str:

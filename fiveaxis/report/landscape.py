@@ -18,6 +18,7 @@ from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.kinematics import linear_positions, tool_axes
 from fiveaxis.machine import Axis, Machine
 from fiveaxis.posture import Solution
+from fiveaxis.toolpath import Toolpath
 
 # Tells for locations (m,) and rotary angles (m, 2), rad, which postures are clear of collisions, (m,).
 Admits = Callable[[IntArray, Array], BoolArray]
@@ -72,8 +73,12 @@ class PostureMap:
 def surface_at(solution: Solution, location: int) -> Surface:
     """Compute the power surface and the admissible region at one location."""
     grid = _grid(solution.machine, SURFACE_STEP, SURFACE_STEP)
-    cost, allowed = _evaluate(solution, np.array([location]), grid)
-    return Surface(location, *grid, cost[0], allowed[0])
+    angles = np.stack(np.meshgrid(*grid, indexing="ij"), axis=-1)
+    axes, at = tool_axes(solution.machine, angles), np.full(angles[..., 0].size, location)
+    cost, inside = _evaluate(solution, solution.toolpath.at(at), axes.reshape(-1, 3), angles.reshape(-1, 2))
+    shape = angles.shape[:2]
+    allowed = inside.reshape(shape) & _tilt_holds(solution, np.array([location]), axes)[0]
+    return Surface(location, *grid, cost.reshape(shape), allowed)
 
 
 def posture_map(solution: Solution, admits: Admits | None = None) -> PostureMap:
@@ -126,27 +131,28 @@ def _least(
     solution: Solution, locations: IntArray, grid: tuple[Array, Array], admits: Admits | None
 ) -> tuple[Array, BoolArray]:
     """Give the least cost of each first angle, (m, g) J, and where only collisions leave none."""
-    cost, allowed = _evaluate(solution, locations, grid)
-    clear = allowed
-    if admits is not None:
-        row, first, second = np.nonzero(allowed)
-        rotary = np.column_stack([grid[0][first], grid[1][second]])
-        clear = np.zeros_like(allowed)
-        clear[row, first, second] = admits(locations[row], rotary)
-    least = np.where(clear, cost, np.inf).min(axis=2)
-    colliding = np.asarray(allowed.any(axis=2) & ~clear.any(axis=2))
-    return np.where(np.isinf(least), np.nan, least), colliding
-
-
-def _evaluate(solution: Solution, locations: IntArray, grid: tuple[Array, Array]) -> tuple[Array, BoolArray]:
-    """Compute S_W, (m, g, h) J, and where it is admissible, at some locations."""
-    machine, path = solution.machine, solution.toolpath.at(locations)
     angles = np.stack(np.meshgrid(*grid, indexing="ij"), axis=-1)
-    axes = tool_axes(machine, angles)
-    tips = path.zone.tip(path.pivot[:, None, None], path.normal[:, None, None], axes)
-    positions = linear_positions(machine, tips, angles)
-    cost = np.sum(posture_costs(machine, positions, feed_mm_min(solution)), axis=-1)
-    return cost, _tilt_holds(solution, locations, axes) & _limits_hold(machine, positions)
+    axes = tool_axes(solution.machine, angles)
+    # Most of the grid leans too far: only what doesn't is placed.
+    row, first, second = np.nonzero(_tilt_holds(solution, locations, axes))
+    rotary = angles[first, second]
+    paid, allowed = _evaluate(solution, solution.toolpath.at(locations[row]), axes[first, second], rotary)
+    row, first, second = row[allowed], first[allowed], second[allowed]
+    rotary, paid = rotary[allowed], paid[allowed]
+    clear = np.ones(len(row), dtype=bool) if admits is None else admits(locations[row], rotary)
+    cost = np.full((len(locations), *angles.shape[:2]), np.inf)
+    reached = np.zeros(cost.shape[:2], dtype=bool)
+    cost[row[clear], first[clear], second[clear]] = paid[clear]
+    reached[row, first] = True
+    least = cost.min(axis=2)
+    return np.where(np.isinf(least), np.nan, least), reached & np.isinf(least)
+
+
+def _evaluate(solution: Solution, path: Toolpath, axis: Array, rotary: Array) -> tuple[Array, BoolArray]:
+    """Compute S_W, (m,) J, and whether the axis limits hold, of one posture a location."""
+    positions = linear_positions(solution.machine, path.tips(axis), rotary)
+    cost = np.sum(posture_costs(solution.machine, positions, feed_mm_min(solution)), axis=-1)
+    return cost, _limits_hold(solution.machine, positions)
 
 
 def feed_mm_min(solution: Solution) -> float:

@@ -1,156 +1,184 @@
-"""Maps of the postures that were not chosen, as PNG."""
+"""Maps of the postures that were not chosen, as SVG about a picture."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
-
 import numpy as np
 
-from fiveaxis.geometry import Array
+from fiveaxis.geometry import Array, BoolArray
 from fiveaxis.posture import Solution
-from fiveaxis.report.canvas import (
-    AFTER,
-    BEFORE,
-    FORBIDDEN,
-    VEIL,
+from fiveaxis.report.canvas import AFTER, BEFORE, FORBIDDEN, break_jumps
+from fiveaxis.report.chart import (
+    BELOW,
+    LEFT,
+    RIGHT,
+    TOP,
     WIDTH,
-    as_png,
-    break_jumps,
-    drawing,
-    label_axes,
-    new_figure,
+    Panel,
+    Range,
+    labels,
+    legend,
+    multiples,
+    svg,
+    text,
+    ticks,
 )
 from fiveaxis.report.figures import LOCATION_LABEL, motion_of
 from fiveaxis.report.landscape import PostureMap, Surface, modulo_turn
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.axis import XAxis, YAxis
-    from matplotlib.collections import QuadMesh
-    from matplotlib.figure import Figure
+from fiveaxis.report.raster import CIVIDIS, Pixels, coloured, enlarged, hatched, png_address, veiled
 
 ANGLE_STEPS = (15.0, 30.0, 45.0, 60.0, 90.0)
+# Points: a map's height and width, and its colour bar's distance and width.
+TALL, WIDE = 200.0, WIDTH - LEFT - RIGHT - 62.0
+BAR_AT, BAR = WIDTH - RIGHT - 50.0, 12.0
+COST_LABEL = "energy from axis zero, S_W (J)"
+# A white line is read on any colour with a dark rim about it.
+CURVE, RIM = "#ffffff", "#000000"
 
-_BELOW: dict[str, Any] = {
-    "loc": "upper right",
-    "bbox_to_anchor": (1.0, -0.14),
-    "ncols": 2,
-    "borderaxespad": 0.0,
-}
 
-
-def posture_map_png(solution: Solution, landscape: PostureMap, baseline: str | None) -> str:
+def posture_map_figure(solution: Solution, landscape: PostureMap, baseline: str | None) -> str:
     """Draw the path against the first rotary axis, coloured by least cost, with the chosen curve.
 
     Where collisions alone forbid every posture the grey is hatched.
 
     Returns
     -------
-    Address of an inlined PNG
+    SVG
     """
     letter = solution.machine.rotaries[0]
-    with drawing("posture-map"):
-        figure = new_figure(WIDTH, 3.9)
-        axes = figure.subplots()
-        mesh = axes.pcolormesh(
-            landscape.locations,
-            np.degrees(landscape.first),
-            landscape.cost.T,
-            cmap="cividis",
-            rasterized=True,
-        )
-        _finish(figure, axes, mesh, landscape.first)
-        if landscape.colliding.any():
-            axes.contourf(
-                landscape.locations,
-                np.degrees(landscape.first),
-                landscape.colliding.T.astype(float),
-                levels=[0.5, 1.5],
-                colors=[FORBIDDEN],
-                hatches=["xxxx"],
-            )
-        if baseline is not None:
-            _curve(axes, solution, baseline, BEFORE, 4.0)
-        _curve(axes, solution, "optimised", "white", 1.2)
-        label_axes(
-            axes, LOCATION_LABEL, f"{letter} (deg)", f"Which {letter} was chosen, and what others cost"
-        )
-        axes.legend(**_BELOW)
-        return as_png(figure)
+    first = np.degrees(landscape.first)
+    curves = {name: np.degrees(_modulo(solution, name)[:, 0]) for name in _shown(baseline)}
+    locations = landscape.locations.astype(float)
+    panel = Panel(TOP, TALL, _edges(locations), _covering(_edges(first), *curves.values()), WIDE)
+    bounds = _bounds(landscape.cost)
+    picture = enlarged(coloured(landscape.cost.T, bounds, FORBIDDEN))
+    picture = hatched(picture, _pixels(landscape.colliding.T), colour=RIM, crossed=True)
+    parts = [
+        text(f"Which {letter} was chosen, and what others cost", LEFT, 12.0, bold=True),
+        _ground(panel),
+        _image(panel, picture, _edges(locations), _edges(first)),
+        panel.frame(f"{letter} (deg)", LOCATION_LABEL, y_ticks=_angle_ticks(panel.y), grid=False),
+        _colour_bar(panel, bounds),
+    ]
+    for name, angles in curves.items():
+        colour, width = (CURVE, 1.4) if name == "optimised" else (BEFORE, 3.4)
+        broken = break_jumps(angles, 180.0)
+        rows = np.arange(len(broken), dtype=float)
+        parts += [panel.line(rows, broken, RIM, width + 1.6), panel.line(rows, broken, colour, width)]
+    names = {name: RIM if name == "optimised" else BEFORE for name in curves}
+    return svg(panel.bottom + BELOW, [*parts, legend(names, LEFT + WIDE, 12.0)])
 
 
-def surface_png(solution: Solution, surface: Surface, baseline: str | None) -> str:
+def surface_figure(solution: Solution, surface: Surface, baseline: str | None) -> str:
     """Draw the power surface at one location, the inadmissible region hatched, the chosen posture marked.
 
     Returns
     -------
-    Address of an inlined PNG
+    SVG
     """
     first, second = solution.machine.rotaries
-    with drawing("surface"):
-        figure = new_figure(WIDTH, 3.7)
-        axes = figure.subplots()
-        grid = np.degrees(surface.first), np.degrees(surface.second)
-        mesh = axes.pcolormesh(*grid, surface.cost.T, cmap="cividis", rasterized=True)
-        axes.contourf(
-            *grid,
-            np.where(surface.allowed.T, 0.0, 1.0),
-            levels=[0.5, 1.5],
-            colors=[VEIL],
-            hatches=["////"],
-        )
-        _finish(figure, axes, mesh, surface.second)
-        _mark_angles(axes.xaxis, surface.first)
-        if baseline is not None:
-            _posture(axes, solution, surface.location, baseline, "s", BEFORE)
-        _posture(axes, solution, surface.location, "optimised", "o", AFTER)
-        title = f"Power surface at location {surface.location}; hatched: tilt or limits forbid it"
-        label_axes(axes, f"{first} (deg)", f"{second} (deg)", title)
-        axes.legend(**_BELOW)
-        return as_png(figure)
-
-
-def _finish(figure: Figure, axes: Axes, mesh: QuadMesh, angles: Array) -> None:
-    """Give a map its colour bar, the colour of what is forbidden, and ticks that people count angles by."""
-    axes.set_facecolor(FORBIDDEN)
-    axes.grid(False)
-    figure.colorbar(mesh, ax=axes, label="energy from axis zero, $S_W$ (J)", pad=0.02)
-    _mark_angles(axes.yaxis, angles)
-    # A posture outside the axis limits widens the picture: it has to be seen.
-    axes.margins(0.0)
-
-
-def _mark_angles(axis: XAxis | YAxis, angles: Array) -> None:
-    """Put the ticks of an angle where people count: every 15, 30, 45, 60 or 90 degrees."""
-    from matplotlib.ticker import MultipleLocator
-
-    span = float(np.degrees(np.ptp(angles)))
-    axis.set_major_locator(MultipleLocator(next((s for s in ANGLE_STEPS if span / s <= 8.0), 90.0)))
-
-
-def _curve(axes: Axes, solution: Solution, name: str, colour: str, width: float) -> None:
-    """Draw the first rotary angle of a motion without its whole turns, rimmed to show on any colour."""
-    from matplotlib.patheffects import withStroke
-
-    angles = np.degrees(_modulo(solution, name)[:, 0])
-    rim = [withStroke(linewidth=width + 1.6, foreground="black")]
-    axes.plot(break_jumps(angles, 180.0), color=colour, label=name, linewidth=width, path_effects=rim)
-
-
-def _posture(axes: Axes, solution: Solution, location: int, name: str, marker: str, colour: str) -> None:
-    """Mark where a motion stands on the surface."""
-    first, second = np.degrees(_modulo(solution, name)[location])
-    axes.plot(
-        first,
-        second,
-        marker,
-        color=colour,
-        label=name,
-        markersize=9,
-        markeredgecolor="white",
-        clip_on=False,
-        linestyle="none",
+    across, up = np.degrees(surface.first), np.degrees(surface.second)
+    marked = {name: np.degrees(_modulo(solution, name)[surface.location]) for name in _shown(baseline)}
+    x, y = (
+        _covering(_edges(grid), *(place[[k]] for place in marked.values()))
+        for k, grid in enumerate((across, up))
     )
+    panel, bounds = Panel(TOP, TALL, x, y, WIDE), _bounds(surface.cost)
+    forbidden = _pixels(~surface.allowed.T)
+    picture = veiled(enlarged(coloured(surface.cost.T, bounds, FORBIDDEN)), forbidden)
+    picture = hatched(picture, forbidden, colour=RIM, crossed=False)
+    title = f"Power surface at location {surface.location}; hatched: tilt or limits forbid it"
+    parts = [
+        text(title, LEFT, 12.0, bold=True),
+        _ground(panel),
+        _image(panel, picture, _edges(across), _edges(up)),
+        panel.frame(
+            f"{second} (deg)",
+            f"{first} (deg)",
+            x_ticks=_angle_ticks(x),
+            y_ticks=_angle_ticks(y),
+            grid=False,
+        ),
+        _colour_bar(panel, bounds),
+    ]
+    colours = {name: AFTER if name == "optimised" else BEFORE for name in marked}
+    for name, place in marked.items():
+        at, down = float(panel.across(place[0])), float(panel.down(place[1]))
+        parts.append(
+            f'<circle cx="{at:.2f}" cy="{down:.2f}" r="{4.5 if name == "optimised" else 6.5}" '
+            f'fill="{colours[name]}" stroke="#ffffff" stroke-width="1.2"/>'
+        )
+    return svg(panel.bottom + BELOW, [*parts, legend(colours, LEFT + WIDE, panel.bottom + 27.0)])
+
+
+def _shown(baseline: str | None) -> list[str]:
+    return ["optimised"] if baseline is None else [baseline, "optimised"]
+
+
+def _edges(grid: Array) -> Range:
+    """Give where the cells about evenly spaced places begin and end."""
+    half = 0.5 * float(grid[-1] - grid[0]) / (len(grid) - 1) if len(grid) > 1 else 0.5
+    return float(grid[0]) - half, float(grid[-1]) + half
+
+
+def _covering(shown: Range, *values: Array) -> Range:
+    """Widen a range: a posture outside the axis limits has to be seen."""
+    known = np.concatenate([np.array(shown), *values])
+    return float(known.min()), float(known.max())
+
+
+def _bounds(cost: Array) -> Range:
+    known = cost[np.isfinite(cost)]
+    low, high = (float(known.min()), float(known.max())) if known.size else (0.0, 0.0)
+    return low, high if high > low else low + 1.0
+
+
+def _pixels(where: BoolArray) -> BoolArray:
+    return enlarged(where).astype(bool)
+
+
+def _ground(panel: Panel) -> str:
+    """Colour what lies beyond the map like what is forbidden."""
+    return (
+        f'<rect x="{LEFT:g}" y="{panel.top:g}" width="{panel.width:g}" height="{panel.height:g}" '
+        f'fill="{FORBIDDEN}"/>'
+    )
+
+
+def _image(panel: Panel, picture: Pixels, x: Range, y: Range) -> str:
+    """Lay a picture, lowest row first, over a range of the panel."""
+    left, right = panel.across(np.array(x)).tolist()
+    bottom, top = panel.down(np.array(y)).tolist()
+    return (
+        f'<image x="{left:.2f}" y="{top:.2f}" width="{right - left:.2f}" height="{bottom - top:.2f}" '
+        f'preserveAspectRatio="none" href="{png_address(picture[::-1])}"/>'
+    )
+
+
+def _colour_bar(panel: Panel, bounds: Range) -> str:
+    """Draw which colour stands for how much."""
+    scale = Panel(panel.top, panel.height, (0.0, 1.0), bounds)
+    colours = np.array(CIVIDIS[::-1], dtype=np.uint8)
+    ramp = np.stack([np.interp(np.linspace(0, 16, 128), np.arange(17), c) for c in colours.T], axis=-1)
+    steps = ticks(bounds)
+    words = "".join(
+        text(word, BAR_AT + BAR + 4.0, float(scale.down(value)) + 3.0)
+        for value, word in zip(steps, labels(steps), strict=True)
+    )
+    middle = panel.top + 0.5 * panel.height
+    picture = png_address(ramp[:, None].round().astype(np.uint8))
+    return (
+        f'<image x="{BAR_AT:g}" y="{panel.top:g}" width="{BAR:g}" height="{panel.height:g}" '
+        f'preserveAspectRatio="none" href="{picture}"/>'
+        + words
+        + text(COST_LABEL, WIDTH - 3.0, middle, anchor="middle", upright=True)
+    )
+
+
+def _angle_ticks(shown: Range) -> dict[float, str]:
+    """Put the ticks of an angle where people count: every 15, 30, 45, 60 or 90 degrees."""
+    step = next((s for s in ANGLE_STEPS if (shown[1] - shown[0]) / s <= 8.0), 90.0)
+    places = multiples(shown, step)
+    return dict(zip(places, labels(places), strict=True))
 
 
 def _modulo(solution: Solution, name: str) -> Array:

@@ -17,6 +17,7 @@ from fiveaxis.report import tables
 from fiveaxis.report.cutters import what_stays
 from fiveaxis.report.document import main_baseline
 from fiveaxis.report.figures import axis_lines, energy_bars, spending_lines
+from fiveaxis.report.front_section import front_section
 from fiveaxis.report.landscape import (
     FIRST_STEP,
     MOST_LOCATIONS,
@@ -26,7 +27,7 @@ from fiveaxis.report.landscape import (
     posture_map,
     surface_at,
 )
-from fiveaxis.report.maps import posture_map_png, surface_png
+from fiveaxis.report.maps import posture_map_figure, surface_figure
 from fiveaxis.report.measured import measured_table
 from fiveaxis.report.program_section import program_section
 from fiveaxis.report.setup_section import setup_section
@@ -77,7 +78,7 @@ def compose_page(solution: Solution, document: Mapping[str, Any], admits: Admits
         facts=_facts(document),
         **verdict_section(document),
         saved=_saved(document, baseline),
-        setup=setup_section(document.get("setup_search")),
+        setup=setup_section(document.get("setup_search")) + front_section(document.get("front")),
         energy=_energy(solution, document, baseline),
         budget=_budget(document),
         motion=_motion(solution, baseline),
@@ -196,17 +197,12 @@ def _motion(solution: Solution, baseline: str | None) -> str:
 
 
 def _posture(solution: Solution, baseline: str | None, admits: Admits | None) -> str:
-    first, second = solution.machine.rotaries
     surface = surface_at(solution, len(solution.toolpath) // 2)
-    across = _image(
-        posture_map_png(solution, posture_map(solution, admits), baseline),
-        f"Map of the path against {first}, coloured by energy",
-        _map_caption(solution, admits is not None),
-    )
-    return across + _image(
-        surface_png(solution, surface, baseline),
-        f"Power surface over {first} and {second}",
-        _surface_caption(solution, surface.location),
+    return _figure(
+        posture_map_figure(solution, posture_map(solution, admits), baseline),
+        escape(_map_caption(solution, admits is not None)),
+    ) + _figure(
+        surface_figure(solution, surface, baseline), escape(_surface_caption(solution, surface.location))
     )
 
 
@@ -292,10 +288,6 @@ def _triple(numbers: Sequence[float]) -> str:
 
 def _figure(content: str, caption: str) -> str:
     return f"<figure>\n{content}\n<figcaption>{caption}</figcaption>\n</figure>\n"
-
-
-def _image(address: str, alternative: str, caption: str) -> str:
-    return _figure(f'<img src="{address}" alt="{escape(alternative)}">', escape(caption))
 
 
 def _scroll(content: str) -> str:

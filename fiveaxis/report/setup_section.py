@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from html import escape
 from typing import Any
 
-from fiveaxis.report.tables import NOTHING, number, plain, saving, table
+from fiveaxis.report.tables import NOTHING, THIN_SPACE, number, plain, saving, table
 
 # Rows of the table; the JSON report has all.
 MOST_SHOWN = 15
@@ -40,7 +40,11 @@ def setup_section(found: Mapping[str, Any] | None) -> str:
 def _verdict(found: Mapping[str, Any]) -> str:
     given, chosen = found["given"], found["chosen"]
     if _place(given) == _place(chosen):
-        return "No setup within the ranges was found that is cheaper than the given one; it was kept."
+        return (
+            f"No setup within the ranges was found that saves more than {100.0 * found['least_saving']:.2f}"
+            f"{THIN_SPACE}% against the given one; it was kept. Less than that can’t be told from chance: "
+            "searches of one path end in different optima."
+        )
     before = "which can’t be followed" if given["energy"] is None else f"with {number(given['energy'])} J"
     share = "" if found["saved"] is None else f": {saving(found['saved'])} (feed drives only)"
     return (

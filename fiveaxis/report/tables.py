@@ -82,9 +82,10 @@ def kinds_table(document: Mapping[str, Any]) -> str:
 
 
 def missing_list(document: Mapping[str, Any]) -> str:
-    """Say which baselines don't exist and why, as list items; empty where all exist."""
-    items = document["missing_baselines"].items()
-    return "\n".join(f"<li><b>{escape(n)}</b> isn’t shown: {escape(reason)}</li>" for n, reason in items)
+    """Say which baselines were moved or don't exist, and why, as list items; empty where there are none."""
+    moved = [(n, f": {note}") for n, note in document["moved_baselines"].items()]
+    missing = [(n, f" isn’t shown: {reason}") for n, reason in document["missing_baselines"].items()]
+    return "\n".join(f"<li><b>{escape(n)}</b>{escape(said)}</li>" for n, said in moved + missing)
 
 
 def axis_table(document: Mapping[str, Any], baseline: str | None) -> str:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from fiveaxis.energy import move_powers
@@ -11,17 +9,13 @@ from fiveaxis.geometry import Array
 from fiveaxis.machine import Axis
 from fiveaxis.motion import Motion
 from fiveaxis.posture import Solution
-from fiveaxis.report.canvas import AFTER, BOUND, WIDTH, as_svg, drawing, new_figure, thin_rows
-from fiveaxis.report.figures import motion_of, series_of
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+from fiveaxis.report.canvas import AFTER, thin_rows
+from fiveaxis.report.chart import BELOW, Range, svg, widened
+from fiveaxis.report.figures import band, heading, motion_of, series_of
 
 TIME_LABEL = "time (s)"
 # A line of steps has two points a row: half the rows of a line of points.
 BUCKETS = 150
-BAND = 0.95  # inches
 
 
 def speed_lines(solution: Solution, baseline: str | None) -> str:
@@ -32,32 +26,28 @@ def speed_lines(solution: Solution, baseline: str | None) -> str:
     baseline : name of the baseline shown as "before"; None draws the result alone
     """
     machine = solution.machine
-    with drawing("speed-lines"):
-        figure, bands = _bands(len(machine.axes))
-        for name, colour in series_of(solution, baseline).items():
-            motion = motion_of(solution, name)
-            speeds = 60.0 * machine.shown(mean_speeds(motion))
-            for band, values in zip(bands, speeds.T, strict=True):
-                _steps(band, motion, values, name, colour)
-        for band, axis in zip(bands, machine.axes, strict=True):
-            band.set_ylabel(f"{axis.letter} ({axis.unit}/min)")
-            _mark_highest(band, axis)
-        return _finish(figure, bands, "Speed of every axis, mean over each move")
+    speeds = {
+        name: 60.0 * machine.shown(mean_speeds(motion_of(solution, name))).T
+        for name in series_of(solution, baseline)
+    }
+    names = [f"{axis.letter} ({axis.unit}/min)" for axis in machine.axes]
+    bounds = [
+        _highest(axis, widened(*(rows[k] for rows in speeds.values()))) for k, axis in enumerate(machine.axes)
+    ]
+    return _bands(solution, baseline, "Speed of every axis, mean over each move", names, speeds, bounds)
 
 
 def power_lines(solution: Solution, baseline: str | None) -> str:
     """Draw the power of every feed drive over time, at the mean speed of each move, and their sum."""
-    machine = solution.machine
-    with drawing("power-lines"):
-        figure, bands = _bands(len(machine.axes) + 1)
-        for name, colour in series_of(solution, baseline).items():
-            motion = motion_of(solution, name)
-            powers = move_powers(machine, motion)
-            for band, values in zip(bands, [*powers.T, powers.sum(axis=1)], strict=True):
-                _steps(band, motion, values, name, colour)
-        for band, name in zip(bands, [*machine.letters, "all"], strict=True):
-            band.set_ylabel(f"{name} (W)")
-        return _finish(figure, bands, "Power of the feed drives")
+    powers = {name: drive_powers(solution, name) for name in series_of(solution, baseline)}
+    names = [f"{letter} (W)" for letter in (*solution.machine.letters, "all")]
+    return _bands(solution, baseline, "Power of the feed drives", names, powers, [()] * len(names))
+
+
+def drive_powers(solution: Solution, name: str) -> Array:
+    """Compute the power of each drive and, in the last row, of all in each move, (k + 1, n) W."""
+    powers = move_powers(solution.machine, motion_of(solution, name)).T
+    return np.vstack([powers, powers.sum(axis=0)])
 
 
 def mean_speeds(motion: Motion) -> Array:
@@ -69,34 +59,33 @@ def mean_speeds(motion: Motion) -> Array:
     return np.where(timed[:, None], motion.moves / np.where(timed, motion.time, 1.0)[:, None], 0.0)
 
 
-def _bands(count: int) -> tuple[Figure, list[Axes]]:
-    figure = new_figure(WIDTH, BAND * count + 0.6)
-    return figure, list(np.atleast_1d(figure.subplots(count, 1, sharex=True)))
+def _bands(
+    solution: Solution,
+    baseline: str | None,
+    title: str,
+    names: list[str],
+    values: dict[str, Array],
+    bounds: list[tuple[float, ...]],
+) -> str:
+    """Draw what holds for the whole of the move that ends at a row, one band a name."""
+    series = series_of(solution, baseline)
+    ends = {name: np.cumsum(motion_of(solution, name).time) for name in series}
+    x = widened(np.array([0.0]), *ends.values(), margin=0.01)
+    parts = [heading(series, title)]
+    for k, label in enumerate(names):
+        panel = band(k, x, widened(*(rows[k] for rows in values.values()), np.array(bounds[k])))
+        parts.append(panel.frame(label, TIME_LABEL if k == len(names) - 1 else ""))
+        parts += [panel.level(bound) for bound in bounds[k]]
+        for name, colour in series.items():
+            rows = thin_rows(values[name][k], BUCKETS)
+            width = 1.0 if colour == AFTER else 2.0
+            parts.append(panel.steps(ends[name][rows], values[name][k][rows], colour, width))
+    return svg(panel.bottom + BELOW, parts)
 
 
-def _steps(axes: Axes, motion: Motion, values: Array, name: str, colour: str) -> None:
-    """Draw what holds for the whole of the move that ends at a row."""
-    rows = thin_rows(values, BUCKETS)
-    width = 1.0 if colour == AFTER else 2.0
-    end = np.cumsum(motion.time)[rows]
-    axes.plot(end, values[rows], color=colour, label=name, linewidth=width, drawstyle="steps-pre")
-
-
-def _mark_highest(axes: Axes, axis: Axis) -> None:
-    """Dot the highest speed where the motion comes near it; a far one would flatten the line."""
+def _highest(axis: Axis, shown: Range) -> tuple[float, ...]:
+    """Give the highest speeds, per minute, that the motion comes near; a far one would flatten the line."""
     if axis.max_speed is None:
-        return
-    low, high = axes.get_ylim()
+        return ()
     most = 60.0 * float(axis.shown(axis.max_speed))
-    for bound in (most, -most):
-        if 2.0 * low <= bound <= 2.0 * high:
-            axes.axhline(bound, color=BOUND, linewidth=0.9, linestyle=":")
-
-
-def _finish(figure: Figure, bands: list[Axes], title: str) -> str:
-    bands[0].set_title(title)
-    bands[0].margins(x=0.01)
-    bands[-1].set_xlabel(TIME_LABEL)
-    figure.align_ylabels()
-    bands[0].legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, borderaxespad=0.2)
-    return as_svg(figure)
+    return tuple(bound for bound in (most, -most) if 2.0 * shown[0] <= bound <= 2.0 * shown[1])

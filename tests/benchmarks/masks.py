@@ -87,6 +87,10 @@ def run(what: str, path: fx.Toolpath) -> None:
         dearer = found.energy.total / free.energy.total - 1.0
         figures = f"{name:20} {seconds:6.1f} s {found.energy.total:9.0f} J {dearer:+7.2%}"
         print(f"{figures}  {found.stages[-1].status}, {refused} refused", flush=True)
+        for baseline, saved in found.savings().items():
+            print(f"{'':20} {saved:7.2%} below {baseline}; {found.compared[baseline].note}", flush=True)
+        for baseline, reason in found.missing.items():
+            print(f"{'':20} no {baseline}: {reason}", flush=True)
 
 
 def main() -> None:

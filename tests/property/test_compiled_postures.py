@@ -11,8 +11,8 @@ from fiveaxis.energy import travel_costs
 from fiveaxis.kinematics import positions_about
 from fiveaxis.kinematics.windings import nearest_turn
 from fiveaxis.machine import Chain, Line, Machine, load_machine
-from fiveaxis.posture.baselines import _walk, _walk_slowly, along_normal
-from fiveaxis.posture.branches import Postures, _cheapest
+from fiveaxis.posture.baselines.branches import Postures, _cheapest
+from fiveaxis.posture.baselines.catalogue import _walk, _walk_slowly, along_normal
 from fiveaxis.posture.waves import has_waves, terms, waves_of
 from fiveaxis.toolpath import Tool, Toolpath, tilt_bounds
 

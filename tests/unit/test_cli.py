@@ -601,6 +601,8 @@ def test_bounds_and_prices_of_the_optimiser_reach_it(path, tmp_path):
         (("--turn-rate", "0"), "turn_rate = 0.0 must be above 0"),
         (("--winding", "round"), "winding = 'round' must be"),
         (("--front", "3", "--smoothing", "5"), "smoothing is what a front sweeps"),
+        (("--pick", "2"), "pick = 2 chooses from a front; give front, too"),
+        (("--front", "3", "--pick", "4"), "pick = 4 is none of the 3 solutions of the front"),
     ],
 )
 def test_a_wrong_bound_or_price_is_one_message(path, options, fault):

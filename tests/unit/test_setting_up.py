@@ -63,7 +63,8 @@ def test_a_ring_is_cheapest_where_its_middle_stands_on_the_axis_of_the_table(rin
 def test_the_chosen_setup_is_never_dearer_and_the_report_tells_both(ring):
     outcome = run_job(make(ring, x=(-30.0, 30.0)))
     found = outcome.document["setup_search"]
-    assert outcome.solution.energy.total == found["chosen"]["energy"] < found["given"]["energy"]
+    assert outcome.energy["optimised"].total == found["chosen"]["energy"] < found["given"]["energy"]
+    assert found["saved"] > found["least_saving"] >= setting_up.LEAST_SAVING
     assert found["given"]["offset"] == [25.0, 0.0, 0.0]
     assert found["saved"] == pytest.approx(1.0 - found["chosen"]["energy"] / found["given"]["energy"])
     assert outcome.document["machine"]["setup"]["offset"] == found["chosen"]["offset"]
@@ -105,6 +106,51 @@ def test_a_setup_that_looks_cheaper_and_is_not_is_not_taken(ring, monkeypatch):
     found = run_job(make(ring, x=(-200.0, 30.0), tries=8)).document["setup_search"]
     assert found["chosen"]["offset"] == [25.0, 0.0, 0.0]
     assert sum(tried["energy"] is not None for tried in found["tried"]) == 1 + setting_up.FULL_RUNS
+
+
+@pytest.fixture
+def dome(tmp_path: Path) -> Path:
+    """The first passes of the dome's underside: searches of it end in different valleys."""
+    lines = (Path(__file__).parents[3] / "shared/data/cases/dome_underside.csv").read_text().splitlines()
+    path = tmp_path / "dome.csv"
+    path.write_text("\n".join(lines[:251]) + "\n")
+    return path
+
+
+@pytest.mark.parametrize(("angle", "least"), [(45.0, 1e-5), (45.0, 5e-3), (133.0, 5e-3)])
+def test_a_turn_about_an_endless_axis_saves_nothing_and_is_not_proposed(dome, monkeypatch, angle, least):
+    """C goes on from any angle: every turn of the part costs the same, and what one saves is chance."""
+    setup = {"offset": (0.0, 0.0, 0.0), "search": {"angle": (0.0, 360.0), "tries": 6}}
+    words = {"machine": MACHINE, "tool": "ball:10", "tilt": (10, 70), "effort": "quick"}
+    # However small a saving would do: the given setup, started from the other's postures, costs the same.
+    monkeypatch.setattr(setting_up, "LEAST_SAVING", least)
+    # Looked at roughly, one turn seems to be cheaper.
+    monkeypatch.setattr(SetupCosts, "free", lambda _, there: abs(there.rotation[2] - angle))
+    monkeypatch.setattr(setting_up, "search_box", lambda look, *_: look(np.array([angle / 360.0])))
+    outcome = run_job(make_job(input=dome, setup=setup, **words))
+    found = outcome.document["setup_search"]
+    assert found["chosen"]["rotation_deg"] == found["given"]["rotation_deg"] == [0.0, 0.0, 0.0]
+    assert found["saved"] == 0.0
+    kept = [f for f in outcome.document["findings"] if f["code"] == "setup-kept"]
+    told = next(t for t in found["tried"] if t["rotation_deg"] == [0.0, 0.0, angle])
+    # Where it seemed to be cheaper at first, that is said, and the given setup gained from it.
+    if kept:
+        assert kept[0]["value"] <= found["least_saving"]
+        assert found["given"]["energy"] <= told["energy"] * (1.0 + found["least_saving"])
+    else:
+        assert told["energy"] >= found["given"]["energy"]
+
+
+def test_a_saving_below_the_threshold_keeps_the_given_setup_and_says_so(ring, monkeypatch):
+    monkeypatch.setattr(setting_up, "LEAST_SAVING", 0.99)
+    outcome = run_job(make(ring, x=(-30.0, 30.0)))
+    found = outcome.document["setup_search"]
+    assert found["chosen"] == found["given"]
+    (kept,) = (f for f in outcome.document["findings"] if f["code"] == "setup-kept")
+    assert 0.0 < kept["value"] < 0.99
+    assert "99.00 %" in kept["message"]
+    assert "setup-kept" in [f.code for f in outcome.solution.toolpath.findings]
+    assert "setup-kept" in [cause["code"] for cause in outcome.document["summary"]]
 
 
 def test_the_command_line_sets_ranges_and_prints_where_the_part_stands(ring, tmp_path):

@@ -115,6 +115,17 @@ def test_the_table_has_a_row_for_each_point_and_the_data_its_figures(found):
     assert data[0]["steepest_deg_mm"] == pytest.approx(np.degrees(found.points[0].steepest))
 
 
+def test_every_point_has_its_solution_and_is_picked_by_its_number(found):
+    assert len(found.solutions) == len(found.points)
+    for number, (p, solution) in enumerate(zip(found.points, found.solutions, strict=True), start=1):
+        assert found.pick(number) is solution
+        assert solution.motion.positions.tolist() == p.motion.positions.tolist()
+        assert solution.energy.total == p.energy.total
+        assert max(solution.residuals().values()) <= 1e-9
+    # Fewer may be left than were asked for.
+    assert found.pick(50) is found.solutions[-1]
+
+
 def test_the_same_front_comes_out_again(found, hayashi):
     again = find_front(wall(), hayashi, 5, tilt=(15, 75), effort="quick")
     assert again.as_dict() == found.as_dict()

@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 
 from fiveaxis.kinematics import tool_axes
 from fiveaxis.machine import DirectionalDrive, Limits, Machine
-from fiveaxis.posture.bound_kernel import _spread, least_travel
 from fiveaxis.posture.lower_bound import LowerBound, bound_travel
 from fiveaxis.posture.problem import Problem
+from fiveaxis.posture.visiting import least_travel, spread
 from fiveaxis.toolpath import Toolpath, parse_tool, tilt_bounds
 
 TILT = (15.0, 60.0)
@@ -190,7 +190,7 @@ def test_the_least_travel_through_ranges_is_that_of_brute_force(visits, plus, mi
 @given(st.lists(st.floats(0.0, 50.0), min_size=1, max_size=8), st.floats(0.0, 9.0), st.floats(0.0, 9.0))
 def test_on_a_circle_every_place_is_reached_the_cheaper_way_round(costs, plus, minus):
     found = np.array(costs)
-    _spread(found, plus, minus, True)
+    found = spread(found, plus, minus, wraps=True)
     n = len(costs)
     wanted = [
         min(costs[k] + min(plus * ((j - k) % n), minus * ((k - j) % n)) for k in range(n)) for j in range(n)

@@ -78,7 +78,7 @@ def test_a_forbidden_band_of_c_is_gone_round_with_few_questions(hayashi, free, b
     assert max(solution.residuals().values()) <= 1e-9
     turns = np.degrees(np.abs(solution.motion.moves[:, hayashi.rotary_columns]))
     assert turns.max() <= 15.0 + 1e-6
-    assert mask.asked < 0.03 * LATTICE
+    assert mask.asked < 0.04 * LATTICE
     last = solution.stages[-1]
     assert last.name == "repair for the mask"
     assert last.status == f"{mask.asked} postures asked in {len(mask.rows)} calls"
@@ -87,11 +87,11 @@ def test_a_forbidden_band_of_c_is_gone_round_with_few_questions(hayashi, free, b
     assert last.before < last.after == refined.after < refined.before
 
 
-def test_a_baseline_that_the_mask_refuses_is_missing_with_the_reason(hayashi, banded):
+def test_a_baseline_that_would_have_to_hop_over_the_band_is_missing_with_the_reason(hayashi, banded):
     solution, _ = banded
     for name in ("normal", "lead-lean"):
         assert name not in solution.baselines
-        assert solution.missing[name].startswith("the mask refuses")
+        assert "turns too far" in solution.missing[name]
     for baseline in solution.compared.values():
         assert in_band(np.arange(80), baseline.motion.positions[:, hayashi.rotary_columns]).all()
 

@@ -121,7 +121,7 @@ def program(solution: Solution) -> dict[str, Any]:
 # What a page shows of the solution alone, whatever its document says: nearly all the work of a page.
 DRAWN = (
     *("energy_bars", "spending_lines", "axis_lines", "speed_lines", "power_lines"),
-    *("posture_map", "posture_map_png", "surface_at", "surface_png"),
+    *("posture_map", "posture_map_figure", "surface_at", "surface_figure"),
 )
 
 

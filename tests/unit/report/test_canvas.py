@@ -4,9 +4,8 @@ import matplotlib
 import numpy as np
 import pytest
 
-from fiveaxis.posture import Solution
 from fiveaxis.report.canvas import break_jumps, drawing, thin_rows
-from fiveaxis.report.figures import energy_bars
+from fiveaxis.report.comparison_figure import Bar, comparison_figure
 
 
 def test_a_thinned_line_keeps_its_ends_and_every_extreme() -> None:
@@ -50,9 +49,8 @@ def test_drawing_leaves_the_settings_of_matplotlib_as_they_were() -> None:
 @pytest.mark.parametrize(
     "setting", [{"font.size": 31.0}, {"axes.facecolor": "red"}, {"svg.fonttype": "path"}]
 )
-def test_a_figure_does_not_depend_on_the_settings_of_its_user(
-    solution: Solution, setting: dict[str, object]
-) -> None:
-    plain = energy_bars(solution, "normal")
+def test_a_figure_does_not_depend_on_the_settings_of_its_user(setting: dict[str, object]) -> None:
+    bars = [Bar("one", 5.0, 7.0, "fine"), Bar("other", 6.0, 7.0, "fine")]
+    plain = comparison_figure("a job", bars, "normal")
     with matplotlib.rc_context(setting):  # type: ignore[arg-type]
-        assert energy_bars(solution, "normal") == plain
+        assert comparison_figure("a job", bars, "normal") == plain

@@ -19,6 +19,7 @@ KEYS = [
     "energy",
     "baselines",
     "missing_baselines",
+    "moved_baselines",
     "rates",
     "savings",
     "bound",

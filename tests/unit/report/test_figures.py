@@ -15,7 +15,7 @@ from fiveaxis.posture import Solution
 from fiveaxis.report.canvas import FORBIDDEN
 from fiveaxis.report.figures import axis_lines, energy_bars, spending_lines, tilts_shown
 from fiveaxis.report.landscape import posture_map, surface_at
-from fiveaxis.report.maps import posture_map_png, surface_png
+from fiveaxis.report.maps import posture_map_figure, surface_figure
 from fiveaxis.toolpath import TiltBounds
 
 
@@ -24,9 +24,14 @@ def words(svg: str) -> list[str]:
     return re.findall(r"<text[^>]*>([^<]*)</text>", svg)
 
 
-def chunks(address: str) -> Iterator[bytes]:
-    """Give the kinds of the chunks of an inlined PNG."""
-    data = base64.b64decode(address.removeprefix("data:image/png;base64,"), validate=True)
+def pictures(svg: str) -> list[bytes]:
+    """Give the PNGs inlined in a figure: the map, and its colour bar."""
+    addresses = re.findall(r'href="data:image/png;base64,([^"]*)"', svg)
+    return [base64.b64decode(address, validate=True) for address in addresses]
+
+
+def chunks(data: bytes) -> Iterator[bytes]:
+    """Give the kinds of the chunks of a PNG."""
     at = 8
     while at < len(data):
         (length,) = struct.unpack(">I", data[at : at + 4])
@@ -82,34 +87,41 @@ def test_a_path_with_links_is_drawn(solution: Solution) -> None:
 
 
 def test_maps_are_pictures_without_date_or_program(solution: Solution) -> None:
-    for address in (
-        posture_map_png(solution, posture_map(solution), "normal"),
-        surface_png(solution, surface_at(solution, 180), "normal"),
+    for svg in (
+        posture_map_figure(solution, posture_map(solution), "normal"),
+        surface_figure(solution, surface_at(solution, 180), "normal"),
     ):
-        kinds = list(chunks(address))
-        assert kinds[0] == b"IHDR"
-        assert kinds[-1] == b"IEND"
-        assert not {b"tEXt", b"iTXt", b"zTXt", b"tIME"} & set(kinds)
+        found = pictures(svg)
+        assert len(found) == 2
+        assert all(list(chunks(data)) == [b"IHDR", b"IDAT", b"IEND"] for data in found)
 
 
-def grey_pixels(address: str) -> int:
+def grey_pixels(svg: str) -> int:
     """Count the pixels of a map in the colour of what is forbidden."""
-    picture = imread(io.BytesIO(base64.b64decode(address.removeprefix("data:image/png;base64,"))))
+    picture = imread(io.BytesIO(pictures(svg)[0]))
     forbidden = np.array([int(FORBIDDEN[i : i + 2], 16) for i in (1, 3, 5)]) / 255.0
     return int(np.all(np.abs(picture[..., :3] - forbidden) < 1e-3, axis=-1).sum())
 
 
 def test_where_no_second_angle_is_admissible_the_map_is_grey(solution: Solution) -> None:
     free = replace(solution, tilt=TiltBounds(solution.tilt.reference, 0.0, np.pi, "normal"))
-    assert grey_pixels(posture_map_png(solution, posture_map(solution), "normal")) > 50_000
-    assert grey_pixels(posture_map_png(free, posture_map(free), "normal")) < 500
+    assert grey_pixels(posture_map_figure(solution, posture_map(solution), "normal")) > 50_000
+    assert grey_pixels(posture_map_figure(free, posture_map(free), "normal")) < 500
 
 
 def test_a_posture_outside_the_axis_limits_widens_the_surface(trunnion_solution: Solution) -> None:
     surface = surface_at(trunnion_solution, 180)
     home = replace(trunnion_solution.motion, positions=np.zeros_like(trunnion_solution.motion.positions))
-    assert grey_pixels(surface_png(trunnion_solution, surface, None)) > 20_000
-    assert grey_pixels(surface_png(replace(trunnion_solution, motion=home), surface, None)) < 500
+
+    def share_of_map(svg: str) -> float:
+        """Give how much of the panel's height the map takes; the rest is grey."""
+        image = re.search(r'<image [^>]*height="([\d.]+)"', svg)
+        ground = re.search(r'<rect [^>]*height="([\d.]+)"', svg)
+        return float(image[1]) / float(ground[1])  # type: ignore[index]
+
+    assert share_of_map(surface_figure(trunnion_solution, surface, None)) < 0.95
+    inside = surface_figure(replace(trunnion_solution, motion=home), surface, None)
+    assert share_of_map(inside) == pytest.approx(1.0)
 
 
 def test_what_collides_is_hatched(solution: Solution) -> None:
@@ -121,5 +133,5 @@ def test_what_collides_is_hatched(solution: Solution) -> None:
         colliding=np.isfinite(landscape.cost) & half,
     )
     plain = replace(hidden, colliding=np.zeros_like(hidden.colliding))
-    hatched = grey_pixels(posture_map_png(solution, hidden, "normal"))
-    assert hatched < grey_pixels(posture_map_png(solution, plain, "normal")) - 1000
+    hatched = grey_pixels(posture_map_figure(solution, hidden, "normal"))
+    assert hatched < grey_pixels(posture_map_figure(solution, plain, "normal")) - 1000

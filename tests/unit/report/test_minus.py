@@ -13,7 +13,7 @@ TRIED |= {"why": "", "kept_clear": None}
 
 def test_a_searched_setup_is_told_with_true_minus_signs():
     found = {"ranges": {"angle": (-180.0, 180.0)}, "given": TRIED, "chosen": TRIED, "saved": None}
-    text = setup_section(found | {"tried": [TRIED]})
+    text = setup_section(found | {"tried": [TRIED], "least_saving": 0.005})
     assert "angle −180…180 deg" in text
     assert "−5, 0, 0" in text
     assert not re.search(r"-\d", text)

@@ -210,8 +210,8 @@ def test_the_page_asks_nothing_of_the_network(
     text = page(solution, verdict)
     assert OUTSIDE.findall(re.sub(r"data:image/png;base64,[\w+/=]+", "data:", text)) == []
     assert "<script" not in text
-    assert text.count("data:image/png;base64,") == 2
-    assert text.count("<svg") == 5
+    assert text.count("data:image/png;base64,") == 4
+    assert text.count("<svg") == 7
 
 
 def test_two_pages_of_one_solution_have_the_same_bytes(

@@ -10,8 +10,7 @@ import pytest
 
 from fiveaxis.energy import move_powers
 from fiveaxis.posture import Solution
-from fiveaxis.report import time_figures
-from fiveaxis.report.time_figures import mean_speeds, power_lines, speed_lines
+from fiveaxis.report.time_figures import drive_powers, mean_speeds, power_lines, speed_lines
 
 
 def words(svg: str) -> set[str]:
@@ -40,18 +39,10 @@ def test_speed_times_time_is_the_way_of_the_axis(solution: Solution) -> None:
     np.testing.assert_allclose(mean_speeds(motion) * motion.time[:, None], motion.moves, atol=1e-9)
 
 
-def test_the_area_under_the_last_band_is_the_power_integral(
-    solution: Solution, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    drawn = []
-    monkeypatch.setattr(
-        time_figures, "_steps", lambda axes, motion, values, *_: drawn.append((motion, values))
-    )
-    monkeypatch.setattr(time_figures, "_finish", lambda *_: "")
-    power_lines(solution, None)
-    motion, values = drawn[-1]
-    assert float(values @ motion.time) == pytest.approx(solution.energy.total)
-    np.testing.assert_allclose(values, move_powers(solution.machine, motion).sum(axis=1))
+def test_the_area_under_the_last_band_is_the_power_integral(solution: Solution) -> None:
+    powers = drive_powers(solution, "optimised")
+    assert float(powers[-1] @ solution.motion.time) == pytest.approx(solution.energy.total)
+    np.testing.assert_allclose(powers[-1], move_powers(solution.machine, solution.motion).sum(axis=1))
 
 
 @pytest.mark.parametrize(("share", "dotted"), [(1.2, True), (30.0, False)])

@@ -7,7 +7,8 @@ from fiveaxis.energy import motion_energy
 from fiveaxis.kinematics import tool_axes, within_limits
 from fiveaxis.kinematics.windings import nearest_turn
 from fiveaxis.motion import follow
-from fiveaxis.posture.baselines import (
+from fiveaxis.posture.baselines.branches import cheapest_sequence, postures
+from fiveaxis.posture.baselines.catalogue import (
     NoBaseline,
     along_normal,
     as_programmed,
@@ -16,7 +17,6 @@ from fiveaxis.posture.baselines import (
     leaned,
     single_posture,
 )
-from fiveaxis.posture.branches import cheapest_sequence, postures
 from fiveaxis.toolpath import Tool, Toolpath, for_tilt, tilt_bounds
 
 UP = np.array([0.0, 0.0, 1.0])

@@ -11,7 +11,7 @@ from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.kinematics import hold_singular, linear_positions, rotary_angles, within_limits
 from fiveaxis.kinematics.windings import ON_LIMIT, TURN, fit_turns, into_limits
 from fiveaxis.machine import Machine
-from fiveaxis.posture.greedy_kernel import cheapest_branches
+from fiveaxis.posture.baselines.kernel import cheapest_branches
 from fiveaxis.toolpath import Toolpath
 
 

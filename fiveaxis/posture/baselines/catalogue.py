@@ -17,13 +17,14 @@ from fiveaxis.kinematics import linear_positions, tool_axes, within_limits
 from fiveaxis.kinematics.windings import ON_LIMIT, TURN, one_turn_from
 from fiveaxis.machine import Machine
 from fiveaxis.motion import follow
-from fiveaxis.posture.branches import (
+from fiveaxis.posture.baselines.branches import (
     cheapest_sequence,
     postures,
     spread_over_links,
 )
-from fiveaxis.posture.greedy_kernel import walk
-from fiveaxis.posture.holding import is_holding, nearest_held
+from fiveaxis.posture.baselines.held import nearest_held
+from fiveaxis.posture.baselines.kernel import walk
+from fiveaxis.posture.holding import is_holding
 from fiveaxis.posture.solution import Baseline
 from fiveaxis.posture.waves import has_waves, waves_of
 from fiveaxis.toolpath import TiltBounds, Toolpath, feed_directions
@@ -75,9 +76,14 @@ def find_baselines(
         "normal": along_normal,
         "lead-lean": lead_lean,
         "fixed": single_posture,
-        "greedy": greedy,
+        "greedy": lambda path, on, bounds: greedy(path, on, bounds, anchored()),
     }
     found: dict[str, Baseline] = {}
+
+    def anchored() -> Array | None:
+        normal = found.get("normal")
+        return None if normal is None else normal.motion.positions[:, machine.rotary_columns]
+
     missing: dict[str, str] = {}
     for name, make in makers.items():
         try:
@@ -292,12 +298,13 @@ def _offsets(scales: Array) -> Array:
     return np.concatenate([np.zeros((1, 2)), *(scale * ring for scale in scales)])
 
 
-def greedy(toolpath: Toolpath, machine: Machine, tilt: TiltBounds) -> Array:
+def greedy(toolpath: Toolpath, machine: Machine, tilt: TiltBounds, anchor: Array | None = None) -> Array:
     """Take at each location the cheapest move from the one before, looking no further ahead; (n, 2) rad.
 
-    Starts from, and falls back to, the posture of `along_normal` where no small move is admissible.
+    Starts from, and falls back to, the posture of `along_normal` where no small move is admissible: the
+    `anchor`, (n, 2) rad, where that is known.
     """
-    anchor = along_normal(toolpath, machine, tilt)
+    anchor = along_normal(toolpath, machine, tilt) if anchor is None else anchor
     if has_waves(machine, toolpath.zone):
         return _walk(toolpath, machine, tilt, anchor)
     return _walk_slowly(toolpath, machine, tilt, anchor)

@@ -1,4 +1,8 @@
-"""The loop of the greedy baseline, compiled."""
+"""The loop of the greedy baseline, compiled.
+
+Rows are copied number by number: for ``a[:] = b`` numba compiles how to word a broadcasting error, for
+seconds.
+"""
 
 from __future__ import annotations
 
@@ -68,7 +72,8 @@ def best_move(
         if inside:
             least = cost
             found[0], found[1] = first, second
-            there[:] = position
+            for a in range(len(here)):
+                there[a] = position[a]
     return least < np.inf
 
 
@@ -100,8 +105,9 @@ def walk(
     (n, 2), rad
     """
     rotary, here, there = anchor.copy(), anchored[0].copy(), anchored[0].copy()
+    around = np.empty(2)
     for i in range(1, len(anchor)):
-        around = here[columns[3:]]
+        around[0], around[1] = here[columns[3]], here[columns[4]]
         for offsets in (coarse, fine):
             near = best_move(
                 linear[i], cosines[i], within, limits, columns, plus[i], minus[i], here, around, offsets,
@@ -114,10 +120,12 @@ def walk(
                 step = there[a] - here[a]
                 least += plus[i, a] * step if step > 0.0 else -minus[i, a] * step
             if not near or to_anchor < least:
-                rotary[i] = anchor[i]
-                there[:] = anchored[i]
-            around = rotary[i].copy()
-        here[:] = there
+                rotary[i, 0], rotary[i, 1] = anchor[i, 0], anchor[i, 1]
+                for a in range(len(here)):
+                    there[a] = anchored[i, a]
+            around[0], around[1] = rotary[i, 0], rotary[i, 1]
+        for a in range(len(here)):
+            here[a] = there[a]
     return rotary
 
 
@@ -149,19 +157,22 @@ def cheapest_branches(
     turn = 2.0 * np.pi
     came = np.zeros((n, 2), dtype=np.int8)
     trail = np.empty((n, 2, 2))
-    cost, here = np.full(2, np.inf), positions[:, 0].copy()
+    cost, reached = np.empty(2), np.empty(2)
+    here, there, moved = np.empty((2, k)), np.empty(k), np.empty((2, k))
     for b in range(2):
         cost[b] = 0.0 if allowed[b, 0] else np.inf
+        for a in range(k):
+            here[b, a] = positions[b, 0, a]
         for r in range(2):
             trail[0, b, r] = positions[b, 0, columns[r]]
-    there, moved = np.empty(k), np.empty((2, k))
     for i in range(1, n):
-        reached = np.full(2, np.inf)
         for b in range(2):
+            reached[b] = np.inf
             for d in range(2):
                 if not allowed[b, i] or cost[d] == np.inf:
                     continue
-                there[:] = positions[b, i]
+                for a in range(k):
+                    there[a] = positions[b, i, a]
                 for r in range(2):
                     angle, before = there[columns[r]], here[d, columns[r]]
                     least = np.ceil((low[r] - slack - angle) / turn)
@@ -175,13 +186,18 @@ def cheapest_branches(
                     step = there[a] - here[d, a]
                     total += plus[i, a] * step if step > 0.0 else -minus[i, a] * step
                 if total < reached[b]:
-                    reached[b], came[i, b], moved[b] = total, d, there
+                    reached[b], came[i, b] = total, d
+                    for a in range(k):
+                        moved[b, a] = there[a]
                     for r in range(2):
                         trail[i, b, r] = there[columns[r]]
-        cost[:], here[:] = reached, moved
+        for b in range(2):
+            cost[b] = reached[b]
+            for a in range(k):
+                here[b, a] = moved[b, a]
     rotary = np.empty((n, 2))
     branch = 0 if cost[0] <= cost[1] else 1
     for i in range(n - 1, -1, -1):
-        rotary[i] = trail[i, branch]
+        rotary[i, 0], rotary[i, 1] = trail[i, branch, 0], trail[i, branch, 1]
         branch = int(came[i, branch])
     return rotary

@@ -1,0 +1,197 @@
+"""Charts of the page, drawn as SVG straight away: a few lines each, the same bytes for the same data.
+
+Lengths are points, as in print: a chart is 518 wide, a page's column. What people ask for as a file of their
+own (`fiveaxis.report.canvas`) is drawn by matplotlib, which takes a second for the page's charts.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from html import escape
+from itertools import pairwise
+
+import numpy as np
+
+from fiveaxis.geometry import Array
+from fiveaxis.report.canvas import BOUND
+
+WIDTH = 518.0
+LEFT, RIGHT, TOP, BELOW = 58.0, 10.0, 22.0, 36.0
+FONT, TITLE_FONT = 9.0, 10.0
+GRID, INK = "#e3e3e3", "#1a1a1a"
+# Mean width of a letter as a share of the size of its type, for what is placed beside words.
+LETTER = 0.53
+# Share of a range left free at its ends, so that a line doesn't touch the frame.
+MARGIN = 0.06
+# Steps between ticks, times a power of ten, coarsest first.
+STEPS = (5.0, 2.0, 1.0, 0.5, 0.2, 0.1, 0.05)
+MINUS, THIN_SPACE = "\u2212", "\u2009"
+
+Range = tuple[float, float]
+
+
+def widened(*values: Array, margin: float = MARGIN) -> Range:
+    """Give the range of some numbers with room at both ends; NaN is passed over."""
+    known = np.concatenate([np.ravel(v) for v in values])
+    known = known[np.isfinite(known)]
+    low, high = (float(known.min()), float(known.max())) if len(known) else (0.0, 0.0)
+    room = margin * (high - low)
+    if room <= 1e-9 * max(abs(low), abs(high)):
+        # A line that stays where it is lies in the middle.
+        room = max(0.05 * abs(low), 1.0)
+    return low - room, high + room
+
+
+def ticks(bounds: Range, least: int = 4) -> list[float]:
+    """Choose round numbers inside a range: as few as possible, but at least so many."""
+    power = 10.0 ** math.floor(math.log10(bounds[1] - bounds[0]))
+    choices = (multiples(bounds, power * step) for step in STEPS)
+    return next(places for places in choices if len(places) >= least)
+
+
+def multiples(bounds: Range, step: float) -> list[float]:
+    """Give the multiples of a step inside a range."""
+    first, last = math.ceil(bounds[0] / step - 1e-9), math.floor(bounds[1] / step + 1e-9)
+    return [k * step for k in range(first, last + 1)]
+
+
+def labels(values: Sequence[float]) -> list[str]:
+    """Write the numbers of ticks with as many decimals as their step needs."""
+    step = min((b - a for a, b in pairwise(values)), default=1.0)
+    decimals = next(d for d in range(10) if abs(step * 10**d - round(step * 10**d)) < 1e-6 or d == 9)
+    written = (f"{v:,.{decimals}f}".replace(",", THIN_SPACE) for v in values)
+    return [w.replace("-", MINUS) if float(w.replace(THIN_SPACE, "")) else w.lstrip("-") for w in written]
+
+
+def text(
+    words: str, x: float, y: float, *, anchor: str = "start", bold: bool = False, upright: bool = False
+) -> str:
+    """Write words; `upright` turns them to be read from below."""
+    look = f' font-size="{TITLE_FONT:g}" font-weight="bold"' if bold else ""
+    turned = f' transform="rotate(-90 {x:.1f} {y:.1f})"' if upright else ""
+    return f'<text x="{x:.1f}" y="{y:.1f}" text-anchor="{anchor}"{look}{turned}>{escape(words)}</text>'
+
+
+def legend(names: Mapping[str, str], right: float, y: float) -> str:
+    """Name lines by their colours, ending at the right."""
+    parts, at = [], right
+    for name, colour in reversed(list(names.items())):
+        at -= LETTER * FONT * len(name)
+        parts.append(text(name, at, y))
+        parts.append(_stroke(f"M{at - 20:.1f} {y - 3:.1f}h15", colour, 2.0))
+        at -= 32.0
+    return "".join(parts)
+
+
+def svg(height: float, parts: Iterable[str]) -> str:
+    """Put the parts of a chart together."""
+    return (
+        f'<svg viewBox="0 0 {WIDTH:g} {height:g}" width="{WIDTH:g}pt" height="{height:g}pt" '
+        f'font-family="sans-serif" font-size="{FONT:g}" fill="{INK}">\n' + "\n".join(parts) + "\n</svg>"
+    )
+
+
+@dataclass(frozen=True)
+class Panel:
+    """A rectangle of a chart in which numbers have places.
+
+    Parameters
+    ----------
+    top, height : points
+    x, y : what the sides stand for, left to right and bottom to top
+    width : points
+    """
+
+    top: float
+    height: float
+    x: Range
+    y: Range
+    width: float = WIDTH - LEFT - RIGHT
+
+    @property
+    def bottom(self) -> float:
+        """Height of the lower side, points from above."""
+        return self.top + self.height
+
+    def across(self, values: float | Array) -> Array:
+        """Give the place of numbers between left and right."""
+        return LEFT + (np.asarray(values) - self.x[0]) * (self.width / (self.x[1] - self.x[0]))
+
+    def down(self, values: float | Array) -> Array:
+        """Give the place of numbers between bottom and top."""
+        return self.bottom - (np.asarray(values) - self.y[0]) * (self.height / (self.y[1] - self.y[0]))
+
+    def frame(
+        self,
+        y_label: str,
+        x_label: str = "",
+        *,
+        x_ticks: Mapping[float, str] | None = None,
+        y_ticks: Mapping[float, str] | None = None,
+        grid: bool = True,
+    ) -> str:
+        """Draw the two sides with ticks and names; no `x_label` leaves the numbers below to a panel there."""
+        steps = ticks(self.y, max(2, min(5, int(self.height / 25.0))))
+        rising = dict(zip(steps, labels(steps), strict=True)) if y_ticks is None else y_ticks
+        along = dict(zip(s := ticks(self.x, 6), labels(s), strict=True)) if x_ticks is None else x_ticks
+        lines, words = [], []
+        for value, word in rising.items():
+            y = float(self.down(value))
+            lines.append(f"M{LEFT:g} {y:.2f}h{self.width:g}")
+            words.append(text(word, LEFT - 5.0, y + 3.0, anchor="end"))
+        for value, word in along.items():
+            x = float(self.across(value))
+            # Categories have words below them, and no line.
+            lines += [f"M{x:.2f} {self.top:g}v{self.height:g}"] if x_ticks is None else []
+            words += [text(word, x, self.bottom + 12.0, anchor="middle")] if x_label else []
+        middle = self.top + 0.5 * self.height
+        words.append(text(y_label, 12.0, middle, anchor="middle", upright=True))
+        if x_label:
+            words.append(text(x_label, LEFT + 0.5 * self.width, self.bottom + 27.0, anchor="middle"))
+        sides = _stroke(f"M{LEFT:g} {self.top:g}v{self.height:g}h{self.width:g}", INK, 0.8)
+        return (_stroke("".join(lines), GRID, 0.6) if grid else "") + sides + "".join(words)
+
+    def line(self, x: Array, y: Array, colour: str, width: float) -> str:
+        """Draw a line through points, broken where a number is missing.
+
+        Parameters
+        ----------
+        x, y : (n,)
+        width : points
+        """
+        known = np.isfinite(x) & np.isfinite(y)
+        across, down = self.across(x).tolist(), self.down(y).tolist()
+        pieces, open_ = [], False
+        for a, b, there in zip(across, down, known.tolist(), strict=True):
+            if there:
+                pieces.append(f"{'L' if open_ else 'M'}{a:.2f} {b:.2f}")
+            open_ = there
+        return _stroke("".join(pieces), colour, width)
+
+    def steps(self, x: Array, y: Array, colour: str, width: float) -> str:
+        """Draw numbers that hold from the place before up to their own, (n,) each."""
+        return self.line(np.repeat(x, 2)[:-1], np.repeat(y, 2)[1:], colour, width)
+
+    def level(self, y: float) -> str:
+        """Dot a bound, where it lies within the panel."""
+        if not self.y[0] <= y <= self.y[1]:
+            return ""
+        path = f"M{LEFT:g} {float(self.down(y)):.2f}h{self.width:g}"
+        return _stroke(path, BOUND, 0.9, ' stroke-dasharray="1 1.6"')
+
+    def bar(self, x: float, width: float, height: float, colour: str, label: str) -> str:
+        """Draw a bar from zero with a label above it."""
+        left, right = self.across(np.array([x - 0.5 * width, x + 0.5 * width])).tolist()
+        base, end = self.down(np.array([0.0, height])).tolist()
+        y, tall = min(base, end), abs(end - base)
+        box = f'<rect x="{left:.2f}" y="{y:.2f}" width="{right - left:.2f}" height="{tall:.2f}" '
+        return f'{box}fill="{colour}"/>' + text(label, 0.5 * (left + right), y - 3.0, anchor="middle")
+
+
+def _stroke(path: str, colour: str, width: float, look: str = "") -> str:
+    return (
+        f'<path d="{path}" fill="none" stroke="{colour}" stroke-width="{width:g}" '
+        f'stroke-linejoin="round"{look}/>'
+    )

@@ -1,0 +1,68 @@
+"""A front's solutions: each in a folder of its own, verified, and one of them the result."""
+
+import json
+
+import numpy as np
+import pytest
+
+from fiveaxis.job import make_job, run_job, write_outcome
+
+FILES = {"motion.csv", "report.json", "report.html", "preview.html", "program.ngc"}
+
+
+@pytest.fixture(scope="module")
+def job(tmp_path_factory):
+    """Contacts round a lobed wall that overhangs, as a table of points."""
+    angle = np.linspace(0.0, 2.0 * np.pi, 60, endpoint=False)
+    normal = np.stack([np.cos(angle), np.sin(angle), np.full(60, -0.3)], axis=1)
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    r = 20.0 + 3.0 * np.cos(3.0 * angle)
+    rows = np.column_stack([r * np.cos(angle), r * np.sin(angle), np.full(60, 10.0), normal])
+    path = tmp_path_factory.mktemp("front") / "wall.csv"
+    np.savetxt(path, rows, delimiter=",", header="x,y,z,nx,ny,nz", comments="")
+    given = {"machine": "hayashi-640123", "tool": "ball:6", "tilt": (15, 75), "feed": 500, "effort": "quick"}
+    return make_job(input=path, front=4, pick=2, **given)
+
+
+@pytest.fixture(scope="module")
+def outcome(job):
+    return run_job(job)
+
+
+def test_the_picked_solution_is_the_result(outcome):
+    front = outcome.front
+    assert len(outcome.of_front) == len(front.points) >= 2
+    assert outcome.solution is front.solutions[1]
+    assert outcome.document["front"]["picked"] == 2
+    assert outcome.program is outcome.of_front[1].program
+
+
+def test_every_solution_passed_the_gate_and_the_document_tells_what_each_costs(outcome):
+    points = outcome.document["front"]["points"]
+    assert [point["number"] for point in points] == list(range(1, len(points) + 1))
+    for point, one in zip(points, outcome.of_front, strict=True):
+        assert point["released"] is one.gate.is_open
+        assert point["energy_J"] == one.solution.energy.total
+        assert one.verdict.figures["contact_error_mm"] is not None
+    assert points[0]["energy_J"] <= points[-1]["energy_J"]
+    assert points[0]["bend_rad2"] >= points[-1]["bend_rad2"]
+
+
+def test_each_has_its_files_and_those_of_an_earlier_run_go(outcome, tmp_path):
+    earlier = tmp_path / "front" / "9"
+    earlier.mkdir(parents=True)
+    (earlier / "program.mpf").write_text("M30")
+    (tmp_path / "front" / "notes.txt").write_text("mine")
+    write_outcome(outcome, tmp_path)
+    assert not earlier.exists()
+    assert (tmp_path / "front" / "notes.txt").read_text() == "mine"
+    for number, one in enumerate(outcome.of_front, start=1):
+        folder = tmp_path / "front" / str(number)
+        assert {path.name for path in folder.iterdir()} == FILES
+        told = json.loads((folder / "report.json").read_text(encoding="utf-8"))
+        assert told["energy"]["total"] == one.solution.energy.total
+    for name in FILES - {"report.json", "report.html"}:
+        assert (tmp_path / name).read_bytes() == (tmp_path / "front" / "2" / name).read_bytes()
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert "Energy against steadiness" in page
+    assert "Number 2 is the result" in page

@@ -1,0 +1,74 @@
+"""Charts drawn as SVG: numbers have their places, ticks are round, gaps stay gaps."""
+
+from __future__ import annotations
+
+import base64
+import io
+import re
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from matplotlib.image import imread
+
+from fiveaxis.report.chart import Panel, labels, svg, text, ticks, widened
+from fiveaxis.report.raster import png_address
+
+PANEL = Panel(20.0, 100.0, (0.0, 10.0), (-1.0, 1.0))
+
+
+@given(st.floats(-1e6, 1e6), st.floats(1e-6, 1e6))
+def test_ticks_are_round_and_lie_inside(low: float, width: float) -> None:
+    places = ticks((low, low + width))
+    assert 4 <= len(places) <= 11
+    slack = 1e-6 * width + 1e-9 * abs(low)
+    assert low - slack <= places[0]
+    assert places[-1] <= low + width + slack
+    np.testing.assert_allclose(np.diff(places), places[1] - places[0], rtol=1e-6, atol=1e-9 * abs(low))
+
+
+def test_labels_have_the_decimals_of_their_step_and_a_true_minus() -> None:
+    assert labels([-0.5, 0.0, 0.5]) == ["\u22120.5", "0.0", "0.5"]
+    assert labels([0.0, 5000.0, 10000.0]) == ["0", "5\u2009000", "10\u2009000"]
+    assert labels([-0.0, 25.0]) == ["0", "25"]
+
+
+def test_corners_of_the_range_are_corners_of_the_panel() -> None:
+    assert float(PANEL.down(-1.0)) == PANEL.bottom
+    assert float(PANEL.down(1.0)) == PANEL.top
+    assert float(PANEL.across(10.0) - PANEL.across(0.0)) == pytest.approx(PANEL.width)
+
+
+def test_a_line_is_broken_where_a_number_is_missing() -> None:
+    values = np.array([0.0, 0.5, np.nan, 0.5, 0.0])
+    path = PANEL.line(np.arange(5.0), values, "#000000", 1.0)
+    assert path.count("M") == 2
+    assert path.count("L") == 2
+
+
+def test_steps_hold_the_number_of_the_place_they_end_at() -> None:
+    path = PANEL.steps(np.array([1.0, 2.0]), np.array([0.0, 1.0]), "#000000", 1.0)
+    places = re.findall(r"[ML]([\d.]+) ([\d.]+)", path)
+    assert [round(float(y), 2) for _, y in places] == [70.0, 20.0, 20.0]
+
+
+def test_what_stays_the_same_lies_in_the_middle() -> None:
+    low, high = widened(np.full(5, 3.0))
+    assert low < 3.0 < high
+    assert 3.0 - low == pytest.approx(high - 3.0)
+    assert widened(np.array([np.nan]))[0] < widened(np.array([np.nan]))[1]
+
+
+def test_words_are_escaped_and_the_chart_is_well_formed() -> None:
+    drawn = svg(60.0, [text("a < b & c", 1.0, 2.0), PANEL.frame("y", "x"), PANEL.level(0.5)])
+    assert "a < b" not in drawn
+    ElementTree.fromstring(drawn)
+
+
+def test_a_picture_is_read_back_as_it_was() -> None:
+    picture = np.random.default_rng(1).integers(0, 256, (7, 5, 3)).astype(np.uint8)
+    data = base64.b64decode(png_address(picture).removeprefix("data:image/png;base64,"))
+    read = imread(io.BytesIO(data))
+    np.testing.assert_array_equal(np.round(255.0 * read[..., :3]).astype(np.uint8), picture)
