@@ -148,7 +148,7 @@ class _Choice:
 
 
 def _carried(found: Outcome, given: Outcome) -> Array | None:
-    """Give the postures, (n, 2) rad, found for one setup as a start for another; None where they don't fit."""
+    """Give one setup's postures, (n, 2) rad, as a start for another; None where they don't fit."""
     solution, machine = found.solution, given.solution.machine
     path = solution.toolpath if solution.wound is None else solution.wound.toolpath
     own = solution.motion.positions[:, solution.machine.rotary_columns]

@@ -294,7 +294,8 @@ def run_job(
     progress : called with a stage's name, steps done and steps in all
     loaded : path and passes, where `load_job_passes` has given them already
     moved : whether the job's setup isn't the one that was given, but one that was searched for
-    start : (n, 2), rad, chain order, postures that are refined in place of a search; not where passes may begin elsewhere
+    start : (n, 2), rad, chain order, postures that are refined in place of a search; not where passes may
+        begin elsewhere
 
     Raises
     ------
