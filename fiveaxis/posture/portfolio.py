@@ -28,16 +28,17 @@ from fiveaxis.posture.lattice import (
 from fiveaxis.posture.local.ipopt import SOLVED
 from fiveaxis.posture.local.refinement import Refinement, refine, refine_windows
 from fiveaxis.posture.mask import Known, stored, way_among
-from fiveaxis.posture.mending import mended
 from fiveaxis.posture.problem import ALLOWED, Problem
+from fiveaxis.posture.replanning import WIDER, Reach, Replanning
 from fiveaxis.posture.search import LONG, density, refill, shortest_path, thin
 from fiveaxis.posture.solution import Baseline, Stage
 
 T = TypeVar("T")
 Progress = Callable[[str, int, int], None]
 
-# How many times as far as usual the neighbours of a search lie, one try after the other.
-WIDER = (1, 4, 12)
+# Windows round what breaks a bound; a path that does in more than this share of its locations is beyond that.
+BROKEN = tuple(Reach(margin, 200) for margin in (12, 24, 48, 96, 192, 384))
+MOST_BROKEN = 0.1
 # A search looks at no fewer locations than about this.
 LEAST_ROWS = 100
 # How often a search inside of a mask may look for another way where the mask refuses its own.
@@ -70,7 +71,7 @@ class Portfolio:
         """Find the cheapest admissible path, (n, 2) rad, never dearer than an admissible baseline."""
         best: Refinement | None = None
         if len(self.problem) > 1:
-            best = self._mended(self._searched())
+            best = self._replanned_once(self._searched())
         start = self._cheapest(compared)
         if start is not None and (best is None or self._is_worse(best, start)):
             name, rotary = start
@@ -95,18 +96,18 @@ class Portfolio:
             return solve(problem, start, (False, False))[0]
         return Confinement(problem, self.clear, solve).refined(start, 1)
 
-    def _mended(self, found: Refinement | None) -> Refinement | None:
-        """Lead a path that breaks bounds in a few places another way there, and refine it again."""
+    def _replanned_once(self, found: Refinement | None) -> Refinement | None:
+        """Lead a path that breaks bounds in a few places elsewhere there, and refine it again."""
         if found is None or self.clear is not None or self.problem.violation(found.rotary) <= ALLOWED:
             return found
-        path = mended(self.problem, found.rotary, self.lattice, self.budget.widths)
+        path = self._replanned(self.problem, found.rotary)
         before, after = (int(self.problem.broken(p).sum()) for p in (found.rotary, path))
         if after == before:
             return found
         cost = self.problem.cost(self.problem.positions(slice(None), path))
         status = f"{before} of {len(path)} locations broke a bound, {after} do now"
-        self.stages.append(Stage("another way round broken bounds", status, before, found.cost, cost))
-        return self._refined("refine, mended", None, path)
+        self.stages.append(Stage("local replanning", status, before, found.cost, cost))
+        return self._refined("refine, replanned", None, path)
 
     def _searched(self) -> Refinement | None:
         coordinates = choose_coordinates(self.problem)
@@ -231,7 +232,7 @@ class Portfolio:
         if len(problem) == 1:
             return Refinement(start, before, "one location, nothing to refine", 0)
         if rounds > COARSE_ROUNDS and not clear.exactly(np.arange(len(problem)), start).all():
-            return Refinement(start, before, "to be mended first", 0)
+            return Refinement(start, before, "to be replanned first", 0)
         inside = Confinement(problem.eased(start), clear, self._solver())
         found = inside.refined(start, rounds)
         cost = problem.cost(problem.positions(slice(None), found))
@@ -284,7 +285,7 @@ class Portfolio:
             unbroken = start if coarse or found.status == SOLVED else self._unbroken(problem, start)
             if unbroken is not start:
                 found = refine(problem, unbroken, iterations=limit, barrier=barrier, solver=budget.solver)
-                name = f"{name}, mended start"
+                name = f"{name}, replanned start"
                 self.stages.append(Stage(name, found.status, found.iterations, before, found.cost))
         if found.status != SOLVED and len(problem) > 2:
             whole = found.cost
@@ -305,11 +306,15 @@ class Portfolio:
         return found
 
     def _unbroken(self, problem: Problem, start: Array) -> Array:
-        """Mend a start, (n, 2) rad, that the refinement couldn't, where that can be done wholly."""
+        """Replan a start, (n, 2) rad, that the refinement couldn't mend, where that can be done wholly."""
         if not problem.broken(start).any():
             return start
-        path = mended(problem, start, self.lattice, self.budget.widths)
+        path = self._replanned(problem, start)
         return start if problem.broken(path).any() else path
+
+    def _replanned(self, problem: Problem, path: Array) -> Array:
+        """Lead a path elsewhere where it breaks a bound."""
+        return Replanning(problem, self.lattice, self.budget.widths).replanned(path, BROKEN, MOST_BROKEN)
 
     def _cheapest(self, compared: Mapping[str, Baseline]) -> tuple[str, Array] | None:
         """Name the cheapest baseline that keeps all bounds, with its rotary angles."""

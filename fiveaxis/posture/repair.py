@@ -5,24 +5,18 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from itertools import product
 
 import numpy as np
 
 from fiveaxis.errors import Infeasible
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array, BoolArray, IntArray
-from fiveaxis.kinematics.windings import TURN
-from fiveaxis.posture.budget import DEGREE, Search
 from fiveaxis.posture.clearance import Clearance
-from fiveaxis.posture.confine import around
-from fiveaxis.posture.lattice import Lattice, choose_coordinates
-from fiveaxis.posture.mask import Known, Mask, clean_path, pinned, stored
-from fiveaxis.posture.portfolio import WIDER, Portfolio
+from fiveaxis.posture.mask import Mask
+from fiveaxis.posture.portfolio import Portfolio
 from fiveaxis.posture.problem import ALLOWED, Problem
-from fiveaxis.posture.search import refill, thin
+from fiveaxis.posture.replanning import Reach, Replanning
 from fiveaxis.posture.solution import Baseline, Stage
-from fiveaxis.posture.tube import problem_waves
 from fiveaxis.toolpath import Toolpath
 
 # Locations to each side of a refused one that may move with it, and how many more in each further round.
@@ -43,7 +37,6 @@ WINDOW_ROWS = 120
 # A path of no more than so many locations is patched first, however much of it is refused; and searched as a
 # whole without leaving any location out, at last.
 MOST_ROWS = 400
-STEP, LEVELS = 4.0 * DEGREE, 36
 # Postures of a location that are asked about before it is said to have none.
 SAMPLES = 400
 
@@ -133,101 +126,41 @@ class Repair:
         return replace(self.run, stages=[], clear=self._clear)
 
     def _patched(self, start: Array, most: int | None = None) -> Array | None:
-        """Mend a path where the mask refuses it, in wider and wider windows; None where that won't do.
+        """Replan a path locally where the mask refuses it or it breaks a bound; None where that won't do.
 
         Parameters
         ----------
         most : widest margin of the windows; None for up to the whole path
         """
-        problem = self.run.problem
-        every, path = np.arange(len(problem)), start
-        for margin, rows, stride in self._rounds(most):
-            # What breaks a bound is mended as what the mask refuses is.
-            clean = self.mask.admits(every, path) & ~problem.broken(path)
-            if clean.all():
-                return path
-            scattered = most is None and clean.mean() < 1.0 - MOST_DIRTY
-            dirty = np.flatnonzero(~clean)
-            windows = [(0, len(problem) - 1)] if scattered else around(dirty, len(problem), margin)
-            for first, last in windows:
-                found = self._patch(first, last, path, max(stride, -(-(last + 1 - first) // rows)))
-                if found is not None:
-                    path = np.concatenate([path[:first], found, path[last + 1 :]])
-        self.refused = np.flatnonzero(~self.mask.admits(every, path))
+        path = self._plan.replanned(start, self._reaches(most))
+        self.refused = np.flatnonzero(~self.mask.admits(np.arange(len(path)), path))
         return None if len(self.refused) else path
+
+    @cached_property
+    def _plan(self) -> Replanning:
+        """What windows of the path are searched with."""
+        return Replanning(self.run.problem, self.run.lattice, self.run.budget.widths, self._clear)
 
     def _rotary(self, compared: Mapping[str, Baseline]) -> list[Array]:
         return [b.motion.positions[:, self.run.problem.machine.rotary_columns] for b in compared.values()]
 
-    def _rounds(self, most: int | None) -> Iterator[tuple[int, int, int]]:
-        """Give the margin of the windows, and the most rows of their lattices and their least stride.
+    def _reaches(self, most: int | None) -> Iterator[Reach]:
+        """Widen the windows round what is refused, round by round.
 
-        On a long path first such windows that a way may be found between the rows, then farther, then all,
+        On a long path first such that a path may be found between the rows, then farther, then all of it,
         then densely.
         """
         margin, count = MARGIN, len(self.run.problem)
+        whole = MOST_DIRTY if most is None else 1.0
         if count > MOST_ROWS:
-            yield from ((reach, WINDOW_ROWS, STRIDE) for reach in WIDE)
+            yield from (Reach(reach, WINDOW_ROWS, STRIDE, whole) for reach in WIDE)
         while margin < (count if most is None else most):
-            yield margin, WINDOW_ROWS, 1
+            yield Reach(margin, WINDOW_ROWS, whole=whole)
             margin *= GROWTH
-        if most is not None:
-            return
-        yield count, WINDOW_ROWS, 1
-        if count <= MOST_ROWS:
-            yield count, count, 1
-
-    def _patch(self, first: int, last: int, path: Array, stride: int) -> Array | None:
-        """Find a clean way through a window, (m, 2) rad, that joins the path at its ends."""
-        part = self.run.problem.between(first, last)
-        if len(part) == 1:
-            return self._alone(part, first)
-        # The ends of the whole path are free.
-        ends = {0: first, len(part) - 1: last}
-        held = {row: path[at] for row, at in ends.items() if 0 < at < len(path) - 1}
-        rows = thin(part, stride)
-        sparse, coordinates = part.thinned(rows), choose_coordinates(part)
-        search = Search(stride, STEP, LEVELS)
-        at_ends = {int(np.searchsorted(rows, row)): posture for row, posture in held.items()}
-        known = Known(self.mask, first + rows, sparse)
-        for forbidden, wider in product((True, False), WIDER):
-            # Turning too far is a last resort of the whole path: a wider window may go round.
-            if not forbidden and held:
-                break
-            lattice = stored(self.run.lattice(sparse, search, coordinates, wider, 0.0), len(rows))
-            lattice = replace(pinned(lattice, sparse, at_ends), turns_forbidden=forbidden)
-            found = clean_path(lattice, known)
-            if found is not None:
-                if stride > 1:
-                    found = self._filled(part, first, rows, found, held)
-                return _joined(found[:, part.machine.rotary_columns], held)
-        return None
-
-    def _alone(self, part: Problem, row: int) -> Array | None:
-        """Find a clean posture of a path of one location."""
-        states, price = self._samples(part, 0)
-        states = states[np.isfinite(price)]
-        clean = self.mask.admits(np.full(len(states), row), states)
-        return states[clean][:1] if clean.any() else None
-
-    def _filled(
-        self, part: Problem, first: int, rows: IntArray, path: Array, held: dict[int, Array]
-    ) -> Array:
-        """Extend a way to all locations of its window through clean states, as far as there are any near."""
-
-        def find(problem: Problem, lattice: Lattice) -> Array | None:
-            known = Known(self.mask, np.arange(first, first + len(problem)), problem)
-            return clean_path(pinned(stored(lattice, len(problem)), problem, held), known)
-
-        coordinates, widths = choose_coordinates(part), self.run.budget.widths
-        if problem_waves(part) is None:
-            return refill(part, coordinates, rows, path, widths, find)
-        clear = self._clear.at(np.arange(first, first + len(part)))
-        full = refill(part, coordinates, rows, path, widths, clear=clear)
-        for row in held:
-            # A tube is free at its ends too.
-            full[row] = path[np.searchsorted(rows, row)]
-        return full
+        if most is None:
+            yield Reach(count, WINDOW_ROWS, whole=whole)
+            if count <= MOST_ROWS:
+                yield Reach(count, count, whole=whole)
 
     def _polished(self, path: Array | None) -> Array | None:
         """Refine a clean path inside of the mask."""
@@ -238,19 +171,10 @@ class Repair:
         self.run.stages.extend(run.stages)
         return refined
 
-    def _samples(self, part: Problem, row: int) -> tuple[Array, Array]:
-        """Give some postures of a location, (s, 2) rad, and their price."""
-        search = Search(1, STEP, LEVELS)
-        lattice = self.run.lattice(part, search, choose_coordinates(part), 1, 0.0)
-        positions, price = lattice.states(np.array([row]))
-        states = positions[0][..., part.machine.rotary_columns].reshape(-1, 2)
-        return states, price.ravel()
-
     def _infeasible(self, rows: IntArray, toolpath: Toolpath) -> Infeasible:
         findings = []
-        problem = self.run.problem
         for row in rows:
-            states, price = self._samples(problem.between(int(row), int(row)), 0)
+            states, price = self._plan.samples(int(row))
             states = states[np.isfinite(price)]
             states = states[np.unique(np.linspace(0, len(states) - 1, SAMPLES).astype(np.int64))]
             clean = self.mask.admits(np.full(len(states), row), states)
@@ -267,19 +191,8 @@ class Repair:
                     toolpath.place(int(row)),
                 )
             )
-        share = f"{len(findings)} of {len(problem)} locations"
+        share = f"{len(findings)} of {len(self.run.problem)} locations"
         return Infeasible(f"{share} have no posture in sequence that the mask admits", findings)
-
-
-def _joined(found: Array, held: dict[int, Array]) -> Array | None:
-    """Bring a way onto the turn of the path that it joins; None where its ends are on different turns."""
-    for row, posture in held.items():
-        turns = np.round((posture - found[row]) / TURN)
-        if row == min(held):
-            found = found + TURN * turns
-        elif turns.any():
-            return None
-    return found
 
 
 def never_dearer(problem: Problem, rotary: Array, compared: Mapping[str, Baseline]) -> Array:

@@ -123,7 +123,7 @@ class Replanning:
         sparse = part.thinned(rows)
         ends = {int(np.searchsorted(rows, row - first)): posture for row, posture in held.items()}
         known = None if self.clear is None else Known(self.clear.mask, self.clear.rows[first + rows], sparse)
-        bad = self.bad(path).sum()
+        bad = self._count(path, first, last)
         for forbidden, wider in product((True, False), WIDER):
             # Turning too far is a last resort of a whole path that a mask hems in: wider windows go round.
             if not forbidden and (held or known is None):
@@ -137,9 +137,17 @@ class Replanning:
             if stride > 1:
                 found = self._filled(part, first, rows, found, {row - first: p for row, p in held.items()})
             joined = self._joined(path, found[:, part.machine.rotary_columns], first, last)
-            if self.bad(joined).sum() < bad:
+            if self._count(joined, first, last) < bad:
                 return joined
         return None
+
+    def _count(self, path: Array, first: int, last: int) -> int:
+        """Count the locations of a path that break a bound, and those of a window that the mask refuses."""
+        bad = self.problem.broken(path)
+        if self.clear is not None:
+            rows = np.arange(first, last + 1)
+            bad[rows] |= ~self.clear.exactly(rows, path[rows])
+        return int(bad.sum())
 
     def _filled(
         self, part: Problem, first: int, rows: IntArray, path: Array, held: dict[int, Array]

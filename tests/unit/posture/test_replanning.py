@@ -1,4 +1,4 @@
-"""Places at which the refinement can't mend a path are searched anew."""
+"""Places at which the refinement can't lead a path within its bounds are searched anew."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ import pytest
 
 from fiveaxis.machine import load_machine
 from fiveaxis.posture.budget import NORMAL
-from fiveaxis.posture.mending import mended
-from fiveaxis.posture.portfolio import Portfolio
+from fiveaxis.posture.portfolio import BROKEN, MOST_BROKEN, Portfolio
 from fiveaxis.posture.problem import ALLOWED, Problem
+from fiveaxis.posture.replanning import Replanning
 from fiveaxis.toolpath import Tool, Toolpath, tilt_bounds
 
 
@@ -34,12 +34,13 @@ def sound(problem):
     return path
 
 
-def mend(problem, path):
-    return mended(problem, path, Portfolio(problem, NORMAL, None).lattice, NORMAL.widths)
+def replanned(problem, path):
+    plan = Replanning(problem, Portfolio(problem, NORMAL, None).lattice, NORMAL.widths)
+    return plan.replanned(path, BROKEN, MOST_BROKEN)
 
 
 def test_a_sound_path_stays_as_it_is(problem, sound):
-    assert mend(problem, sound) is sound
+    assert replanned(problem, sound) is sound
 
 
 def test_broken_places_are_found_with_the_steps_that_break_a_bound(problem, sound):
@@ -55,7 +56,7 @@ def test_broken_places_are_found_with_the_steps_that_break_a_bound(problem, soun
 def test_a_path_that_breaks_bounds_in_one_place_is_led_another_way_there(problem, sound, where):
     broken = sound.copy()
     broken[where] += np.radians([0.0, 60.0])
-    found = mend(problem, broken)
+    found = replanned(problem, broken)
     assert problem.violation(found) <= ALLOWED
     far = np.abs(np.arange(len(sound)) - where) > 50
     np.testing.assert_array_equal(found[far], sound[far])
@@ -65,14 +66,14 @@ def test_a_path_that_is_broken_nearly_everywhere_is_left_alone(problem, sound):
     broken = sound.copy()
     broken[60:] += np.radians([25.0, 0.0])
     assert problem.broken(broken).mean() > 0.4
-    assert mend(problem, broken) is broken
+    assert replanned(problem, broken) is broken
 
 
 def test_an_endless_axis_that_comes_out_on_another_turn_counts_on_from_there(problem, sound):
     wound = sound.copy()
     wound[60:] += [2.0 * np.pi, 0.0]
     assert problem.broken(wound).any()
-    found = mend(problem, wound)
+    found = replanned(problem, wound)
     assert problem.violation(found) <= ALLOWED
 
 
@@ -83,4 +84,4 @@ def test_where_nothing_is_admissible_the_path_comes_back(problem, sound):
     shut = replace(problem, bounds=(replace(bound, reference=reference),))
     broken = shut.broken(sound)
     assert broken[60]
-    assert shut.broken(mend(shut, sound))[60]
+    assert shut.broken(replanned(shut, sound))[60]
