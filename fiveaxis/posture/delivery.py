@@ -26,6 +26,8 @@ from fiveaxis.toolpath import TiltBounds, Toolpath, refined
 SHARPNESS = (0.1, 0.03, 0.01, 0.01, 0.01)
 # A round that saves a smaller share, and inserts nothing, is the last.
 WORTHWHILE = 2e-3
+# Further rounds, as sharp as the last, where what lies between locations still breaks a bound.
+MOST_ROUNDS = 12
 # A posture on the way between two locations may be past its bounds by so much (cosine, mm, rad).
 BETWEEN = 2e-4
 
@@ -123,9 +125,11 @@ class Delivery:
         stages: list[Stage] = []
         every = np.arange(len(self.given), dtype=float)
         best = here = self._priced(Posed(self.given, every, *self.build(self.given, every)), rotary)
-        for number, sharpness in enumerate(SHARPNESS):
-            if len(rotary) == 1 or (not self.by_energy and here.excess <= BETWEEN):
+        for number in range(MOST_ROUNDS):
+            done = number >= len(SHARPNESS) or not self.by_energy
+            if len(rotary) == 1 or (done and here.excess <= BETWEEN):
                 break
+            sharpness = SHARPNESS[min(number, len(SHARPNESS) - 1)]
             posed, start, before = here.denser, here.filled, here.cost
             problem = self._reweighted(posed, start, sharpness) if self.by_energy else posed.problem
             here = self._priced(posed, self.refine(posed, problem, start))
