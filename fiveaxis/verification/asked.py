@@ -29,7 +29,8 @@ class Asked:
     cone_rate : rad/mm
     cutting : (n,), whether the move to a location cuts: the lean between two is bound only there; None where
         all do
-    inserted : (n,), locations between those that were optimised; None where there are none
+    inserted : (n,), locations between those that were given; None where there are none
+    passed : (n,), those of them that nobody optimised: the axes pass them; None where there are none
     """
 
     leaning: TiltBounds | None = None
@@ -40,6 +41,7 @@ class Asked:
     cone_rate: float = 0.0
     cutting: BoolArray | None = None
     inserted: BoolArray | None = None
+    passed: BoolArray | None = None
 
     @classmethod
     def of_degrees(
@@ -100,11 +102,12 @@ class Asked:
         row : (m,), places of the locations in rows of the path that the bounds are of: 3.25 lies between
             3 and 4
         """
-        inserted: BoolArray = row != np.floor(row)
+        passed: BoolArray = row != np.floor(row)
+        inserted = passed
         if self.inserted is not None:
             inserted = inserted | self.inserted[np.floor(row).astype(np.int64)]
         cutting = None if self.cutting is None else self.cutting[np.ceil(row).astype(np.int64)]
-        spread = replace(self, cutting=cutting, inserted=inserted)
+        spread = replace(self, cutting=cutting, inserted=inserted, passed=passed)
         if self.leaning is None:
             return spread
         every = [replace(b, reference=turned(b.reference, row), beside=()) for b in self.leaning.all]

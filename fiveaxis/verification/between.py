@@ -114,12 +114,14 @@ def _apart(subject: Subject, rows: IntArray) -> Subject:
     """Take the moves to some rows apart from each other, an unknown place after each."""
     taken = np.column_stack([rows - 1, rows, rows]).reshape(-1)
     gap = np.where(np.arange(len(taken)) % 3 == 2, np.nan, 0.0)[:, None]
+    inserted = subject.asked.inserted
     return replace(
         subject,
         positions=subject.positions[taken] + gap,
         tip=subject.tip[taken] + gap,
         axis=subject.axis[taken] + gap,
         toolpath=subject.toolpath.at(taken),
+        asked=replace(subject.asked, inserted=None if inserted is None else inserted[taken]),
     )
 
 

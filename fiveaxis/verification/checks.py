@@ -123,8 +123,8 @@ def check_tilt(subject: Subject) -> Result:
     lows, highs = np.array([[bounds.low, bounds.high] for bounds in every]).T
     overruns = np.nan_to_num(np.maximum(angles - highs[:, None], lows[:, None] - angles), nan=-np.inf)
     overrun, worst = overruns.max(axis=0), overruns.argmax(axis=0)
-    inserted = subject.asked.inserted
-    between = np.zeros(len(overrun), dtype=bool) if inserted is None else inserted
+    passed = subject.asked.passed
+    between = np.zeros(len(overrun), dtype=bool) if passed is None else passed
     allowed = np.where(between, subject.tolerances.lean_between, subject.tolerances.lean)
     rows = np.flatnonzero(overrun > allowed)
 
