@@ -138,7 +138,10 @@ def verify(
         plane=plane,
     )
     around = surroundings or Surroundings.load(part)
-    subject = make_subject(motion, machine, toolpath, asked, tolerances.with_gouge(gouge_tolerance))
+    allowed = tolerances.with_gouge(gouge_tolerance)
+    if asked.inserted is not None:
+        allowed = replace(allowed, row_allowance=allowed.chord_allowance)
+    subject = make_subject(motion, machine, toolpath, asked, allowed)
     return examine(Examination(subject, around, Ways.asked(between)), NOT_CHECKED)
 
 
