@@ -15,6 +15,7 @@ from fiveaxis.machine import Machine
 from fiveaxis.motion import least_times
 from fiveaxis.motion.bounds import axis_bounds
 from fiveaxis.posture.terms import OTHERS, Term, lean_cosine, terms_of
+from fiveaxis.posture.waves import Waves, has_waves, waves_of
 from fiveaxis.toolpath import TiltBounds, Toolpath, Zone
 
 # Where rotary steps are bounded, no step of a thinned path is larger than this (or than the bound itself):
@@ -241,6 +242,13 @@ class Problem:
     def terms(self) -> tuple[Term, ...]:
         """What the objective and the bounds are made of."""
         return terms_of(self)
+
+    @cached_property
+    def waves(self) -> Waves | None:
+        """The coefficients of its locations; None where its chain has none."""
+        if not has_waves(self.machine):
+            return None
+        return waves_of(self.machine, self.pivot, self.normal, self.zone, self.bounds)
 
     def quantities(self, positions: Array, axis: Array | None = None) -> Array:
         """Put the quantities of a path's terms together, (n, k + 4): its steps wait as long as they have to.

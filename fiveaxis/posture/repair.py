@@ -22,7 +22,6 @@ from fiveaxis.posture.portfolio import WIDER, Portfolio
 from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.posture.search import refill, thin
 from fiveaxis.posture.solution import Baseline, Stage
-from fiveaxis.posture.tube import problem_waves
 from fiveaxis.toolpath import Toolpath
 
 # Locations to each side of a refused one that may move with it, and how many more in each further round.
@@ -220,7 +219,7 @@ class Repair:
             return clean_path(pinned(stored(lattice, len(problem)), problem, held), known)
 
         coordinates, widths = choose_coordinates(part), self.run.budget.widths
-        if problem_waves(part) is None:
+        if part.waves is None:
             return refill(part, coordinates, rows, path, widths, find)
         clear = self._clear.at(np.arange(first, first + len(part)))
         full = refill(part, coordinates, rows, path, widths, clear=clear)
