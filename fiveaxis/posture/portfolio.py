@@ -13,7 +13,7 @@ import numpy as np
 
 from fiveaxis.errors import Infeasible
 from fiveaxis.geometry import Array, IntArray
-from fiveaxis.posture.budget import DEGREE, Budget, Search
+from fiveaxis.posture.budget import DEGREE, ROUGH, Budget, Search
 from fiveaxis.posture.clearance import Clearance
 from fiveaxis.posture.confine import Confinement, Solver
 from fiveaxis.posture.lattice import (
@@ -141,7 +141,7 @@ class Portfolio:
         best = min(halfway, key=lambda r: denser.priced(r.rotary))
         everywhere = np.arange(len(self.problem))
         rotary = self._carried(middle, everywhere, best, coordinates)
-        return self._refined("refine, all locations", None, rotary)
+        return self._refined("refine, all locations", None, rotary, near=True)
 
     def _at_once(self, tasks: list[Callable[[Portfolio], T]]) -> list[T]:
         """Run tasks that don't need each other; on a long path in as many threads as there are cores.
@@ -215,11 +215,13 @@ class Portfolio:
         full = refill(self.problem.thinned(rows), coordinates, at, path, self.budget.widths, clear=clear)
         return full[:, self.problem.machine.rotary_columns]
 
-    def _refined(self, name: str, rows: IntArray | None, start: Array, *, coarse: bool = False) -> Refinement:
+    def _refined(
+        self, name: str, rows: IntArray | None, start: Array, *, coarse: bool = False, near: bool = False
+    ) -> Refinement:
         """Refine a path on some locations, or on all, inside of the mask where there is one."""
         problem = self.problem if rows is None else self.problem.thinned(rows)
         if self.clear is None:
-            return self._freely(name, problem, start, coarse=coarse)
+            return self._freely(name, problem, start, coarse=coarse, near=near)
         clear = self.clear if rows is None else self.clear.at(rows)
         most = ROUNDS if len(problem) <= self.budget.whole else LONG_ROUNDS
         return self._confined(name, problem, clear, start, most if rows is None else COARSE_ROUNDS)
@@ -253,6 +255,7 @@ class Portfolio:
                     barrier=budget.barrier,
                     held=held,
                     near=True,
+                    last=budget.last_barrier,
                     solver=budget.solver,
                 )
             else:
@@ -268,22 +271,29 @@ class Portfolio:
 
         return solve
 
-    def _freely(self, name: str, problem: Problem, start: Array, *, coarse: bool) -> Refinement:
+    def _freely(
+        self, name: str, problem: Problem, start: Array, *, coarse: bool, near: bool = False
+    ) -> Refinement:
         """Refine a path as a whole, and window by window where that is too much or doesn't converge."""
         budget = self.budget
         barrier = budget.coarse_barrier if coarse else budget.barrier
-        limit = budget.iterations if len(problem) == len(self.problem) else budget.coarse_iterations
+        everywhere = len(problem) == len(self.problem)
+        limit = budget.iterations if everywhere else budget.coarse_iterations
+        last = budget.last_barrier if everywhere else ROUGH
         before = problem.cost(problem.positions(slice(None), start))
         if len(problem) == 1:
             return Refinement(start, before, "one location, nothing to refine", 0)
         found = Refinement(start, before, "", 0)
         problem = problem.eased(start)
         if len(problem) <= budget.whole or budget.takes_any:
-            found = refine(problem, start, iterations=limit, barrier=barrier, solver=budget.solver)
+            solve = partial(refine, iterations=limit, barrier=barrier, last=last, solver=budget.solver)
+            found = solve(problem, start, near=near)
+            if near and found.status != SOLVED:
+                found = solve(problem, found.rotary)
             self.stages.append(Stage(name, found.status, found.iterations, before, found.cost))
             unbroken = start if coarse or found.status == SOLVED else self._unbroken(problem, start)
             if unbroken is not start:
-                found = refine(problem, unbroken, iterations=limit, barrier=barrier, solver=budget.solver)
+                found = solve(problem, unbroken)
                 name = f"{name}, mended start"
                 self.stages.append(Stage(name, found.status, found.iterations, before, found.cost))
         if found.status != SOLVED and len(problem) > 2:

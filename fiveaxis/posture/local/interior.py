@@ -63,7 +63,14 @@ class Outcome:
 
 
 def minimise(
-    rows: Rows, model: Model, start: Array, *, iterations: int, barrier: float, flat: float = FLAT
+    rows: Rows,
+    model: Model,
+    start: Array,
+    *,
+    iterations: int,
+    barrier: float,
+    last: float = LAST_BARRIER,
+    flat: float = FLAT,
 ) -> Outcome:
     """Find a local optimum.
 
@@ -71,10 +78,10 @@ def minimise(
     ----------
     start : (n, d), unknowns
     iterations : most to take
-    barrier : first barrier parameter, J
+    barrier, last : first and last barrier parameter, J
     flat : J/rad and J/s, scaled, that the gradient may keep
     """
-    method = _Method(rows, model, start, barrier, flat)
+    method = _Method(rows, model, start, barrier, last, flat)
     for number in range(iterations):
         solved = method.is_solved()
         if solved or not method.advance():
@@ -85,8 +92,8 @@ def minimise(
 class _Method:
     """One run: unknowns x, parts with duals, multipliers; the rows there, the barrier and the filter."""
 
-    def __init__(self, rows: Rows, model: Model, start: Array, barrier: float, flat: float) -> None:
-        self.flat = flat
+    def __init__(self, rows: Rows, model: Model, start: Array, barrier: float, last: float, flat: float) -> None:
+        self.last, self.flat = last, flat
         self.rows, self.model, self.mu, self.shift, self.restarts = rows, model, barrier, 0.0, 0
         self.parts = np.stack([rows.sign, rows.price, rows.low, rows.high])
         self.x, self.free = start.copy(), np.ascontiguousarray(rows.free.ravel())
@@ -102,9 +109,9 @@ class _Method:
     def is_solved(self) -> bool:
         """Lower the barrier as often as its problem is solved; tell whether the whole is."""
         while self._is_barrier_solved():
-            if self.mu <= LAST_BARRIER:
+            if self.mu <= self.last:
                 return True
-            self.mu = max(LAST_BARRIER, min(BARRIER_FACTOR * self.mu, self.mu**BARRIER_POWER))
+            self.mu = max(self.last, min(BARRIER_FACTOR * self.mu, self.mu**BARRIER_POWER))
             self._clear_filter()
         return False
 
@@ -216,7 +223,7 @@ class _Method:
         pull = np.empty(self.x.size)
         dual, primal, gap, size = kernel.errors(mu, rows.first, rows.square, rows.begin, *at, pull)
         scale, allowed = max(100.0, size) / 100.0, BARRIER_ERROR * mu
-        exact = EXACT if mu <= LAST_BARRIER else allowed
+        exact = EXACT if mu <= self.last else allowed
         return dual / scale <= max(allowed, self.flat) and primal <= exact and gap / scale <= allowed
 
 
