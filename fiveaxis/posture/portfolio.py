@@ -40,6 +40,8 @@ Progress = Callable[[str, int, int], None]
 WIDER = (1, 4, 12)
 # A search looks at no fewer locations than about this.
 LEAST_ROWS = 100
+# Iterations of IPOPT's that a path which is nearly right gets: it is solved again, with other prices.
+ROUND_ITERATIONS = 40
 # How often a search inside of a mask may look for another way where the mask refuses its own.
 LOOKS = 6
 # Rounds of refining inside of a mask, of a path on some locations, on all, and on all of a long one: the
@@ -90,7 +92,8 @@ class Portfolio:
 
     def refined_near(self, start: Array) -> Array:
         """Refine a path, (n, 2) rad, that is nearly right, within the mask where there is one."""
-        problem, solve = self.problem.eased(start), self._solver()
+        few = min(self.budget.iterations, ROUND_ITERATIONS)
+        problem, solve = self.problem.eased(start), self._solver(few)
         if self.clear is None:
             return solve(problem, start, (False, False))[0]
         return Confinement(problem, self.clear, solve).refined(start, 1)
@@ -234,7 +237,7 @@ class Portfolio:
             return Refinement(start, before, "one location, nothing to refine", 0)
         if rounds > COARSE_ROUNDS and not clear.exactly(np.arange(len(problem)), start).all():
             return Refinement(start, before, "to be mended first", 0)
-        inside = Confinement(problem.eased(start), clear, self._solver())
+        inside = Confinement(problem.eased(start), clear, self._solver(self.budget.iterations))
         found = inside.refined(start, rounds)
         cost = problem.cost(problem.positions(slice(None), found))
         refused = int((~clear.exactly(np.arange(len(problem)), found)).sum())
@@ -242,7 +245,7 @@ class Portfolio:
         self.stages.append(Stage(f"{name}, inside of the mask", status, inside.iterations, before, cost))
         return Refinement(found, cost, SOLVED, inside.iterations)
 
-    def _solver(self) -> Solver:
+    def _solver(self, iterations: int) -> Solver:
         """Make what refines a problem, a part of the path or all of it, quickly."""
         budget = self.budget
 
@@ -251,7 +254,7 @@ class Portfolio:
                 found = refine(
                     problem,
                     start,
-                    iterations=budget.iterations,
+                    iterations=iterations,
                     barrier=budget.barrier,
                     held=held,
                     near=True,
