@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fiveaxis.geometry import Array
+from fiveaxis.geometry import Array, IntArray
 from fiveaxis.kinematics import positions_about
 from fiveaxis.machine import Machine
 from fiveaxis.posture.compiled import compiled
@@ -165,3 +165,45 @@ def jet(
         sine2 * c1 - cosine2 * s1,
         -(still + cosine * c1 + sine * s1),
     )
+
+
+@compiled
+def place(
+    places: Places,
+    cosines: Array,
+    within: Array,
+    columns: IntArray,
+    rows: IntArray,
+    rotary: Array,
+    positions: Array,
+    excess: Array,
+) -> None:
+    """Solve the axis values of postures, and how far their tool axes lie outside the bounds.
+
+    Parameters
+    ----------
+    places, cosines, within : of all locations, (n, b, 9), (b, 2)
+    columns : (5,), of the three linear and the two rotary axes
+    rows : (m,), locations
+    rotary : (m, p, 2), rad
+    positions, excess : (m, p, k), mm and rad, and (m, p), cosine, filled in
+    """
+    linear = np.empty(LINEAR)
+    for m in range(len(rows)):
+        i = rows[m]
+        for p in range(rotary.shape[1]):
+            first, second = rotary[m, p, 0], rotary[m, p, 1]
+            c1, s1, c2, s2 = math.cos(first), math.sin(first), math.cos(second), math.sin(second)
+            linear_values(places[0][i], places[1][i], places[2], places[3], c1, s1, c2, s2, linear)
+            for a in range(LINEAR):
+                positions[m, p, columns[a]] = linear[a]
+            positions[m, p, columns[LINEAR]], positions[m, p, columns[LINEAR + 1]] = first, second
+            past = 0.0
+            for b in range(cosines.shape[1]):
+                cosine = value(cosines[i, b], c1, s1, c2, s2)
+                # NaN, where nothing binds, is no excess.
+                if cosine < within[b, 0]:
+                    past = max(past, within[b, 0] - cosine)
+                elif cosine > within[b, 1]:
+                    past = max(past, cosine - within[b, 1])
+            excess[m, p] = past
