@@ -9,8 +9,8 @@ import numpy as np
 from fiveaxis.errors import SettingError
 
 DEGREE = np.pi / 180.0
-# J: the last barrier parameter of what is solved again with other prices or on more locations.
-ROUGH = 1e-4
+# J: the last barrier parameters of what is solved again on more locations, and of the program's rounds.
+ROUGH, ROUND = 1e-3, 1e-4
 
 
 @dataclass(frozen=True)

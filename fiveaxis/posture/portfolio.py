@@ -13,7 +13,7 @@ import numpy as np
 
 from fiveaxis.errors import Infeasible
 from fiveaxis.geometry import Array, IntArray
-from fiveaxis.posture.budget import DEGREE, ROUGH, Budget, Search
+from fiveaxis.posture.budget import DEGREE, ROUGH, ROUND, Budget, Search
 from fiveaxis.posture.clearance import Clearance
 from fiveaxis.posture.confine import Confinement, Solver
 from fiveaxis.posture.lattice import (
@@ -92,8 +92,9 @@ class Portfolio:
 
     def refined_near(self, start: Array) -> Array:
         """Refine a path, (n, 2) rad, that is nearly right, within the mask where there is one."""
-        few = min(self.budget.iterations, ROUND_ITERATIONS)
-        problem, solve = self.problem.eased(start), self._solver(few)
+        allowed = self.budget
+        few, last = min(allowed.iterations, ROUND_ITERATIONS), min(allowed.last_barrier, ROUND)
+        problem, solve = self.problem.eased(start), self._solver(few, last)
         if self.clear is None:
             return solve(problem, start, (False, False))[0]
         return Confinement(problem, self.clear, solve).refined(start, 1)
@@ -237,7 +238,9 @@ class Portfolio:
             return Refinement(start, before, "one location, nothing to refine", 0)
         if rounds > COARSE_ROUNDS and not clear.exactly(np.arange(len(problem)), start).all():
             return Refinement(start, before, "to be mended first", 0)
-        inside = Confinement(problem.eased(start), clear, self._solver(self.budget.iterations))
+        inside = Confinement(
+            problem.eased(start), clear, self._solver(self.budget.iterations, self.budget.last_barrier)
+        )
         found = inside.refined(start, rounds)
         cost = problem.cost(problem.positions(slice(None), found))
         refused = int((~clear.exactly(np.arange(len(problem)), found)).sum())
@@ -245,7 +248,7 @@ class Portfolio:
         self.stages.append(Stage(f"{name}, inside of the mask", status, inside.iterations, before, cost))
         return Refinement(found, cost, SOLVED, inside.iterations)
 
-    def _solver(self, iterations: int) -> Solver:
+    def _solver(self, iterations: int, last: float) -> Solver:
         """Make what refines a problem, a part of the path or all of it, quickly."""
         budget = self.budget
 
@@ -258,7 +261,7 @@ class Portfolio:
                     barrier=budget.barrier,
                     held=held,
                     near=True,
-                    last=budget.last_barrier,
+                    last=last,
                     solver=budget.solver,
                 )
             else:

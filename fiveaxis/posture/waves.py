@@ -5,8 +5,8 @@ Where no rotary axis stands between linear ones and the tool leans about one poi
 direction. The nine coefficients of a location are affine in its pivot, so they are read off the kinematics'
 own equations at nine postures and four pivots, and compiled loops need no chain.
 
-A zone whose centre lies beside the tool's axis adds ``a (u − c v) / √(1 − c²)`` to the linear axes, where c is
-the cosine to the normal, and u and v are what the axes do for a way along the normal and along the tool: all
+A zone whose centre lies beside the tool's axis adds ``a (u − c v) / √(1 − c²)`` to the linear axes, where c
+is the cosine to the normal, and u and v are how the axes move the tool along the normal and along itself: all
 three are such polynomials again.
 """
 

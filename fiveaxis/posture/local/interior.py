@@ -92,7 +92,9 @@ def minimise(
 class _Method:
     """One run: unknowns x, parts with duals, multipliers; the rows there, the barrier and the filter."""
 
-    def __init__(self, rows: Rows, model: Model, start: Array, barrier: float, last: float, flat: float) -> None:
+    def __init__(
+        self, rows: Rows, model: Model, start: Array, barrier: float, last: float, flat: float
+    ) -> None:
         self.last, self.flat = last, flat
         self.rows, self.model, self.mu, self.shift, self.restarts = rows, model, barrier, 0.0, 0
         self.parts = np.stack([rows.sign, rows.price, rows.low, rows.high])
