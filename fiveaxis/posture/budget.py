@@ -10,7 +10,7 @@ from fiveaxis.errors import SettingError
 
 DEGREE = np.pi / 180.0
 # J: the last barrier parameters of what is solved again on more locations, and of the program's rounds.
-ROUGH, ROUND = 1e-3, 1e-4
+ROUGH, ROUND = 1e-3, 1e-5
 
 
 @dataclass(frozen=True)
