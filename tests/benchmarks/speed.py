@@ -72,7 +72,7 @@ def time_command() -> None:
 
 
 def time_optimiser(vase: fx.Toolpath, hayashi: fx.Machine) -> None:
-    """The optimiser on the vase as a rate of processor, and how many times as long it takes with more to do."""
+    """The optimiser on the vase as a rate of processor, and how many times as long other cases take."""
     trt = fx.load_machine("linuxcnc-xyzac-trt").with_drives_of(hayashi)
     torus = fx.read_toolpath(DATA / "cases" / "vase_overhang.csv", tool=parse_tool("bull:10:2"))
     plain = 0.0
