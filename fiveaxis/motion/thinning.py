@@ -207,12 +207,15 @@ class _Course:
         ends, middle = self._shares(row, first[span], last[span])
         tip, axis = self._poses(ends, first[span], last[span])
         height = self.path.zone.height
-        touching = self.path.at(row)
-        off = np.linalg.norm(tip + height * axis - touching.centres(axis), axis=1)
+        off = np.linalg.norm(tip + height * axis - self.path.centres(axis, row), axis=1)
         bad = (off > self.tolerance) | self._leans_off(axis, self.poses[1][row], row)
-        halfway, leaning = self._poses(middle, first[span], last[span])
-        bad |= np.linalg.norm(halfway + height * leaning - self.middles[row], axis=1) > self.tolerance
-        bad |= self._leans_off(leaning, self.leanings[row], row)
+        level &= ~np.logical_or.reduceat(bad, begins)
+        # Most spans that are too long already show it there.
+        left = np.flatnonzero(level[span])
+        at, of = row[left], span[left]
+        halfway, leaning = self._poses(middle[left], first[of], last[of])
+        bad[left] |= np.linalg.norm(halfway + height * leaning - self.middles[at], axis=1) > self.tolerance
+        bad[left] |= self._leans_off(leaning, self.leanings[at], at)
         level &= ~np.logical_or.reduceat(bad, begins)
         return level & self._drives_no_more(row, begins, first[span], last[span]) if self.led else level
 

@@ -9,6 +9,8 @@ import numpy as np
 from fiveaxis.errors import SettingError
 
 DEGREE = np.pi / 180.0
+# J: the last barrier parameters of what is solved again on more locations, and of the program's rounds.
+ROUGH, ROUND = 1e-3, 1e-5
 
 
 @dataclass(frozen=True)
@@ -52,6 +54,8 @@ class Budget:
     coarse_iterations, iterations : of the NLP, on some locations and on all; what converges at all does so
         sooner
     coarse_barrier, barrier : IPOPT's first barrier parameter, from a searched and from an extended start
+    last_barrier : the structured method's last one, J; a path costs as much more as it has steps of axes,
+        times this. Searches on some locations need no more than `ROUGH`
     whole : locations up to which the NLP takes a path at once; the windows take a longer one, and one on
         which it didn't converge
     window : locations in a window
@@ -73,13 +77,13 @@ class Budget:
     level_reach: int = 3
     widths: tuple[tuple[float, float], ...] = (
         (1.0 * DEGREE, 0.25),
-        (1.0 * DEGREE, 0.25),
         (0.5 * DEGREE, 0.12),
     )
     coarse_iterations: int = 100
     iterations: int = 120
     coarse_barrier: float = 1e-1
     barrier: float = 4e-2
+    last_barrier: float = 5e-7
     whole: int = 5000
     window: int = 150
     window_iterations: int = 150

@@ -24,8 +24,8 @@ from fiveaxis.toolpath import TiltBounds, Toolpath, refined
 
 # Travel below this share of a step counts as none, round after round; what stays is as good as standing.
 SHARPNESS = (0.1, 0.03, 0.01, 0.01, 0.01)
-# A round that saves a smaller share, and inserts nothing, is the last.
-WORTHWHILE = 2e-3
+# A round that saves a smaller share, and inserts no larger share of locations, is the last.
+WORTHWHILE, FEW = 2e-3, 1e-3
 # Further rounds, as sharp as the last, where what lies between locations still breaks a bound.
 MOST_ROUNDS = 12
 # A posture on the way between two locations may be past its bounds by so much (cosine, mm, rad).
@@ -137,7 +137,8 @@ class Delivery:
             stages.append(Stage(f"program, round {number + 1}", said, 0, before, here.cost))
             gain, better = best.cost - here.cost, here.rank < best.rank
             best = here if better else best
-            if number >= 2 and not here.inserted and not (better and gain > WORTHWHILE * here.cost):
+            complete = here.inserted <= FEW * len(posed.path)
+            if number >= 2 and complete and not (better and gain > WORTHWHILE * here.cost):
                 break
         return best, stages
 

@@ -17,7 +17,7 @@ from fiveaxis.machine import Machine
 from fiveaxis.motion import Filling, Interpolation, follow
 from fiveaxis.posture import holding
 from fiveaxis.posture.baselines import find_baselines, moved_clear
-from fiveaxis.posture.budget import Budget, budget_of
+from fiveaxis.posture.budget import ROUGH, Budget, budget_of
 from fiveaxis.posture.clearance import Clearance
 from fiveaxis.posture.delivery import Delivery, Objective, Posed, delivered
 from fiveaxis.posture.local.refinement import STRUCTURED, require_solver
@@ -144,6 +144,9 @@ def optimise(
         raise SettingError("free_direction goes with free_start only; give that, too")
     require_solver(solver)
     allowed = replace(budget or budget_of(effort), solver=solver)
+    if objective != "travel":
+        # The prices of travel are but a start for those of blocks.
+        allowed = replace(allowed, last_barrier=ROUGH)
     singular = Cone.of_degrees(singular_cone, singular_rate)
     machine = holding.hold(machine, hold or {})
     toolpath = for_tilt(toolpath, tilt, cone, lead=lead, lean=lean)

@@ -13,7 +13,7 @@ import numpy as np
 
 from fiveaxis.errors import Infeasible
 from fiveaxis.geometry import Array, IntArray
-from fiveaxis.posture.budget import DEGREE, Budget, Search
+from fiveaxis.posture.budget import DEGREE, ROUGH, ROUND, Budget, Search
 from fiveaxis.posture.clearance import Clearance
 from fiveaxis.posture.confine import Confinement, Solver
 from fiveaxis.posture.lattice import (
@@ -41,6 +41,8 @@ BROKEN = tuple(Reach(margin, 200) for margin in (12, 24, 48, 96, 192, 384))
 MOST_BROKEN = 0.1
 # A search looks at no fewer locations than about this.
 LEAST_ROWS = 100
+# Iterations of IPOPT's that a path which is nearly right gets: it is solved again, with other prices.
+ROUND_ITERATIONS = 40
 # How often a search inside of a mask may look for another way where the mask refuses its own.
 LOOKS = 6
 # Rounds of refining inside of a mask, of a path on some locations, on all, and on all of a long one: the
@@ -91,7 +93,9 @@ class Portfolio:
 
     def refined_near(self, start: Array) -> Array:
         """Refine a path, (n, 2) rad, that is nearly right, within the mask where there is one."""
-        problem, solve = self.problem.eased(start), self._solver()
+        allowed = self.budget
+        few, last = min(allowed.iterations, ROUND_ITERATIONS), min(allowed.last_barrier, ROUND)
+        problem, solve = self.problem.eased(start), self._solver(few, last)
         if self.clear is None:
             return solve(problem, start, (False, False))[0]
         return Confinement(problem, self.clear, solve).refined(start, 1)
@@ -142,7 +146,7 @@ class Portfolio:
         best = min(halfway, key=lambda r: denser.priced(r.rotary))
         everywhere = np.arange(len(self.problem))
         rotary = self._carried(middle, everywhere, best, coordinates)
-        return self._refined("refine, all locations", None, rotary)
+        return self._refined("refine, all locations", None, rotary, near=True)
 
     def _at_once(self, tasks: list[Callable[[Portfolio], T]]) -> list[T]:
         """Run tasks that don't need each other; on a long path in as many threads as there are cores.
@@ -216,11 +220,13 @@ class Portfolio:
         full = refill(self.problem.thinned(rows), coordinates, at, path, self.budget.widths, clear=clear)
         return full[:, self.problem.machine.rotary_columns]
 
-    def _refined(self, name: str, rows: IntArray | None, start: Array, *, coarse: bool = False) -> Refinement:
+    def _refined(
+        self, name: str, rows: IntArray | None, start: Array, *, coarse: bool = False, near: bool = False
+    ) -> Refinement:
         """Refine a path on some locations, or on all, inside of the mask where there is one."""
         problem = self.problem if rows is None else self.problem.thinned(rows)
         if self.clear is None:
-            return self._freely(name, problem, start, coarse=coarse)
+            return self._freely(name, problem, start, coarse=coarse, near=near)
         clear = self.clear if rows is None else self.clear.at(rows)
         most = ROUNDS if len(problem) <= self.budget.whole else LONG_ROUNDS
         return self._confined(name, problem, clear, start, most if rows is None else COARSE_ROUNDS)
@@ -233,7 +239,9 @@ class Portfolio:
             return Refinement(start, before, "one location, nothing to refine", 0)
         if rounds > COARSE_ROUNDS and not clear.exactly(np.arange(len(problem)), start).all():
             return Refinement(start, before, "to be replanned first", 0)
-        inside = Confinement(problem.eased(start), clear, self._solver())
+        inside = Confinement(
+            problem.eased(start), clear, self._solver(self.budget.iterations, self.budget.last_barrier)
+        )
         found = inside.refined(start, rounds)
         cost = problem.cost(problem.positions(slice(None), found))
         refused = int((~clear.exactly(np.arange(len(problem)), found)).sum())
@@ -241,7 +249,7 @@ class Portfolio:
         self.stages.append(Stage(f"{name}, inside of the mask", status, inside.iterations, before, cost))
         return Refinement(found, cost, SOLVED, inside.iterations)
 
-    def _solver(self) -> Solver:
+    def _solver(self, iterations: int, last: float) -> Solver:
         """Make what refines a problem, a part of the path or all of it, quickly."""
         budget = self.budget
 
@@ -250,10 +258,11 @@ class Portfolio:
                 found = refine(
                     problem,
                     start,
-                    iterations=budget.iterations,
+                    iterations=iterations,
                     barrier=budget.barrier,
                     held=held,
                     near=True,
+                    last=last,
                     solver=budget.solver,
                 )
             else:
@@ -269,22 +278,29 @@ class Portfolio:
 
         return solve
 
-    def _freely(self, name: str, problem: Problem, start: Array, *, coarse: bool) -> Refinement:
+    def _freely(
+        self, name: str, problem: Problem, start: Array, *, coarse: bool, near: bool = False
+    ) -> Refinement:
         """Refine a path as a whole, and window by window where that is too much or doesn't converge."""
         budget = self.budget
         barrier = budget.coarse_barrier if coarse else budget.barrier
-        limit = budget.iterations if len(problem) == len(self.problem) else budget.coarse_iterations
+        everywhere = len(problem) == len(self.problem)
+        limit = budget.iterations if everywhere else budget.coarse_iterations
+        last = budget.last_barrier if everywhere else ROUGH
         before = problem.cost(problem.positions(slice(None), start))
         if len(problem) == 1:
             return Refinement(start, before, "one location, nothing to refine", 0)
         found = Refinement(start, before, "", 0)
         problem = problem.eased(start)
         if len(problem) <= budget.whole or budget.takes_any:
-            found = refine(problem, start, iterations=limit, barrier=barrier, solver=budget.solver)
+            solve = partial(refine, iterations=limit, barrier=barrier, last=last, solver=budget.solver)
+            found = solve(problem, start, near=near)
+            if near and found.status != SOLVED:
+                found = solve(problem, found.rotary)
             self.stages.append(Stage(name, found.status, found.iterations, before, found.cost))
             unbroken = start if coarse or found.status == SOLVED else self._unbroken(problem, start)
             if unbroken is not start:
-                found = refine(problem, unbroken, iterations=limit, barrier=barrier, solver=budget.solver)
+                found = solve(problem, unbroken)
                 name = f"{name}, replanned start"
                 self.stages.append(Stage(name, found.status, found.iterations, before, found.cost))
         if found.status != SOLVED and len(problem) > 2:

@@ -15,6 +15,7 @@ from fiveaxis.machine import Machine
 from fiveaxis.motion import least_times
 from fiveaxis.motion.bounds import axis_bounds
 from fiveaxis.posture.terms import OTHERS, Term, lean_cosine, terms_of
+from fiveaxis.posture.waves import Waves, has_waves, place, waves_of
 from fiveaxis.toolpath import TiltBounds, Toolpath, Zone
 
 # Where rotary steps are bounded, no step of a thinned path is larger than this (or than the bound itself):
@@ -222,6 +223,8 @@ class Problem:
         positions : (m, ..., k), mm and rad
         excess : (m, ...), cosine past its bound, 0 where admitted or nothing binds
         """
+        if self.waves is not None:
+            return self._placed(self.waves, np.arange(len(self))[rows], rotary)
         shape = (-1, *(1,) * (rotary.ndim - 2), 3)
         pivot, normal = self.pivot[rows].reshape(shape), self.normal[rows].reshape(shape)
         positions, axis = positions_about(self.machine, pivot, rotary, self.zone, normal)
@@ -232,6 +235,16 @@ class Problem:
             excess = np.maximum(excess, np.nan_to_num(_past(cosine, bound.cosines)))
         return positions, excess
 
+    def _placed(self, waves: Waves, rows: IntArray, rotary: Array) -> tuple[Array, Array]:
+        rotary = np.broadcast_to(rotary, (len(rows), *rotary.shape[1:]))
+        machine, ways = self.machine, (len(rows), int(np.prod(rotary.shape[1:-1])))
+        positions, excess = np.empty((*ways, len(machine.axes))), np.empty(ways)
+        within = np.array([bound.cosines for bound in self.bounds])
+        columns = np.array([*machine.linear_columns, *machine.rotary_columns])
+        angles = np.ascontiguousarray(rotary).reshape(*ways, 2)
+        place(waves.places, waves.cosines, within, columns, rows, angles, positions, excess)
+        return positions.reshape(*rotary.shape[:-1], -1), excess.reshape(rotary.shape[:-1])
+
     def limit_excess(self, positions: Array) -> Array:
         """Add up how far axis values, (..., k), lie past their limits (mm, rad)."""
         past = np.maximum(self.machine.low - positions, positions - self.machine.high)
@@ -241,6 +254,13 @@ class Problem:
     def terms(self) -> tuple[Term, ...]:
         """What the objective and the bounds are made of."""
         return terms_of(self)
+
+    @cached_property
+    def waves(self) -> Waves | None:
+        """The coefficients of its locations; None where its chain has none."""
+        if not has_waves(self.machine):
+            return None
+        return waves_of(self.machine, self.pivot, self.normal, self.zone, self.bounds)
 
     def quantities(self, positions: Array, axis: Array | None = None) -> Array:
         """Put the quantities of a path's terms together, (n, k + 4): its steps wait as long as they have to.

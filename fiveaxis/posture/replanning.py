@@ -21,7 +21,6 @@ from fiveaxis.posture.lattice import Coordinates, Lattice, choose_coordinates
 from fiveaxis.posture.mask import Known, clean_path, pinned, stored
 from fiveaxis.posture.problem import Problem
 from fiveaxis.posture.search import refill, shortest_path, thin
-from fiveaxis.posture.tube import problem_waves
 
 # Steps of the second coordinate to a neighbour, one try after the other.
 WIDER = (1, 4, 12)
@@ -162,7 +161,7 @@ class Replanning:
             known = Known(clear.mask, clear.rows, problem)
             return clean_path(pinned(stored(lattice, len(problem)), problem, held), known)
 
-        if problem_waves(part) is None:
+        if part.waves is None:
             return refill(part, coordinates, rows, path, self.widths, find)
         full = refill(part, coordinates, rows, path, self.widths, clear=clear)
         for row in held:

@@ -12,7 +12,7 @@ from fiveaxis.kinematics.windings import fit_turns
 from fiveaxis.posture.kernel import relax_layer
 from fiveaxis.posture.lattice import Coordinates, Lattice, tube_lattice
 from fiveaxis.posture.problem import Problem
-from fiveaxis.posture.tube import Admission, path_through_tube, problem_waves
+from fiveaxis.posture.tube import Admission, path_through_tube
 
 # Paths up to this many locations are searched as densely as the budget says, longer ones as their turn asks.
 LONG = 10_000
@@ -160,7 +160,7 @@ def refill(
     widths : lattice steps of the tubes, widest first
     find : finds the path through a tube; `shortest_path` by default
     clear : what a mask admits at the locations; ways that it doesn't admit have a price, and the last tube
-        asks it exactly. Only where the waves of the locations are known (`problem_waves`)
+        asks it exactly. Only where the waves of the locations are known (`Problem.waves`)
 
     Returns
     -------
@@ -173,7 +173,7 @@ def refill(
     spin = problem.machine.rotary_columns[coordinates.spin]
     second = coordinates.second_column(problem)
     strands = np.stack([path[before, spin], slide[:, spin], path[after, spin]], axis=1)
-    full, waves = slide, problem_waves(problem)
+    full, waves = slide, problem.waves
     for number, width in enumerate(widths):
         count = 2 if number else 1
         tube = (problem, coordinates, strands, full[:, second], width, count)

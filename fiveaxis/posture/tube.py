@@ -10,8 +10,8 @@ from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.kinematics.windings import TURN, one_turn_from
 from fiveaxis.posture.lattice import Coordinates
 from fiveaxis.posture.problem import VIOLATION_PRICE, Problem
-from fiveaxis.posture.tube_kernel import LINEAR, tube_path, tube_postures
-from fiveaxis.posture.waves import Waves, has_waves, waves_of
+from fiveaxis.posture.tube_kernel import tube_path, tube_postures
+from fiveaxis.posture.waves import Waves
 
 # Price of a posture that a mask refuses, J: a way through is cheaper only round many of them.
 REFUSED_PRICE = 1e3
@@ -27,13 +27,6 @@ class Admission(Protocol):
     def roughly(self, rows: IntArray, rotary: Array) -> BoolArray:
         """Ask what is known about the mask."""
         ...
-
-
-def problem_waves(problem: Problem) -> Waves | None:
-    """Work out the waves of a problem's locations; None where its chain or cutter has none."""
-    if not has_waves(problem.machine, problem.zone) or len(problem.machine.axes) != LINEAR + 2:
-        return None
-    return waves_of(problem.machine, problem.pivot, problem.zone, problem.bounds)
 
 
 def path_through_tube(
@@ -52,7 +45,7 @@ def path_through_tube(
     Parameters
     ----------
     strands, second, width, count : as for `tube_lattice`
-    waves : of the problem (`problem_waves`)
+    waves : of the problem (`Problem.waves`)
     clear : what a mask admits; states that it roughly doesn't have a price
     looks : how often the mask is asked exactly about the path found and what lies round it, and another one
         looked for
@@ -70,7 +63,7 @@ def path_through_tube(
 
     def cheapest(refused: Array) -> tuple[Array, IntArray]:
         return tube_path(
-            waves.linear,
+            waves.places,
             waves.cosines,
             np.array([bound.cosines for bound in problem.bounds]),
             np.stack([machine.low[columns], machine.high[columns]]),

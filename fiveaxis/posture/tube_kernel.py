@@ -10,23 +10,23 @@ from numpy.typing import NDArray
 from fiveaxis.geometry import Array
 from fiveaxis.posture.compiled import compiled
 from fiveaxis.posture.kernel import relax_layer
-from fiveaxis.posture.waves import value
+from fiveaxis.posture.waves import Places, linear_values, value
 
 TURN = 2.0 * np.pi
 # Rotary axes' columns come last: linear, first and second rotary axis.
-LINEAR, FIRST, SECOND = 3, 3, 4
+FIRST, SECOND = 3, 4
+# mm: how far a posture that isn't there lies past the limits.
+NOWHERE = 1e6
 
 
 @compiled
-def other_angle(wave: Array, spin: int, angle: float, level: float, sign: float, low: float) -> float:
-    """Solve the other rotary angle for a level of a linear axis at a spin angle, on one branch.
+def swing(wave: Array, spin: int, angle: float) -> tuple[float, float, float]:
+    """Give middle, amplitude and phase of a linear axis over the other rotary angle, at a spin angle.
 
     Parameters
     ----------
     wave : (9,), of the linear axis
     spin : 0 or 1, the rotary axis whose angle is given
-    sign : −1 or 1, the branch
-    low : rad, the answer lies in the turn from here
     """
     c, s = math.cos(angle), math.sin(angle)
     if spin == 0:
@@ -37,16 +37,29 @@ def other_angle(wave: Array, spin: int, angle: float, level: float, sign: float,
         still = wave[0] + wave[1] * c + wave[2] * s
         cosine = wave[3] + wave[4] * c + wave[5] * s
         sine = wave[6] + wave[7] * c + wave[8] * s
-    ratio = (level - still) / max(math.hypot(cosine, sine), 1e-12)
-    half = math.acos(min(max(ratio, -1.0), 1.0))
-    found = math.atan2(sine, cosine) + sign * half
+    return still, max(math.hypot(cosine, sine), 1e-12), math.atan2(sine, cosine)
+
+
+@compiled
+def other_angle(swung: tuple[float, float, float], level: float, sign: float, low: float) -> float:
+    """Solve the other rotary angle for a level of a linear axis, on one branch.
+
+    Parameters
+    ----------
+    swung : of the linear axis (`swing`)
+    sign : −1 or 1, the branch
+    low : rad, the answer lies in the turn from here
+    """
+    half = math.acos(min(max((level - swung[0]) / swung[1], -1.0), 1.0))
+    found = swung[2] + sign * half
     return low + (found - low) % TURN
 
 
 @compiled
 def fill_states(
-    linear: Array,
+    places: Places,
     cosines: Array,
+    i: int,
     within: Array,
     limits: Array,
     spin: int,
@@ -63,7 +76,8 @@ def fill_states(
 
     Parameters
     ----------
-    linear, cosines : (3, 9) and (b, 9), waves
+    places, cosines : of all locations (`Waves`)
+    i : the location
     within, limits : (b, 2) and (2, 5), bounds of cosines and axes
     spin : 0 or 1
     level : row of the linear axis whose level is the second coordinate; −1 for the other rotary angle
@@ -72,36 +86,41 @@ def fill_states(
     fault : J per unit of violation
     states, price : (a, b, c, 5) and (a, b, c), filled in
     """
+    linear, beside, along, offset = places[0][i], places[1][i], places[2], places[3]
     per_strand, count = states.shape[0] // len(strands), states.shape[1] // 2
+    swung = (0.0, 1.0, 0.0)
     for a in range(states.shape[0]):
         angle = strands[a // per_strand] + width[0] * (a % per_strand - per_strand // 2)
+        if level >= 0:
+            swung = swing(linear[level], spin, angle)
+        cosine, sine = math.cos(angle), math.sin(angle)
         for b in range(states.shape[1]):
             stand = second + width[1] * (b - count)
             for c in range(states.shape[2]):
-                other = stand if level < 0 else other_angle(
-                    linear[level], spin, angle, stand, 2.0 * c - 1.0, low
-                )  # fmt: skip
+                other = stand if level < 0 else other_angle(swung, stand, 2.0 * c - 1.0, low)
                 state = states[a, b, c]
                 state[FIRST], state[SECOND] = (angle, other) if spin == 0 else (other, angle)
-                c1, s1 = math.cos(state[FIRST]), math.sin(state[FIRST])
-                c2, s2 = math.cos(state[SECOND]), math.sin(state[SECOND])
+                c1, s1, c2, s2 = cosine, sine, math.cos(other), math.sin(other)
+                if spin == 1:
+                    c1, s1, c2, s2 = c2, s2, c1, s1
                 excess, past = 0.0, 0.0
-                for m in range(LINEAR):
-                    state[m] = value(linear[m], c1, s1, c2, s2)
+                linear_values(linear, beside, along, offset, c1, s1, c2, s2, state)
                 for m in range(len(state)):
                     past += max(limits[0, m] - state[m], state[m] - limits[1, m], 0.0)
-                for m in range(len(cosines)):
-                    cosine = value(cosines[m], c1, s1, c2, s2)
+                for m in range(cosines.shape[1]):
+                    lean = value(cosines[i, m], c1, s1, c2, s2)
                     # NaN, where nothing binds, is no excess.
-                    if cosine < within[m, 0]:
-                        excess = max(excess, within[m, 0] - cosine)
-                    elif cosine > within[m, 1]:
-                        excess = max(excess, cosine - within[m, 1])
+                    if lean < within[m, 0]:
+                        excess = max(excess, within[m, 0] - lean)
+                    elif lean > within[m, 1]:
+                        excess = max(excess, lean - within[m, 1])
+                # Beside its contact a torus has no place along the normal.
+                past = past if past < np.inf else NOWHERE
                 price[a, b, c] = fault * (excess + past)
 
 
 def tube_path(
-    linear: Array,
+    places: Places,
     cosines: Array,
     within: Array,
     limits: Array,
@@ -127,7 +146,7 @@ def tube_path(
 
     Parameters
     ----------
-    linear … fault : as for `fill_states`, with a first dimension n; `within`, `limits`, `width` are shared
+    places … fault : as for `fill_states`; strands and second with a first dimension n
     refused : (n, states) J, further prices of the states; (n, 0) for none
     count : steps to each side of every strand
     plus, minus : (n − 1, 5), J/mm and J/rad
@@ -140,7 +159,7 @@ def tube_path(
     path : (n, 5), mm and rad
     chosen : (n,), number of its state in each location
     """
-    n, across = len(linear), 2 * count + 1
+    n, across = len(places[0]), 2 * count + 1
     shape = (strands.shape[1] * across, across, 1 if level < 0 else 2)
     # Made here, as numba takes a second for each array that it makes itself.
     states, before = np.zeros((*shape, 5)), np.zeros((*shape, 5))
@@ -153,14 +172,14 @@ def tube_path(
     trail, row_least = np.zeros((n, price.size), dtype=np.int32), np.empty(shape[0])
     turn, bend = np.full(5, np.inf), np.zeros(5)
     sweep(
-        linear, cosines, within, limits, spin, level, low, strands, second, width, fault, refused, plus,
+        places, cosines, within, limits, spin, level, low, strands, second, width, fault, refused, plus,
         minus, max_turn, turn_price, bend_price, pace, least_time, time_price, states, before, price, cost,
         best, back, trail, row_least, turn, bend,
     )  # fmt: skip
     path, chosen = np.empty((n, 5)), np.empty(n, dtype=np.int64)
     chosen[-1] = np.argmin(cost)
     trace(
-        linear, cosines, within, limits, spin, level, low, strands, second, width, fault, trail, states,
+        places, cosines, within, limits, spin, level, low, strands, second, width, fault, trail, states,
         price, path, chosen,
     )  # fmt: skip
     return path, chosen
@@ -168,7 +187,7 @@ def tube_path(
 
 @compiled
 def sweep(
-    linear: Array,
+    places: Places,
     cosines: Array,
     within: Array,
     limits: Array,
@@ -211,9 +230,9 @@ def sweep(
     row, size = cost.shape[1] * cost.shape[2], cost.size
     # The same numbers in one row: copied one by one, as for ``a[:] = b`` numba compiles an error's wording.
     prices, costs, bests, backs = price.reshape(-1), cost.reshape(-1), best.reshape(-1), back.reshape(-1)
-    for i in range(len(linear)):
+    for i in range(len(places[0])):
         fill_states(
-            linear[i], cosines[i], within, limits, spin, level, low, strands[i], second[i], width, fault,
+            places, cosines, i, within, limits, spin, level, low, strands[i], second[i], width, fault,
             states, price,
         )  # fmt: skip
         if refused.shape[1]:
@@ -242,7 +261,7 @@ def sweep(
 
 @compiled
 def trace(
-    linear: Array,
+    places: Places,
     cosines: Array,
     within: Array,
     limits: Array,
@@ -267,9 +286,9 @@ def trace(
     chosen : (n,), filled in but for the last, which is where it begins
     """
     listed = states.reshape(-1, 5)
-    for i in range(len(linear) - 1, -1, -1):
+    for i in range(len(places[0]) - 1, -1, -1):
         fill_states(
-            linear[i], cosines[i], within, limits, spin, level, low, strands[i], second[i], width, fault,
+            places, cosines, i, within, limits, spin, level, low, strands[i], second[i], width, fault,
             states, price,
         )  # fmt: skip
         for m in range(5):
@@ -301,12 +320,11 @@ def tube_postures(
         state = 0
         for a in range(strands.shape[1] * across):
             angle = strands[i, a // across] + width[0] * (a % across - count)
+            swung = swing(linear[i, max(level, 0)], spin, angle)
             for b in range(across):
                 stand = second[i] + width[1] * (b - count)
                 for c in range(branches):
-                    other = stand if level < 0 else other_angle(
-                        linear[i, level], spin, angle, stand, 2.0 * c - 1.0, low
-                    )  # fmt: skip
+                    other = stand if level < 0 else other_angle(swung, stand, 2.0 * c - 1.0, low)
                     postures[i, state, spin], postures[i, state, 1 - spin] = angle, other
                     state += 1
     return postures

@@ -4,23 +4,33 @@ Where no rotary axis stands between linear ones and the tool leans about one poi
 ``Σ K_mn u_m(ρ1) u_n(ρ2)`` with ``u = (1, cos ρ, sin ρ)``, and so is the cosine of the tool axis to a
 direction. The nine coefficients of a location are affine in its pivot, so they are read off the kinematics'
 own equations at nine postures and four pivots, and compiled loops need no chain.
+
+A zone whose centre lies beside the tool's axis adds ``a (u − c v) / √(1 − c²)`` to the linear axes, where c
+is the cosine to the normal, and u and v are how the axes move the tool along the normal and along itself: all
+three are such polynomials again.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fiveaxis.geometry import Array
+from fiveaxis.geometry import Array, IntArray
 from fiveaxis.kinematics import positions_about
 from fiveaxis.machine import Machine
 from fiveaxis.posture.compiled import compiled
 from fiveaxis.toolpath import TiltBounds, Zone
 
 TERMS = 9
+# Linear axes, and the row of the cosine to the normal behind them.
+LINEAR = COSINE = 3
 # mm: pivots at which the equations are sampled; as large as real ones, so that differences keep their digits.
 FAR = 1000.0
+
+# The coefficients of the linear axes, as `linear_values` takes them.
+Places = tuple[Array, Array, Array, float]
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,38 +41,64 @@ class Waves:
     ----------
     linear : (n, 3, 9), mm, of the linear axes in column order
     cosines : (n, b, 9), of the cosine to the reference of each bound; NaN where it binds nothing
+    axis : (3, 9), of the tool axis
+    beside : (n, 4, 9), of an offset zone: u, mm/mm, of the linear axes, then c; (n, 0, 9) for others
+    along : (3, 9), v, mm/mm
+    offset : mm, a
     """
 
     linear: Array
     cosines: Array
+    axis: Array
+    beside: Array
+    along: Array
+    offset: float
+
+    @property
+    def places(self) -> Places:
+        """What `linear_values` asks for, of all locations."""
+        return self.linear, self.beside, self.along, self.offset
 
 
-def has_waves(machine: Machine, zone: Zone) -> bool:
+def has_waves(machine: Machine) -> bool:
     """Tell whether the linear axes of a machine are polynomials of this form."""
-    return machine.chain.linears_adjoin and zone.offset == 0.0
+    return machine.chain.linears_adjoin and len(machine.linear_columns) == LINEAR
 
 
-def waves_of(machine: Machine, pivot: Array, zone: Zone, bounds: tuple[TiltBounds, ...]) -> Waves:
+def waves_of(
+    machine: Machine, pivot: Array, normal: Array, zone: Zone, bounds: tuple[TiltBounds, ...]
+) -> Waves:
     """Work out the coefficients of a path.
 
     Parameters
     ----------
-    machine, zone : for which `has_waves` holds
-    pivot : (n, 3), mm, workpiece frame
+    machine : for which `has_waves` holds
+    pivot, normal : (n, 3), mm and unit vectors, workpiece frame
+    zone : the part of the cutter's profile whose centre the pivot is
     bounds : on the lean
     """
     third = 2.0 * np.pi / 3.0 * np.arange(3)
     sampled = np.stack(np.meshgrid(third, third, indexing="ij"), axis=-1).reshape(-1, 1, 2)
     places = np.vstack([np.zeros(3), FAR * np.eye(3)])
-    positions, axis = positions_about(machine, places, sampled, zone)
-    inverse = np.linalg.inv(terms(sampled[:, 0]))
+    positions, axis = positions_about(machine, places, sampled, replace(zone, offset=0.0))
+    products = terms(sampled[:, 0])
+    inverse = np.linalg.inv(products)
     # [term, place, linear axis]
     fitted = np.einsum("ts,spa->tpa", inverse, positions[..., machine.linear_columns])
     slope = (fitted[:, 1:] - fitted[:, :1]) / FAR
-    linear = fitted[:, 0].T + np.einsum("nj,tja->nat", pivot, slope)
     directions = inverse @ axis[:, 0]
-    cosines = np.stack([b.reference @ directions.T for b in bounds], axis=1)
-    return Waves(np.ascontiguousarray(linear), np.ascontiguousarray(cosines))
+    along = inverse @ np.einsum("st,tja,sj->sa", products, slope, axis[:, 0])
+    beside = np.concatenate(
+        [np.einsum("nj,tja->nat", normal, slope), (normal @ directions.T)[:, None]], axis=1
+    )
+    return Waves(
+        linear=np.ascontiguousarray(fitted[:, 0].T + np.einsum("nj,tja->nat", pivot, slope)),
+        cosines=np.ascontiguousarray(np.stack([b.reference @ directions.T for b in bounds], axis=1)),
+        axis=np.ascontiguousarray(directions.T),
+        beside=beside if zone.offset else np.zeros((len(pivot), 0, TERMS)),
+        along=np.ascontiguousarray(along.T),
+        offset=zone.offset,
+    )
 
 
 def terms(rotary: Array) -> Array:
@@ -79,3 +115,95 @@ def value(wave: Array, c1: float, s1: float, c2: float, s2: float) -> float:
     cosine = wave[3] + wave[4] * c2 + wave[5] * s2
     sine = wave[6] + wave[7] * c2 + wave[8] * s2
     return still + cosine * c1 + sine * s1
+
+
+@compiled
+def linear_values(
+    linear: Array,
+    beside: Array,
+    along: Array,
+    offset: float,
+    c1: float,
+    s1: float,
+    c2: float,
+    s2: float,
+    values: Array,
+) -> None:
+    """Evaluate the linear axes of a location.
+
+    Parameters
+    ----------
+    linear, beside, along, offset : (3, 9), (4, 9) or (0, 9), (3, 9), mm, as of `Waves`
+    c1, s1, c2, s2 : cosines and sines of both angles
+    values : (3,) or more, mm, filled in
+    """
+    for a in range(LINEAR):
+        values[a] = value(linear[a], c1, s1, c2, s2)
+    if len(beside):
+        cosine = value(beside[COSINE], c1, s1, c2, s2)
+        share = offset / math.sqrt(1.0 - cosine * cosine)
+        for a in range(LINEAR):
+            way = value(beside[a], c1, s1, c2, s2) - cosine * value(along[a], c1, s1, c2, s2)
+            values[a] += share * way
+
+
+@compiled
+def jet(
+    wave: Array, c1: float, s1: float, c2: float, s2: float
+) -> tuple[float, float, float, float, float, float]:
+    """Evaluate a polynomial with its derivatives by the angles: value, 1, 2, 11, 12, 22."""
+    still = wave[1] * c2 + wave[2] * s2
+    cosine = wave[4] * c2 + wave[5] * s2
+    sine = wave[7] * c2 + wave[8] * s2
+    ahead = (wave[3] + cosine) * c1 + (wave[6] + sine) * s1
+    cosine2, sine2 = wave[5] * c2 - wave[4] * s2, wave[8] * c2 - wave[7] * s2
+    return (
+        wave[0] + still + ahead,
+        (wave[6] + sine) * c1 - (wave[3] + cosine) * s1,
+        wave[2] * c2 - wave[1] * s2 + cosine2 * c1 + sine2 * s1,
+        -ahead,
+        sine2 * c1 - cosine2 * s1,
+        -(still + cosine * c1 + sine * s1),
+    )
+
+
+@compiled
+def place(
+    places: Places,
+    cosines: Array,
+    within: Array,
+    columns: IntArray,
+    rows: IntArray,
+    rotary: Array,
+    positions: Array,
+    excess: Array,
+) -> None:
+    """Solve the axis values of postures, and how far their tool axes lie outside the bounds.
+
+    Parameters
+    ----------
+    places, cosines, within : of all locations, (n, b, 9), (b, 2)
+    columns : (5,), of the three linear and the two rotary axes
+    rows : (m,), locations
+    rotary : (m, p, 2), rad
+    positions, excess : (m, p, k), mm and rad, and (m, p), cosine, filled in
+    """
+    linear = np.empty(LINEAR)
+    for m in range(len(rows)):
+        i = rows[m]
+        for p in range(rotary.shape[1]):
+            first, second = rotary[m, p, 0], rotary[m, p, 1]
+            c1, s1, c2, s2 = math.cos(first), math.sin(first), math.cos(second), math.sin(second)
+            linear_values(places[0][i], places[1][i], places[2], places[3], c1, s1, c2, s2, linear)
+            for a in range(LINEAR):
+                positions[m, p, columns[a]] = linear[a]
+            positions[m, p, columns[LINEAR]], positions[m, p, columns[LINEAR + 1]] = first, second
+            past = 0.0
+            for b in range(cosines.shape[1]):
+                cosine = value(cosines[i, b], c1, s1, c2, s2)
+                # NaN, where nothing binds, is no excess.
+                if cosine < within[b, 0]:
+                    past = max(past, within[b, 0] - cosine)
+                elif cosine > within[b, 1]:
+                    past = max(past, cosine - within[b, 1])
+            excess[m, p] = past

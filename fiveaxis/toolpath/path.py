@@ -256,12 +256,13 @@ class Toolpath:
         """Place the tip for tool axes, (n, 3) unit vectors, so that the contact stays; (n, 3) mm."""
         return self.zone.tip(self.pivot, self.normal, axis)
 
-    def centres(self, axis: Array) -> Array:
-        """Place the point of the tool's axis at the height of the arc that touches, (n, 3) mm.
+    def centres(self, axis: Array, rows: IntArray | slice = slice(None)) -> Array:
+        """Place the point of the tool's axis at the height of the arc that touches, at some rows, (m, 3) mm.
 
-        A ball's is its centre, whatever its axis, (n, 3) unit vectors.
+        A ball's is its centre, whatever its axis, (m, 3) unit vectors.
         """
-        return self.pivot + self.zone.offset * across(self.normal, axis) if self.zone.offset else self.pivot
+        pivot, offset = self.pivot[rows], self.zone.offset
+        return pivot + offset * across(self.normal[rows], axis) if offset else pivot
 
     def touching_at(self, normal: Array) -> Toolpath:
         """Return the path with surface normals for tips that are programmed: each stays where it is.

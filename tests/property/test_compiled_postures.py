@@ -13,12 +13,16 @@ from fiveaxis.kinematics.windings import nearest_turn
 from fiveaxis.machine import Chain, Line, Machine, load_machine
 from fiveaxis.posture.baselines.branches import Postures, _cheapest
 from fiveaxis.posture.baselines.catalogue import _walk, _walk_slowly, along_normal
-from fiveaxis.posture.waves import has_waves, terms, waves_of
-from fiveaxis.toolpath import Tool, Toolpath, tilt_bounds
+from fiveaxis.posture.local.quantities import chained
+from fiveaxis.posture.local.rows import rows_of
+from fiveaxis.posture.problem import Problem
+from fiveaxis.posture.waves import has_waves, linear_values, terms, waves_of
+from fiveaxis.toolpath import Tool, Toolpath, for_tilt, tilt_bounds
 
 # Both axes under the part, one on each side, both at the tool; linear axes in three orders.
 CODES = ["640123", "650213", "540321", "601235", "512036", "601324", "123064", "012354", "213064"]
 BALL = Tool.ball(10).zone
+TORUS = Tool.bull(10, 2).cutter.zone_for(0.2, 0.5)
 
 
 def skewed(code: str, rng: np.random.Generator) -> Machine:
@@ -43,24 +47,43 @@ def wavy(rng: np.random.Generator, n: int) -> Toolpath:
 
 
 @pytest.mark.parametrize("code", CODES)
+@pytest.mark.parametrize("zone", [BALL, TORUS], ids=["ball", "torus"])
 @pytest.mark.parametrize("seed", range(3))
-def test_waves_are_the_kinematics_of_any_chain_whose_linear_axes_adjoin(code, seed):
+def test_waves_are_the_kinematics_of_any_chain_whose_linear_axes_adjoin(code, zone, seed):
     rng = np.random.default_rng(seed)
     machine = skewed(code, rng)
-    assert has_waves(machine, BALL)
+    assert has_waves(machine)
     path = wavy(rng, 50)
     rotary = rng.uniform(-10.0, 10.0, (50, 2))
-    waves = waves_of(machine, path.pivot, BALL, tilt_bounds(path, (15, 75)).all)
-    positions, axis = positions_about(machine, path.pivot, rotary, BALL)
-    found = np.einsum("nat,nt->na", waves.linear, terms(rotary))
-    np.testing.assert_allclose(found, positions[:, machine.linear_columns], rtol=0.0, atol=1e-11)
+    waves = waves_of(machine, path.pivot, path.normal, zone, tilt_bounds(path, (15, 75)).all)
+    positions, axis = positions_about(machine, path.pivot, rotary, zone, path.normal)
+    found = np.empty((50, 3))
+    for i, (c, s) in enumerate(zip(np.cos(rotary), np.sin(rotary), strict=True)):
+        place = waves.linear[i], waves.beside[i], waves.along, waves.offset
+        linear_values(*place, c[0], s[0], c[1], s[1], found[i])
+    np.testing.assert_allclose(found, positions[:, machine.linear_columns], rtol=1e-9, atol=1e-10)
     cosine = np.einsum("nbt,nt->nb", waves.cosines, terms(rotary))[:, 0]
     np.testing.assert_allclose(cosine, np.sum(axis * path.normal, axis=1), rtol=0.0, atol=1e-13)
 
 
-def test_a_rotary_axis_between_linear_ones_or_a_torus_has_no_waves():
-    assert not has_waves(Machine.from_code("610243"), BALL)
-    assert not has_waves(Machine.from_code("640123"), Tool.bull(10, 2).cutter.zone_for(0.2, 0.5))
+@pytest.mark.parametrize("name", ["hayashi-640123", "linuxcnc-xyzac-trt"])
+@pytest.mark.parametrize("tool", [Tool.ball(6), Tool.bull(10, 2)], ids=["ball", "bull"])
+def test_waves_have_the_derivatives_of_the_chains_tape(name, tool):
+    rng = np.random.default_rng(0)
+    machine, path = load_machine(name).with_drives_of(load_machine("hayashi-640123")), wavy(rng, 20)
+    path = for_tilt(Toolpath.from_contacts(path.contact, path.normal, tool), (15, 75))
+    problem = replace(Problem.build(path, machine, tilt_bounds(path, (15, 75))), time_price=1.0)
+    problem = replace(problem, top_speed=np.full(5, 10.0))
+    rows = rows_of(problem, (True, False))
+    x, weights = rng.uniform(0.5, 1.0, (20, 3)), rng.normal(size=(20, rows.count))
+    waved, taped = chained(rows), chained(replace(rows, waves=None))
+    np.testing.assert_allclose(waved.values(x), taped.values(x), atol=1e-9)
+    for of_waves, of_tape in zip(waved.derivatives(x, weights), taped.derivatives(x, weights), strict=True):
+        np.testing.assert_allclose(of_waves, of_tape, rtol=1e-8, atol=1e-8)
+
+
+def test_a_rotary_axis_between_linear_ones_has_no_waves():
+    assert not has_waves(Machine.from_code("610243"))
 
 
 @pytest.mark.parametrize("name", ["hayashi-640123", "linuxcnc-xyzac-trt"])

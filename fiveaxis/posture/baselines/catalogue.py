@@ -305,16 +305,16 @@ def greedy(toolpath: Toolpath, machine: Machine, tilt: TiltBounds, anchor: Array
     `anchor`, (n, 2) rad, where that is known.
     """
     anchor = along_normal(toolpath, machine, tilt) if anchor is None else anchor
-    if has_waves(machine, toolpath.zone):
+    if has_waves(machine):
         return _walk(toolpath, machine, tilt, anchor)
     return _walk_slowly(toolpath, machine, tilt, anchor)
 
 
 def _walk(toolpath: Toolpath, machine: Machine, tilt: TiltBounds, anchor: Array) -> Array:
-    waves = waves_of(machine, toolpath.pivot, toolpath.zone, tilt.all)
+    waves = waves_of(machine, toolpath.pivot, np.nan_to_num(toolpath.normal), toolpath.zone, tilt.all)
     plus, minus = travel_costs(machine, toolpath.feed, toolpath.rapid)
     return walk(
-        waves.linear,
+        waves.places,
         waves.cosines,
         np.array([bound.cosines for bound in tilt.all]),
         np.stack([machine.low - ON_LIMIT, machine.high + ON_LIMIT]),

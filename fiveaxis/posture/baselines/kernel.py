@@ -12,13 +12,14 @@ import numpy as np
 
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.posture.compiled import compiled
-from fiveaxis.posture.waves import value
+from fiveaxis.posture.waves import LINEAR, Places, linear_values, value
 
 
 @compiled
 def best_move(
-    linear: Array,
+    places: Places,
     cosines: Array,
+    i: int,
     within: Array,
     limits: Array,
     columns: IntArray,
@@ -34,7 +35,8 @@ def best_move(
 
     Parameters
     ----------
-    linear, cosines : (3, 9) and (b, 9), the location's waves
+    places, cosines : of all locations (`Waves`)
+    i : the location
     within : (b, 2), smallest and largest cosine
     limits : (2, k), mm and rad
     columns : (5,), of the three linear and the two rotary axes
@@ -49,13 +51,14 @@ def best_move(
     Whether any of the offsets is admissible.
     """
     least = np.inf
-    position = np.empty(len(here))
+    position, linear = np.empty(len(here)), np.empty(LINEAR)
     for m in range(len(offsets)):
         first, second = around[0] + offsets[m, 0], around[1] + offsets[m, 1]
         c1, s1, c2, s2 = math.cos(first), math.sin(first), math.cos(second), math.sin(second)
         position[columns[3]], position[columns[4]] = first, second
-        for a in range(3):
-            position[columns[a]] = value(linear[a], c1, s1, c2, s2)
+        linear_values(places[0][i], places[1][i], places[2], places[3], c1, s1, c2, s2, linear)
+        for a in range(LINEAR):
+            position[columns[a]] = linear[a]
         cost = 0.0
         for a in range(len(here)):
             if not limits[0, a] <= position[a] <= limits[1, a]:
@@ -66,8 +69,8 @@ def best_move(
         if cost >= least:
             continue
         inside = True
-        for b in range(len(cosines)):
-            cosine = value(cosines[b], c1, s1, c2, s2)
+        for b in range(cosines.shape[1]):
+            cosine = value(cosines[i, b], c1, s1, c2, s2)
             inside = inside and not (cosine < within[b, 0] or cosine > within[b, 1])
         if inside:
             least = cost
@@ -79,7 +82,7 @@ def best_move(
 
 @compiled
 def walk(
-    linear: Array,
+    places: Places,
     cosines: Array,
     within: Array,
     limits: Array,
@@ -95,7 +98,7 @@ def walk(
 
     Parameters
     ----------
-    linear, cosines, within, limits, columns : as for `best_move`, with a first dimension n
+    places, cosines, within, limits, columns : as for `best_move`
     plus, minus : (n, k), of the move into each location
     anchor, anchored : (n, 2) rad and (n, k), a path that is admissible everywhere
     coarse, fine : (m, 2), rad, offsets
@@ -110,7 +113,7 @@ def walk(
         around[0], around[1] = here[columns[3]], here[columns[4]]
         for offsets in (coarse, fine):
             near = best_move(
-                linear[i], cosines[i], within, limits, columns, plus[i], minus[i], here, around, offsets,
+                places, cosines, i, within, limits, columns, plus[i], minus[i], here, around, offsets,
                 rotary[i], there,
             )  # fmt: skip
             to_anchor, least = 0.0, 0.0

@@ -9,12 +9,12 @@ An iteration takes a tenth of IPOPT's time.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
 from fiveaxis.geometry import Array
 from fiveaxis.posture.local import kernel
+from fiveaxis.posture.local.quantities import Model
 from fiveaxis.posture.local.rows import ANGLES, Rows
 
 # The constants of Wächter and Biegler: last barrier parameter (J), barrier update, fraction to the boundary.
@@ -37,57 +37,6 @@ DUAL_RANGE = 1e10
 # Values of bounded parts start this share of their range inside it.
 PUSH = 1e-2
 MOST_RESTARTS = 5
-
-
-class Model(Protocol):
-    """How quantities, (n, m), follow from unknowns, (n, d)."""
-
-    def values(self, x: Array) -> Array:
-        """Give the quantities."""
-        ...
-
-    def derivatives(self, x: Array, weights: Array) -> tuple[Array, Array, Array]:
-        """Give the quantities, their slopes, (n, m, d), and the second derivatives of their weighted sum.
-
-        Parameters
-        ----------
-        weights : (n, m)
-
-        Returns
-        -------
-        values, slopes, and by pairs of a location's unknowns, (n, d, d)
-        """
-        ...
-
-
-@dataclass(frozen=True, eq=False)
-class Chained:
-    """Quantities as the machine's chain makes them."""
-
-    rows: Rows
-
-    def values(self, x: Array) -> Array:
-        """Give the quantities, (n, m)."""
-        return self._with_wait(self.rows.tapes.values(np.hstack([x[:, :ANGLES], self.rows.given])), x)
-
-    def derivatives(self, x: Array, weights: Array) -> tuple[Array, Array, Array]:
-        """Give the quantities and their derivatives; those by unknowns that don't move are 0."""
-        rows = self.rows
-        n, d = x.shape
-        m = weights.shape[1]
-        found = rows.tapes.derivatives(np.hstack([x[:, :ANGLES], rows.given, weights[:, : m - 1]]))
-        slope, bow = np.zeros((n, m, d)), np.zeros((n, d, d))
-        slope[:, : m - 1, 0], slope[:, : m - 1, 1] = found[:, m - 1 : 2 * m - 2], found[:, 2 * m - 2 : -3]
-        bow[:, 0, 0], bow[:, 1, 0], bow[:, 1, 1] = found[:, -3], found[:, -2], found[:, -1]
-        slope[:, m - 1, ANGLES:] = 1.0
-        if not rows.free.all():
-            slope *= rows.free[:, None, :]
-            bow *= rows.free[:, :, None] & rows.free[:, None, :]
-        return self._with_wait(found[:, : m - 1], x), slope, bow
-
-    def _with_wait(self, quantities: Array, x: Array) -> Array:
-        wait = x[:, ANGLES:] if x.shape[1] > ANGLES else np.zeros((len(x), 1))
-        return np.hstack([quantities, wait])
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,7 +63,14 @@ class Outcome:
 
 
 def minimise(
-    rows: Rows, model: Model, start: Array, *, iterations: int, barrier: float, flat: float = FLAT
+    rows: Rows,
+    model: Model,
+    start: Array,
+    *,
+    iterations: int,
+    barrier: float,
+    last: float = LAST_BARRIER,
+    flat: float = FLAT,
 ) -> Outcome:
     """Find a local optimum.
 
@@ -122,10 +78,10 @@ def minimise(
     ----------
     start : (n, d), unknowns
     iterations : most to take
-    barrier : first barrier parameter, J
+    barrier, last : first and last barrier parameter, J
     flat : J/rad and J/s, scaled, that the gradient may keep
     """
-    method = _Method(rows, model, start, barrier, flat)
+    method = _Method(rows, model, start, barrier, last, flat)
     for number in range(iterations):
         solved = method.is_solved()
         if solved or not method.advance():
@@ -136,8 +92,10 @@ def minimise(
 class _Method:
     """One run: unknowns x, parts with duals, multipliers; the rows there, the barrier and the filter."""
 
-    def __init__(self, rows: Rows, model: Model, start: Array, barrier: float, flat: float) -> None:
-        self.flat = flat
+    def __init__(
+        self, rows: Rows, model: Model, start: Array, barrier: float, last: float, flat: float
+    ) -> None:
+        self.last, self.flat = last, flat
         self.rows, self.model, self.mu, self.shift, self.restarts = rows, model, barrier, 0.0, 0
         self.parts = np.stack([rows.sign, rows.price, rows.low, rows.high])
         self.x, self.free = start.copy(), np.ascontiguousarray(rows.free.ravel())
@@ -153,9 +111,9 @@ class _Method:
     def is_solved(self) -> bool:
         """Lower the barrier as often as its problem is solved; tell whether the whole is."""
         while self._is_barrier_solved():
-            if self.mu <= LAST_BARRIER:
+            if self.mu <= self.last:
                 return True
-            self.mu = max(LAST_BARRIER, min(BARRIER_FACTOR * self.mu, self.mu**BARRIER_POWER))
+            self.mu = max(self.last, min(BARRIER_FACTOR * self.mu, self.mu**BARRIER_POWER))
             self._clear_filter()
         return False
 
@@ -267,7 +225,7 @@ class _Method:
         pull = np.empty(self.x.size)
         dual, primal, gap, size = kernel.errors(mu, rows.first, rows.square, rows.begin, *at, pull)
         scale, allowed = max(100.0, size) / 100.0, BARRIER_ERROR * mu
-        exact = EXACT if mu <= LAST_BARRIER else allowed
+        exact = EXACT if mu <= self.last else allowed
         return dual / scale <= max(allowed, self.flat) and primal <= exact and gap / scale <= allowed
 
 

@@ -9,7 +9,8 @@ import numpy as np
 from scipy import sparse
 
 from fiveaxis.geometry import Array
-from fiveaxis.posture.local.interior import Chained, Outcome, central_point
+from fiveaxis.posture.local.interior import Outcome, central_point
+from fiveaxis.posture.local.quantities import chained
 from fiveaxis.posture.local.rows import ANGLES, Rows
 
 IPOPT: dict[str, Any] = {
@@ -48,7 +49,7 @@ def by_ipopt(rows: Rows, start: Array, *, iterations: int, barrier: float) -> Ou
     }
     options = {**IPOPT, "max_iter": iterations, "mu_init": barrier}
     solver = ca.nlpsol("refine", "ipopt", problem, {"print_time": False, "ipopt": options})
-    here = chosen @ Chained(rows).values(start).ravel()
+    here = chosen @ chained(rows).values(start).ravel()
     low, high = (np.where(rows.free, end, start).ravel() for end in (-np.inf, np.inf))
     answer = solver(
         x0=np.concatenate([start.ravel(), central_point(rows, here, barrier)[0][0]]),

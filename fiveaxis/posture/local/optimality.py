@@ -13,7 +13,8 @@ from dataclasses import asdict, dataclass, replace
 import numpy as np
 
 from fiveaxis.geometry import Array
-from fiveaxis.posture.local.interior import Chained, minimise, parted
+from fiveaxis.posture.local.interior import minimise, parted
+from fiveaxis.posture.local.quantities import chained
 from fiveaxis.posture.local.rows import Rows, rows_of
 from fiveaxis.posture.problem import ALLOWED, Problem
 
@@ -69,7 +70,7 @@ def optimality(problem: Problem, rotary: Array) -> Optimality:
     rows = rows_of(problem, margin=-ALLOWED)
     x = rows.start(problem, rotary)
     weights = np.zeros((len(x), rows.count))
-    quantities, slope, _ = Chained(rows).derivatives(x, weights)
+    quantities, slope, _ = chained(rows).derivatives(x, weights)
     linear = _sprung(rows)
     found = minimise(
         linear,

@@ -9,8 +9,9 @@ import numpy as np
 
 from fiveaxis.errors import SettingError
 from fiveaxis.geometry import Array
-from fiveaxis.posture.local.interior import Chained, Outcome, minimise
+from fiveaxis.posture.local.interior import LAST_BARRIER, Outcome, minimise
 from fiveaxis.posture.local.ipopt import SOLVED, by_ipopt
+from fiveaxis.posture.local.quantities import chained
 from fiveaxis.posture.local.rows import rows_of
 from fiveaxis.posture.problem import ALLOWED, VIOLATION_PRICE, Problem
 
@@ -52,6 +53,7 @@ def refine(
     barrier: float,
     held: tuple[bool, bool] = (False, False),
     near: bool = False,
+    last: float = LAST_BARRIER,
     solver: str = STRUCTURED,
 ) -> Refinement:
     """Minimise a problem's cost from a start.
@@ -65,6 +67,7 @@ def refine(
     held : whether the first and the last posture stay as they are
     near : whether the start is nearly right and one of many: the structured method takes its small barrier
         alone
+    last : the structured method's last barrier parameter, J
     solver : one of `SOLVERS`
 
     Returns
@@ -85,7 +88,14 @@ def refine(
         barriers = BARRIERS if len(problem) <= LONG else BARRIERS[:1]
         barriers = BARRIERS[-1:] if near else barriers
         tried = [
-            minimise(rows, Chained(rows), x, iterations=ITERATIONS * iterations, barrier=factor * barrier)
+            minimise(
+                rows,
+                chained(rows),
+                x,
+                iterations=ITERATIONS * iterations,
+                barrier=factor * barrier,
+                last=last,
+            )
             for factor in barriers
         ]
     kept = start
@@ -108,9 +118,9 @@ def _from_outside(
     """Lead unknowns, (n, d), within the bounds, at first for a price: the filter may stall out there."""
     most = ITERATIONS * iterations
     loose = rows_of(problem, held, elastic=VIOLATION_PRICE)
-    led = minimise(loose, Chained(loose), x, iterations=most, barrier=BARRIERS[0] * barrier)
+    led = minimise(loose, chained(loose), x, iterations=most, barrier=BARRIERS[0] * barrier)
     rows = rows_of(problem, held)
-    found = minimise(rows, Chained(rows), led.x, iterations=most, barrier=BARRIERS[-1] * barrier)
+    found = minimise(rows, chained(rows), led.x, iterations=most, barrier=BARRIERS[-1] * barrier)
     return replace(found, iterations=led.iterations + found.iterations)
 
 

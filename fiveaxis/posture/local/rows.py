@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.posture.problem import Problem
 from fiveaxis.posture.terms import OTHERS, LocationTapes, Term, location_tapes
+from fiveaxis.posture.waves import Waves
 
 T = TypeVar("T", bound=np.generic)
 
@@ -41,6 +42,8 @@ class Rows:
     Parameters
     ----------
     tapes : of the quantities
+    waves : coefficients of the locations' own quantities; None where the chain has none
+    columns : (5,), of the linear and the rotary axes among the quantities
     given : (n, 6), pivot in mm and normal
     first : (r,), the first location of each row's window
     place : (r, z), quantities that a row reads, counted through the path; −1 where it reads fewer
@@ -55,6 +58,8 @@ class Rows:
     """
 
     tapes: LocationTapes
+    waves: Waves | None
+    columns: IntArray
     given: Array
     first: IntArray
     place: IntArray
@@ -123,6 +128,8 @@ def rows_of(
     sizes = np.concatenate([np.diff(part.begin) for part in laid])
     return Rows(
         tapes=location_tapes(machine, problem.zone),
+        waves=problem.waves,
+        columns=np.array([*machine.linear_columns, *columns]),
         given=np.hstack([problem.pivot, problem.normal]),
         first=np.concatenate([part.first for part in laid]),
         place=np.vstack([_widened(part.place, widest, -1) for part in laid]),

@@ -12,7 +12,7 @@ from fiveaxis.posture.lattice import Coordinates, Lattice, level_lattice, tube_l
 from fiveaxis.posture.mask import Known, Mask, clean_path, way_among
 from fiveaxis.posture.problem import Problem
 from fiveaxis.posture.search import shortest_path
-from fiveaxis.posture.tube import REFUSED_PRICE, path_through_tube, problem_waves
+from fiveaxis.posture.tube import REFUSED_PRICE, path_through_tube
 from fiveaxis.toolpath import Tool, Toolpath, tilt_bounds
 
 SPIN = 4  # column of C
@@ -179,7 +179,7 @@ def test_the_compiled_tube_off_a_mask_holds_the_path_of_the_general_one(coordina
 
     mask = Mask(rough)
     clear = Clearance(mask, NodeMap.of(mask, problem), np.arange(n))
-    found = path_through_tube(*tube, problem_waves(problem), Roughly(rough))
+    found = path_through_tube(*tube, problem.waves, Roughly(rough))
     general = tube_lattice(*tube)
 
     def states(rows):
@@ -196,8 +196,8 @@ def test_the_compiled_tube_off_a_mask_holds_the_path_of_the_general_one(coordina
         )
 
     assert priced(found) == pytest.approx(priced(expected), rel=1e-9)
-    assert not rough(np.arange(n), path_through_tube(*tube, problem_waves(problem))[:, columns]).all()
-    asked = path_through_tube(*tube, problem_waves(problem), clear, 20)
+    assert not rough(np.arange(n), path_through_tube(*tube, problem.waves)[:, columns]).all()
+    asked = path_through_tube(*tube, problem.waves, clear, 20)
     assert rough(np.arange(n), asked[:, columns]).all()
 
 

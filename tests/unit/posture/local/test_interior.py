@@ -8,8 +8,9 @@ import pytest
 from fiveaxis.machine import load_machine
 from fiveaxis.posture import optimise
 from fiveaxis.posture.local import kernel
-from fiveaxis.posture.local.interior import Chained, minimise, split
+from fiveaxis.posture.local.interior import minimise, split
 from fiveaxis.posture.local.ipopt import by_ipopt
+from fiveaxis.posture.local.quantities import chained
 from fiveaxis.posture.local.rows import rows_of
 from fiveaxis.posture.problem import ALLOWED
 from fiveaxis.toolpath import Tool, Toolpath
@@ -26,7 +27,7 @@ def cost(problem, rotary):
 def test_its_local_optimum_is_one_for_ipopt_too_and_ipopts_one_for_it(problem, start, held):
     rows = rows_of(problem, held)
     x = rows.start(problem, start)
-    own = minimise(rows, Chained(rows), x, iterations=300, barrier=1.0)
+    own = minimise(rows, chained(rows), x, iterations=300, barrier=1.0)
     assert own.solved
     assert problem.violation(own.rotary) <= ALLOWED
     if problem.violation(x[:, :2]) <= ALLOWED:
@@ -35,7 +36,7 @@ def test_its_local_optimum_is_one_for_ipopt_too_and_ipopts_one_for_it(problem, s
     assert cost(problem, again.rotary) == pytest.approx(cost(problem, own.rotary), rel=GAP)
     ipopt = by_ipopt(rows, x, iterations=300, barrier=1e-1)
     assert ipopt.solved
-    kept = minimise(rows, Chained(rows), rows.start(problem, ipopt.rotary), iterations=300, barrier=1e-4)
+    kept = minimise(rows, chained(rows), rows.start(problem, ipopt.rotary), iterations=300, barrier=1e-4)
     assert cost(problem, kept.rotary) == pytest.approx(cost(problem, ipopt.rotary), rel=GAP)
     at = [row for row, is_held in ((0, held[0]), (-1, held[1])) if is_held]
     np.testing.assert_array_equal(own.rotary[at], x[at, :2])
@@ -75,7 +76,7 @@ def test_steps_are_split_on_the_central_path():
 def test_the_same_start_gives_the_same_bits(problem, start):
     rows = rows_of(problem)
     x = rows.start(problem, start)
-    runs = [minimise(rows, Chained(rows), x, iterations=50, barrier=1.0) for _ in range(2)]
+    runs = [minimise(rows, chained(rows), x, iterations=50, barrier=1.0) for _ in range(2)]
     np.testing.assert_array_equal(runs[0].rotary, runs[1].rotary)
 
 
@@ -94,9 +95,9 @@ def test_a_slack_that_rounds_to_nothing_beside_its_bound_stops_nothing() -> None
 def test_prices_may_change_from_one_solve_to_the_next(problem, start):
     """Reweighted prices: cheaper travel can't cost more."""
     rows = rows_of(problem)
-    first = minimise(rows, Chained(rows), rows.start(problem, start), iterations=300, barrier=1.0)
+    first = minimise(rows, chained(rows), rows.start(problem, start), iterations=300, barrier=1.0)
     halved = replace(problem, plus=0.5 * problem.plus, minus=0.5 * problem.minus)
     again = rows_of(halved)
-    found = minimise(again, Chained(again), again.start(halved, first.rotary), iterations=300, barrier=0.1)
+    found = minimise(again, chained(again), again.start(halved, first.rotary), iterations=300, barrier=0.1)
     assert found.solved
     assert cost(halved, found.rotary) <= cost(halved, first.rotary) * (1.0 + GAP)
