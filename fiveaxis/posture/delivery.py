@@ -14,12 +14,14 @@ from typing import Literal
 
 import numpy as np
 
-from fiveaxis.energy import Energy, block_costs, motion_energy
+from fiveaxis.energy import Energy, block_costs
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array
 from fiveaxis.motion import Filling, feed_times, follow
+from fiveaxis.nc import Clock
+from fiveaxis.posture.least_time import TIME_PRICE
 from fiveaxis.posture.problem import ALLOWED, Problem
-from fiveaxis.posture.solution import Solution, Stage, program_energy
+from fiveaxis.posture.solution import Solution, Stage, blocks_energy, program_energy
 from fiveaxis.toolpath import TiltBounds, Toolpath, refined
 
 # Travel below this share of a step counts as none, round after round; what stays is as good as standing.
@@ -29,7 +31,7 @@ WORTHWHILE = 2e-3
 # A posture on the way between two locations may be past its bounds by so much (cosine, mm, rad).
 BETWEEN = 2e-4
 
-Objective = Literal["energy", "travel"]
+Objective = Literal["energy", "travel", "time"]
 # Makes the problem of a path with inserted locations, (n,) places among the given ones.
 Build = Callable[[Toolpath, Array], tuple[Problem, TiltBounds]]
 
@@ -42,7 +44,7 @@ class Posed:
     ----------
     path : n locations
     location : (n,), where each lies among the given ones
-    problem, bounds : with the prices of travel
+    problem, bounds : with the prices of travel, or of time
     """
 
     path: Toolpath
@@ -99,7 +101,8 @@ class Delivery:
     refine : solves one near a start
     filling : what inserted blocks keep
     up_penalty : J/mm, extra price of the machine's Z moving up
-    by_energy : whether the energy of blocks is minimised; else the problem's own prices are
+    objective : ``energy`` of the blocks reweights the problem's prices; the others keep them
+    clock : how long the control takes for blocks, where the objective is ``time``
     """
 
     given: Toolpath
@@ -107,7 +110,8 @@ class Delivery:
     refine: Refine
     filling: Filling
     up_penalty: float = 0.0
-    by_energy: bool = True
+    objective: Objective = "energy"
+    clock: Clock | None = None
 
     def run(self, rotary: Array) -> tuple[Delivered, list[Stage]]:
         """Insert locations and solve again, until the program needs no more of them.
@@ -124,16 +128,19 @@ class Delivery:
         every = np.arange(len(self.given), dtype=float)
         best = here = self._priced(Posed(self.given, every, *self.build(self.given, every)), rotary)
         for number, sharpness in enumerate(SHARPNESS):
-            if len(rotary) == 1 or (not self.by_energy and here.excess <= BETWEEN):
+            if len(rotary) == 1 or (self.objective == "travel" and here.excess <= BETWEEN):
                 break
             posed, start, before = here.denser, here.filled, here.cost
-            problem = self._reweighted(posed, start, sharpness) if self.by_energy else posed.problem
+            problem = posed.problem
+            if self.objective == "energy":
+                problem = self._reweighted(posed, start, sharpness)
             here = self._priced(posed, self.refine(posed, problem, start))
             said = f"{len(posed.path)} locations, {here.inserted} more in the program"
             stages.append(Stage(f"program, round {number + 1}", said, 0, before, here.cost))
             gain, better = best.cost - here.cost, here.rank < best.rank
             best = here if better else best
-            if number >= 2 and not here.inserted and not (better and gain > WORTHWHILE * here.cost):
+            more = here.inserted or (better and gain > WORTHWHILE * here.cost)
+            if not more and (number >= 2 or self.objective != "energy"):
                 break
         return best, stages
 
@@ -152,13 +159,16 @@ class Delivery:
         rotary_there = filled[:, machine.rotary_columns]
         positions, excess = denser.problem.placed(slice(None), rotary_there)
         past = max(float(excess.max()), float(denser.problem.limit_excess(positions).max()))
-        return Delivered(
-            posed, rotary, denser, rotary_there, past, self.cost(motion_energy(machine, fill.motion))
-        )
+        # How long a control takes is a matter of its blocks: redundant ones are stops, too.
+        blocks = self.filling.thin(fill).blocks if self.objective == "time" else fill.motion
+        cost = self.cost(blocks_energy(machine, blocks, self.clock))
+        return Delivered(posed, rotary, denser, rotary_there, past, cost)
 
     def cost(self, energy: Energy) -> float:
         """Say what the objective is of a program, J."""
-        return energy.total if self.by_energy else energy.travel
+        if energy.run_time is not None:
+            return TIME_PRICE * energy.run_time
+        return energy.total if self.objective == "energy" else energy.travel
 
     def _reweighted(self, posed: Posed, rotary: Array, sharpness: float) -> Problem:
         """Price travel by what the program's blocks cost, near a path, (n, 2) rad."""
@@ -189,7 +199,10 @@ def delivered(solution: Solution, delivery: Delivery) -> Solution:
     filled = {
         name: filling.fill(b.toolpath or given, machine, b.motion) for name, b in solution.compared.items()
     }
-    energies = {name: motion_energy(machine, filling.thin(fill).blocks) for name, fill in filled.items()}
+    energies = {
+        name: blocks_energy(machine, filling.thin(fill).blocks, delivery.clock)
+        for name, fill in filled.items()
+    }
     for name in sorted(energies, key=lambda name: delivery.cost(energies[name])):
         baseline = solution.compared[name]
         rotary = baseline.motion.positions[:, columns]
@@ -212,11 +225,12 @@ def delivered(solution: Solution, delivery: Delivery) -> Solution:
         toolpath=replace(path, findings=(*path.findings, *_findings(best))),
         tilt=best.posed.bounds,
         motion=motion,
-        energy=program_energy(machine, path, motion, filling),
+        energy=program_energy(machine, path, motion, filling, delivery.clock),
         compared=compared,
         stages=(*solution.stages, *stages),
         problem=best.posed.problem,
         filling=filling,
+        clock=delivery.clock,
     )
 
 
