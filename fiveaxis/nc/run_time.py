@@ -55,11 +55,18 @@ class Clock:
     dialect: Dialect | None = None
     coordinates: Coordinates = "axes"
 
+    @property
+    def basis(self) -> str:
+        """Say how the control takes corners."""
+        if self.dialect is None or self.dialect.corners is None:
+            return f"with accelerations, as a control that passes corners within {PATH_TOLERANCE:g} mm"
+        return f"with accelerations, as {self.dialect.title} takes corners"
+
     def __call__(self, blocks: Motion, machine: Machine) -> PredictedTime:
         """Predict the time of blocks, one a row, from rest to rest."""
         if self.dialect is None or self.dialect.corners is None:
             times = time_motion(blocks, machine, corners=PATH_TOLERANCE).motion.time
-            return PredictedTime(times, f"accelerations, corners within {PATH_TOLERANCE:g} mm")
+            return PredictedTime(times, "accelerations")
         # What the words round away doesn't move, and a block that turns nothing may be passed without a stop.
         units = np.where([axis.is_rotary for axis in machine.axes], np.degrees(1.0), 1.0)
         number = self.dialect.number

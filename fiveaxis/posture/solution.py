@@ -206,6 +206,12 @@ class Solution:
             if energy.total > 0.0
         }
 
+    def time_savings(self) -> dict[str, float]:
+        """Compute the saved share of the program's time against each baseline; empty without a clock."""
+        own = self.energy.run_time
+        times = {name: energy.run_time for name, energy in self.baselines.items()}
+        return {name: 1.0 - own / time for name, time in times.items() if own is not None and time}
+
     def residuals(self) -> dict[str, float]:
         """Audit the motion against the problem; every figure is 0 for a perfect solution.
 
