@@ -62,6 +62,11 @@ class Clock:
             return f"with accelerations, as a control that passes corners within {PATH_TOLERANCE:g} mm"
         return f"with accelerations, as {self.dialect.title} takes corners"
 
+    @property
+    def stops_at_turns(self) -> bool:
+        """Whether blocks that turn a rotary axis run from rest to rest."""
+        return self.dialect is not None and self.dialect.corners == "exact-path"
+
     def __call__(self, blocks: Motion, machine: Machine) -> PredictedTime:
         """Predict the time of blocks, one a row, from rest to rest."""
         if self.dialect is None or self.dialect.corners is None:

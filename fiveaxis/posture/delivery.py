@@ -19,7 +19,7 @@ from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array
 from fiveaxis.motion import Filling, feed_times, follow
 from fiveaxis.nc import Clock
-from fiveaxis.posture.least_time import TIME_PRICE
+from fiveaxis.posture.least_time import TIME_PRICE, from_rest_to_rest
 from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.posture.solution import Solution, Stage, blocks_energy, program_energy
 from fiveaxis.toolpath import TiltBounds, Toolpath, refined
@@ -131,18 +131,21 @@ class Delivery:
             if len(rotary) == 1 or (self.objective == "travel" and here.excess <= BETWEEN):
                 break
             posed, start, before = here.denser, here.filled, here.cost
-            problem = posed.problem
-            if self.objective == "energy":
-                problem = self._reweighted(posed, start, sharpness)
+            problem = self._reweighted(posed, start, sharpness)
             here = self._priced(posed, self.refine(posed, problem, start))
             said = f"{len(posed.path)} locations, {here.inserted} more in the program"
             stages.append(Stage(f"program, round {number + 1}", said, 0, before, here.cost))
             gain, better = best.cost - here.cost, here.rank < best.rank
             best = here if better else best
             more = here.inserted or (better and gain > WORTHWHILE * here.cost)
-            if not more and (number >= 2 or self.objective != "energy"):
+            if not more and (number >= 2 or not self.reweights):
                 break
         return best, stages
+
+    @property
+    def reweights(self) -> bool:
+        """Whether what blocks cost depends on the path, and is met round after round."""
+        return self.objective == "energy" or (self.clock is not None and self.clock.stops_at_turns)
 
     def admits(self, rotary: Array) -> bool:
         """Tell whether a path, (n, 2) rad, keeps the bounds at all given locations."""
@@ -173,6 +176,10 @@ class Delivery:
     def _reweighted(self, posed: Posed, rotary: Array, sharpness: float) -> Problem:
         """Price travel by what the program's blocks cost, near a path, (n, 2) rad."""
         problem, path = posed.problem, posed.path
+        if not self.reweights:
+            return problem
+        if self.objective == "time":
+            return from_rest_to_rest(problem, rotary, sharpness)
         # The duration of rapid moves depends on the posture.
         time = np.where(path.rapid, 0.0, feed_times(path))[1:]
         costs = block_costs(problem.machine, path.feed[1:], path.rapid[1:], time=time)

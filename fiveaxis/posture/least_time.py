@@ -14,6 +14,7 @@ import numpy as np
 
 from fiveaxis.errors import MachineError
 from fiveaxis.findings import Finding, Severity
+from fiveaxis.geometry import Array
 from fiveaxis.machine import Axis, Machine
 from fiveaxis.posture.problem import Problem
 
@@ -23,6 +24,8 @@ TIME_PRICE = 1000.0
 # of their time, times the square of their speed over the highest one. 100 s of travel, or of turning at full
 # speed, are worth 0.1 s of the program.
 TRAVEL_SHARE = BEND_SHARE = 1e-3
+# s: blocks aren't shorter. rad: an axis that turns less in one stands.
+SHORTEST, STANDING = 1e-4, 1e-7
 
 
 def by_time(problem: Problem, up_penalty: float = 0.0, smoothing: float = 0.0) -> Problem:
@@ -60,6 +63,50 @@ def by_time(problem: Problem, up_penalty: float = 0.0, smoothing: float = 0.0) -
         excess_price=TIME_PRICE / (2.0 * push),
         bend_price=smoothing + TIME_PRICE * BEND_SHARE / (lasting * turning**2),
     )
+
+
+def from_rest_to_rest(problem: Problem, rotary: Array, sharpness: float) -> Problem:
+    """Price a problem by the time of blocks that run from rest to rest where they turn, near a path.
+
+    A block of the time t at its feed whose axis j travels Δ at the acceleration A takes ``t + Δ / (A t)``
+    while it reaches its feed, ``2 √(Δ / A)`` where it doesn't, and ``Δ / v + v / A`` at the axis's highest
+    speed v. Each is met with its slope at the given travel: the second is concave, and so never priced too
+    low. A block that turns nothing is passed without a rest, so what the rest costs is a price of turning at
+    all, shared out over the turn as in `BlockCosts.prices`. Changes of speed between blocks cost nothing:
+    there the axes stand.
+
+    Parameters
+    ----------
+    problem : of `by_time`
+    rotary : (n, 2), rad, chain order
+    sharpness : share of a turn at the highest speed below which it counts as none
+    """
+    speed, push, columns = problem.top_speed, problem.top_acceleration, problem.machine.rotary_columns
+    travel = np.abs(np.diff(problem.positions(slice(None), rotary), axis=0))
+    least = problem.least_time[:, None]
+    lasting = np.maximum(least, SHORTEST)
+    root = np.sqrt(travel / push)
+    pace, time = 1.0 / (lasting * push), lasting + travel / (lasting * push)
+    short = root > lasting
+    pace = np.where(short, 1.0 / (np.maximum(root, SHORTEST) * push), pace)
+    time = np.where(short, 2.0 * root, time)
+    fast = np.where(short, travel > speed**2 / push, travel > speed * lasting)
+    pace = np.where(fast, 1.0 / speed, pace)
+    time = np.where(fast, travel / speed + speed / push, time)
+    turn = travel[:, columns].max(axis=1)
+    turning = (turn > STANDING)[:, None]
+    ramps = np.stack(
+        [
+            np.where(turning, pace, np.broadcast_to(1.0 / speed, pace.shape)),
+            np.where(turning, least - (time - pace * travel), np.broadcast_to(least, pace.shape)),
+        ]
+    )
+    rest = np.where(problem.least_time > 0.0, (time - least).max(axis=1), 0.0)
+    price = TIME_PRICE * rest / (turn + sharpness * speed[columns].min() * lasting[:, 0])
+    plus, minus = problem.plus.copy(), problem.minus.copy()
+    plus[:, columns] += price[:, None]
+    minus[:, columns] += price[:, None]
+    return replace(problem, plus=plus, minus=minus, ramps=ramps, excess_price=np.zeros_like(push))
 
 
 def time_findings(machine: Machine) -> tuple[Finding, ...]:

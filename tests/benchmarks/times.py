@@ -63,7 +63,7 @@ def run(name: str, mode: str, given: argparse.Namespace) -> None:
     print(f"{name}, {mode}: {len(path)} locations", flush=True)
     paths = {}
     for objective in given.objectives.split(","):
-        for told, own in (("G61", clock), ("5 um", Clock())) if objective == "time" else (("", None),):
+        for told, own in (("G61", clock), ("5 um", Clock()))[: given.clocks] if objective == "time" else (("", None),):
             begun = time.perf_counter()
             solution = fx.optimise(
                 path, machine, cone=CONE, effort=given.effort, objective=objective, interpolation=interpolation, clock=own
@@ -89,6 +89,7 @@ def main() -> None:
     parser.add_argument("--effort", default="quick")
     parser.add_argument("--sim", action="store_true")
     parser.add_argument("--bodies", action="store_true")
+    parser.add_argument("--clocks", type=int, default=2)
     parser.add_argument("--stages", action="store_true")
     given = parser.parse_args()
     for name in given.names:
