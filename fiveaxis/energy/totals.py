@@ -49,7 +49,7 @@ class Energy:
     base : base power × time, J; None where the machine's base power is unknown
     time : duration of the motion, s, at the programmed feed and the axes' highest speeds
     by_kind : what ``cut``, ``link`` and ``rapid`` moves cost, those that the motion has
-    run_time : s, that a control takes for it, accelerations and corners included; None where that wasn't asked
+    run_time : s, that a control takes for it with accelerations and corners; None where that wasn't asked
     """
 
     by_axis: dict[str, float]

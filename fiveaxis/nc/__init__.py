@@ -12,9 +12,9 @@ from fiveaxis.nc.writing.table_parts import Coordinates
 from fiveaxis.nc.writing.tables import Dialect
 
 __all__ = [
-    "Clock",
     "DIALECTS",
     "NOT_VERIFIED",
+    "Clock",
     "Coordinates",
     "Dialect",
     "PredictedTime",

@@ -67,6 +67,11 @@ class Clock:
         """Whether blocks that turn a rotary axis run from rest to rest."""
         return self.dialect is not None and self.dialect.corners == "exact-path"
 
+    @property
+    def limits_words(self) -> bool:
+        """Whether the axes' limits hold for the words of the tool's tip, not for the linear axes."""
+        return self.dialect is not None and self.coordinates != "axes" and self.dialect.limited == "words"
+
     def __call__(self, blocks: Motion, machine: Machine) -> PredictedTime:
         """Predict the time of blocks, one a row, from rest to rest."""
         if self.dialect is None or self.dialect.corners is None:
@@ -123,7 +128,7 @@ def predicted_time(
         return PredictedTime(motion.time, "programmed", missing)
     last = np.ones(len(motion), dtype=bool) if coordinates == "axes" else _block_ends(motion)
     blocks = _joined(motion, last)
-    if coordinates != "axes" and dialect.limited == "words":
+    if Clock(dialect, coordinates).limits_words:
         blocks = _in_words(blocks, machine)
     if dialect.corners == "exact-path":
         stops = _stops(blocks, machine, dialect.cycle)

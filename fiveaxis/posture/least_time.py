@@ -1,9 +1,9 @@
 """Least time as the objective: seconds with a price, and what breaks ties where nothing costs any.
 
-A second has a price that makes costs of the size the solvers are tuned for: 1 J of the objective is 1 ms. What a
-path takes at its feed no posture changes; postures cost the time by which an axis at its highest speed is
-late, and that which changes of speed beyond an axis's acceleration cost. Where neither does, the least travel
-and the evenest turns are chosen, at prices so small that no second is given for them.
+A second has a price that makes costs of the size the solvers are tuned for: 1 J of the objective is 1 ms.
+What a path takes at its feed no posture changes; postures cost the time by which an axis at its highest speed
+is late, and that which changes of speed beyond an axis's acceleration cost. Where neither does, the least
+travel and the evenest turns are chosen, at prices so small that no second is given for them.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ def by_time(problem: Problem, up_penalty: float = 0.0, smoothing: float = 0.0) -
     )
 
 
-def from_rest_to_rest(problem: Problem, rotary: Array, sharpness: float) -> Problem:
+def from_rest_to_rest(problem: Problem, rotary: Array, sharpness: float, *, in_words: bool) -> Problem:
     """Price a problem by the time of blocks that run from rest to rest where they turn, near a path.
 
     A block of the time t at its feed whose axis j travels Δ at the acceleration A takes ``t + Δ / (A t)``
@@ -80,9 +80,14 @@ def from_rest_to_rest(problem: Problem, rotary: Array, sharpness: float) -> Prob
     problem : of `by_time`
     rotary : (n, 2), rad, chain order
     sharpness : share of a turn at the highest speed below which it counts as none
+    in_words : whether the control's limits are those of the tool's path and the rotary axes, not of the
+        linear ones: their travel doesn't lengthen a block then, but where they can't keep up with the feed
     """
     speed, push, columns = problem.top_speed, problem.top_acceleration, problem.machine.rotary_columns
     travel = np.abs(np.diff(problem.positions(slice(None), rotary), axis=0))
+    linear = problem.machine.linear_columns
+    if in_words:
+        travel[:, linear] = np.abs(np.diff(problem.pivot, axis=0))
     least = problem.least_time[:, None]
     lasting = np.maximum(least, SHORTEST)
     root = np.sqrt(travel / push)
@@ -94,7 +99,8 @@ def from_rest_to_rest(problem: Problem, rotary: Array, sharpness: float) -> Prob
     pace = np.where(fast, 1.0 / speed, pace)
     time = np.where(fast, travel / speed + speed / push, time)
     turn = travel[:, columns].max(axis=1)
-    turning = (turn > STANDING)[:, None]
+    turning = np.broadcast_to((turn > STANDING)[:, None], pace.shape).copy()
+    turning[:, linear] &= not in_words
     ramps = np.stack(
         [
             np.where(turning, pace, np.broadcast_to(1.0 / speed, pace.shape)),

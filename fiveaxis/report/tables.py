@@ -42,7 +42,7 @@ def table(heads: Sequence[str], rows: Iterable[Sequence[str | Cell]], look: str 
 
 def baseline_table(document: Mapping[str, Any]) -> str:
     """Compare the result with every baseline by every measure."""
-    heads = (
+    heads: tuple[str, ...] = (
         "posture",
         "#feed drives (J)",
         "#saved",
