@@ -7,6 +7,7 @@ import pytest
 
 import fiveaxis as fx
 from fiveaxis.errors import MachineError, SettingError
+from fiveaxis.job import make_job, run_job
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Interpolation
 from fiveaxis.nc import DIALECTS, Clock
@@ -14,6 +15,7 @@ from fiveaxis.posture import optimise
 from fiveaxis.posture.least_time import TIME_PRICE, by_time
 from fiveaxis.posture.problem import Problem
 from fiveaxis.posture.turn_bounds import turn_bounds
+from fiveaxis.report.page import compose_page
 from fiveaxis.toolpath import Tool, Toolpath, for_tilt, tilt_bounds
 
 CONE = {"cone": 20.0, "effort": "quick"}
@@ -153,3 +155,20 @@ def test_without_accelerations_the_result_says_so(hayashi):
 def test_time_has_no_other_price_where_it_is_the_objective(machine):
     with pytest.raises(SettingError, match="time_price"):
         fx.optimise(wavy(9), machine, objective="time", time_price=5.0, **CONE)
+
+
+def test_a_job_tells_one_time_in_terminal_report_and_document(tmp_path):
+    path, file = wavy(21), tmp_path / "wavy.csv"
+    table = np.hstack([path.contact, path.axis])
+    np.savetxt(file, table, delimiter=",", header="x,y,z,i,j,k", comments="", fmt="%.9f")
+    asked = {"machine": "linuxcnc-xyzac-trt", "drives": "hayashi-640123", "tool": "ball:6", "feed": 1000.0}
+    asked |= {"cone": 20.0, "effort": "quick", "objective": "time", "keep_clear": False}
+    outcome = run_job(make_job(input=file, **asked))
+    solution, document = outcome.solution, outcome.document
+    blocks = outcome.program.motion.blocks
+    assert document["energy"]["run_time"] == solution.clock(blocks, solution.machine).total
+    shares = {name: saved["run_time"] for name, saved in document["savings"].items()}
+    assert shares == solution.time_savings()
+    page = compose_page(solution, document)
+    assert "with accelerations (s)" in page
+    assert f"{document['energy']['run_time']:.1f}</td>" in page
