@@ -9,10 +9,10 @@ import fiveaxis as fx
 from fiveaxis.errors import MachineError, SettingError
 from fiveaxis.job import make_job, run_job
 from fiveaxis.machine import Machine
-from fiveaxis.motion import Interpolation
+from fiveaxis.motion import Interpolation, follow, time_motion
 from fiveaxis.nc import DIALECTS, Clock
 from fiveaxis.posture import optimise
-from fiveaxis.posture.least_time import TIME_PRICE, by_time
+from fiveaxis.posture.least_time import TIME_PRICE, by_time, from_rest_to_rest
 from fiveaxis.posture.problem import Problem
 from fiveaxis.posture.turn_bounds import turn_bounds
 from fiveaxis.report.page import compose_page
@@ -137,6 +137,20 @@ def test_a_second_costs_the_same_however_it_is_lost(hayashi):
     problem = posed(wavy(), machine)
     assert problem.time_price == TIME_PRICE
     np.testing.assert_allclose(problem.excess_price * 2.0 * np.array(PUSHES), TIME_PRICE)
+
+
+@pytest.mark.parametrize("feed", [100.0, 1000.0, 6000.0])
+def test_blocks_from_rest_to_rest_are_priced_by_the_time_they_take(hayashi, feed):
+    """A limits: at the feed it gets there, below it it doesn't, and then it runs at its highest speed."""
+    machine = limited(hayashi, (1e5, 1e5, 1e5, 0.5, 1e5), (1e8, 1e8, 1e8, 2.0, 1e8))
+    path = for_tilt(wavy(21, feed=feed), None, CONE["cone"])
+    turns = np.concatenate([[0.0], np.geomspace(1e-3, 0.3, 20) * np.tile([1.0, -1.0], 10)])
+    rotary = np.column_stack([np.zeros(21), np.cumsum(turns)])
+    problem = from_rest_to_rest(posed(path, machine), rotary, 0.01, in_words=False)
+    motion = follow(path, machine, rotary)
+    stops = np.ones(21, dtype=bool)
+    times = time_motion(motion, machine, corners=stops).motion.time[1:]
+    np.testing.assert_allclose(problem.least_time + problem.delay(motion.positions), times, rtol=2e-3)
 
 
 def test_without_speeds_there_is_no_least_time(hayashi):
