@@ -131,8 +131,6 @@ class Delivery:
             if len(rotary) == 1 or (self.objective == "travel" and here.excess <= BETWEEN):
                 break
             posed, start, before = here.denser, here.filled, here.cost
-            if self._leads_the_tip and here.excess <= BETWEEN:
-                posed, start = here.posed, here.rotary
             problem = self._reweighted(posed, start, sharpness)
             here = self._priced(posed, self.refine(posed, problem, start))
             said = f"{len(posed.path)} locations, {here.inserted} more in the program"
@@ -146,16 +144,14 @@ class Delivery:
 
     @property
     def reweights(self) -> bool:
-        """Whether what blocks cost depends on the path, and is met round after round."""
-        return self.objective == "energy" or (self.clock is not None and self.clock.stops_at_turns)
+        """Whether what blocks cost depends on the path, and is met round after round.
 
-    @property
-    def _leads_the_tip(self) -> bool:
-        """Whether the control rests between blocks and leads the tip in them.
-
-        It needs hardly any of the locations inserted, and each that is solved apart would be a rest.
+        A control that leads the tip and rests between blocks isn't priced by its rests: turns that are
+        gathered in few blocks need more of them there, and these are more rests.
         """
-        return self.clock is not None and self.clock.stops_at_turns and self.clock.limits_words
+        if self.clock is None:
+            return self.objective == "energy"
+        return self.clock.stops_at_turns and not self.clock.limits_words
 
     def admits(self, rotary: Array) -> bool:
         """Tell whether a path, (n, 2) rad, keeps the bounds at all given locations."""
@@ -190,7 +186,7 @@ class Delivery:
         if not self.reweights:
             return problem
         if self.clock is not None:
-            return from_rest_to_rest(problem, rotary, sharpness, in_words=self.clock.limits_words)
+            return from_rest_to_rest(problem, rotary, sharpness)
         # The duration of rapid moves depends on the posture.
         time = np.where(path.rapid, 0.0, feed_times(path))[1:]
         costs = block_costs(problem.machine, path.feed[1:], path.rapid[1:], time=time)

@@ -65,7 +65,7 @@ def by_time(problem: Problem, up_penalty: float = 0.0, smoothing: float = 0.0) -
     )
 
 
-def from_rest_to_rest(problem: Problem, rotary: Array, sharpness: float, *, in_words: bool) -> Problem:
+def from_rest_to_rest(problem: Problem, rotary: Array, sharpness: float) -> Problem:
     """Price a problem by the time of blocks that run from rest to rest where they turn, near a path.
 
     A block of the time t at its feed whose axis j travels Δ at the acceleration A takes ``t + Δ / (A t)``
@@ -80,14 +80,9 @@ def from_rest_to_rest(problem: Problem, rotary: Array, sharpness: float, *, in_w
     problem : of `by_time`
     rotary : (n, 2), rad, chain order
     sharpness : share of a turn at the highest speed below which it counts as none
-    in_words : whether the control's limits are those of the tool's path and the rotary axes, not of the
-        linear ones: their travel doesn't lengthen a block then, but where they can't keep up with the feed
     """
     speed, push, columns = problem.top_speed, problem.top_acceleration, problem.machine.rotary_columns
     travel = np.abs(np.diff(problem.positions(slice(None), rotary), axis=0))
-    linear = problem.machine.linear_columns
-    if in_words:
-        travel[:, linear] = np.abs(np.diff(problem.pivot, axis=0))
     least = problem.least_time[:, None]
     lasting = np.maximum(least, SHORTEST)
     root = np.sqrt(travel / push)
@@ -99,8 +94,7 @@ def from_rest_to_rest(problem: Problem, rotary: Array, sharpness: float, *, in_w
     pace = np.where(fast, 1.0 / speed, pace)
     time = np.where(fast, travel / speed + speed / push, time)
     turn = travel[:, columns].max(axis=1)
-    turning = np.broadcast_to((turn > STANDING)[:, None], pace.shape).copy()
-    turning[:, linear] &= not in_words
+    turning = (turn > STANDING)[:, None]
     ramps = np.stack(
         [
             np.where(turning, pace, np.broadcast_to(1.0 / speed, pace.shape)),
