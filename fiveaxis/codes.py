@@ -97,6 +97,7 @@ PLANNING = {
         WARNING, "between two locations the tool leans, or an axis goes, out of bounds: no path avoids that"
     ),
     "rapid-speed-unknown": Code(WARNING, "rapid moves of axes whose highest speed isn't known"),
+    "acceleration-unknown": Code(WARNING, "the least time is asked for, and an axis states no acceleration"),
     "off-surface": Code(WARNING, "a location doesn't touch the part"),
     "sunk": Code(WARNING, "a cut reaches deeper into the part than counts as touching"),
     "no-single-contact": Code(WARNING, "a location touches the part with more than one place of the cutter"),

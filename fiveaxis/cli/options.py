@@ -116,7 +116,8 @@ MaxTurn = Annotated[
     typer.Option("--max-turn", help="largest turn in a cutting move, deg; by default 180 deg/s at the feed"),
 ]
 Objective = Annotated[
-    str | None, typer.Option("--objective", help="what is least: energy of the program, or travel (metric)")
+    str | None,
+    typer.Option("--objective", help="what is least: energy or time of the program, or travel (metric)"),
 ]
 UpPenalty = Annotated[float | None, typer.Option("--up-penalty", help="extra price of moving up, J/mm")]
 ToolLength = Annotated[

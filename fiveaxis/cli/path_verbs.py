@@ -278,6 +278,7 @@ def _print_energies(solution: Solution) -> None:
         table.add_row(name, *own, *apart)
     out.print("energy of whole programs; feed drives only, no base load")
     out.print(table)
+    _print_times(solution)
     least = solution.energy.least
     if least is not None and least < solution.energy.total:
         out.print(
@@ -285,6 +286,21 @@ def _print_energies(solution: Solution) -> None:
             "slower than any that was measured falls with their speed",
             soft_wrap=True,
         )
+
+
+def _print_times(solution: Solution) -> None:
+    """Compare how long the programs' blocks take the control, where time was the objective."""
+    from fiveaxis.job import RESULT
+
+    if solution.clock is None:
+        return
+    table = Table("program", "s", "saved", "at the feed s", box=None)
+    savings = solution.time_savings()
+    for name, energy in {RESULT: solution.energy, **solution.baselines}.items():
+        saved = f"{100.0 * savings[name]:.2f} %" if name in savings else ""
+        table.add_row(name, f"{energy.run_time:.2f}", saved, f"{energy.time:.2f}")
+    out.print(f"time of the same blocks, {solution.clock.basis}", markup=False)
+    out.print(table)
 
 
 def _print_setup(found: Mapping[str, Any]) -> None:

@@ -47,8 +47,9 @@ class Energy:
     least : J, ∫P dt if the power of a drive that is slower than any that was measured falls with its speed;
         None where speeds within moves are known only on average
     base : base power × time, J; None where the machine's base power is unknown
-    time : duration of the motion, s
+    time : duration of the motion, s, at the programmed feed and the axes' highest speeds
     by_kind : what ``cut``, ``link`` and ``rapid`` moves cost, those that the motion has
+    run_time : s, that a control takes for it with accelerations and corners; None where that wasn't asked
     """
 
     by_axis: dict[str, float]
@@ -57,6 +58,7 @@ class Energy:
     base: float | None
     time: float
     by_kind: dict[str, KindEnergy] = field(default_factory=dict)
+    run_time: float | None = None
 
     @property
     def total(self) -> float:
@@ -87,6 +89,7 @@ class Energy:
             "base": self.base,
             "with_base": self.with_base,
             "time": self.time,
+            "run_time": self.run_time,
             "travel": self.travel,
             "travel_by_axis": dict(self.travel_by_axis),
             "travel_error": self.travel_error,

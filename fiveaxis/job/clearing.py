@@ -23,6 +23,7 @@ from fiveaxis.geometry import Array, IntArray
 from fiveaxis.job.solution import Solution
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Interpolation
+from fiveaxis.nc import Clock
 from fiveaxis.posture import Budget, Objective
 from fiveaxis.posture import Solution as Postures
 from fiveaxis.posture import optimise as optimise_postures
@@ -103,11 +104,12 @@ def optimise(
     effort: str = "normal",
     budget: Budget | None = None,
     interpolation: Interpolation = Interpolation.JOINT,
+    clock: Clock | None = None,
     solver: str = "structured",
     start: Array | None = None,
     progress: Progress | None = None,
 ) -> Solution:
-    """Choose the rotary angles of every cutter location so that the feed drives spend the least energy.
+    """Choose the rotary angles of every cutter location so that its program costs the least.
 
     With a part, stock or fixtures, or bodies of the machine, postures in which cutter, shank, holder or
     spindle come too near to them are left out. What collides all the same, between locations or with what
@@ -133,14 +135,16 @@ def optimise(
         use. Where a rotary axis is rewound it holds at the locations of the path, and not on the link off the
         part and back
     objective : what is least: ``energy``, ∫P dt of the feed drives in the program's blocks; ``travel``, the
-        travel metric of form-shaping Eq. 1
+        travel metric of form-shaping Eq. 1; ``time``, what the control takes for the blocks under the axes'
+        highest speeds and accelerations, and the steadiest posture where that costs none
     up_penalty : J/mm, extra price of the machine's Z moving up
     max_turn : largest turn of a rotary axis in one cutting move, **degrees**; by default 180 deg/s at the
         programmed feed. Links turn three times as far, and farther only where there is no other way
     turn_rate : largest turn of a rotary axis over the way of the contact in cutting moves, **deg/mm**
     smoothing : J/rad², price μ of ‖Δρ‖² in each move: dearer travel for a steadier posture
     time_price : W, of time that a posture costs beyond the programmed feed's, where an axis would have to be
-        faster than its highest speed; by default the machine's base power, 0 where that is unknown
+        faster than its highest speed; by default the machine's base power, 0 where that is unknown. Not with
+        the objective ``time``, which knows no other price
     singular_cone : half angle, **degrees**, of a cone about the direction of the first rotary axis: while the
         tool axis passes it in a cut, that axis is held, or turns at most by `singular_rate`. What can't be
         held is told by a finding
@@ -153,6 +157,7 @@ def optimise(
         `fiveaxis.posture.budget.EFFORTS`
     budget : how much may be done, in place of an effort
     interpolation : of the control that the program is for
+    clock : how long that control takes for blocks; by default it passes corners within 5 µm
     solver : ``structured`` or ``ipopt`` (`fiveaxis.posture.optimise`)
     start : (n, 2), rad, chain order, postures that are refined in place of a search
     progress : called with a stage's name, steps done and steps in all
@@ -172,6 +177,7 @@ def optimise(
     options: dict[str, Any] = constraints.options | {
         "objective": objective,
         "interpolation": interpolation,
+        "clock": clock,
         "up_penalty": up_penalty,
         "smoothing": smoothing,
         "time_price": time_price,

@@ -176,7 +176,7 @@ class Job(StrictModel):
     drives: str | None = Field(None, min_length=1, description="machine whose axis powers are taken instead")
     up_penalty: float = Field(0.0, ge=0.0, description="extra price of moving up against gravity, J/mm")
     objective: Objective = Field(
-        "energy", description="what is least: energy of the program, or travel metric"
+        "energy", description="what is least: energy or time of the program, or travel metric"
     )
     max_turn: float | None = Field(
         None, gt=0.0, description="largest rotary turn in a cutting move, deg; 180 deg/s by default"

@@ -28,7 +28,6 @@ from fiveaxis.energy import (
     Factors,
     Process,
     job_budget,
-    motion_energy,
 )
 from fiveaxis.errors import JobError, SettingError, ToolError
 from fiveaxis.geometry import Array
@@ -39,10 +38,11 @@ from fiveaxis.job.program import MadeProgram, ProgramOptions, make_program
 from fiveaxis.job.reading import require_input
 from fiveaxis.job.release import Gate
 from fiveaxis.machine import Machine, load_machine
-from fiveaxis.nc import read_toolpath, require_program
+from fiveaxis.nc import Clock, read_toolpath, require_program
 from fiveaxis.posture import Front, Solution, find_front
 from fiveaxis.posture import optimise as optimise_postures
 from fiveaxis.posture.mask import MaskFunction
+from fiveaxis.posture.solution import blocks_energy
 from fiveaxis.report import report_document
 from fiveaxis.toolpath import Tool, Toolpath, parse_tool
 from fiveaxis.toolpath.passes import Passes
@@ -327,7 +327,8 @@ def run_job(
             tolerances=DEFAULT_TOLERANCES.with_gouge(job.gouge_tolerance),
         )
         # One number, that of the text: redundant blocks may have stayed in it.
-        solution = replace(solution, energy=motion_energy(machine, program.motion.blocks))
+        spent = blocks_energy(machine, program.motion.blocks, solution.clock)
+        solution = replace(solution, energy=spent)
         budget = job_budget(machine, program.motion.blocks, process, factors)
         document = report_document(
             solution,
@@ -424,6 +425,7 @@ def solve(
     options = {name: getattr(job, name) for name in SOLVING} | job.bounds | {"progress": progress}
     wording = require_program(machine, job.control, job.coordinates, job.winding, job.nc)
     options["interpolation"] = wording.interpolation
+    options["clock"] = Clock(wording.dialect, wording.coordinates)
     if job.free_start and passes is not None:
         options["free_start"] = passes
     if job.front is not None and job.smoothing:

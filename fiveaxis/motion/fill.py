@@ -56,8 +56,11 @@ class Filling:
         )
 
     def thin(self, fill: Fill) -> Fill:
-        """Remove the blocks that the control passes by itself, but those that something was found about."""
-        places = [f.place for f in fill.given.findings]
+        """Remove the blocks that the control passes by itself, but those that something was found about.
+
+        What is found about the speed is about moves, and names no location that has to be passed in a block.
+        """
+        places = [f.place for f in fill.given.findings if f.code != "rotary-slows"]
         told = [p.location for p in places if p is not None and p.location is not None]
         return fill.without_redundant(
             interpolation=self.interpolation,

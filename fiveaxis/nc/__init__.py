@@ -5,7 +5,7 @@ from fiveaxis.nc.formats import read_toolpath
 from fiveaxis.nc.motion_table import read_motion, write_motion
 from fiveaxis.nc.point_table import write_toolpath
 from fiveaxis.nc.program import NOT_VERIFIED, Program, compose_program, require_motion, require_program
-from fiveaxis.nc.run_time import PredictedTime, predicted_time
+from fiveaxis.nc.run_time import Clock, PredictedTime, predicted_time
 from fiveaxis.nc.writing.catalogue import DIALECTS, find_dialect
 from fiveaxis.nc.writing.program_settings import ProgramSettings, make_settings
 from fiveaxis.nc.writing.table_parts import Coordinates
@@ -14,6 +14,7 @@ from fiveaxis.nc.writing.tables import Dialect
 __all__ = [
     "DIALECTS",
     "NOT_VERIFIED",
+    "Clock",
     "Coordinates",
     "Dialect",
     "PredictedTime",

@@ -9,7 +9,7 @@ import numpy as np
 from fiveaxis.geometry import Array, BoolArray
 from fiveaxis.kinematics import tool_poses
 from fiveaxis.machine import Machine
-from fiveaxis.motion import Motion, time_motion
+from fiveaxis.motion import PATH_TOLERANCE, Motion, time_motion
 from fiveaxis.motion.bounds import axis_bounds
 from fiveaxis.nc.writing.table_parts import Coordinates
 from fiveaxis.nc.writing.tables import Dialect
@@ -39,6 +39,53 @@ class PredictedTime:
     def total(self) -> float:
         """Time of the whole program, s."""
         return float(self.times.sum())
+
+
+@dataclass(frozen=True, eq=False)
+class Clock:
+    """How long a control takes for blocks that aren't written yet: `predicted_time` of their words.
+
+    Parameters
+    ----------
+    dialect : the control's table; None, or one that leaves corners to the machine's settings, stands for a
+        control that passes them within `PATH_TOLERANCE`, as blocks themselves keep to their path
+    coordinates : of the program
+    """
+
+    dialect: Dialect | None = None
+    coordinates: Coordinates = "axes"
+
+    @property
+    def basis(self) -> str:
+        """Say how the control takes corners."""
+        if self.dialect is None or self.dialect.corners is None:
+            return f"with accelerations, as a control that passes corners within {PATH_TOLERANCE:g} mm"
+        return f"with accelerations, as {self.dialect.title} takes corners"
+
+    @property
+    def stops_at_turns(self) -> bool:
+        """Whether blocks that turn a rotary axis run from rest to rest."""
+        return self.dialect is not None and self.dialect.corners == "exact-path"
+
+    @property
+    def limits_words(self) -> bool:
+        """Whether the axes' limits hold for the words of the tool's tip, not for the linear axes."""
+        return self.dialect is not None and self.coordinates != "axes" and self.dialect.limited == "words"
+
+    def __call__(self, blocks: Motion, machine: Machine) -> PredictedTime:
+        """Predict the time of blocks, one a row, from rest to rest."""
+        if self.dialect is None or self.dialect.corners is None:
+            times = time_motion(blocks, machine, corners=PATH_TOLERANCE).motion.time
+            return PredictedTime(times, "accelerations")
+        # What the words round away doesn't move, and a block that turns nothing may be passed without a stop.
+        units = np.where([axis.is_rotary for axis in machine.axes], np.degrees(1.0), 1.0)
+        number = self.dialect.number
+        decimals = [number.rotary if axis.is_rotary else number.linear for axis in machine.axes]
+        scale = units * 10.0 ** np.array(decimals)
+        words = replace(
+            blocks, positions=np.round(blocks.positions * scale) / scale, source=np.arange(len(blocks))
+        )
+        return predicted_time(words, machine, self.dialect, self.coordinates)
 
 
 def predicted_time(
@@ -81,7 +128,7 @@ def predicted_time(
         return PredictedTime(motion.time, "programmed", missing)
     last = np.ones(len(motion), dtype=bool) if coordinates == "axes" else _block_ends(motion)
     blocks = _joined(motion, last)
-    if coordinates != "axes" and dialect.limited == "words":
+    if Clock(dialect, coordinates).limits_words:
         blocks = _in_words(blocks, machine)
     if dialect.corners == "exact-path":
         stops = _stops(blocks, machine, dialect.cycle)

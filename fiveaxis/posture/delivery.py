@@ -14,12 +14,14 @@ from typing import Literal
 
 import numpy as np
 
-from fiveaxis.energy import Energy, block_costs, motion_energy
+from fiveaxis.energy import Energy, block_costs
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array
 from fiveaxis.motion import Filling, feed_times, follow
+from fiveaxis.nc import Clock
+from fiveaxis.posture.least_time import TIME_PRICE, from_rest_to_rest
 from fiveaxis.posture.problem import ALLOWED, Problem
-from fiveaxis.posture.solution import Solution, Stage, program_energy
+from fiveaxis.posture.solution import Solution, Stage, blocks_energy, program_energy
 from fiveaxis.toolpath import TiltBounds, Toolpath, refined
 
 # Travel below this share of a step counts as none, round after round; what stays is as good as standing.
@@ -31,7 +33,7 @@ MOST_ROUNDS = 12
 # A posture on the way between two locations may be past its bounds by so much (cosine, mm, rad).
 BETWEEN = 2e-4
 
-Objective = Literal["energy", "travel"]
+Objective = Literal["energy", "travel", "time"]
 # Makes the problem of a path with inserted locations, (n,) places among the given ones.
 Build = Callable[[Toolpath, Array], tuple[Problem, TiltBounds]]
 
@@ -44,7 +46,7 @@ class Posed:
     ----------
     path : n locations
     location : (n,), where each lies among the given ones
-    problem, bounds : with the prices of travel
+    problem, bounds : with the prices of travel, or of time
     """
 
     path: Toolpath
@@ -101,7 +103,8 @@ class Delivery:
     refine : solves one near a start
     filling : what inserted blocks keep
     up_penalty : J/mm, extra price of the machine's Z moving up
-    by_energy : whether the energy of blocks is minimised; else the problem's own prices are
+    objective : ``energy`` of the blocks reweights the problem's prices; the others keep them
+    clock : how long the control takes for blocks, where the objective is ``time``
     """
 
     given: Toolpath
@@ -109,7 +112,8 @@ class Delivery:
     refine: Refine
     filling: Filling
     up_penalty: float = 0.0
-    by_energy: bool = True
+    objective: Objective = "energy"
+    clock: Clock | None = None
 
     def run(self, rotary: Array) -> tuple[Delivered, list[Stage]]:
         """Insert locations and solve again, until the program needs no more of them.
@@ -126,21 +130,32 @@ class Delivery:
         every = np.arange(len(self.given), dtype=float)
         best = here = self._priced(Posed(self.given, every, *self.build(self.given, every)), rotary)
         for number in range(MOST_ROUNDS):
-            done = number >= len(SHARPNESS) or not self.by_energy
+            done = number >= len(SHARPNESS) or self.objective == "travel"
             if len(rotary) == 1 or (done and here.excess <= BETWEEN):
                 break
             sharpness = SHARPNESS[min(number, len(SHARPNESS) - 1)]
             posed, start, before = here.denser, here.filled, here.cost
-            problem = self._reweighted(posed, start, sharpness) if self.by_energy else posed.problem
+            problem = self._reweighted(posed, start, sharpness)
             here = self._priced(posed, self.refine(posed, problem, start))
             said = f"{len(posed.path)} locations, {here.inserted} more in the program"
             stages.append(Stage(f"program, round {number + 1}", said, 0, before, here.cost))
             gain, better = best.cost - here.cost, here.rank < best.rank
             best = here if better else best
-            complete = here.inserted <= FEW * len(posed.path)
-            if number >= 2 and complete and not (better and gain > WORTHWHILE * here.cost):
+            more = here.inserted > FEW * len(posed.path) or (better and gain > WORTHWHILE * here.cost)
+            if not more and here.excess <= BETWEEN and (number >= 2 or not self.reweights):
                 break
         return best, stages
+
+    @property
+    def reweights(self) -> bool:
+        """Whether what blocks cost depends on the path, and is met round after round.
+
+        A control that leads the tip and rests between blocks isn't priced by its rests: turns that are
+        gathered in few blocks need more of them there, and these are more rests.
+        """
+        if self.clock is None:
+            return self.objective == "energy"
+        return self.clock.stops_at_turns and not self.clock.limits_words
 
     def admits(self, rotary: Array) -> bool:
         """Tell whether a path, (n, 2) rad, keeps the bounds at all given locations."""
@@ -157,17 +172,25 @@ class Delivery:
         rotary_there = filled[:, machine.rotary_columns]
         positions, excess = denser.problem.placed(slice(None), rotary_there)
         past = max(float(excess.max()), float(denser.problem.limit_excess(positions).max()))
-        return Delivered(
-            posed, rotary, denser, rotary_there, past, self.cost(motion_energy(machine, fill.motion))
-        )
+        # How long a control takes is a matter of its blocks: redundant ones are stops, too.
+        blocks = self.filling.thin(fill).blocks if self.objective == "time" else fill.motion
+        cost = self.cost(blocks_energy(machine, blocks, self.clock))
+        return Delivered(posed, rotary, denser, rotary_there, past, cost)
 
     def cost(self, energy: Energy) -> float:
         """Say what the objective is of a program, J."""
-        return energy.total if self.by_energy else energy.travel
+        if energy.run_time is not None:
+            # Paths that no axis slows take the same time, but for the rounding of sums: the first one stays.
+            return TIME_PRICE * round(energy.run_time, 6)
+        return energy.total if self.objective == "energy" else energy.travel
 
     def _reweighted(self, posed: Posed, rotary: Array, sharpness: float) -> Problem:
         """Price travel by what the program's blocks cost, near a path, (n, 2) rad."""
         problem, path = posed.problem, posed.path
+        if not self.reweights:
+            return problem
+        if self.clock is not None:
+            return from_rest_to_rest(problem, rotary, sharpness)
         # The duration of rapid moves depends on the posture.
         time = np.where(path.rapid, 0.0, feed_times(path))[1:]
         costs = block_costs(problem.machine, path.feed[1:], path.rapid[1:], time=time)
@@ -194,7 +217,10 @@ def delivered(solution: Solution, delivery: Delivery) -> Solution:
     filled = {
         name: filling.fill(b.toolpath or given, machine, b.motion) for name, b in solution.compared.items()
     }
-    energies = {name: motion_energy(machine, filling.thin(fill).blocks) for name, fill in filled.items()}
+    energies = {
+        name: blocks_energy(machine, filling.thin(fill).blocks, delivery.clock)
+        for name, fill in filled.items()
+    }
     for name in sorted(energies, key=lambda name: delivery.cost(energies[name])):
         baseline = solution.compared[name]
         rotary = baseline.motion.positions[:, columns]
@@ -217,11 +243,12 @@ def delivered(solution: Solution, delivery: Delivery) -> Solution:
         toolpath=replace(path, findings=(*path.findings, *_findings(best))),
         tilt=best.posed.bounds,
         motion=motion,
-        energy=program_energy(machine, path, motion, filling),
+        energy=program_energy(machine, path, motion, filling, delivery.clock),
         compared=compared,
         stages=(*solution.stages, *stages),
         problem=best.posed.problem,
         filling=filling,
+        clock=delivery.clock,
     )
 
 

@@ -15,11 +15,13 @@ from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Filling, Interpolation, follow
+from fiveaxis.nc import Clock
 from fiveaxis.posture import holding
 from fiveaxis.posture.baselines import find_baselines, moved_clear
 from fiveaxis.posture.budget import ROUGH, Budget, budget_of
 from fiveaxis.posture.clearance import Clearance
 from fiveaxis.posture.delivery import Delivery, Objective, Posed, delivered
+from fiveaxis.posture.least_time import by_time, time_findings
 from fiveaxis.posture.local.refinement import STRUCTURED, require_solver
 from fiveaxis.posture.mask import Mask, MaskFunction
 from fiveaxis.posture.passes import freed
@@ -64,11 +66,12 @@ def optimise(
     effort: str = "normal",
     budget: Budget | None = None,
     interpolation: Interpolation = Interpolation.JOINT,
+    clock: Clock | None = None,
     solver: str = STRUCTURED,
     start: Array | None = None,
     progress: Progress | None = None,
 ) -> Solution:
-    """Choose the rotary angles of every cutter location so that the feed drives spend the least energy.
+    """Choose the rotary angles of every cutter location so that its program costs the least.
 
     A portfolio of global searches on some of the locations gives starts; each is refined by the exact NLP,
     and the best are extended to all locations and refined there, all by the travel metric
@@ -92,14 +95,16 @@ def optimise(
         bool (`fiveaxis.posture.mask`); asked only about what a search is going to use. Where a rotary axis is
         rewound it holds at the locations of the path, and not on the way off the part and back
     objective : what is least: ``energy``, ∫P dt of the feed drives in the program's blocks; ``travel``, the
-        travel metric of form-shaping Eq. 1
+        travel metric of form-shaping Eq. 1; ``time``, what the control takes for the blocks under the axes'
+        highest speeds and accelerations, and the steadiest posture where that costs none (`by_time`)
     up_penalty : J/mm, extra price of the machine's Z moving up
     max_turn : largest turn of a rotary axis in one cutting move, **degrees**; by default 180 deg/s at the
         programmed feed. Links turn three times as far, and farther only where there is no other way
     turn_rate : largest turn of a rotary axis over the way of the contact in cutting moves, **deg/mm**
     smoothing : J/rad², price μ of ‖Δρ‖² in each move: dearer travel for a steadier posture
     time_price : W, of time that a posture costs beyond the programmed feed's, where an axis would have to be
-        faster than its highest speed; by default the machine's base power, 0 where that is unknown
+        faster than its highest speed; by default the machine's base power, 0 where that is unknown. Not with
+        the objective ``time``, which knows no other price
     singular_cone : half angle, **degrees**, of a cone about the direction of the first rotary axis: while the
         tool axis passes it in a cut, that axis is held, or turns at most by `singular_rate`. What can't be
         held is told by a finding
@@ -112,6 +117,7 @@ def optimise(
         `fiveaxis.posture.budget.EFFORTS`
     budget : how much may be done, in place of an effort
     interpolation : of the control that the program is for
+    clock : how long that control takes for blocks; by default it passes corners within 5 µm
     solver : ``structured``, the interior-point method made for paths, or ``ipopt``, a second opinion on the
         same terms (`fiveaxis.posture.local`), in place of the budget's
     start : (n, 2), rad, chain order, postures that are refined in place of a search
@@ -129,12 +135,13 @@ def optimise(
     Infeasible
         Some locations have no admissible posture; each is listed with its reason.
     MachineError
-        The machine has no powers, or too few axes.
+        The machine has no powers, too few axes, or no highest speeds where time is the objective.
     ToolError, ToolpathError
         The cutter doesn't touch with one part of its profile over the range; the path lacks the direction
         that the range refers to.
     SettingError
-        A range that is empty or reversed; an unknown effort or solver.
+        A range that is empty or reversed; an unknown effort or solver; a price of time where that is the
+        objective.
     """
     if not toolpath.cutting.any():
         raise ToolpathError("has links only; there is no cut to choose a posture for", file=toolpath.name)
@@ -150,6 +157,11 @@ def optimise(
     singular = Cone.of_degrees(singular_cone, singular_rate)
     machine = holding.hold(machine, hold or {})
     toolpath = for_tilt(toolpath, tilt, cone, lead=lead, lean=lean)
+    timed = objective == "time"
+    if timed:
+        if time_price is not None:
+            raise SettingError("time_price can't be combined with the objective time; leave one out")
+        toolpath = replace(toolpath, findings=(*toolpath.findings, *time_findings(machine)))
     turns = {
         "max_turn": None if max_turn is None else float(np.radians(max_turn)),
         "turn_rate": None if turn_rate is None else float(np.radians(turn_rate)),
@@ -166,7 +178,7 @@ def optimise(
             time_price=(machine.base_power or 0.0) if time_price is None else time_price,
             bend_price=smoothing,
         )
-        return built, leaning
+        return by_time(built, up_penalty, smoothing) if timed else built, leaning
 
     problem, bounds = build(toolpath)
     blocked = unreachable(toolpath, machine, bounds)
@@ -197,8 +209,8 @@ def optimise(
         Constraints(hold=hold, max_turn=max_turn, singular_cone=singular_cone), interpolation
     )
     refine = _Refinement(allowed, singular, asked)
-    by_energy = Delivery(found.toolpath, rebuild, refine, filling, up_penalty, objective == "energy")
-    found = delivered(found, by_energy)
+    clock = (clock or Clock()) if timed else None
+    found = delivered(found, Delivery(found.toolpath, rebuild, refine, filling, up_penalty, objective, clock))
     if found.machine is not machine:
         rotary = found.motion.positions[:, machine.rotary_columns]
         admits = None if asked is None else asked.along(found.motion.location).admits

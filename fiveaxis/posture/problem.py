@@ -66,6 +66,8 @@ class Problem:
     time_price : J/s, P, of a step's time beyond the least
     bend_price : (n − 1,), J/rad², μ
     jerk_price : J per rad/s², of a change of a rotary axis's acceleration from one pair of cuts to the next
+    ramps : (2, n − 1, k), s/mm and s/rad, and s: a step waits for ``pace |Δq| − grace`` of each axis, where
+        that isn't ``|Δq| / v − L/F``
     """
 
     machine: Machine
@@ -84,6 +86,7 @@ class Problem:
     time_price: float
     bend_price: Array
     jerk_price: float = 0.0
+    ramps: Array | None = None
 
     @classmethod
     def build(
@@ -183,6 +186,7 @@ class Problem:
             least_time=summed(self.least_time[:, None])[:, 0],
             # A turn spread over m steps bends 1/m as much as the same turn in one.
             bend_price=summed(self.bend_price[:, None])[:, 0] / spans[:, 0] ** 2,
+            ramps=None,
         )
 
     def between(self, first: int, last: int) -> Problem:
@@ -198,6 +202,7 @@ class Problem:
             strict=self.strict[first:last],
             least_time=self.least_time[first:last],
             bend_price=self.bend_price[first:last],
+            ramps=None if self.ramps is None else self.ramps[:, first:last],
         )
 
     def eased(self, rotary: Array) -> Problem:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -14,6 +14,7 @@ from fiveaxis.geometry import Array
 from fiveaxis.kinematics import tool_poses
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Filling, Motion
+from fiveaxis.nc import Clock
 from fiveaxis.posture.local.optimality import Optimality, optimality
 from fiveaxis.posture.lower_bound import LowerBound, bound_travel
 from fiveaxis.posture.problem import Problem
@@ -94,9 +95,17 @@ class Baseline:
     note: str = ""
 
 
-def program_energy(machine: Machine, toolpath: Toolpath, motion: Motion, filling: Filling) -> Energy:
+def program_energy(
+    machine: Machine, toolpath: Toolpath, motion: Motion, filling: Filling, clock: Clock | None = None
+) -> Energy:
     """Work out what the blocks cost that a motion becomes, without ways in and out."""
-    return motion_energy(machine, filling.blocks(toolpath, machine, motion))
+    return blocks_energy(machine, filling.blocks(toolpath, machine, motion), clock)
+
+
+def blocks_energy(machine: Machine, blocks: Motion, clock: Clock | None = None) -> Energy:
+    """Work out what blocks cost; with a clock also how long the control takes for them."""
+    run_time = None if clock is None else clock(blocks, machine).total
+    return replace(motion_energy(machine, blocks), run_time=run_time)
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,6 +148,7 @@ class Solution:
     optima : local optima by start, where the effort looks for several
     wound : what a solution with rewinds was made of
     filling : how blocks are inserted between its locations, and removed
+    clock : how long the program's control takes; None where time wasn't asked about
     """
 
     machine: Machine
@@ -153,6 +163,7 @@ class Solution:
     optima: Optima | None = None
     wound: Wound | None = None
     filling: Filling = field(default_factory=Filling)
+    clock: Clock | None = None
 
     @property
     def baselines(self) -> dict[str, Energy]:
@@ -194,6 +205,12 @@ class Solution:
             for name, energy in self.baselines.items()
             if energy.total > 0.0
         }
+
+    def time_savings(self) -> dict[str, float]:
+        """Compute the saved share of the program's time against each baseline; empty without a clock."""
+        own = self.energy.run_time
+        times = {name: energy.run_time for name, energy in self.baselines.items()}
+        return {name: 1.0 - own / time for name, time in times.items() if own is not None and time}
 
     def residuals(self) -> dict[str, float]:
         """Audit the motion against the problem; every figure is 0 for a perfect solution.

@@ -296,8 +296,11 @@ def durations(problem: Problem) -> Term | None:
     """Let steps wait until the axis is there that has farthest to go, s."""
     if not problem.is_timed:
         return None
-    paces = np.broadcast_to(1.0 / problem.top_speed, problem.plus.shape)
-    most = np.where(np.isfinite(problem.top_speed), problem.least_time[:, None], np.inf)
+    if problem.ramps is None:
+        paces = np.broadcast_to(1.0 / problem.top_speed, problem.plus.shape)
+        most = np.where(np.isfinite(problem.top_speed), problem.least_time[:, None], np.inf)
+    else:
+        paces, most = problem.ramps
     return _term("durations", problem, _durations, 2, data=paces, high=np.repeat(most, 2, axis=1))
 
 

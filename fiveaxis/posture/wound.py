@@ -162,7 +162,7 @@ def with_path(solution: Solution, rotary: Array) -> tuple[Solution, Rewound | No
     if wound is None:
         motion = follow(solution.toolpath, machine, rotary)
         motion = replace(motion, location=solution.motion.location)
-        energy = program_energy(machine, solution.toolpath, motion, solution.filling)
+        energy = program_energy(machine, solution.toolpath, motion, solution.filling, solution.clock)
         return replace(solution, motion=motion, energy=energy), None
     prices = {"clearance": wound.clearance, "time_price": wound.problem.time_price}
     found = rewound(wound.toolpath, machine, rotary, tilt=wound.tilt, **prices)
@@ -174,7 +174,7 @@ def with_path(solution: Solution, rotary: Array) -> tuple[Solution, Rewound | No
         toolpath=path,
         tilt=found.bounds(wound.tilt),
         motion=motion,
-        energy=program_energy(machine, path, motion, solution.filling),
+        energy=program_energy(machine, path, motion, solution.filling, solution.clock),
         wound=replace(wound, rotary=rotary, place=found.place),
     )
     return other, found

@@ -26,7 +26,7 @@ from fiveaxis.toolpath import TiltBounds, Toolpath
 PREFERRED_BASELINES = ("as-programmed", "normal")
 
 # By what two programs are compared, names of `Energy`.
-MEASURES = ("total", "travel", "with_base")
+MEASURES = ("total", "travel", "with_base", "run_time")
 
 UNITS = {
     "energy": "J",

@@ -42,7 +42,7 @@ def table(heads: Sequence[str], rows: Iterable[Sequence[str | Cell]], look: str 
 
 def baseline_table(document: Mapping[str, Any]) -> str:
     """Compare the result with every baseline by every measure."""
-    heads = (
+    heads: tuple[str, ...] = (
         "posture",
         "#feed drives (J)",
         "#saved",
@@ -53,7 +53,9 @@ def baseline_table(document: Mapping[str, Any]) -> str:
         "#saved, with base power",
         "#time (s)",
     )
-    nothing = dict.fromkeys(("total", "travel", "with_base"), NOTHING)
+    timed = document["energy"]["run_time"] is not None
+    heads += ("#with accelerations (s)", "#saved, time") if timed else ()
+    nothing = dict.fromkeys(("total", "travel", "with_base", "run_time"), NOTHING)
     rows = [_energy_row("optimised", document["energy"], nothing)]
     for name, energy in document["baselines"].items():
         shares = {k: saving(v) for k, v in document["savings"][name].items()}
@@ -169,6 +171,7 @@ def saving(share: float | None) -> str:
 
 
 def _energy_row(name: str, energy: Mapping[str, Any], shares: Mapping[str, str]) -> list[str]:
+    timed = energy["run_time"] is not None
     return [
         name,
         number(energy["total"]),
@@ -179,6 +182,7 @@ def _energy_row(name: str, energy: Mapping[str, Any], shares: Mapping[str, str])
         number(energy["with_base"]),
         shares["with_base"],
         number(energy["time"], 1),
+        *((number(energy["run_time"], 1), shares["run_time"]) if timed else ()),
     ]
 
 

@@ -1,0 +1,121 @@
+"""Print how long LinuxCNC's demonstration programs take: as programmed, and optimised for least time.
+
+Usage: python tests/benchmarks/times.py [impeller] [boat] [--modes axes,tip] [--clocks LinuxCNC,blended]
+       [--effort quick] [--rows 0:600] [--energy] [--bodies] [--stages] [--sim]
+
+Each row is the program of one posture, without approach and retract, on LinuxCNC's simulated trunnion with a
+ball of 6 mm and 20 deg about the programmed axis. *feed*: at the feed and the highest speeds; *blended*: with
+accelerations, corners passed within 5 µm; *LinuxCNC*: as this package predicts its exact path (G61). Then
+what limits the blended one, in s. ``--energy`` is the default objective beside it, ``--bodies`` keeps the
+tool clear of the machine's own bodies. With ``--sim`` the texts of the programmed and of the optimised
+postures, with their ways in and out, run in LinuxCNC's simulated machine, in real time.
+"""
+
+import argparse
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+import fiveaxis as fx
+from fiveaxis.job import ProgramOptions, make_program
+from fiveaxis.motion import Filling, Interpolation, Motion, follow
+from fiveaxis.motion import time_motion as run_in_time
+from fiveaxis.nc import DIALECTS, Clock
+from fiveaxis.toolpath import Constraints, for_tilt
+
+ROOT = Path(__file__).parents[2]
+sys.path.insert(0, str(ROOT / "tests"))
+from referee.linuxcnc import run_program  # noqa: E402
+
+DATA = ROOT.parent / "shared" / "data" / "toolpaths"
+CONE = 20.0
+# mm: a corner passed within the tolerance of the blocks themselves.
+CORNERS = 0.005
+
+
+def machine_and_path(name: str, given: argparse.Namespace) -> tuple[fx.Machine, fx.Toolpath]:
+    bare = fx.load_machine("linuxcnc-xyzac-trt")
+    path = fx.read_toolpath(
+        DATA / f"linuxcnc_{name}_xyzac.ngc", tool=fx.Tool.ball(6), machine=bare, rapid_mm_min=1200.0
+    )
+    if given.rows:
+        first, last = map(int, given.rows.split(":"))
+        path = path.at(np.arange(first, last))
+    machine = bare.with_drives_of(fx.load_machine("hayashi-640123"))
+    return (machine if given.bodies else replace(machine, bodies=())), path
+
+
+def row(name: str, machine: fx.Machine, blocks: Motion, clock: Clock) -> str:
+    law = run_in_time(blocks, machine, corners=CORNERS)
+    turning = np.count_nonzero(np.abs(blocks.moves[:, machine.rotary_columns]).max(axis=1) > 1e-8)
+    slow = {what: s for what, s in law.shares.items() if what != "feed" and s >= 0.05}
+    return (
+        f"  {name:24} {len(blocks):6d} blocks, {turning:6d} turn; feed {blocks.time.sum():8.2f} s, "
+        f"blended {law.total:8.2f} s, LinuxCNC {clock(blocks, machine).total:8.2f} s;  "
+        + ", ".join(f"{what} {s:.1f}" for what, s in slow.items())
+    )
+
+
+def simulated(name: str, machine: fx.Machine, path: fx.Toolpath, motion: Motion, mode: str) -> None:
+    options = ProgramOptions(control="linuxcnc", coordinates=mode)
+    made = make_program(motion, machine, path, Constraints(cone=CONE), options)
+    run = run_program(made.text.text, machine, limit=1.5 * made.run_time.total + 60.0)
+    lines = made.text.text.count("\n")
+    print(
+        f"  {name}: {made.run_time.total:.2f} s predicted with ways in and out, "
+        f"{run.of_lines(1, lines).seconds:.2f} s in LinuxCNC; errors {made.gate.kept}",
+        flush=True,
+    )
+
+
+def run(name: str, mode: str, given: argparse.Namespace) -> None:
+    machine, path = machine_and_path(name, given)
+    interpolation = Interpolation.JOINT if mode == "axes" else Interpolation.TCP
+    filling = Filling(interpolation)
+    clocks = {"LinuxCNC": Clock(DIALECTS["linuxcnc"], mode), "blended": Clock()}
+    print(f"{name}, {mode}: {len(path)} locations", flush=True)
+    asked = [("time", clock) for clock in given.clocks.split(",")] + [("energy", "LinuxCNC")] * given.energy
+    for objective, clock in asked:
+        begun = time.perf_counter()
+        options = {"cone": CONE, "effort": given.effort, "objective": objective}
+        solution = fx.optimise(path, machine, interpolation=interpolation, clock=clocks[clock], **options)
+        spent = time.perf_counter() - begun
+        blocks = filling.blocks(solution.toolpath, machine, solution.motion)
+        said = f"{objective}, {clock}" if objective == "time" else objective
+        print(row(said, machine, blocks, clocks["LinuxCNC"]), f"[{spent:.0f} s to solve]", flush=True)
+        for baseline, saved in solution.time_savings().items():
+            before = solution.baselines[baseline].run_time
+            after = solution.energy.run_time
+            print(f"    {after:8.2f} s against {baseline:14} {before:8.2f} s: {100.0 * saved:5.2f} % saved")
+        for stage in solution.stages if given.stages else ():
+            print("     ", stage.name, stage.status, stage.before, stage.after)
+        if given.sim:
+            leaning = for_tilt(path, None, CONE)
+            place = solution.motion.location
+            rows = slice(None) if place is None else place == np.floor(place)
+            programmed = solution.compared["as-programmed"].motion.positions[rows][:, machine.rotary_columns]
+            before = follow(leaning, machine, programmed)
+            simulated("as programmed", machine, leaning, before, mode)
+            simulated(said, machine, solution.toolpath, solution.motion, mode)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("names", nargs="*", default=["impeller", "boat"])
+    parser.add_argument("--modes", default="axes,tip")
+    parser.add_argument("--clocks", default="LinuxCNC,blended")
+    parser.add_argument("--effort", default="quick")
+    parser.add_argument("--rows")
+    for flag in ("energy", "sim", "bodies", "stages"):
+        parser.add_argument(f"--{flag}", action="store_true")
+    given = parser.parse_args()
+    for name in given.names:
+        for mode in given.modes.split(","):
+            run(name, mode, given)
+
+
+if __name__ == "__main__":
+    main()
