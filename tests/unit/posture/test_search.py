@@ -75,7 +75,7 @@ def brute_force(problem: Problem, lattice: Lattice) -> float:
 
 
 @pytest.mark.parametrize("period", [0.0, 2.0 * np.pi])
-@pytest.mark.parametrize("max_turn", [None, 2.5])
+@pytest.mark.parametrize("max_turn", [np.inf, 2.5])
 @pytest.mark.parametrize("prices", [{}, {"time_price": 400.0, "bend_price": 30.0}])
 @pytest.mark.parametrize("seed", range(4))
 def test_the_cheapest_path_is_that_of_brute_force(period, max_turn, prices, seed):
