@@ -179,7 +179,7 @@ def _program(options: Mapping[str, Any]) -> dict[str, Any]:
 
 def _run(job: Job) -> Outcome:
     from fiveaxis.job import run_job
-    from fiveaxis.posture.kernel import relax_layer
+    from fiveaxis.posture.search.kernel import relax_layer
 
     tell_first_run(relax_layer, err)
     started = time.perf_counter()

@@ -40,11 +40,11 @@ class Tightened:
             known.append((np.array(posture, dtype=float), radius))
 
     def __call__(self, rows: IntArray, rotary: Array) -> BoolArray:
-        """Tell exactly; see `fiveaxis.posture.mask.RoughMask`."""
+        """Tell exactly; see `fiveaxis.posture.masks.mask.RoughMask`."""
         return self._beside_spots(rows, rotary, self.exact)
 
     def rough(self, rows: IntArray, rotary: Array) -> BoolArray:
-        """Tell about; see `fiveaxis.posture.mask.RoughMask`."""
+        """Tell about; see `fiveaxis.posture.masks.mask.RoughMask`."""
         return self._beside_spots(rows, rotary, self.quick or self.exact)
 
     def _beside_spots(self, rows: IntArray, rotary: Array, ask: Ask | None) -> BoolArray:

@@ -27,8 +27,8 @@ from fiveaxis.nc import Clock
 from fiveaxis.posture import Budget, Objective
 from fiveaxis.posture import Solution as Postures
 from fiveaxis.posture import optimise as optimise_postures
-from fiveaxis.posture.mask import MaskFunction
-from fiveaxis.posture.portfolio import Progress
+from fiveaxis.posture.masks.mask import MaskFunction
+from fiveaxis.posture.strategy.portfolio import Progress
 from fiveaxis.toolpath import Constraints, Toolpath, for_tilt, tilt_bounds
 from fiveaxis.toolpath.passes import Passes
 from fiveaxis.verification import Asked
@@ -131,8 +131,8 @@ def optimise(
     fixtures : clamps and vices, workpiece frame
     clearances : mm, by kind of body
     mask : beside what is kept clear of: tells for locations (m,) and rotary angles (m, 2), rad, chain order,
-        which are admissible, (m,) bool (`fiveaxis.posture.mask`); asked only about what a search is going to
-        use. Where a rotary axis is rewound it holds at the locations of the path, and not on the link off the
+        which are admissible, (m,) bool (`fiveaxis.posture.masks.mask`); asked only about what a search is going
+        to use. Where a rotary axis is rewound it holds at the locations of the path, and not on the link off the
         part and back
     objective : what is least: ``energy``, ∫P dt of the feed drives in the program's blocks; ``travel``, the
         travel metric of form-shaping Eq. 1; ``time``, what the control takes for the blocks under the axes'
@@ -149,12 +149,12 @@ def optimise(
         tool axis passes it in a cut, that axis is held, or turns at most by `singular_rate`. What can't be
         held is told by a finding
     singular_rate : **deg/mm** over the way of the contact
-    free_start : whether closed passes may begin elsewhere (`fiveaxis.posture.passes`); the solution's path
-        then has them in another order. Those that are reached by links do so only if the path's `Plan.passes`
-        (`fiveaxis.contour.plan_passes`), which know how to lay other links, are given in place of True
+    free_start : whether closed passes may begin elsewhere (`fiveaxis.posture.starts.passes`); the solution's
+        path then has them in another order. Those that are reached by links do so only if the path's
+        `Plan.passes` (`fiveaxis.contour.plan_passes`), which know how to lay other links, are given in place of True
     free_direction : whether those may also be followed backwards: climb milling turns to conventional there
     effort : ``quick``, ``normal`` or ``thorough``: how much is done, with what that promises in
-        `fiveaxis.posture.budget.EFFORTS`
+        `fiveaxis.posture.strategy.budget.EFFORTS`
     budget : how much may be done, in place of an effort
     interpolation : of the control that the program is for
     clock : how long that control takes for blocks; by default it passes corners within 5 µm

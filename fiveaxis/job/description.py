@@ -13,7 +13,7 @@ from fiveaxis.contour.options import Direction, Order, Strategy
 from fiveaxis.errors import FiveAxisError, SettingError
 from fiveaxis.machine.chain import Triple
 from fiveaxis.nc import ProgramSettings, find_dialect
-from fiveaxis.posture.delivery import Objective
+from fiveaxis.posture.strategy.delivery import Objective
 from fiveaxis.settings import (
     StrictModel,
 )

@@ -41,7 +41,7 @@ from fiveaxis.machine import Machine, load_machine
 from fiveaxis.nc import Clock, read_toolpath, require_program
 from fiveaxis.posture import Front, Solution, find_front
 from fiveaxis.posture import optimise as optimise_postures
-from fiveaxis.posture.mask import MaskFunction
+from fiveaxis.posture.masks.mask import MaskFunction
 from fiveaxis.posture.solution import blocks_energy
 from fiveaxis.report import report_document
 from fiveaxis.toolpath import Tool, Toolpath, parse_tool

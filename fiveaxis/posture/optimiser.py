@@ -16,26 +16,26 @@ from fiveaxis.geometry import Array
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Filling, Interpolation, follow
 from fiveaxis.nc import Clock
-from fiveaxis.posture import holding
 from fiveaxis.posture.baselines import find_baselines, moved_clear
-from fiveaxis.posture.budget import ROUGH, Budget, budget_of
-from fiveaxis.posture.clearance import Clearance
-from fiveaxis.posture.delivery import Delivery, Objective, Posed, delivered
-from fiveaxis.posture.least_time import by_time, time_findings
 from fiveaxis.posture.local.refinement import STRUCTURED, require_solver
-from fiveaxis.posture.mask import Mask, MaskFunction
-from fiveaxis.posture.passes import freed
-from fiveaxis.posture.portfolio import Portfolio, Progress
+from fiveaxis.posture.masks.clearance import Clearance
+from fiveaxis.posture.masks.mask import Mask, MaskFunction
+from fiveaxis.posture.masks.repair import Repair, never_dearer
 from fiveaxis.posture.problem import ALLOWED, Problem
-from fiveaxis.posture.reach import unreachable
-from fiveaxis.posture.repair import Repair, never_dearer
-from fiveaxis.posture.restarts import best_of_starts, leaning_paths
-from fiveaxis.posture.sequence import long_turns
-from fiveaxis.posture.singular import Cone, bounded_within, held, with_findings
 from fiveaxis.posture.solution import Solution
-from fiveaxis.posture.turn_bounds import turn_bounds
-from fiveaxis.posture.winding import endless, winding_columns
-from fiveaxis.posture.wound import asked_within, keeping, rewound_solution
+from fiveaxis.posture.starts.passes import freed
+from fiveaxis.posture.strategy import holding
+from fiveaxis.posture.strategy.budget import ROUGH, Budget, budget_of
+from fiveaxis.posture.strategy.delivery import Delivery, Objective, Posed, delivered
+from fiveaxis.posture.strategy.least_time import by_time, time_findings
+from fiveaxis.posture.strategy.portfolio import Portfolio, Progress
+from fiveaxis.posture.strategy.reach import unreachable
+from fiveaxis.posture.strategy.restarts import best_of_starts, leaning_paths
+from fiveaxis.posture.strategy.sequence import long_turns
+from fiveaxis.posture.strategy.singular import Cone, bounded_within, held, with_findings
+from fiveaxis.posture.strategy.turn_bounds import turn_bounds
+from fiveaxis.posture.turns.unwrapped import asked_within, keeping, rewound_solution
+from fiveaxis.posture.turns.winding import endless, winding_columns
 from fiveaxis.toolpath import Constraints, TiltBounds, Toolpath, for_tilt, tilt_bounds
 from fiveaxis.toolpath.passes import Passes
 
@@ -77,7 +77,7 @@ def optimise(
     and the best are extended to all locations and refined there, all by the travel metric
     ``Σ W⁺Δq⁺ + W⁻Δq⁻`` with the price of delay and of bends (`Problem`). Then locations are inserted where
     the program needs blocks, and the whole is solved for the energy of those blocks
-    (`fiveaxis.posture.delivery`). The result is the best local optimum found, not proven global.
+    (`fiveaxis.posture.strategy.delivery`). The result is the best local optimum found, not proven global.
 
     Parameters
     ----------
@@ -92,8 +92,8 @@ def optimise(
         the others
     hold : rotary axes that stay at an angle, **degrees** by letter: one for 4-axis machining, both for 3+2
     mask : tells for locations (m,) and rotary angles (m, 2), rad, chain order, which are admissible, (m,)
-        bool (`fiveaxis.posture.mask`); asked only about what a search is going to use. Where a rotary axis is
-        rewound it holds at the locations of the path, and not on the way off the part and back
+        bool (`fiveaxis.posture.masks.mask`); asked only about what a search is going to use. Where a rotary axis
+        is rewound it holds at the locations of the path, and not on the way off the part and back
     objective : what is least: ``energy``, ∫P dt of the feed drives in the program's blocks; ``travel``, the
         travel metric of form-shaping Eq. 1; ``time``, what the control takes for the blocks under the axes'
         highest speeds and accelerations, and the steadiest posture where that costs none (`by_time`)
@@ -109,12 +109,12 @@ def optimise(
         tool axis passes it in a cut, that axis is held, or turns at most by `singular_rate`. What can't be
         held is told by a finding
     singular_rate : **deg/mm** over the way of the contact
-    free_start : whether closed passes may begin elsewhere (`fiveaxis.posture.passes`); the solution's path
-        then has them in another order. Those that are reached by links do so only if the path's `Plan.passes`
-        (`fiveaxis.contour.plan_passes`), which know how to lay other links, are given in place of True
+    free_start : whether closed passes may begin elsewhere (`fiveaxis.posture.starts.passes`); the solution's
+        path then has them in another order. Those that are reached by links do so only if the path's
+        `Plan.passes` (`fiveaxis.contour.plan_passes`), which know how to lay other links, are given in place of True
     free_direction : whether those may also be followed backwards: climb milling turns to conventional there
     effort : ``quick``, ``normal`` or ``thorough``: how much is done, with what that promises in
-        `fiveaxis.posture.budget.EFFORTS`
+        `fiveaxis.posture.strategy.budget.EFFORTS`
     budget : how much may be done, in place of an effort
     interpolation : of the control that the program is for
     clock : how long that control takes for blocks; by default it passes corners within 5 µm
@@ -128,7 +128,7 @@ def optimise(
     The solution with its baselines and a record of what the solver did. Its path has the locations that its
     program needs between those given (`Motion.location`). Where a rotary axis has too few turns
     for any way along the path, its toolpath holds links on which the axis is turned back, each with a finding
-    (`fiveaxis.posture.rewinding`).
+    (`fiveaxis.posture.turns.rewinding`).
 
     Raises
     ------

@@ -14,8 +14,8 @@ from fiveaxis.kinematics import positions_about, require_orienting, require_posi
 from fiveaxis.machine import Machine
 from fiveaxis.motion import least_times
 from fiveaxis.motion.bounds import axis_bounds
+from fiveaxis.posture.search.trigonometric import Waves, has_waves, place, waves_of
 from fiveaxis.posture.terms import OTHERS, Term, lean_cosine, terms_of
-from fiveaxis.posture.waves import Waves, has_waves, place, waves_of
 from fiveaxis.toolpath import TiltBounds, Toolpath, Zone
 
 # Where rotary steps are bounded, no step of a thinned path is larger than this (or than the bound itself):

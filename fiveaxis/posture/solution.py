@@ -15,8 +15,8 @@ from fiveaxis.kinematics import tool_poses
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Filling, Motion
 from fiveaxis.nc import Clock
+from fiveaxis.posture.bound.lower_bound import LowerBound, bound_travel
 from fiveaxis.posture.local.optimality import Optimality, optimality
-from fiveaxis.posture.lower_bound import LowerBound, bound_travel
 from fiveaxis.posture.problem import Problem
 from fiveaxis.toolpath import TiltBounds, Toolpath
 

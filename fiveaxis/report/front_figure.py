@@ -10,7 +10,7 @@ import numpy as np
 
 from fiveaxis.errors import SettingError
 from fiveaxis.files import write_atomically
-from fiveaxis.posture.front import Front
+from fiveaxis.posture.strategy.front import Front
 from fiveaxis.report.calibration_figure import FORMATS, require_figure_suffix
 from fiveaxis.report.canvas import AFTER, BEFORE, DPI, WIDTH, as_svg, drawing, label_axes, new_figure
 

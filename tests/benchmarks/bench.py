@@ -18,7 +18,7 @@ import numpy as np
 import fiveaxis as fx
 from fiveaxis.energy import Energy
 from fiveaxis.posture import optimise
-from fiveaxis.posture.budget import EFFORTS
+from fiveaxis.posture.strategy.budget import EFFORTS
 
 DATA = Path(__file__).resolve().parents[3] / "shared" / "data"
 

@@ -21,7 +21,7 @@ from fiveaxis.motion import Filling, follow
 from fiveaxis.posture import Problem
 from fiveaxis.posture import optimise as optimise_postures
 from fiveaxis.posture.local.refinement import refine
-from fiveaxis.posture.turn_bounds import turn_bounds
+from fiveaxis.posture.strategy.turn_bounds import turn_bounds
 from fiveaxis.toolpath import divided_rows, refined, tilt_bounds
 
 ROOT = Path(__file__).parents[2]

@@ -31,7 +31,7 @@ from fiveaxis.nc.languages.sinumerik import split_sinumerik
 from fiveaxis.nc.source import Source
 from fiveaxis.posture import optimise as optimise_postures
 from fiveaxis.posture.baselines import find_baselines
-from fiveaxis.posture.rewinding import rewound
+from fiveaxis.posture.turns.rewinding import rewound
 from fiveaxis.toolpath import parse_tool, tilt_bounds
 from fiveaxis.toolpath.tool import Holder, Section
 from fiveaxis.verification import Tolerances

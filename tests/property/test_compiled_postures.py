@@ -16,7 +16,7 @@ from fiveaxis.posture.baselines.catalogue import _walk, _walk_slowly, along_norm
 from fiveaxis.posture.local.quantities import chained
 from fiveaxis.posture.local.rows import rows_of
 from fiveaxis.posture.problem import Problem
-from fiveaxis.posture.waves import has_waves, linear_values, terms, waves_of
+from fiveaxis.posture.search.trigonometric import has_waves, linear_values, terms, waves_of
 from fiveaxis.toolpath import Tool, Toolpath, for_tilt, tilt_bounds
 
 # Both axes under the part, one on each side, both at the tool; linear axes in three orders.

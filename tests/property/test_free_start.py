@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 from fiveaxis.contour import Plan, PlanOptions, plan_passes
 from fiveaxis.contour.distance import BallSpace, TriangleTree
 from fiveaxis.contour.surface import Surface
-from fiveaxis.posture.reopening import Layout, Reopened, reopened
-from fiveaxis.posture.rings import known_rings
+from fiveaxis.posture.starts.reopening import Layout, Reopened, reopened
+from fiveaxis.posture.starts.rings import known_rings
 from fiveaxis.toolpath import MoveKind, Tool, Toolpath
 
 BALL = Tool.ball(5)

@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 from fiveaxis.errors import Infeasible
 from fiveaxis.kinematics import tool_axes
 from fiveaxis.machine import load_machine
-from fiveaxis.posture import optimise, repair
+from fiveaxis.posture import optimise
+from fiveaxis.posture.masks import repair
 from fiveaxis.toolpath import Tool, Toolpath
 
 MACHINE = load_machine("hayashi-640123")

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 from rich.console import Console
 
 from fiveaxis.cli.first_run import NOTE, tell_first_run
-from fiveaxis.posture.kernel import relax_layer
+from fiveaxis.posture.search.kernel import relax_layer
 
 
 def test_it_is_said_until_something_compiled_is_kept(tmp_path, capsys):

@@ -24,9 +24,9 @@ from fiveaxis.posture.baselines.branches import (
 )
 from fiveaxis.posture.baselines.held import nearest_held
 from fiveaxis.posture.baselines.kernel import walk
-from fiveaxis.posture.holding import is_holding
+from fiveaxis.posture.search.trigonometric import has_waves, waves_of
 from fiveaxis.posture.solution import Baseline
-from fiveaxis.posture.waves import has_waves, waves_of
+from fiveaxis.posture.strategy.holding import is_holding
 from fiveaxis.toolpath import TiltBounds, Toolpath, feed_directions
 
 # Steps of the tilt range that `normal` tries, and of the lead and lean angles of `lead-lean`.

@@ -18,7 +18,7 @@ from fiveaxis.kinematics import linear_positions, tool_axes, within_limits
 from fiveaxis.machine import Machine
 from fiveaxis.motion import follow
 from fiveaxis.posture.baselines.catalogue import NoBaseline
-from fiveaxis.posture.mask import Mask
+from fiveaxis.posture.masks.mask import Mask
 from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.posture.solution import Baseline
 from fiveaxis.toolpath import TiltBounds, Toolpath

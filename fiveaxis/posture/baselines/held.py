@@ -9,7 +9,7 @@ from fiveaxis.kinematics import tool_axes, within_limits
 from fiveaxis.machine import Machine
 from fiveaxis.motion import follow
 from fiveaxis.posture.baselines.branches import spread_over_links
-from fiveaxis.posture.holding import free_angles
+from fiveaxis.posture.strategy.holding import free_angles
 from fiveaxis.toolpath import TiltBounds, Toolpath
 
 # Locations that are tried at once.

@@ -12,7 +12,7 @@ import numpy as np
 
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.posture.compiled import compiled
-from fiveaxis.posture.waves import LINEAR, Places, linear_values, value
+from fiveaxis.posture.search.trigonometric import LINEAR, Places, linear_values, value
 
 
 @compiled

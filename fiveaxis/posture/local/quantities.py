@@ -11,7 +11,7 @@ import numpy as np
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.posture.compiled import compiled
 from fiveaxis.posture.local.rows import ANGLES, Rows
-from fiveaxis.posture.waves import COSINE, LINEAR, Waves, jet, linear_values, value
+from fiveaxis.posture.search.trigonometric import COSINE, LINEAR, Waves, jet, linear_values, value
 
 
 class Model(Protocol):

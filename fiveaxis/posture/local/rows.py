@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.posture.problem import Problem
+from fiveaxis.posture.search.trigonometric import Waves
 from fiveaxis.posture.terms import OTHERS, LocationTapes, Term, location_tapes
-from fiveaxis.posture.waves import Waves
 
 T = TypeVar("T", bound=np.generic)
 

@@ -11,8 +11,8 @@ from fiveaxis.contour.distance import BallSpace, TriangleTree
 from fiveaxis.contour.surface import Surface
 from fiveaxis.job import make_job, run_job
 from fiveaxis.posture import optimise
-from fiveaxis.posture.reopening import Layout, reopened
-from fiveaxis.posture.rings import known_rings
+from fiveaxis.posture.starts.reopening import Layout, reopened
+from fiveaxis.posture.starts.rings import known_rings
 from fiveaxis.toolpath import Tool
 from fiveaxis.toolpath.passes import PassEnd
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fiveaxis.errors import SettingError
-from fiveaxis.posture.front import Front, find_front
+from fiveaxis.posture.strategy.front import Front, find_front
 from fiveaxis.report.front_figure import front_figure, write_front_figure
 from fiveaxis.toolpath import Tool, Toolpath
 

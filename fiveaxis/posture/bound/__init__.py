@@ -1,0 +1,1 @@
+"""What no posture can avoid: a certified lower bound."""

@@ -1,0 +1,1 @@
+"""Postures that a mask refuses: asked as seldom as possible, and kept off."""

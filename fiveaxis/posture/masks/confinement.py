@@ -1,0 +1,257 @@
+"""Refinement of a path that a mask admits to one that costs less and that it admits too.
+
+The solvers know no masks. They are given half-spaces of the tool axis instead, each a plane between a posture
+that the mask admits and one that it refuses, and only where a refined path is refused: the rest stays free.
+After a plane was added the path is refined anew near it, not everywhere.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from fiveaxis.geometry import Array, BoolArray, IntArray, normalise, perpendicular
+from fiveaxis.kinematics import tool_axes
+from fiveaxis.kinematics.windings import TURN
+from fiveaxis.posture.masks.clearance import Clearance
+from fiveaxis.posture.problem import ALLOWED, Problem
+from fiveaxis.posture.strategy.budget import DEGREE
+from fiveaxis.toolpath import TiltBounds
+from fiveaxis.toolpath.bounds import INSIDE_OF
+
+# A location gets so many planes, one after the other; then three at once, close round what is admitted.
+MOST_PLANES, PINCHES, AROUND = 5, 3, 3
+# Locations to each side of a refused one that are refined again with it.
+NEAR = 40
+# From this share of refused locations on a path is refined again as a whole.
+WIDESPREAD = 0.005
+# How far to each side of a location that no plane helps the path becomes the admitted one again, at last.
+REACHES = (0, 5, 20, 80)
+HALVINGS = 6
+# Postures asked about round a posture on the edge of the mask, at this distance (rad).
+PROBES, PROBE = 8, 1.0 * DEGREE
+# rad: how far from an admitted tool axis three planes stand, and how much closer the next three do.
+PINCH, CLOSER = 0.25 * DEGREE, 0.1
+# rad: the edge of the mask is known no better.
+APART = 0.01 * DEGREE
+# A round that saves a smaller share of the cost is the last.
+WORTHWHILE = 1e-3
+
+# Refines a problem from a start, (n, 2) rad, with its ends held or not: what it finds, and its iterations.
+Solver = Callable[[Problem, Array, tuple[bool, bool]], tuple[Array, int]]
+
+
+@dataclass(eq=False)
+class Planes:
+    """Half-spaces that tool axes of some locations have to stay in.
+
+    Parameters
+    ----------
+    inwards : (n, p, 3), unit vectors, workpiece frame; NaN where there is none
+    count : (n,), of those that there are
+    pinches : (n,), how often three of them were put close round an admitted tool axis
+    """
+
+    inwards: Array
+    count: IntArray
+    pinches: IntArray
+
+    @classmethod
+    def none(cls, n: int) -> Planes:
+        """Begin without any."""
+        most = MOST_PLANES + AROUND * PINCHES
+        counts = np.zeros((2, n), dtype=np.int64)
+        return cls(np.full((n, most, 3), np.nan), *counts)
+
+    def add(self, rows: IntArray, inwards: Array) -> None:
+        """Add a plane to each of some locations; (m, 3)."""
+        self.inwards[rows, self.count[rows]] = inwards
+        self.count[rows] += 1
+
+    def bounding(self, problem: Problem, first: int, last: int) -> Problem:
+        """Cut out a part of a problem and bind it by its planes."""
+        part, most = problem.between(first, last), int(self.count[first : last + 1].max())
+        bounds = [
+            TiltBounds(self.inwards[first : last + 1, number], 0.0, np.pi / 2.0, f"{INSIDE_OF}the mask")
+            for number in range(most)
+        ]
+        return replace(part, bounds=(*part.bounds, *bounds))
+
+
+@dataclass(eq=False)
+class Confinement:
+    """Refinement inside of a mask.
+
+    Parameters
+    ----------
+    problem : what to solve
+    clearance : of its locations
+    solve : refines without a mask
+    iterations : taken so far
+    """
+
+    problem: Problem
+    clearance: Clearance
+    solve: Solver
+    iterations: int = field(default=0, init=False)
+
+    def refined(self, start: Array, rounds: int) -> Array:
+        """Refine a path, (n, 2) rad, as long as that is worth it.
+
+        Parameters
+        ----------
+        start : where the mask refuses it, it may be refused afterwards too; nowhere else
+        rounds : most to take; each begins without planes
+
+        Returns
+        -------
+        (n, 2), rad; never dearer than a start that keeps all bounds
+        """
+        path = start
+        for number in range(rounds):
+            before = self.problem.priced(path)
+            sound = self.problem.violation(path) <= ALLOWED
+            found = self._round(path)
+            if found is None or self.problem.priced(found) >= before:
+                break
+            path = found
+            if sound and self.problem.priced(found) > (1.0 - WORTHWHILE) * before:
+                break
+            if number and not sound:
+                # Twice the solvers found no way within the bounds: there hardly is one here.
+                break
+        return path
+
+    def _round(self, path: Array) -> Array | None:
+        """Refine once, with as many planes as it takes; None where no number of them was enough."""
+        n = len(path)
+        everywhere = np.arange(n)
+        admitted = self.clearance.exactly(everywhere, path)
+        planes, found = Planes.none(n), self._solved(self.problem, path, (False, False))
+        changed = everywhere
+        for number in range(MOST_PLANES + PINCHES):
+            clean = self.clearance.exactly(changed, found[changed])
+            refused = changed[~clean & admitted[changed]]
+            if not len(refused):
+                return found
+            self._cut(planes, refused, path[refused], found[refused], number >= MOST_PLANES)
+            if len(refused) > WIDESPREAD * n:
+                found = self._solved(planes.bounding(self.problem, 0, n - 1), path, (False, False))
+                changed = everywhere
+                continue
+            found = blended(found, path, refused)
+            windows = around(refused, n, NEAR)
+            for first, last in windows:
+                rows, held = slice(first, last + 1), (first > 0, last < n - 1)
+                found[rows] = self._solved(planes.bounding(self.problem, first, last), found[rows], held)
+            changed = np.concatenate([everywhere[first : last + 1] for first, last in windows])
+        return self._led_back(found, path, admitted)
+
+    def _led_back(self, found: Array, path: Array, admitted: BoolArray) -> Array | None:
+        """Lead a path that is refused in places back to the admitted one there, without refining it."""
+        every = np.arange(len(path))
+        far = np.zeros(0, dtype=np.int64)
+        for reach in REACHES:
+            clean = self.clearance.exactly(every, found)
+            refused = np.flatnonzero(~clean & admitted)
+            if not len(refused):
+                return found
+            far = np.union1d(far, refused)
+            spread = np.unique(np.clip(far[:, None] + np.arange(-reach, reach + 1), 0, len(path) - 1))
+            found = blended(found, path, spread)
+        refused = np.flatnonzero(~self.clearance.exactly(every, found) & admitted)
+        return None if len(refused) else found
+
+    def _solved(self, problem: Problem, start: Array, held: tuple[bool, bool]) -> Array:
+        found, taken = self.solve(problem, start, held)
+        self.iterations += taken
+        return found.copy()
+
+    def _cut(self, planes: Planes, rows: IntArray, clean: Array, refused: Array, pinch: bool) -> None:
+        machine = self.problem.machine
+        inwards = self._between(rows, clean, refused)
+        without = np.isnan(inwards).any(axis=1) | pinch
+        without &= planes.count[rows] + AROUND <= planes.inwards.shape[1]
+        close = PINCH * CLOSER ** planes.pinches[rows[without]]
+        for sides in np.moveaxis(pinched(tool_axes(machine, clean[without]), close), 1, 0):
+            planes.add(rows[without], sides)
+        planes.pinches[rows[without]] += 1
+        cut = ~without & ~np.isnan(inwards).any(axis=1) & (planes.count[rows] < planes.inwards.shape[1])
+        planes.add(rows[cut], inwards[cut])
+
+    def _between(self, rows: IntArray, clean: Array, refused: Array) -> Array:
+        """Find planes between admitted and refused postures, (m, 2) rad; (m, 3), NaN where there is none."""
+        machine = self.problem.machine
+        edge = self._edge(rows, clean, refused)
+        inside, outside = tool_axes(machine, clean), tool_axes(machine, refused)
+        at_edge = tool_axes(machine, edge)
+        back = inside - at_edge * np.sum(inside * at_edge, axis=1, keepdims=True)
+        apart = np.linalg.norm(back, axis=1, keepdims=True) > APART
+        straight = normalise(np.where(apart, back, np.nan))
+        fitted = self._inwards(rows, edge)
+        for inwards in (fitted, straight):
+            # A plane that cuts off what is known to be good, or leaves what is refused, is none.
+            wrong = (np.sum(inwards * inside, axis=1) < 0.0) | (np.sum(inwards * outside, axis=1) > 0.0)
+            inwards[wrong] = np.nan
+        return np.where(np.isnan(fitted), straight, fitted)
+
+    def _edge(self, rows: IntArray, clean: Array, refused: Array) -> Array:
+        """Halve the way from admitted to refused postures down to the last one that is admitted."""
+        low, high = np.zeros(len(rows)), np.ones(len(rows))
+        way = refused - clean
+        for _ in range(HALVINGS):
+            middle = (low + high) / 2.0
+            is_clean = self.clearance.exactly(rows, clean + middle[:, None] * way)
+            low, high = np.where(is_clean, middle, low), np.where(is_clean, high, middle)
+        edge: Array = clean + low[:, None] * way
+        return edge
+
+    def _inwards(self, rows: IntArray, edge: Array) -> Array:
+        """Find the direction across the tool axis, (m, 3), in which the mask admits, at its edge.
+
+        The mask is asked at some postures round it; the direction is the fit of its answers by a plane.
+        """
+        machine = self.problem.machine
+        turn = np.arange(PROBES) * TURN / PROBES
+        round_it = PROBE * np.stack([np.cos(turn), np.sin(turn)], axis=1)
+        tried = (edge[:, None] + round_it).reshape(-1, 2)
+        clean = self.clearance.exactly(np.repeat(rows, PROBES), tried).reshape(len(rows), PROBES)
+        axis = tool_axes(machine, edge)
+        moved = tool_axes(machine, tried).reshape(len(rows), PROBES, 3) - axis[:, None]
+        fitted = np.einsum("mij,mj->mi", np.linalg.pinv(moved, rcond=1e-3), np.where(clean, 1.0, -1.0))
+        fitted -= axis * np.sum(fitted * axis, axis=1, keepdims=True)
+        known = np.linalg.norm(fitted, axis=1) > 1e-9
+        return normalise(np.where(known[:, None], fitted, np.nan))
+
+
+def pinched(axis: Array, close: Array) -> Array:
+    """Stand three planes round tool axes, (m, 3), at (m,) rad; (m, 3 planes, 3) unit vectors inwards."""
+    first = normalise(perpendicular(axis))
+    second = np.cross(axis, first)
+    turn = np.arange(AROUND) * TURN / AROUND
+    outwards = np.cos(turn)[:, None] * first[:, None] + np.sin(turn)[:, None] * second[:, None]
+    inwards: Array = np.sin(close)[:, None, None] * axis[:, None] - np.cos(close)[:, None, None] * outwards
+    return inwards
+
+
+def blended(path: Array, other: Array, rows: IntArray) -> Array:
+    """Lead a path over to another one, (n, 2) rad, at some locations, and back within `NEAR` of them."""
+    every = np.arange(len(path))
+    after = np.clip(np.searchsorted(rows, every), 0, len(rows) - 1)
+    away = np.minimum(np.abs(rows[after] - every), np.abs(rows[np.maximum(after - 1, 0)] - every))
+    share = np.maximum(1.0 - away / NEAR, 0.0)[:, None]
+    answer: Array = path + share * (other - path)
+    return answer
+
+
+def around(rows: IntArray, count: int, margin: int) -> list[tuple[int, int]]:
+    """Give first and last location of every stretch of some locations with a margin, overlaps joined."""
+    near: BoolArray = np.zeros(count + 2, dtype=bool)
+    change = np.zeros(count + 1, dtype=np.int64)
+    np.add.at(change, np.maximum(rows - margin, 0), 1)
+    np.add.at(change, np.minimum(rows + margin + 1, count), -1)
+    near[1:-1] = np.cumsum(change)[:-1] > 0
+    edges = np.flatnonzero(np.diff(near.astype(np.int8)))
+    return [(int(first), int(last) - 1) for first, last in edges.reshape(-1, 2)]

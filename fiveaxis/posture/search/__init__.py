@@ -1,0 +1,1 @@
+"""Global search: lattices of postures, and the cheapest path through them."""

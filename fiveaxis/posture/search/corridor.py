@@ -1,0 +1,128 @@
+"""The cheapest path through a narrow tube around one that is nearly right."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+
+from fiveaxis.geometry import Array, BoolArray, IntArray
+from fiveaxis.kinematics.windings import TURN, one_turn_from
+from fiveaxis.posture.problem import VIOLATION_PRICE, Problem
+from fiveaxis.posture.search.corridor_kernel import tube_path, tube_postures
+from fiveaxis.posture.search.lattice import Coordinates
+from fiveaxis.posture.search.trigonometric import Waves
+
+# Price of a posture that a mask refuses, J: a way through is cheaper only round many of them.
+REFUSED_PRICE = 1e3
+
+
+class Admission(Protocol):
+    """What a mask admits of postures, (m, 2) rad, at locations, (m,): exactly, or roughly and quickly."""
+
+    def exactly(self, rows: IntArray, rotary: Array) -> BoolArray:
+        """Ask the mask itself."""
+        ...
+
+    def roughly(self, rows: IntArray, rotary: Array) -> BoolArray:
+        """Ask what is known about the mask."""
+        ...
+
+
+def path_through_tube(
+    problem: Problem,
+    coordinates: Coordinates,
+    strands: Array,
+    second: Array,
+    width: tuple[float, float],
+    count: int,
+    waves: Waves,
+    clear: Admission | None = None,
+    looks: int = 0,
+) -> Array:
+    """Find the cheapest path through the states of `tube_lattice`, as `shortest_path` would.
+
+    Parameters
+    ----------
+    strands, second, width, count : as for `tube_lattice`
+    waves : of the problem (`Problem.waves`)
+    clear : what a mask admits; states that it roughly doesn't have a price
+    looks : how often the mask is asked exactly about the path found and what lies round it, and another one
+        looked for
+
+    Returns
+    -------
+    (n, k), mm and rad
+    """
+    machine = problem.machine
+    columns = [*machine.linear_columns, *machine.rotary_columns]
+    limits = machine.axes[machine.rotary_columns[coordinates.other]].limits
+    spin, level = coordinates.spin, -1 if coordinates.level is None else columns.index(coordinates.level)
+    low = limits.low if limits.high - limits.low < TURN else one_turn_from(limits)
+    strands, second, widths = np.ascontiguousarray(strands), np.ascontiguousarray(second), np.array(width)
+
+    def cheapest(refused: Array) -> tuple[Array, IntArray]:
+        return tube_path(
+            waves.places,
+            waves.cosines,
+            np.array([bound.cosines for bound in problem.bounds]),
+            np.stack([machine.low[columns], machine.high[columns]]),
+            spin,
+            level,
+            low,
+            strands,
+            second,
+            widths,
+            VIOLATION_PRICE,
+            refused,
+            count,
+            np.ascontiguousarray(problem.plus[:, columns]),
+            np.ascontiguousarray(problem.minus[:, columns]),
+            np.ascontiguousarray(problem.max_turn),
+            problem.turn_prices,
+            np.ascontiguousarray(problem.bend_price),
+            1.0 / problem.top_speed[columns],
+            np.ascontiguousarray(problem.least_time),
+            problem.time_price,
+        )
+
+    if clear is None:
+        found, _ = cheapest(np.zeros((len(problem), 0)))
+    else:
+        postures = tube_postures(waves.linear, spin, level, low, strands, second, widths, count)
+        rows = np.repeat(np.arange(len(problem)), postures.shape[1])
+        rough = clear.roughly(rows, postures.reshape(-1, 2)).reshape(postures.shape[:2])
+        refused = np.where(rough, 0.0, REFUSED_PRICE)
+        found, chosen = cheapest(refused)
+        seen = np.zeros(rough.shape, dtype=bool)
+        for _ in range(looks):
+            if not _asked(clear, postures, chosen, seen, refused):
+                break
+            found, chosen = cheapest(refused)
+    path = np.empty_like(found)
+    path[:, columns] = found
+    return path
+
+
+def _asked(clear: Admission, postures: Array, chosen: IntArray, seen: BoolArray, refused: Array) -> bool:
+    """Ask a mask about the states of a path, and about all of a location where it refuses the path's.
+
+    Parameters
+    ----------
+    postures : (n, s, 2), rad, of all states
+    chosen : (n,), the path's
+    seen, refused : (n, s), which states were asked about, and the price of each; both changed
+
+    Returns
+    -------
+    Whether something was refused that wasn't known to be.
+    """
+    fresh = np.flatnonzero(~seen[np.arange(len(chosen)), chosen])
+    at = chosen[fresh]
+    clean = clear.exactly(fresh, postures[fresh, at])
+    seen[fresh, at], refused[fresh, at] = True, np.where(clean, 0.0, REFUSED_PRICE)
+    rows, states = np.nonzero(~seen[fresh[~clean]])
+    rows = fresh[~clean][rows]
+    around = clear.exactly(rows, postures[rows, states])
+    seen[rows, states], refused[rows, states] = True, np.where(around, 0.0, REFUSED_PRICE)
+    return not clean.all()

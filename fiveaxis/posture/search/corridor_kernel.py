@@ -1,0 +1,330 @@
+"""The cheapest path through a tube, compiled: the states of `lattice.tube_lattice`, worked out row by row."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fiveaxis.geometry import Array
+from fiveaxis.posture.compiled import compiled
+from fiveaxis.posture.search.kernel import relax_layer
+from fiveaxis.posture.search.trigonometric import Places, linear_values, value
+
+TURN = 2.0 * np.pi
+# Rotary axes' columns come last: linear, first and second rotary axis.
+FIRST, SECOND = 3, 4
+# mm: how far a posture that isn't there lies past the limits.
+NOWHERE = 1e6
+
+
+@compiled
+def swing(wave: Array, spin: int, angle: float) -> tuple[float, float, float]:
+    """Give middle, amplitude and phase of a linear axis over the other rotary angle, at a spin angle.
+
+    Parameters
+    ----------
+    wave : (9,), of the linear axis
+    spin : 0 or 1, the rotary axis whose angle is given
+    """
+    c, s = math.cos(angle), math.sin(angle)
+    if spin == 0:
+        still = wave[0] + wave[3] * c + wave[6] * s
+        cosine = wave[1] + wave[4] * c + wave[7] * s
+        sine = wave[2] + wave[5] * c + wave[8] * s
+    else:
+        still = wave[0] + wave[1] * c + wave[2] * s
+        cosine = wave[3] + wave[4] * c + wave[5] * s
+        sine = wave[6] + wave[7] * c + wave[8] * s
+    return still, max(math.hypot(cosine, sine), 1e-12), math.atan2(sine, cosine)
+
+
+@compiled
+def other_angle(swung: tuple[float, float, float], level: float, sign: float, low: float) -> float:
+    """Solve the other rotary angle for a level of a linear axis, on one branch.
+
+    Parameters
+    ----------
+    swung : of the linear axis (`swing`)
+    sign : −1 or 1, the branch
+    low : rad, the answer lies in the turn from here
+    """
+    half = math.acos(min(max((level - swung[0]) / swung[1], -1.0), 1.0))
+    found = swung[2] + sign * half
+    return low + (found - low) % TURN
+
+
+@compiled
+def fill_states(
+    places: Places,
+    cosines: Array,
+    i: int,
+    within: Array,
+    limits: Array,
+    spin: int,
+    level: int,
+    low: float,
+    strands: Array,
+    second: float,
+    width: Array,
+    fault: float,
+    states: Array,
+    price: Array,
+) -> None:
+    """Work out the states of one location and their prices.
+
+    Parameters
+    ----------
+    places, cosines : of all locations (`Waves`)
+    i : the location
+    within, limits : (b, 2) and (2, 5), bounds of cosines and axes
+    spin : 0 or 1
+    level : row of the linear axis whose level is the second coordinate; −1 for the other rotary angle
+    low : rad, from which the other angle is counted
+    strands, second, width : (s,) rad, mm or rad, (2,): the middle of the tube and its steps
+    fault : J per unit of violation
+    states, price : (a, b, c, 5) and (a, b, c), filled in
+    """
+    linear, beside, along, offset = places[0][i], places[1][i], places[2], places[3]
+    per_strand, count = states.shape[0] // len(strands), states.shape[1] // 2
+    swung = (0.0, 1.0, 0.0)
+    for a in range(states.shape[0]):
+        angle = strands[a // per_strand] + width[0] * (a % per_strand - per_strand // 2)
+        if level >= 0:
+            swung = swing(linear[level], spin, angle)
+        cosine, sine = math.cos(angle), math.sin(angle)
+        for b in range(states.shape[1]):
+            stand = second + width[1] * (b - count)
+            for c in range(states.shape[2]):
+                other = stand if level < 0 else other_angle(swung, stand, 2.0 * c - 1.0, low)
+                state = states[a, b, c]
+                state[FIRST], state[SECOND] = (angle, other) if spin == 0 else (other, angle)
+                c1, s1, c2, s2 = cosine, sine, math.cos(other), math.sin(other)
+                if spin == 1:
+                    c1, s1, c2, s2 = c2, s2, c1, s1
+                excess, past = 0.0, 0.0
+                linear_values(linear, beside, along, offset, c1, s1, c2, s2, state)
+                for m in range(len(state)):
+                    past += max(limits[0, m] - state[m], state[m] - limits[1, m], 0.0)
+                for m in range(cosines.shape[1]):
+                    lean = value(cosines[i, m], c1, s1, c2, s2)
+                    # NaN, where nothing binds, is no excess.
+                    if lean < within[m, 0]:
+                        excess = max(excess, within[m, 0] - lean)
+                    elif lean > within[m, 1]:
+                        excess = max(excess, lean - within[m, 1])
+                # Beside its contact a torus has no place along the normal.
+                past = past if past < np.inf else NOWHERE
+                price[a, b, c] = fault * (excess + past)
+
+
+def tube_path(
+    places: Places,
+    cosines: Array,
+    within: Array,
+    limits: Array,
+    spin: int,
+    level: int,
+    low: float,
+    strands: Array,
+    second: Array,
+    width: Array,
+    fault: float,
+    refused: Array,
+    count: int,
+    plus: Array,
+    minus: Array,
+    max_turn: Array,
+    turn_price: Array,
+    bend_price: Array,
+    pace: Array,
+    least_time: Array,
+    time_price: float,
+) -> tuple[Array, NDArray[np.int64]]:
+    """Find the cheapest path through a tube.
+
+    Parameters
+    ----------
+    places … fault : as for `fill_states`; strands and second with a first dimension n
+    refused : (n, states) J, further prices of the states; (n, 0) for none
+    count : steps to each side of every strand
+    plus, minus : (n − 1, 5), J/mm and J/rad
+    max_turn, turn_price, bend_price : (n − 1, 2) rad, (n − 1,) J/rad, (n − 1,) J/rad²
+    pace : (5,), s/mm and s/rad
+    least_time, time_price : (n − 1,) s, J/s
+
+    Returns
+    -------
+    path : (n, 5), mm and rad
+    chosen : (n,), number of its state in each location
+    """
+    n, across = len(places[0]), 2 * count + 1
+    shape = (strands.shape[1] * across, across, 1 if level < 0 else 2)
+    # Made here, as numba takes a second for each array that it makes itself.
+    states, before = np.zeros((*shape, 5)), np.zeros((*shape, 5))
+    price, cost, best, back = (
+        np.zeros(shape),
+        np.zeros(shape),
+        np.zeros(shape),
+        np.zeros(shape, dtype=np.int64),
+    )
+    trail, row_least = np.zeros((n, price.size), dtype=np.int32), np.empty(shape[0])
+    turn, bend = np.full(5, np.inf), np.zeros(5)
+    sweep(
+        places, cosines, within, limits, spin, level, low, strands, second, width, fault, refused, plus,
+        minus, max_turn, turn_price, bend_price, pace, least_time, time_price, states, before, price, cost,
+        best, back, trail, row_least, turn, bend,
+    )  # fmt: skip
+    path, chosen = np.empty((n, 5)), np.empty(n, dtype=np.int64)
+    chosen[-1] = np.argmin(cost)
+    trace(
+        places, cosines, within, limits, spin, level, low, strands, second, width, fault, trail, states,
+        price, path, chosen,
+    )  # fmt: skip
+    return path, chosen
+
+
+@compiled
+def sweep(
+    places: Places,
+    cosines: Array,
+    within: Array,
+    limits: Array,
+    spin: int,
+    level: int,
+    low: float,
+    strands: Array,
+    second: Array,
+    width: Array,
+    fault: float,
+    refused: Array,
+    plus: Array,
+    minus: Array,
+    max_turn: Array,
+    turn_price: Array,
+    bend_price: Array,
+    pace: Array,
+    least_time: Array,
+    time_price: float,
+    states: Array,
+    before: Array,
+    price: Array,
+    cost: Array,
+    best: Array,
+    back: NDArray[np.int64],
+    trail: NDArray[np.int32],
+    row_least: Array,
+    turn: Array,
+    bend: Array,
+) -> None:
+    """Take `tube_path` from the first location to the last.
+
+    Parameters
+    ----------
+    states, before, price, best, back, row_least, turn, bend : room to work in
+    cost : filled in, J, of the cheapest path to each state of the last location
+    trail : (n, states), filled in: each state's predecessor
+    """
+    reach = (cost.shape[0], cost.shape[1])
+    row, size = cost.shape[1] * cost.shape[2], cost.size
+    # The same numbers in one row: copied one by one, as for ``a[:] = b`` numba compiles an error's wording.
+    prices, costs, bests, backs = price.reshape(-1), cost.reshape(-1), best.reshape(-1), back.reshape(-1)
+    for i in range(len(places[0])):
+        fill_states(
+            places, cosines, i, within, limits, spin, level, low, strands[i], second[i], width, fault,
+            states, price,
+        )  # fmt: skip
+        if refused.shape[1]:
+            for s in range(size):
+                prices[s] += refused[i, s]
+        if i == 0:
+            for s in range(size):
+                costs[s] = prices[s]
+        else:
+            for r in range(2):
+                turn[FIRST + r], bend[FIRST + r] = max_turn[i - 1, r], bend_price[i - 1]
+            for a in range(len(row_least)):
+                row_least[a] = np.inf
+                for s in range(a * row, (a + 1) * row):
+                    row_least[a] = min(row_least[a], costs[s])
+            relax_layer(
+                cost, row_least, before, states, price, FIRST + spin, 0.0, reach, plus[i - 1], minus[i - 1],
+                turn, turn_price[i - 1], bend, pace, least_time[i - 1], time_price, best, back,
+            )  # fmt: skip
+            for s in range(size):
+                costs[s] = bests[s]
+                # Counted from the layer's size, which stands for no winding.
+                trail[i, s] = backs[s] - size
+        states, before = before, states
+
+
+@compiled
+def trace(
+    places: Places,
+    cosines: Array,
+    within: Array,
+    limits: Array,
+    spin: int,
+    level: int,
+    low: float,
+    strands: Array,
+    second: Array,
+    width: Array,
+    fault: float,
+    trail: NDArray[np.int32],
+    states: Array,
+    price: Array,
+    path: Array,
+    chosen: NDArray[np.int64],
+) -> None:
+    """Follow the predecessors back, working each location's states out once more instead of keeping all.
+
+    Parameters
+    ----------
+    path : (n, 5), filled in
+    chosen : (n,), filled in but for the last, which is where it begins
+    """
+    listed = states.reshape(-1, 5)
+    for i in range(len(places[0]) - 1, -1, -1):
+        fill_states(
+            places, cosines, i, within, limits, spin, level, low, strands[i], second[i], width, fault,
+            states, price,
+        )  # fmt: skip
+        for m in range(5):
+            path[i, m] = listed[chosen[i], m]
+        if i > 0:
+            chosen[i - 1] = trail[i, chosen[i]]
+
+
+@compiled
+def tube_postures(
+    linear: Array,
+    spin: int,
+    level: int,
+    low: float,
+    strands: Array,
+    second: Array,
+    width: Array,
+    count: int,
+) -> Array:
+    """Give the rotary angles of all states of a tube, as `fill_states` numbers them.
+
+    Returns
+    -------
+    (n, states, 2), rad, chain order
+    """
+    n, across, branches = len(linear), 2 * count + 1, 1 if level < 0 else 2
+    postures = np.empty((n, strands.shape[1] * across * across * branches, 2))
+    for i in range(n):
+        state = 0
+        for a in range(strands.shape[1] * across):
+            angle = strands[i, a // across] + width[0] * (a % across - count)
+            swung = swing(linear[i, max(level, 0)], spin, angle)
+            for b in range(across):
+                stand = second[i] + width[1] * (b - count)
+                for c in range(branches):
+                    other = stand if level < 0 else other_angle(swung, stand, 2.0 * c - 1.0, low)
+                    postures[i, state, spin], postures[i, state, 1 - spin] = angle, other
+                    state += 1
+    return postures

@@ -1,0 +1,187 @@
+"""Global search: the cheapest way through a lattice of postures, layer by layer."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fiveaxis.geometry import Array, IntArray, angle_between
+from fiveaxis.kinematics.windings import fit_turns
+from fiveaxis.posture.problem import Problem
+from fiveaxis.posture.search.corridor import Admission, path_through_tube
+from fiveaxis.posture.search.kernel import relax_layer
+from fiveaxis.posture.search.lattice import Coordinates, Lattice, tube_lattice
+
+# Paths up to this many locations are searched as densely as the budget says, longer ones as their turn asks.
+LONG = 10_000
+# rad a location: for paths that turn so much the budget's strides are made. Denser ones count up to so much.
+USUAL_TURN, MOST_DENSE = np.radians(1.0), 4.0
+
+# How often the last tube is searched again after a mask refused some of its states.
+MOST_LOOKS = 8
+
+Layer = tuple[NDArray[np.int32], NDArray[np.int32], Array]
+
+
+def shortest_path(
+    problem: Problem, lattice: Lattice, progress: Callable[[int, int], None] | None = None
+) -> Array | None:
+    """Find the cheapest path through a lattice.
+
+    Parameters
+    ----------
+    problem : gives the costs of the steps
+    lattice : gives the states
+    progress : called with the locations done and all
+
+    Returns
+    -------
+    (n, k), mm and rad, the spin angle unwound; None where the lattice has no way through, or only one that
+    winds the spin axis further than its limits allow
+    """
+    n = len(problem)
+    layers: list[Layer] = []
+    cost = before = np.empty(0)
+    for begin in range(0, n, lattice.chunk):
+        rows = np.arange(begin, min(begin + lattice.chunk, n))
+        for row, states, price in zip(rows, *lattice.states(rows), strict=True):
+            cost, back = _step(problem, lattice, int(row), cost, before, states, price)
+            before, alive = states, np.flatnonzero(np.isfinite(cost))
+            if not len(alive):
+                return None
+            # A long path has thousands of layers: half the digits will do for what counts states.
+            kept = states.reshape(-1, states.shape[-1])[alive]
+            layers.append((alive.astype(np.int32), back.ravel()[alive].astype(np.int32), kept))
+        if progress is not None:
+            progress(int(rows[-1]) + 1, n)
+    return _within_limits(problem, lattice, _trace(layers, int(np.argmin(cost)), cost.size, lattice))
+
+
+def _step(
+    problem: Problem, lattice: Lattice, row: int, cost: Array, before: Array, states: Array, price: Array
+) -> tuple[Array, IntArray]:
+    back = np.zeros(price.shape, dtype=np.int64)
+    if row == 0:
+        return price, back
+    best = np.empty_like(price)
+    max_turn = np.full(states.shape[-1], np.inf)
+    max_turn[problem.machine.rotary_columns] = problem.max_turn[row - 1]
+    bend = np.zeros(states.shape[-1])
+    bend[problem.machine.rotary_columns] = problem.bend_price[row - 1]
+    relax_layer(
+        cost,
+        cost.min(axis=(1, 2)),
+        before,
+        states,
+        price,
+        lattice.spin_column,
+        lattice.period,
+        lattice.reach,
+        problem.plus[row - 1],
+        problem.minus[row - 1],
+        max_turn,
+        np.inf if lattice.turns_forbidden else problem.turn_prices[row - 1],
+        bend,
+        1.0 / problem.top_speed,
+        problem.least_time[row - 1],
+        problem.time_price,
+        best,
+        back,
+    )
+    return best, back
+
+
+def _trace(layers: list[Layer], state: int, size: int, lattice: Lattice) -> Array:
+    """Follow the predecessors back from the last state; the spin angle accumulates its turns."""
+    path = np.empty((len(layers), layers[0][2].shape[1]))
+    winding = np.zeros(len(layers))
+    for i in range(len(layers) - 1, -1, -1):
+        alive, back, states = layers[i]
+        at = int(np.searchsorted(alive, state))
+        path[i] = states[at]
+        if i:
+            turns, state = divmod(int(back[at]), size)
+            winding[i] = turns - 1
+    path[:, lattice.spin_column] += lattice.period * np.cumsum(winding)
+    return path
+
+
+def _within_limits(problem: Problem, lattice: Lattice, path: Array) -> Array | None:
+    spin = lattice.spin_column
+    limits = problem.machine.axes[spin].limits
+    angles = fit_turns(path[:, spin], limits.low, limits.high) if lattice.period else path[:, spin]
+    if angles is None:
+        return None
+    path[:, spin] = angles
+    return path
+
+
+def density(problem: Problem) -> int:
+    """Tell how many times as densely as `USUAL_TURN` the locations of a long path lie; 1 for others.
+
+    Searches may leave out as many more locations: what decides is how far the surface turns between two that
+    they look at.
+    """
+    if len(problem) <= LONG:
+        return 1
+    reference = problem.bounds[0].reference
+    turn = angle_between(reference[1:], reference[:-1])
+    typical = float(np.median(turn[np.isfinite(turn)]))
+    return round(min(max(USUAL_TURN / max(typical, USUAL_TURN / MOST_DENSE), 1.0), MOST_DENSE))
+
+
+def thin(problem: Problem, stride: int) -> IntArray:
+    """Choose every stride-th location, both ends, and both sides of every change between cut and link."""
+    n = len(problem)
+    ends = np.flatnonzero(np.diff(problem.bound_rows.astype(np.int8)))
+    return np.unique(np.concatenate([np.arange(0, n, stride), ends, ends + 1, [n - 1]]))
+
+
+def refill(
+    problem: Problem,
+    coordinates: Coordinates,
+    rows: IntArray,
+    path: Array,
+    widths: tuple[tuple[float, float], ...],
+    find: Callable[[Problem, Lattice], Array | None] | None = None,
+    clear: Admission | None = None,
+) -> Array:
+    """Extend a path that is known at some locations to all of them, then tighten it in narrowing tubes.
+
+    Between two known locations the spin angle may stay, slide or turn at once: a fast turn takes one step,
+    and sliding through it would cost more. The other angle is solved from the interpolated level.
+
+    Parameters
+    ----------
+    rows : (m,), the known locations
+    path : (m, k), mm and rad
+    widths : lattice steps of the tubes, widest first
+    find : finds the path through a tube; `shortest_path` by default
+    clear : what a mask admits at the locations; ways that it doesn't admit have a price, and the last tube
+        asks it exactly. Only where the waves of the locations are known (`Problem.waves`)
+
+    Returns
+    -------
+    (n, k), mm and rad
+    """
+    every = np.arange(len(problem))
+    after = np.searchsorted(rows, every)
+    before = np.maximum(after - (rows[after] != every), 0)
+    slide = np.stack([np.interp(every, rows, column) for column in path.T], axis=1)
+    spin = problem.machine.rotary_columns[coordinates.spin]
+    second = coordinates.second_column(problem)
+    strands = np.stack([path[before, spin], slide[:, spin], path[after, spin]], axis=1)
+    full, waves = slide, problem.waves
+    for number, width in enumerate(widths):
+        count = 2 if number else 1
+        tube = (problem, coordinates, strands, full[:, second], width, count)
+        if find is None and waves is not None:
+            looks = (MOST_LOOKS if number == len(widths) - 1 else 0) if clear is not None else 0
+            found: Array | None = path_through_tube(*tube, waves, clear, looks)
+        else:
+            found = (find or shortest_path)(problem, tube_lattice(*tube))
+        full = full if found is None else found
+        strands = full[:, [spin]]
+    return full

@@ -1,0 +1,1 @@
+"""Closed passes that may begin elsewhere."""

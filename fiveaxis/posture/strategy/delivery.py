@@ -1,0 +1,276 @@
+"""The program as the variable: what a control needs between locations is solved as the locations are.
+
+Axes that run linearly keep a tool on its path only in short blocks, so locations have to be inserted where
+rotary axes turn. Postures that are interpolated there let axes creep which stand at the locations, and lean
+the tool where nobody looked. So inserted locations become part of the problem: tilt, limits, turns and
+clearance hold there, and the objective is that of the program's blocks.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+
+from fiveaxis.energy import Energy, block_costs
+from fiveaxis.findings import Finding, Severity
+from fiveaxis.geometry import Array
+from fiveaxis.motion import Filling, feed_times, follow
+from fiveaxis.nc import Clock
+from fiveaxis.posture.problem import ALLOWED, Problem
+from fiveaxis.posture.solution import Solution, Stage, blocks_energy, program_energy
+from fiveaxis.posture.strategy.least_time import TIME_PRICE, from_rest_to_rest
+from fiveaxis.toolpath import TiltBounds, Toolpath, refined
+
+# Travel below this share of a step counts as none, round after round; what stays is as good as standing.
+SHARPNESS = (0.1, 0.03, 0.01, 0.01, 0.01)
+# A round that saves a smaller share, and inserts no larger share of locations, is the last.
+WORTHWHILE, FEW = 2e-3, 1e-3
+# Further rounds, as sharp as the last, where what lies between locations still breaks a bound.
+MOST_ROUNDS = 12
+# A posture on the way between two locations may be past its bounds by so much (cosine, mm, rad).
+BETWEEN = 2e-4
+
+Objective = Literal["energy", "travel", "time"]
+# Makes the problem of a path with inserted locations, (n,) places among the given ones.
+Build = Callable[[Toolpath, Array], tuple[Problem, TiltBounds]]
+
+
+@dataclass(frozen=True, eq=False)
+class Posed:
+    """A path with inserted locations, and its problem.
+
+    Parameters
+    ----------
+    path : n locations
+    location : (n,), where each lies among the given ones
+    problem, bounds : with the prices of travel, or of time
+    """
+
+    path: Toolpath
+    location: Array
+    problem: Problem
+    bounds: TiltBounds
+
+
+# Refines a path, (n, 2) rad, of posed locations, by the prices of a problem.
+Refine = Callable[[Posed, Problem, Array], Array]
+
+
+@dataclass(frozen=True, eq=False)
+class Delivered:
+    """A path, what its program needs beside, and what that costs.
+
+    Parameters
+    ----------
+    posed : what was solved
+    rotary : (n, 2), rad, chain order, its postures
+    denser : with the locations that the program's blocks need between
+    filled : (m, 2), rad, the postures there
+    excess : how far postures between the locations break their bounds; cosine, mm or rad
+    cost : J, what the objective says of the program's blocks
+    """
+
+    posed: Posed
+    rotary: Array
+    denser: Posed
+    filled: Array
+    excess: float
+    cost: float
+
+    @property
+    def inserted(self) -> int:
+        """How many locations the program needs beside those that were solved."""
+        return len(self.denser.path) - len(self.posed.path)
+
+    @property
+    def rank(self) -> tuple[float, float]:
+        """By what of two the better one is: first bounds are kept, then energy is saved."""
+        broken = self.posed.problem.violation(self.rotary)
+        return (broken if broken > ALLOWED else 0.0) + max(self.excess - BETWEEN, 0.0), self.cost
+
+
+@dataclass(frozen=True, eq=False)
+class Delivery:
+    """Solves a path on the locations of its program.
+
+    Parameters
+    ----------
+    given : the path
+    build : makes the problem of a path with inserted locations
+    refine : solves one near a start
+    filling : what inserted blocks keep
+    up_penalty : J/mm, extra price of the machine's Z moving up
+    objective : ``energy`` of the blocks reweights the problem's prices; the others keep them
+    clock : how long the control takes for blocks, where the objective is ``time``
+    """
+
+    given: Toolpath
+    build: Build
+    refine: Refine
+    filling: Filling
+    up_penalty: float = 0.0
+    objective: Objective = "energy"
+    clock: Clock | None = None
+
+    def run(self, rotary: Array) -> tuple[Delivered, list[Stage]]:
+        """Insert locations and solve again, until the program needs no more of them.
+
+        Parameters
+        ----------
+        rotary : (n, 2), rad, chain order, at the given locations
+
+        Returns
+        -------
+        The best of the paths met, and what was done
+        """
+        stages: list[Stage] = []
+        every = np.arange(len(self.given), dtype=float)
+        best = here = self._priced(Posed(self.given, every, *self.build(self.given, every)), rotary)
+        for number in range(MOST_ROUNDS):
+            done = number >= len(SHARPNESS) or self.objective == "travel"
+            if len(rotary) == 1 or (done and here.excess <= BETWEEN):
+                break
+            sharpness = SHARPNESS[min(number, len(SHARPNESS) - 1)]
+            posed, start, before = here.denser, here.filled, here.cost
+            problem = self._reweighted(posed, start, sharpness)
+            here = self._priced(posed, self.refine(posed, problem, start))
+            said = f"{len(posed.path)} locations, {here.inserted} more in the program"
+            stages.append(Stage(f"program, round {number + 1}", said, 0, before, here.cost))
+            gain, better = best.cost - here.cost, here.rank < best.rank
+            best = here if better else best
+            more = here.inserted > FEW * len(posed.path) or (better and gain > WORTHWHILE * here.cost)
+            if not more and here.excess <= BETWEEN and (number >= 2 or not self.reweights):
+                break
+        return best, stages
+
+    @property
+    def reweights(self) -> bool:
+        """Whether what blocks cost depends on the path, and is met round after round.
+
+        A control that leads the tip and rests between blocks isn't priced by its rests: turns that are
+        gathered in few blocks need more of them there, and these are more rests.
+        """
+        if self.clock is None:
+            return self.objective == "energy"
+        return self.clock.stops_at_turns and not self.clock.limits_words
+
+    def admits(self, rotary: Array) -> bool:
+        """Tell whether a path, (n, 2) rad, keeps the bounds at all given locations."""
+        every = np.arange(len(self.given), dtype=float)
+        return self.build(self.given, every)[0].violation(rotary) <= ALLOWED
+
+    def _priced(self, posed: Posed, rotary: Array) -> Delivered:
+        """Price a path by the blocks of its program, and see what these pass between its locations."""
+        machine = posed.problem.machine
+        fill = self.filling.fill(posed.path, machine, follow(posed.path, machine, rotary))
+        row = np.interp(fill.row, np.arange(len(posed.location)), posed.location)
+        path = refined(self.given, row)
+        denser, filled = Posed(path, row, *self.build(path, row)), fill.motion.positions
+        rotary_there = filled[:, machine.rotary_columns]
+        positions, excess = denser.problem.placed(slice(None), rotary_there)
+        past = max(float(excess.max()), float(denser.problem.limit_excess(positions).max()))
+        # How long a control takes is a matter of its blocks: redundant ones are stops, too.
+        blocks = self.filling.thin(fill).blocks if self.objective == "time" else fill.motion
+        cost = self.cost(blocks_energy(machine, blocks, self.clock))
+        return Delivered(posed, rotary, denser, rotary_there, past, cost)
+
+    def cost(self, energy: Energy) -> float:
+        """Say what the objective is of a program, J."""
+        if energy.run_time is not None:
+            # Paths that no axis slows take the same time, but for the rounding of sums: the first one stays.
+            return TIME_PRICE * round(energy.run_time, 6)
+        return energy.total if self.objective == "energy" else energy.travel
+
+    def _reweighted(self, posed: Posed, rotary: Array, sharpness: float) -> Problem:
+        """Price travel by what the program's blocks cost, near a path, (n, 2) rad."""
+        problem, path = posed.problem, posed.path
+        if not self.reweights:
+            return problem
+        if self.clock is not None:
+            return from_rest_to_rest(problem, rotary, sharpness)
+        # The duration of rapid moves depends on the posture.
+        time = np.where(path.rapid, 0.0, feed_times(path))[1:]
+        costs = block_costs(problem.machine, path.feed[1:], path.rapid[1:], time=time)
+        travel = np.abs(np.diff(problem.positions(slice(None), rotary), axis=0))
+        plus, minus = costs.prices(travel, sharpness)
+        plus[:, problem.machine.column("Z")] += self.up_penalty
+        return replace(problem, plus=plus, minus=minus)
+
+
+def delivered(solution: Solution, delivery: Delivery) -> Solution:
+    """Solve a solution again on the locations of its program; energies are then those of programs.
+
+    Every baseline is priced as a program of its own, and shown on the locations of the result. None is
+    cheaper than the result: one that is takes its place, refined.
+
+    Parameters
+    ----------
+    solution : on the locations that were given, with its problem
+    delivery : what solves it
+    """
+    machine, filling, given = solution.machine, delivery.filling, solution.toolpath
+    columns = machine.rotary_columns
+    best, stages = delivery.run(solution.motion.positions[:, columns])
+    filled = {
+        name: filling.fill(b.toolpath or given, machine, b.motion) for name, b in solution.compared.items()
+    }
+    energies = {
+        name: blocks_energy(machine, filling.thin(fill).blocks, delivery.clock)
+        for name, fill in filled.items()
+    }
+    for name in sorted(energies, key=lambda name: delivery.cost(energies[name])):
+        baseline = solution.compared[name]
+        rotary = baseline.motion.positions[:, columns]
+        cheaper = baseline.toolpath is None and delivery.cost(energies[name]) < best.cost
+        if cheaper and delivery.admits(rotary):
+            other, more = delivery.run(rotary)
+            stages += [replace(stage, name=f"{stage.name}, from baseline {name}") for stage in more]
+            best = min(best, other, key=lambda one: one.rank)
+    path = best.posed.path
+    location = None if len(path) == len(given) else best.posed.location
+    compared = {}
+    for name, baseline in solution.compared.items():
+        motion = baseline.motion
+        if baseline.toolpath is None and location is not None:
+            motion = follow(path, machine, filled[name].planes.rotary_at(location))
+        compared[name] = replace(baseline, motion=motion, energy=energies[name])
+    motion = replace(follow(path, machine, best.rotary), location=location)
+    return replace(
+        solution,
+        toolpath=replace(path, findings=(*path.findings, *_findings(best))),
+        tilt=best.posed.bounds,
+        motion=motion,
+        energy=program_energy(machine, path, motion, filling, delivery.clock),
+        compared=compared,
+        stages=(*solution.stages, *stages),
+        problem=best.posed.problem,
+        filling=filling,
+        clock=delivery.clock,
+    )
+
+
+def _findings(best: Delivered) -> list[Finding]:
+    """Say where postures on the way between locations break a bound all the same."""
+    if best.excess <= BETWEEN:
+        return []
+    problem = best.denser.problem
+    positions, excess = problem.placed(slice(None), best.filled)
+    past = problem.limit_excess(positions)
+    found = []
+    for off, fact, remedy in (
+        (excess, "the tool leans out of its bounds", "widen the range of its lean"),
+        (past, "an axis passes the end of its travel", "move the part on the table (work_offset)"),
+    ):
+        rows = np.flatnonzero(off > BETWEEN)
+        if len(rows):
+            worst = int(np.argmax(off))
+            message = (
+                f"on the way to this location {fact}, in {len(rows)} places, and no path was found that "
+                f"doesn't; put locations closer together here or {remedy}"
+            )
+            place = best.denser.path.place(worst)
+            found.append(Finding(Severity.WARNING, "between-locations", message, place))
+    return found

@@ -1,0 +1,368 @@
+"""From a problem to its best path: search a few locations globally, refine, fill in more, refine again."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field, replace
+from functools import partial
+from typing import TypeVar
+
+import numpy as np
+
+from fiveaxis.errors import Infeasible
+from fiveaxis.geometry import Array, IntArray
+from fiveaxis.posture.local.ipopt import SOLVED
+from fiveaxis.posture.local.refinement import Refinement, refine, refine_windows
+from fiveaxis.posture.masks.clearance import Clearance
+from fiveaxis.posture.masks.confinement import Confinement, Solver
+from fiveaxis.posture.masks.mask import Known, stored, way_among
+from fiveaxis.posture.masks.replanning import WIDER, Reach, Replanning
+from fiveaxis.posture.problem import ALLOWED, Problem
+from fiveaxis.posture.search.lattice import (
+    SLACK,
+    Coordinates,
+    Lattice,
+    choose_coordinates,
+    grid_lattice,
+    is_narrow,
+    level_lattice,
+)
+from fiveaxis.posture.search.shortest import LONG, density, refill, shortest_path, thin
+from fiveaxis.posture.solution import Baseline, Stage
+from fiveaxis.posture.strategy.budget import DEGREE, ROUGH, ROUND, Budget, Search
+
+T = TypeVar("T")
+Progress = Callable[[str, int, int], None]
+
+# Windows round what breaks a bound; a path that does in more than this share of its locations is beyond that.
+BROKEN = tuple(Reach(margin, 200) for margin in (12, 24, 48, 96, 192, 384))
+MOST_BROKEN = 0.1
+# A search looks at no fewer locations than about this.
+LEAST_ROWS = 100
+# Iterations of IPOPT's that a path which is nearly right gets: it is solved again, with other prices.
+ROUND_ITERATIONS = 40
+# How often a search inside of a mask may look for another way where the mask refuses its own.
+LOOKS = 6
+# Rounds of refining inside of a mask, of a path on some locations, on all, and on all of a long one: the
+# first two save nearly all that there is to save.
+COARSE_ROUNDS, ROUNDS, LONG_ROUNDS = 1, 4, 2
+
+
+@dataclass(eq=False)
+class Portfolio:
+    """Searches of some of the locations, each refined; the best is carried to all of them.
+
+    Parameters
+    ----------
+    problem : what to solve
+    budget : how much may be done
+    progress : called with a stage's name, steps done and steps in all
+    stages : what was done so far
+    clear : what a mask admits, for searches that keep off the rest; None without one
+    """
+
+    problem: Problem
+    budget: Budget
+    progress: Progress | None
+    stages: list[Stage] = field(default_factory=list)
+    clear: Clearance | None = None
+
+    def best_path(self, compared: Mapping[str, Baseline]) -> Array:
+        """Find the cheapest admissible path, (n, 2) rad, never dearer than an admissible baseline."""
+        best: Refinement | None = None
+        if len(self.problem) > 1:
+            best = self._replanned_once(self._searched())
+        start = self._cheapest(compared)
+        if start is not None and (best is None or self._is_worse(best, start)):
+            name, rotary = start
+            best = self._refined(f"refine, from baseline {name}", None, rotary)
+        if best is None:
+            raise Infeasible(
+                "no way along the path was found: every location has an admissible posture, but the search "
+                "found no sequence of them; allow larger turns between locations (--max-turn), put the "
+                "locations closer together, or widen the tilt range",
+                (),
+            )
+        return best.rotary
+
+    def refined_from(self, name: str, start: Array) -> Array:
+        """Refine a path, (n, 2) rad, on all locations; the start itself where that doesn't better it."""
+        return self._refined(f"refine, from {name}", None, start).rotary
+
+    def refined_near(self, start: Array) -> Array:
+        """Refine a path, (n, 2) rad, that is nearly right, within the mask where there is one."""
+        allowed = self.budget
+        few, last = min(allowed.iterations, ROUND_ITERATIONS), min(allowed.last_barrier, ROUND)
+        problem, solve = self.problem.eased(start), self._solver(few, last)
+        if self.clear is None:
+            return solve(problem, start, (False, False))[0]
+        return Confinement(problem, self.clear, solve).refined(start, 1)
+
+    def _replanned_once(self, found: Refinement | None) -> Refinement | None:
+        """Lead a path that breaks bounds in a few places elsewhere there, and refine it again."""
+        if found is None or self.clear is not None or self.problem.violation(found.rotary) <= ALLOWED:
+            return found
+        path = self._replanned(self.problem, found.rotary)
+        before, after = (int(self.problem.broken(p).sum()) for p in (found.rotary, path))
+        if after == before:
+            return found
+        cost = self.problem.cost(self.problem.positions(slice(None), path))
+        status = f"{before} of {len(path)} locations broke a bound, {after} do now"
+        self.stages.append(Stage("local replanning", status, before, found.cost, cost))
+        return self._refined("refine, replanned", None, path)
+
+    def _searched(self) -> Refinement | None:
+        coordinates = choose_coordinates(self.problem)
+        found: dict[int, tuple[IntArray, Refinement]] = {}
+        sparser = density(self.problem)
+        tasks: list[Callable[[Portfolio], tuple[int, IntArray, Refinement | None]]] = []
+        for number, search in enumerate(self.budget.searches):
+            # A short path is searched more densely: a turn of the wall must not fall between the rows.
+            stride = min(search.stride * sparser, max(1, len(self.problem) // LEAST_ROWS))
+            rows = thin(self.problem, stride)
+            near = replace(search, stride=min(search.stride, stride))
+            tasks.append(partial(_searched_once, near, stride, rows, coordinates, number))
+        for stride, rows, candidate in self._at_once(tasks):
+            if candidate is not None and (stride not in found or candidate.cost < found[stride][1].cost):
+                found[stride] = rows, candidate
+        if not found:
+            return None
+        middle = np.unique(
+            np.concatenate(
+                [thin(self.problem, self.budget.middle * sparser), *(r for r, _ in found.values())]
+            )
+        )
+        denser = self.problem.thinned(middle)
+        starts = self._at_once(
+            [partial(_carried_once, rows, middle, r, coordinates) for rows, r in found.values()]
+        )
+        starts.sort(key=denser.priced)
+        name = f"refine, {len(middle)} locations"
+        halfway = self._at_once(
+            [partial(_refined_once, name, middle, start) for start in starts[: self.budget.kept]]
+        )
+        best = min(halfway, key=lambda r: denser.priced(r.rotary))
+        everywhere = np.arange(len(self.problem))
+        rotary = self._carried(middle, everywhere, best, coordinates)
+        return self._refined("refine, all locations", None, rotary, near=True)
+
+    def _at_once(self, tasks: list[Callable[[Portfolio], T]]) -> list[T]:
+        """Run tasks that don't need each other; on a long path in as many threads as there are cores.
+
+        Each has a portfolio of its own, and what they did is told in their order: which one ends first, and
+        how many run at once, changes nothing.
+        """
+        # A mask is asked one question at a time.
+        if len(self.problem) <= LONG or not self.budget.takes_any or self.clear is not None:
+            return [task(self) for task in tasks]
+        # One voice is enough to tell how far the work is.
+        parts = [replace(self, stages=[], progress=None if i else self.progress) for i in range(len(tasks))]
+        pool = ThreadPoolExecutor(os.cpu_count())
+        try:
+            answers = list(pool.map(lambda task, part: task(part), tasks, parts))
+        finally:
+            pool.shutdown(cancel_futures=True)
+        self.stages += [stage for part in parts for stage in part.stages]
+        return answers
+
+    def _search(
+        self, search: Search, rows: IntArray, coordinates: Coordinates, number: int
+    ) -> Refinement | None:
+        problem = self.problem.thinned(rows)
+        name = f"{len(rows)} locations, {np.degrees(search.step):.3g} deg"
+        if search.on_angles:
+            coordinates, name = replace(coordinates, level=None), f"{name}, on angles"
+        path = None
+        # Far neighbours cost time, and a dense path needs none; one with long moves has no way without them.
+        # A search between narrow bounds may go beside them, and leaves the rest to the refinement.
+        slacks = (0.0, SLACK) if is_narrow(problem) else (0.0,)
+        for wider, slack in ((wider, slack) for slack in slacks for wider in WIDER):
+            lattice = self.lattice(problem, search, coordinates, wider, slack)
+            path = self._way(problem, lattice, rows, number)
+            if path is not None:
+                break
+        if path is None:
+            return None
+        self.stages.append(Stage(f"search, {name}", "found", len(problem), None, problem.cost(path)))
+        rotary = path[:, self.problem.machine.rotary_columns]
+        return self._refined(f"refine, {name}", rows, rotary, coarse=True)
+
+    def _way(self, problem: Problem, lattice: Lattice, rows: IntArray, number: int) -> Array | None:
+        """Find the cheapest path through a lattice, and off what the mask refuses."""
+        if self.clear is None:
+            return shortest_path(problem, lattice, self._tell(f"search {number + 1}"))
+        clear = self.clear.at(rows)
+        open_states = clear.priced(lattice, problem.machine.rotary_columns, np.inf)
+        return way_among(stored(open_states, len(rows)), Known(clear.mask, clear.rows, problem), LOOKS)
+
+    def lattice(
+        self, problem: Problem, search: Search, coordinates: Coordinates, wider: int, slack: float
+    ) -> Lattice:
+        """Lay the lattice of a search whose neighbours in the second coordinate lie so many times as far."""
+        if coordinates.level is None:
+            fixed = problem.machine.axes[coordinates.second_column(problem)].limits.is_fixed
+            # With one axis held there are few states, and the other can be searched finely.
+            steps = (search.step / (8.0 if fixed else 1.0), 0.75 * search.step)
+            reach = (
+                (4.0 * DEGREE * search.stride, 2.0 * DEGREE * search.stride) if not fixed else (np.pi, 0.0)
+            )
+            return grid_lattice(problem, coordinates, steps, (reach[0], reach[1] * wider), slack)
+        levels = min(self.budget.level_reach * wider, search.levels)
+        return level_lattice(problem, coordinates, search.step, search.levels, (np.pi, levels), slack)
+
+    def _carried(self, known: IntArray, rows: IntArray, found: Refinement, coordinates: Coordinates) -> Array:
+        """Carry a refined path over to more locations, (m, 2) rad."""
+        path = self.problem.thinned(known).positions(slice(None), found.rotary)
+        at = np.searchsorted(rows, known)
+        clear = None if self.clear is None else self.clear.at(rows)
+        full = refill(self.problem.thinned(rows), coordinates, at, path, self.budget.widths, clear=clear)
+        return full[:, self.problem.machine.rotary_columns]
+
+    def _refined(
+        self, name: str, rows: IntArray | None, start: Array, *, coarse: bool = False, near: bool = False
+    ) -> Refinement:
+        """Refine a path on some locations, or on all, inside of the mask where there is one."""
+        problem = self.problem if rows is None else self.problem.thinned(rows)
+        if self.clear is None:
+            return self._freely(name, problem, start, coarse=coarse, near=near)
+        clear = self.clear if rows is None else self.clear.at(rows)
+        most = ROUNDS if len(problem) <= self.budget.whole else LONG_ROUNDS
+        return self._confined(name, problem, clear, start, most if rows is None else COARSE_ROUNDS)
+
+    def _confined(
+        self, name: str, problem: Problem, clear: Clearance, start: Array, rounds: int
+    ) -> Refinement:
+        before = problem.cost(problem.positions(slice(None), start))
+        if len(problem) == 1:
+            return Refinement(start, before, "one location, nothing to refine", 0)
+        if rounds > COARSE_ROUNDS and not clear.exactly(np.arange(len(problem)), start).all():
+            return Refinement(start, before, "to be replanned first", 0)
+        inside = Confinement(
+            problem.eased(start), clear, self._solver(self.budget.iterations, self.budget.last_barrier)
+        )
+        found = inside.refined(start, rounds)
+        cost = problem.cost(problem.positions(slice(None), found))
+        refused = int((~clear.exactly(np.arange(len(problem)), found)).sum())
+        status = f"{refused} of {len(problem)} locations refused"
+        self.stages.append(Stage(f"{name}, inside of the mask", status, inside.iterations, before, cost))
+        return Refinement(found, cost, SOLVED, inside.iterations)
+
+    def _solver(self, iterations: int, last: float) -> Solver:
+        """Make what refines a problem, a part of the path or all of it, quickly."""
+        budget = self.budget
+
+        def solve(problem: Problem, start: Array, held: tuple[bool, bool]) -> tuple[Array, int]:
+            if len(problem) <= budget.whole or budget.takes_any:
+                found = refine(
+                    problem,
+                    start,
+                    iterations=iterations,
+                    barrier=budget.barrier,
+                    held=held,
+                    near=True,
+                    last=last,
+                    solver=budget.solver,
+                )
+            else:
+                found = refine_windows(
+                    problem,
+                    start,
+                    size=budget.window,
+                    iterations=budget.window_iterations,
+                    barrier=budget.barrier,
+                    solver=budget.solver,
+                )
+            return found.rotary, found.iterations
+
+        return solve
+
+    def _freely(
+        self, name: str, problem: Problem, start: Array, *, coarse: bool, near: bool = False
+    ) -> Refinement:
+        """Refine a path as a whole, and window by window where that is too much or doesn't converge."""
+        budget = self.budget
+        barrier = budget.coarse_barrier if coarse else budget.barrier
+        everywhere = len(problem) == len(self.problem)
+        limit = budget.iterations if everywhere else budget.coarse_iterations
+        last = budget.last_barrier if everywhere else ROUGH
+        before = problem.cost(problem.positions(slice(None), start))
+        if len(problem) == 1:
+            return Refinement(start, before, "one location, nothing to refine", 0)
+        found = Refinement(start, before, "", 0)
+        problem = problem.eased(start)
+        if len(problem) <= budget.whole or budget.takes_any:
+            solve = partial(refine, iterations=limit, barrier=barrier, last=last, solver=budget.solver)
+            found = solve(problem, start, near=near)
+            if near and found.status != SOLVED:
+                found = solve(problem, found.rotary)
+            self.stages.append(Stage(name, found.status, found.iterations, before, found.cost))
+            unbroken = start if coarse or found.status == SOLVED else self._unbroken(problem, start)
+            if unbroken is not start:
+                found = solve(problem, unbroken)
+                name = f"{name}, replanned start"
+                self.stages.append(Stage(name, found.status, found.iterations, before, found.cost))
+        if found.status != SOLVED and len(problem) > 2:
+            whole = found.cost
+            found = refine_windows(
+                problem,
+                found.rotary,
+                size=budget.window,
+                iterations=budget.window_iterations,
+                barrier=barrier,
+                solver=budget.solver,
+            )
+            self.stages.append(
+                Stage(f"{name}, in windows", found.status, found.iterations, whole, found.cost)
+            )
+        if self.progress is not None:
+            done = sum(stage.name.startswith("refine") for stage in self.stages)
+            self.progress("refine", done, max(done, len(budget.searches) + budget.kept + 1))
+        return found
+
+    def _unbroken(self, problem: Problem, start: Array) -> Array:
+        """Replan a start, (n, 2) rad, that the refinement couldn't mend, where that can be done wholly."""
+        if not problem.broken(start).any():
+            return start
+        path = self._replanned(problem, start)
+        return start if problem.broken(path).any() else path
+
+    def _replanned(self, problem: Problem, path: Array) -> Array:
+        """Lead a path elsewhere where it breaks a bound."""
+        return Replanning(problem, self.lattice, self.budget.widths).replanned(path, BROKEN, MOST_BROKEN)
+
+    def _cheapest(self, compared: Mapping[str, Baseline]) -> tuple[str, Array] | None:
+        """Name the cheapest baseline that keeps all bounds, with its rotary angles."""
+        columns = self.problem.machine.rotary_columns
+        paths = {name: baseline.motion.positions for name, baseline in compared.items()}
+        kept = {n: p for n, p in paths.items() if self.problem.violation(p[:, columns]) <= ALLOWED}
+        if not kept:
+            return None
+        name = min(kept, key=lambda n: self.problem.cost(kept[n]))
+        return name, kept[name][:, columns]
+
+    def _is_worse(self, found: Refinement, start: tuple[str, Array]) -> bool:
+        if self.problem.violation(found.rotary) > ALLOWED:
+            return True
+        return found.cost > self.problem.cost(self.problem.positions(slice(None), start[1]))
+
+    def _tell(self, stage: str) -> Callable[[int, int], None] | None:
+        progress = self.progress
+        return None if progress is None else lambda done, total: progress(stage, done, total)
+
+
+def _searched_once(
+    search: Search, stride: int, rows: IntArray, coordinates: Coordinates, number: int, run: Portfolio
+) -> tuple[int, IntArray, Refinement | None]:
+    return stride, rows, run._search(search, rows, coordinates, number)
+
+
+def _carried_once(
+    known: IntArray, rows: IntArray, found: Refinement, coordinates: Coordinates, run: Portfolio
+) -> Array:
+    return run._carried(known, rows, found, coordinates)
+
+
+def _refined_once(name: str, rows: IntArray, start: Array, run: Portfolio) -> Refinement:
+    return run._refined(name, rows, start)

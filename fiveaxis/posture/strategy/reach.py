@@ -1,0 +1,253 @@
+"""Which locations have no admissible posture, what stands in their way, and what would let them through."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from itertools import product
+
+import numpy as np
+
+from fiveaxis.findings import Finding, Severity
+from fiveaxis.geometry import Array, BoolArray, IntArray, perpendicular
+from fiveaxis.kinematics import tool_axes
+from fiveaxis.kinematics.windings import ON_LIMIT
+from fiveaxis.machine import Machine
+from fiveaxis.motion import follow
+from fiveaxis.posture.baselines import INSIDE, nearest_held, nearest_to_reference, postures
+from fiveaxis.posture.strategy.holding import free_angles, is_holding
+from fiveaxis.toolpath import TiltBounds, Toolpath
+
+# Tool axes that are tried at a location: rings of this many around the reference, over the tilt range, and
+# beyond it so far outside: finely where a little more would do.
+RINGS, AXES_PER_RING = 13, 120
+# Far fewer are tried first, at all locations at once: most that can be reached are by one of these.
+FEW_RINGS, FEW_AXES = 7, 12
+BEYOND = np.radians(np.concatenate([np.arange(0.25, 15.0, 0.25), np.arange(15.0, 180.0, 1.0)]))
+# How far inside bounds that hold together axes are drawn (rad).
+INSETS = np.radians([0.5, 0.02])
+# One in so many of them; and no more locations than this are asked what would let them through.
+DRAWN_SHARE, MOST_ADVISED = 29, 100
+# Angles and lengths that would do are said to this many decimals, rounded outwards.
+DECIMALS = 1
+
+
+def unreachable(toolpath: Toolpath, machine: Machine, tilt: TiltBounds) -> list[Finding]:
+    """List the locations where no posture keeps the bounds on the tool's lean and the axis limits.
+
+    Most locations are cleared by the first posture tried, the upward lean of the ``normal`` baseline, or by
+    leaning in a few other directions; the rest by sampling all tool axes, so a set narrower than the samples'
+    spacing may be missed.
+
+    Returns
+    -------
+    One finding a location, code ``no-posture``, with the axis and the limit of the nearest posture, and with
+    the one bound or limit whose change would admit a posture (each verified on a posture that it admits).
+    """
+    if is_holding(machine):
+        rows = np.flatnonzero(nearest_held(toolpath, machine, tilt)[1])
+    else:
+        rows = np.flatnonzero(nearest_to_reference(toolpath, machine, tilt)[1])
+        rows = rows[~_leaning_elsewhere(toolpath.at(rows), machine, tilt.at(rows))] if len(rows) else rows
+    return list(_blocked(toolpath, machine, tilt, rows))
+
+
+def _leaning_elsewhere(toolpath: Toolpath, machine: Machine, tilt: TiltBounds) -> BoolArray:
+    """Tell which locations are reached with one of a few leans all round the reference, (n,)."""
+    reached = np.zeros(len(toolpath), dtype=bool)
+    angles = np.linspace(tilt.low + INSIDE, tilt.high - INSIDE, FEW_RINGS)
+    across = perpendicular(tilt.reference)
+    beside = np.cross(tilt.reference, across)
+    turns = np.linspace(0.0, 2.0 * np.pi, FEW_AXES, endpoint=False)
+    for angle, turn in product(angles, turns):
+        rows = np.flatnonzero(~reached)
+        if not len(rows):
+            break
+        aside = np.cos(turn) * across[rows] + np.sin(turn) * beside[rows]
+        axis = np.cos(angle) * tilt.reference[rows] + np.sin(angle) * aside
+        reached[rows] = tilt.admits(axis, rows)
+        reached[rows] &= postures(machine, toolpath.at(rows), axis).allowed.any(axis=0)
+    return reached
+
+
+def _blocked(toolpath: Toolpath, machine: Machine, tilt: TiltBounds, rows: IntArray) -> Iterator[Finding]:
+    advised = 0
+    for row in rows:
+        advising = advised < MOST_ADVISED
+        tried = _tried(toolpath, machine, tilt, int(row), advising)
+        if tried.admitted.any():
+            continue
+        advised += 1
+        nearest, overrun = _nearest_miss(machine, tried)
+        remedies = [*_wider_tilt(tilt, tried), *_wider_limits(machine, tried), *_left_out(tilt, tried)]
+        advice = f"{' or '.join(remedies)} would do; or " if remedies and advising else ""
+        yield Finding(
+            Severity.ERROR,
+            "no-posture",
+            f"no tool axis within {' and '.join(b.text for b in tilt.all)} lies inside the axis limits; "
+            f"{nearest}; {advice}widen the tilt range or set the part up differently",
+            toolpath.place(int(row)),
+            overrun,
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class _Tried:
+    """Postures of one location, with what each of them breaks.
+
+    Parameters
+    ----------
+    angle : (m,), rad, to the first bound's reference
+    outside : (b, m), which bound on the lean is broken
+    positions : (m, k), mm and deg
+    overrun : (m, k), mm and deg, past the limits
+    """
+
+    angle: Array
+    outside: BoolArray
+    positions: Array
+    overrun: Array
+
+    @property
+    def admitted(self) -> BoolArray:
+        """(m,), postures that break nothing."""
+        admitted: BoolArray = np.logical_not(self.outside.any(axis=0)) & self.reached
+        return admitted
+
+    @property
+    def reached(self) -> BoolArray:
+        """(m,), postures inside all axis limits."""
+        return np.all(self.overrun <= 0.0, axis=1)
+
+    def breaks_only(self, bound: int) -> BoolArray:
+        """(m,), postures inside the limits that break this bound and no other."""
+        return self.outside[bound] & (self.outside.sum(axis=0) == 1) & self.reached
+
+
+def _tried(toolpath: Toolpath, machine: Machine, tilt: TiltBounds, row: int, far: bool) -> _Tried:
+    """Try tool axes of the tilt range, or far all round the reference, or all angles that held axes leave."""
+    if is_holding(machine):
+        rotary = free_angles(machine)
+        axis = tool_axes(machine, rotary)
+        positions = follow(toolpath.at(np.full(len(rotary), row)), machine, rotary).positions
+    else:
+        zone, by_normal = toolpath.zone, tilt.name == "normal"
+        # Where the cutter doesn't touch no wider range would help.
+        least, most = (zone.least, zone.high) if by_normal else (0.0, math.pi)
+        axis = ring_axes(
+            tilt.reference[row], _angles(tilt, least, most) if far else _angles(tilt, math.pi, 0.0)
+        )
+        if tilt.beside:
+            some = axis[::DRAWN_SHARE]
+            axis = np.concatenate([axis, *_drawn(some, tilt.at(np.full(len(some), row)))])
+        found = postures(machine, toolpath.at(np.full(len(axis), row)), axis)
+        axis = np.tile(axis, (len(found.positions), 1))
+        positions = found.positions.reshape(-1, found.positions.shape[-1])
+    known = np.isfinite(positions).all(axis=1)
+    axis, positions = axis[known], positions[known]
+    past = np.maximum(machine.low - positions, positions - machine.high)
+    alone = [replace(bound.at(np.array([row])), beside=()) for bound in tilt.all]
+    outside = [~bound.admits(axis[None])[0] for bound in alone]
+    return _Tried(
+        np.arccos(np.clip(axis @ tilt.reference[row], -1.0, 1.0)),
+        np.array(outside),
+        machine.shown(positions),
+        machine.shown(np.where(past > ON_LIMIT, past, 0.0)),
+    )
+
+
+def _angles(tilt: TiltBounds, least: float, most: float) -> Array:
+    """Sample the tilt range, and what lies outside it as far as two angles, rad."""
+    inside = np.linspace(tilt.low + INSIDE, tilt.high - INSIDE, RINGS)
+    above, below = tilt.high + BEYOND, tilt.low - BEYOND
+    above, below = above[above < most], below[below > least]
+    return np.concatenate([inside, above, below, [a for a in (least, most) if least < most]])
+
+
+def _drawn(axis: Array, bounds: TiltBounds) -> Iterator[Array]:
+    """Draw sampled axes into all bounds, and into all but one: narrow sets fall between samples."""
+    for kept in (bounds.all, *([b for b in bounds.all if b is not left] for left in bounds.all)):
+        first, *others = (replace(b, beside=()) for b in kept)
+        for inset in INSETS:
+            yield replace(first, beside=tuple(others)).draw_in(axis, inset)
+
+
+def ring_axes(reference: Array, angles: Array) -> Array:
+    """Sample tool axes around a reference direction.
+
+    Parameters
+    ----------
+    reference : (3,), unit vector
+    angles : (r,), rad, to it
+
+    Returns
+    -------
+    (r · axes, 3), unit vectors
+    """
+    across = perpendicular(reference)
+    third = np.cross(reference, across)
+    angle = angles[:, None, None]
+    turn = np.linspace(0.0, 2.0 * np.pi, AXES_PER_RING, endpoint=False)[None, :, None]
+    around = np.cos(turn) * across + np.sin(turn) * third
+    return (np.cos(angle) * reference + np.sin(angle) * around).reshape(-1, 3)
+
+
+def _nearest_miss(machine: Machine, tried: _Tried) -> tuple[str, float]:
+    """Say which axis misses its limit by how much in the nearest posture that keeps the bounds."""
+    inside = ~tried.outside.any(axis=0)
+    if not inside.any():
+        return "the rotary axes can't give one, whatever their limits", math.inf
+    overrun, shown = tried.overrun[inside], tried.positions[inside]
+    best = int(np.argmin(overrun.max(axis=1)))
+    column = int(np.argmax(overrun[best]))
+    axis, value = machine.axes[column], shown[best, column]
+    limits = [axis.shown(end) for end in (axis.limits.low, axis.limits.high)]
+    limit = limits[0] if value < limits[0] else limits[1]
+    text = f"the nearest needs {axis.letter} ({value:.3f} {axis.unit}, limit {limit:g} {axis.unit})"
+    return text, float(overrun[best, column])
+
+
+def _wider_tilt(tilt: TiltBounds, tried: _Tried) -> Iterator[str]:
+    """Say to which angle the first bound would have to reach, with all else kept."""
+    name = "cone" if tilt.name == "programmed axis" else "tilt"
+    angle = np.degrees(tried.angle[tried.breaks_only(0)])
+    low, high = np.degrees([tilt.low, tilt.high])
+    above, below = angle[angle > high], angle[angle < low]
+    ends = []
+    if len(above):
+        ends.append((above.min() - high, f"{name} up to {_outwards(above.min(), 1.0)} deg"))
+    if len(below):
+        ends.append((low - below.max(), f"{name} down to {_outwards(below.max(), -1.0)} deg"))
+    if ends:
+        yield min(ends)[1]
+
+
+def _wider_limits(machine: Machine, tried: _Tried) -> Iterator[str]:
+    """Say how far a rotary and a linear axis would have to go, each with all else kept."""
+    single = ~tried.outside.any(axis=0) & ((tried.overrun > 0.0).sum(axis=1) == 1)
+    for columns in (machine.rotary_columns, machine.linear_columns):
+        overrun = np.where(single[:, None] & (tried.overrun > 0.0), tried.overrun, np.inf)[:, columns]
+        if not np.isfinite(overrun).any():
+            continue
+        best, at = np.unravel_index(int(np.argmin(overrun)), overrun.shape)
+        axis, value = machine.axes[columns[at]], tried.positions[best, columns[at]]
+        if axis.limits.is_fixed:
+            yield f"{axis.letter} held at {value:.{DECIMALS}f} deg"
+            continue
+        side = 1.0 if value > axis.shown(axis.limits.high) else -1.0
+        yield f"{axis.letter} to {_outwards(value, side)} {axis.unit}"
+
+
+def _left_out(tilt: TiltBounds, tried: _Tried) -> Iterator[str]:
+    """Name the bounds beside the first without which there would be a posture."""
+    for number, bound in enumerate(tilt.beside, start=1):
+        if tried.breaks_only(number).any():
+            yield f"leaving out {bound.text}"
+
+
+def _outwards(value: float, side: float) -> str:
+    """Write a bound that would do, rounded up or, with −1, down."""
+    scale = 10.0**DECIMALS
+    # Zero has no sign.
+    return f"{side * math.ceil(side * value * scale) / scale + 0.0:g}"

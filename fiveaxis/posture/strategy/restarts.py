@@ -1,0 +1,99 @@
+"""Many starts: how good the best path is can't be proven, but it can be looked at from many sides."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from fiveaxis.errors import Infeasible
+from fiveaxis.geometry import Array
+from fiveaxis.machine import Machine
+from fiveaxis.posture.baselines import INSIDE, NoBaseline, follow_axes, uphill
+from fiveaxis.posture.problem import ALLOWED, Problem
+from fiveaxis.posture.solution import Baseline, Optima, Stage
+from fiveaxis.posture.strategy.budget import Budget
+from fiveaxis.posture.strategy.portfolio import Portfolio
+from fiveaxis.toolpath import TiltBounds, Toolpath
+
+# The start that is the portfolio's own, as it would be without the others.
+OWN = "searches"
+
+
+def best_of_starts(
+    run: Portfolio, compared: Mapping[str, Baseline], leaning: Mapping[str, Array]
+) -> tuple[Array, Optima]:
+    """Find the cheapest admissible path from every start that the budget names.
+
+    The portfolio's own searches come first, so the answer is never dearer than without the other starts.
+
+    Parameters
+    ----------
+    run : the portfolio; what the other starts did is added to its stages
+    compared : the baselines
+    leaning : further starts by name, (n, 2) rad (`leaning_paths`)
+
+    Returns
+    -------
+    The path, (n, 2) rad, and the spread of what was found.
+
+    Raises
+    ------
+    Infeasible
+        No start leads to a path.
+    """
+    problem, budget = run.problem, run.budget
+    found = {OWN: _searched(run, compared)}
+    for number, searches in enumerate(budget.others, start=1):
+        name = f"{OWN}, set {number}"
+        other = Portfolio(problem, replace(budget, searches=searches), run.progress)
+        found[name] = _searched(other, {})
+        run.stages += [_named(stage, name) for stage in other.stages]
+    columns = problem.machine.rotary_columns
+    own = {f"baseline {name}": b.motion.positions[:, columns] for name, b in compared.items()}
+    for name, start in ({**own, **leaning} if budget.from_baselines else leaning).items():
+        found[name] = run.refined_from(name, start)
+    return _cheapest(problem, found)
+
+
+def leaning_paths(toolpath: Toolpath, machine: Machine, tilt: TiltBounds, budget: Budget) -> dict[str, Array]:
+    """Make paths whose tool leans upwards by one angle all along, (n, 2) rad; those that the limits allow."""
+    paths = {}
+    upwards = uphill(tilt.reference, machine.chain.tool_home[:3, 2])
+    for share in budget.leans:
+        angle = (1.0 - share) * (tilt.low + INSIDE) + share * (tilt.high - INSIDE)
+        axis = np.cos(angle) * tilt.reference + np.sin(angle) * upwards
+        try:
+            paths[f"lean of {np.degrees(angle):.3g} deg"] = follow_axes(toolpath, machine, axis)
+        except NoBaseline:
+            continue
+    return paths
+
+
+def _searched(run: Portfolio, compared: Mapping[str, Baseline]) -> Array | Infeasible:
+    try:
+        return run.best_path(compared)
+    except Infeasible as reason:
+        return reason
+
+
+def _cheapest(problem: Problem, found: Mapping[str, Array | Infeasible]) -> tuple[Array, Optima]:
+    paths = {name: path for name, path in found.items() if not isinstance(path, Infeasible)}
+    sound = {
+        name: problem.cost(problem.positions(slice(None), path))
+        for name, path in paths.items()
+        if problem.violation(path) <= ALLOWED
+    }
+    optima = Optima(sound, tuple(name for name in found if name not in sound))
+    if sound:
+        return paths[min(sound, key=lambda name: sound[name])], optima
+    # Where no path is admissible the portfolio's own tells what stands in the way.
+    first = found[OWN]
+    if isinstance(first, Infeasible):
+        raise first
+    return first, optima
+
+
+def _named(stage: Stage, name: str) -> Stage:
+    return replace(stage, name=f"{name}: {stage.name}")

@@ -1,0 +1,1 @@
+"""Axes with limits: angles counted on beyond a turn, and brought back."""

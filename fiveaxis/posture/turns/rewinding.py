@@ -1,0 +1,228 @@
+"""Rewinds: where an axis of limited turns goes back, so that a path may wind further than its range."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fiveaxis.errors import Infeasible
+from fiveaxis.findings import Finding, Severity
+from fiveaxis.geometry import Array, BoolArray, IntArray
+from fiveaxis.kinematics import tool_axes
+from fiveaxis.kinematics.windings import TURN
+from fiveaxis.machine import Machine
+from fiveaxis.posture.turns.no_rewind import why_no_rewind
+from fiveaxis.posture.turns.stops import Stops, find_stops, link_feed, turn_feed
+from fiveaxis.posture.turns.turn_changes import Course, bounds_between, with_seams
+from fiveaxis.posture.turns.winding import plan_turns, winding_columns
+from fiveaxis.toolpath import MoveKind, TiltBounds, Toolpath
+
+# mm, between tool and part while an axis rewinds.
+CLEARANCE = 10.0
+
+
+@dataclass(frozen=True)
+class Rewind:
+    """A stop at which an axis turns back by whole turns.
+
+    Parameters
+    ----------
+    place : of the stop on the path without rewinds, in rows: at location 3, or at 3.25 between 3 and 4
+    axis : letter
+    turns : whole turns, signed
+    retract : mm, that the tool backs off along its axis first and comes back afterwards
+    in_cut : whether a cut goes on afterwards where it stopped
+    energy, time : J of the travel metric, and s
+    """
+
+    place: float
+    axis: str
+    turns: int
+    retract: float
+    in_cut: bool
+    energy: float
+    time: float
+
+
+@dataclass(frozen=True, eq=False)
+class Rewound:
+    """A path with its rewinds as links.
+
+    Parameters
+    ----------
+    toolpath : the locations, and those of the rewinds
+    rotary : (m, 2), rad, chain order, inside the limits of the axes that wind
+    place : (m,), where on the path without rewinds each location is, or stands at, in rows: 3.25 lies between
+        locations 3 and 4
+    own : (m,), whether it is a location of the path without rewinds
+    rewinds : in path order
+    """
+
+    toolpath: Toolpath
+    rotary: Array
+    place: Array
+    own: BoolArray
+    rewinds: tuple[Rewind, ...]
+
+    @property
+    def rows(self) -> IntArray:
+        """(m,), row of the path without rewinds that each location is, stands at, or is on the way to."""
+        return np.ceil(self.place).astype(np.int64)
+
+    def bounds(self, tilt: TiltBounds) -> TiltBounds:
+        """Give the bounds on the lean, made for the path without rewinds, for this one; links are free."""
+        free = np.where((self.own | self.toolpath.cutting)[:, None], 0.0, np.nan)
+        here = [replace(b, reference=b.reference + free) for b in bounds_between(tilt, self.place).all]
+        return replace(here[0], beside=tuple(here[1:]))
+
+    @property
+    def energy(self) -> float:
+        """Travel metric of all rewinds, J."""
+        return sum(r.energy for r in self.rewinds)
+
+    @property
+    def time(self) -> float:
+        """Duration of all rewinds, s."""
+        return sum(r.time for r in self.rewinds)
+
+    def findings(self) -> list[Finding]:
+        """Say of every rewind where it is and what it costs; code ``rewind``."""
+        first_rows = np.searchsorted(self.place, [r.place for r in self.rewinds])
+        return [
+            Finding(
+                Severity.WARNING if r.in_cut else Severity.NOTE,
+                "rewind",
+                _message(r),
+                self.toolpath.place(int(row)),
+                value=360.0 * abs(r.turns),
+            )
+            for r, row in zip(self.rewinds, first_rows, strict=True)
+        ]
+
+
+def _message(rewind: Rewind) -> str:
+    where = "the cut stops here" if rewind.in_cut else "between two cuts"
+    off = (
+        f"the tool backs off {rewind.retract:.1f} mm along its axis"
+        if rewind.retract
+        else "the tool is clear"
+    )
+    return (
+        f"{rewind.axis} turns back by {360 * rewind.turns:+d} deg, {where}: {off}; it costs "
+        f"{rewind.energy:.1f} J and {rewind.time:.1f} s. Table and fixture aren't known here: look at this"
+    )
+
+
+def rewound(
+    toolpath: Toolpath,
+    machine: Machine,
+    rotary: Array,
+    *,
+    tilt: TiltBounds | None = None,
+    clearance: float = CLEARANCE,
+    time_price: float = 0.0,
+) -> Rewound:
+    """Put a path that winds without end into the limits, with as cheap rewinds as there are.
+
+    A rewind stands where the tool is already clear of what the path cuts, or where it can back off along
+    its own axis (`fiveaxis.posture.turns.retreat`). One that interrupts a cut is taken only where none
+    between cuts will do. Where two turns are open to an axis between two locations only, as with exactly one turn, it
+    stands there (`with_seams`).
+
+    Parameters
+    ----------
+    rotary : (n, 2), rad, chain order, wound
+    tilt : bounds on the lean of the path's locations, which hold where an axis stops between two as well
+    clearance : mm, between tool and part while an axis rewinds
+    time_price : J/s
+
+    Raises
+    ------
+    Infeasible
+        The path winds further than an axis can, and there is no place to rewind.
+    """
+    columns = winding_columns(machine)
+    course = with_seams(toolpath, machine, rotary, columns, tilt)
+    arriving, leaving = course.rotary.copy(), course.rotary.copy()
+    rewinds: list[tuple[int, Rewind]] = []
+    for column in columns:
+        which, limits = machine.rotary_columns.index(column), machine.axes[column].limits
+        stops = find_stops(course, machine, column, clearance, time_price)
+        angles = course.rotary[:, which]
+        turns = plan_turns(angles, (limits.low, limits.high), stops.price, stops.up, stops.down)
+        if turns is None:
+            raise Infeasible(*why_no_rewind(course, machine, column, clearance))
+        before, after = turns
+        arriving[:, which] += TURN * before
+        leaving[:, which] += TURN * after
+        rows = np.flatnonzero(after - before)
+        rewinds += [(int(i), _rewind(stops, course, int(i), int(after[i] - before[i]))) for i in rows]
+    return _inserted(course, machine, (arriving, leaving), sorted(rewinds, key=lambda r: r[0]))
+
+
+def _rewind(stops: Stops, course: Course, row: int, turns: int) -> Rewind:
+    """Describe the rewind at a row of a course."""
+    one = stops.turn_energy[0] if turns > 0 else stops.turn_energy[1]
+    return Rewind(
+        place=float(course.place[row]),
+        axis=stops.axis,
+        turns=turns,
+        retract=float(stops.retract[row]),
+        in_cut=bool(stops.in_cut[row]),
+        energy=float(stops.energy[row] + abs(turns) * one),
+        time=float(stops.times[1][row] + abs(turns) * stops.times[0]),
+    )
+
+
+def _inserted(
+    course: Course, machine: Machine, rotary: tuple[Array, Array], rewinds: list[tuple[int, Rewind]]
+) -> Rewound:
+    """Put the rewinds into the path: back off, turn each axis, come back."""
+    arriving, leaving = rotary
+    stops: dict[int, list[Rewind]] = {}
+    for row, rewind in rewinds:
+        stops.setdefault(row, []).append(rewind)
+    count = np.ones(len(course.place), dtype=np.int64)
+    for row, there in stops.items():
+        count[row] += len(there) + 2 * (max(r.retract for r in there) > 0.0)
+    rows = np.repeat(np.arange(len(count)), count)
+    path, angles = course.toolpath.at(rows), leaving[rows].copy()
+    arrives = np.cumsum(count) - count
+    is_link = np.diff(rows, prepend=-1) == 0
+    angles[~is_link] = arriving[rows[~is_link]]
+    feed, back = path.feed.copy(), np.zeros(len(rows))
+    fast = link_feed(course.toolpath)
+    for row, there in stops.items():
+        at, off = int(arrives[row]) + 1, max(r.retract for r in there)
+        now = arriving[row].copy()
+        if off > 0.0:
+            angles[at], back[at], feed[at] = now, off, fast
+            feed[at + len(there) + 1] = fast
+            at += 1
+        for rewind in there:
+            column = machine.column(rewind.axis)
+            now[machine.rotary_columns.index(column)] += TURN * rewind.turns
+            angles[at], back[at], feed[at] = now, off, turn_feed(machine, column, fast)
+            at += 1
+    linked = _with_links(path, machine, angles, is_link, back, feed)
+    own = course.own[rows] & ~is_link
+    return Rewound(linked, angles, course.place[rows], own, tuple(r for _, r in rewinds))
+
+
+def _with_links(
+    path: Toolpath, machine: Machine, rotary: Array, link: BoolArray, back: Array, feed: Array
+) -> Toolpath:
+    """Make some rows links, so far off along the tool's axis; the tip counts."""
+    axes = tool_axes(machine, rotary)
+    unknown = np.full_like(path.normal, np.nan)
+    pivot = path.zone.pivot_of_tip(path.tips(axes) + back[:, None] * axes, unknown, axes)
+    air = np.where(link[:, None], np.nan, 0.0)
+    return replace(
+        path,
+        pivot=np.where(link[:, None], pivot, path.pivot),
+        contact=path.contact + air,
+        normal=path.normal + air,
+        kind=np.where(link, MoveKind.LINK, path.kind),
+        feed=feed,
+    )

@@ -1,0 +1,121 @@
+"""Refinement inside of a mask: never out of it, never dearer."""
+
+import numpy as np
+import pytest
+
+from fiveaxis.kinematics import axis_positions, tool_axes
+from fiveaxis.machine import load_machine
+from fiveaxis.posture.local.refinement import refine
+from fiveaxis.posture.masks.clearance import Clearance
+from fiveaxis.posture.masks.confinement import PINCH, Confinement, Planes, around, blended, pinched
+from fiveaxis.posture.masks.mask import Mask
+from fiveaxis.posture.problem import Problem
+from fiveaxis.toolpath import Tool, Toolpath, tilt_bounds
+
+MACHINE = load_machine("hayashi-640123")
+
+
+def problem_of(n: int = 120) -> Problem:
+    angle = np.linspace(0.0, 2.0 * np.pi, n, endpoint=False)
+    normal = np.stack([0.8 * np.cos(angle), 0.8 * np.sin(angle), np.full(n, -0.6)], axis=1)
+    contact = np.stack([20 * np.cos(angle), 15 * np.sin(angle), np.full(n, 10.0)], axis=1)
+    path = Toolpath.from_contacts(contact, normal, Tool.ball(6))
+    return Problem.build(path, MACHINE, tilt_bounds(path, (15, 75)), max_turn=0.3)
+
+
+def solve(problem, start, held):
+    found = refine(problem, start, iterations=120, barrier=4e-2, held=held, near=True)
+    return found.rotary, found.iterations
+
+
+def steady(problem: Problem) -> np.ndarray:
+    """A clean start: the tool at 45 deg to the normal, sideways."""
+    normal = problem.normal
+    side = np.cross(normal, [0.0, 0.0, 1.0])
+    axis = (normal + side / np.linalg.norm(side, axis=1, keepdims=True)) / np.sqrt(2.0)
+    branches = axis_positions(MACHINE, np.zeros((len(axis), 3)), axis)[..., MACHINE.rotary_columns]
+    paths = [np.unwrap(branch, axis=0) for branch in branches]
+    return min(paths, key=problem.violation)
+
+
+def run(problem, function, start, rounds=4):
+    clear = Clearance.of(Mask(function), problem)
+    return Confinement(problem, clear, solve).refined(start, rounds)
+
+
+def test_planes_keep_a_refined_path_inside_of_a_mask_and_cheaper():
+    problem = problem_of()
+    start = steady(problem)
+    assert problem.violation(start) <= 1e-9
+    normal = problem.normal
+
+    def mask(rows, rotary):
+        return np.sum(tool_axes(MACHINE, rotary) * normal[rows], axis=1) > np.cos(np.radians(50.0))
+
+    every = np.arange(len(problem))
+    free, _ = solve(problem, start, (False, False))
+    assert not mask(every, free).all()
+    found = run(problem, mask, start)
+    assert mask(every, found).all()
+    assert problem.violation(found) <= 1e-9
+    costs = [problem.priced(path) for path in (free, found, start)]
+    assert costs[0] < costs[1] < 0.9 * costs[2]
+
+
+def test_a_mask_that_admits_only_the_start_leaves_it():
+    problem = problem_of(40)
+    start = steady(problem)
+
+    def mask(rows, rotary):
+        return np.abs(rotary - start[rows]).max(axis=1) < 1e-9
+
+    np.testing.assert_allclose(run(problem, mask, start, rounds=2), start, atol=1e-9)
+
+
+def test_a_location_that_is_refused_at_the_start_binds_nothing():
+    problem = problem_of(40)
+    start = steady(problem)
+    found = run(problem, lambda rows, _: rows != 7, start, rounds=1)
+    free, _ = solve(problem, start, (False, False))
+    np.testing.assert_array_equal(found, free)
+
+
+@pytest.mark.parametrize("axis", [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.6, 0.0, -0.8]])
+def test_three_planes_close_round_an_axis_admit_it_and_nothing_far(axis):
+    axis = np.array([axis])
+    inwards = pinched(axis, np.array([PINCH]))[0]
+    np.testing.assert_allclose(inwards @ axis[0], np.sin(PINCH))
+    rng = np.random.default_rng(0)
+    other = axis[0] + rng.normal(0.0, 0.02, (500, 3))
+    other /= np.linalg.norm(other, axis=1, keepdims=True)
+    inside = (other @ inwards.T >= 0.0).all(axis=1)
+    angle = np.arccos(np.clip(other @ axis[0], -1.0, 1.0))
+    assert not inside[angle > 2.01 * PINCH].any()
+    assert inside[angle < PINCH].all()
+
+
+def test_planes_bind_the_part_that_they_belong_to():
+    problem, planes = problem_of(30), Planes.none(30)
+    planes.add(np.array([4]), np.array([[1.0, 0.0, 0.0]]))
+    planes.add(np.array([4, 9]), np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]))
+    part = planes.bounding(problem, 3, 8)
+    assert len(part.bounds) == len(problem.bounds) + 2
+    first, second = (bound.reference for bound in part.bounds[-2:])
+    assert np.isfinite(first).all(axis=1).tolist() == [False, True, False, False, False, False]
+    np.testing.assert_array_equal(second[1], [0.0, 1.0, 0.0])
+    assert len(planes.bounding(problem, 10, 20).bounds) == len(problem.bounds)
+
+
+def test_stretches_have_a_margin_and_overlap_into_one():
+    assert around(np.array([5, 9]), 30, 2) == [(3, 11)]
+    assert around(np.array([0, 29]), 30, 3) == [(0, 3), (26, 29)]
+    assert around(np.array([5, 12]), 30, 2) == [(3, 7), (10, 14)]
+
+
+def test_a_blend_is_the_other_path_where_asked_and_the_path_far_away():
+    path, other = np.zeros((200, 2)), np.ones((200, 2))
+    mixed = blended(path, other, np.array([100]))
+    assert mixed[100].tolist() == [1.0, 1.0]
+    assert not mixed[:50].any()
+    assert not mixed[150:].any()
+    assert np.abs(np.diff(mixed[:, 0])).max() < 0.03

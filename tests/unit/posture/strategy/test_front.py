@@ -1,0 +1,216 @@
+"""The front between energy and steadiness: its ends, its order, and that nothing on it is beaten."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from by_travel import find_front, optimise
+
+from fiveaxis.errors import SettingError
+from fiveaxis.kinematics import within_limits
+from fiveaxis.machine import Limits
+from fiveaxis.posture.strategy.front import FrontPoint, _undominated
+from fiveaxis.posture.turns.unwrapped import with_path
+from fiveaxis.toolpath import Tool, Toolpath
+
+
+def wall(n: int = 60) -> Toolpath:
+    """Contacts round a lobed wall that overhangs."""
+    angle = np.linspace(0.0, 2.0 * np.pi, n, endpoint=False)
+    normal = np.stack([np.cos(angle), np.sin(angle), np.full(n, -0.3)], axis=1)
+    r = 20.0 + 3.0 * np.cos(3.0 * angle)
+    contact = np.stack([r * np.cos(angle), r * np.sin(angle), np.full(n, 10.0)], axis=1)
+    return Toolpath.from_contacts(contact, normal, Tool.ball(6), name="wall")
+
+
+@pytest.fixture(scope="module")
+def found(hayashi):
+    return find_front(wall(), hayashi, 5, tilt=(15, 75), effort="quick")
+
+
+def test_the_ends_are_the_optimum_and_the_smoothest_asked_for(found):
+    assert found.points[0].smoothing == 0.0
+    assert found.points[0].energy.as_dict() == found.solution.energy.as_dict()
+    assert found.points[-1].smoothing == pytest.approx(max(p.smoothing for p in found.points))
+    assert found.points[-1].bend < 0.9 * found.points[0].bend
+    assert len(found.points) + found.dominated == 5
+
+
+def test_a_cheaper_path_met_on_the_way_is_the_solution(found, hayashi, monkeypatch):
+    """The first optimum is spoilt, so that the sweep finds a better one."""
+
+    def spoilt(*args, **options):
+        poor = optimise(*args, smoothing=3000.0, **options)
+        return replace(poor, problem=replace(poor.problem, bend_price=np.zeros(len(poor.problem) - 1)))
+
+    monkeypatch.setattr("fiveaxis.posture.strategy.front.optimise", spoilt)
+    poor = spoilt(wall(), hayashi, tilt=(15, 75), effort="quick")
+    front = find_front(wall(), hayashi, 3, tilt=(15, 75), effort="quick")
+    first = front.points[0]
+    assert first.cost == min(p.cost for p in front.points) == pytest.approx(front.solution.travel)
+    assert front.solution.energy.travel < poor.energy.travel * (1 - 1e-3)
+    assert np.array_equal(front.solution.motion.positions, first.motion.positions)
+    assert front.solution.stages[-1].name == "front"
+
+
+def test_a_point_that_the_mask_refuses_is_none(hayashi):
+    """A mask that admits what `optimise` found, and nothing else that differs by a tenth of a degree."""
+    alone = optimise(wall(), hayashi, tilt=(15, 75), effort="quick")
+    kept = alone.motion.positions[:, hayashi.rotary_columns]
+
+    def mask(rows, rotary):
+        return (np.abs(rotary - kept[rows]) < np.radians(0.1)).all(axis=1)
+
+    front = find_front(wall(), hayashi, 4, tilt=(15, 75), effort="quick", mask=mask)
+    for p in front.points:
+        assert mask(np.arange(60), p.motion.positions[:, hayashi.rotary_columns]).all()
+
+
+def test_a_point_that_costs_more_is_steadier(found):
+    energy = [point.energy.travel for point in found.points]
+    bend = [point.bend for point in found.points]
+    assert energy == sorted(energy)
+    assert bend == sorted(bend, reverse=True)
+    assert len(found.points) >= 3
+
+
+def test_every_point_keeps_the_bounds(found):
+    for point in found.points:
+        residuals = replace(found.solution, motion=point.motion).residuals()
+        assert max(residuals.values()) <= 1e-9
+        turns = np.degrees(np.abs(point.motion.moves[:, found.solution.machine.rotary_columns]))
+        assert turns.max() <= 15.0 + 1e-6
+
+
+def test_a_point_is_no_worse_than_a_search_at_its_own_price(found, hayashi):
+    point = found.points[len(found.points) // 2]
+    alone = optimise(wall(), hayashi, tilt=(15, 75), smoothing=point.smoothing, effort="quick")
+    columns = hayashi.rotary_columns
+    searched = alone.energy.travel + point.smoothing * float((alone.motion.moves[:, columns] ** 2).sum())
+    assert point.energy.travel + point.smoothing * point.bend <= searched * (1 + 1e-9)
+
+
+def test_where_time_has_a_price_the_solution_is_the_cheapest_with_it(trunnion, hayashi):
+    machine = trunnion.with_drives_of(hayashi)
+    path = Toolpath.from_contacts(wall().contact, wall().normal, Tool.ball(6), feed_mm_min=3000.0)
+    front = find_front(path, machine, 3, tilt=(15, 75), effort="quick", time_price=500.0)
+    cost = [p.cost for p in front.points]
+    assert cost == sorted(cost)
+    assert front.solution.problem.cost(front.solution.motion.positions) == cost[0]
+
+
+def test_where_speeds_are_known_delay_grows_dearer_too_and_time_shrinks(trunnion, hayashi):
+    machine = trunnion.with_drives_of(hayashi)
+    small = Toolpath.from_contacts(wall().contact, wall().normal, Tool.ball(6), feed_mm_min=3000.0)
+    found = find_front(small, machine, 3, tilt=(15, 75), effort="quick")
+    assert found.points[0].time_price < found.points[-1].time_price
+    assert found.points[-1].energy.time <= found.points[0].energy.time * (1 + 1e-9)
+    assert found.points[-1].fastest <= found.points[0].fastest * (1 + 1e-9)
+
+
+def test_the_table_has_a_row_for_each_point_and_the_data_its_figures(found):
+    assert found.as_markdown().count("\n") == len(found.points) + 2
+    data = found.as_dict()["points"]
+    assert [p["energy_J"] for p in data] == [p.energy.total for p in found.points]
+    assert data[0]["steepest_deg_mm"] == pytest.approx(np.degrees(found.points[0].steepest))
+
+
+def test_every_point_has_its_solution_and_is_picked_by_its_number(found):
+    assert len(found.solutions) == len(found.points)
+    for number, (p, solution) in enumerate(zip(found.points, found.solutions, strict=True), start=1):
+        assert found.pick(number) is solution
+        assert solution.motion.positions.tolist() == p.motion.positions.tolist()
+        assert solution.energy.total == p.energy.total
+        assert max(solution.residuals().values()) <= 1e-9
+    # Fewer may be left than were asked for.
+    assert found.pick(50) is found.solutions[-1]
+
+
+def test_the_same_front_comes_out_again(found, hayashi):
+    again = find_front(wall(), hayashi, 5, tilt=(15, 75), effort="quick")
+    assert again.as_dict() == found.as_dict()
+
+
+def test_the_runs_of_a_front_are_told_up_to_the_last(hayashi):
+    told = []
+    find_front(wall(24), hayashi, 3, tilt=(15, 75), effort="quick", progress=lambda *step: told.append(step))
+    assert [step[1:] for step in told if step[0] == "front"] == [(k, 7) for k in range(1, 8)]
+    # The stages of one point would say that all is done.
+    assert "refine" not in {stage for stage, _, _ in told}
+
+
+@pytest.mark.parametrize(
+    ("options", "what"),
+    [
+        ({"n": 1}, "two ends"),
+        ({"smoothest": 0.0}, "above 0"),
+        ({"smoothest": float("nan")}, "above 0"),
+        ({"smoothing": 3.0}, "of its own"),
+    ],
+)
+def test_a_front_that_makes_no_sense_is_refused(hayashi, options, what):
+    with pytest.raises(SettingError, match=what):
+        find_front(wall(), hayashi, tilt=(15, 75), **options)
+
+
+def point(found, energy: float, bend: float, time: float) -> FrontPoint:
+    first = found.points[0]
+    by_axis = dict.fromkeys(first.energy.by_axis, 0.0) | {"X": energy}
+    return replace(first, energy=replace(first.energy, by_axis=by_axis, time=time), cost=energy, bend=bend)
+
+
+def test_what_another_point_beats_in_everything_is_left_out_and_of_equals_one_stays(found):
+    figures = [(5, 1, 1), (1, 5, 1), (5, 5, 1), (1, 5, 1), (9, 9, 0.5)]
+    kept = _undominated([point(found, *f) for f in figures])
+    assert [(p.energy.total, p.bend, p.energy.time) for p in kept] == [(1, 5, 1), (5, 1, 1), (9, 9, 0.5)]
+
+
+@pytest.fixture(scope="module")
+def rewound_front(hayashi):
+    """The wall twice, one ring above the other, on a machine whose C has exactly one turn."""
+    limits = Limits(0.0, 2.0 * np.pi)
+    axes = tuple(replace(a, limits=limits) if a.letter == "C" else a for a in hayashi.axes)
+    machine = replace(hayashi, axes=axes)
+    ring = wall(50)
+    contact = np.concatenate([ring.contact, ring.contact - [0.0, 0.0, 0.5]])
+    path = Toolpath.from_contacts(contact, np.tile(ring.normal, (2, 1)), Tool.ball(6))
+    return path, machine, find_front(path, machine, 4, tilt=(15, 75), effort="quick")
+
+
+def test_a_front_of_a_path_with_rewinds_has_points_each_with_its_own(rewound_front):
+    path, machine, front = rewound_front
+    solution = front.solution
+    assert solution.wound is not None
+    assert front.points[0].energy.as_dict() == solution.energy.as_dict()
+    assert len(front.points) >= 2
+    told = [f for f in solution.toolpath.findings if f.code == "rewind"]
+    c = machine.column("C")
+    for p in front.points:
+        assert within_limits(machine, p.motion.positions).all()
+        turned = np.abs(p.motion.moves[:, c]) > 2.0 * np.pi - 1e-6
+        assert 1 <= turned.sum() <= len(told)
+        assert len(p.motion) > len(path)
+        # The turn back isn't counted among the bends.
+        assert p.bend < (2.0 * np.pi) ** 2
+    bend = [p.bend for p in front.points]
+    assert bend == sorted(bend, reverse=True)
+
+
+def test_the_solution_of_such_a_front_keeps_its_bounds_and_tells_its_own_rewinds(rewound_front):
+    front = rewound_front[2]
+    solution = front.solution
+    assert max(solution.residuals().values()) <= 1e-9
+    for finding in [f for f in solution.toolpath.findings if f.code == "rewind"]:
+        assert not solution.toolpath.cutting[finding.place.location + 1]
+    again, rewinds = with_path(solution, solution.wound.rotary)
+    assert rewinds.rewinds
+    np.testing.assert_array_equal(again.motion.positions, solution.motion.positions)
+
+
+def test_a_solution_put_together_by_hand_has_no_front(hayashi, monkeypatch):
+    def bare(*args, **options):
+        return replace(optimise(*args, **options), problem=None)
+
+    monkeypatch.setattr("fiveaxis.posture.strategy.front.optimise", bare)
+    with pytest.raises(SettingError, match="put together by hand"):
+        find_front(wall(), hayashi, 3, tilt=(15, 75), effort="quick")

@@ -1,0 +1,187 @@
+"""Next to the singular direction: what is held, what is bounded, and what is said."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from by_travel import optimise
+
+from fiveaxis.errors import Infeasible, SettingError
+from fiveaxis.kinematics import tool_axes
+from fiveaxis.motion import follow
+from fiveaxis.posture import Problem
+from fiveaxis.posture.strategy.singular import (
+    MOST_ROUNDS,
+    Cone,
+    bounded_within,
+    held,
+    kept_outside,
+    nearest_angles,
+    slow_findings,
+    turning_within,
+)
+from fiveaxis.toolpath import Tool, Toolpath, tilt_bounds
+
+CONE = Cone(np.radians(5.0))
+
+
+def over_the_top(n: int = 41, aside: float = 1.0, radius: float = 50.0) -> Toolpath:
+    """A line over a dome that passes its top by a little."""
+    y = np.linspace(-15.0, 15.0, n)
+    points = np.stack([np.full(n, aside), y, np.sqrt(radius**2 - aside**2 - y**2)], axis=1)
+    normal = points / radius
+    path = Toolpath.from_contacts(points, normal, Tool.ball(6), feed_mm_min=600.0)
+    return replace(path, axis=normal)
+
+
+def along_the_normal(path: Toolpath) -> np.ndarray:
+    """Angles of C and A with the tool along the normal, C turning half round next to the top."""
+    n = path.normal
+    return np.stack([np.arctan2(n[:, 1], n[:, 0]) - np.pi / 2.0, -np.arccos(n[:, 2])], axis=1)
+
+
+def test_the_angles_are_those_along_the_normal(hayashi):
+    path = over_the_top()
+    np.testing.assert_allclose(tool_axes(hayashi, along_the_normal(path)), path.normal, atol=1e-12)
+
+
+def test_a_move_across_the_cone_counts_though_both_its_ends_are_outside(hayashi):
+    rotary = np.radians([[0.0, -8.0], [0.0, 8.0], [0.0, 20.0]])
+    np.testing.assert_allclose(nearest_angles(hayashi, rotary), np.radians([0.0, 8.0]), atol=1e-9)
+
+
+def test_only_the_first_axis_of_cuts_within_the_cone_is_bounded(hayashi):
+    path = over_the_top()
+    rotary = along_the_normal(path)
+    problem = Problem.build(path, hayashi, tilt_bounds(path, cone=10), max_turn=np.radians(15.0))
+    for rate in (0.0, np.radians(0.5)):
+        found = bounded_within(problem, path, rotary, replace(CONE, rate=rate))
+        inside = nearest_angles(hayashi, rotary) < CONE.angle
+        assert 0 < inside.sum() < len(inside)
+        np.testing.assert_allclose(found.max_turn[inside, 0], rate * path.lengths[1:][inside])
+        np.testing.assert_array_equal(found.max_turn[~inside], problem.max_turn[~inside])
+        np.testing.assert_array_equal(found.max_turn[:, 1], problem.max_turn[:, 1])
+
+
+def test_out_of_the_cone_is_a_bound_on_the_locations_that_turn_in_it(hayashi):
+    path = over_the_top()
+    rotary = along_the_normal(path)
+    problem = Problem.build(path, hayashi, tilt_bounds(path, cone=10))
+    found = kept_outside(problem, path, rotary, CONE)
+    turning = turning_within(path, hayashi, rotary, CONE)
+    ends = np.append(turning, False) | np.append(False, turning)
+    assert 0 < ends.sum() < len(ends)
+    np.testing.assert_array_equal(np.isfinite(found.bounds[-1].reference).all(axis=1), ends)
+    excess = found.placed(slice(None), rotary)[1]
+    # The move into the cone begins outside it; all others that turn in it break the bound at both ends.
+    assert (excess[1:-1][turning[1:] & turning[:-1]] > 0.0).all()
+    assert (excess[~ends] <= 1e-9).all()
+
+
+def test_links_turn_as_they_like(hayashi):
+    path = over_the_top()
+    rotary = along_the_normal(path)
+    assert turning_within(path, hayashi, rotary, CONE).any()
+    links = path.with_links(np.ones(len(path), dtype=bool))
+    assert not turning_within(links, hayashi, rotary, CONE).any()
+
+
+def round_the_top(n: int = 60, radius: float = 50.0) -> Toolpath:
+    """Half a ring round a dome's top, the normals 8 deg from it."""
+    angle, lean = np.linspace(0.0, np.pi, n), np.radians(8.0)
+    flat = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    normal = np.column_stack([np.sin(lean) * flat, np.full(n, np.cos(lean))])
+    path = Toolpath.from_contacts(radius * normal, normal, Tool.ball(6), feed_mm_min=600.0)
+    return replace(path, axis=normal)
+
+
+def test_the_optimiser_turns_c_outside_the_cone_only_where_it_is_asked_to(hayashi):
+    path = round_the_top()
+    columns = hayashi.rotary_columns
+    wide = Cone(np.radians(9.0))
+    free = optimise(path, hayashi, cone=5, effort="quick")
+    rotary = free.motion.positions[:, columns]
+    assert turning_within(path, hayashi, rotary, wide).any()
+    bound = optimise(path, hayashi, cone=5, effort="quick", singular_cone=9)
+    rotary = bound.motion.positions[:, columns]
+    assert not turning_within(path, hayashi, rotary, wide).any()
+    assert bound.residuals()["tilt"] <= 1e-9
+    assert bound.energy.travel >= free.energy.travel * (1.0 - 1e-9)
+    assert "singular-turn" not in {f.code for f in bound.toolpath.findings}
+
+
+def test_where_c_cannot_be_held_the_path_stays_and_says_so(hayashi):
+    path = over_the_top()
+    rotary = along_the_normal(path)
+    problem = Problem.build(path, hayashi, tilt_bounds(path, cone=10))
+
+    def solve(_: Problem, __: np.ndarray) -> np.ndarray:
+        raise Infeasible("no way", ())
+
+    np.testing.assert_array_equal(held(problem, path, rotary, solve, CONE), rotary)
+
+
+def test_bounds_are_kept_from_round_to_round(hayashi):
+    path = over_the_top()
+    rotary = along_the_normal(path)
+    problem = Problem.build(path, hayashi, tilt_bounds(path, cone=10))
+    seen = []
+
+    def solve(bounded: Problem, _: np.ndarray) -> np.ndarray:
+        seen.append(np.isfinite(bounded.max_turn[:, 0]))
+        # The next path comes into the cone elsewhere.
+        return np.roll(rotary, 8 * len(seen), axis=0)
+
+    held(problem, path, rotary, solve, CONE)
+    assert len(seen) > 1
+    seen = seen[:-MOST_ROUNDS]  # those of the other remedy
+    for before, after in pairwise(seen):
+        assert (after | ~before).all()
+        assert after.sum() > before.sum()
+
+
+def speed_of_c(machine, degrees):
+    axes = tuple(replace(a, max_speed=np.radians(degrees)) if a.letter == "C" else a for a in machine.axes)
+    return replace(machine, axes=axes)
+
+
+def test_a_crossing_that_c_cannot_follow_is_said_with_its_factor(hayashi):
+    path = over_the_top()
+    machine = speed_of_c(hayashi, 30.0)
+    motion = follow(path, machine, along_the_normal(path))
+    [finding] = slow_findings(path, machine, motion)
+    assert finding.code == "singular-crossing"
+    turn = np.degrees(np.abs(motion.moves[:, machine.column("C")]))
+    factor = turn / 30.0 / (path.lengths / 10.0 + 1e-30)
+    assert finding.value == pytest.approx(factor[1:].max(), rel=1e-9)
+    assert finding.place.location == 1 + int(np.argmax(factor[1:]))
+    assert "C can't keep the feed" in finding.message
+    # The motion itself takes the time that the axis needs.
+    assert motion.time[1:].sum() > path.lengths.sum() / 10.0
+
+
+def test_a_turn_far_from_the_singular_direction_is_called_otherwise(hayashi):
+    path = over_the_top(aside=25.0)
+    machine = speed_of_c(hayashi, 1.0)
+    found = slow_findings(path, machine, follow(path, machine, along_the_normal(path)))
+    assert {f.code for f in found} == {"rotary-slows"}
+
+
+def test_an_axis_that_is_quick_enough_or_has_no_known_speed_is_not_named(hayashi):
+    path = over_the_top()
+    for machine in (hayashi, speed_of_c(hayashi, 1e4)):
+        assert slow_findings(path, machine, follow(path, machine, along_the_normal(path))) == []
+
+
+@pytest.mark.parametrize(("angle", "rate"), [(0.0, 0.0), (90.0, 0.0), (-3.0, 0.0), (5.0, -1.0)])
+def test_a_cone_that_can_not_be_is_refused(angle, rate):
+    with pytest.raises(SettingError, match="singular cone"):
+        Cone.of_degrees(angle, rate)
+
+
+def test_a_rate_without_a_cone_is_refused():
+    with pytest.raises(SettingError, match="belongs to a singular cone"):
+        Cone.of_degrees(None, 5.0)
