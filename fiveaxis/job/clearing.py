@@ -130,10 +130,10 @@ def optimise(
     part, stock : meshes in mm, workpiece frame, or their files
     fixtures : clamps and vices, workpiece frame
     clearances : mm, by kind of body
-    mask : beside what is kept clear of: tells for locations (m,) and rotary angles (m, 2), rad, chain order,
-        which are admissible, (m,) bool (`fiveaxis.posture.masks.mask`); asked only about what a search is going
-        to use. Where a rotary axis is rewound it holds at the locations of the path, and not on the link off the
-        part and back
+    mask : beside what is kept clear of: tells for locations (m,) and rotary angles (m, 2), rad, chain
+        order, which are admissible, (m,) bool (`fiveaxis.posture.masks.mask`); asked only about what a
+        search is going to use. Where a rotary axis is rewound it holds at the locations of the path, and
+        not on the link off the part and back
     objective : what is least: ``energy``, ∫P dt of the feed drives in the program's blocks; ``travel``, the
         travel metric of form-shaping Eq. 1; ``time``, what the control takes for the blocks under the axes'
         highest speeds and accelerations, and the steadiest posture where that costs none
@@ -149,9 +149,10 @@ def optimise(
         tool axis passes it in a cut, that axis is held, or turns at most by `singular_rate`. What can't be
         held is told by a finding
     singular_rate : **deg/mm** over the way of the contact
-    free_start : whether closed passes may begin elsewhere (`fiveaxis.posture.starts.passes`); the solution's
-        path then has them in another order. Those that are reached by links do so only if the path's
-        `Plan.passes` (`fiveaxis.contour.plan_passes`), which know how to lay other links, are given in place of True
+    free_start : whether closed passes may begin elsewhere (`fiveaxis.posture.starts.passes`); the
+        solution's path then has them in another order. Those that are reached by links do so only if the
+        path's `Plan.passes` (`fiveaxis.contour.plan_passes`), which know how to lay other links, are given
+        in place of True
     free_direction : whether those may also be followed backwards: climb milling turns to conventional there
     effort : ``quick``, ``normal`` or ``thorough``: how much is done, with what that promises in
         `fiveaxis.posture.strategy.budget.EFFORTS`

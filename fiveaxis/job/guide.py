@@ -41,6 +41,7 @@ EXAMPLES: Mapping[str, Any] = {
     "part": "part.stl",
     "stock": "stock.stl",
     "drives": "hayashi-640123",
+    "max_turn": 15,
     "turn_rate": 5,
     "time_price": 0,
     "singular_cone": 5,

@@ -110,9 +110,11 @@ def test_the_document_has_the_keys_of_the_design(finished):
 
 def test_the_motion_has_a_row_for_each_location_with_nine_decimals(finished):
     header, *rows = (finished.folder / "motion.csv").read_text().splitlines()
-    assert header == "X,Y,Z,A,C,feed,time,source"
-    assert [int(row.rsplit(",", 1)[1]) for row in rows] == [*range(2, len(ring()) + 2)]
-    numbers = [field for row in rows for field in row.split(",")[:-1]]
+    assert header == "X,Y,Z,A,C,feed,time,source,location"
+    fields = [row.split(",") for row in rows]
+    given = [int(source) for *_, source, place in fields if float(place).is_integer()]
+    assert given == [*range(2, len(ring()) + 2)]
+    numbers = [field for *figures, _, place in fields for field in (*figures, place)]
     assert {len(field.partition(".")[2]) for field in numbers} == {9}
 
 
@@ -582,7 +584,8 @@ def test_bounds_and_prices_of_the_optimiser_reach_it(path, tmp_path):
     rates = [d["rates"]["optimised"]["C"]["speed_deg_s"] for d in (slow, plain)]
     assert rates[0] <= 2.0 * 1000.0 / 60.0 + 1e-6
     leaning = json.loads(run(*words, "--lean", "-20:20").stdout)
-    told = {"A at -50 deg": held, "at most 2 deg/mm": slow, "lean": leaning, "at most 15 deg": plain}
+    turning = json.loads(run(*words, "--max-turn", "12").stdout)
+    told = {"A at -50 deg": held, "at most 2 deg/mm": slow, "lean": leaning, "at most 12 deg": turning}
     for sentence, document in told.items():
         assert any(sentence in text for text in document["verification"]["checked"]), sentence
     steady = json.loads(run(*words, "--smoothing", "1e5").stdout)

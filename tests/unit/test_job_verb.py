@@ -20,7 +20,7 @@ from fiveaxis.job.guide import list_entries, starter_text, to_toml, write_starte
 from fiveaxis.job.reading import read_job
 
 # Numbers that count or compare, and directions: they have no unit.
-WITHOUT_UNIT = {"plane", "front", "process.teeth", "factors.price", "fixture.cylinder.direction"}
+WITHOUT_UNIT = {"plane", "front", "pick", "process.teeth", "factors.price", "fixture.cylinder.direction"}
 WITHOUT_UNIT |= {"nc.number", "nc.tool_number", "nc.length_offset", "nc.line_numbers", "setup.search.tries"}
 
 
@@ -57,7 +57,7 @@ def test_a_field_is_told_with_kind_unit_default_and_bounds():
     found = {entry.key: entry.as_dict() for entry in list_entries()}
     assert found["cone"]["type"] == "number > 0 and <= 180"
     assert (found["cone"]["unit"], found["cone"]["default"]) == ("deg", "")
-    assert (found["max_turn"]["unit"], found["max_turn"]["default"]) == ("deg", "15")
+    assert (found["max_turn"]["unit"], found["max_turn"]["default"]) == ("deg", "")
     assert found["input"]["default"] is None
     assert found["effort"]["type"] == '"quick" | "normal" | "thorough"'
     assert found["tilt"]["type"] == "[number, number]"

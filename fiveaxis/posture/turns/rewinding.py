@@ -127,8 +127,8 @@ def rewound(
 
     A rewind stands where the tool is already clear of what the path cuts, or where it can back off along
     its own axis (`fiveaxis.posture.turns.retreat`). One that interrupts a cut is taken only where none
-    between cuts will do. Where two turns are open to an axis between two locations only, as with exactly one turn, it
-    stands there (`with_seams`).
+    between cuts will do. Where two turns are open to an axis between two locations only, as with exactly
+    one turn, it stands there (`with_seams`).
 
     Parameters
     ----------
