@@ -44,7 +44,7 @@ CASES = {
         lambda: plan(ROOT / "examples/overhang/part.stl", 8, stepdown=3, overhang=True),
         {"tilt": (15, 75)},
     ),
-    "propeller": (lambda: plan(DATA / "meshes/propeller_d.stl", 4, stepdown=1), {"tilt": (15, 75)}),
+    "propeller": (lambda: plan(DATA / "meshes/propeller_d.stl", 4, stepdown=4), {"tilt": (15, 75)}),
     "supportless": (
         lambda: plan(DATA / "meshes/supportless_sample.stl", 6, stepdown=5, overhang=True),
         {"tilt": (15, 75)},
