@@ -71,6 +71,7 @@ class Delivered:
     filled : (m, 2), rad, the postures there
     excess : how far postures between the locations break their bounds; cosine, mm or rad
     cost : J, what the objective says of the program's blocks
+    solved : the problem that the postures are an optimum of, with the prices near them
     """
 
     posed: Posed
@@ -79,6 +80,7 @@ class Delivered:
     filled: Array
     excess: float
     cost: float
+    solved: Problem
 
     @property
     def inserted(self) -> int:
@@ -136,7 +138,7 @@ class Delivery:
             sharpness = SHARPNESS[min(number, len(SHARPNESS) - 1)]
             posed, start, before = here.denser, here.filled, here.cost
             problem = self._reweighted(posed, start, sharpness)
-            here = self._priced(posed, self.refine(posed, problem, start))
+            here = self._priced(posed, self.refine(posed, problem, start), problem)
             said = f"{len(posed.path)} locations, {here.inserted} more in the program"
             stages.append(Stage(f"program, round {number + 1}", said, 0, before, here.cost))
             gain, better = best.cost - here.cost, here.rank < best.rank
@@ -162,7 +164,7 @@ class Delivery:
         every = np.arange(len(self.given), dtype=float)
         return self.build(self.given, every)[0].violation(rotary) <= ALLOWED
 
-    def _priced(self, posed: Posed, rotary: Array) -> Delivered:
+    def _priced(self, posed: Posed, rotary: Array, solved: Problem | None = None) -> Delivered:
         """Price a path by the blocks of its program, and see what these pass between its locations."""
         machine = posed.problem.machine
         fill = self.filling.fill(posed.path, machine, follow(posed.path, machine, rotary))
@@ -175,7 +177,7 @@ class Delivery:
         # How long a control takes is a matter of its blocks: redundant ones are stops, too.
         blocks = self.filling.thin(fill).blocks if self.objective == "time" else fill.motion
         cost = self.cost(blocks_energy(machine, blocks, self.clock))
-        return Delivered(posed, rotary, denser, rotary_there, past, cost)
+        return Delivered(posed, rotary, denser, rotary_there, past, cost, solved or posed.problem)
 
     def cost(self, energy: Energy) -> float:
         """Say what the objective is of a program, J."""
@@ -246,7 +248,7 @@ def delivered(solution: Solution, delivery: Delivery) -> Solution:
         energy=program_energy(machine, path, motion, filling, delivery.clock),
         compared=compared,
         stages=(*solution.stages, *stages),
-        problem=best.posed.problem,
+        problem=best.solved,
         filling=filling,
         clock=delivery.clock,
     )
