@@ -290,9 +290,9 @@ def _kept(
 
 
 def _with_its_rows(admits: Accessibility | None, solution: Postures) -> Accessibility | None:
-    """Give the mask if a solution's locations are those that it was made for."""
-    own = admits is not None and len(admits.toolpath) == len(solution.toolpath)
-    return admits if own else None
+    """Give the mask if a solution's given locations are those that it was made for."""
+    own = admits is not None and len(admits.toolpath) == solution.toolpath.count_given
+    return admits if own and solution.wound is None else None
 
 
 def _explained(fault: Infeasible, admits: Accessibility, options: Mapping[str, Any]) -> Infeasible:

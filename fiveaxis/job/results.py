@@ -12,6 +12,7 @@ from pathlib import Path
 from fiveaxis.errors import SettingError
 from fiveaxis.job.stages import Outcome, load_surroundings
 from fiveaxis.nc import DIALECTS, write_motion
+from fiveaxis.posture.masks.mask import Mask
 from fiveaxis.report import write_json, write_report
 from fiveaxis.report.front_figure import write_front_figure
 from fiveaxis.report.landscape import Admits
@@ -133,5 +134,7 @@ def _make_files(outcome: Outcome, folder: Path, *, alone: bool = False) -> list[
 
 def _admits(outcome: Outcome) -> Admits | None:
     """Give what the posture map asks about collisions, where something was kept clear of."""
-    cleared = outcome.cleared
-    return None if cleared is None or cleared.admits is None else cleared.admits.rough
+    cleared, location = outcome.cleared, outcome.solution.motion.location
+    if cleared is None or cleared.admits is None:
+        return None
+    return Mask(cleared.admits).along(location).roughly_admits

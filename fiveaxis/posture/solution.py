@@ -144,7 +144,8 @@ class Solution:
     compared : baselines by name, with their motions
     missing : baselines that don't exist for this path, with the reason
     stages : what the solver did, in order
-    problem : what was solved, with the prices near the result; None for a solution that was put together by hand or has rewinds
+    problem : what was solved, with the prices near the result; None for a solution that was put together by
+        hand or has rewinds
     optima : local optima by start, where the effort looks for several
     wound : what a solution with rewinds was made of
     filling : how blocks are inserted between its locations, and removed

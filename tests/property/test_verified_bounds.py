@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from by_travel import optimise
 
-from fiveaxis.posture import optimise
 from fiveaxis.toolpath import Tool, Toolpath
 from fiveaxis.verification import verify
 

@@ -63,7 +63,7 @@ def test_a_ring_is_cheapest_where_its_middle_stands_on_the_axis_of_the_table(rin
 def test_the_chosen_setup_is_never_dearer_and_the_report_tells_both(ring):
     outcome = run_job(make(ring, x=(-30.0, 30.0)))
     found = outcome.document["setup_search"]
-    assert outcome.energy["optimised"].total == found["chosen"]["energy"] < found["given"]["energy"]
+    assert outcome.solution.energy.total == found["chosen"]["energy"] < found["given"]["energy"]
     assert found["saved"] > found["least_saving"] >= setting_up.LEAST_SAVING
     assert found["given"]["offset"] == [25.0, 0.0, 0.0]
     assert found["saved"] == pytest.approx(1.0 - found["chosen"]["energy"] / found["given"]["energy"])

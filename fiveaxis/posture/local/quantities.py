@@ -11,7 +11,7 @@ import numpy as np
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.posture.compiled import compiled
 from fiveaxis.posture.local.rows import ANGLES, Rows
-from fiveaxis.posture.search.trigonometric import COSINE, LINEAR, Waves, jet, linear_values, value
+from fiveaxis.posture.search.trigonometric import COSINE, LINEAR, UPRIGHT, Waves, jet, linear_values, value
 
 
 class Model(Protocol):
@@ -131,7 +131,7 @@ def differentiate(
         if len(beside[i]):
             c, ca, cb, caa, cab, cbb = jet(beside[i, COSINE], c1, s1, c2, s2)
             # offset / √(1 − c²), and how it follows c.
-            part = 1.0 / (1.0 - c * c)
+            part = 1.0 / max(1.0 - c * c, UPRIGHT)
             g = offset * math.sqrt(part)
             by, twice = g * c * part, g * part * (1.0 + 3.0 * c * c * part)
             ga, gb = by * ca, by * cb

@@ -117,6 +117,10 @@ def value(wave: Array, c1: float, s1: float, c2: float, s2: float) -> float:
     return still + cosine * c1 + sine * s1
 
 
+# Where the tool stands along the normal, the square of the sine between them counts as this: no way across.
+UPRIGHT = 1e-12
+
+
 @compiled
 def linear_values(
     linear: Array,
@@ -141,7 +145,7 @@ def linear_values(
         values[a] = value(linear[a], c1, s1, c2, s2)
     if len(beside):
         cosine = value(beside[COSINE], c1, s1, c2, s2)
-        share = offset / math.sqrt(1.0 - cosine * cosine)
+        share = offset / math.sqrt(max(1.0 - cosine * cosine, UPRIGHT))
         for a in range(LINEAR):
             way = value(beside[a], c1, s1, c2, s2) - cosine * value(along[a], c1, s1, c2, s2)
             values[a] += share * way

@@ -14,6 +14,9 @@ from fiveaxis.toolpath import Toolpath
 USUAL_SPEED = np.radians(180.0)
 # Links may turn this many times as far as cuts: nothing is touched there.
 LINK_SHARE = 3.0
+# rad: no rotary axis turns farther in a cutting move, however long that takes: verification calls it a jump
+# where nobody asks for more.
+FARTHEST = np.radians(45.0)
 # rad: where the pivot stands still no feed says how long a turn takes.
 ON_THE_SPOT = np.radians(15.0)
 # A step may always turn by this, rad.
@@ -37,7 +40,8 @@ def turn_bounds(
     ----------
     toolpath : n locations
     location : (n,), where each lies among given ones; by default all are given
-    max_turn : rad, in a cutting move; by default what `USUAL_SPEED` allows at the programmed feed. Links may
+    max_turn : rad, in a cutting move; by default what `USUAL_SPEED` allows at the programmed feed,
+        as far as `FARTHEST`. Links may
         turn `LINK_SHARE` times as far
     turn_rate : rad/mm, over the way of the contact in cuts
 
@@ -58,6 +62,7 @@ def turn_bounds(
     if max_turn is None:
         most = USUAL_SPEED * feed_times(toolpath)[1:]
         most = np.where(toolpath.lengths[1:] > STANDSTILL, most, ON_THE_SPOT)
+        most = np.minimum(most, FARTHEST * share)
     else:
         most = max_turn * share
     most = np.where(cutting, most, LINK_SHARE * most)

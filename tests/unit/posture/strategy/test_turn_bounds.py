@@ -1,5 +1,7 @@
 """How far a rotary axis may turn from one location to the next."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -22,7 +24,9 @@ def test_a_program_may_turn_as_far_as_it_is_programmed_to():
 
 
 def test_by_default_an_axis_turns_by_180_degrees_a_second_at_the_feed():
-    np.testing.assert_allclose(np.degrees(turn_bounds(straight())), 180.0 * np.array([0.5, 0.4, 0.3]))
+    np.testing.assert_allclose(np.degrees(turn_bounds(straight())), [45.0, 45.0, 45.0])
+    fast = replace(straight(), feed=np.full(4, 50.0))
+    np.testing.assert_allclose(np.degrees(turn_bounds(fast)), 180.0 * np.array([0.1, 0.08, 0.06]))
 
 
 @pytest.mark.parametrize("max_turn", [None, 0.3])
