@@ -118,7 +118,7 @@ def preview(
 ) -> None:
     """Optimise and show the result live, on this computer only, until Ctrl-C."""
     with errors_explained(False):
-        from fiveaxis.job.stages import load_surroundings
+        from fiveaxis.job import load_surroundings
         from fiveaxis.viewer import preview as show
 
         outcome = _run(_job(context.params))

@@ -171,7 +171,7 @@ def against_of(path: Path | None, part: Path | None, options: Mapping[str, Any],
     singular = {"singular_cone": SINGULAR_CONE, "singular_rate": SINGULAR_RATE}
     gouge = options["gouge_tolerance"]
     if job is not None:
-        from fiveaxis.job.stages import load_surroundings
+        from fiveaxis.job import load_surroundings
 
         toolpath, singular = load_job_toolpath(job), {}
         around = around or load_surroundings(job)

@@ -2,6 +2,14 @@
 
 from fiveaxis.job.clearing import optimise
 from fiveaxis.job.description import SWEEP, Job, PlanTable, SetupTable
+from fiveaxis.job.loading import (
+    is_mesh,
+    load_job_machine,
+    load_job_toolpath,
+    load_surroundings,
+    measure_plan,
+    part_of,
+)
 from fiveaxis.job.posting import Against, Posted, make_of_motion, post_program, write_program
 from fiveaxis.job.program import MadeProgram, ProgramOptions, make_program
 from fiveaxis.job.programs import ProgramEnergy, program_energy
@@ -10,15 +18,7 @@ from fiveaxis.job.release import Gate
 from fiveaxis.job.results import require_folder, write_outcome
 from fiveaxis.job.setting_up import choose_search, run_job
 from fiveaxis.job.solution import Solution
-from fiveaxis.job.stages import (
-    RESULT,
-    Outcome,
-    is_mesh,
-    load_job_machine,
-    load_job_toolpath,
-    measure_plan,
-    part_of,
-)
+from fiveaxis.job.stages import RESULT, Outcome
 from fiveaxis.job.verifying import verify_program
 
 __all__ = [
@@ -40,6 +40,7 @@ __all__ = [
     "is_mesh",
     "load_job_machine",
     "load_job_toolpath",
+    "load_surroundings",
     "make_job",
     "make_of_motion",
     "make_program",

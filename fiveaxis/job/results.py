@@ -10,7 +10,8 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from fiveaxis.errors import SettingError
-from fiveaxis.job.stages import Outcome, load_surroundings
+from fiveaxis.job.loading import load_surroundings
+from fiveaxis.job.stages import Outcome
 from fiveaxis.nc import DIALECTS, write_motion
 from fiveaxis.posture.masks.mask import Mask
 from fiveaxis.report import write_json, write_report

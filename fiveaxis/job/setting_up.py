@@ -15,16 +15,11 @@ from fiveaxis.findings import Finding, Severity, group_findings
 from fiveaxis.geometry import Array
 from fiveaxis.job.box_search import search_box
 from fiveaxis.job.description import SEARCHED, Job, SetupTable
+from fiveaxis.job.loading import Progress, load_job_machine, load_job_passes, load_surroundings
 from fiveaxis.job.reading import make_job
 from fiveaxis.job.setup_costs import SetupCosts
 from fiveaxis.job.setup_search import Search, Tried, limits_of, ranges_of
-from fiveaxis.job.stages import (
-    Outcome,
-    Progress,
-    load_job_machine,
-    load_job_passes,
-    load_surroundings,
-)
+from fiveaxis.job.stages import Outcome
 from fiveaxis.job.stages import run_job as run_once
 from fiveaxis.kinematics import tool_axes
 from fiveaxis.machine import Machine

@@ -176,6 +176,15 @@ class _Course:
         stays[:-1] |= alone[1:]
         return np.cumsum(stays)
 
+    @cached_property
+    def next_pair(self) -> IntArray:
+        """(n,), the row at or after each one from which two blocks can be one; the last row if there is none."""
+        end = len(self.motion) - 1
+        first = np.arange(max(end - 1, 0))
+        rows = np.full(end + 1, end)
+        rows[first] = np.where(self.fits(first, first + 2), first, end)
+        return np.asarray(np.minimum.accumulate(rows[::-1])[::-1])
+
     def fits(self, first: IntArray, last: IntArray) -> BoolArray:
         """Tell of spans, from row to row, (s,), which can be single blocks."""
         single = last - first == 1
@@ -305,9 +314,23 @@ def _spans_within(course: _Course, stretch: int) -> IntArray:
     kept[at] = kept[end] = True
     while (going := at < stops).any():
         at, stops = at[going], stops[going]
+        # Rows from which a span is one block follow one another.
+        begins = np.minimum(course.next_pair[at], stops)
+        kept |= _between_rows(at, begins, end + 1)
+        kept[begins] = True
+        going = begins < stops
+        at, stops = begins[going], stops[going]
         at = _farthest(course, at, stops)
         kept[at] = True
     return np.flatnonzero(kept)
+
+
+def _between_rows(first: IntArray, last: IntArray, count: int) -> BoolArray:
+    """Mark the rows of ranges that don't overlap, (count,); their last ones aren't."""
+    edges = np.zeros(count + 1, dtype=np.int64)
+    np.add.at(edges, first, 1)
+    np.add.at(edges, last, -1)
+    return np.asarray(np.cumsum(edges[:-1]) > 0)
 
 
 def _farthest(course: _Course, at: IntArray, stops: IntArray) -> IntArray:

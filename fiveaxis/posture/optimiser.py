@@ -2,44 +2,34 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from fiveaxis.energy import motion_energy
-from fiveaxis.errors import Infeasible, SettingError, ToolpathError
-from fiveaxis.findings import Finding, Severity
+from fiveaxis.errors import SettingError, ToolpathError
 from fiveaxis.geometry import Array
 from fiveaxis.machine import Machine
-from fiveaxis.motion import Filling, Interpolation, follow
+from fiveaxis.motion import Filling, Interpolation
 from fiveaxis.nc import Clock
-from fiveaxis.posture.baselines import find_baselines, moved_clear
 from fiveaxis.posture.local.refinement import STRUCTURED, require_solver
 from fiveaxis.posture.masks.clearance import Clearance
 from fiveaxis.posture.masks.mask import Mask, MaskFunction
-from fiveaxis.posture.masks.repair import Repair, never_dearer
-from fiveaxis.posture.problem import ALLOWED, Problem
+from fiveaxis.posture.problem import Problem
 from fiveaxis.posture.solution import Solution
 from fiveaxis.posture.starts.passes import freed
 from fiveaxis.posture.strategy import holding
 from fiveaxis.posture.strategy.budget import ROUGH, Budget, budget_of
 from fiveaxis.posture.strategy.delivery import Delivery, Objective, Posed, delivered
+from fiveaxis.posture.strategy.given_path import GivenProblem, solve_given
 from fiveaxis.posture.strategy.least_time import by_time, time_findings
 from fiveaxis.posture.strategy.portfolio import Portfolio, Progress
-from fiveaxis.posture.strategy.reach import unreachable
-from fiveaxis.posture.strategy.restarts import best_of_starts, leaning_paths
-from fiveaxis.posture.strategy.sequence import long_turns
-from fiveaxis.posture.strategy.singular import Cone, bounded_within, held, with_findings
+from fiveaxis.posture.strategy.singular import Cone, bounded_within, with_findings
 from fiveaxis.posture.strategy.turn_bounds import turn_bounds
-from fiveaxis.posture.turns.unwrapped import asked_within, keeping, rewound_solution
-from fiveaxis.posture.turns.winding import endless, winding_columns
+from fiveaxis.posture.turns.unwrapped import keeping, rewound_solution
 from fiveaxis.toolpath import Constraints, TiltBounds, Toolpath, for_tilt, tilt_bounds
 from fiveaxis.toolpath.passes import Passes
-
-logger = logging.getLogger(__name__)
 
 
 def optimise(
@@ -144,12 +134,14 @@ def optimise(
         A range that is empty or reversed; an unknown effort or solver; a price of time where that is the
         objective.
     """
-    if not toolpath.cutting.any():
-        raise ToolpathError("has links only; there is no cut to choose a posture for", file=toolpath.name)
-    if free_start and (mask is not None or singular_cone is not None):
-        raise SettingError("free_start can't be combined with a mask or a singular cone; leave one out")
-    if free_direction and not free_start:
-        raise SettingError("free_direction goes with free_start only; give that, too")
+    _require_options(
+        toolpath,
+        begins_elsewhere=bool(free_start),
+        both_ways=free_direction,
+        stays=mask is not None or singular_cone is not None,
+        timed=objective == "time",
+        time_price=time_price,
+    )
     require_solver(solver)
     allowed = replace(budget or budget_of(effort), solver=solver)
     if objective != "travel":
@@ -160,8 +152,6 @@ def optimise(
     toolpath = for_tilt(toolpath, tilt, cone, lead=lead, lean=lean)
     timed = objective == "time"
     if timed:
-        if time_price is not None:
-            raise SettingError("time_price can't be combined with the objective time; leave one out")
         toolpath = replace(toolpath, findings=(*toolpath.findings, *time_findings(machine)))
     turns = {
         "max_turn": None if max_turn is None else float(np.radians(max_turn)),
@@ -182,21 +172,8 @@ def optimise(
         return by_time(built, up_penalty, smoothing) if timed else built, leaning
 
     problem, bounds = build(toolpath)
-    blocked = unreachable(toolpath, machine, bounds)
-    if blocked:
-        share = f"{len(blocked)} of {len(toolpath)} locations"
-        raise Infeasible(f"{share} have no admissible posture on {machine.name}", blocked)
-    try:
-        posed = _Posed(problem, machine, toolpath, bounds, start)
-        found, asked = _within_turns(posed, allowed, progress, singular, mask)
-    except Infeasible:
-        turning = long_turns(problem, toolpath)
-        if not turning:
-            raise
-        moves = (
-            f"{len(turning)} of {len(toolpath) - 1} moves turn further than they may on the best way found"
-        )
-        raise Infeasible(f"no way along the path: {moves}", turning) from None
+    given = GivenProblem(problem, machine, toolpath, bounds, start)
+    found, asked = solve_given(given, allowed, progress, singular, mask)
 
     def rebuild(path: Toolpath, location: Array | None = None) -> tuple[Problem, TiltBounds]:
         other, leaning = build(path, location)
@@ -218,6 +195,32 @@ def optimise(
         keeps = keeping(found.toolpath, found.machine, rotary, singular, admits)
         found = rewound_solution(found, machine, _refiner(allowed, progress, "one turn less"), keeps)
     return with_findings(found, singular)
+
+
+def _require_options(
+    toolpath: Toolpath,
+    *,
+    begins_elsewhere: bool,
+    both_ways: bool,
+    stays: bool,
+    timed: bool,
+    time_price: float | None,
+) -> None:
+    """Refuse options that contradict each other or the path.
+
+    Raises
+    ------
+    SettingError, ToolpathError
+        As `optimise`.
+    """
+    if not toolpath.cutting.any():
+        raise ToolpathError("has links only; there is no cut to choose a posture for", file=toolpath.name)
+    if begins_elsewhere and stays:
+        raise SettingError("free_start can't be combined with a mask or a singular cone; leave one out")
+    if both_ways and not begins_elsewhere:
+        raise SettingError("free_direction goes with free_start only; give that, too")
+    if timed and time_price is not None:
+        raise SettingError("time_price can't be combined with the objective time; leave one out")
 
 
 @dataclass(frozen=True, eq=False)
@@ -247,124 +250,3 @@ def _refiner(allowed: Budget, progress: Progress | None, name: str) -> Callable[
             return Portfolio(problem, allowed, progress).refined_from(name, start)
 
     return refine
-
-
-@dataclass(frozen=True, eq=False)
-class _Posed:
-    """What is solved.
-
-    Parameters
-    ----------
-    problem : of its locations
-    machine : as it is
-    toolpath, bounds : as they were given
-    start : (n, 2), rad, chain order, a path that is refined; None for a search
-    """
-
-    problem: Problem
-    machine: Machine
-    toolpath: Toolpath
-    bounds: TiltBounds
-    start: Array | None
-
-    def endless(self) -> _Posed:
-        """Pose the same where rotary axes turn without end."""
-        problem = replace(self.problem, machine=endless(self.problem.machine))
-        return replace(self, problem=problem, machine=endless(self.machine))
-
-
-def _within_turns(
-    posed: _Posed,
-    allowed: Budget,
-    progress: Progress | None,
-    singular: Cone | None,
-    mask: MaskFunction | None,
-) -> tuple[Solution, Mask | None]:
-    """Find the cheapest path in the turns that the axes have, or where there is none, one without end.
-
-    Returns
-    -------
-    A solution on the machine, or on the `endless` one; and the mask as it was asked
-    """
-    asked = None if mask is None else Mask(mask)
-    try:
-        return _solved(posed, allowed, progress, singular, asked), asked
-    except Infeasible:
-        if not winding_columns(posed.machine):
-            raise
-    # No way within its turns: the axis winds as far as the path wants, and is turned back where it is cheap.
-    asked = None if mask is None else Mask(asked_within(posed.machine, mask))
-    return _solved(posed.endless(), allowed, progress, singular, asked), asked
-
-
-def _solved(
-    posed: _Posed, allowed: Budget, progress: Progress | None, singular: Cone | None, mask: Mask | None
-) -> Solution:
-    """Find the cheapest path of a problem, and what it is compared with."""
-    problem, machine, toolpath, bounds = posed.problem, posed.machine, posed.toolpath, posed.bounds
-    compared, missing = find_baselines(toolpath, machine, bounds)
-    # A baseline that the mask refuses is still a start.
-    starts = compared
-    if mask is not None:
-        compared, refused = moved_clear(compared, problem, toolpath, machine, bounds, mask)
-        missing = missing | refused
-    run, optima = Portfolio(problem, allowed, progress), None
-
-    def solve(bounded: Problem, start: Array) -> Array:
-        again = Portfolio(bounded, allowed, progress, run.stages)
-        near = again.refined_from("path within wider bounds", start)
-        return near if bounded.violation(near) <= ALLOWED else again.best_path(starts)
-
-    # IPOPT's linear solver works on small blocks: threads of the BLAS under it only wait for each other.
-    with threadpool_limits(limits=1):
-        if posed.start is not None:
-            rotary = solve(problem, posed.start)
-        elif allowed.is_many:
-            leaning = leaning_paths(toolpath, machine, bounds, allowed)
-            rotary, optima = best_of_starts(run, starts, leaning)
-        else:
-            rotary = run.best_path(starts)
-        if singular is not None:
-            rotary = held(problem, toolpath, rotary, solve, singular)
-        if mask is not None:
-            rotary = Repair(run, mask).repaired(rotary, toolpath, compared)
-            rotary = never_dearer(problem, rotary, compared)
-    for stage in run.stages:
-        logger.debug("%s: %s, %d steps, %.1f J", stage.name, stage.status, stage.iterations, stage.after)
-    _require_admissible(problem, rotary, toolpath)
-    motion = follow(toolpath, machine, rotary)
-    energy = motion_energy(machine, motion)
-    logger.info("%d locations on %s: %.1f J", len(toolpath), machine.name, energy.total)
-    return Solution(
-        machine, toolpath, bounds, motion, energy, compared, missing, tuple(run.stages), problem, optima
-    )
-
-
-def _require_admissible(problem: Problem, rotary: Array, toolpath: Toolpath) -> None:
-    """Refuse to hand out a path that breaks a bound, naming the places.
-
-    Raises
-    ------
-    Infeasible
-        Tilt, limit or rotary step broken somewhere by more than rounding.
-    """
-    positions, excess = problem.placed(slice(None), rotary)
-    turned = np.concatenate([[0.0], problem.turn_excess(rotary)])
-    broken = {
-        "the tilt range": excess > ALLOWED,
-        "an axis limit": problem.limit_excess(positions) > ALLOWED,
-        "the largest rotary step": turned > ALLOWED,
-    }
-    findings = [
-        Finding(
-            Severity.ERROR,
-            "no-posture",
-            f"no posture was found that keeps {what} and joins its neighbours; allow larger turns "
-            "(--max-turn), put the locations closer together, or widen the tilt range",
-            toolpath.place(int(row)),
-        )
-        for what, rows in broken.items()
-        for row in np.flatnonzero(rows)
-    ]
-    if findings:
-        raise Infeasible(f"{len(findings)} locations have no admissible posture in sequence", findings)

@@ -103,18 +103,24 @@ class Tape:
 
 @compiled
 def play(steps: IntArray, constants: Array, registers: int, arguments: Array, values: Array) -> None:
-    """Run the instructions of a `Tape` for arguments, (n, p); values, (n, o), are filled in."""
+    """Run the instructions of a `Tape` for arguments, (n, p); values, (n, o), are filled in.
+
+    Numbers are copied one by one: for ``a[:] = b`` numba compiles the wording of an error, which takes longer
+    than all the rest.
+    """
     work = np.empty((registers + 1, BLOCK))
     for begin in range(0, len(arguments), BLOCK):
         count = min(BLOCK, len(arguments) - begin)
         for k in range(len(steps)):
             code = steps[k, 0]
             if code == OUTPUT:
-                values[begin : begin + count, steps[k, 1]] = work[steps[k, 2], :count]
+                for i in range(count):
+                    values[begin + i, steps[k, 1]] = work[steps[k, 2], i]
                 continue
             to = work[steps[k, 1]]
             if code == INPUT:
-                to[:count] = arguments[begin : begin + count, steps[k, 2]]
+                for i in range(count):
+                    to[i] = arguments[begin + i, steps[k, 2]]
                 continue
             a, b = work[steps[k, 2]], work[steps[k, 3]]
             if code == MULTIPLY:
@@ -130,7 +136,8 @@ def play(steps: IntArray, constants: Array, registers: int, arguments: Array, va
                 for i in range(BLOCK):
                     to[i] = -a[i]
             elif code == CONSTANT:
-                to[:] = constants[k]
+                for i in range(BLOCK):
+                    to[i] = constants[k]
             elif code == SQUARE:
                 for i in range(BLOCK):
                     to[i] = a[i] * a[i]
@@ -153,4 +160,5 @@ def play(steps: IntArray, constants: Array, registers: int, arguments: Array, va
                 for i in range(count):
                     to[i] = math.cos(a[i])
             else:
-                to[:] = a
+                for i in range(BLOCK):
+                    to[i] = a[i]

@@ -12,11 +12,10 @@ from typer.testing import CliRunner
 
 from fiveaxis.cli import app
 from fiveaxis.errors import Infeasible, JobError
-from fiveaxis.job import choose_search, make_job, run_job, setting_up, setup_costs
+from fiveaxis.job import choose_search, load_surroundings, make_job, run_job, setting_up, setup_costs
 from fiveaxis.job.box_search import halton, search_box
 from fiveaxis.job.setting_up import search_setups
 from fiveaxis.job.setup_costs import SetupCosts
-from fiveaxis.job.stages import load_surroundings
 from fiveaxis.machine import DirectionalDrive, load_machine
 from fiveaxis.nc import read_toolpath
 from fiveaxis.report.setup_section import setup_section

@@ -36,7 +36,32 @@ ANGLES = 2
 
 
 @dataclass(frozen=True, eq=False)
-class Rows:
+class Laid:
+    """Rows and their parts, of one term or of all.
+
+    Parameters
+    ----------
+    first : (r,), the first location of each row's window
+    place : (r, z), quantities that a row reads, counted through the path; −1 where it reads fewer
+    coefficient : (r, z)
+    square : (r,), J per unit²
+    begin : (r + 1,), where each row's parts begin
+    sign, price, low, high : (p,), of the parts
+    """
+
+    first: IntArray
+    place: IntArray
+    coefficient: Array
+    square: Array
+    begin: IntArray
+    sign: Array
+    price: Array
+    low: Array
+    high: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Rows(Laid):
     """A problem of n locations with m quantities and d unknowns each: the rotary angles, then any wait.
 
     Parameters
@@ -45,12 +70,6 @@ class Rows:
     waves : coefficients of the locations' own quantities; None where the chain has none
     columns : (5,), of the linear and the rotary axes among the quantities
     given : (n, 6), pivot in mm and normal
-    first : (r,), the first location of each row's window
-    place : (r, z), quantities that a row reads, counted through the path; −1 where it reads fewer
-    coefficient : (r, z)
-    square : (r,), J per unit²
-    begin : (r + 1,), where each row's parts begin
-    sign, price, low, high : (p,), of the parts
     free : (n, d), unknowns that may move
     fixed : (2,), rad, where a rotary axis is held; NaN where it isn't
     span : locations in the longest window
@@ -61,15 +80,6 @@ class Rows:
     waves: Waves | None
     columns: IntArray
     given: Array
-    first: IntArray
-    place: IntArray
-    coefficient: Array
-    square: Array
-    begin: IntArray
-    sign: Array
-    price: Array
-    low: Array
-    high: Array
     free: BoolArray
     fixed: Array
     span: int
@@ -147,22 +157,7 @@ def rows_of(
 PARTS = ("sign", "price", "low", "high")
 
 
-@dataclass(frozen=True, eq=False)
-class _Laid:
-    """The rows of one term; fields as those of `Rows`."""
-
-    first: IntArray
-    place: IntArray
-    coefficient: Array
-    square: Array
-    begin: IntArray
-    sign: Array
-    price: Array
-    low: Array
-    high: Array
-
-
-def _laid(term: Term, count: int, still: BoolArray, margin: float, elastic: float) -> _Laid:
+def _laid(term: Term, count: int, still: BoolArray, margin: float, elastic: float) -> Laid:
     slots, coefficients = term.coefficients(count)
     shape = coefficients.shape[:2]
 
@@ -197,7 +192,7 @@ def _laid(term: Term, count: int, still: BoolArray, margin: float, elastic: floa
     prices = np.stack([np.zeros(len(first)), plus, minus], axis=1)[kept]
     prices[:, 1:] = np.maximum(prices[:, 1:], LEAST_COST)
     place = np.where(slots >= 0, slots + term.rows[:, None, None] * count, -1)
-    return _Laid(
+    return Laid(
         first=first[kept],
         place=place.reshape(len(first), -1)[kept],
         coefficient=coefficients.reshape(len(first), -1)[kept],

@@ -1,4 +1,4 @@
-"""The cheapest path through a narrow tube around one that is nearly right."""
+"""The cheapest path through a narrow corridor around one that is nearly right."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.kinematics.windings import TURN, one_turn_from
 from fiveaxis.posture.problem import VIOLATION_PRICE, Problem
-from fiveaxis.posture.search.corridor_kernel import tube_path, tube_postures
+from fiveaxis.posture.search.corridor_kernel import Corridor, corridor_path, corridor_postures
 from fiveaxis.posture.search.lattice import Coordinates
 from fiveaxis.posture.search.trigonometric import Waves
 
@@ -29,7 +29,7 @@ class Admission(Protocol):
         ...
 
 
-def path_through_tube(
+def path_through_corridor(
     problem: Problem,
     coordinates: Coordinates,
     strands: Array,
@@ -40,11 +40,11 @@ def path_through_tube(
     clear: Admission | None = None,
     looks: int = 0,
 ) -> Array:
-    """Find the cheapest path through the states of `tube_lattice`, as `shortest_path` would.
+    """Find the cheapest path through the states of `corridor_lattice`, as `shortest_path` would.
 
     Parameters
     ----------
-    strands, second, width, count : as for `tube_lattice`
+    strands, second, width, count : as for `corridor_lattice`
     waves : of the problem (`Problem.waves`)
     clear : what a mask admits; states that it roughly doesn't have a price
     looks : how often the mask is asked exactly about the path found and what lies round it, and another one
@@ -59,21 +59,23 @@ def path_through_tube(
     limits = machine.axes[machine.rotary_columns[coordinates.other]].limits
     spin, level = coordinates.spin, -1 if coordinates.level is None else columns.index(coordinates.level)
     low = limits.low if limits.high - limits.low < TURN else one_turn_from(limits)
-    strands, second, widths = np.ascontiguousarray(strands), np.ascontiguousarray(second), np.array(width)
+    corridor = Corridor(
+        waves.places,
+        waves.cosines,
+        np.array([bound.cosines for bound in problem.bounds]),
+        np.stack([machine.low[columns], machine.high[columns]]),
+        spin,
+        level,
+        low,
+        np.ascontiguousarray(strands),
+        np.ascontiguousarray(second),
+        np.array(width),
+        VIOLATION_PRICE,
+    )
 
     def cheapest(refused: Array) -> tuple[Array, IntArray]:
-        return tube_path(
-            waves.places,
-            waves.cosines,
-            np.array([bound.cosines for bound in problem.bounds]),
-            np.stack([machine.low[columns], machine.high[columns]]),
-            spin,
-            level,
-            low,
-            strands,
-            second,
-            widths,
-            VIOLATION_PRICE,
+        return corridor_path(
+            corridor,
             refused,
             count,
             np.ascontiguousarray(problem.plus[:, columns]),
@@ -89,7 +91,7 @@ def path_through_tube(
     if clear is None:
         found, _ = cheapest(np.zeros((len(problem), 0)))
     else:
-        postures = tube_postures(waves.linear, spin, level, low, strands, second, widths, count)
+        postures = corridor_postures(corridor, count)
         rows = np.repeat(np.arange(len(problem)), postures.shape[1])
         rough = clear.roughly(rows, postures.reshape(-1, 2)).reshape(postures.shape[:2])
         refused = np.where(rough, 0.0, REFUSED_PRICE)

@@ -1,8 +1,9 @@
-"""The cheapest path through a tube, compiled: the states of `lattice.tube_lattice`, worked out row by row."""
+"""The cheapest path through a corridor, compiled: the states of `lattice.corridor_lattice`, row by row."""
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +18,34 @@ TURN = 2.0 * np.pi
 FIRST, SECOND = 3, 4
 # mm: how far a posture that isn't there lies past the limits.
 NOWHERE = 1e6
+
+
+class Corridor(NamedTuple):
+    """The states of all locations, and what each must keep.
+
+    Parameters
+    ----------
+    places, cosines : trigonometric coefficients of all locations (`Waves`)
+    within, limits : (b, 2) and (2, 5), bounds of cosines and axes
+    spin : 0 or 1, the rotary axis that is the first coordinate
+    level : row of the linear axis whose level is the second coordinate; −1 for the other rotary angle
+    low : rad, from which the other angle is counted
+    strands, second : (n, s) rad and (n,) mm or rad, the middles of the corridor
+    width : (2,), its steps, rad and mm or rad
+    fault : J per unit of violation
+    """
+
+    places: Places
+    cosines: Array
+    within: Array
+    limits: Array
+    spin: int
+    level: int
+    low: float
+    strands: Array
+    second: Array
+    width: Array
+    fault: float
 
 
 @compiled
@@ -56,36 +85,16 @@ def other_angle(swung: tuple[float, float, float], level: float, sign: float, lo
 
 
 @compiled
-def fill_states(
-    places: Places,
-    cosines: Array,
-    i: int,
-    within: Array,
-    limits: Array,
-    spin: int,
-    level: int,
-    low: float,
-    strands: Array,
-    second: float,
-    width: Array,
-    fault: float,
-    states: Array,
-    price: Array,
-) -> None:
-    """Work out the states of one location and their prices.
+def fill_states(corridor: Corridor, i: int, states: Array, price: Array) -> None:
+    """Work out the states of location i and their prices.
 
     Parameters
     ----------
-    places, cosines : of all locations (`Waves`)
-    i : the location
-    within, limits : (b, 2) and (2, 5), bounds of cosines and axes
-    spin : 0 or 1
-    level : row of the linear axis whose level is the second coordinate; −1 for the other rotary angle
-    low : rad, from which the other angle is counted
-    strands, second, width : (s,) rad, mm or rad, (2,): the middle of the tube and its steps
-    fault : J per unit of violation
     states, price : (a, b, c, 5) and (a, b, c), filled in
     """
+    places, cosines, limits, within = corridor.places, corridor.cosines, corridor.limits, corridor.within
+    spin, level, width = corridor.spin, corridor.level, corridor.width
+    strands, second = corridor.strands[i], corridor.second[i]
     linear, beside, along, offset = places[0][i], places[1][i], places[2], places[3]
     per_strand, count = states.shape[0] // len(strands), states.shape[1] // 2
     swung = (0.0, 1.0, 0.0)
@@ -97,7 +106,7 @@ def fill_states(
         for b in range(states.shape[1]):
             stand = second + width[1] * (b - count)
             for c in range(states.shape[2]):
-                other = stand if level < 0 else other_angle(swung, stand, 2.0 * c - 1.0, low)
+                other = stand if level < 0 else other_angle(swung, stand, 2.0 * c - 1.0, corridor.low)
                 state = states[a, b, c]
                 state[FIRST], state[SECOND] = (angle, other) if spin == 0 else (other, angle)
                 c1, s1, c2, s2 = cosine, sine, math.cos(other), math.sin(other)
@@ -116,21 +125,11 @@ def fill_states(
                         excess = max(excess, lean - within[m, 1])
                 # Beside its contact a torus has no place along the normal.
                 past = past if past < np.inf else NOWHERE
-                price[a, b, c] = fault * (excess + past)
+                price[a, b, c] = corridor.fault * (excess + past)
 
 
-def tube_path(
-    places: Places,
-    cosines: Array,
-    within: Array,
-    limits: Array,
-    spin: int,
-    level: int,
-    low: float,
-    strands: Array,
-    second: Array,
-    width: Array,
-    fault: float,
+def corridor_path(
+    corridor: Corridor,
     refused: Array,
     count: int,
     plus: Array,
@@ -142,11 +141,11 @@ def tube_path(
     least_time: Array,
     time_price: float,
 ) -> tuple[Array, NDArray[np.int64]]:
-    """Find the cheapest path through a tube.
+    """Find the cheapest path through a corridor.
 
     Parameters
     ----------
-    places … fault : as for `fill_states`; strands and second with a first dimension n
+    corridor : its states
     refused : (n, states) J, further prices of the states; (n, 0) for none
     count : steps to each side of every strand
     plus, minus : (n − 1, 5), J/mm and J/rad
@@ -159,8 +158,8 @@ def tube_path(
     path : (n, 5), mm and rad
     chosen : (n,), number of its state in each location
     """
-    n, across = len(places[0]), 2 * count + 1
-    shape = (strands.shape[1] * across, across, 1 if level < 0 else 2)
+    n, across = len(corridor.second), 2 * count + 1
+    shape = (corridor.strands.shape[1] * across, across, 1 if corridor.level < 0 else 2)
     # Made here, as numba takes a second for each array that it makes itself.
     states, before = np.zeros((*shape, 5)), np.zeros((*shape, 5))
     price, cost, best, back = (
@@ -172,32 +171,18 @@ def tube_path(
     trail, row_least = np.zeros((n, price.size), dtype=np.int32), np.empty(shape[0])
     turn, bend = np.full(5, np.inf), np.zeros(5)
     sweep(
-        places, cosines, within, limits, spin, level, low, strands, second, width, fault, refused, plus,
-        minus, max_turn, turn_price, bend_price, pace, least_time, time_price, states, before, price, cost,
-        best, back, trail, row_least, turn, bend,
+        corridor, refused, plus, minus, max_turn, turn_price, bend_price, pace, least_time, time_price,
+        states, before, price, cost, best, back, trail, row_least, turn, bend,
     )  # fmt: skip
     path, chosen = np.empty((n, 5)), np.empty(n, dtype=np.int64)
     chosen[-1] = np.argmin(cost)
-    trace(
-        places, cosines, within, limits, spin, level, low, strands, second, width, fault, trail, states,
-        price, path, chosen,
-    )  # fmt: skip
+    trace(corridor, trail, states, price, path, chosen)
     return path, chosen
 
 
 @compiled
 def sweep(
-    places: Places,
-    cosines: Array,
-    within: Array,
-    limits: Array,
-    spin: int,
-    level: int,
-    low: float,
-    strands: Array,
-    second: Array,
-    width: Array,
-    fault: float,
+    corridor: Corridor,
     refused: Array,
     plus: Array,
     minus: Array,
@@ -218,7 +203,7 @@ def sweep(
     turn: Array,
     bend: Array,
 ) -> None:
-    """Take `tube_path` from the first location to the last.
+    """Take `corridor_path` from the first location to the last.
 
     Parameters
     ----------
@@ -230,11 +215,8 @@ def sweep(
     row, size = cost.shape[1] * cost.shape[2], cost.size
     # The same numbers in one row: copied one by one, as for ``a[:] = b`` numba compiles an error's wording.
     prices, costs, bests, backs = price.reshape(-1), cost.reshape(-1), best.reshape(-1), back.reshape(-1)
-    for i in range(len(places[0])):
-        fill_states(
-            places, cosines, i, within, limits, spin, level, low, strands[i], second[i], width, fault,
-            states, price,
-        )  # fmt: skip
+    for i in range(len(corridor.second)):
+        fill_states(corridor, i, states, price)
         if refused.shape[1]:
             for s in range(size):
                 prices[s] += refused[i, s]
@@ -249,8 +231,8 @@ def sweep(
                 for s in range(a * row, (a + 1) * row):
                     row_least[a] = min(row_least[a], costs[s])
             relax_layer(
-                cost, row_least, before, states, price, FIRST + spin, 0.0, reach, plus[i - 1], minus[i - 1],
-                turn, turn_price[i - 1], bend, pace, least_time[i - 1], time_price, best, back,
+                cost, row_least, before, states, price, FIRST + corridor.spin, 0.0, reach, plus[i - 1],
+                minus[i - 1], turn, turn_price[i - 1], bend, pace, least_time[i - 1], time_price, best, back,
             )  # fmt: skip
             for s in range(size):
                 costs[s] = bests[s]
@@ -261,17 +243,7 @@ def sweep(
 
 @compiled
 def trace(
-    places: Places,
-    cosines: Array,
-    within: Array,
-    limits: Array,
-    spin: int,
-    level: int,
-    low: float,
-    strands: Array,
-    second: Array,
-    width: Array,
-    fault: float,
+    corridor: Corridor,
     trail: NDArray[np.int32],
     states: Array,
     price: Array,
@@ -286,11 +258,8 @@ def trace(
     chosen : (n,), filled in but for the last, which is where it begins
     """
     listed = states.reshape(-1, 5)
-    for i in range(len(places[0]) - 1, -1, -1):
-        fill_states(
-            places, cosines, i, within, limits, spin, level, low, strands[i], second[i], width, fault,
-            states, price,
-        )  # fmt: skip
+    for i in range(len(corridor.second) - 1, -1, -1):
+        fill_states(corridor, i, states, price)
         for m in range(5):
             path[i, m] = listed[chosen[i], m]
         if i > 0:
@@ -298,23 +267,16 @@ def trace(
 
 
 @compiled
-def tube_postures(
-    linear: Array,
-    spin: int,
-    level: int,
-    low: float,
-    strands: Array,
-    second: Array,
-    width: Array,
-    count: int,
-) -> Array:
-    """Give the rotary angles of all states of a tube, as `fill_states` numbers them.
+def corridor_postures(corridor: Corridor, count: int) -> Array:
+    """Give the rotary angles of all states, as `fill_states` numbers them.
 
     Returns
     -------
     (n, states, 2), rad, chain order
     """
-    n, across, branches = len(linear), 2 * count + 1, 1 if level < 0 else 2
+    spin, level, width = corridor.spin, corridor.level, corridor.width
+    strands, linear = corridor.strands, corridor.places[0]
+    n, across, branches = len(strands), 2 * count + 1, 1 if level < 0 else 2
     postures = np.empty((n, strands.shape[1] * across * across * branches, 2))
     for i in range(n):
         state = 0
@@ -322,9 +284,9 @@ def tube_postures(
             angle = strands[i, a // across] + width[0] * (a % across - count)
             swung = swing(linear[i, max(level, 0)], spin, angle)
             for b in range(across):
-                stand = second[i] + width[1] * (b - count)
+                stand = corridor.second[i] + width[1] * (b - count)
                 for c in range(branches):
-                    other = stand if level < 0 else other_angle(swung, stand, 2.0 * c - 1.0, low)
+                    other = stand if level < 0 else other_angle(swung, stand, 2.0 * c - 1.0, corridor.low)
                     postures[i, state, spin], postures[i, state, 1 - spin] = angle, other
                     state += 1
     return postures

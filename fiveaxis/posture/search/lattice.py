@@ -192,7 +192,7 @@ def level_lattice(
     return Lattice(states, column, period, hops)
 
 
-def tube_lattice(
+def corridor_lattice(
     problem: Problem,
     coordinates: Coordinates,
     strands: Array,

@@ -10,16 +10,16 @@ from numpy.typing import NDArray
 from fiveaxis.geometry import Array, IntArray, angle_between
 from fiveaxis.kinematics.windings import fit_turns
 from fiveaxis.posture.problem import Problem
-from fiveaxis.posture.search.corridor import Admission, path_through_tube
+from fiveaxis.posture.search.corridor import Admission, path_through_corridor
 from fiveaxis.posture.search.kernel import relax_layer
-from fiveaxis.posture.search.lattice import Coordinates, Lattice, tube_lattice
+from fiveaxis.posture.search.lattice import Coordinates, Lattice, corridor_lattice
 
 # Paths up to this many locations are searched as densely as the budget says, longer ones as their turn asks.
 LONG = 10_000
 # rad a location: for paths that turn so much the budget's strides are made. Denser ones count up to so much.
 USUAL_TURN, MOST_DENSE = np.radians(1.0), 4.0
 
-# How often the last tube is searched again after a mask refused some of its states.
+# How often the last corridor is searched again after a mask refused some of its states.
 MOST_LOOKS = 8
 
 Layer = tuple[NDArray[np.int32], NDArray[np.int32], Array]
@@ -148,7 +148,7 @@ def refill(
     find: Callable[[Problem, Lattice], Array | None] | None = None,
     clear: Admission | None = None,
 ) -> Array:
-    """Extend a path that is known at some locations to all of them, then tighten it in narrowing tubes.
+    """Extend a path that is known at some locations to all of them, then tighten it in narrowing corridors.
 
     Between two known locations the spin angle may stay, slide or turn at once: a fast turn takes one step,
     and sliding through it would cost more. The other angle is solved from the interpolated level.
@@ -157,10 +157,10 @@ def refill(
     ----------
     rows : (m,), the known locations
     path : (m, k), mm and rad
-    widths : lattice steps of the tubes, widest first
-    find : finds the path through a tube; `shortest_path` by default
-    clear : what a mask admits at the locations; ways that it doesn't admit have a price, and the last tube
-        asks it exactly. Only where the waves of the locations are known (`Problem.waves`)
+    widths : lattice steps of the corridors, widest first
+    find : finds the path through a corridor; `shortest_path` by default
+    clear : what a mask admits at the locations; paths that it doesn't admit have a price, and the last
+        corridor asks it exactly. Only where the waves of the locations are known (`Problem.waves`)
 
     Returns
     -------
@@ -176,12 +176,12 @@ def refill(
     full, waves = slide, problem.waves
     for number, width in enumerate(widths):
         count = 2 if number else 1
-        tube = (problem, coordinates, strands, full[:, second], width, count)
+        corridor = (problem, coordinates, strands, full[:, second], width, count)
         if find is None and waves is not None:
             looks = (MOST_LOOKS if number == len(widths) - 1 else 0) if clear is not None else 0
-            found: Array | None = path_through_tube(*tube, waves, clear, looks)
+            found: Array | None = path_through_corridor(*corridor, waves, clear, looks)
         else:
-            found = (find or shortest_path)(problem, tube_lattice(*tube))
+            found = (find or shortest_path)(problem, corridor_lattice(*corridor))
         full = full if found is None else found
         strands = full[:, [spin]]
     return full

@@ -50,7 +50,7 @@ class Budget:
     middle : the best of each stride go on to every middle-th location
     kept : how many of them, by their cost there, are refined
     level_reach : levels between neighbours of a searched path
-    widths : steps of the tubes in which a path is extended to more locations (rad, mm or rad)
+    widths : steps of the corridors in which a path is extended to more locations (rad, mm or rad)
     coarse_iterations, iterations : of the NLP, on some locations and on all; what converges at all does so
         sooner
     coarse_barrier, barrier : IPOPT's first barrier parameter, from a searched and from an extended start

@@ -21,7 +21,7 @@ from fiveaxis.energy import (
 )
 from fiveaxis.errors import JobError, MachineError
 from fiveaxis.job import make_job, read_job
-from fiveaxis.job.stages import load_process, require_cut
+from fiveaxis.job.loading import load_process, require_cut
 from fiveaxis.machine import Machine, Provenance
 from fiveaxis.motion import Motion
 from fiveaxis.toolpath import MoveKind, Tool

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from by_travel import optimise, refined_cost
+from rings import ring
 
 from fiveaxis.errors import Infeasible, MachineError, SettingError, ToolpathError
 from fiveaxis.machine import Limits, Machine
@@ -13,16 +14,6 @@ from fiveaxis.verification import tool_poses as pinocchio_poses
 from fiveaxis.verification import verify
 
 TOLERANCE = 1e-9
-
-
-def ring(n: int = 80, n_z: float = -0.3, radius: float = 20.0) -> Toolpath:
-    """Contacts once round a lobed wall, normals leaning downwards."""
-    angle = np.linspace(0.0, 2.0 * np.pi, n, endpoint=False)
-    flat = np.sqrt(1.0 - n_z**2)
-    normal = np.stack([flat * np.cos(angle), flat * np.sin(angle), np.full(n, n_z)], axis=1)
-    r = radius + 3.0 * np.cos(3.0 * angle)
-    contact = np.stack([r * np.cos(angle), r * np.sin(angle), np.full(n, 10.0)], axis=1)
-    return Toolpath.from_contacts(contact, normal, Tool.ball(6), name="ring")
 
 
 @pytest.fixture(scope="module")

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from fiveaxis.job import read_job, run_job, write_outcome
-from fiveaxis.job.stages import load_surroundings
+from fiveaxis.job import load_surroundings, read_job, run_job, write_outcome
 from fiveaxis.viewer import render_page
 
 JOB = """

@@ -10,8 +10,8 @@ from fiveaxis.machine import Limits, load_machine
 from fiveaxis.posture.masks.clearance import NODE_STEP, NODE_STRIDE, Clearance, NodeMap, Nodes
 from fiveaxis.posture.masks.mask import Known, Mask, clean_path, way_among
 from fiveaxis.posture.problem import Problem
-from fiveaxis.posture.search.corridor import REFUSED_PRICE, path_through_tube
-from fiveaxis.posture.search.lattice import Coordinates, Lattice, level_lattice, tube_lattice
+from fiveaxis.posture.search.corridor import REFUSED_PRICE, path_through_corridor
+from fiveaxis.posture.search.lattice import Coordinates, Lattice, corridor_lattice, level_lattice
 from fiveaxis.posture.search.shortest import shortest_path
 from fiveaxis.toolpath import Tool, Toolpath, tilt_bounds
 
@@ -164,7 +164,7 @@ def test_the_cheapest_clean_path_is_that_of_brute_force(seed):
 
 
 @pytest.mark.parametrize("coordinates", [Coordinates(0, 2), Coordinates(0, None), Coordinates(1, None)])
-def test_the_compiled_tube_off_a_mask_holds_the_path_of_the_general_one(coordinates):
+def test_the_compiled_corridor_off_a_mask_holds_the_path_of_the_general_one(coordinates):
     n = 60
     problem = problem_of(n, max_turn=0.4)
     columns = problem.machine.rotary_columns
@@ -172,15 +172,15 @@ def test_the_compiled_tube_off_a_mask_holds_the_path_of_the_general_one(coordina
     near = shortest_path(problem, middle)
     spin = columns[coordinates.spin]
     second = near[:, coordinates.second_column(problem)]
-    tube = (problem, coordinates, near[:, [spin]], second, (0.02, 0.05), 2)
+    corridor = (problem, coordinates, near[:, [spin]], second, (0.02, 0.05), 2)
 
     def rough(rows, rotary):
         return np.sin(40.0 * rotary[:, 0] + rows) < 0.3
 
     mask = Mask(rough)
     clear = Clearance(mask, NodeMap.of(mask, problem), np.arange(n))
-    found = path_through_tube(*tube, problem.waves, Roughly(rough))
-    general = tube_lattice(*tube)
+    found = path_through_corridor(*corridor, problem.waves, Roughly(rough))
+    general = corridor_lattice(*corridor)
 
     def states(rows):
         positions, price = general.states(rows)
@@ -196,8 +196,8 @@ def test_the_compiled_tube_off_a_mask_holds_the_path_of_the_general_one(coordina
         )
 
     assert priced(found) == pytest.approx(priced(expected), rel=1e-9)
-    assert not rough(np.arange(n), path_through_tube(*tube, problem.waves)[:, columns]).all()
-    asked = path_through_tube(*tube, problem.waves, clear, 20)
+    assert not rough(np.arange(n), path_through_corridor(*corridor, problem.waves)[:, columns]).all()
+    asked = path_through_corridor(*corridor, problem.waves, clear, 20)
     assert rough(np.arange(n), asked[:, columns]).all()
 
 

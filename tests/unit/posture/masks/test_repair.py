@@ -3,26 +3,16 @@
 import numpy as np
 import pytest
 from by_travel import optimise
+from rings import ring
 
 from fiveaxis.errors import Infeasible, SettingError
 from fiveaxis.kinematics import tool_axes
 from fiveaxis.machine import load_machine
-from fiveaxis.toolpath import Tool, Toolpath
 
 # A mask only knows the edge of a bound from asking; the way along it is this share dearer at most.
 DEARER = 0.02
 # States of the lattices that one search of a path of 80 locations looks at.
 LATTICE = 80 * 90 * 36 * 2
-
-
-def ring(n: int = 80) -> Toolpath:
-    """Contacts once round a lobed wall, normals leaning downwards."""
-    angle = np.linspace(0.0, 2.0 * np.pi, n, endpoint=False)
-    flat = np.sqrt(1.0 - 0.3**2)
-    normal = np.stack([flat * np.cos(angle), flat * np.sin(angle), np.full(n, -0.3)], axis=1)
-    r = 20.0 + 3.0 * np.cos(3.0 * angle)
-    contact = np.stack([r * np.cos(angle), r * np.sin(angle), np.full(n, 10.0)], axis=1)
-    return Toolpath.from_contacts(contact, normal, Tool.ball(6), name="ring")
 
 
 class Counted:

@@ -163,13 +163,13 @@ def test_a_path_known_everywhere_comes_back_from_refilling_no_dearer():
 
 @pytest.mark.parametrize("coordinates", [Coordinates(0, 2), Coordinates(0, None), Coordinates(1, None)])
 @pytest.mark.parametrize("prices", [{}, {"time_price": 400.0, "bend_price": 30.0}])
-def test_the_compiled_tube_holds_the_path_of_the_general_one(coordinates, prices):
+def test_the_compiled_corridor_holds_the_path_of_the_general_one(coordinates, prices):
     problem = problem_of(ring(80, turns=1.6), max_turn=0.4, **prices)
     problem = replace(problem, top_speed=np.array([5.0, 8.0, 2.0, 0.5, 0.9]))
     lattice = level_lattice(problem, Coordinates(0, 2), np.radians(5.0), 30, (np.pi, 3))
     rows = thin(problem, 4)
     known = shortest_path(problem, lattice)[rows]
-    # One tube: of paths that cost the same either may be taken, and the next tube would start elsewhere.
+    # One corridor: of paths that cost the same either may be taken, and the next would start elsewhere.
     widths = ((0.01, 0.05 if coordinates.level else 0.01),)
     quick = refill(problem, coordinates, rows, known, widths)
     slow = refill(problem, coordinates, rows, known, widths, find=shortest_path)

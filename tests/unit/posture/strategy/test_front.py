@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from by_travel import find_front, optimise
+from rings import ring
 
 from fiveaxis.errors import SettingError
 from fiveaxis.kinematics import within_limits
@@ -14,18 +15,9 @@ from fiveaxis.posture.turns.unwrapped import with_path
 from fiveaxis.toolpath import Tool, Toolpath
 
 
-def wall(n: int = 60) -> Toolpath:
-    """Contacts round a lobed wall that overhangs."""
-    angle = np.linspace(0.0, 2.0 * np.pi, n, endpoint=False)
-    normal = np.stack([np.cos(angle), np.sin(angle), np.full(n, -0.3)], axis=1)
-    r = 20.0 + 3.0 * np.cos(3.0 * angle)
-    contact = np.stack([r * np.cos(angle), r * np.sin(angle), np.full(n, 10.0)], axis=1)
-    return Toolpath.from_contacts(contact, normal, Tool.ball(6), name="wall")
-
-
 @pytest.fixture(scope="module")
 def found(hayashi):
-    return find_front(wall(), hayashi, 5, tilt=(15, 75), effort="quick")
+    return find_front(ring(60), hayashi, 5, tilt=(15, 75), effort="quick")
 
 
 def test_the_ends_are_the_optimum_and_the_smoothest_asked_for(found):
@@ -44,8 +36,8 @@ def test_a_cheaper_path_met_on_the_way_is_the_solution(found, hayashi, monkeypat
         return replace(poor, problem=replace(poor.problem, bend_price=np.zeros(len(poor.problem) - 1)))
 
     monkeypatch.setattr("fiveaxis.posture.strategy.front.optimise", spoilt)
-    poor = spoilt(wall(), hayashi, tilt=(15, 75), effort="quick")
-    front = find_front(wall(), hayashi, 3, tilt=(15, 75), effort="quick")
+    poor = spoilt(ring(60), hayashi, tilt=(15, 75), effort="quick")
+    front = find_front(ring(60), hayashi, 3, tilt=(15, 75), effort="quick")
     first = front.points[0]
     assert first.cost == min(p.cost for p in front.points) == pytest.approx(front.solution.travel)
     assert front.solution.energy.travel < poor.energy.travel * (1 - 1e-3)
@@ -55,13 +47,13 @@ def test_a_cheaper_path_met_on_the_way_is_the_solution(found, hayashi, monkeypat
 
 def test_a_point_that_the_mask_refuses_is_none(hayashi):
     """A mask that admits what `optimise` found, and nothing else that differs by a tenth of a degree."""
-    alone = optimise(wall(), hayashi, tilt=(15, 75), effort="quick")
+    alone = optimise(ring(60), hayashi, tilt=(15, 75), effort="quick")
     kept = alone.motion.positions[:, hayashi.rotary_columns]
 
     def mask(rows, rotary):
         return (np.abs(rotary - kept[rows]) < np.radians(0.1)).all(axis=1)
 
-    front = find_front(wall(), hayashi, 4, tilt=(15, 75), effort="quick", mask=mask)
+    front = find_front(ring(60), hayashi, 4, tilt=(15, 75), effort="quick", mask=mask)
     for p in front.points:
         assert mask(np.arange(60), p.motion.positions[:, hayashi.rotary_columns]).all()
 
@@ -84,7 +76,7 @@ def test_every_point_keeps_the_bounds(found):
 
 def test_a_point_is_no_worse_than_a_search_at_its_own_price(found, hayashi):
     point = found.points[len(found.points) // 2]
-    alone = optimise(wall(), hayashi, tilt=(15, 75), smoothing=point.smoothing, effort="quick")
+    alone = optimise(ring(60), hayashi, tilt=(15, 75), smoothing=point.smoothing, effort="quick")
     columns = hayashi.rotary_columns
     searched = alone.energy.travel + point.smoothing * float((alone.motion.moves[:, columns] ** 2).sum())
     assert point.energy.travel + point.smoothing * point.bend <= searched * (1 + 1e-9)
@@ -92,7 +84,7 @@ def test_a_point_is_no_worse_than_a_search_at_its_own_price(found, hayashi):
 
 def test_where_time_has_a_price_the_solution_is_the_cheapest_with_it(trunnion, hayashi):
     machine = trunnion.with_drives_of(hayashi)
-    path = Toolpath.from_contacts(wall().contact, wall().normal, Tool.ball(6), feed_mm_min=3000.0)
+    path = Toolpath.from_contacts(ring(60).contact, ring(60).normal, Tool.ball(6), feed_mm_min=3000.0)
     front = find_front(path, machine, 3, tilt=(15, 75), effort="quick", time_price=500.0)
     cost = [p.cost for p in front.points]
     assert cost == sorted(cost)
@@ -101,7 +93,7 @@ def test_where_time_has_a_price_the_solution_is_the_cheapest_with_it(trunnion, h
 
 def test_where_speeds_are_known_delay_grows_dearer_too_and_time_shrinks(trunnion, hayashi):
     machine = trunnion.with_drives_of(hayashi)
-    small = Toolpath.from_contacts(wall().contact, wall().normal, Tool.ball(6), feed_mm_min=3000.0)
+    small = Toolpath.from_contacts(ring(60).contact, ring(60).normal, Tool.ball(6), feed_mm_min=3000.0)
     found = find_front(small, machine, 3, tilt=(15, 75), effort="quick")
     assert found.points[0].time_price < found.points[-1].time_price
     assert found.points[-1].energy.time <= found.points[0].energy.time * (1 + 1e-9)
@@ -127,13 +119,13 @@ def test_every_point_has_its_solution_and_is_picked_by_its_number(found):
 
 
 def test_the_same_front_comes_out_again(found, hayashi):
-    again = find_front(wall(), hayashi, 5, tilt=(15, 75), effort="quick")
+    again = find_front(ring(60), hayashi, 5, tilt=(15, 75), effort="quick")
     assert again.as_dict() == found.as_dict()
 
 
 def test_the_runs_of_a_front_are_told_up_to_the_last(hayashi):
     told = []
-    find_front(wall(24), hayashi, 3, tilt=(15, 75), effort="quick", progress=lambda *step: told.append(step))
+    find_front(ring(24), hayashi, 3, tilt=(15, 75), effort="quick", progress=lambda *step: told.append(step))
     assert [step[1:] for step in told if step[0] == "front"] == [(k, 7) for k in range(1, 8)]
     # The stages of one point would say that all is done.
     assert "refine" not in {stage for stage, _, _ in told}
@@ -150,7 +142,7 @@ def test_the_runs_of_a_front_are_told_up_to_the_last(hayashi):
 )
 def test_a_front_that_makes_no_sense_is_refused(hayashi, options, what):
     with pytest.raises(SettingError, match=what):
-        find_front(wall(), hayashi, tilt=(15, 75), **options)
+        find_front(ring(60), hayashi, tilt=(15, 75), **options)
 
 
 def point(found, energy: float, bend: float, time: float) -> FrontPoint:
@@ -171,9 +163,9 @@ def rewound_front(hayashi):
     limits = Limits(0.0, 2.0 * np.pi)
     axes = tuple(replace(a, limits=limits) if a.letter == "C" else a for a in hayashi.axes)
     machine = replace(hayashi, axes=axes)
-    ring = wall(50)
-    contact = np.concatenate([ring.contact, ring.contact - [0.0, 0.0, 0.5]])
-    path = Toolpath.from_contacts(contact, np.tile(ring.normal, (2, 1)), Tool.ball(6))
+    one = ring(50)
+    contact = np.concatenate([one.contact, one.contact - [0.0, 0.0, 0.5]])
+    path = Toolpath.from_contacts(contact, np.tile(one.normal, (2, 1)), Tool.ball(6))
     return path, machine, find_front(path, machine, 4, tilt=(15, 75), effort="quick")
 
 
@@ -213,4 +205,4 @@ def test_a_solution_put_together_by_hand_has_no_front(hayashi, monkeypatch):
 
     monkeypatch.setattr("fiveaxis.posture.strategy.front.optimise", bare)
     with pytest.raises(SettingError, match="put together by hand"):
-        find_front(wall(), hayashi, 3, tilt=(15, 75), effort="quick")
+        find_front(ring(60), hayashi, 3, tilt=(15, 75), effort="quick")

@@ -5,6 +5,7 @@ import itertools
 import numpy as np
 import pytest
 from by_travel import optimise
+from rings import ring
 
 from fiveaxis.errors import Infeasible, SettingError
 from fiveaxis.kinematics import tool_axes
@@ -14,16 +15,6 @@ from fiveaxis.toolpath import Tool, Toolpath
 from fiveaxis.verification import verify
 
 DEGREE = np.pi / 180.0
-
-
-def ring(n: int = 40, n_z: float = 0.5) -> Toolpath:
-    """Contacts once round a lobed wall."""
-    angle = np.linspace(0.0, 2.0 * np.pi, n, endpoint=False)
-    flat = np.sqrt(1.0 - n_z**2)
-    normal = np.stack([flat * np.cos(angle), flat * np.sin(angle), np.full(n, n_z)], axis=1)
-    r = 20.0 + 3.0 * np.cos(3.0 * angle)
-    contact = np.stack([r * np.cos(angle), r * np.sin(angle), np.full(n, 10.0)], axis=1)
-    return Toolpath.from_contacts(contact, normal, Tool.ball(6), name="ring")
 
 
 def wave(n: int = 5) -> Toolpath:
@@ -58,7 +49,7 @@ def cheapest_of_all(solution, choices):
 
 
 def test_one_held_axis_is_never_left(hayashi):
-    solution = optimise(ring(), hayashi, tilt=(0, 85), hold={"A": -60}, max_turn=30.0)
+    solution = optimise(ring(40, 0.5), hayashi, tilt=(0, 85), hold={"A": -60}, max_turn=30.0)
     np.testing.assert_allclose(
         np.degrees(solution.motion.positions[:, hayashi.column("A")]), -60.0, atol=1e-9
     )
@@ -127,6 +118,6 @@ def test_lead_and_lean_are_kept_and_as_good_as_brute_force(hayashi):
 @pytest.mark.parametrize("lead", [(9.0, 11.0), (-11.0, -9.0)])
 def test_a_narrow_window_between_the_states_of_the_lattice_is_found(hayashi, lead):
     budget = Budget(searches=(Search(12, 4.0 * DEGREE, 36),))
-    solution = optimise(ring(), hayashi, lead=lead, lean=(19.0, 21.0), max_turn=30.0, budget=budget)
+    solution = optimise(ring(40, 0.5), hayashi, lead=lead, lean=(19.0, 21.0), max_turn=30.0, budget=budget)
     assert max(solution.residuals().values()) <= 1e-9
     assert {"normal", "lead-lean"} <= set(solution.baselines)

@@ -5,13 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from by_travel import optimise, refined_cost
+from rings import ring
 
 from fiveaxis.errors import SettingError
 from fiveaxis.kinematics import tool_axes
 from fiveaxis.posture import Budget, Search
 from fiveaxis.posture.solution import Optima
 from fiveaxis.posture.strategy.restarts import leaning_paths
-from fiveaxis.toolpath import Tool, Toolpath, tilt_bounds
+from fiveaxis.toolpath import tilt_bounds
 
 MANY = Budget(
     searches=(Search(4, 0.1, 24),),
@@ -23,23 +24,14 @@ MANY = Budget(
 )
 
 
-def wall(n: int = 120) -> Toolpath:
-    """Contacts round a lobed wall that overhangs."""
-    angle = np.linspace(0.0, 2.0 * np.pi, n, endpoint=False)
-    normal = np.stack([np.cos(angle), np.sin(angle), np.full(n, -0.3)], axis=1)
-    r = 20.0 + 3.0 * np.cos(3.0 * angle)
-    contact = np.stack([r * np.cos(angle), r * np.sin(angle), np.full(n, 10.0)], axis=1)
-    return Toolpath.from_contacts(contact, normal, Tool.ball(6), name="wall")
-
-
 @pytest.fixture(scope="module")
 def many(hayashi):
-    return optimise(wall(), hayashi, tilt=(15, 75), budget=MANY)
+    return optimise(ring(120), hayashi, tilt=(15, 75), budget=MANY)
 
 
 def test_many_starts_are_never_dearer_than_the_searches_alone(many, hayashi):
     one = replace(MANY, others=(), from_baselines=False, leans=())
-    alone = optimise(wall(), hayashi, tilt=(15, 75), budget=one)
+    alone = optimise(ring(120), hayashi, tilt=(15, 75), budget=one)
     assert alone.optima is None
     assert many.energy.travel <= alone.energy.travel * (1 + 1e-9)
     assert many.optima.costs["searches"] == pytest.approx(refined_cost(alone))
@@ -73,7 +65,7 @@ def test_optima_that_are_nearly_the_same_count_once():
 
 
 def test_a_leaning_path_leans_by_its_share_of_the_range_all_along(hayashi):
-    path = wall()
+    path = ring(120)
     tilt = tilt_bounds(path, (15.0, 75.0))
     budget = replace(MANY, leans=(0.25, 0.5))
     paths = leaning_paths(path, hayashi, tilt, budget)
@@ -84,11 +76,11 @@ def test_a_leaning_path_leans_by_its_share_of_the_range_all_along(hayashi):
 
 def test_an_unknown_effort_is_refused_before_any_work(hayashi):
     with pytest.raises(SettingError, match="unknown effort"):
-        optimise(wall(), hayashi, tilt=(15, 75), effort="hard")
+        optimise(ring(120), hayashi, tilt=(15, 75), effort="hard")
 
 
 def test_thorough_is_found_by_its_name_and_gives_the_same_twice(hayashi):
-    short = wall(12)
+    short = ring(12)
     first = optimise(short, hayashi, tilt=(15, 75), max_turn=360.0, effort="thorough")
     again = optimise(short, hayashi, tilt=(15, 75), max_turn=360.0, effort="thorough")
     assert first.optima.as_dict() == again.optima.as_dict()
