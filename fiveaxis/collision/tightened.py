@@ -49,16 +49,24 @@ class Tightened:
 
     def _beside_spots(self, rows: IntArray, rotary: Array, ask: Ask | None) -> BoolArray:
         free = np.ones(len(rows), dtype=bool)
-        if self.spots:
-            for at in np.flatnonzero(np.isin(rows, list(self.spots))):
-                free[at] = all(
-                    np.abs(_shorter(rotary[at] - posture)).max() > radius
-                    for posture, radius in self.spots[int(rows[at])]
-                )
+        # By rounds, not by postures: a search asks about thousands, and few locations have many spots.
+        for spots in self._rounds():
+            known = np.sort(np.fromiter(spots, dtype=np.int64, count=len(spots)))
+            at = np.flatnonzero(np.isin(rows, known))
+            which = np.searchsorted(known, rows[at])
+            postures = np.array([spots[row][0] for row in known.tolist()])
+            radii = np.array([spots[row][1] for row in known.tolist()])
+            off = np.abs(_shorter(rotary[at] - postures[which])).max(axis=1, initial=0.0)
+            free[at] &= off > radii[which]
         if ask is not None:
             open_rows = np.flatnonzero(free)
             free[open_rows] = ask(rows[open_rows], rotary[open_rows])
         return free
+
+    def _rounds(self) -> list[dict[int, tuple[Array, float]]]:
+        """Give the first spot of every location that has one, then the second ones, and so on."""
+        most = max((len(known) for known in self.spots.values()), default=0)
+        return [{row: known[k] for row, known in self.spots.items() if len(known) > k} for k in range(most)]
 
 
 def _shorter(turn: Array) -> Array:

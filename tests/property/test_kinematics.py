@@ -192,7 +192,8 @@ def test_machines_of_six_axes_close_around_the_one_that_is_held():
     rng = np.random.default_rng(8)
     codes = codes_with(3)
     assert len(codes) == 720 * 7
-    for code in codes:
+    # The five-axis laws hold all codes; of these a third, each time the same.
+    for code in codes[::3]:
         machine = Machine.from_code(code.text)
         spare = redundant_axis(machine)
         assert machine.code.kind.count("-") == 2

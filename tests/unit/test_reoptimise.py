@@ -125,7 +125,7 @@ def test_a_moved_part_is_told_and_not_followed(tmp_path, part):
     mesh.apply_translation([0.0, 0.0, 0.4])
     mesh.export(part)
     options = ("optimise", program, "--machine", MACHINE, "--drives", "hayashi-640123", "--tool", "ball:6")
-    options = (*options, "--only-verify")
+    options = (*options, "--only-verify", "--effort", "quick")
     near = run(*options, "--cone", "20", "--part", part, "--surface-tolerance", "0.3", "--json")
     # Within the tolerance it is followed, but the ball is in the part: verification says so.
     assert near.exit_code == 1
