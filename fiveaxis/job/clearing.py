@@ -232,7 +232,7 @@ def keep_clear(
         return Cleared(solve(toolpath, options.get("mask"), True), None, 0)
     kept = _kept(solve, toolpath, machine, around, options)
     opened = solve(toolpath, None, True)
-    begun = opened.toolpath if opened.wound is None else opened.wound.toolpath
+    begun = opened.toolpath if opened.unwrapped is None else opened.unwrapped.toolpath
     try:
         again = _kept(solve, begun, machine, around, options)
     except Infeasible as fault:
@@ -269,7 +269,7 @@ def _kept(
     if not choose_pairs(scene, around.clearances).pairs:
         return Cleared(solution, _with_its_rows(admits, solution), 0)
     best, fewest, rounds = solution, len(toolpath) + 1, 0
-    while solution.wound is None:  # with rewinds in it the path has other rows than a mask
+    while solution.unwrapped is None:  # with rewinds in it the path has other rows than a mask
         rows = colliding_rows(solution, around)
         if len(rows) < fewest:
             best, fewest = solution, len(rows)
@@ -292,7 +292,7 @@ def _kept(
 def _with_its_rows(admits: Accessibility | None, solution: Postures) -> Accessibility | None:
     """Give the mask if a solution's given locations are those that it was made for."""
     own = admits is not None and len(admits.toolpath) == solution.toolpath.count_given
-    return admits if own and solution.wound is None else None
+    return admits if own and solution.unwrapped is None else None
 
 
 def _explained(fault: Infeasible, admits: Accessibility, options: Mapping[str, Any]) -> Infeasible:

@@ -145,9 +145,9 @@ class _Choice:
 def _carried(found: Outcome, given: Outcome) -> Array | None:
     """Give one setup's postures, (n, 2) rad, as a start for another; None where they don't fit."""
     solution, machine = found.solution, given.solution.machine
-    path = solution.toolpath if solution.wound is None else solution.wound.toolpath
+    path = solution.toolpath if solution.unwrapped is None else solution.unwrapped.toolpath
     own = solution.motion.positions[:, solution.machine.rotary_columns]
-    rotary = own if solution.wound is None else solution.wound.rotary
+    rotary = own if solution.unwrapped is None else solution.unwrapped.rotary
     if found.job.free_start:
         return None
     given_rows = np.flatnonzero(~path.inserted)

@@ -107,7 +107,7 @@ def one_turn_from(limits: Limits) -> float:
 
 
 def fit_turns(angles: Array, low: float, high: float) -> Array | None:
-    """Shift a wound angle, (n,) rad, by as few whole turns as possible into its limits.
+    """Shift an unwrapped angle, (n,) rad, by as few whole turns as possible into its limits.
 
     Returns
     -------

@@ -14,7 +14,12 @@ from fiveaxis.kinematics import positions_about, require_orienting, require_posi
 from fiveaxis.machine import Machine
 from fiveaxis.motion import least_times
 from fiveaxis.motion.bounds import axis_bounds
-from fiveaxis.posture.search.trigonometric import Waves, has_waves, place, waves_of
+from fiveaxis.posture.search.trigonometric import (
+    TrigonometricCoefficients,
+    is_trigonometric,
+    place,
+    trigonometric_coefficients,
+)
 from fiveaxis.posture.terms import OTHERS, Term, lean_cosine, terms_of
 from fiveaxis.toolpath import TiltBounds, Toolpath, Zone
 
@@ -228,8 +233,8 @@ class Problem:
         positions : (m, ..., k), mm and rad
         excess : (m, ...), cosine past its bound, 0 where admitted or nothing binds
         """
-        if self.waves is not None:
-            return self._placed(self.waves, np.arange(len(self))[rows], rotary)
+        if self.trigonometric is not None:
+            return self._placed(self.trigonometric, np.arange(len(self))[rows], rotary)
         shape = (-1, *(1,) * (rotary.ndim - 2), 3)
         pivot, normal = self.pivot[rows].reshape(shape), self.normal[rows].reshape(shape)
         positions, axis = positions_about(self.machine, pivot, rotary, self.zone, normal)
@@ -240,14 +245,16 @@ class Problem:
             excess = np.maximum(excess, np.nan_to_num(_past(cosine, bound.cosines)))
         return positions, excess
 
-    def _placed(self, waves: Waves, rows: IntArray, rotary: Array) -> tuple[Array, Array]:
+    def _placed(
+        self, trigonometric: TrigonometricCoefficients, rows: IntArray, rotary: Array
+    ) -> tuple[Array, Array]:
         rotary = np.broadcast_to(rotary, (len(rows), *rotary.shape[1:]))
         machine, ways = self.machine, (len(rows), int(np.prod(rotary.shape[1:-1])))
         positions, excess = np.empty((*ways, len(machine.axes))), np.empty(ways)
         within = np.array([bound.cosines for bound in self.bounds])
         columns = np.array([*machine.linear_columns, *machine.rotary_columns])
         angles = np.ascontiguousarray(rotary).reshape(*ways, 2)
-        place(waves.places, waves.cosines, within, columns, rows, angles, positions, excess)
+        place(trigonometric.places, trigonometric.cosines, within, columns, rows, angles, positions, excess)
         return positions.reshape(*rotary.shape[:-1], -1), excess.reshape(rotary.shape[:-1])
 
     def limit_excess(self, positions: Array) -> Array:
@@ -261,11 +268,11 @@ class Problem:
         return terms_of(self)
 
     @cached_property
-    def waves(self) -> Waves | None:
+    def trigonometric(self) -> TrigonometricCoefficients | None:
         """The coefficients of its locations; None where its chain has none."""
-        if not has_waves(self.machine):
+        if not is_trigonometric(self.machine):
             return None
-        return waves_of(self.machine, self.pivot, self.normal, self.zone, self.bounds)
+        return trigonometric_coefficients(self.machine, self.pivot, self.normal, self.zone, self.bounds)
 
     def quantities(self, positions: Array, axis: Array | None = None) -> Array:
         """Put the quantities of a path's terms together, (n, k + 4): its steps wait as long as they have to.

@@ -109,7 +109,7 @@ def blocks_energy(machine: Machine, blocks: Motion, clock: Clock | None = None) 
 
 
 @dataclass(frozen=True, eq=False)
-class Wound:
+class Unwrapped:
     """A path before its axes were turned back into their turns.
 
     Parameters
@@ -147,7 +147,7 @@ class Solution:
     problem : what was solved, with the prices near the result; None for a solution that was put together by
         hand or has rewinds
     optima : local optima by start, where the effort looks for several
-    wound : what a solution with rewinds was made of
+    unwrapped : what a solution with rewinds was made of
     filling : how blocks are inserted between its locations, and removed
     clock : how long the program's control takes; None where time wasn't asked about
     """
@@ -162,7 +162,7 @@ class Solution:
     stages: tuple[Stage, ...]
     problem: Problem | None = None
     optima: Optima | None = None
-    wound: Wound | None = None
+    unwrapped: Unwrapped | None = None
     filling: Filling = field(default_factory=Filling)
     clock: Clock | None = None
 
@@ -183,8 +183,8 @@ class Solution:
         One with rewinds is what its path was before them. A mask is no term: where it holds a path back, the
         residual says by how much. Worked out when it is first asked for.
         """
-        if self.wound is not None:
-            return optimality(self.wound.problem, self.wound.rotary)
+        if self.unwrapped is not None:
+            return optimality(self.unwrapped.problem, self.unwrapped.rotary)
         if self.problem is None:
             return None
         return optimality(self.problem, self.motion.positions[:, self.problem.machine.rotary_columns])

@@ -16,7 +16,12 @@ from fiveaxis.posture.baselines.catalogue import _walk, _walk_slowly, along_norm
 from fiveaxis.posture.local.quantities import chained
 from fiveaxis.posture.local.rows import rows_of
 from fiveaxis.posture.problem import Problem
-from fiveaxis.posture.search.trigonometric import has_waves, linear_values, terms, waves_of
+from fiveaxis.posture.search.trigonometric import (
+    is_trigonometric,
+    linear_values,
+    terms,
+    trigonometric_coefficients,
+)
 from fiveaxis.toolpath import Tool, Toolpath, for_tilt, tilt_bounds
 
 # Both axes under the part, one on each side, both at the tool; linear axes in three orders.
@@ -52,17 +57,19 @@ def wavy(rng: np.random.Generator, n: int) -> Toolpath:
 def test_waves_are_the_kinematics_of_any_chain_whose_linear_axes_adjoin(code, zone, seed):
     rng = np.random.default_rng(seed)
     machine = skewed(code, rng)
-    assert has_waves(machine)
+    assert is_trigonometric(machine)
     path = wavy(rng, 50)
     rotary = rng.uniform(-10.0, 10.0, (50, 2))
-    waves = waves_of(machine, path.pivot, path.normal, zone, tilt_bounds(path, (15, 75)).all)
+    known = trigonometric_coefficients(
+        machine, path.pivot, path.normal, zone, tilt_bounds(path, (15, 75)).all
+    )
     positions, axis = positions_about(machine, path.pivot, rotary, zone, path.normal)
     found = np.empty((50, 3))
     for i, (c, s) in enumerate(zip(np.cos(rotary), np.sin(rotary), strict=True)):
-        place = waves.linear[i], waves.beside[i], waves.along, waves.offset
+        place = known.linear[i], known.beside[i], known.along, known.offset
         linear_values(*place, c[0], s[0], c[1], s[1], found[i])
     np.testing.assert_allclose(found, positions[:, machine.linear_columns], rtol=1e-9, atol=1e-10)
-    cosine = np.einsum("nbt,nt->nb", waves.cosines, terms(rotary))[:, 0]
+    cosine = np.einsum("nbt,nt->nb", known.cosines, terms(rotary))[:, 0]
     np.testing.assert_allclose(cosine, np.sum(axis * path.normal, axis=1), rtol=0.0, atol=1e-13)
 
 
@@ -76,14 +83,14 @@ def test_waves_have_the_derivatives_of_the_chains_tape(name, tool):
     problem = replace(problem, top_speed=np.full(5, 10.0))
     rows = rows_of(problem, (True, False))
     x, weights = rng.uniform(0.5, 1.0, (20, 3)), rng.normal(size=(20, rows.count))
-    waved, taped = chained(rows), chained(replace(rows, waves=None))
-    np.testing.assert_allclose(waved.values(x), taped.values(x), atol=1e-9)
-    for of_waves, of_tape in zip(waved.derivatives(x, weights), taped.derivatives(x, weights), strict=True):
-        np.testing.assert_allclose(of_waves, of_tape, rtol=1e-8, atol=1e-8)
+    quick, taped = chained(rows), chained(replace(rows, trigonometric=None))
+    np.testing.assert_allclose(quick.values(x), taped.values(x), atol=1e-9)
+    for of_quick, of_tape in zip(quick.derivatives(x, weights), taped.derivatives(x, weights), strict=True):
+        np.testing.assert_allclose(of_quick, of_tape, rtol=1e-8, atol=1e-8)
 
 
 def test_a_rotary_axis_between_linear_ones_has_no_waves():
-    assert not has_waves(Machine.from_code("610243"))
+    assert not is_trigonometric(Machine.from_code("610243"))
 
 
 @pytest.mark.parametrize("name", ["hayashi-640123", "linuxcnc-xyzac-trt"])

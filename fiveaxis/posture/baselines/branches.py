@@ -55,12 +55,12 @@ def cheapest_sequence(machine: Machine, toolpath: Toolpath, found: Postures) -> 
         return None
     columns = machine.rotary_columns
     low, high = machine.low[columns], machine.high[columns]
-    # Which turn an axis with several of them starts on is free: it is wound first and shifted as a whole.
+    # Which turn an axis with several of them starts on is free: it is unwrapped first and shifted as a whole.
     winding = high - low >= TURN
-    wound = _cheapest(
+    unwrapped = _cheapest(
         machine, toolpath, found, np.where(winding, -np.inf, low), np.where(winding, np.inf, high)
     )
-    fitted = [fit_turns(angles, *limits) for angles, *limits in zip(wound.T, low, high, strict=True)]
+    fitted = [fit_turns(angles, *limits) for angles, *limits in zip(unwrapped.T, low, high, strict=True)]
     if all(angles is not None for angles in fitted):
         return np.stack([angles for angles in fitted if angles is not None], axis=1)
     return _cheapest(machine, toolpath, found, low, high)

@@ -24,7 +24,7 @@ from fiveaxis.posture.baselines.branches import (
 )
 from fiveaxis.posture.baselines.held import nearest_held
 from fiveaxis.posture.baselines.kernel import walk
-from fiveaxis.posture.search.trigonometric import has_waves, waves_of
+from fiveaxis.posture.search.trigonometric import is_trigonometric, trigonometric_coefficients
 from fiveaxis.posture.solution import Baseline
 from fiveaxis.posture.strategy.holding import is_holding
 from fiveaxis.toolpath import TiltBounds, Toolpath, feed_directions
@@ -305,17 +305,19 @@ def greedy(toolpath: Toolpath, machine: Machine, tilt: TiltBounds, anchor: Array
     `anchor`, (n, 2) rad, where that is known.
     """
     anchor = along_normal(toolpath, machine, tilt) if anchor is None else anchor
-    if has_waves(machine):
+    if is_trigonometric(machine):
         return _walk(toolpath, machine, tilt, anchor)
     return _walk_slowly(toolpath, machine, tilt, anchor)
 
 
 def _walk(toolpath: Toolpath, machine: Machine, tilt: TiltBounds, anchor: Array) -> Array:
-    waves = waves_of(machine, toolpath.pivot, np.nan_to_num(toolpath.normal), toolpath.zone, tilt.all)
+    known = trigonometric_coefficients(
+        machine, toolpath.pivot, np.nan_to_num(toolpath.normal), toolpath.zone, tilt.all
+    )
     plus, minus = travel_costs(machine, toolpath.feed, toolpath.rapid)
     return walk(
-        waves.places,
-        waves.cosines,
+        known.places,
+        known.cosines,
         np.array([bound.cosines for bound in tilt.all]),
         np.stack([machine.low - ON_LIMIT, machine.high + ON_LIMIT]),
         np.array([*machine.linear_columns, *machine.rotary_columns]),

@@ -35,7 +35,7 @@ def best_move(
 
     Parameters
     ----------
-    places, cosines : of all locations (`Waves`)
+    places, cosines : of all locations (`TrigonometricCoefficients`)
     i : the location
     within : (b, 2), smallest and largest cosine
     limits : (2, k), mm and rad

@@ -11,7 +11,15 @@ import numpy as np
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.posture.compiled import compiled
 from fiveaxis.posture.local.rows import ANGLES, Rows
-from fiveaxis.posture.search.trigonometric import COSINE, LINEAR, UPRIGHT, Waves, jet, linear_values, value
+from fiveaxis.posture.search.trigonometric import (
+    COSINE,
+    LINEAR,
+    UPRIGHT,
+    TrigonometricCoefficients,
+    jet,
+    linear_values,
+    value,
+)
 
 
 class Model(Protocol):
@@ -37,20 +45,20 @@ class Model(Protocol):
 
 def chained(rows: Rows) -> Model:
     """Give the quantities as the machine's chain makes them."""
-    return _Taped(rows) if rows.waves is None else _Waved(rows, rows.waves)
+    return _Taped(rows) if rows.trigonometric is None else _Trigonometric(rows, rows.trigonometric)
 
 
 @dataclass(frozen=True, eq=False)
-class _Waved:
-    """By the coefficients of every location: ten times as quick as the chain's own equations."""
+class _Trigonometric:
+    """By the coefficients of every location: quicker than the tapes of the chain's own equations."""
 
     rows: Rows
-    waves: Waves
+    trigonometric: TrigonometricCoefficients
 
     def values(self, x: Array) -> Array:
         """Give the quantities, (n, m)."""
         quantities = np.empty((len(x), self.rows.count))
-        evaluate(*self.waves.places, self.waves.axis, self.rows.columns, x, quantities)
+        evaluate(*self.trigonometric.places, self.trigonometric.axis, self.rows.columns, x, quantities)
         return quantities
 
     def derivatives(self, x: Array, weights: Array) -> tuple[Array, Array, Array]:
@@ -58,8 +66,8 @@ class _Waved:
         rows, (n, d) = self.rows, x.shape
         quantities = np.empty((n, rows.count))
         slope, bow = np.zeros((n, rows.count, d)), np.zeros((n, d, d))
-        waves = (*self.waves.places, self.waves.axis)
-        differentiate(*waves, rows.columns, rows.free, x, weights, quantities, slope, bow)
+        trigonometric = (*self.trigonometric.places, self.trigonometric.axis)
+        differentiate(*trigonometric, rows.columns, rows.free, x, weights, quantities, slope, bow)
         return quantities, slope, bow
 
 
@@ -78,7 +86,7 @@ def evaluate(
 
     Parameters
     ----------
-    linear, beside, along, offset, axis : of `Waves`
+    linear, beside, along, offset, axis : of `TrigonometricCoefficients`
     columns : (5,), of the linear and the rotary axes among the quantities
     x : (n, d)
     quantities : (n, m), filled in

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.posture.problem import Problem
-from fiveaxis.posture.search.trigonometric import Waves
+from fiveaxis.posture.search.trigonometric import TrigonometricCoefficients
 from fiveaxis.posture.terms import OTHERS, LocationTapes, Term, location_tapes
 
 T = TypeVar("T", bound=np.generic)
@@ -67,7 +67,7 @@ class Rows(Laid):
     Parameters
     ----------
     tapes : of the quantities
-    waves : coefficients of the locations' own quantities; None where the chain has none
+    trigonometric : coefficients of the locations' own quantities; None where the chain has none
     columns : (5,), of the linear and the rotary axes among the quantities
     given : (n, 6), pivot in mm and normal
     free : (n, d), unknowns that may move
@@ -77,7 +77,7 @@ class Rows(Laid):
     """
 
     tapes: LocationTapes
-    waves: Waves | None
+    trigonometric: TrigonometricCoefficients | None
     columns: IntArray
     given: Array
     free: BoolArray
@@ -138,7 +138,7 @@ def rows_of(
     sizes = np.concatenate([np.diff(part.begin) for part in laid])
     return Rows(
         tapes=location_tapes(machine, problem.zone),
-        waves=problem.waves,
+        trigonometric=problem.trigonometric,
         columns=np.array([*machine.linear_columns, *columns]),
         given=np.hstack([problem.pivot, problem.normal]),
         first=np.concatenate([part.first for part in laid]),

@@ -161,7 +161,7 @@ class Replanning:
             known = Known(clear.mask, clear.rows, problem)
             return clean_path(pinned(stored(lattice, len(problem)), problem, held), known)
 
-        if part.waves is None:
+        if part.trigonometric is None:
             return refill(part, coordinates, rows, path, self.widths, find)
         full = refill(part, coordinates, rows, path, self.widths, clear=clear)
         for row in held:

@@ -11,7 +11,7 @@ from fiveaxis.kinematics.windings import TURN, one_turn_from
 from fiveaxis.posture.problem import VIOLATION_PRICE, Problem
 from fiveaxis.posture.search.corridor_kernel import Corridor, corridor_path, corridor_postures
 from fiveaxis.posture.search.lattice import Coordinates
-from fiveaxis.posture.search.trigonometric import Waves
+from fiveaxis.posture.search.trigonometric import TrigonometricCoefficients
 
 # Price of a posture that a mask refuses, J: a way through is cheaper only round many of them.
 REFUSED_PRICE = 1e3
@@ -36,7 +36,7 @@ def path_through_corridor(
     second: Array,
     width: tuple[float, float],
     count: int,
-    waves: Waves,
+    trigonometric: TrigonometricCoefficients,
     clear: Admission | None = None,
     looks: int = 0,
 ) -> Array:
@@ -45,7 +45,7 @@ def path_through_corridor(
     Parameters
     ----------
     strands, second, width, count : as for `corridor_lattice`
-    waves : of the problem (`Problem.waves`)
+    trigonometric : of the problem (`Problem.trigonometric`)
     clear : what a mask admits; states that it roughly doesn't have a price
     looks : how often the mask is asked exactly about the path found and what lies round it, and another one
         looked for
@@ -60,8 +60,8 @@ def path_through_corridor(
     spin, level = coordinates.spin, -1 if coordinates.level is None else columns.index(coordinates.level)
     low = limits.low if limits.high - limits.low < TURN else one_turn_from(limits)
     corridor = Corridor(
-        waves.places,
-        waves.cosines,
+        trigonometric.places,
+        trigonometric.cosines,
         np.array([bound.cosines for bound in problem.bounds]),
         np.stack([machine.low[columns], machine.high[columns]]),
         spin,

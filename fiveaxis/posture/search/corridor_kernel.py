@@ -25,7 +25,7 @@ class Corridor(NamedTuple):
 
     Parameters
     ----------
-    places, cosines : trigonometric coefficients of all locations (`Waves`)
+    places, cosines : trigonometric coefficients of all locations (`TrigonometricCoefficients`)
     within, limits : (b, 2) and (2, 5), bounds of cosines and axes
     spin : 0 or 1, the rotary axis that is the first coordinate
     level : row of the linear axis whose level is the second coordinate; −1 for the other rotary angle
@@ -49,23 +49,23 @@ class Corridor(NamedTuple):
 
 
 @compiled
-def swing(wave: Array, spin: int, angle: float) -> tuple[float, float, float]:
+def swing(coefficients: Array, spin: int, angle: float) -> tuple[float, float, float]:
     """Give middle, amplitude and phase of a linear axis over the other rotary angle, at a spin angle.
 
     Parameters
     ----------
-    wave : (9,), of the linear axis
+    coefficients : (9,), of the linear axis
     spin : 0 or 1, the rotary axis whose angle is given
     """
     c, s = math.cos(angle), math.sin(angle)
     if spin == 0:
-        still = wave[0] + wave[3] * c + wave[6] * s
-        cosine = wave[1] + wave[4] * c + wave[7] * s
-        sine = wave[2] + wave[5] * c + wave[8] * s
+        still = coefficients[0] + coefficients[3] * c + coefficients[6] * s
+        cosine = coefficients[1] + coefficients[4] * c + coefficients[7] * s
+        sine = coefficients[2] + coefficients[5] * c + coefficients[8] * s
     else:
-        still = wave[0] + wave[1] * c + wave[2] * s
-        cosine = wave[3] + wave[4] * c + wave[5] * s
-        sine = wave[6] + wave[7] * c + wave[8] * s
+        still = coefficients[0] + coefficients[1] * c + coefficients[2] * s
+        cosine = coefficients[3] + coefficients[4] * c + coefficients[5] * s
+        sine = coefficients[6] + coefficients[7] * c + coefficients[8] * s
     return still, max(math.hypot(cosine, sine), 1e-12), math.atan2(sine, cosine)
 
 

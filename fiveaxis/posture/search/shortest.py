@@ -160,7 +160,7 @@ def refill(
     widths : lattice steps of the corridors, widest first
     find : finds the path through a corridor; `shortest_path` by default
     clear : what a mask admits at the locations; paths that it doesn't admit have a price, and the last
-        corridor asks it exactly. Only where the waves of the locations are known (`Problem.waves`)
+        corridor asks it exactly. Only where `Problem.trigonometric` is known
 
     Returns
     -------
@@ -173,13 +173,13 @@ def refill(
     spin = problem.machine.rotary_columns[coordinates.spin]
     second = coordinates.second_column(problem)
     strands = np.stack([path[before, spin], slide[:, spin], path[after, spin]], axis=1)
-    full, waves = slide, problem.waves
+    full, trigonometric = slide, problem.trigonometric
     for number, width in enumerate(widths):
         count = 2 if number else 1
         corridor = (problem, coordinates, strands, full[:, second], width, count)
-        if find is None and waves is not None:
+        if find is None and trigonometric is not None:
             looks = (MOST_LOOKS if number == len(widths) - 1 else 0) if clear is not None else 0
-            found: Array | None = path_through_corridor(*corridor, waves, clear, looks)
+            found: Array | None = path_through_corridor(*corridor, trigonometric, clear, looks)
         else:
             found = (find or shortest_path)(problem, corridor_lattice(*corridor))
         full = full if found is None else found

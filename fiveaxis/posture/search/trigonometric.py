@@ -34,7 +34,7 @@ Places = tuple[Array, Array, Array, float]
 
 
 @dataclass(frozen=True, eq=False)
-class Waves:
+class TrigonometricCoefficients:
     """The coefficients of a path.
 
     Parameters
@@ -60,19 +60,19 @@ class Waves:
         return self.linear, self.beside, self.along, self.offset
 
 
-def has_waves(machine: Machine) -> bool:
+def is_trigonometric(machine: Machine) -> bool:
     """Tell whether the linear axes of a machine are polynomials of this form."""
     return machine.chain.linears_adjoin and len(machine.linear_columns) == LINEAR
 
 
-def waves_of(
+def trigonometric_coefficients(
     machine: Machine, pivot: Array, normal: Array, zone: Zone, bounds: tuple[TiltBounds, ...]
-) -> Waves:
+) -> TrigonometricCoefficients:
     """Work out the coefficients of a path.
 
     Parameters
     ----------
-    machine : for which `has_waves` holds
+    machine : for which `is_trigonometric` holds
     pivot, normal : (n, 3), mm and unit vectors, workpiece frame
     zone : the part of the cutter's profile whose centre the pivot is
     bounds : on the lean
@@ -91,7 +91,7 @@ def waves_of(
     beside = np.concatenate(
         [np.einsum("nj,tja->nat", normal, slope), (normal @ directions.T)[:, None]], axis=1
     )
-    return Waves(
+    return TrigonometricCoefficients(
         linear=np.ascontiguousarray(fitted[:, 0].T + np.einsum("nj,tja->nat", pivot, slope)),
         cosines=np.ascontiguousarray(np.stack([b.reference @ directions.T for b in bounds], axis=1)),
         axis=np.ascontiguousarray(directions.T),
@@ -103,17 +103,17 @@ def waves_of(
 
 def terms(rotary: Array) -> Array:
     """Give the nine products of 1, cosine and sine of both angles; (..., 2) rad to (..., 9)."""
-    waves = np.stack([np.ones_like(rotary), np.cos(rotary), np.sin(rotary)], axis=-1)
-    products = waves[..., 0, :, None] * waves[..., 1, None, :]
+    trigonometric = np.stack([np.ones_like(rotary), np.cos(rotary), np.sin(rotary)], axis=-1)
+    products = trigonometric[..., 0, :, None] * trigonometric[..., 1, None, :]
     return products.reshape(*rotary.shape[:-1], TERMS)
 
 
 @compiled
-def value(wave: Array, c1: float, s1: float, c2: float, s2: float) -> float:
+def value(coefficients: Array, c1: float, s1: float, c2: float, s2: float) -> float:
     """Evaluate one polynomial, (9,), for the cosines and sines of both angles."""
-    still = wave[0] + wave[1] * c2 + wave[2] * s2
-    cosine = wave[3] + wave[4] * c2 + wave[5] * s2
-    sine = wave[6] + wave[7] * c2 + wave[8] * s2
+    still = coefficients[0] + coefficients[1] * c2 + coefficients[2] * s2
+    cosine = coefficients[3] + coefficients[4] * c2 + coefficients[5] * s2
+    sine = coefficients[6] + coefficients[7] * c2 + coefficients[8] * s2
     return still + cosine * c1 + sine * s1
 
 
@@ -137,7 +137,7 @@ def linear_values(
 
     Parameters
     ----------
-    linear, beside, along, offset : (3, 9), (4, 9) or (0, 9), (3, 9), mm, as of `Waves`
+    linear, beside, along, offset : (3, 9), (4, 9) or (0, 9), (3, 9), mm, as of `TrigonometricCoefficients`
     c1, s1, c2, s2 : cosines and sines of both angles
     values : (3,) or more, mm, filled in
     """
@@ -153,18 +153,18 @@ def linear_values(
 
 @compiled
 def jet(
-    wave: Array, c1: float, s1: float, c2: float, s2: float
+    coefficients: Array, c1: float, s1: float, c2: float, s2: float
 ) -> tuple[float, float, float, float, float, float]:
     """Evaluate a polynomial with its derivatives by the angles: value, 1, 2, 11, 12, 22."""
-    still = wave[1] * c2 + wave[2] * s2
-    cosine = wave[4] * c2 + wave[5] * s2
-    sine = wave[7] * c2 + wave[8] * s2
-    ahead = (wave[3] + cosine) * c1 + (wave[6] + sine) * s1
-    cosine2, sine2 = wave[5] * c2 - wave[4] * s2, wave[8] * c2 - wave[7] * s2
+    still = coefficients[1] * c2 + coefficients[2] * s2
+    cosine = coefficients[4] * c2 + coefficients[5] * s2
+    sine = coefficients[7] * c2 + coefficients[8] * s2
+    ahead = (coefficients[3] + cosine) * c1 + (coefficients[6] + sine) * s1
+    cosine2, sine2 = coefficients[5] * c2 - coefficients[4] * s2, coefficients[8] * c2 - coefficients[7] * s2
     return (
-        wave[0] + still + ahead,
-        (wave[6] + sine) * c1 - (wave[3] + cosine) * s1,
-        wave[2] * c2 - wave[1] * s2 + cosine2 * c1 + sine2 * s1,
+        coefficients[0] + still + ahead,
+        (coefficients[6] + sine) * c1 - (coefficients[3] + cosine) * s1,
+        coefficients[2] * c2 - coefficients[1] * s2 + cosine2 * c1 + sine2 * s1,
         -ahead,
         sine2 * c1 - cosine2 * s1,
         -(still + cosine * c1 + sine * s1),

@@ -104,12 +104,12 @@ class Reopened:
         firsts = [ring.first for ring in self.rings]
         runs = np.split(np.arange(len(kept)), np.searchsorted(kept, firsts))
         for which, column in enumerate(problem.machine.rotary_columns):
-            found[:, which] = wound(found[:, which], runs, problem.machine.axes[column].limits)
+            found[:, which] = unwrapped(found[:, which], runs, problem.machine.axes[column].limits)
         way = np.cumsum(self.toolpath.lengths)
         return np.stack([np.interp(way, way[kept], angles) for angles in found.T], axis=1)
 
 
-def wound(angles: Array, runs: Sequence[IntArray], limits: Limits) -> Array:
+def unwrapped(angles: Array, runs: Sequence[IntArray], limits: Limits) -> Array:
     """Shift angles, (n,) rad, by whole turns next to the ones before.
 
     Within limits that is done run by run, as a pass can't change its turn; one that doesn't fit in any turn

@@ -208,9 +208,9 @@ def _telling(progress: Progress | None, runs: int) -> tuple[Callable[[], None], 
 
 def _posed(solution: Solution) -> tuple[Problem, Array]:
     """Give what a solution solved, or what it was rewound from, and its path, (n, 2) rad."""
-    wound, posed = solution.wound, solution.problem
-    if wound is not None:
-        return wound.problem, wound.rotary
+    unwrapped, posed = solution.unwrapped, solution.problem
+    if unwrapped is not None:
+        return unwrapped.problem, unwrapped.rotary
     if posed is None or len(posed) != len(solution.toolpath):
         raise SettingError("a front needs a solution with its problem; this one was put together by hand")
     return posed, solution.motion.positions[:, solution.machine.rotary_columns]
@@ -223,9 +223,9 @@ def _allowing(
 
     These are the cone and the mask, and where the solution is rewound, that no more cuts are interrupted.
     """
-    wound, posed = solution.wound, _posed(solution)[0]
-    path = solution.toolpath if wound is None else wound.toolpath
-    if wound is not None and mask is not None:
+    unwrapped, posed = solution.unwrapped, _posed(solution)[0]
+    path = solution.toolpath if unwrapped is None else unwrapped.toolpath
+    if unwrapped is not None and mask is not None:
         mask = asked_within(solution.machine, mask)
     keeps = keeping(path, posed.machine, start, cone, mask)
     most = _marks(solution, start)
@@ -317,7 +317,7 @@ def _objective(problem: Problem, rotary: Array) -> float:
 def _point(solution: Solution, rotary: Array, problem: Problem, unpriced: Problem) -> FrontPoint:
     """Measure a path, (n, 2) rad; its turns are those without its rewinds, on which nothing is cut."""
     other, rewinds = with_path(solution, rotary)
-    path = solution.toolpath if solution.wound is None else solution.wound.toolpath
+    path = solution.toolpath if solution.unwrapped is None else solution.unwrapped.toolpath
     driven = other.motion if rewinds is None else follow(path, unpriced.machine, rotary)
     turn = np.abs(np.diff(rotary, axis=0, prepend=rotary[:1])).max(axis=1)
     cuts = path.cutting & (path.lengths > SHORTEST_WAY)

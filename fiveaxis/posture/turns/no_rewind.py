@@ -29,7 +29,7 @@ def why_no_rewind(
 
     Parameters
     ----------
-    course : the path, wound
+    course : the path, unwrapped
     column : the axis, in the order of the machine's axes
     clearance : mm, between tool and part while it rewinds
 

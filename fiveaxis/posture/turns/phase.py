@@ -30,7 +30,7 @@ def better_phases(toolpath: Toolpath, machine: Machine, rotary: Array, found: Re
     ----------
     toolpath : without rewinds
     machine : with its limits
-    rotary : (n, 2), rad, chain order, wound
+    rotary : (n, 2), rad, chain order, unwrapped
     found : the path with its rewinds
 
     Returns
@@ -62,7 +62,7 @@ def count_rewinds(toolpath: Toolpath, angles: Array, limits: Limits) -> tuple[fl
 
     Parameters
     ----------
-    angles : (n,), rad, wound
+    angles : (n,), rad, unwrapped
     """
     cutting = toolpath.cutting
     in_cut = np.append(cutting[1:] & cutting[:-1], False)

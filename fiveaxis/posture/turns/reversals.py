@@ -35,14 +35,14 @@ def unreversed(
     ----------
     problem : on the endless machine; what breaks its bounds isn't given
     machine : with its limits
-    rotary : (n, 2), rad, chain order, wound
+    rotary : (n, 2), rad, chain order, unwrapped
     found : the path with its rewinds
     tilt : bounds on the lean of the path's locations
 
     Returns
     -------
-    (n, 2), rad, wound: the path without all pairs that can be left out at once, then without one of those,
-    the shortest first
+    (n, 2), rad, unwrapped: the path without all pairs that can be left out at once, then without one of
+    those, the shortest first
     """
     alone, together, taken = [], rotary.copy(), set[float]()
     for one, two in sorted(_pairs(found), key=lambda pair: (pair[1].place - pair[0].place, pair[0].place)):

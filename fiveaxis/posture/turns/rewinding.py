@@ -132,7 +132,7 @@ def rewound(
 
     Parameters
     ----------
-    rotary : (n, 2), rad, chain order, wound
+    rotary : (n, 2), rad, chain order, unwrapped
     tilt : bounds on the lean of the path's locations, which hold where an axis stops between two as well
     clearance : mm, between tool and part while an axis rewinds
     time_price : J/s

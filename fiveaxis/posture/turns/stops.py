@@ -51,7 +51,7 @@ def find_stops(course: Course, machine: Machine, column: int, clearance: float, 
 
     Parameters
     ----------
-    course : the path, wound
+    course : the path, unwrapped
     column : the axis, in the order of the machine's axes
     clearance : mm, between tool and part while the axis rewinds
     time_price : J/s

@@ -33,7 +33,7 @@ class Course:
     Parameters
     ----------
     toolpath : the locations, and the places
-    rotary : (m, 2), rad, chain order, wound
+    rotary : (m, 2), rad, chain order, unwrapped
     place : (m,), where on the path as it was each of them is, in rows: 3.25 lies between 3 and 4
     admitted : (m,), whether the bounds on the lean hold; true of the path's own locations
     """
@@ -60,7 +60,7 @@ def with_seams(
 
     Parameters
     ----------
-    rotary : (n, 2), rad, chain order, wound
+    rotary : (n, 2), rad, chain order, unwrapped
     columns : of the axes that wind, in the order of the machine's axes
     tilt : bounds on the lean at the path's locations; between two of them its directions turn evenly
     """
@@ -156,7 +156,7 @@ def passed_seams(angles: Array, limits: Limits) -> tuple[Array, Array]:
 
     Parameters
     ----------
-    angles : (n,), rad, wound
+    angles : (n,), rad, unwrapped
 
     Returns
     -------

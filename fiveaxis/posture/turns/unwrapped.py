@@ -14,7 +14,7 @@ from fiveaxis.machine import Limits, Machine
 from fiveaxis.motion import follow
 from fiveaxis.posture.masks.mask import MaskFunction, RoughMask
 from fiveaxis.posture.problem import ALLOWED, Problem
-from fiveaxis.posture.solution import Baseline, Solution, Wound, program_energy
+from fiveaxis.posture.solution import Baseline, Solution, Unwrapped, program_energy
 from fiveaxis.posture.strategy.singular import Cone, turning_within
 from fiveaxis.posture.turns.phase import better_phases
 from fiveaxis.posture.turns.reversals import unreversed
@@ -137,8 +137,10 @@ def rewound_solution(
         compared[name] = Baseline(driven, spent, path_there, baseline.note)
         if baseline.toolpath in (None, path) and problem.violation(rotary) <= ALLOWED and keeps(rotary):
             best = min(best, other, key=_price)
-    kept = Wound(path, solution.tilt, best.problem, best.rotary, clearance, best.found.place)
-    limited = replace(solution, machine=machine, compared=compared, missing=missing, problem=None, wound=kept)
+    kept = Unwrapped(path, solution.tilt, best.problem, best.rotary, clearance, best.found.place)
+    limited = replace(
+        solution, machine=machine, compared=compared, missing=missing, problem=None, unwrapped=kept
+    )
     return with_path(limited, best.rotary)[0]
 
 
@@ -158,24 +160,24 @@ def with_path(solution: Solution, rotary: Array) -> tuple[Solution, Rewound | No
     Infeasible
         The path can't be rewound.
     """
-    machine, wound = solution.machine, solution.wound
-    if wound is None:
+    machine, unwrapped = solution.machine, solution.unwrapped
+    if unwrapped is None:
         motion = follow(solution.toolpath, machine, rotary)
         motion = replace(motion, location=solution.motion.location)
         energy = program_energy(machine, solution.toolpath, motion, solution.filling, solution.clock)
         return replace(solution, motion=motion, energy=energy), None
-    prices = {"clearance": wound.clearance, "time_price": wound.problem.time_price}
-    found = rewound(wound.toolpath, machine, rotary, tilt=wound.tilt, **prices)
-    told = [*found.findings(), *better_phases(wound.toolpath, machine, rotary, found)]
-    path = replace(found.toolpath, findings=(*wound.toolpath.findings, *told))
+    prices = {"clearance": unwrapped.clearance, "time_price": unwrapped.problem.time_price}
+    found = rewound(unwrapped.toolpath, machine, rotary, tilt=unwrapped.tilt, **prices)
+    told = [*found.findings(), *better_phases(unwrapped.toolpath, machine, rotary, found)]
+    path = replace(found.toolpath, findings=(*unwrapped.toolpath.findings, *told))
     motion = follow(path, machine, found.rotary)
     other = replace(
         solution,
         toolpath=path,
-        tilt=found.bounds(wound.tilt),
+        tilt=found.bounds(unwrapped.tilt),
         motion=motion,
         energy=program_energy(machine, path, motion, solution.filling, solution.clock),
-        wound=replace(wound, rotary=rotary, place=found.place),
+        unwrapped=replace(unwrapped, rotary=rotary, place=found.place),
     )
     return other, found
 
@@ -187,7 +189,7 @@ class _Candidate:
     Parameters
     ----------
     problem : that it solves
-    rotary : (n, 2), rad, chain order, wound
+    rotary : (n, 2), rad, chain order, unwrapped
     found : rewound
     price : J, with its delay, its rewinds and the marks that they leave
     """

@@ -44,7 +44,7 @@ def plan_turns(
 
     Parameters
     ----------
-    angles : (n,), rad, wound
+    angles : (n,), rad, unwrapped
     limits : rad
     stop : (n,), J, of rewinding at a location at all; infinite where that can't be
     up, down : (n,), J, of each turn forwards and back

@@ -179,7 +179,7 @@ def test_the_compiled_corridor_off_a_mask_holds_the_path_of_the_general_one(coor
 
     mask = Mask(rough)
     clear = Clearance(mask, NodeMap.of(mask, problem), np.arange(n))
-    found = path_through_corridor(*corridor, problem.waves, Roughly(rough))
+    found = path_through_corridor(*corridor, problem.trigonometric, Roughly(rough))
     general = corridor_lattice(*corridor)
 
     def states(rows):
@@ -196,8 +196,8 @@ def test_the_compiled_corridor_off_a_mask_holds_the_path_of_the_general_one(coor
         )
 
     assert priced(found) == pytest.approx(priced(expected), rel=1e-9)
-    assert not rough(np.arange(n), path_through_corridor(*corridor, problem.waves)[:, columns]).all()
-    asked = path_through_corridor(*corridor, problem.waves, clear, 20)
+    assert not rough(np.arange(n), path_through_corridor(*corridor, problem.trigonometric)[:, columns]).all()
+    asked = path_through_corridor(*corridor, problem.trigonometric, clear, 20)
     assert rough(np.arange(n), asked[:, columns]).all()
 
 

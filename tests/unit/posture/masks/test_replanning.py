@@ -70,10 +70,10 @@ def test_a_path_that_is_broken_nearly_everywhere_is_left_alone(problem, sound):
 
 
 def test_an_endless_axis_that_comes_out_on_another_turn_counts_on_from_there(problem, sound):
-    wound = sound.copy()
-    wound[60:] += [2.0 * np.pi, 0.0]
-    assert problem.broken(wound).any()
-    found = replanned(problem, wound)
+    unwrapped = sound.copy()
+    unwrapped[60:] += [2.0 * np.pi, 0.0]
+    assert problem.broken(unwrapped).any()
+    found = replanned(problem, unwrapped)
     assert problem.violation(found) <= ALLOWED
 
 

@@ -127,20 +127,20 @@ def test_a_grid_has_only_states_within_bounds():
 
 
 def test_turns_are_shifted_into_the_limits_as_a_whole():
-    wound = np.array([0.0, 10.0, 20.0])
-    np.testing.assert_allclose(fit_turns(wound, -np.inf, np.inf), wound)
-    fitted = fit_turns(wound, -21.0, 3.0)
+    unwrapped = np.array([0.0, 10.0, 20.0])
+    np.testing.assert_allclose(fit_turns(unwrapped, -np.inf, np.inf), unwrapped)
+    fitted = fit_turns(unwrapped, -21.0, 3.0)
     np.testing.assert_allclose(np.diff(fitted), 10.0)
     assert fitted.min() >= -21.0
     assert fitted.max() <= 3.0
-    assert fit_turns(wound, -5.0, 5.0) is None
+    assert fit_turns(unwrapped, -5.0, 5.0) is None
 
 
 def test_turns_that_fit_already_are_left_alone():
     """A rotary table of ±100 turns must not unwind to its end before it starts."""
-    wound = np.array([-3.0, 0.0, 40.0])
-    np.testing.assert_array_equal(fit_turns(wound, -628.3, 628.3), wound)
-    np.testing.assert_array_equal(fit_turns(wound, -np.inf, np.inf), wound)
+    unwrapped = np.array([-3.0, 0.0, 40.0])
+    np.testing.assert_array_equal(fit_turns(unwrapped, -628.3, 628.3), unwrapped)
+    np.testing.assert_array_equal(fit_turns(unwrapped, -np.inf, np.inf), unwrapped)
 
 
 def test_thinning_keeps_both_ends_and_both_sides_of_every_link():

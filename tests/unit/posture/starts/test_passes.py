@@ -15,7 +15,7 @@ from fiveaxis.machine import Limits
 from fiveaxis.posture import Problem
 from fiveaxis.posture.starts import seams as joints
 from fiveaxis.posture.starts.passes import choose_openings
-from fiveaxis.posture.starts.reopening import Layout, reopened, wound
+from fiveaxis.posture.starts.reopening import Layout, reopened, unwrapped
 from fiveaxis.posture.starts.rings import Opening, Ring, find_rings, known_rings
 from fiveaxis.posture.starts.seams import Joints
 from fiveaxis.toolpath import MoveKind, Tool, Toolpath, tilt_bounds
@@ -270,9 +270,9 @@ def test_own_openings_give_the_path_back():
 def test_angles_within_limits_keep_their_turn_along_a_pass():
     angles = np.radians([350.0, 355.0, 0.0, 5.0, 10.0])
     runs = [np.arange(2), np.arange(2, 5)]
-    free = wound(angles, runs, Limits(-np.inf, np.inf))
+    free = unwrapped(angles, runs, Limits(-np.inf, np.inf))
     np.testing.assert_allclose(np.degrees(free), [350.0, 355.0, 360.0, 365.0, 370.0])
-    held = wound(
+    held = unwrapped(
         np.radians([-5.0, 355.0, 0.0, 5.0, 370.0]), runs, Limits(np.radians(-20.0), np.radians(360.0))
     )
     np.testing.assert_allclose(np.degrees(held), [-5.0, -5.0, 0.0, 5.0, 10.0])

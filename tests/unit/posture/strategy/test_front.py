@@ -172,7 +172,7 @@ def rewound_front(hayashi):
 def test_a_front_of_a_path_with_rewinds_has_points_each_with_its_own(rewound_front):
     path, machine, front = rewound_front
     solution = front.solution
-    assert solution.wound is not None
+    assert solution.unwrapped is not None
     assert front.points[0].energy.as_dict() == solution.energy.as_dict()
     assert len(front.points) >= 2
     told = [f for f in solution.toolpath.findings if f.code == "rewind"]
@@ -194,7 +194,7 @@ def test_the_solution_of_such_a_front_keeps_its_bounds_and_tells_its_own_rewinds
     assert max(solution.residuals().values()) <= 1e-9
     for finding in [f for f in solution.toolpath.findings if f.code == "rewind"]:
         assert not solution.toolpath.cutting[finding.place.location + 1]
-    again, rewinds = with_path(solution, solution.wound.rotary)
+    again, rewinds = with_path(solution, solution.unwrapped.rotary)
     assert rewinds.rewinds
     np.testing.assert_array_equal(again.motion.positions, solution.motion.positions)
 

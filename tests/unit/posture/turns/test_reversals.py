@@ -62,9 +62,9 @@ def test_a_path_that_swings_at_the_seam_is_held_there_and_rewound_once(hayashi, 
     told = [f for f in solution.toolpath.findings if f.code == "rewind"]
     assert len(told) == 1
     assert max(solution.residuals().values()) <= 1e-9
-    changed = np.flatnonzero((solution.wound.rotary != rotary).any(axis=1))
+    changed = np.flatnonzero((solution.unwrapped.rotary != rotary).any(axis=1))
     assert 1 <= len(changed) <= 6
-    assert np.degrees(np.abs(solution.wound.rotary - rotary).max()) < 24.0
+    assert np.degrees(np.abs(solution.unwrapped.rotary - rotary).max()) < 24.0
 
 
 @pytest.mark.parametrize(("cone", "rewinds"), [(2.0, 3), (20.0, 1)])
@@ -94,7 +94,7 @@ def test_what_keeps_the_path_from_changing_is_asked(hayashi):
         lambda _, start: start,
         lambda _: False,
     )
-    np.testing.assert_array_equal(solution.wound.rotary, rotary)
+    np.testing.assert_array_equal(solution.unwrapped.rotary, rotary)
 
 
 def test_each_pair_of_opposite_rewinds_is_offered_the_shortest_first(hayashi):

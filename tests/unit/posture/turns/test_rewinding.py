@@ -59,8 +59,8 @@ def least_of_all(path: Toolpath, machine: Machine, rotary: Array) -> float:
     stops = find_stops(course, machine, column, CLEARANCE, 0.0)
     angles = course.rotary[:, 0]
     every = np.arange(-9, 10)
-    wound = angles[:, None] + TURN * every
-    fits = (wound >= limits.low - ON_LIMIT) & (wound <= limits.high + ON_LIMIT)
+    unwrapped = angles[:, None] + TURN * every
+    fits = (unwrapped >= limits.low - ON_LIMIT) & (unwrapped <= limits.high + ON_LIMIT)
     best = np.inf
     for turns in itertools.product(*(every[row] for row in fits)):
         price = 0.0
@@ -286,22 +286,22 @@ def test_a_mask_holds_on_a_path_that_is_rewound(hayashi, helix):
     assert -1e-6 <= min(seen) <= max(seen) <= TURN + 1e-6
     assert [f for f in solution.toolpath.findings if f.code == "rewind"]
     assert solution.residuals()["limit"] <= 1e-9
-    assert solution.wound is not None
-    own = rewound(path, machine, solution.wound.rotary).own
+    assert solution.unwrapped is not None
+    own = rewound(path, machine, solution.unwrapped.rotary).own
     c = solution.motion.positions[own, machine.column("C")]
     assert ahead_of_normal(path.normal, c).min() >= 10.0
     # Without the mask C follows the normal, and so does the path that is drawn in.
     free = helix(0.0, 360.0)
-    assert free.wound is not None
-    assert ahead_of_normal(path.normal, free.wound.rotary[:, 0]).min() < 5.0
+    assert free.unwrapped is not None
+    assert ahead_of_normal(path.normal, free.unwrapped.rotary[:, 0]).min() < 5.0
 
 
 def test_a_solution_tells_the_path_that_it_was_rewound_from(helix):
     solution = helix(-180.0, 180.0)
-    machine, wound = solution.machine, solution.wound
-    assert wound is not None
-    assert wound.problem.violation(wound.rotary) <= 1e-9
-    again = rewound(wound.toolpath, machine, wound.rotary, clearance=wound.clearance)
+    machine, unwrapped = solution.machine, solution.unwrapped
+    assert unwrapped is not None
+    assert unwrapped.problem.violation(unwrapped.rotary) <= 1e-9
+    again = rewound(unwrapped.toolpath, machine, unwrapped.rotary, clearance=unwrapped.clearance)
     np.testing.assert_array_equal(again.rotary, solution.motion.positions[:, machine.rotary_columns])
 
 
@@ -330,7 +330,7 @@ def test_free_starts_are_chosen_before_the_turns_are_cut(hayashi):
     assert 1 <= len(rewinds[1]) <= len(rewinds[0])
     assert freed.energy.travel < kept.energy.travel
     assert max(freed.residuals().values()) <= 1e-9
-    own = rewound(freed.wound.toolpath, machine, freed.wound.rotary).own
+    own = rewound(freed.unwrapped.toolpath, machine, freed.unwrapped.rotary).own
     # Every contact is there once, in another order.
     cut = np.round(freed.toolpath.contact[own], 9)
     np.testing.assert_array_equal(np.unique(cut, axis=0), np.unique(np.round(contact, 9), axis=0))

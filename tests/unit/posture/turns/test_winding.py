@@ -103,8 +103,8 @@ def test_turns_are_chosen_as_by_brute_force(angles, degrees, data):
     # Where the first location is a stop, the search may begin on the other side of it for nothing.
     assert cost_of(found, stop, up, down) == pytest.approx(least, abs=1e-9)
     for turns in found:
-        wound = angles + TURN * turns
-        assert (np.abs(wound) <= limits[1] + 1e-8).all()
+        unwrapped = angles + TURN * turns
+        assert (np.abs(unwrapped) <= limits[1] + 1e-8).all()
     np.testing.assert_array_equal(found[0][1:], found[1][:-1])
 
 
@@ -117,9 +117,9 @@ def test_towards_an_open_end_nothing_is_rewound(sign):
     # The other way it begins as many turns up as it goes down.
     before, after = plan_turns(-angles, limits, ones, ones, ones)
     np.testing.assert_array_equal(before, after)
-    wound = -angles + TURN * after
-    assert (wound >= limits[0]).all()
-    assert (wound <= limits[1]).all()
+    unwrapped = -angles + TURN * after
+    assert (unwrapped >= limits[0]).all()
+    assert (unwrapped <= limits[1]).all()
 
 
 def test_a_head_that_turns_is_rewound_clear_of_the_part_too(hayashi):
