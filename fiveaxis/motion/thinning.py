@@ -178,7 +178,7 @@ class _Course:
 
     @cached_property
     def next_pair(self) -> IntArray:
-        """(n,), the next row, from each one on, where two blocks can be one; the last row if there is none."""
+        """(n,), the next row, from each one on, where two blocks can be one; else the last row."""
         end = len(self.motion) - 1
         first = np.arange(max(end - 1, 0))
         rows = np.full(end + 1, end)

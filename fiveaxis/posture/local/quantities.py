@@ -66,8 +66,8 @@ class _Trigonometric:
         rows, (n, d) = self.rows, x.shape
         quantities = np.empty((n, rows.count))
         slope, bow = np.zeros((n, rows.count, d)), np.zeros((n, d, d))
-        trigonometric = (*self.trigonometric.places, self.trigonometric.axis)
-        differentiate(*trigonometric, rows.columns, rows.free, x, weights, quantities, slope, bow)
+        known = (*self.trigonometric.places, self.trigonometric.axis)
+        differentiate(*known, rows.columns, rows.free, x, weights, quantities, slope, bow)
         return quantities, slope, bow
 
 

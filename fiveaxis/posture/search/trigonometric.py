@@ -103,8 +103,8 @@ def trigonometric_coefficients(
 
 def terms(rotary: Array) -> Array:
     """Give the nine products of 1, cosine and sine of both angles; (..., 2) rad to (..., 9)."""
-    trigonometric = np.stack([np.ones_like(rotary), np.cos(rotary), np.sin(rotary)], axis=-1)
-    products = trigonometric[..., 0, :, None] * trigonometric[..., 1, None, :]
+    each = np.stack([np.ones_like(rotary), np.cos(rotary), np.sin(rotary)], axis=-1)
+    products = each[..., 0, :, None] * each[..., 1, None, :]
     return products.reshape(*rotary.shape[:-1], TERMS)
 
 
