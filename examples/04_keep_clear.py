@@ -33,7 +33,7 @@ def main() -> None:
     for name, solution in (("blind", blind), ("clear", clear)):
         # The control is to lead the tool straight between locations (tool centre point control).
         report = fx.verify(
-            solution.motion, machine, solution.toolpath, tilt=TILT, surroundings=around, between="led"
+            solution.motion, machine, solution.toolpath, tilt=TILT, surroundings=around, between="tcp"
         )
         print(f"{name}: {solution.energy.total:.0f} J, verified {report.ok}, findings {dict(report.counts)}")
 

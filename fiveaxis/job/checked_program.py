@@ -48,7 +48,7 @@ class Program:
     tcp : (n,), which moves are those of the tool's tip, under TCP
     spindle : (n,), rev/min, as `ReadMotion.spindle`
     straight : whether the tool's centre goes straight between rows; else all axes run linearly
-    led : whether that is because a control leads it
+    by_control : whether that is because the control moves its tip (TCP)
     """
 
     motion: Motion
@@ -57,22 +57,22 @@ class Program:
     tcp: BoolArray
     spindle: Array
     straight: bool = False
-    led: bool = False
+    by_control: bool = False
 
     @property
     def assumes_angles(self) -> bool:
         """Whether the program doesn't name its rotary angles."""
-        return self.led
+        return self.by_control
 
     @property
-    def led_height(self) -> float | None:
+    def tcp_height(self) -> float | None:
         """Height above the tip, mm, of the point that goes straight; None where all axes run linearly.
 
         A control leads the tip, and a motion's table stands for the tool's centre.
         """
         if not self.straight:
             return None
-        return 0.0 if self.led else self.path.zone.height
+        return 0.0 if self.by_control else self.path.zone.height
 
 
 def load_program(
@@ -242,7 +242,7 @@ def _load_path(
     lists = Path(source.name).suffix.lower() in (*APT_SUFFIXES, *POINT_SUFFIXES)
     spindle = np.zeros(len(path)) if lists else spindle_of(source, path.source)
     tcp = np.ones(len(path), dtype=bool)
-    return Program(motion, bare, (assumed, *path.findings), tcp, spindle, straight=True, led=True)
+    return Program(motion, bare, (assumed, *path.findings), tcp, spindle, straight=True, by_control=True)
 
 
 def _next_to_each_other(path: Toolpath, machine: Machine, begin: Array | None) -> Array:

@@ -335,7 +335,7 @@ def colliding_rows(solution: Postures, around: Surroundings) -> IntArray:
     subject = make_subject(solution.motion, machine, path, asked, DEFAULT_TOLERANCES)
     errors = [r.rows for r in check_collisions(subject, around) if r.severity is Severity.ERROR]
     if not path.tool.cutter.is_ball:
-        errors.append(check_gouge(subject, around.part, led=path.zone.height).rows)
+        errors.append(check_gouge(subject, around.part, tcp_height=path.zone.height).rows)
     ends = np.unique(np.concatenate(errors)).astype(np.int64)
     return np.unique(np.concatenate([ends, np.maximum(ends - 1, 0)]))
 

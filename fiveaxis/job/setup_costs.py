@@ -48,8 +48,8 @@ class SetupCosts:
             "effort": "quick",
         }
         leaning = {name: self.options.get(name) for name in LEANING}
-        led = any(value is not None for value in leaning.values())
-        self.leaning = for_tilt(self.toolpath, **leaning) if led else self.toolpath
+        bound = any(value is not None for value in leaning.values())
+        self.leaning = for_tilt(self.toolpath, **leaning) if bound else self.toolpath
         self.price = (machine.base_power or 0.0) if job.time_price is None else job.time_price
 
     @property

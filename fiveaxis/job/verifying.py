@@ -15,10 +15,18 @@ from fiveaxis.errors import SettingError
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.job.checked_program import Program, load_program
 from fiveaxis.machine import Machine
-from fiveaxis.motion import AXIS_TOLERANCE, PATH_TOLERANCE, Motion
+from fiveaxis.motion import AXIS_TOLERANCE, PATH_TOLERANCE, Interpolation, Motion
 from fiveaxis.nc.options import Wrap
 from fiveaxis.toolpath import Constraints, Tool, Toolpath, for_tilt, interpolate
-from fiveaxis.verification import Asked, Examination, OwnRows, Report, Tolerances, Ways, examine
+from fiveaxis.verification import (
+    Asked,
+    CheckedInterpolation,
+    Examination,
+    OwnRows,
+    Report,
+    Tolerances,
+    examine,
+)
 from fiveaxis.verification.checks import check_tilt
 from fiveaxis.verification.following import Match, check_following
 from fiveaxis.verification.program import ROUNDED
@@ -68,7 +76,7 @@ def verify_program(
 
     Between two blocks all axes run linearly in time; moves under tool centre point control are first cut into
     the parts in which such axes keep the tip on its way. Between two rows of a motion's table the tool's
-    centre is led straight. A program that doesn't say where the axes are is checked as a path of the tool,
+    centre goes straight. A program that doesn't say where the axes are is checked as a path of the tool,
     with the finding ``angles-assumed``.
 
     Parameters
@@ -160,12 +168,12 @@ class ProgramCheck:
         missed: tuple[Finding, ...] = ()
         match, following = None, None
         if toolpath is not None:
-            following, missed, match = check_following(subject, toolpath, led=read.led_height)
+            following, missed, match = check_following(subject, toolpath, tcp_height=read.tcp_height)
         own = OwnRows(
             following=following,
             lean=self._lean(subject, toolpath, match),
             turns=_check_turns(subject, toolpath, match, swept=self.around.part is not None),
-            led=read.led_height,
+            tcp_height=read.tcp_height,
             has_tool=self.tool is not None,
         )
         left = [
@@ -173,7 +181,8 @@ class ProgramCheck:
             *((NO_TOOL,) if self.tool is None else ()),
             *((NO_PATH,) if toolpath is None else ()),
         ]
-        report = examine(Examination(subject, self.around, Ways("axes", "axes"), own=own), left)
+        joint = CheckedInterpolation(Interpolation.JOINT, Interpolation.JOINT)
+        report = examine(Examination(subject, self.around, joint, own=own), left)
         counts = {} if match is None else match.missed
         return report.merge(Report.of_findings(missed, PATH, counts), Report.of_findings(read.findings))
 

@@ -120,7 +120,7 @@ class Fill:
         rotary = motion.positions[:, machine.rotary_columns]
         planes = AxisPlanes.of(given, machine, rotary, hold=hold, cone=cone)
         tcp = interpolation is Interpolation.TCP
-        path, filled, row = fill_in_rows(given, machine, rotary, led=tcp, planes=planes)
+        path, filled, row = fill_in_rows(given, machine, rotary, tcp=tcp, planes=planes)
         if path is not given:
             # Findings name the locations that people know: an inserted one is on the way to the next of them.
             path = replace(path, numbers=given.numbered[np.ceil(row).astype(np.int64)])
@@ -158,7 +158,7 @@ class Fill:
             self.planes.machine,
             self.motion,
             max_turn=LARGEST_TURN if max_turn is None else min(max_turn, LARGEST_TURN),
-            led=interpolation is Interpolation.TCP,
+            tcp=interpolation is Interpolation.TCP,
             needed=needed,
             planes=self.planes.demanded(self.row),
             inside=inside_rapids(self.path, self.row),

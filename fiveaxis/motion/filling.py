@@ -65,14 +65,14 @@ def fill_in_rows(
     rotary: Array,
     tolerance: float = WRITTEN_TOLERANCE,
     *,
-    led: bool = False,
+    tcp: bool = False,
     planes: AxisPlanes | None = None,
 ) -> tuple[Toolpath, Motion, Array]:
     """Do the same, and say where each location lies among the given ones.
 
     Parameters
     ----------
-    led : whether the tool's centre has to stay on the path under a control that leads the tip, too; rapid
+    tcp : whether the tool's centre has to stay on the path under a control that leads the tip, too; rapid
         moves are then filled as well, as such a control leads the tip in them (`inside_rapids`)
     planes : of the given path and angles, where they have been worked out
 
@@ -84,10 +84,10 @@ def fill_in_rows(
     planes = planes or AxisPlanes.of(toolpath, machine, rotary)
     centre = toolpath.centres(planes.axes)
     path, angles, row = toolpath, rotary, np.arange(len(toolpath), dtype=float)
-    blocks = np.flatnonzero(np.ones(len(toolpath) - 1, dtype=bool) if led else ~toolpath.rapid[1:])
+    blocks = np.flatnonzero(np.ones(len(toolpath) - 1, dtype=bool) if tcp else ~toolpath.rapid[1:])
     for _ in range(MOST_ROUNDS):
         off = way_deviation(path, machine, angles, blocks) / tolerance
-        if led:
+        if tcp:
             off = np.maximum(off, led_deviation(path, machine, angles, blocks) / tolerance)
         off = np.maximum(off, axis_deviation(planes, row, angles, blocks, planes.kept) / AXIS_TOLERANCE)
         # A parabola's height falls with the square of the parts that its chord is cut into.
@@ -98,7 +98,7 @@ def fill_in_rows(
         blocks = np.flatnonzero(np.repeat(parts, parts) > 1)
         row = np.interp(divided_rows(parts), np.arange(len(row)), row)
         path, angles = through(toolpath, row, centre), planes.rotary_at(row)
-        if led:
+        if tcp:
             path = _with_tips_straight(path, toolpath.tips(planes.axes), row, tool_axes(machine, angles))
     return path, follow(path, machine, angles), row
 

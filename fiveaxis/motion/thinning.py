@@ -61,7 +61,7 @@ def thinned(
     *,
     tolerance: float = WRITTEN_TOLERANCE,
     max_turn: float = math.inf,
-    led: bool = False,
+    tcp: bool = False,
     needed: BoolArray | None = None,
     planes: Array | None = None,
     inside: BoolArray | None = None,
@@ -86,7 +86,7 @@ def thinned(
     machine : two rotary and three linear axes
     tolerance : mm
     max_turn : rad, of a rotary axis in one block that stands for several
-    led : whether the control leads the tip
+    tcp : whether the control leads the tip
     needed : (n,), rows that stay in any case
     planes : (n, 3), unit vectors at right angles to the plane in which the tool axis stays in the move to
         each row (`AxisPlanes.demanded`); zero where there is none
@@ -95,7 +95,7 @@ def thinned(
     if inside is not None and inside.any():
         # A span may not end at one of them.
         needed = motion.rapid if needed is None else motion.rapid | needed
-    course = _Course(toolpath, machine, motion, tolerance / BETWEEN, max_turn, led, needed, planes)
+    course = _Course(toolpath, machine, motion, tolerance / BETWEEN, max_turn, tcp, needed, planes)
     kept = _joined(course, _longest_spans(course))
     kept = kept if inside is None else kept[~inside[kept]]
     time = np.append(0.0, np.add.reduceat(motion.time, kept[:-1] + 1)) if len(kept) > 1 else motion.time[kept]
@@ -120,7 +120,7 @@ class _Course:
     motion: Motion
     tolerance: float
     max_turn: float
-    led: bool
+    tcp: bool
     needed: BoolArray | None
     planes: Array | None
 
@@ -226,7 +226,7 @@ class _Course:
         bad[left] |= np.linalg.norm(halfway + height * leaning - self.middles[at], axis=1) > self.tolerance
         bad[left] |= self._leans_off(leaning, self.leanings[at], at)
         level &= ~np.logical_or.reduceat(bad, begins)
-        return level & self._drives_no_more(row, begins, first[span], last[span]) if self.led else level
+        return level & self._drives_no_more(row, begins, first[span], last[span]) if self.tcp else level
 
     def _leans_off(self, axis: Array, wanted: Array, row: IntArray) -> BoolArray:
         """Tell where tool axes are too far from the wanted ones, or from the planes of the moves to rows."""
@@ -245,7 +245,7 @@ class _Course:
 
     def _poses(self, share: Array, first: IntArray, last: IntArray) -> tuple[Array, Array]:
         """Find tip and tool axis at shares of spans, as the control moves them."""
-        if not self.led:
+        if not self.tcp:
             return tool_poses(self.machine, _between(self.motion.positions, share, first, last))
         tip = _between(self.poses[0], share, first, last)
         return tip, tool_axes(self.machine, _between(self.rotary, share, first, last))
@@ -253,7 +253,7 @@ class _Course:
     def _positions(self, row: IntArray, first: IntArray, last: IntArray) -> Array:
         """Find the axes at the moments of rows within spans, as the control moves them."""
         share = (self.clock[row] - self.clock[first]) / (self.clock[last] - self.clock[first])
-        if not self.led:
+        if not self.tcp:
             return _between(self.motion.positions, share, first, last)
         tip = _between(self.poses[0], share, first, last)
         return linear_positions(self.machine, tip, _between(self.rotary, share, first, last))

@@ -2,7 +2,7 @@
 
 from fiveaxis.verification.approach import Leads, choose_leads
 from fiveaxis.verification.asked import Asked
-from fiveaxis.verification.between import Ways
+from fiveaxis.verification.between import CheckedInterpolation
 from fiveaxis.verification.model import build_model, tool_poses
 from fiveaxis.verification.program import LEAN_BETWEEN, verify_text
 from fiveaxis.verification.read_back import ExpectedText, ReadBack, check_text
@@ -15,6 +15,7 @@ __all__ = [
     "DEFAULT_TOLERANCES",
     "LEAN_BETWEEN",
     "Asked",
+    "CheckedInterpolation",
     "Examination",
     "ExpectedText",
     "Leads",
@@ -22,7 +23,6 @@ __all__ = [
     "ReadBack",
     "Report",
     "Tolerances",
-    "Ways",
     "build_model",
     "check_text",
     "choose_leads",

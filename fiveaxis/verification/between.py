@@ -1,15 +1,17 @@
-"""The ways that a tool can take between two rows, and gouges in links on each of them."""
+"""By which interpolation moves are checked, and gouges in links under each of them."""
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fiveaxis.errors import SettingError
 from fiveaxis.findings import Severity
 from fiveaxis.geometry import IntArray
+from fiveaxis.motion import Interpolation
 from fiveaxis.toolpath import MoveKind
 from fiveaxis.verification.gouging import check_gouge
 from fiveaxis.verification.report import Result
@@ -18,58 +20,74 @@ from fiveaxis.verification.subject import Subject
 if TYPE_CHECKING:
     import trimesh
 
-# All axes linear in time, or the tool led straight by the control.
-Between = Literal["axes", "led"]
-# rad: a link in which no rotary axis turns by more takes one way, whoever leads it.
+# What the two were called in versions before 0.2.
+FORMER = {"axes": Interpolation.JOINT, "led": Interpolation.TCP}
+# How a report says them.
+WORDING = {
+    Interpolation.JOINT: "all axes linear in time",
+    Interpolation.TCP: "the tool's centre point straight",
+}
+# rad: a link in which no rotary axis turns by more is the same move under either interpolation.
 NO_TURN = 1e-9
 
 
 @dataclass(frozen=True)
-class Ways:
-    """On which ways between locations a motion is checked.
+class CheckedInterpolation:
+    """By which interpolation each check looks at the moves between locations.
 
     Parameters
     ----------
     gouges : of the cutter, in all moves
     collisions : of all bodies, in all moves
-    links : whether gouges in links and rapid moves are looked for on the other way, too
-    deviation : whether to tell that the tool's centre leaves its chords where all axes are linear in time:
-        not where a program inserts blocks between the locations, and in any case where ``gouges`` says
-        ``axes``
+    links : whether gouges in links and rapid moves are looked for under the other one, too
+    deviation : whether to tell that the tool's centre leaves its chords under joint interpolation: not where
+        a program inserts blocks between the locations, and in any case where ``gouges`` says ``joint``
     """
 
-    gouges: Between
-    collisions: Between
+    gouges: Interpolation
+    collisions: Interpolation
     links: bool = False
     deviation: bool = False
 
     @classmethod
-    def asked(cls, between: Between | Ways | None) -> Ways:
-        """Give what is asked for: one way, or, where none is named, what holds for most of both.
+    def of(cls, between: Interpolation | str | CheckedInterpolation | None) -> CheckedInterpolation:
+        """Take one interpolation for all checks or, where none is named, each check's usual one.
 
         Raises
         ------
         SettingError
-            An unknown way.
+            An unknown interpolation.
         """
         if between is None:
-            return cls("led", "axes", links=True, deviation=True)
-        if isinstance(between, Ways):
+            return cls(Interpolation.TCP, Interpolation.JOINT, links=True, deviation=True)
+        if isinstance(between, CheckedInterpolation):
             return between
-        if between not in ("axes", "led"):
-            raise SettingError(f"between {between!r}: write axes, led, or leave it out")
-        return cls(between, between, deviation=True)
+        if between in FORMER:
+            now = FORMER[between]
+            warnings.warn(
+                f"between={str(between)!r} is now {now.value!r}; the old word goes with the next version",
+                DeprecationWarning,
+                stacklevel=3,
+            )
+            return cls(now, now, deviation=True)
+        try:
+            every = Interpolation(between)
+        except ValueError:
+            raise SettingError(f"between {between!r}: write joint, tcp, or leave it out") from None
+        return cls(every, every, deviation=True)
 
     @property
     def of_deviation(self) -> Severity | None:
         """How bad it is that the tool's centre leaves a chord: an error in what blocks of axis words say."""
-        if self.gouges == "axes":
+        if self.gouges is Interpolation.JOINT:
             return Severity.ERROR
         return Severity.NOTE if self.deviation else None
 
 
-def check_gouges(subject: Subject, mesh: trimesh.Trimesh | None, ways: Ways) -> Result:
-    """Check for gouges as `check_gouge` does, links on both ways where it is asked for.
+def check_gouges(
+    subject: Subject, mesh: trimesh.Trimesh | None, interpolation: CheckedInterpolation
+) -> Result:
+    """Check for gouges as `check_gouge` does, links under both interpolations where that is wanted.
 
     Raises
     ------
@@ -77,18 +95,19 @@ def check_gouges(subject: Subject, mesh: trimesh.Trimesh | None, ways: Ways) -> 
         As `check_gouge`.
     """
     centre = subject.toolpath.zone.height
-    led, other_led = (centre, None) if ways.gouges == "led" else (None, centre)
-    found = check_gouge(subject, mesh, led=led)
+    straight = interpolation.gouges is Interpolation.TCP
+    height, other_height = (centre, None) if straight else (None, centre)
+    found = check_gouge(subject, mesh, tcp_height=height)
     rows = _turning_links(subject)
-    if mesh is None or not ways.links or not len(rows):
+    if mesh is None or not interpolation.links or not len(rows):
         return found
-    other = check_gouge(_apart(subject, rows), mesh, led=other_led)
+    other = check_gouge(_apart(subject, rows), mesh, tcp_height=other_height)
     # Each link is three rows: where it begins, where it ends, and a gap.
     ends = np.flatnonzero(other.rows % 3 == 1)
     where = rows[other.rows[ends] // 3]
     new = ~np.isin(where, found.rows)
     ends, where = ends[new], where[new]
-    how = "all axes linear in time" if other_led is None else "the tool led straight"
+    how = WORDING[Interpolation.JOINT if straight else Interpolation.TCP]
     count = len(found.rows)
 
     def message(i: int) -> str:

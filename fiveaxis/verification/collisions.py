@@ -53,19 +53,19 @@ def check_collisions(
     subject: Subject,
     surroundings: Surroundings,
     *,
-    led: float | None = None,
+    tcp_height: float | None = None,
     effort: dict[tuple[str, str], Effort] | None = None,
 ) -> tuple[Result, ...]:
     """Check all pairs of bodies that could touch, with coal, along the real motion of the axes.
 
-    Between locations all axes move linearly in time, or a point of the tool is led straight; links and
+    Between locations all axes move linearly in time, or a point of the tool moves straight; links and
     rapids are checked like cuts.
 
     Parameters
     ----------
     subject : motion, machine and path; the path's tool is what is in the spindle
     surroundings : part, stock, fixtures and clearances
-    led : mm above the tip, of the point that a control leads straight; None where all axes run linearly
+    tcp_height : mm above the tip, of the point that goes straight under TCP; None with joint interpolation
     effort : takes what each pair cost, by the names of its bodies
 
     Returns
@@ -83,7 +83,7 @@ def check_collisions(
     scene = build_scene(subject.machine, subject.toolpath.tool, surroundings)
     choice = choose_pairs(scene, surroundings.clearances)
     sweep = Sweep(TOLERANCE, {} if effort is None else effort)
-    met = _sweep_all(subject, choice.pairs, sweep, led)
+    met = _sweep_all(subject, choice.pairs, sweep, tcp_height)
     asked = sum(cost.asked for cost in sweep.effort.values())
     culled = sum(cost.culled for cost in sweep.effort.values())
     logger.info(
@@ -95,7 +95,7 @@ def check_collisions(
     )
     unknown = int(np.isnan(subject.positions).any(axis=1).sum())
     gap = f"collisions at {unknown} locations whose axis values aren't numbers, and on the way to them"
-    how = "all axes linear in time" if led is None else "the tool led straight while it turns"
+    how = "all axes linear in time" if tcp_height is None else "the tool centre point straight"
     way = f"collisions between locations: {how}, to {TOLERANCE:g} mm of movement"
     checked = (*scene.checked, *choice.checked, *((way,) if choice.pairs else ()))
     not_checked = (*scene.not_checked, *choice.not_checked, *((gap,) if unknown else ()))
@@ -131,7 +131,9 @@ def pinocchio_poses(machine: Machine) -> Poses:
     return poses
 
 
-def _sweep_all(subject: Subject, pairs: tuple[Pair, ...], sweep: Sweep, led: float | None) -> list[_Met]:
+def _sweep_all(
+    subject: Subject, pairs: tuple[Pair, ...], sweep: Sweep, tcp_height: float | None
+) -> list[_Met]:
     """Take every pair along every stretch of known axis values."""
     poses = pinocchio_poses(subject.machine)
     rapid = subject.toolpath.kind == MoveKind.RAPID
@@ -140,8 +142,8 @@ def _sweep_all(subject: Subject, pairs: tuple[Pair, ...], sweep: Sweep, led: flo
     known = np.asarray(np.isfinite(subject.positions).all(axis=1))
     for begin, end in _stretches(known):
         positions, place = subject.positions[begin:end], np.arange(float(end - begin))
-        if led is not None:
-            positions, place = led_positions(subject.machine, positions, led)
+        if tcp_height is not None:
+            positions, place = led_positions(subject.machine, positions, tcp_height)
         row = np.ceil(place).astype(np.int64)
         stretch = Stretch(subject.machine, poses, positions)
         # The first row may be the last one of the stretch before.
@@ -150,7 +152,7 @@ def _sweep_all(subject: Subject, pairs: tuple[Pair, ...], sweep: Sweep, led: flo
             counted = new & rapid[begin:end] if pair.rapid_only else new
             hits = sweep.run(pair, stretch, counted[row], back[begin:end][row])
             hits = hits.at(new[row[hits.rows]])
-            hits = hits if led is None else _of_rows(hits, place)
+            hits = hits if tcp_height is None else _of_rows(hits, place)
             if len(hits.rows):
                 met.append(_Met(pair, hits.moved(begin)))
     return met

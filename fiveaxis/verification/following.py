@@ -21,8 +21,8 @@ from fiveaxis.verification.moves import segment_distances
 from fiveaxis.verification.report import MOST_LISTED, Result
 from fiveaxis.verification.subject import Subject
 
-# A block in which axes run linearly is compared at so many places, one in which the tip is led at its end; at
-# more where it passes several of the path's shortest chords (those next to nothing, mm, left out), or where
+# A block with joint interpolation is compared at so many places, one under TCP at its end; at more where it
+# passes several of the path's shortest chords (those next to nothing, mm, left out), or where
 # the tool turns so far that its centre swings out beside the tip.
 LEAST_PLACES, MOST_PLACES = 4, 400
 SHORTEST_CHORD = 1e-2
@@ -78,30 +78,30 @@ class Track:
     rapid: BoolArray
 
     @classmethod
-    def of(cls, subject: Subject, path: Toolpath, *, led: float | None) -> Track:
+    def of(cls, subject: Subject, path: Toolpath, *, tcp_height: float | None) -> Track:
         """Follow all axes linearly in time, or a point of the tool straight, place by place.
 
         Parameters
         ----------
-        led : height of that point above the tip, mm; None where all axes run linearly
+        tcp_height : height of that point above the tip, mm; None where all axes run linearly
         """
         tip, axis = subject.tip, subject.axis
         height = subject.toolpath.zone.height
         way = np.nan_to_num(np.linalg.norm(np.diff(tip + height * axis, axis=0), axis=1))
         chords = path.lengths[path.lengths > SHORTEST_CHORD]
         passed = way / (chords.min() if len(chords) else np.inf)
-        if led is None:
+        if tcp_height is None:
             parts = np.clip(np.ceil(2.0 * passed), LEAST_PLACES, MOST_PLACES)
         else:
-            parts = np.clip(np.maximum(np.round(passed), _swings(axis, height - led)), 1, MOST_PLACES)
+            parts = np.clip(np.maximum(np.round(passed), _swings(axis, height - tcp_height)), 1, MOST_PLACES)
         place = divided_rows(parts.astype(np.int64))
         row = np.ceil(place).astype(np.int64)
         before, share = np.maximum(row - 1, 0), (place - row + 1.0)[:, None]
         positions = subject.positions[before] + share * (subject.positions[row] - subject.positions[before])
         point, axes = tool_poses(subject.machine, positions)
-        if led is not None:
-            ends = tip + led * axis
-            point = ends[before] + share * (ends[row] - ends[before]) - led * axes
+        if tcp_height is not None:
+            ends = tip + tcp_height * axis
+            point = ends[before] + share * (ends[row] - ends[before]) - tcp_height * axes
         kind = subject.toolpath.kind[row]
         linking, rapid = np.asarray(kind == MoveKind.LINK), np.asarray(kind == MoveKind.RAPID)
         return cls(point + height * axes, axes, row, place, linking, rapid)
@@ -120,7 +120,7 @@ def _swings(axis: Array, arm: float) -> Array:
 
 
 def check_following(
-    subject: Subject, path: Toolpath, *, led: float | None = None
+    subject: Subject, path: Toolpath, *, tcp_height: float | None = None
 ) -> tuple[Result, tuple[Finding, ...], Match]:
     """Check that a program follows a path.
 
@@ -128,15 +128,15 @@ def check_following(
     ----------
     subject : the program, its tool and zone those of the path
     path : that it should follow
-    led : height above the tip, mm, of the tool's point that goes straight between rows; None where all axes
-        run linearly
+    tcp_height : mm above the tip, of the point that goes straight between rows under TCP; None with joint
+        interpolation
 
     Returns
     -------
     The result, on rows of the program; findings on locations that the program doesn't come by; the match
     """
     tolerance = subject.tolerances.deviation
-    track, straight = Track.of(subject, path, led=led), led is not None
+    track, straight = Track.of(subject, path, tcp_height=tcp_height), tcp_height is not None
     match, off = _follow(track, path, tolerance, straight=straight)
     off = np.where(track.linking, np.nan, off)
     swerves = bool((path.rapid.any() and track.rapid.any()) and not straight)

@@ -31,9 +31,9 @@ MOST_ROUNDS = 40
 
 
 def check_gouge(
-    subject: Subject, part: str | Path | trimesh.Trimesh | None, *, led: float | None = None
+    subject: Subject, part: str | Path | trimesh.Trimesh | None, *, tcp_height: float | None = None
 ) -> Result:
-    """Check that the cutter stays out of the part, at the locations and on the ways between them.
+    """Check that the cutter stays out of the part, at the locations and in the moves between them.
 
     The cutting part may reach `Tolerances.row_gouge` deep at a location and `Tolerances.chord_gouge` within a
     move; in links and rapid moves too.
@@ -42,8 +42,8 @@ def check_gouge(
     ----------
     subject : the motion
     part : the mesh, or its file; without it nothing is checked
-    led : mm above the tip, of the point that a control leads straight (tool centre point control) while the
-        rotary axes turn in proportion; None where all axes run linearly
+    tcp_height : mm above the tip, of the point that goes straight under TCP while the rotary axes turn in
+        proportion; None with joint interpolation
 
     Raises
     ------
@@ -54,7 +54,7 @@ def check_gouge(
         return left_out("gouge", {"gouge_depth_mm": None}, "gouges: no mesh of the part was given")
     mesh = load_mesh(part, allow_open=True) if isinstance(part, str | Path) else part
     tolerances, body = subject.tolerances, CuttingBody.of(subject.toolpath.tool)
-    here, way = gouge_depths(subject, mesh, led=led)
+    here, way = gouge_depths(subject, mesh, tcp_height=tcp_height)
     allowed = _allowed_at_rows(subject)
     rows = np.flatnonzero((here > allowed) | (way > tolerances.chord_gouge))
     depth = np.fmax(here, way)
@@ -79,7 +79,7 @@ def check_gouge(
         values=depth[rows],
         message=message,
         figures={"gouge_depth_mm": largest(np.maximum(depth, 0.0))},
-        checked=(_what_was_checked(name, body, tolerances, float(allowed.min()), led),),
+        checked=(_what_was_checked(name, body, tolerances, float(allowed.min()), tcp_height),),
         not_checked=(
             *(() if mesh.is_watertight else (inside,)),
             *(() if body.is_stated else (_unstated(body),)),
@@ -96,10 +96,10 @@ def _allowed_at_rows(subject: Subject) -> Array:
 
 
 def _what_was_checked(
-    name: str, body: CuttingBody, tolerances: Tolerances, allowed: float, led: float | None
+    name: str, body: CuttingBody, tolerances: Tolerances, allowed: float, tcp_height: float | None
 ) -> str:
-    point = f"the point {led:g} mm above its tip" if led else "its tip"
-    how = "with all axes linear in time" if led is None else f"with {point} led straight"
+    point = f"the point {tcp_height:g} mm above its tip" if tcp_height else "its tip"
+    how = "with all axes linear in time" if tcp_height is None else f"with {point} moving straight"
     return (
         f"{name}, up to {body.height:g} mm above its tip, against the part's mesh at every location and, "
         f"{how}, between them: every {body.finest:.3g} mm where the surface is near; at most "
@@ -121,24 +121,24 @@ class Places:
 
 
 @dataclass(frozen=True, eq=False)
-class Ways:
-    """The ways between the rows of a motion.
+class MovePoses:
+    """Poses within the moves from row to row.
 
     Parameters
     ----------
     subject : the motion
-    led : see `check_gouge`
+    tcp_height : see `check_gouge`
     reach : mm, radius and height above the tip, (m, 2), of the cutter's outermost points
     """
 
     subject: Subject
-    led: float | None
+    tcp_height: float | None
     reach: Array
 
     @property
     def height(self) -> float:
-        """Height above the tip, mm, of the point that is followed: that which is led, else the centre."""
-        return self.subject.toolpath.zone.height if self.led is None else self.led
+        """Height above the tip, mm, of the point that is followed: the one under TCP, else the centre."""
+        return self.subject.toolpath.zone.height if self.tcp_height is None else self.tcp_height
 
     @cached_property
     def lever(self) -> float:
@@ -151,12 +151,12 @@ class Ways:
         return self.subject.tip + self.height * self.subject.axis
 
     def places(self, row: IntArray, share: Array) -> Places:
-        """Place the tool at shares, (m,) 0…1, of the ways that end at rows, (m,)."""
+        """Place the tool at shares, (m,) 0…1, of the moves that end at rows, (m,)."""
         subject, part = self.subject, share[:, None]
         before, after = subject.positions[row - 1], subject.positions[row]
         tip, axis = tool_poses(subject.machine, before + part * (after - before))
-        if self.led is not None:
-            tip = (1.0 - part) * self.followed[row - 1] + part * self.followed[row] - self.led * axis
+        if self.tcp_height is not None:
+            tip = (1.0 - part) * self.followed[row - 1] + part * self.followed[row] - self.tcp_height * axis
         return Places(tip, axis)
 
     def movement(self, one: Places, two: Places) -> Array:
@@ -165,7 +165,7 @@ class Ways:
         return np.asarray(way + self.lever * angle_between(one.axis, two.axis))
 
     def bends(self, row: IntArray) -> Array:
-        """Bound the second derivative of any point's place by the share of the ways to rows, (m,) mm.
+        """Bound the second derivative of any point's place by the share of the moves to rows, (m,) mm.
 
         A point's place is a product of one factor per joint. Its second derivative by two joint values is 0
         where the one nearer to the workpiece is linear; where it turns it is no longer than the derivative by
@@ -179,21 +179,23 @@ class Ways:
             column = machine.column(joint.letter)
             step = steps[:, column]
             if joint.is_rotary:
-                # Where a point is led straight, the others turn about it alone.
+                # Where a point moves straight, the others turn about it alone.
                 arm = np.full(len(row), self.lever)
-                if self.led is None:
+                if self.tcp_height is None:
                     turned = before + LITTLE * (np.arange(before.shape[1]) == column)
                     tip, axis = tool_poses(machine, turned)
                     swing = tip + self.height * axis - self.followed[row - 1]
                     arm = arm + np.linalg.norm(swing, axis=1) / LITTLE + moved
                 bend = bend + step * (step * arm + 2.0 * moved)
                 moved = moved + step * arm
-            elif self.led is None:
+            elif self.tcp_height is None:
                 moved = moved + step
         return bend
 
 
-def gouge_depths(subject: Subject, mesh: trimesh.Trimesh, *, led: float | None = None) -> tuple[Array, Array]:
+def gouge_depths(
+    subject: Subject, mesh: trimesh.Trimesh, *, tcp_height: float | None = None
+) -> tuple[Array, Array]:
     """Measure how deep the cutter reaches into the part.
 
     No depth changes faster than the cutter moves, so the way between two places is divided only while their
@@ -208,15 +210,15 @@ def gouge_depths(subject: Subject, mesh: trimesh.Trimesh, *, led: float | None =
     body = CuttingBody.of(subject.toolpath.tool)
     tree = TriangleTree.build(np.asarray(mesh.triangles, dtype=float))
     outline = subject.toolpath.tool.cutter.outline()
-    ways = Ways(subject, led, np.vstack([outline, [body.radius, body.height]]))
+    moves = MovePoses(subject, tcp_height, np.vstack([outline, [body.radius, body.height]]))
     known: BoolArray = np.logical_and.reduce(np.isfinite(subject.tip), axis=1)
     here, way = np.full(len(known), np.nan), np.full(len(known), -np.inf)
-    begins = _begin(ways, known)
+    begins = _begin(moves, known)
     floors = np.zeros(len(known))
     for ends in (begins.row - 1, begins.row):
         np.minimum.at(floors, ends, -begins.movement)
     here[known] = body.depths(subject.tip[known], subject.axis[known], tree, floors[known])
-    _search(ways, begins, here, way, body, tree)
+    _search(moves, begins, here, way, body, tree)
     if mesh.is_watertight:
         _sink_enclosed(here, way, subject, body, mesh, tree)
     return here, way
@@ -224,7 +226,7 @@ def gouge_depths(subject: Subject, mesh: trimesh.Trimesh, *, led: float | None =
 
 @dataclass(frozen=True, eq=False)
 class Stretches:
-    """Parts of ways.
+    """Parts of moves.
 
     Parameters
     ----------
@@ -243,9 +245,9 @@ class Stretches:
         return Stretches(self.row[which], self.low[which], self.high[which], self.movement[which])
 
 
-def _begin(ways: Ways, known: BoolArray) -> Stretches:
-    """Divide the ways so that no rotary axis turns by more than `TURN` in a part."""
-    subject = ways.subject
+def _begin(moves: MovePoses, known: BoolArray) -> Stretches:
+    """Divide the moves so that no rotary axis turns by more than `TURN` in a part."""
+    subject = moves.subject
     row = np.flatnonzero(known[1:] & known[:-1]) + 1
     turns = subject.steps[row][:, subject.machine.rotary_columns].max(axis=1, initial=0.0)
     parts = np.maximum(np.ceil(turns / TURN), 1.0).astype(np.int64)
@@ -253,21 +255,21 @@ def _begin(ways: Ways, known: BoolArray) -> Stretches:
     number = np.arange(len(owner)) - np.repeat(np.cumsum(parts) - parts, parts)
     share = np.repeat(1.0 / parts, parts)
     low, high = number * share, (number + 1) * share
-    one, two = ways.places(owner, low), ways.places(owner, high)
+    one, two = moves.places(owner, low), moves.places(owner, high)
     # No point is faster or slower than its chord by more than half its bend: ends may coincide.
-    bends = np.repeat(ways.bends(row), parts) * share * share / 2.0
-    return Stretches(owner, low, high, ways.movement(one, two) + bends)
+    bends = np.repeat(moves.bends(row), parts) * share * share / 2.0
+    return Stretches(owner, low, high, moves.movement(one, two) + bends)
 
 
 def _search(
-    ways: Ways, open_parts: Stretches, here: Array, way: Array, body: CuttingBody, tree: TriangleTree
+    moves: MovePoses, open_parts: Stretches, here: Array, way: Array, body: CuttingBody, tree: TriangleTree
 ) -> None:
-    """Halve parts of ways while a gouge may hide in them; writes the deepest places into `way`."""
-    limit = min(ways.subject.tolerances.gouge, ways.subject.tolerances.chord_gouge)
+    """Halve parts of moves while a gouge may hide in them; writes the deepest places into `way`."""
+    limit = min(moves.subject.tolerances.gouge, moves.subject.tolerances.chord_gouge)
     parts = open_parts
 
     def measure(row: IntArray, share: Array, floors: Array) -> Array:
-        places = ways.places(row, share)
+        places = moves.places(row, share)
         depths = body.depths(places.tip, places.axis, tree, floors)
         np.maximum.at(way, row, depths)
         return depths

@@ -25,7 +25,7 @@ def led_positions(machine: Machine, positions: Array, height: float) -> tuple[Ar
     ----------
     machine : whose axes they are
     positions : (n, k), mm and rad
-    height : mm above the tip, of the point that is led
+    height : mm above the tip, of the point that goes straight
 
     Returns
     -------
@@ -34,10 +34,10 @@ def led_positions(machine: Machine, positions: Array, height: float) -> tuple[Ar
     row : (m,), places in rows as they were given: 3.25 lies between 3 and 4
     """
     tip, axis = tool_poses(machine, positions)
-    led, row, every = tip + height * axis, np.arange(len(positions), dtype=float), positions
+    straight, row, every = tip + height * axis, np.arange(len(positions), dtype=float), positions
     for _ in range(MOST_ROUNDS):
         tips, axes = tool_poses(machine, (every[1:] + every[:-1]) / 2.0)
-        wanted = interpolate(led, (row[1:] + row[:-1]) / 2.0)
+        wanted = interpolate(straight, (row[1:] + row[:-1]) / 2.0)
         off = np.linalg.norm(tips + height * axes - wanted, axis=1)
         # A parabola's height falls with the square of the parts that its chord is cut into.
         parts = np.maximum(np.ceil(np.sqrt(np.nan_to_num(off) / PATH_TOLERANCE)), 1.0).astype(np.int64)
@@ -46,7 +46,7 @@ def led_positions(machine: Machine, positions: Array, height: float) -> tuple[Ar
         row = interpolate(row[:, None], divided_rows(parts))[:, 0]
         every = interpolate(positions, row)
         between = np.flatnonzero(row != np.floor(row))
-        every[between] = put_at(machine, every[between], interpolate(led, row[between]), height)
+        every[between] = put_at(machine, every[between], interpolate(straight, row[between]), height)
     return every, row
 
 
@@ -74,7 +74,7 @@ def positions_between(
 
 
 def put_at(machine: Machine, positions: Array, wanted: Array, height: float) -> Array:
-    """Move the linear axes of rows, (m, k), so that the led point is where it is wanted, (m, 3) mm.
+    """Move the linear axes of rows, (m, k), so that the point is where it is wanted, (m, 3) mm.
 
     Its place is linear in them. Where no place of the axes leads it there, a control can't either: they stay.
     """

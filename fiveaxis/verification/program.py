@@ -10,10 +10,10 @@ import numpy as np
 from fiveaxis.collision import Surroundings
 from fiveaxis.findings import Severity
 from fiveaxis.geometry import Array, IntArray
-from fiveaxis.motion import AXIS_TOLERANCE, FASTEST, PATH_TOLERANCE, SPEED_TOLERANCE, Fill
+from fiveaxis.motion import AXIS_TOLERANCE, FASTEST, PATH_TOLERANCE, SPEED_TOLERANCE, Fill, Interpolation
 from fiveaxis.toolpath import Constraints
 from fiveaxis.verification.asked import Asked
-from fiveaxis.verification.between import Ways
+from fiveaxis.verification.between import CheckedInterpolation
 from fiveaxis.verification.read_back import SAME_TIME, ExpectedText, ReadBack, check_text
 from fiveaxis.verification.report import Report, Result
 from fiveaxis.verification.subject import Tolerances, make_subject
@@ -72,11 +72,13 @@ def verify_text(
     )
     accelerations = fill.path is fill.given and exact
     subject = make_subject(driven, machine, fill.path, asked, allowed_between(tolerances, expected))
-    # Rows stand so close that the tip led straight and axes run linearly take the same way between them.
-    ways = Ways("axes", "axes")
+    # Rows stand so close that a straight tip and linear axes are the same move between them.
+    interpolation = CheckedInterpolation(Interpolation.JOINT, Interpolation.JOINT)
     left = (JERK,) if accelerations else (JERK, NO_ACCELERATIONS)
     within = back.within(fill)
-    return examine(Examination(subject, surroundings, ways, accelerations, more=more, within=within), left)
+    return examine(
+        Examination(subject, surroundings, interpolation, accelerations, more=more, within=within), left
+    )
 
 
 def allowed_between(tolerances: Tolerances, expected: ExpectedText) -> Tolerances:

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING
 from fiveaxis.collision import Surroundings
 from fiveaxis.findings import Severity
 from fiveaxis.machine import Machine
-from fiveaxis.motion import Motion, located, motion_digest
+from fiveaxis.motion import Interpolation, Motion, located, motion_digest
 from fiveaxis.toolpath import Toolpath, for_tilt
 from fiveaxis.verification.asked import Asked
-from fiveaxis.verification.between import Between, Ways, check_gouges
+from fiveaxis.verification.between import CheckedInterpolation, check_gouges
 from fiveaxis.verification.checks import check_contact, check_finite, check_limits, check_tilt
 from fiveaxis.verification.collisions import check_collisions
 from fiveaxis.verification.gouging import check_gouge
@@ -62,7 +62,7 @@ def verify(
     singular_rate: float = 0.0,
     part: str | Path | trimesh.Trimesh | None = None,
     surroundings: Surroundings | None = None,
-    between: Between | Ways | None = None,
+    between: Interpolation | str | CheckedInterpolation | None = None,
     gouge_tolerance: float = GOUGE_TOLERANCE,
     tolerances: Tolerances = DEFAULT_TOLERANCES,
 ) -> Report:
@@ -89,10 +89,9 @@ def verify(
     part : mesh of the finished part in mm, or its file; without it, gouges aren't checked
     surroundings : part, stock and fixtures that cutter, shank, holder and machine keep away from, in place
         of `part`; the bodies of the machine are held against each other in any case
-    between : the way between locations: ``axes``, all of them linear in time, as blocks of axis words say;
-        ``led``, the tool led straight, as tool centre point control does. By default gouges are looked for
-        on the way that is led, in links on both, and collisions on that of the axes; the report says on
-        which way what was checked
+    between : how the axes move between locations: ``joint``, all of them linear in time, as blocks of axis
+        words say; ``tcp``, the tool centre point straight. By default each check has its usual one: gouges
+        ``tcp``, those of links both, and collisions ``joint``; the report says which was checked how
     gouge_tolerance : mm, how deep the cutter may reach into the part at a location; within a move it may
         reach 0.01 mm deeper, as the move is the chord of a curve
     tolerances : from where on any other difference is a finding
@@ -142,7 +141,7 @@ def verify(
     if asked.inserted is not None:
         allowed = replace(allowed, row_allowance=allowed.chord_allowance)
     subject = make_subject(motion, machine, toolpath, asked, allowed)
-    return examine(Examination(subject, around, Ways.asked(between)), NOT_CHECKED)
+    return examine(Examination(subject, around, CheckedInterpolation.of(between)), NOT_CHECKED)
 
 
 @dataclass(frozen=True, eq=False)
@@ -154,14 +153,14 @@ class OwnRows:
     following : how it follows its path; None without one
     lean : the check of the tool's lean, where what that refers to is known
     turns : the check of sudden turns
-    led : mm above the tip, of the point that goes straight between rows; None where all axes run linearly
+    tcp_height : mm above the tip, of the point that goes straight between rows; None with joint interpolation
     has_tool : whether anybody has named the tool
     """
 
     following: Result | None
     lean: Result
     turns: Result
-    led: float | None
+    tcp_height: float | None
     has_tool: bool
 
 
@@ -173,7 +172,7 @@ class Examination:
     ----------
     subject : the motion beside its path
     surroundings : part, stock and fixtures
-    ways : on which ways between rows gouges and collisions are looked for
+    interpolation : on which ways between rows gouges and collisions are looked for
     accelerations : whether the blocks' speeds tell accelerations; not where moves were cut into parts
     own : for a program with rows of its own
     more : results of checks on a program's text
@@ -182,7 +181,7 @@ class Examination:
 
     subject: Subject
     surroundings: Surroundings
-    ways: Ways
+    interpolation: CheckedInterpolation
     accelerations: bool = True
     own: OwnRows | None = None
     more: tuple[Result, ...] = ()
@@ -214,25 +213,26 @@ def _accelerations(e: Examination) -> Iterable[Result]:
 
 def _deviations(e: Examination) -> Iterable[Result]:
     if e.own is None:
-        yield check_deviation(e.subject, e.ways.of_deviation, e.within)
+        yield check_deviation(e.subject, e.interpolation.of_deviation, e.within)
     # Beside a path what lies between blocks is checked against that: few blocks may well follow its bends.
-    elif e.own.led is None and e.own.following is None:
+    elif e.own.tcp_height is None and e.own.following is None:
         yield check_deviation(e.subject, Severity.WARNING)
 
 
 def _gouges(e: Examination) -> Iterable[Result]:
     if e.own is None:
-        yield check_gouges(e.subject, e.surroundings.part, e.ways)
+        yield check_gouges(e.subject, e.surroundings.part, e.interpolation)
     else:
-        yield check_gouge(e.subject, e.surroundings.part, led=e.own.led)
+        yield check_gouge(e.subject, e.surroundings.part, tcp_height=e.own.tcp_height)
 
 
 def _collisions(e: Examination) -> Iterable[Result]:
     if e.own is None:
-        led = TIP if e.ways.collisions == "led" else None
-        yield from check_collisions(e.subject, e.surroundings, led=led)
+        straight = e.interpolation.collisions is Interpolation.TCP
+        tcp_height = TIP if straight else None
+        yield from check_collisions(e.subject, e.surroundings, tcp_height=tcp_height)
     elif e.own.has_tool:
-        yield from check_collisions(e.subject, e.surroundings, led=e.own.led)
+        yield from check_collisions(e.subject, e.surroundings, tcp_height=e.own.tcp_height)
 
 
 # Every check there is, in the order in which a report speaks of them.

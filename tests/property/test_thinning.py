@@ -25,7 +25,7 @@ cases = st.tuples(st.sampled_from(MACHINES), waves, st.booleans(), st.integers(3
 
 def make(case):
     """Lay a wave with a link in its middle, and angles that turn along it."""
-    name, (height, turns, turn, rise), led, n = case
+    name, (height, turns, turn, rise), tcp, n = case
     machine = load_machine(name)
     along = np.linspace(0.0, 1.0, n)
     contact = np.column_stack([30.0 * along, 5.0 * np.sin(turns * along), height * along])
@@ -33,15 +33,15 @@ def make(case):
     links = (along > 0.4) & (along < 0.5)
     path = replace(path.with_links(links), feed=np.where(links, 2.0 * path.feed, path.feed))
     rotary = np.column_stack([0.4 + turn * np.sin(3.0 * along), -0.5 + rise * along])
-    filled, motion, _ = fill_in_rows(path, machine, rotary, led=led)
-    return machine, filled, motion, led
+    filled, motion, _ = fill_in_rows(path, machine, rotary, tcp=tcp)
+    return machine, filled, motion, tcp
 
 
-def sampled(machine, motion, led, moments):
+def sampled(machine, motion, tcp, moments):
     """Give tip and tool axis of a control that drives a motion, by kinematics of verification's own."""
     clock = np.cumsum(motion.time)
     positions = np.stack([np.interp(moments, clock, c) for c in motion.positions.T], axis=1)
-    if led:
+    if tcp:
         tips = tool_poses(machine, motion.positions)[0]
         tip = np.stack([np.interp(moments, clock, c) for c in tips.T], axis=1)
         positions = linear_positions(machine, tip, positions[:, machine.rotary_columns])
@@ -51,11 +51,11 @@ def sampled(machine, motion, led, moments):
 @settings(max_examples=40, deadline=None)
 @given(cases)
 def test_the_centre_is_where_the_path_has_it_at_every_moment(case):
-    machine, path, motion, led = make(case)
-    found = thinned(path, machine, motion, led=led)
+    machine, path, motion, tcp = make(case)
+    found = thinned(path, machine, motion, tcp=tcp)
     clock = np.cumsum(motion.time)
     moments = (clock[:-1, None] + SHARES * np.diff(clock)[:, None]).ravel()
-    tip, axis = sampled(machine, found.motion, led, moments)
+    tip, axis = sampled(machine, found.motion, tcp, moments)
     wanted = np.stack([np.interp(moments, clock, c) for c in path.pivot.T], axis=1)
     off = np.linalg.norm(tip + path.zone.height * axis - wanted, axis=1)
     assert off.max() <= PATH_TOLERANCE + ROUNDING
@@ -67,8 +67,8 @@ def test_the_centre_is_where_the_path_has_it_at_every_moment(case):
 @settings(max_examples=25, deadline=None)
 @given(cases)
 def test_kept_rows_are_the_given_ones_and_times_add_up(case):
-    machine, path, motion, led = make(case)
-    found = thinned(path, machine, motion, led=led)
+    machine, path, motion, tcp = make(case)
+    found = thinned(path, machine, motion, tcp=tcp)
     assert found.kept[0] == 0
     assert found.kept[-1] == len(motion) - 1
     np.testing.assert_array_equal(found.motion.positions, motion.positions[found.kept])
@@ -84,8 +84,8 @@ def test_kept_rows_are_the_given_ones_and_times_add_up(case):
 @settings(max_examples=20, deadline=None)
 @given(cases)
 def test_no_axis_travels_farther_for_fewer_blocks(case):
-    machine, path, motion, led = make(case)
-    found = thinned(path, machine, motion, led=led)
+    machine, path, motion, tcp = make(case)
+    found = thinned(path, machine, motion, tcp=tcp)
     before, after = (np.abs(m.moves).sum(axis=0) for m in (motion, found.driven))
     assert (after <= before + 1e-6 * len(motion)).all()
 
@@ -93,8 +93,8 @@ def test_no_axis_travels_farther_for_fewer_blocks(case):
 @settings(max_examples=20, deadline=None)
 @given(cases)
 def test_the_same_motion_is_thinned_to_the_same_bytes(case):
-    machine, path, motion, led = make(case)
-    one, other = (thinned(path, machine, motion, led=led) for _ in range(2))
+    machine, path, motion, tcp = make(case)
+    one, other = (thinned(path, machine, motion, tcp=tcp) for _ in range(2))
     assert one.motion.positions.tobytes() == other.motion.positions.tobytes()
     assert one.motion.time.tobytes() == other.motion.time.tobytes()
 
@@ -102,8 +102,8 @@ def test_the_same_motion_is_thinned_to_the_same_bytes(case):
 @settings(max_examples=20, deadline=None)
 @given(cases)
 def test_what_is_kept_of_a_motion_is_kept_when_its_needless_rows_are_sought_again(case):
-    machine, path, motion, led = make(case)
-    found = thinned(path, machine, motion, led=led)
+    machine, path, motion, tcp = make(case)
+    found = thinned(path, machine, motion, tcp=tcp)
     needed = np.isin(np.arange(len(motion)), found.kept)
-    again = thinned(path, machine, motion, led=led, needed=needed)
+    again = thinned(path, machine, motion, tcp=tcp, needed=needed)
     np.testing.assert_array_equal(again.kept, found.kept)

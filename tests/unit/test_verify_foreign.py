@@ -37,7 +37,7 @@ def test_a_program_of_directions_is_swept_where_the_control_leads_the_tip(hayash
     report = fx.verify_program(program, hayashi, tool=tool, surroundings=Surroundings(fixtures=(pin,)))
     (found,) = [f for f in report.findings if f.code == "fixture-collision"]
     assert found.place.line == 7
-    assert "the tool led straight while it turns" in " ".join(report.checked)
+    assert "the tool centre point straight" in " ".join(report.checked)
 
 
 LEANING = """G21 G90 G94

@@ -100,7 +100,7 @@ def test_a_control_that_leads_the_tip_bends_the_way_of_the_balls_centre():
     axes = tool_axes(machine, rotary)
     turns = np.arccos(np.clip(np.einsum("ni,ni->n", axes[1:], axes[:-1]), -1.0, 1.0))
     np.testing.assert_allclose(off, 10.0 * (1.0 - np.cos(turns / 2.0)), atol=1e-9)
-    filled, motion, _ = fill_in_rows(path, machine, rotary, led=True)
+    filled, motion, _ = fill_in_rows(path, machine, rotary, tcp=True)
     angles = motion.positions[:, machine.rotary_columns]
     assert led_deviation(filled, machine, angles, blocks_of(filled)).max() <= PATH_TOLERANCE
     assert way_deviation(filled, machine, angles, blocks_of(filled)).max() <= PATH_TOLERANCE
@@ -123,7 +123,7 @@ def test_a_rapid_move_gets_no_block_between_its_ends(hayashi):
 def test_where_a_control_leads_the_tip_it_goes_straight_in_rapid_moves(hayashi):
     path = with_a_rapid_move(straight_cut())
     rotary = np.radians([[0, -20], [8, -20], [160, -30], [170, -30]])
-    filled, motion, row = fill_in_rows(path, hayashi, rotary, led=True)
+    filled, motion, row = fill_in_rows(path, hayashi, rotary, tcp=True)
     inside = inside_rapids(filled, row)
     assert inside.sum() > 5
     tip = tool_poses(hayashi, motion.positions)[0]
@@ -131,7 +131,7 @@ def test_where_a_control_leads_the_tip_it_goes_straight_in_rapid_moves(hayashi):
     share = (row[inside] - 1.0)[:, None]
     np.testing.assert_allclose(tip[inside], ends[0] + share * (ends[1] - ends[0]), atol=1e-9)
     # Such a move is one block, and takes the time of its parts.
-    found = thinned(filled, hayashi, motion, led=True, inside=inside)
+    found = thinned(filled, hayashi, motion, tcp=True, inside=inside)
     assert found.motion.rapid.sum() == 1
     np.testing.assert_array_equal(found.driven.positions[inside], motion.positions[inside])
     assert found.motion.time[found.motion.rapid] == pytest.approx(motion.time[motion.rapid].sum())

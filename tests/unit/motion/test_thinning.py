@@ -26,11 +26,11 @@ def arc(n: int, radius: float = 20.0) -> Toolpath:
     return Toolpath.from_contacts(contact, np.tile([0.0, 0.0, 1.0], (n, 1)), Tool.ball(6))
 
 
-@pytest.mark.parametrize("led", [False, True])
-def test_a_straight_line_of_many_points_is_one_move(hayashi, led):
+@pytest.mark.parametrize("tcp", [False, True])
+def test_a_straight_line_of_many_points_is_one_move(hayashi, tcp):
     path = line(1000)
     motion = follow(path, hayashi, still(path))
-    found = thinned(path, hayashi, motion, led=led)
+    found = thinned(path, hayashi, motion, tcp=tcp)
     assert found.kept.tolist() == [0, 999]
     assert found.removed == 998
     assert found.motion.time.sum() == pytest.approx(motion.time.sum(), rel=1e-12)

@@ -5,16 +5,20 @@ import pytest
 
 from fiveaxis.collision import Surroundings
 from fiveaxis.machine import Machine
-from fiveaxis.motion import Motion, fill_in_rows, follow
+from fiveaxis.motion import Interpolation, Motion, fill_in_rows, follow
 from fiveaxis.toolpath import Tool, Toolpath
-from fiveaxis.verification import Asked, Examination, Report, Tolerances, Ways, examine
+from fiveaxis.verification import Asked, CheckedInterpolation, Examination, Report, Tolerances, examine
 from fiveaxis.verification.subject import make_subject
 
 
 def examined(motion: Motion, machine: Machine, path: Toolpath, asked: Asked, **words) -> Report:
     """The report on the locations of a path."""
     subject = make_subject(motion, machine, path, asked, Tolerances(jump=2.0))
-    return examine(Examination(subject, Surroundings(), Ways("led", "axes"), **words))
+    return examine(
+        Examination(
+            subject, Surroundings(), CheckedInterpolation(Interpolation.TCP, Interpolation.JOINT), **words
+        )
+    )
 
 
 def bent(n: int = 3, step: float = 20.0) -> Toolpath:

@@ -14,9 +14,9 @@ from fiveaxis.kinematics import tool_poses
 from fiveaxis.machine import Box, Machine
 from fiveaxis.motion import Motion, follow, motion_digest
 from fiveaxis.toolpath import MoveKind, Tool, Toolpath
-from fiveaxis.verification import verify
+from fiveaxis.verification import CheckedInterpolation, verify
 
-# A link across the table's centre while the table turns by half a turn: led straight the tool passes the
+# A link across the table's centre while the table turns by half a turn: with TCP the tool passes the
 # centre, with axes linear it goes around it.
 TIPS = np.array([[60.0, 0, 0], [60, 1, 0], [60, 2, 0], [-60, 2, 0], [-60, 3, 0]])
 KINDS = np.array([MoveKind.CUT, MoveKind.CUT, MoveKind.CUT, MoveKind.LINK, MoveKind.CUT])
@@ -40,14 +40,14 @@ def middle(motion: Motion, machine: Machine) -> np.ndarray:
     return tool_poses(machine, motion.positions[2:4].mean(axis=0)[None])[0][0]
 
 
-@pytest.mark.parametrize("way", ["axes", "led"])
+@pytest.mark.parametrize("way", ["joint", "tcp"])
 def test_a_gouge_on_either_way_of_a_link_is_found_by_default(path, motion, hayashi, way):
-    x, y = middle(motion, hayashi)[:2] if way == "axes" else (0.0, 2.0)
+    x, y = middle(motion, hayashi)[:2] if way == "joint" else (0.0, 2.0)
     post = trimesh.creation.box(bounds=[[x - 2, y - 2, -5], [x + 2, y + 2, 20]])
     report = verify(motion, hayashi, path, part=post)
     assert report.counts["gouge"] == 1
     assert next(f for f in report.findings if f.code == "gouge").place.location == 3
-    other = "led" if way == "axes" else "axes"
+    other = "tcp" if way == "joint" else "joint"
     assert "gouge" in verify(motion, hayashi, path, part=post, between=way).counts
     assert "gouge" not in verify(motion, hayashi, path, part=post, between=other).counts
 
@@ -59,9 +59,9 @@ def test_the_two_ways_of_a_link_differ(motion, hayashi):
 def test_a_collision_on_the_way_that_is_led_is_found_where_it_is_asked_for(path, motion, hayashi):
     around = Surroundings(fixtures=(Fixture("pin", Box((4, 4, 40), (0, 2, 14))),))
     by_axes = verify(motion, hayashi, path, surroundings=around)
-    led = verify(motion, hayashi, path, surroundings=around, between="led")
+    straight = verify(motion, hayashi, path, surroundings=around, between="tcp")
     assert "fixture-collision" not in by_axes.counts
-    assert led.counts["fixture-collision"] == 1
+    assert straight.counts["fixture-collision"] == 1
 
 
 def test_a_digest_is_of_places_kinds_and_chain(motion, hayashi):
@@ -77,5 +77,11 @@ def test_a_digest_is_of_places_kinds_and_chain(motion, hayashi):
 
 
 def test_an_unknown_way_is_refused(path, motion, hayashi):
-    with pytest.raises(SettingError, match="write axes, led"):
-        verify(motion, hayashi, path, between="tip")
+    with pytest.raises(SettingError, match="write joint, tcp"):
+        verify(motion, hayashi, path, between="tips")
+
+
+@pytest.mark.parametrize(("former", "now"), [("axes", "joint"), ("led", "tcp")])
+def test_the_former_words_still_do_for_a_version_and_warn(former, now):
+    with pytest.warns(DeprecationWarning, match=f"is now '{now}'"):
+        assert CheckedInterpolation.of(former) == CheckedInterpolation.of(now)

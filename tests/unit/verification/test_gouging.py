@@ -14,7 +14,7 @@ from fiveaxis.motion import Motion, follow
 from fiveaxis.toolpath import MoveKind, Tool, Toolpath, shapes
 from fiveaxis.verification import Asked, verify
 from fiveaxis.verification.cutting_body import CuttingBody
-from fiveaxis.verification.gouging import Ways, gouge_depths
+from fiveaxis.verification.gouging import MovePoses, gouge_depths
 from fiveaxis.verification.subject import DEFAULT_TOLERANCES, make_subject
 
 RADIUS = 5.0
@@ -160,9 +160,9 @@ def test_a_turn_between_two_good_locations_sweeps_the_flank_into_the_part(hayash
     rotary = np.unwrap(rotary_angles(hayashi, path.axis)[1], axis=0)
     motion = follow(path, hayashi, rotary)
     subject = make_subject(motion, hayashi, path, None, DEFAULT_TOLERANCES)
-    _, way = gouge_depths(subject, box, led=path.zone.height)
+    _, way = gouge_depths(subject, box, tcp_height=path.zone.height)
     shares = np.linspace(0.0, 1.0, 401)[1:-1]
-    ways = Ways(subject, path.zone.height, tool.cutter.outline())
+    ways = MovePoses(subject, path.zone.height, tool.cutter.outline())
     places = ways.places(np.ones(len(shares), dtype=int), shares)
     body = CuttingBody.of(tool)
     tree = TriangleTree.build(np.asarray(box.triangles))
@@ -190,8 +190,8 @@ def test_axes_that_run_linearly_leave_the_straight_way_of_the_centre(hayashi, bo
     first, last = (rotary_angles(hayashi, leant_axis(a))[1][0] for a in (25.0, 65.0))
     motion = follow(path, hayashi, np.array([first, last]))
     subject = make_subject(motion, hayashi, path, None, DEFAULT_TOLERANCES)
-    _, straight = gouge_depths(subject, box, led=path.zone.height)
-    _, linear = gouge_depths(subject, box, led=None)
+    _, straight = gouge_depths(subject, box, tcp_height=path.zone.height)
+    _, linear = gouge_depths(subject, box, tcp_height=None)
     assert straight[1] == pytest.approx(0.0, abs=1e-9)
     assert abs(linear[1]) > 0.1
 
@@ -210,7 +210,7 @@ def test_a_control_that_leads_the_tip_takes_the_ball_off_its_place(hayashi):
     ceiling.apply_translation((RADIUS + 10.0) * towards)
     bulge = RADIUS * (1.0 - np.cos(half)) * np.cos(tilt)
     for led, depth in ((RADIUS, 0.0), (0.0, bulge)):
-        here, way = gouge_depths(subject, ceiling, led=led)
+        here, way = gouge_depths(subject, ceiling, tcp_height=led)
         assert here == pytest.approx(0.0, abs=1e-6)
         assert way[1] == pytest.approx(depth, abs=0.005)
 
@@ -234,7 +234,7 @@ def test_axes_that_run_linearly_bulge_between_ends_that_coincide(hayashi, arm, s
     wall = trimesh.creation.box(extents=(20.0, 100.0, 100.0))
     wall.apply_transform(trimesh.geometry.align_vectors([1.0, 0.0, 0.0], aside[0]))
     wall.apply_translation([0.0, 0.0, arm] + aside[0] / bulge * (RADIUS + 10.0))
-    here, deepest = gouge_depths(subject, wall, led=None)
+    here, deepest = gouge_depths(subject, wall, tcp_height=None)
     assert here == pytest.approx(0.0, abs=1e-6)
     if bulge > DEFAULT_TOLERANCES.chord_gouge:
         assert deepest[1:] == pytest.approx(bulge, abs=0.005)
@@ -248,7 +248,7 @@ def test_no_point_of_the_cutter_goes_farther_than_is_reckoned_with(hayashi, led)
     tip, axis = tool_poses(hayashi, positions)
     path = Toolpath.from_tips(tip, axis, Tool.ball(2.0 * RADIUS))
     motion = Motion(hayashi.letters, positions, path.feed, np.ones(40), path.kind, path.source)
-    ways = Ways(make_subject(motion, hayashi, path, None, DEFAULT_TOLERANCES), led, AROUND)
+    ways = MovePoses(make_subject(motion, hayashi, path, None, DEFAULT_TOLERANCES), led, AROUND)
     row = np.arange(1, 40)
     ends = [ways.places(row, np.full(39, share)) for share in (0.0, 1.0)]
     bound = ways.movement(*ends) + ways.bends(row) / 2.0
@@ -280,7 +280,7 @@ PART = Path(__file__).parents[3] / "examples" / "overhang" / "part.stl"
 def test_a_path_that_was_planned_for_a_ball_gouges_nowhere(hayashi, plan):
     path = plan_contour(PART, Tool.ball(8.0), spacing=1.0, **plan)
     subject = make_subject(upright(path, hayashi), hayashi, path, Asked(), DEFAULT_TOLERANCES)
-    here, way = gouge_depths(subject, load_mesh(PART), led=path.zone.height)
+    here, way = gouge_depths(subject, load_mesh(PART), tcp_height=path.zone.height)
     assert here.max() <= DEFAULT_TOLERANCES.gouge
     assert way.max() <= DEFAULT_TOLERANCES.chord_gouge
     # Links among them, and somewhere it touches.

@@ -10,9 +10,9 @@ from fiveaxis.errors import SettingError, ToolpathError
 from fiveaxis.findings import Severity
 from fiveaxis.kinematics import rotary_angles, tool_poses
 from fiveaxis.machine import Axis, Limits, Machine
-from fiveaxis.motion import Motion, follow
+from fiveaxis.motion import Interpolation, Motion, follow
 from fiveaxis.toolpath import MoveKind, Tool, Toolpath
-from fiveaxis.verification import Report, Tolerances, Ways, verify
+from fiveaxis.verification import CheckedInterpolation, Report, Tolerances, verify
 
 TILT = (15.0, 75.0)
 ROW = 100
@@ -225,11 +225,13 @@ def test_the_deviation_of_a_rotating_block_is_the_sagitta_of_its_arc(hayashi):
     assert report.counts == {"tip-deviation": 1}
     assert report.findings[0].severity is Severity.NOTE
     assert report.ok
-    blocks = verify(motion, hayashi, path, between="axes")
+    blocks = verify(motion, hayashi, path, between="joint")
     assert blocks.findings[0].severity is Severity.ERROR
     assert not blocks.ok
     # A program that inserts blocks there is checked by itself: of the locations only the figure counts.
-    inserted = verify(motion, hayashi, path, between=Ways("led", "axes"))
+    inserted = verify(
+        motion, hayashi, path, between=CheckedInterpolation(Interpolation.TCP, Interpolation.JOINT)
+    )
     assert inserted.findings == ()
     assert inserted.figures == report.figures
 
