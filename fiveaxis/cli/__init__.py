@@ -15,7 +15,7 @@ from fiveaxis.cli.machine_verbs import check, import_machine, info, machines, ur
 from fiveaxis.cli.path_verbs import optimise, plan, preview
 from fiveaxis.cli.post_verb import controls, post
 from fiveaxis.cli.surface_verb import surface
-from fiveaxis.cli.telling import told
+from fiveaxis.cli.verbosity import with_options
 from fiveaxis.cli.verify_verb import verify
 
 app = typer.Typer(
@@ -23,23 +23,23 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     help="Choose the tool posture of a 5-axis path that costs the machine the least energy.",
 )
-app.command()(told(machines))
-app.command()(told(info))
-app.command()(told(check))
-app.command("import")(told(import_machine))
-app.command()(told(urdf))
-app.command()(told(energy))
-app.command()(told(plan))
-app.command()(told(optimise))
-app.command()(told(verify))
-app.command()(told(post))
-app.command()(told(controls))
+app.command()(with_options(machines))
+app.command()(with_options(info))
+app.command()(with_options(check))
+app.command("import")(with_options(import_machine))
+app.command()(with_options(urdf))
+app.command()(with_options(energy))
+app.command()(with_options(plan))
+app.command()(with_options(optimise))
+app.command()(with_options(verify))
+app.command()(with_options(post))
+app.command()(with_options(controls))
 # Unknown options pass as arguments, since a tip like -10,0,5 looks like one.
-app.command(context_settings={"ignore_unknown_options": True})(told(surface))
-app.command()(told(preview))
-app.command()(told(calibrate))
-app.command()(told(batch))
-app.command()(told(job))
+app.command(context_settings={"ignore_unknown_options": True})(with_options(surface))
+app.command()(with_options(preview))
+app.command()(with_options(calibrate))
+app.command()(with_options(batch))
+app.command()(with_options(job))
 
 
 def main() -> None:

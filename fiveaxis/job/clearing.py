@@ -31,10 +31,10 @@ from fiveaxis.posture.masks.mask import MaskFunction
 from fiveaxis.posture.strategy.portfolio import Progress
 from fiveaxis.toolpath import Constraints, Toolpath, for_tilt, tilt_bounds
 from fiveaxis.toolpath.passes import Passes
-from fiveaxis.verification import Asked
+from fiveaxis.verification import PathConstraints
+from fiveaxis.verification.check_context import DEFAULT_TOLERANCES, make_context
 from fiveaxis.verification.collisions import check_collisions
 from fiveaxis.verification.gouging import check_gouge
-from fiveaxis.verification.subject import DEFAULT_TOLERANCES, make_subject
 
 if TYPE_CHECKING:
     import trimesh
@@ -331,11 +331,11 @@ def colliding_rows(solution: Postures, around: Surroundings) -> IntArray:
     Where a ball gouges it does so in any posture; of other cutters gouges count, too.
     """
     machine, path = solution.machine, solution.toolpath
-    asked = Asked.of_degrees(path, machine)
-    subject = make_subject(solution.motion, machine, path, asked, DEFAULT_TOLERANCES)
-    errors = [r.rows for r in check_collisions(subject, around) if r.severity is Severity.ERROR]
+    constraints = PathConstraints.of_degrees(path, machine)
+    context = make_context(solution.motion, machine, path, constraints, DEFAULT_TOLERANCES)
+    errors = [r.rows for r in check_collisions(context, around) if r.severity is Severity.ERROR]
     if not path.tool.cutter.is_ball:
-        errors.append(check_gouge(subject, around.part, tcp_height=path.zone.height).rows)
+        errors.append(check_gouge(context, around.part, tcp_height=path.zone.height).rows)
     ends = np.unique(np.concatenate(errors)).astype(np.int64)
     return np.unique(np.concatenate([ends, np.maximum(ends - 1, 0)]))
 

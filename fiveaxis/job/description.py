@@ -18,7 +18,7 @@ from fiveaxis.settings import (
     StrictModel,
 )
 from fiveaxis.toolpath import Constraints, parse_tool, require_range
-from fiveaxis.verification.subject import GOUGE_TOLERANCE
+from fiveaxis.verification.check_context import GOUGE_TOLERANCE
 
 TOOL_FILE = ".toml"
 # Table that makes many jobs of one file (`fiveaxis.batch`).

@@ -19,19 +19,24 @@ from fiveaxis.motion import AXIS_TOLERANCE, PATH_TOLERANCE, Interpolation, Motio
 from fiveaxis.nc.options import Wrap
 from fiveaxis.toolpath import Constraints, Tool, Toolpath, for_tilt, interpolate
 from fiveaxis.verification import (
-    Asked,
     CheckedInterpolation,
     Examination,
     OwnRows,
+    PathConstraints,
     Report,
     Tolerances,
     examine,
+)
+from fiveaxis.verification.check_context import (
+    DEFAULT_TOLERANCES,
+    GOUGE_TOLERANCE,
+    CheckContext,
+    make_context,
 )
 from fiveaxis.verification.checks import check_tilt
 from fiveaxis.verification.following import Match, check_following
 from fiveaxis.verification.program import ROUNDED
 from fiveaxis.verification.report import PATH, Result
-from fiveaxis.verification.subject import DEFAULT_TOLERANCES, GOUGE_TOLERANCE, Subject, make_subject
 from fiveaxis.verification.turns import check_jumps, programmed_turns
 
 if TYPE_CHECKING:
@@ -164,15 +169,15 @@ class ProgramCheck:
         toolpath = self._leaning(self.toolpath)
         if toolpath is not None:
             read = replace(read, path=read.path.in_zone(toolpath.zone))
-        subject = self._subject(read)
+        context = self._context(read)
         missed: tuple[Finding, ...] = ()
         match, following = None, None
         if toolpath is not None:
-            following, missed, match = check_following(subject, toolpath, tcp_height=read.tcp_height)
+            following, missed, match = check_following(context, toolpath, tcp_height=read.tcp_height)
         own = OwnRows(
             following=following,
-            lean=self._lean(subject, toolpath, match),
-            turns=_check_turns(subject, toolpath, match, swept=self.around.part is not None),
+            lean=self._lean(context, toolpath, match),
+            turns=_check_turns(context, toolpath, match, swept=self.around.part is not None),
             tcp_height=read.tcp_height,
             has_tool=self.tool is not None,
         )
@@ -182,16 +187,16 @@ class ProgramCheck:
             *((NO_PATH,) if toolpath is None else ()),
         ]
         joint = CheckedInterpolation(Interpolation.JOINT, Interpolation.JOINT)
-        report = examine(Examination(subject, self.around, joint, own=own), left)
+        report = examine(Examination(context, self.around, joint, own=own), left)
         counts = {} if match is None else match.missed
         return report.merge(Report.of_findings(missed, PATH, counts), Report.of_findings(read.findings))
 
-    def _subject(self, read: Program) -> Subject:
+    def _context(self, read: Program) -> CheckContext:
         given = self.constraints
         turning: dict[str, Any] = {"hold": given.hold, "max_turn": given.max_turn}
         if given.singular_cone is not None and len(self.machine.rotaries) == 2:
             turning |= {"singular_cone": given.singular_cone, "singular_rate": given.singular_rate}
-        asked = Asked.of_degrees(read.path, self.machine, **turning)
+        constraints = PathConstraints.of_degrees(read.path, self.machine, **turning)
         # Its rows aren't the locations: some lie on chords, some have no block, and words are rounded.
         more = self.tolerances.chord_allowance + PATH_TOLERANCE
         allowed = replace(
@@ -200,7 +205,7 @@ class ProgramCheck:
             chord_allowance=more,
             lean=max(self.tolerances.lean, ROUNDED + AXIS_TOLERANCE),
         )
-        return make_subject(read.motion, self.machine, read.path, asked, allowed)
+        return make_context(read.motion, self.machine, read.path, constraints, allowed)
 
     def _leaning(self, path: Toolpath | None) -> Toolpath | None:
         """Give a path with the part of the cutter that touches within the bounds on its lean."""
@@ -209,13 +214,13 @@ class ProgramCheck:
             return path
         return for_tilt(path, given.tilt, given.cone, lead=given.lead, lean=given.lean)
 
-    def _lean(self, subject: Subject, toolpath: Toolpath | None, match: Match | None) -> Result:
+    def _lean(self, context: CheckContext, toolpath: Toolpath | None, match: Match | None) -> Result:
         """Check the tool's lean where directions that it refers to are known."""
         given = self.constraints
         if not given.bounds_lean:
-            return check_tilt(subject)
-        rows = np.arange(len(subject.positions))
-        path, positions = subject.toolpath, subject.motion.positions
+            return check_tilt(context)
+        rows = np.arange(len(context.positions))
+        path, positions = context.toolpath, context.motion.positions
         if toolpath is not None and match is not None:
             known = np.flatnonzero(match.row >= 0)
             path, rows = toolpath.at(known), match.row[known]
@@ -230,36 +235,38 @@ class ProgramCheck:
                 )
             path = find_contacts(path, self.around.part, tolerance=self.surface_tolerance)
         if len(rows) == 0:
-            return check_tilt(subject)
+            return check_tilt(context)
         if toolpath is None:
             path = self._leaning(path) or path
         bounds = {name: getattr(given, name) for name in ("tilt", "cone", "lead", "lean", "plane")}
-        asked = Asked.of_degrees(path, subject.machine, **bounds)
+        constraints = PathConstraints.of_degrees(path, context.machine, **bounds)
         if toolpath is None:
             # What lies off the part is a feed move all the same, and nobody knows its lean.
-            path = replace(path, kind=subject.toolpath.kind[rows])
-        motion = subject.motion
+            path = replace(path, kind=context.toolpath.kind[rows])
+        motion = context.motion
         columns = ("feed", "time", "kind", "source")
         some = Motion(motion.letters, positions, *(getattr(motion, name)[rows] for name in columns))
-        result = check_tilt(make_subject(some, subject.machine, path, asked, subject.tolerances))
+        result = check_tilt(make_context(some, context.machine, path, constraints, context.tolerances))
         return replace(result, rows=rows[result.rows])
 
 
-def _check_turns(subject: Subject, toolpath: Toolpath | None, match: Match | None, *, swept: bool) -> Result:
+def _check_turns(
+    context: CheckContext, toolpath: Toolpath | None, match: Match | None, *, swept: bool
+) -> Result:
     """Check how far rotary axes turn in a cut; a bound that somebody names holds for whole blocks.
 
     What the program itself turns the tool by is no excuse there: only what a path turns it by is.
     """
-    if subject.asked.max_turn is None:
-        return _as_severe(check_jumps(subject), Severity.WARNING if swept else Severity.ERROR)
-    programmed = np.zeros(len(subject.positions))
+    if context.constraints.max_turn is None:
+        return _as_severe(check_jumps(context), Severity.WARNING if swept else Severity.ERROR)
+    programmed = np.zeros(len(context.positions))
     if toolpath is not None and match is not None:
         known = np.flatnonzero(match.row >= 0)
         # A row before a location is on the way to it.
         following = np.searchsorted(match.row[known], np.arange(len(programmed)))
         turns = np.append(programmed_turns(toolpath)[known], 0.0)
         programmed = turns[following]
-    return check_jumps(subject, programmed, blocks=True)
+    return check_jumps(context, programmed, blocks=True)
 
 
 def _as_severe(result: Result, severity: Severity) -> Result:

@@ -1,25 +1,25 @@
 """An independent check of a motion: other kinematics than the optimiser's, the same path and machine."""
 
 from fiveaxis.verification.approach import Leads, choose_leads
-from fiveaxis.verification.asked import Asked
 from fiveaxis.verification.between import CheckedInterpolation
+from fiveaxis.verification.check_context import DEFAULT_TOLERANCES, Tolerances
 from fiveaxis.verification.model import build_model, tool_poses
+from fiveaxis.verification.path_constraints import PathConstraints
 from fiveaxis.verification.program import LEAN_BETWEEN, verify_text
 from fiveaxis.verification.read_back import ExpectedText, ReadBack, check_text
 from fiveaxis.verification.report import Report
-from fiveaxis.verification.subject import DEFAULT_TOLERANCES, Tolerances
 from fiveaxis.verification.verdict import CHECKS, Examination, OwnRows, examine, verify
 
 __all__ = [
     "CHECKS",
     "DEFAULT_TOLERANCES",
     "LEAN_BETWEEN",
-    "Asked",
     "CheckedInterpolation",
     "Examination",
     "ExpectedText",
     "Leads",
     "OwnRows",
+    "PathConstraints",
     "ReadBack",
     "Report",
     "Tolerances",

@@ -16,13 +16,13 @@ from fiveaxis.machine import Machine
 from fiveaxis.motion import PATH_TOLERANCE, STANDSTILL, Motion
 from fiveaxis.motion.leads import FIRST, LAST, clear_way, lead_places
 from fiveaxis.toolpath import MoveKind, Toolpath
-from fiveaxis.verification.asked import Asked
+from fiveaxis.verification.check_context import DEFAULT_TOLERANCES, Tolerances, make_context
 from fiveaxis.verification.collisions import check_collisions
 from fiveaxis.verification.cutting_body import CuttingBody
 from fiveaxis.verification.gouging import check_gouge
 from fiveaxis.verification.model import tool_poses
+from fiveaxis.verification.path_constraints import PathConstraints
 from fiveaxis.verification.report import APPROACH, Gap, Report, make_report
-from fiveaxis.verification.subject import DEFAULT_TOLERANCES, Tolerances, make_subject
 
 # mm: ways that are tried: near ones, those beside the cut, far ones, which pass stock at the cut's feed.
 NEAR, BESIDE, FAR = (5.0, 2.5, 1.0), (5.0, 10.0, 20.0, 40.0), (10.0, 20.0, 40.0)
@@ -100,8 +100,8 @@ class _Ground:
         path, motion = self._way(places, kind)
         more = self.tolerances.chord_allowance + PATH_TOLERANCE
         allowed = replace(self.tolerances, row_allowance=more, chord_allowance=more)
-        subject = make_subject(motion, self.machine, path, Asked(), allowed)
-        results = check_gouge(subject, self.around.part), *check_collisions(subject, self.around)
+        context = make_context(motion, self.machine, path, PathConstraints(), allowed)
+        results = check_gouge(context, self.around.part), *check_collisions(context, self.around)
         found = make_report(results, path, ()).findings
         return [finding for finding in found if finding.severity is Severity.ERROR]
 

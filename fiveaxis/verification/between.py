@@ -13,9 +13,9 @@ from fiveaxis.findings import Severity
 from fiveaxis.geometry import IntArray
 from fiveaxis.motion import Interpolation
 from fiveaxis.toolpath import MoveKind
+from fiveaxis.verification.check_context import CheckContext
 from fiveaxis.verification.gouging import check_gouge
 from fiveaxis.verification.report import Result
-from fiveaxis.verification.subject import Subject
 
 if TYPE_CHECKING:
     import trimesh
@@ -85,7 +85,7 @@ class CheckedInterpolation:
 
 
 def check_gouges(
-    subject: Subject, mesh: trimesh.Trimesh | None, interpolation: CheckedInterpolation
+    context: CheckContext, mesh: trimesh.Trimesh | None, interpolation: CheckedInterpolation
 ) -> Result:
     """Check for gouges as `check_gouge` does, links under both interpolations where that is wanted.
 
@@ -94,14 +94,14 @@ def check_gouges(
     MeshError
         As `check_gouge`.
     """
-    centre = subject.toolpath.zone.height
+    centre = context.toolpath.zone.height
     straight = interpolation.gouges is Interpolation.TCP
     height, other_height = (centre, None) if straight else (None, centre)
-    found = check_gouge(subject, mesh, tcp_height=height)
-    rows = _turning_links(subject)
+    found = check_gouge(context, mesh, tcp_height=height)
+    rows = _turning_links(context)
     if mesh is None or not interpolation.links or not len(rows):
         return found
-    other = check_gouge(_apart(subject, rows), mesh, tcp_height=other_height)
+    other = check_gouge(_apart(context, rows), mesh, tcp_height=other_height)
     # Each link is three rows: where it begins, where it ends, and a gap.
     ends = np.flatnonzero(other.rows % 3 == 1)
     where = rows[other.rows[ends] // 3]
@@ -123,24 +123,24 @@ def check_gouges(
     )
 
 
-def _turning_links(subject: Subject) -> IntArray:
+def _turning_links(context: CheckContext) -> IntArray:
     """Find the rows, (m,), of links and rapid moves in which a rotary axis turns."""
-    turns = np.nan_to_num(subject.steps[:, subject.machine.rotary_columns].max(axis=1, initial=0.0))
-    return np.flatnonzero((subject.toolpath.kind != MoveKind.CUT) & (turns > NO_TURN))
+    turns = np.nan_to_num(context.steps[:, context.machine.rotary_columns].max(axis=1, initial=0.0))
+    return np.flatnonzero((context.toolpath.kind != MoveKind.CUT) & (turns > NO_TURN))
 
 
-def _apart(subject: Subject, rows: IntArray) -> Subject:
+def _apart(context: CheckContext, rows: IntArray) -> CheckContext:
     """Take the moves to some rows apart from each other, an unknown place after each."""
     taken = np.column_stack([rows - 1, rows, rows]).reshape(-1)
     gap = np.where(np.arange(len(taken)) % 3 == 2, np.nan, 0.0)[:, None]
-    inserted = subject.asked.inserted
+    inserted = context.constraints.inserted
     return replace(
-        subject,
-        positions=subject.positions[taken] + gap,
-        tip=subject.tip[taken] + gap,
-        axis=subject.axis[taken] + gap,
-        toolpath=subject.toolpath.at(taken),
-        asked=replace(subject.asked, inserted=None if inserted is None else inserted[taken]),
+        context,
+        positions=context.positions[taken] + gap,
+        tip=context.tip[taken] + gap,
+        axis=context.axis[taken] + gap,
+        toolpath=context.toolpath.at(taken),
+        constraints=replace(context.constraints, inserted=None if inserted is None else inserted[taken]),
     )
 
 

@@ -1,4 +1,4 @@
-"""The checks on axis values and poses; each takes a `Subject` and returns a `Result`."""
+"""The checks on axis values and poses; each takes a `CheckContext` and returns a `Result`."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ import numpy as np
 from fiveaxis.findings import Severity
 from fiveaxis.geometry import Array
 from fiveaxis.toolpath import across
+from fiveaxis.verification.check_context import CheckContext
 from fiveaxis.verification.report import Result, left_out
-from fiveaxis.verification.subject import Subject
 
 
-def check_finite(subject: Subject) -> Result:
+def check_finite(context: CheckContext) -> Result:
     """Check that every axis value is a number and every duration one that isn't negative."""
-    motion = subject.motion
+    motion = context.motion
     times = motion.time[:, None]
     bad = np.hstack([~np.isfinite(motion.positions), ~(np.isfinite(times) & (times >= 0.0))])
     rows, columns = np.nonzero(bad)
-    names = [*subject.machine.letters, "the duration"]
+    names = [*context.machine.letters, "the duration"]
 
     def message(i: int) -> str:
         value = np.hstack([motion.positions[rows[i]], motion.time[rows[i]]])[columns[i]]
@@ -36,17 +36,17 @@ def check_finite(subject: Subject) -> Result:
     )
 
 
-def check_limits(subject: Subject) -> Result:
+def check_limits(context: CheckContext) -> Result:
     """Check every axis value against its limits."""
-    machine, tolerances = subject.machine, subject.tolerances
-    overrun = np.maximum(subject.positions - machine.high, machine.low - subject.positions)
+    machine, tolerances = context.machine, context.tolerances
+    overrun = np.maximum(context.positions - machine.high, machine.low - context.positions)
     rotary = np.array([a.is_rotary for a in machine.axes])
     rows, columns = np.nonzero(overrun > np.where(rotary, tolerances.angle, tolerances.length))
     shown = machine.shown(overrun)
-    limited, unlimited = _limit_sentences(subject)
+    limited, unlimited = _limit_sentences(context)
 
     def message(i: int) -> str:
-        axis, value = machine.axes[columns[i]], subject.positions[rows[i], columns[i]]
+        axis, value = machine.axes[columns[i]], context.positions[rows[i], columns[i]]
         side, bound = ("above", axis.limits.high) if value > axis.limits.high else ("below", axis.limits.low)
         return (
             f"{axis.letter} = {axis.shown(value):.6g} {axis.unit} is {side} the limit "
@@ -69,9 +69,9 @@ def check_limits(subject: Subject) -> Result:
     )
 
 
-def _limit_sentences(subject: Subject) -> tuple[tuple[str, ...], tuple[str, ...]]:
+def _limit_sentences(context: CheckContext) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Say of which axes limits are checked, and of which they aren't."""
-    axes = subject.machine.axes
+    axes = context.machine.axes
     limited = [a.letter for a in axes if not a.limits.unlimited]
     free = [a.letter for a in axes if a.limits.unlimited]
     some = f"axis limits of {', '.join(limited)} at every location" if limited else None
@@ -79,24 +79,24 @@ def _limit_sentences(subject: Subject) -> tuple[tuple[str, ...], tuple[str, ...]
     return _only(some), _only(none)
 
 
-def check_contact(subject: Subject) -> Result:
+def check_contact(context: CheckContext) -> Result:
     """Check that the axis values put the tool's centre and its contact where the path wants them.
 
     The reached centre is ``tip + b·o``, the reached contact ``centre − a·e − r·n``, with the figures of the
     zone that touches (a ball's centre and radius). Where the contact is unknown the centre alone counts.
     """
-    path, zone = subject.toolpath, subject.toolpath.zone
-    at_centre = np.linalg.norm(subject.centre - path.centres(subject.axis), axis=1)
-    pivot = subject.centre - zone.offset * across(path.normal, subject.axis)
+    path, zone = context.toolpath, context.toolpath.zone
+    at_centre = np.linalg.norm(context.centre - path.centres(context.axis), axis=1)
+    pivot = context.centre - zone.offset * across(path.normal, context.axis)
     touched = pivot - zone.radius * path.normal
     at_contact = np.linalg.norm(touched - path.contact, axis=1)
     error = np.fmax(at_centre, at_contact)
-    rows = np.flatnonzero(error > subject.tolerances.contact)
+    rows = np.flatnonzero(error > context.tolerances.contact)
 
     def message(i: int) -> str:
         return (
             f"the axis values miss the wanted contact by {error[rows[i]]:.3g} mm (at most "
-            f"{subject.tolerances.contact:g} mm); solve the linear axes again for this posture"
+            f"{context.tolerances.contact:g} mm); solve the linear axes again for this posture"
         )
 
     return Result(
@@ -110,22 +110,22 @@ def check_contact(subject: Subject) -> Result:
     )
 
 
-def check_tilt(subject: Subject) -> Result:
+def check_tilt(context: CheckContext) -> Result:
     """Check the angle between tool axis and reference at every location of a cut that has one.
 
     A cutter that touches with one part of its profile only has a second reference, the surface normal.
     """
-    if subject.asked.leaning is None:
+    if context.constraints.leaning is None:
         nothing = {"tilt_min_deg": None, "tilt_max_deg": None}
         return left_out("tilt", nothing, "tilt: no tilt range or cone was given")
-    every = subject.asked.leaning.all
-    angles = np.array([bounds.angles(subject.axis) for bounds in every])
+    every = context.constraints.leaning.all
+    angles = np.array([bounds.angles(context.axis) for bounds in every])
     lows, highs = np.array([[bounds.low, bounds.high] for bounds in every]).T
     overruns = np.nan_to_num(np.maximum(angles - highs[:, None], lows[:, None] - angles), nan=-np.inf)
     overrun, worst = overruns.max(axis=0), overruns.argmax(axis=0)
-    passed = subject.asked.passed
+    passed = context.constraints.passed
     between = np.zeros(len(overrun), dtype=bool) if passed is None else passed
-    allowed = np.where(between, subject.tolerances.lean_between, subject.tolerances.lean)
+    allowed = np.where(between, context.tolerances.lean_between, context.tolerances.lean)
     rows = np.flatnonzero(overrun > allowed)
 
     def message(i: int) -> str:
@@ -138,7 +138,7 @@ def check_tilt(subject: Subject) -> Result:
         )
 
     tilt = np.degrees(angles[0])
-    blind = [int((subject.toolpath.cutting & np.isnan(a)).sum()) for a in angles]
+    blind = [int((context.toolpath.cutting & np.isnan(a)).sum()) for a in angles]
     return Result(
         code="tilt",
         severity=Severity.ERROR,

@@ -18,10 +18,10 @@ from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.machine import Machine
 from fiveaxis.toolpath import MoveKind
 from fiveaxis.toolpath.tool import CUTTER, HOLDER, SHANK
+from fiveaxis.verification.check_context import CheckContext
 from fiveaxis.verification.leading import led_positions
 from fiveaxis.verification.model import build_model, load_pinocchio
 from fiveaxis.verification.report import Result
-from fiveaxis.verification.subject import Subject
 
 logger = logging.getLogger(__name__)
 
@@ -50,7 +50,7 @@ class _Met:
 
 
 def check_collisions(
-    subject: Subject,
+    context: CheckContext,
     surroundings: Surroundings,
     *,
     tcp_height: float | None = None,
@@ -63,7 +63,7 @@ def check_collisions(
 
     Parameters
     ----------
-    subject : motion, machine and path; the path's tool is what is in the spindle
+    context : motion, machine and path; the path's tool is what is in the spindle
     surroundings : part, stock, fixtures and clearances
     tcp_height : mm above the tip, of the point that goes straight under TCP; None with joint interpolation
     effort : takes what each pair cost, by the names of its bodies
@@ -80,20 +80,20 @@ def check_collisions(
     MissingDependency
         coal or pinocchio isn't installed.
     """
-    scene = build_scene(subject.machine, subject.toolpath.tool, surroundings)
+    scene = build_scene(context.machine, context.toolpath.tool, surroundings)
     choice = choose_pairs(scene, surroundings.clearances)
     sweep = Sweep(TOLERANCE, {} if effort is None else effort)
-    met = _sweep_all(subject, choice.pairs, sweep, tcp_height)
+    met = _sweep_all(context, choice.pairs, sweep, tcp_height)
     asked = sum(cost.asked for cost in sweep.effort.values())
     culled = sum(cost.culled for cost in sweep.effort.values())
     logger.info(
         "%d pairs of bodies along %d locations: %d queries, %d stretches clear by their boxes alone",
         len(choice.pairs),
-        len(subject.positions),
+        len(context.positions),
         asked,
         culled,
     )
-    unknown = int(np.isnan(subject.positions).any(axis=1).sum())
+    unknown = int(np.isnan(context.positions).any(axis=1).sum())
     gap = f"collisions at {unknown} locations whose axis values aren't numbers, and on the way to them"
     how = "all axes linear in time" if tcp_height is None else "the tool centre point straight"
     way = f"collisions between locations: {how}, to {TOLERANCE:g} mm of movement"
@@ -132,20 +132,20 @@ def pinocchio_poses(machine: Machine) -> Poses:
 
 
 def _sweep_all(
-    subject: Subject, pairs: tuple[Pair, ...], sweep: Sweep, tcp_height: float | None
+    context: CheckContext, pairs: tuple[Pair, ...], sweep: Sweep, tcp_height: float | None
 ) -> list[_Met]:
     """Take every pair along every stretch of known axis values."""
-    poses = pinocchio_poses(subject.machine)
-    rapid = subject.toolpath.kind == MoveKind.RAPID
-    back = _withdrawn(subject)
+    poses = pinocchio_poses(context.machine)
+    rapid = context.toolpath.kind == MoveKind.RAPID
+    back = _withdrawn(context)
     met = []
-    known = np.asarray(np.isfinite(subject.positions).all(axis=1))
+    known = np.asarray(np.isfinite(context.positions).all(axis=1))
     for begin, end in _stretches(known):
-        positions, place = subject.positions[begin:end], np.arange(float(end - begin))
+        positions, place = context.positions[begin:end], np.arange(float(end - begin))
         if tcp_height is not None:
-            positions, place = led_positions(subject.machine, positions, tcp_height)
+            positions, place = led_positions(context.machine, positions, tcp_height)
         row = np.ceil(place).astype(np.int64)
-        stretch = Stretch(subject.machine, poses, positions)
+        stretch = Stretch(context.machine, poses, positions)
         # The first row may be the last one of the stretch before.
         new = np.arange(begin, end) > (begin if begin and known[begin - 1] else -1)
         for pair in pairs:
@@ -158,12 +158,12 @@ def _sweep_all(
     return met
 
 
-def _withdrawn(subject: Subject) -> BoolArray:
+def _withdrawn(context: CheckContext) -> BoolArray:
     """Tell which moves, (n,), draw the tool back along its own axis, and turn nothing."""
-    steps = np.diff(subject.tip, axis=0, prepend=subject.tip[:1])
-    back = np.sum(steps * subject.axis, axis=1)
-    aside = np.linalg.norm(steps - back[:, None] * subject.axis, axis=1)
-    turns = subject.steps[:, subject.machine.rotary_columns].max(axis=1, initial=0.0)
+    steps = np.diff(context.tip, axis=0, prepend=context.tip[:1])
+    back = np.sum(steps * context.axis, axis=1)
+    aside = np.linalg.norm(steps - back[:, None] * context.axis, axis=1)
+    turns = context.steps[:, context.machine.rotary_columns].max(axis=1, initial=0.0)
     return np.asarray((back > 0.0) & (aside <= MOST_ASIDE) & (turns <= MOST_TURNED))
 
 

@@ -15,11 +15,11 @@ from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array, BoolArray, IntArray, angle_between
 from fiveaxis.motion import PATH_TOLERANCE
 from fiveaxis.toolpath import MoveKind, Toolpath, across, divided_rows, interpolate
+from fiveaxis.verification.check_context import CheckContext
 from fiveaxis.verification.checks import largest
 from fiveaxis.verification.model import tool_poses
 from fiveaxis.verification.moves import segment_distances
 from fiveaxis.verification.report import MOST_LISTED, Result
-from fiveaxis.verification.subject import Subject
 
 # A block with joint interpolation is compared at so many places, one under TCP at its end; at more where it
 # passes several of the path's shortest chords (those next to nothing, mm, left out), or where
@@ -78,15 +78,15 @@ class Track:
     rapid: BoolArray
 
     @classmethod
-    def of(cls, subject: Subject, path: Toolpath, *, tcp_height: float | None) -> Track:
+    def of(cls, context: CheckContext, path: Toolpath, *, tcp_height: float | None) -> Track:
         """Follow all axes linearly in time, or a point of the tool straight, place by place.
 
         Parameters
         ----------
         tcp_height : height of that point above the tip, mm; None where all axes run linearly
         """
-        tip, axis = subject.tip, subject.axis
-        height = subject.toolpath.zone.height
+        tip, axis = context.tip, context.axis
+        height = context.toolpath.zone.height
         way = np.nan_to_num(np.linalg.norm(np.diff(tip + height * axis, axis=0), axis=1))
         chords = path.lengths[path.lengths > SHORTEST_CHORD]
         passed = way / (chords.min() if len(chords) else np.inf)
@@ -97,12 +97,12 @@ class Track:
         place = divided_rows(parts.astype(np.int64))
         row = np.ceil(place).astype(np.int64)
         before, share = np.maximum(row - 1, 0), (place - row + 1.0)[:, None]
-        positions = subject.positions[before] + share * (subject.positions[row] - subject.positions[before])
-        point, axes = tool_poses(subject.machine, positions)
+        positions = context.positions[before] + share * (context.positions[row] - context.positions[before])
+        point, axes = tool_poses(context.machine, positions)
         if tcp_height is not None:
             ends = tip + tcp_height * axis
             point = ends[before] + share * (ends[row] - ends[before]) - tcp_height * axes
-        kind = subject.toolpath.kind[row]
+        kind = context.toolpath.kind[row]
         linking, rapid = np.asarray(kind == MoveKind.LINK), np.asarray(kind == MoveKind.RAPID)
         return cls(point + height * axes, axes, row, place, linking, rapid)
 
@@ -120,13 +120,13 @@ def _swings(axis: Array, arm: float) -> Array:
 
 
 def check_following(
-    subject: Subject, path: Toolpath, *, tcp_height: float | None = None
+    context: CheckContext, path: Toolpath, *, tcp_height: float | None = None
 ) -> tuple[Result, tuple[Finding, ...], Match]:
     """Check that a program follows a path.
 
     Parameters
     ----------
-    subject : the program, its tool and zone those of the path
+    context : the program, its tool and zone those of the path
     path : that it should follow
     tcp_height : mm above the tip, of the point that goes straight between rows under TCP; None with joint
         interpolation
@@ -135,12 +135,12 @@ def check_following(
     -------
     The result, on rows of the program; findings on locations that the program doesn't come by; the match
     """
-    tolerance = subject.tolerances.deviation
-    track, straight = Track.of(subject, path, tcp_height=tcp_height), tcp_height is not None
+    tolerance = context.tolerances.deviation
+    track, straight = Track.of(context, path, tcp_height=tcp_height), tcp_height is not None
     match, off = _follow(track, path, tolerance, straight=straight)
     off = np.where(track.linking, np.nan, off)
     swerves = bool((path.rapid.any() and track.rapid.any()) and not straight)
-    worst = np.zeros(len(subject.positions))
+    worst = np.zeros(len(context.positions))
     np.maximum.at(worst, track.row, np.nan_to_num(off))
     rows = np.flatnonzero(worst > tolerance)
 

@@ -13,11 +13,11 @@ from fiveaxis.contour import load_mesh
 from fiveaxis.contour.distance import TriangleTree
 from fiveaxis.findings import Severity
 from fiveaxis.geometry import Array, BoolArray, IntArray, angle_between
+from fiveaxis.verification.check_context import CheckContext, Tolerances
 from fiveaxis.verification.checks import largest
 from fiveaxis.verification.cutting_body import CuttingBody
 from fiveaxis.verification.model import tool_poses
 from fiveaxis.verification.report import Result, left_out
-from fiveaxis.verification.subject import Subject, Tolerances
 
 if TYPE_CHECKING:
     import trimesh
@@ -31,7 +31,7 @@ MOST_ROUNDS = 40
 
 
 def check_gouge(
-    subject: Subject, part: str | Path | trimesh.Trimesh | None, *, tcp_height: float | None = None
+    context: CheckContext, part: str | Path | trimesh.Trimesh | None, *, tcp_height: float | None = None
 ) -> Result:
     """Check that the cutter stays out of the part, at the locations and in the moves between them.
 
@@ -40,7 +40,7 @@ def check_gouge(
 
     Parameters
     ----------
-    subject : the motion
+    context : the motion
     part : the mesh, or its file; without it nothing is checked
     tcp_height : mm above the tip, of the point that goes straight under TCP while the rotary axes turn in
         proportion; None with joint interpolation
@@ -53,12 +53,12 @@ def check_gouge(
     if part is None:
         return left_out("gouge", {"gouge_depth_mm": None}, "gouges: no mesh of the part was given")
     mesh = load_mesh(part, allow_open=True) if isinstance(part, str | Path) else part
-    tolerances, body = subject.tolerances, CuttingBody.of(subject.toolpath.tool)
-    here, way = gouge_depths(subject, mesh, tcp_height=tcp_height)
-    allowed = _allowed_at_rows(subject)
+    tolerances, body = context.tolerances, CuttingBody.of(context.toolpath.tool)
+    here, way = gouge_depths(context, mesh, tcp_height=tcp_height)
+    allowed = _allowed_at_rows(context)
     rows = np.flatnonzero((here > allowed) | (way > tolerances.chord_gouge))
     depth = np.fmax(here, way)
-    name = "ball" if subject.toolpath.tool.cutter.is_ball else "cutter"
+    name = "ball" if context.toolpath.tool.cutter.is_ball else "cutter"
 
     def message(i: int) -> str:
         at_location = here[rows[i]] > allowed[rows[i]]
@@ -87,11 +87,11 @@ def check_gouge(
     )
 
 
-def _allowed_at_rows(subject: Subject) -> Array:
+def _allowed_at_rows(context: CheckContext) -> Array:
     """Say how deep the cutter may reach into the part at each row, (n,) mm."""
-    tolerances, inserted = subject.tolerances, subject.asked.inserted
+    tolerances, inserted = context.tolerances, context.constraints.inserted
     if inserted is None:
-        return np.full(len(subject.positions), tolerances.row_gouge)
+        return np.full(len(context.positions), tolerances.row_gouge)
     return np.where(inserted, tolerances.row_gouge, tolerances.location_gouge)
 
 
@@ -126,19 +126,19 @@ class MovePoses:
 
     Parameters
     ----------
-    subject : the motion
+    context : the motion
     tcp_height : see `check_gouge`
     reach : mm, radius and height above the tip, (m, 2), of the cutter's outermost points
     """
 
-    subject: Subject
+    context: CheckContext
     tcp_height: float | None
     reach: Array
 
     @property
     def height(self) -> float:
         """Height above the tip, mm, of the point that is followed: the one under TCP, else the centre."""
-        return self.subject.toolpath.zone.height if self.tcp_height is None else self.tcp_height
+        return self.context.toolpath.zone.height if self.tcp_height is None else self.tcp_height
 
     @cached_property
     def lever(self) -> float:
@@ -148,13 +148,13 @@ class MovePoses:
     @cached_property
     def followed(self) -> Array:
         """That point at every row, (n, 3) mm."""
-        return self.subject.tip + self.height * self.subject.axis
+        return self.context.tip + self.height * self.context.axis
 
     def places(self, row: IntArray, share: Array) -> Places:
         """Place the tool at shares, (m,) 0…1, of the moves that end at rows, (m,)."""
-        subject, part = self.subject, share[:, None]
-        before, after = subject.positions[row - 1], subject.positions[row]
-        tip, axis = tool_poses(subject.machine, before + part * (after - before))
+        context, part = self.context, share[:, None]
+        before, after = context.positions[row - 1], context.positions[row]
+        tip, axis = tool_poses(context.machine, before + part * (after - before))
         if self.tcp_height is not None:
             tip = (1.0 - part) * self.followed[row - 1] + part * self.followed[row] - self.tcp_height * axis
         return Places(tip, axis)
@@ -172,8 +172,8 @@ class MovePoses:
         the other: 1 for a linear joint, the distance to the axis for a rotary one. That is measured where the
         way begins, and grows no more than the joints beyond the axis move the point.
         """
-        subject, machine = self.subject, self.subject.machine
-        steps, before = subject.steps[row], subject.positions[row - 1]
+        context, machine = self.context, self.context.machine
+        steps, before = context.steps[row], context.positions[row - 1]
         bend, moved = np.zeros(len(row)), np.zeros(len(row))
         for joint in reversed(machine.chain.joints):
             column = machine.column(joint.letter)
@@ -194,7 +194,7 @@ class MovePoses:
 
 
 def gouge_depths(
-    subject: Subject, mesh: trimesh.Trimesh, *, tcp_height: float | None = None
+    context: CheckContext, mesh: trimesh.Trimesh, *, tcp_height: float | None = None
 ) -> tuple[Array, Array]:
     """Measure how deep the cutter reaches into the part.
 
@@ -207,20 +207,20 @@ def gouge_depths(
         where the tool's place is unknown
     way : (n,), mm: the deepest between the location before and this one, −∞ where nothing was near
     """
-    body = CuttingBody.of(subject.toolpath.tool)
+    body = CuttingBody.of(context.toolpath.tool)
     tree = TriangleTree.build(np.asarray(mesh.triangles, dtype=float))
-    outline = subject.toolpath.tool.cutter.outline()
-    moves = MovePoses(subject, tcp_height, np.vstack([outline, [body.radius, body.height]]))
-    known: BoolArray = np.logical_and.reduce(np.isfinite(subject.tip), axis=1)
+    outline = context.toolpath.tool.cutter.outline()
+    moves = MovePoses(context, tcp_height, np.vstack([outline, [body.radius, body.height]]))
+    known: BoolArray = np.logical_and.reduce(np.isfinite(context.tip), axis=1)
     here, way = np.full(len(known), np.nan), np.full(len(known), -np.inf)
     begins = _begin(moves, known)
     floors = np.zeros(len(known))
     for ends in (begins.row - 1, begins.row):
         np.minimum.at(floors, ends, -begins.movement)
-    here[known] = body.depths(subject.tip[known], subject.axis[known], tree, floors[known])
+    here[known] = body.depths(context.tip[known], context.axis[known], tree, floors[known])
     _search(moves, begins, here, way, body, tree)
     if mesh.is_watertight:
-        _sink_enclosed(here, way, subject, body, mesh, tree)
+        _sink_enclosed(here, way, context, body, mesh, tree)
     return here, way
 
 
@@ -247,9 +247,9 @@ class Stretches:
 
 def _begin(moves: MovePoses, known: BoolArray) -> Stretches:
     """Divide the moves so that no rotary axis turns by more than `TURN` in a part."""
-    subject = moves.subject
+    context = moves.context
     row = np.flatnonzero(known[1:] & known[:-1]) + 1
-    turns = subject.steps[row][:, subject.machine.rotary_columns].max(axis=1, initial=0.0)
+    turns = context.steps[row][:, context.machine.rotary_columns].max(axis=1, initial=0.0)
     parts = np.maximum(np.ceil(turns / TURN), 1.0).astype(np.int64)
     owner = np.repeat(row, parts)
     number = np.arange(len(owner)) - np.repeat(np.cumsum(parts) - parts, parts)
@@ -265,7 +265,7 @@ def _search(
     moves: MovePoses, open_parts: Stretches, here: Array, way: Array, body: CuttingBody, tree: TriangleTree
 ) -> None:
     """Halve parts of moves while a gouge may hide in them; writes the deepest places into `way`."""
-    limit = min(moves.subject.tolerances.gouge, moves.subject.tolerances.chord_gouge)
+    limit = min(moves.context.tolerances.gouge, moves.context.tolerances.chord_gouge)
     parts = open_parts
 
     def measure(row: IntArray, share: Array, floors: Array) -> Array:
@@ -301,15 +301,20 @@ def _search(
 
 
 def _sink_enclosed(
-    here: Array, way: Array, subject: Subject, body: CuttingBody, mesh: trimesh.Trimesh, tree: TriangleTree
+    here: Array,
+    way: Array,
+    context: CheckContext,
+    body: CuttingBody,
+    mesh: trimesh.Trimesh,
+    tree: TriangleTree,
 ) -> None:
     """Give the depth of locations deep inside the part, where no triangle tells.
 
     The cutter can't cross the surface without touching it, so all locations of a run without touch lie on the
     same side, and one of them tells for all.
     """
-    tolerance = subject.tolerances.row_gouge
-    hearts = subject.tip + body.heart * subject.axis
+    tolerance = context.tolerances.row_gouge
+    hearts = context.tip + body.heart * context.axis
     free = np.isfinite(here) & (here <= tolerance)
     joined = free[1:] & free[:-1] & (way[1:] <= tolerance)
     starts = free & ~np.concatenate([[False], joined])

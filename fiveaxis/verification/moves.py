@@ -9,10 +9,10 @@ import numpy as np
 
 from fiveaxis.findings import Severity
 from fiveaxis.geometry import Array, IntArray
+from fiveaxis.verification.check_context import CheckContext
 from fiveaxis.verification.checks import largest
 from fiveaxis.verification.model import tool_poses
 from fiveaxis.verification.report import Result, left_out
-from fiveaxis.verification.subject import Subject
 
 # Rows, (m,), and a share of the moves that end there → axes, (m, k) mm and rad.
 Within = Callable[[IntArray, float], Array]
@@ -20,20 +20,20 @@ Within = Callable[[IntArray, float], Array]
 SAMPLES = (0.25, 0.5, 0.75)
 
 
-def check_speeds(subject: Subject) -> Result:
+def check_speeds(context: CheckContext) -> Result:
     """Check that every block lasts long enough for the highest speed of each axis."""
-    axes = subject.machine.axes
+    axes = context.machine.axes
     speeds = np.array([math.inf if a.max_speed is None else a.max_speed for a in axes])
-    time = subject.motion.time
+    time = context.motion.time
     # A negative duration is a finding of its own (`check_finite`).
     rotary = np.array([axis.is_rotary for axis in axes])
-    rounding = np.where(rotary, subject.tolerances.turn, subject.tolerances.step)
-    steps = np.maximum(subject.steps - rounding, 0.0)
+    rounding = np.where(rotary, context.tolerances.turn, context.tolerances.step)
+    steps = np.maximum(context.steps - rounding, 0.0)
     needed, given = steps / speeds, np.where(time >= 0.0, time, np.nan)[:, None]
-    rows, columns = np.nonzero(needed > given * (1.0 + subject.tolerances.time))
+    rows, columns = np.nonzero(needed > given * (1.0 + context.tolerances.time))
 
     def message(i: int) -> str:
-        axis, step = axes[columns[i]], subject.steps[rows[i], columns[i]]
+        axis, step = axes[columns[i]], context.steps[rows[i], columns[i]]
         return (
             f"{axis.letter} needs {needed[rows[i], columns[i]]:.4g} s for {axis.shown(step):.4g} {axis.unit} "
             f"at its highest speed {axis.shown(speeds[columns[i]]):g} {axis.unit}/s, the block lasts "
@@ -60,7 +60,7 @@ def _largest_share(needed: Array, given: Array) -> float | None:
     return largest(needed[lasting] / given[lasting])
 
 
-def check_deviation(subject: Subject, severity: Severity | None, within: Within | None = None) -> Result:
+def check_deviation(context: CheckContext, severity: Severity | None, within: Within | None = None) -> Result:
     """Measure how far the tool's centre leaves its chord between two rows.
 
     A control with tool centre point programming keeps the centre on the chord; one without doesn't, and this
@@ -68,15 +68,15 @@ def check_deviation(subject: Subject, severity: Severity | None, within: Within 
 
     Parameters
     ----------
-    subject : the motion
+    context : the motion
     severity : of leaving it; None where blocks are inserted between the rows, so that only the figure counts
     within : gives the axes within moves, as a program's text leads them; by default all of them run linearly
     """
-    deviation = chord_deviations(subject, within)
+    deviation = chord_deviations(context, within)
     figures = {"tip_deviation_mm": largest(deviation)}
     if severity is None:
         return left_out("tip-deviation", figures)
-    limit = subject.tolerances.deviation
+    limit = context.tolerances.deviation
     rows = np.flatnonzero(deviation > limit)
 
     how = "with all axes linear in machine coordinates " if within is None else ""
@@ -105,7 +105,7 @@ def check_deviation(subject: Subject, severity: Severity | None, within: Within 
     )
 
 
-def chord_deviations(subject: Subject, within: Within | None = None) -> Array:
+def chord_deviations(context: CheckContext, within: Within | None = None) -> Array:
     """Measure the largest distance between ball centre and chord in each cutting block.
 
     Parameters
@@ -117,14 +117,14 @@ def chord_deviations(subject: Subject, within: Within | None = None) -> Array:
     -------
     (n,), mm; NaN where no cut ends or an axis value is unknown
     """
-    ends = np.flatnonzero(subject.cutting)
-    positions, wanted = subject.positions, subject.toolpath.centres(subject.axis)
+    ends = np.flatnonzero(context.cutting)
+    positions, wanted = context.positions, context.toolpath.centres(context.axis)
     before, after = positions[ends - 1], positions[ends]
     worst = np.zeros(len(ends))
     for share in SAMPLES:
         there = before + share * (after - before) if within is None else within(ends, share)
-        tip, axis = tool_poses(subject.machine, there)
-        centre = tip + subject.toolpath.zone.height * axis
+        tip, axis = tool_poses(context.machine, there)
+        centre = tip + context.toolpath.zone.height * axis
         worst = np.maximum(worst, segment_distances(centre, wanted[ends - 1], wanted[ends]))
     deviation = np.full(len(positions), np.nan)
     deviation[ends] = worst

@@ -12,11 +12,11 @@ from fiveaxis.findings import Severity
 from fiveaxis.geometry import Array, IntArray
 from fiveaxis.motion import AXIS_TOLERANCE, FASTEST, PATH_TOLERANCE, SPEED_TOLERANCE, Fill, Interpolation
 from fiveaxis.toolpath import Constraints
-from fiveaxis.verification.asked import Asked
 from fiveaxis.verification.between import CheckedInterpolation
+from fiveaxis.verification.check_context import Tolerances, make_context
+from fiveaxis.verification.path_constraints import PathConstraints
 from fiveaxis.verification.read_back import SAME_TIME, ExpectedText, ReadBack, check_text
 from fiveaxis.verification.report import Report, Result
-from fiveaxis.verification.subject import Tolerances, make_subject
 from fiveaxis.verification.verdict import Examination, examine
 
 # rad: angles between two locations that keep their bounds may break them by this, as both ends turn.
@@ -56,28 +56,28 @@ def verify_text(
         As `verify`.
     """
     machine, driven = back.machine, back.driven(fill)
-    asked = Asked.of_degrees(fill.given, machine, **constraints.options).between(fill.row)
+    applied = PathConstraints.of_degrees(fill.given, machine, **constraints.options).between(fill.row)
     exact = not fill.removed
     if fill.given.zone.offset:
         # Between two locations the path of a pivot beside the tool's axis isn't known, nor is a turn per mm.
-        asked = replace(asked, turn_rate=None)
-    elif asked.turn_rate is not None:
+        applied = replace(applied, turn_rate=None)
+    elif applied.turn_rate is not None:
         # A move that keeps the rate as a whole may turn faster in the part of it that is nearest the singular
         # direction. In spans turns go with time, and lengths only as nearly as their blocks have one speed.
         faster = fill.planes.fastest(fill.row) * (1.0 if exact else 1.0 + SPEED_TOLERANCE)
-        asked = replace(asked, turn_rate=asked.turn_rate * faster)
+        applied = replace(applied, turn_rate=applied.turn_rate * faster)
     more = (
         *check_text(back, rows, expected),
         _check_planes(fill, driven.positions[:, machine.rotary_columns]),
     )
     accelerations = fill.path is fill.given and exact
-    subject = make_subject(driven, machine, fill.path, asked, allowed_between(tolerances, expected))
+    context = make_context(driven, machine, fill.path, applied, allowed_between(tolerances, expected))
     # Rows stand so close that a straight tip and linear axes are the same move between them.
     interpolation = CheckedInterpolation(Interpolation.JOINT, Interpolation.JOINT)
     left = (JERK,) if accelerations else (JERK, NO_ACCELERATIONS)
     within = back.within(fill)
     return examine(
-        Examination(subject, surroundings, interpolation, accelerations, more=more, within=within), left
+        Examination(context, surroundings, interpolation, accelerations, more=more, within=within), left
     )
 
 

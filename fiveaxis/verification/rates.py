@@ -8,14 +8,14 @@ import numpy as np
 
 from fiveaxis.findings import Severity
 from fiveaxis.geometry import Array
+from fiveaxis.verification.check_context import CheckContext
 from fiveaxis.verification.checks import largest
 from fiveaxis.verification.report import Result
-from fiveaxis.verification.subject import Subject
 
 KINDS = {"rotary": True, "linear": False}
 
 
-def check_accelerations(subject: Subject, kind: str) -> Result:
+def check_accelerations(context: CheckContext, kind: str) -> Result:
     """Check the change of every axis's mean speed from one cutting block to the next.
 
     It is measured over the mean of both durations. Beyond the highest acceleration a control slows down or
@@ -25,14 +25,14 @@ def check_accelerations(subject: Subject, kind: str) -> Result:
     ----------
     kind : ``rotary`` or ``linear``: which axes
     """
-    axes = subject.machine.axes
+    axes = context.machine.axes
     columns = [c for c, a in enumerate(axes) if a.is_rotary is KINDS[kind]]
     known = [c for c in columns if axes[c].max_acceleration is not None]
     unknown = ", ".join(axes[c].letter for c in columns if c not in known)
     most = np.array([axes[c].max_acceleration for c in known], dtype=float)
-    change = speed_changes(subject)[:, known]
+    change = speed_changes(context)[:, known]
     share = np.divide(change, most, out=np.zeros_like(change), where=most > 0.0)
-    rows, which = np.nonzero(share > 1.0 + subject.tolerances.acceleration)
+    rows, which = np.nonzero(share > 1.0 + context.tolerances.acceleration)
 
     def message(i: int) -> str:
         axis = axes[known[which[i]]]
@@ -56,12 +56,12 @@ def check_accelerations(subject: Subject, kind: str) -> Result:
     )
 
 
-def speed_changes(subject: Subject) -> Array:
+def speed_changes(context: CheckContext) -> Array:
     """Measure the change of speed at each location between two cuts; (n, k) mm/s² and rad/s², 0 elsewhere."""
-    time = subject.motion.time
-    timed = subject.cutting & np.isfinite(time) & (time > 0.0)
+    time = context.motion.time
+    timed = context.cutting & np.isfinite(time) & (time > 0.0)
     lasting = np.where(timed, time, 1.0)
-    speed = np.diff(subject.positions, axis=0, prepend=subject.positions[:1]) / lasting[:, None]
+    speed = np.diff(context.positions, axis=0, prepend=context.positions[:1]) / lasting[:, None]
     both = timed[1:] & timed[:-1]
     between = (lasting[1:] + lasting[:-1]) / 2.0
     change = np.zeros_like(speed)

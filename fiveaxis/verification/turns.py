@@ -9,28 +9,28 @@ import numpy as np
 from fiveaxis.findings import Severity
 from fiveaxis.geometry import Array, angle_between
 from fiveaxis.toolpath import Toolpath
+from fiveaxis.verification.check_context import CheckContext
 from fiveaxis.verification.checks import largest
 from fiveaxis.verification.model import tool_poses
 from fiveaxis.verification.report import Result, left_out
-from fiveaxis.verification.subject import Subject
 
 # A way shorter than this, mm, tells no turn per mm.
 SHORTEST_WAY = 1e-3
 
 
-def check_hold(subject: Subject) -> Result:
+def check_hold(context: CheckContext) -> Result:
     """Check that held rotary axes stand at their angle, in links too."""
-    hold, machine = subject.asked.hold, subject.machine
+    hold, machine = context.constraints.hold, context.machine
     if not hold:
         return left_out("held-axis", {"held_axis_off_deg": None}, "held axes: none were named")
     letters = [letter for letter in machine.rotaries if letter in hold]
     columns = [machine.column(letter) for letter in letters]
-    off = np.degrees(np.abs(subject.positions[:, columns] - [hold[letter] for letter in letters]))
-    rows, which = np.nonzero(off > math.degrees(subject.tolerances.angle))
+    off = np.degrees(np.abs(context.positions[:, columns] - [hold[letter] for letter in letters]))
+    rows, which = np.nonzero(off > math.degrees(context.tolerances.angle))
 
     def message(i: int) -> str:
         letter = letters[which[i]]
-        value = math.degrees(subject.positions[rows[i], columns[which[i]]])
+        value = math.degrees(context.positions[rows[i], columns[which[i]]])
         return (
             f"{letter} = {value:.6g} deg, and it is held at {math.degrees(hold[letter]):g} deg; optimise "
             "again with this axis held"
@@ -48,7 +48,7 @@ def check_hold(subject: Subject) -> Result:
     )
 
 
-def check_jumps(subject: Subject, programmed: Array | None = None, *, blocks: bool = False) -> Result:
+def check_jumps(context: CheckContext, programmed: Array | None = None, *, blocks: bool = False) -> Result:
     """Check that no rotary axis turns suddenly while the tool cuts.
 
     A control that interpolates in machine coordinates would sweep the tool through the part. Links and
@@ -56,23 +56,23 @@ def check_jumps(subject: Subject, programmed: Array | None = None, *, blocks: bo
 
     Parameters
     ----------
-    subject : the motion
-    programmed : (n,), rad, that the move to each row may turn in any case; by default what the subject's own
+    context : the motion
+    programmed : (n,), rad, that the move to each row may turn in any case; by default what the context's own
         path turns the tool by
     blocks : whether cuts with one line in the program count as one, as parts of a block do
     """
-    most = subject.tolerances.jump if subject.asked.max_turn is None else subject.asked.max_turn
-    allowed = np.maximum(most, programmed_turns(subject.toolpath) if programmed is None else programmed)
-    columns = subject.machine.rotary_columns
-    turns = np.where(subject.cutting[:, None], _steps_of_moves(subject)[:, columns], 0.0)
+    most = context.tolerances.jump if context.constraints.max_turn is None else context.constraints.max_turn
+    allowed = np.maximum(most, programmed_turns(context.toolpath) if programmed is None else programmed)
+    columns = context.machine.rotary_columns
+    turns = np.where(context.cutting[:, None], _steps_of_moves(context)[:, columns], 0.0)
     if blocks:
-        turns = _by_block(turns, subject)
-    rows, which = np.nonzero(turns > allowed[:, None] + subject.tolerances.angle)
+        turns = _by_block(turns, context)
+    rows, which = np.nonzero(turns > allowed[:, None] + context.tolerances.angle)
     degrees = np.degrees(turns)
 
     def message(i: int) -> str:
         return (
-            f"{subject.machine.rotaries[which[i]]} turns {degrees[rows[i], which[i]]:.4g} deg within one "
+            f"{context.machine.rotaries[which[i]]} turns {degrees[rows[i], which[i]]:.4g} deg within one "
             f"cutting block (at most {math.degrees(allowed[rows[i]]):g} deg); link with a retract "
             "there, or put locations closer together"
         )
@@ -91,20 +91,20 @@ def check_jumps(subject: Subject, programmed: Array | None = None, *, blocks: bo
     )
 
 
-def _steps_of_moves(subject: Subject) -> Array:
+def _steps_of_moves(context: CheckContext) -> Array:
     """Measure the moves between given locations, (n, k), at their last rows; 0 at inserted locations."""
-    numbers, positions = subject.toolpath.numbers, subject.positions
+    numbers, positions = context.toolpath.numbers, context.positions
     if numbers is None:
-        return subject.steps
+        return context.steps
     given = np.flatnonzero(np.append(numbers[1:] != numbers[:-1], True))
     steps = np.zeros_like(positions)
     steps[given[1:]] = np.abs(np.diff(positions[given], axis=0))
     return steps
 
 
-def _by_block(turns: Array, subject: Subject) -> Array:
+def _by_block(turns: Array, context: CheckContext) -> Array:
     """Add up the turns, (n, r), of cuts with one line, at the last of them."""
-    line, cutting = subject.toolpath.source, subject.cutting
+    line, cutting = context.toolpath.source, context.cutting
     begins = np.append(True, (line[1:] != line[:-1]) | (cutting[1:] != cutting[:-1]))
     first = np.flatnonzero(begins)
     summed = np.zeros_like(turns)
@@ -126,22 +126,22 @@ def programmed_turns(toolpath: Toolpath) -> Array:
     return np.where(after > 0, turns[after - 1], 0.0)
 
 
-def check_turn_rate(subject: Subject) -> Result:
+def check_turn_rate(context: CheckContext) -> Result:
     """Check the turn of rotary axes over the way of the pivot in cuts."""
-    rate, figure = subject.asked.turn_rate, "turn_rate_deg_mm"
+    rate, figure = context.constraints.turn_rate, "turn_rate_deg_mm"
     if rate is None:
         return left_out("turn-rate", {figure: None}, "turn of rotary axes per mm of the way: none was given")
-    way = subject.toolpath.lengths
-    turns = np.where(subject.cutting[:, None], subject.steps[:, subject.machine.rotary_columns], 0.0)
+    way = context.toolpath.lengths
+    turns = np.where(context.cutting[:, None], context.steps[:, context.machine.rotary_columns], 0.0)
     # A place that is there twice would forbid every turn between its two locations.
-    allowed = np.maximum(rate * way, subject.tolerances.least_turn)
-    rows, which = np.nonzero(turns > allowed[:, None] + subject.tolerances.angle)
+    allowed = np.maximum(rate * way, context.tolerances.least_turn)
+    rows, which = np.nonzero(turns > allowed[:, None] + context.tolerances.angle)
     long = way > SHORTEST_WAY
 
     def message(i: int) -> str:
         turn = math.degrees(turns[rows[i], which[i]])
         return (
-            f"{subject.machine.rotaries[which[i]]} turns {turn:.4g} deg over {way[rows[i]]:.4g} mm (at most "
+            f"{context.machine.rotaries[which[i]]} turns {turn:.4g} deg over {way[rows[i]]:.4g} mm (at most "
             f"{math.degrees(rate):g} deg/mm, {math.degrees(allowed[rows[i]]):.4g} deg here); optimise again "
             "or allow more"
         )
@@ -157,21 +157,21 @@ def check_turn_rate(subject: Subject) -> Result:
     )
 
 
-def check_singular(subject: Subject) -> Result:
+def check_singular(context: CheckContext) -> Result:
     """Check that the first rotary axis is held, or turns slowly, in cuts that pass its singular cone.
 
     There it turns far for little of the tool's direction: a control slows down, and can do no harm.
     """
-    cone, figure = subject.asked.cone, "singular_turn_deg"
+    cone, figure = context.constraints.cone, "singular_turn_deg"
     if cone is None:
         return left_out(
             "singular-turn", {figure: None}, "turns next to the singular direction: no cone given"
         )
-    machine, tolerances = subject.machine, subject.tolerances
-    turns = subject.steps[:, machine.rotary_columns[0]]
-    nearest = nearest_angles(subject)
-    inside = subject.cutting & (nearest < cone - tolerances.angle)
-    allowed = subject.asked.cone_rate * subject.toolpath.lengths
+    machine, tolerances = context.machine, context.tolerances
+    turns = context.steps[:, machine.rotary_columns[0]]
+    nearest = nearest_angles(context)
+    inside = context.cutting & (nearest < cone - tolerances.angle)
+    allowed = context.constraints.cone_rate * context.toolpath.lengths
     rows = np.flatnonzero(inside & (turns > allowed + tolerances.angle))
 
     def message(i: int) -> str:
@@ -192,23 +192,23 @@ def check_singular(subject: Subject) -> Result:
         figures={figure: largest(np.degrees(turns[inside])) if inside.any() else 0.0},
         checked=(
             f"turn of {machine.rotaries[0]} in cuts within {math.degrees(cone):g} deg of the singular "
-            f"direction, at most {math.degrees(subject.asked.cone_rate):g} deg/mm",
+            f"direction, at most {math.degrees(context.constraints.cone_rate):g} deg/mm",
         ),
     )
 
 
-def nearest_angles(subject: Subject) -> Array:
+def nearest_angles(context: CheckContext) -> Array:
     """Measure how near each move comes to the singular direction: at its ends and halfway, (n,) rad.
 
     It is the direction of the first rotary axis, either way along it; the first row has its own angle.
     """
-    line = next(j.line.direction for j in subject.machine.chain.joints if j.is_rotary)
-    positions = subject.positions
-    _, halfway = tool_poses(subject.machine, (positions[1:] + positions[:-1]) / 2.0)
+    line = next(j.line.direction for j in context.machine.chain.joints if j.is_rotary)
+    positions = context.positions
+    _, halfway = tool_poses(context.machine, (positions[1:] + positions[:-1]) / 2.0)
 
     def measured(axis: Array) -> Array:
         angle = angle_between(np.broadcast_to(np.array(line, dtype=float), axis.shape), axis)
         return np.minimum(angle, math.pi - angle)
 
-    at = measured(subject.axis)
+    at = measured(context.axis)
     return np.concatenate([at[:1], np.minimum(np.minimum(at[1:], at[:-1]), measured(halfway))])

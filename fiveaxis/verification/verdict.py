@@ -13,21 +13,21 @@ from fiveaxis.findings import Severity
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Interpolation, Motion, located, motion_digest
 from fiveaxis.toolpath import Toolpath, for_tilt
-from fiveaxis.verification.asked import Asked
 from fiveaxis.verification.between import CheckedInterpolation, check_gouges
+from fiveaxis.verification.check_context import (
+    DEFAULT_TOLERANCES,
+    GOUGE_TOLERANCE,
+    CheckContext,
+    Tolerances,
+    make_context,
+)
 from fiveaxis.verification.checks import check_contact, check_finite, check_limits, check_tilt
 from fiveaxis.verification.collisions import check_collisions
 from fiveaxis.verification.gouging import check_gouge
 from fiveaxis.verification.moves import Within, check_deviation, check_speeds
+from fiveaxis.verification.path_constraints import PathConstraints
 from fiveaxis.verification.rates import KINDS, check_accelerations
 from fiveaxis.verification.report import Report, Result, make_report
-from fiveaxis.verification.subject import (
-    DEFAULT_TOLERANCES,
-    GOUGE_TOLERANCE,
-    Subject,
-    Tolerances,
-    make_subject,
-)
 from fiveaxis.verification.turns import check_hold, check_jumps, check_singular, check_turn_rate
 
 if TYPE_CHECKING:
@@ -122,7 +122,7 @@ def verify(
     toolpath = located(toolpath, motion)
     if any(bound is not None for bound in (tilt, cone, lead, lean, plane)):
         toolpath = for_tilt(toolpath, tilt, cone, lead=lead, lean=lean)
-    asked = Asked.of_degrees(
+    constraints = PathConstraints.of_degrees(
         toolpath,
         machine,
         hold=hold,
@@ -138,10 +138,10 @@ def verify(
     )
     around = surroundings or Surroundings.load(part)
     allowed = tolerances.with_gouge(gouge_tolerance)
-    if asked.inserted is not None:
+    if constraints.inserted is not None:
         allowed = replace(allowed, row_allowance=allowed.chord_allowance)
-    subject = make_subject(motion, machine, toolpath, asked, allowed)
-    return examine(Examination(subject, around, CheckedInterpolation.of(between)), NOT_CHECKED)
+    context = make_context(motion, machine, toolpath, constraints, allowed)
+    return examine(Examination(context, around, CheckedInterpolation.of(between)), NOT_CHECKED)
 
 
 @dataclass(frozen=True, eq=False)
@@ -170,7 +170,7 @@ class Examination:
 
     Parameters
     ----------
-    subject : the motion beside its path
+    context : the motion beside its path
     surroundings : part, stock and fixtures
     interpolation : on which ways between rows gouges and collisions are looked for
     accelerations : whether the blocks' speeds tell accelerations; not where moves were cut into parts
@@ -179,7 +179,7 @@ class Examination:
     within : gives the axes within moves, as a program's text leads them
     """
 
-    subject: Subject
+    context: CheckContext
     surroundings: Surroundings
     interpolation: CheckedInterpolation
     accelerations: bool = True
@@ -190,59 +190,59 @@ class Examination:
 
 def _places(e: Examination) -> Iterable[Result]:
     if e.own is None:
-        yield check_contact(e.subject)
+        yield check_contact(e.context)
     elif e.own.following is not None:
         yield e.own.following
 
 
 def _speeds(e: Examination) -> Iterable[Result]:
-    found = check_speeds(e.subject)
+    found = check_speeds(e.context)
     # A control slows a foreign program down; in our own such a duration is a fault.
     yield found if e.own is None else replace(found, code="feed-over", severity=Severity.WARNING)
 
 
 def _turn_rates(e: Examination) -> Iterable[Result]:
     if e.own is None:
-        yield check_turn_rate(e.subject)
+        yield check_turn_rate(e.context)
 
 
 def _accelerations(e: Examination) -> Iterable[Result]:
     if e.accelerations and e.own is None:
-        yield from (check_accelerations(e.subject, kind) for kind in KINDS)
+        yield from (check_accelerations(e.context, kind) for kind in KINDS)
 
 
 def _deviations(e: Examination) -> Iterable[Result]:
     if e.own is None:
-        yield check_deviation(e.subject, e.interpolation.of_deviation, e.within)
+        yield check_deviation(e.context, e.interpolation.of_deviation, e.within)
     # Beside a path what lies between blocks is checked against that: few blocks may well follow its bends.
     elif e.own.tcp_height is None and e.own.following is None:
-        yield check_deviation(e.subject, Severity.WARNING)
+        yield check_deviation(e.context, Severity.WARNING)
 
 
 def _gouges(e: Examination) -> Iterable[Result]:
     if e.own is None:
-        yield check_gouges(e.subject, e.surroundings.part, e.interpolation)
+        yield check_gouges(e.context, e.surroundings.part, e.interpolation)
     else:
-        yield check_gouge(e.subject, e.surroundings.part, tcp_height=e.own.tcp_height)
+        yield check_gouge(e.context, e.surroundings.part, tcp_height=e.own.tcp_height)
 
 
 def _collisions(e: Examination) -> Iterable[Result]:
     if e.own is None:
         straight = e.interpolation.collisions is Interpolation.TCP
         tcp_height = TIP if straight else None
-        yield from check_collisions(e.subject, e.surroundings, tcp_height=tcp_height)
+        yield from check_collisions(e.context, e.surroundings, tcp_height=tcp_height)
     elif e.own.has_tool:
-        yield from check_collisions(e.subject, e.surroundings, tcp_height=e.own.tcp_height)
+        yield from check_collisions(e.context, e.surroundings, tcp_height=e.own.tcp_height)
 
 
 # Every check there is, in the order in which a report speaks of them.
 CHECKS: tuple[Callable[[Examination], Iterable[Result]], ...] = (
-    lambda e: (check_finite(e.subject), check_limits(e.subject), check_hold(e.subject)),
+    lambda e: (check_finite(e.context), check_limits(e.context), check_hold(e.context)),
     _places,
-    lambda e: (check_tilt(e.subject) if e.own is None else e.own.lean,),
-    lambda e: (check_jumps(e.subject) if e.own is None else e.own.turns,),
+    lambda e: (check_tilt(e.context) if e.own is None else e.own.lean,),
+    lambda e: (check_jumps(e.context) if e.own is None else e.own.turns,),
     _turn_rates,
-    lambda e: (check_singular(e.subject),),
+    lambda e: (check_singular(e.context),),
     _speeds,
     _accelerations,
     _deviations,
@@ -265,14 +265,14 @@ def examine(examination: Examination, not_checked: Iterable[str] = ()) -> Report
     SettingError, ToolpathError, MeshError, MissingDependency
         As `verify`.
     """
-    subject = examination.subject
+    context = examination.context
     results = [result for check in CHECKS for result in check(examination)]
-    report = make_report(results, subject.toolpath, not_checked)
+    report = make_report(results, context.toolpath, not_checked)
     found = ", ".join(f"{code} {count}" for code, count in report.counts.items())
-    counted = len(subject.toolpath), subject.machine.name, found or "nothing"
+    counted = len(context.toolpath), context.machine.name, found or "nothing"
     logger.info("%d locations on %s: found %s", *counted)
     for sentence in report.checked:
         logger.debug("checked: %s", sentence)
     for sentence in report.not_checked:
         logger.debug("not checked: %s", sentence)
-    return replace(report, about=motion_digest(subject.motion, subject.machine))
+    return replace(report, about=motion_digest(context.motion, context.machine))

@@ -80,8 +80,8 @@ def main() -> None:
     effort: dict[tuple[str, str], collisions.Effort] = {}
     around = Surroundings(part=part)
     hit = fx.verify(free.motion, machine, free.toolpath, tilt=TILT, surroundings=around)
-    subject = collision_subject(kept, machine)
-    collisions.check_collisions(subject, around, effort=effort)
+    context = collision_context(kept, machine)
+    collisions.check_collisions(context, around, effort=effort)
     queries = sum(e.seconds for e in effort.values())
     print(f"{len(path):,} locations, {len(part.faces):,} triangles, holder 60 mm wide, stick-out 22 mm")
     print(f"without a mask {alone:.1f} s, {free.energy.total:,.0f} J; {hit.counts}")
@@ -93,13 +93,13 @@ def main() -> None:
     print(f"together {together + checked:.1f} s of the processor, {elapsed:.1f} s on the clock")
 
 
-def collision_subject(solution: fx.Solution, machine: fx.Machine) -> collisions.Subject:
+def collision_context(solution: fx.Solution, machine: fx.Machine) -> collisions.CheckContext:
     """Put a solution as verification sees it."""
-    from fiveaxis.verification import Asked
-    from fiveaxis.verification.subject import DEFAULT_TOLERANCES, make_subject
+    from fiveaxis.verification import PathConstraints
+    from fiveaxis.verification.check_context import DEFAULT_TOLERANCES, make_context
 
-    asked = Asked.of_degrees(solution.toolpath, machine)
-    return make_subject(solution.motion, machine, solution.toolpath, asked, DEFAULT_TOLERANCES)
+    constraints = PathConstraints.of_degrees(solution.toolpath, machine)
+    return make_context(solution.motion, machine, solution.toolpath, constraints, DEFAULT_TOLERANCES)
 
 
 if __name__ == "__main__":

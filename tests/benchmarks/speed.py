@@ -35,9 +35,9 @@ from fiveaxis.posture.turns.rewinding import rewound
 from fiveaxis.toolpath import parse_tool, tilt_bounds
 from fiveaxis.toolpath.tool import Holder, Section
 from fiveaxis.verification import Tolerances
+from fiveaxis.verification.check_context import make_context
 from fiveaxis.verification.collisions import check_collisions
 from fiveaxis.verification.cutting_body import CuttingBody
-from fiveaxis.verification.subject import make_subject
 from fiveaxis.viewer import render_page
 
 ROOT = Path(__file__).parents[2]
@@ -222,17 +222,17 @@ def time_collisions(part: Path, hayashi: fx.Machine) -> None:
     tool = fx.Tool.ball(4, shank_diameter=3.0, holder=holder)
     planned = fx.plan_contour(part, tool, stepdown=8)
     motion = fx.optimise(planned, hayashi, tilt=(15, 75), effort="quick").motion
-    subject = make_subject(motion, hayashi, planned, None, Tolerances())
+    context = make_context(motion, hayashi, planned, None, Tolerances())
     mesh = Surroundings.load(part).part
     for solid in (mesh, mesh.subdivide()):
         around, effort = Surroundings(solid), {}
         rate(
             f"collisions, {len(solid.faces):,} triangles, locations",
             len(planned),
-            lambda around=around, effort=effort: check_collisions(subject, around, effort=effort),
+            lambda around=around, effort=effort: check_collisions(context, around, effort=effort),
         )
         asked = {first: f"{e.asked / 2:,.0f}" for (first, _), e in effort.items()}
-        bad = sum(len(result.rows) for result in check_collisions(subject, around))
+        bad = sum(len(result.rows) for result in check_collisions(context, around))
         print(f"{'':45} {len(planned):,} locations, {bad:,} findings, queries {asked}")
 
 

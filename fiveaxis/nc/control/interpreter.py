@@ -14,9 +14,9 @@ import numpy as np
 
 from fiveaxis.findings import Severity
 from fiveaxis.nc.control.axis_track import NO_MOVE, Counting
+from fiveaxis.nc.control.interpreter_state import CUT, RAPID, Switch
 from fiveaxis.nc.control.modal import CYCLES, END, HARMLESS, MOTION, PARAMETERS, RENAMING
 from fiveaxis.nc.control.moves import STRAIGHT, Moves
-from fiveaxis.nc.control.whereabouts import CUT, RAPID, Switch
 from fiveaxis.nc.languages.block import Block
 from fiveaxis.nc.languages.planes import Plane
 from fiveaxis.nc.languages.unknown_words import unknown_word

@@ -10,9 +10,9 @@ import numpy as np
 from fiveaxis.findings import Severity
 from fiveaxis.nc.control.axis_track import NO_MOVE, Values
 from fiveaxis.nc.control.drilling import DrillingCycle
+from fiveaxis.nc.control.interpreter_state import CUT, InterpreterState
 from fiveaxis.nc.control.modal import CYCLES
 from fiveaxis.nc.control.round_moves import Local, between, round_points
-from fiveaxis.nc.control.whereabouts import CUT, Whereabouts
 from fiveaxis.nc.languages.block import Block, Triple
 from fiveaxis.nc.rows import MILLIMETRES
 
@@ -23,7 +23,7 @@ STRAIGHT = ("G0", "G1")
 
 
 @dataclass
-class Moves(Whereabouts):
+class Moves(InterpreterState):
     """Rows from blocks that move."""
 
     def _move(self, axes: list[str], block: Block) -> None:

@@ -14,9 +14,9 @@ from fiveaxis.motion import Motion
 from fiveaxis.toolpath import MoveKind, Tool, Toolpath
 from fiveaxis.toolpath.tool import Holder, Section
 from fiveaxis.verification import Tolerances
+from fiveaxis.verification.check_context import CheckContext, make_context
 from fiveaxis.verification.collisions import check_collisions, pinocchio_poses
 from fiveaxis.verification.report import Result, make_report
-from fiveaxis.verification.subject import Subject, make_subject
 
 TOUCHING_ONLY = Clearances(0.0, 0.0, 0.0, 0.0)
 SHANK, STICK_OUT, HOLDER, TOP = 3.0, 40.0, 20.0, 80.0
@@ -36,14 +36,14 @@ def table_table() -> Machine:
     return Machine.from_code("640123")
 
 
-def subject_of(machine: Machine, rows, kind=MoveKind.CUT, tool: Tool = TOOL) -> Subject:
+def context_of(machine: Machine, rows, kind=MoveKind.CUT, tool: Tool = TOOL) -> CheckContext:
     """Make a motion of axis values X Y Z in mm, A C in degrees, with a path that follows it."""
     positions = np.array(rows, dtype=float) * [1.0, 1.0, 1.0, np.pi / 180.0, np.pi / 180.0]
     n = len(positions)
     kinds = np.full(n, kind)
     path = Toolpath.from_tips(np.zeros((n, 3)), np.tile([0.0, 0.0, 1.0], (n, 1)), tool, kind=kinds)
     motion = Motion(machine.letters, positions, path.feed, np.ones(n), kinds, path.source)
-    return make_subject(motion, machine, path, None, Tolerances())
+    return make_context(motion, machine, path, None, Tolerances())
 
 
 def wall(x: float) -> trimesh.Trimesh:
@@ -53,8 +53,8 @@ def wall(x: float) -> trimesh.Trimesh:
     return box
 
 
-def check(subject: Subject, effort=None, **kinds) -> dict[str, Result]:
-    found = check_collisions(subject, Surroundings(**kinds), effort=effort)
+def check(context: CheckContext, effort=None, **kinds) -> dict[str, Result]:
+    found = check_collisions(context, Surroundings(**kinds), effort=effort)
     return {result.code: result for result in found if len(result.rows)}
 
 
@@ -79,17 +79,17 @@ def test_a_holder_meets_a_wall_beyond_the_analytic_angle(table_table, as_box):
     box = Box((400.0, 10.0, 400.0), tuple((distance + 5.0) * side))
     bodies = {"fixtures": (Fixture("wall", box),)} if as_box else {"part": mesh}
     for off, hits in ((-0.05, False), (0.05, True)):
-        subject = subject_of(table_table, [leaning_to_x(edge + off)])
-        assert ("holder-collision" in check(subject, clearances=TOUCHING_ONLY, **bodies)) is hits
+        context = context_of(table_table, [leaning_to_x(edge + off)])
+        assert ("holder-collision" in check(context, clearances=TOUCHING_ONLY, **bodies)) is hits
 
 
 def test_a_ball_in_a_bore_has_the_room_that_it_should_have(table_table, tmp_path):
     ring = trimesh.creation.annulus(r_min=10.0, r_max=30.0, height=40.0, sections=720)
     tool = Tool.ball(8)
-    subject = subject_of(table_table, [[x, 0.0, 0.0, 0.0, 0.0] for x in (0.0, 5.5, 5.99, 6.01)], tool=tool)
+    context = context_of(table_table, [[x, 0.0, 0.0, 0.0, 0.0] for x in (0.0, 5.5, 5.99, 6.01)], tool=tool)
     ring.export(tmp_path / "jaw.ply")
     jaw = Fixture("jaw", MeshShape(tmp_path / "jaw.ply"))
-    found = check(subject, fixtures=(jaw,), clearances=Clearances(cutter=0.6))
+    found = check(context, fixtures=(jaw,), clearances=Clearances(cutter=0.6))
     assert found["fixture-collision"].rows.tolist() == [3]
     assert found["fixture-collision"].values[0] == pytest.approx(0.01, abs=4.0 * AROUND)
     near = found["fixture-clearance"]
@@ -107,7 +107,7 @@ def test_a_micrometre_decides_while_the_shank_grazes_a_wall(table_table, gap, hi
         if as_box
         else {"part": trimesh.creation.box(bounds=[[at, -200.0, -30.0], [at + 10.0, 200.0, 30.0]])}
     )
-    found = check(subject_of(table_table, rows), clearances=TOUCHING_ONLY, **bodies)
+    found = check(context_of(table_table, rows), clearances=TOUCHING_ONLY, **bodies)
     assert ("shank-collision" in found) is hits
     if hits:
         assert found["shank-collision"].rows.tolist() == [0, 1, 2]
@@ -122,24 +122,24 @@ def test_a_turn_that_is_legal_at_both_ends_is_wrong_in_the_middle(table_table):
     side = np.sign(there[0, 1, 3])
     clamp = replace(clamp, shape=replace(clamp.shape, center=(0.0, 60.0 * side, 0.0)))
     for end in ends:
-        assert check(subject_of(table_table, [end]), fixtures=(clamp,)) == {}
-    found = check(subject_of(table_table, ends), fixtures=(clamp,))
+        assert check(context_of(table_table, [end]), fixtures=(clamp,)) == {}
+    found = check(context_of(table_table, ends), fixtures=(clamp,))
     assert found["fixture-collision"].rows.tolist() == [1]
     assert "on the way here" in found["fixture-collision"].message(0)
     far = replace(clamp, shape=replace(clamp.shape, center=(0.0, -60.0 * side, 0.0)))
-    assert check(subject_of(table_table, ends), fixtures=(far,)) == {}
+    assert check(context_of(table_table, ends), fixtures=(far,)) == {}
 
 
 def test_a_thin_pin_between_two_locations_is_not_missed(table_table):
     pin = Fixture("pin", Cylinder(0.05, 10.0, (37.3, 0.0, 0.0)))
     rows = [[0.0, 0.0, 0.0, 0.0, 0.0], [100.0, 0.0, 0.0, 0.0, 0.0]]
-    found = check(subject_of(table_table, rows, MoveKind.RAPID), fixtures=(pin,))
+    found = check(context_of(table_table, rows, MoveKind.RAPID), fixtures=(pin,))
     assert found["fixture-collision"].rows.tolist() == [1]
 
 
 def test_only_the_holder_is_named_where_only_the_holder_is_met(table_table):
     shelf = trimesh.creation.box(bounds=[[10.0, -20.0, 50.0], [60.0, 20.0, 60.0]])
-    found = check(subject_of(table_table, [[0.0] * 5]), part=shelf)
+    found = check(context_of(table_table, [[0.0] * 5]), part=shelf)
     assert set(found) == {"holder-collision"}
     assert "the holder reaches" in found["holder-collision"].message(0)
     assert "into the part here" in found["holder-collision"].message(0)
@@ -147,7 +147,7 @@ def test_only_the_holder_is_named_where_only_the_holder_is_met(table_table):
 
 def test_a_clamp_is_named_and_the_depth_told(table_table):
     clamp = Fixture("left clamp", Box((20.0, 20.0, 20.0), (12.0, 0.0, 15.0)))
-    found = check(subject_of(table_table, [[0.0] * 5]), fixtures=(clamp,))
+    found = check(context_of(table_table, [[0.0] * 5]), fixtures=(clamp,))
     assert set(found) == {"shank-collision", "fixture-collision"}
     assert "fixture 'left clamp'" in found["shank-collision"].message(0)
     assert found["shank-collision"].values[0] == pytest.approx(1.0, abs=1e-4)
@@ -155,12 +155,12 @@ def test_a_clamp_is_named_and_the_depth_told(table_table):
 
 def test_a_fixture_is_not_cut_so_the_whole_shank_keeps_clear_of_it(table_table):
     clamp = Fixture("clamp", Box((10.0, 10.0, 10.0), (SHANK + 5.1, 0.0, 0.9)))
-    assert "shank-clearance" in check(subject_of(table_table, [[0.0] * 5]), fixtures=(clamp,))
+    assert "shank-clearance" in check(context_of(table_table, [[0.0] * 5]), fixtures=(clamp,))
 
 
 def test_too_near_is_a_warning_with_the_room_left(table_table):
     shelf = trimesh.creation.box(bounds=[[20.7, -20.0, 50.0], [60.0, 20.0, 60.0]])
-    found = check(subject_of(table_table, [[0.0] * 5]), part=shelf, clearances=Clearances(holder=1.0))
+    found = check(context_of(table_table, [[0.0] * 5]), part=shelf, clearances=Clearances(holder=1.0))
     (result,) = found.values()
     assert (result.code, result.severity) == ("holder-clearance", Severity.WARNING)
     assert result.values[0] == pytest.approx(0.3, abs=0.011)
@@ -173,14 +173,14 @@ def test_too_near_is_a_warning_with_the_room_left(table_table):
 def test_just_above_the_cutter_the_shank_may_be_as_near_as_the_cut(table_table, gap, top, code):
     """The shank begins 3 mm above the tip; from 6 mm on, which is its radius higher, it needs clearance."""
     ledge = trimesh.creation.box(bounds=[[SHANK + gap, -20.0, -20.0], [60.0, 20.0, top]])
-    found = check(subject_of(table_table, [[0.0] * 5]), part=ledge)
+    found = check(context_of(table_table, [[0.0] * 5]), part=ledge)
     assert set(found) == (set() if code is None else {f"shank-{code}"})
 
 
 def test_a_tool_wholly_inside_the_part_has_not_slipped_through(table_table):
     block = trimesh.creation.box(extents=(300.0, 300.0, 300.0))
     rows = [[float(x), 0.0, 0.0, 0.0, 0.0] for x in range(5)]
-    found = check(subject_of(table_table, rows), part=block)
+    found = check(context_of(table_table, rows), part=block)
     assert found["holder-collision"].rows.tolist() == [0, 1, 2, 3, 4]
     assert np.isinf(found["holder-collision"].values).all()
     assert "wholly inside" in found["shank-collision"].message(0)
@@ -190,10 +190,10 @@ def test_a_head_meets_a_trunnion_that_has_turned(table_table):
     cheek = Body("A", Box((10.0, 80.0, 120.0), (70.0, 0.0, 0.0)))
     head = Body("Z", Cylinder(60.0, 100.0, (0.0, 0.0, 50.0)))
     machine = replace(table_table, bodies=(cheek, head)).with_tool_length(90.0)
-    upright = subject_of(machine, [[0.0] * 5], tool=Tool.ball(6))
+    upright = context_of(machine, [[0.0] * 5], tool=Tool.ball(6))
     assert check(upright) == {}
     for x, hits in ((4.0, False), (6.0, True)):
-        aside = subject_of(machine, [[x, 0.0, -35.0, 0.0, 0.0]], tool=Tool.ball(6))
+        aside = context_of(machine, [[x, 0.0, -35.0, 0.0, 0.0]], tool=Tool.ball(6))
         assert ("machine-collision" in check(aside, clearances=TOUCHING_ONLY)) is hits
 
 
@@ -203,8 +203,8 @@ def test_a_trunnion_swings_into_the_head_between_two_locations(table_table):
     machine = replace(table_table, bodies=(arm, head)).with_tool_length(100.0)
     rows = [[0.0, 0.0, 100.0, a, 0.0] for a in (-180.0, 180.0)]
     for row in rows:
-        assert check(subject_of(machine, [row], tool=Tool.ball(6))) == {}
-    found = check(subject_of(machine, rows, tool=Tool.ball(6)))
+        assert check(context_of(machine, [row], tool=Tool.ball(6))) == {}
+    found = check(context_of(machine, rows, tool=Tool.ball(6)))
     assert found["machine-collision"].rows.tolist() == [1]
     assert "on the way here" in found["machine-collision"].message(0)
 
@@ -213,7 +213,7 @@ def test_what_is_far_away_is_not_even_asked_about(table_table):
     effort = {}
     far = trimesh.creation.box(bounds=[[500.0] * 3, [600.0] * 3])
     rows = [[x, 0.0, 0.0, 0.0, 0.0] for x in np.linspace(0.0, 50.0, 300)]
-    assert check(subject_of(table_table, rows), effort=effort, part=far) == {}
+    assert check(context_of(table_table, rows), effort=effort, part=far) == {}
     assert {names: e.asked for names, e in effort.items()} == {("shank", "part"): 0, ("holder", "part"): 0}
     assert all(e.culled > 0 for e in effort.values())
 
@@ -229,7 +229,7 @@ def test_what_is_far_away_is_not_even_asked_about(table_table):
 def test_the_cutter_may_leave_the_stock_in_a_rapid_but_not_enter_it(table_table, heights, kind, hits):
     stock = trimesh.creation.box(extents=(20.0, 20.0, 20.0))
     rows = [[0.0, 0.0, z, 0.0, 0.0] for z in heights]
-    found = check(subject_of(table_table, rows, [MoveKind.CUT, kind], Tool.ball(6)), stock=stock)
+    found = check(context_of(table_table, rows, [MoveKind.CUT, kind], Tool.ball(6)), stock=stock)
     assert ("fixture-collision" in found) is hits
 
 
@@ -254,7 +254,7 @@ def test_a_rapid_that_stays_in_the_stock_is_an_error(table_table, places, bad, s
     if sunk and places[-1][1] > 0.0:
         rows = [[x, 0.0, z - sunk * (z < 0.0), 0.0, 0.0] for x, z in places]
     kinds = [MoveKind.CUT, *[MoveKind.RAPID] * (len(rows) - 1)]
-    found = check(subject_of(table_table, rows, kinds, Tool.flat(6)), stock=stock)
+    found = check(context_of(table_table, rows, kinds, Tool.flat(6)), stock=stock)
     assert [r.rows.tolist() for r in found.values()] == ([bad] if bad else [])
 
 
@@ -263,18 +263,18 @@ def test_a_rapid_that_leaves_the_stock_and_enters_it_again_is_an_error(table_tab
     blocks = [trimesh.creation.box(bounds=[[x, -20.0, -20.0], [x + 20.0, 20.0, 20.0]]) for x in (-20.0, 20.0)]
     stock = trimesh.util.concatenate(blocks)
     rows = [[-2.0, 0.0, 0.0, 0.0, 0.0], [60.0, 0.0, 0.0, 0.0, 0.0]]
-    found = check(subject_of(table_table, rows, [MoveKind.CUT, MoveKind.RAPID], Tool.flat(6)), stock=stock)
+    found = check(context_of(table_table, rows, [MoveKind.CUT, MoveKind.RAPID], Tool.flat(6)), stock=stock)
     assert found["fixture-collision"].rows.tolist() == [1]
     out = [[-2.0, 0.0, 0.0, 0.0, 0.0], [10.0, 0.0, 0.0, 0.0, 0.0]]
     assert (
-        check(subject_of(table_table, out, [MoveKind.CUT, MoveKind.RAPID], Tool.flat(6)), stock=stock) == {}
+        check(context_of(table_table, out, [MoveKind.CUT, MoveKind.RAPID], Tool.flat(6)), stock=stock) == {}
     )
 
 
 def test_rows_that_are_not_numbers_are_left_out_and_said(table_table):
     rows = [[0.0] * 5, [np.nan] * 5, [0.0] * 5, [0.0] * 5]
-    results = check_collisions(subject_of(table_table, rows), Surroundings(part=wall(SHANK - 1.0)))
-    report = make_report(results, subject_of(table_table, rows).toolpath, ())
+    results = check_collisions(context_of(table_table, rows), Surroundings(part=wall(SHANK - 1.0)))
+    report = make_report(results, context_of(table_table, rows).toolpath, ())
     assert [f.place.location for f in report.findings if f.code == "shank-collision"] == [0, 2, 3]
     assert any(s.startswith("collisions at 1 locations") for s in report.not_checked)
 
@@ -282,9 +282,9 @@ def test_rows_that_are_not_numbers_are_left_out_and_said(table_table):
 def test_a_long_path_is_taken_in_stretches_without_a_seam(table_table, monkeypatch):
     rows = [[0.0, float(y), 0.0, 0.0, 0.0] for y in range(30)]
     bodies = {"part": trimesh.creation.box(bounds=[[2.0, 3.5, -5.0], [9.0, 11.5, 30.0]])}
-    whole = check(subject_of(table_table, rows), **bodies)
+    whole = check(context_of(table_table, rows), **bodies)
     monkeypatch.setattr("fiveaxis.verification.collisions.LONGEST_STRETCH", 4)
-    parts = check(subject_of(table_table, rows), **bodies)
+    parts = check(context_of(table_table, rows), **bodies)
     assert {c: r.rows.tolist() for c, r in whole.items()} == {c: r.rows.tolist() for c, r in parts.items()}
     assert whole["shank-collision"].rows.tolist() == list(range(2, 15))
 
@@ -292,7 +292,7 @@ def test_a_long_path_is_taken_in_stretches_without_a_seam(table_table, monkeypat
 def test_pairs_that_meet_at_one_place_are_one_finding_with_the_worst(table_table):
     deep = Fixture("deep", Box((10.0, 10.0, 10.0), (6.0, 0.0, 20.0)))
     shallow = Fixture("shallow", Box((10.0, 10.0, 10.0), (-7.5, 0.0, 20.0)))
-    result = check(subject_of(table_table, [[0.0] * 5]), fixtures=(shallow, deep))["shank-collision"]
+    result = check(context_of(table_table, [[0.0] * 5]), fixtures=(shallow, deep))["shank-collision"]
     assert result.rows.tolist() == [0]
     assert "'deep'" in result.message(0)
     assert "1 more pair" in result.message(0)
@@ -309,9 +309,9 @@ def test_pinocchio_places_links_where_our_equations_do(trunnion):
 
 def test_the_same_motion_gives_the_same_words_twice(table_table):
     rows = [[float(x), 0.0, 0.0, 0.0, 0.0] for x in range(20)]
-    subject = subject_of(table_table, rows)
+    context = context_of(table_table, rows)
     reports = [
-        make_report(check_collisions(subject, Surroundings(part=wall(15.0))), subject.toolpath, ()).as_dict()
+        make_report(check_collisions(context, Surroundings(part=wall(15.0))), context.toolpath, ()).as_dict()
         for _ in range(2)
     ]
     assert reports[0] == reports[1]
@@ -323,6 +323,6 @@ def test_a_machine_of_meshes_is_checked_against_a_part_inside_it(table_table, tm
     trimesh.creation.box(extents=(80.0, 80.0, 80.0)).export(tmp_path / "yoke.stl")
     machine = replace(table_table, bodies=(Body("A", MeshShape(tmp_path / "yoke.stl")),))
     part = trimesh.creation.box(extents=(10.0, 10.0, 10.0))
-    found = check(subject_of(machine, [[0.0, 0.0, 200.0, 0.0, 0.0]], tool=Tool.ball(6)), part=part)
+    found = check(context_of(machine, [[0.0, 0.0, 200.0, 0.0, 0.0]], tool=Tool.ball(6)), part=part)
     assert set(found) == {"machine-collision"}
     assert "wholly inside or around the part" in found["machine-collision"].message(0)

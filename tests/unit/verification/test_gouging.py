@@ -12,10 +12,10 @@ from fiveaxis.contour.distance import TriangleTree
 from fiveaxis.kinematics import linear_positions, rotary_angles, tool_axes, tool_poses
 from fiveaxis.motion import Motion, follow
 from fiveaxis.toolpath import MoveKind, Tool, Toolpath, shapes
-from fiveaxis.verification import Asked, verify
+from fiveaxis.verification import PathConstraints, verify
+from fiveaxis.verification.check_context import DEFAULT_TOLERANCES, make_context
 from fiveaxis.verification.cutting_body import CuttingBody
 from fiveaxis.verification.gouging import MovePoses, gouge_depths
-from fiveaxis.verification.subject import DEFAULT_TOLERANCES, make_subject
 
 RADIUS = 5.0
 SIDE = 40.0
@@ -159,10 +159,10 @@ def test_a_turn_between_two_good_locations_sweeps_the_flank_into_the_part(hayash
     path = Toolpath.from_tips(tip, axes, tool)
     rotary = np.unwrap(rotary_angles(hayashi, path.axis)[1], axis=0)
     motion = follow(path, hayashi, rotary)
-    subject = make_subject(motion, hayashi, path, None, DEFAULT_TOLERANCES)
-    _, way = gouge_depths(subject, box, tcp_height=path.zone.height)
+    context = make_context(motion, hayashi, path, None, DEFAULT_TOLERANCES)
+    _, way = gouge_depths(context, box, tcp_height=path.zone.height)
     shares = np.linspace(0.0, 1.0, 401)[1:-1]
-    ways = MovePoses(subject, path.zone.height, tool.cutter.outline())
+    ways = MovePoses(context, path.zone.height, tool.cutter.outline())
     places = ways.places(np.ones(len(shares), dtype=int), shares)
     body = CuttingBody.of(tool)
     tree = TriangleTree.build(np.asarray(box.triangles))
@@ -177,8 +177,8 @@ def test_what_comes_in_through_the_upper_end_and_goes_out_below_is_found(hayashi
     path = Toolpath.from_tips(tips, np.tile([0.0, 0.0, 1.0], (2, 1)), Tool(tool))
     block = trimesh.creation.box(extents=(1.0, 1.0, 1.0))
     block.apply_translation([1.0, 0.0, 12.0])
-    subject = make_subject(upright(path, hayashi), hayashi, path, None, DEFAULT_TOLERANCES)
-    here, way = gouge_depths(subject, block)
+    context = make_context(upright(path, hayashi), hayashi, path, None, DEFAULT_TOLERANCES)
+    here, way = gouge_depths(context, block)
     assert (here < 0.0).all()
     assert way[1] > 1.0
 
@@ -189,9 +189,9 @@ def test_axes_that_run_linearly_leave_the_straight_way_of_the_centre(hayashi, bo
     path = Toolpath.from_contacts(contact, np.tile([0.0, 0.0, 1.0], (2, 1)), Tool.ball(2.0 * RADIUS))
     first, last = (rotary_angles(hayashi, leant_axis(a))[1][0] for a in (25.0, 65.0))
     motion = follow(path, hayashi, np.array([first, last]))
-    subject = make_subject(motion, hayashi, path, None, DEFAULT_TOLERANCES)
-    _, straight = gouge_depths(subject, box, tcp_height=path.zone.height)
-    _, linear = gouge_depths(subject, box, tcp_height=None)
+    context = make_context(motion, hayashi, path, None, DEFAULT_TOLERANCES)
+    _, straight = gouge_depths(context, box, tcp_height=path.zone.height)
+    _, linear = gouge_depths(context, box, tcp_height=None)
     assert straight[1] == pytest.approx(0.0, abs=1e-9)
     assert abs(linear[1]) > 0.1
 
@@ -203,14 +203,14 @@ def test_a_control_that_leads_the_tip_takes_the_ball_off_its_place(hayashi):
     path = Toolpath.from_tips(-RADIUS * axes, axes, Tool(shapes.lollipop(2.0 * RADIUS, 4.0)))
     rotary = np.array([[0.0, half], [0.0, -half]])
     assert tool_axes(hayashi, rotary) == pytest.approx(axes)
-    subject = make_subject(follow(path, hayashi, rotary), hayashi, path, None, DEFAULT_TOLERANCES)
+    context = make_context(follow(path, hayashi, rotary), hayashi, path, None, DEFAULT_TOLERANCES)
     ceiling = trimesh.creation.box(extents=(20.0, 100.0, 100.0))
     towards = np.array([np.sin(tilt), 0.0, np.cos(tilt)])
     ceiling.apply_transform(trimesh.geometry.align_vectors([1.0, 0.0, 0.0], towards))
     ceiling.apply_translation((RADIUS + 10.0) * towards)
     bulge = RADIUS * (1.0 - np.cos(half)) * np.cos(tilt)
     for led, depth in ((RADIUS, 0.0), (0.0, bulge)):
-        here, way = gouge_depths(subject, ceiling, tcp_height=led)
+        here, way = gouge_depths(context, ceiling, tcp_height=led)
         assert here == pytest.approx(0.0, abs=1e-6)
         assert way[1] == pytest.approx(depth, abs=0.005)
 
@@ -226,7 +226,7 @@ def test_axes_that_run_linearly_bulge_between_ends_that_coincide(hayashi, arm, s
     path = Toolpath.from_tips(tips, axis, Tool.ball(2.0 * RADIUS))
     positions = linear_positions(hayashi, tips, rotary)
     motion = Motion(hayashi.letters, positions, path.feed, np.ones(3), path.kind, path.source)
-    subject = make_subject(motion, hayashi, path, None, DEFAULT_TOLERANCES)
+    context = make_context(motion, hayashi, path, None, DEFAULT_TOLERANCES)
     bulge = arm * (1.0 - np.cos(angle / 2.0))
     tip, way = tool_poses(hayashi, (positions[1:] + positions[:-1]) / 2.0)
     aside = tip + RADIUS * way - [0.0, 0.0, arm]
@@ -234,7 +234,7 @@ def test_axes_that_run_linearly_bulge_between_ends_that_coincide(hayashi, arm, s
     wall = trimesh.creation.box(extents=(20.0, 100.0, 100.0))
     wall.apply_transform(trimesh.geometry.align_vectors([1.0, 0.0, 0.0], aside[0]))
     wall.apply_translation([0.0, 0.0, arm] + aside[0] / bulge * (RADIUS + 10.0))
-    here, deepest = gouge_depths(subject, wall, tcp_height=None)
+    here, deepest = gouge_depths(context, wall, tcp_height=None)
     assert here == pytest.approx(0.0, abs=1e-6)
     if bulge > DEFAULT_TOLERANCES.chord_gouge:
         assert deepest[1:] == pytest.approx(bulge, abs=0.005)
@@ -248,7 +248,7 @@ def test_no_point_of_the_cutter_goes_farther_than_is_reckoned_with(hayashi, led)
     tip, axis = tool_poses(hayashi, positions)
     path = Toolpath.from_tips(tip, axis, Tool.ball(2.0 * RADIUS))
     motion = Motion(hayashi.letters, positions, path.feed, np.ones(40), path.kind, path.source)
-    ways = MovePoses(make_subject(motion, hayashi, path, None, DEFAULT_TOLERANCES), led, AROUND)
+    ways = MovePoses(make_context(motion, hayashi, path, None, DEFAULT_TOLERANCES), led, AROUND)
     row = np.arange(1, 40)
     ends = [ways.places(row, np.full(39, share)) for share in (0.0, 1.0)]
     bound = ways.movement(*ends) + ways.bends(row) / 2.0
@@ -279,8 +279,8 @@ PART = Path(__file__).parents[3] / "examples" / "overhang" / "part.stl"
 )
 def test_a_path_that_was_planned_for_a_ball_gouges_nowhere(hayashi, plan):
     path = plan_contour(PART, Tool.ball(8.0), spacing=1.0, **plan)
-    subject = make_subject(upright(path, hayashi), hayashi, path, Asked(), DEFAULT_TOLERANCES)
-    here, way = gouge_depths(subject, load_mesh(PART), tcp_height=path.zone.height)
+    context = make_context(upright(path, hayashi), hayashi, path, PathConstraints(), DEFAULT_TOLERANCES)
+    here, way = gouge_depths(context, load_mesh(PART), tcp_height=path.zone.height)
     assert here.max() <= DEFAULT_TOLERANCES.gouge
     assert way.max() <= DEFAULT_TOLERANCES.chord_gouge
     # Links among them, and somewhere it touches.

@@ -34,7 +34,7 @@ class Switch:
 
 
 @dataclass
-class Whereabouts:
+class InterpreterState:
     """Where the tool is while a program is read, and what makes a move determined.
 
     Parameters

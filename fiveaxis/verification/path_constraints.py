@@ -16,7 +16,7 @@ from fiveaxis.toolpath import TiltBounds, Toolpath, tilt_bounds, turned
 
 
 @dataclass(frozen=True, eq=False)
-class Asked:
+class PathConstraints:
     """Bounds on postures and turns; what is None or empty wasn't asked for.
 
     Parameters
@@ -55,7 +55,7 @@ class Asked:
         singular_cone: float | None = None,
         singular_rate: float = 0.0,
         **leaning: Any,
-    ) -> Asked:
+    ) -> PathConstraints:
         """Take bounds as `verify` does, deg and deg/mm, for a path in the zone that its lean asks for.
 
         Raises
@@ -79,9 +79,9 @@ class Asked:
                 f"singular_rate {singular_rate:g} deg/mm belongs to a singular cone; give that too"
             )
         _require_within("singular_rate", singular_rate, 0.0, math.inf, "deg/mm")
-        asked = any(value is not None for value in leaning.values())
+        bound = any(value is not None for value in leaning.values())
         return cls(
-            leaning=tilt_bounds(toolpath, **leaning) if asked else None,
+            leaning=tilt_bounds(toolpath, **leaning) if bound else None,
             hold={letter: math.radians(angle) for letter, angle in (hold or {}).items()},
             max_turn=_radians(max_turn),
             turn_rate=_radians(turn_rate),
@@ -91,7 +91,7 @@ class Asked:
             inserted=toolpath.inserted if toolpath.inserted.any() else None,
         )
 
-    def between(self, row: Array) -> Asked:
+    def between(self, row: Array) -> PathConstraints:
         """Return the bounds for a path with inserted locations.
 
         What a bound refers to (a normal, a programmed axis) turns evenly from one location to the next.

@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 
 import fiveaxis
 from fiveaxis.cli import app
-from fiveaxis.cli.telling import ROOT, ConsoleHandler, set_telling
+from fiveaxis.cli.verbosity import ROOT, ConsoleHandler, set_verbosity
 
 ROOMS = ("nc", "posture", "cli")
 
@@ -22,7 +22,7 @@ ROOMS = ("nc", "posture", "cli")
 @pytest.fixture(autouse=True)
 def as_before():
     yield
-    set_telling(0, False)
+    set_verbosity(0, False)
 
 
 @pytest.fixture
@@ -77,8 +77,8 @@ def test_one_command_being_quiet_leaves_the_next_as_it_was(path, tmp_path):
 
 
 def test_telling_again_adds_no_second_handler():
-    set_telling(1, False)
-    set_telling(2, False)
+    set_verbosity(1, False)
+    set_verbosity(2, False)
     handlers = logging.getLogger(ROOT).handlers
     assert sum(isinstance(handler, ConsoleHandler) for handler in handlers) == 1
 

@@ -12,8 +12,8 @@ from fiveaxis.geometry import Array, BoolArray
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Motion
 from fiveaxis.toolpath import Toolpath
-from fiveaxis.verification.asked import Asked
 from fiveaxis.verification.model import tool_poses
+from fiveaxis.verification.path_constraints import PathConstraints
 
 # mm: how deep a cutter may reach into the part before that is a gouge.
 GOUGE_TOLERANCE = 0.01
@@ -104,7 +104,7 @@ DEFAULT_TOLERANCES = Tolerances()
 
 
 @dataclass(frozen=True, eq=False)
-class Subject:
+class CheckContext:
     """A motion under examination.
 
     Parameters
@@ -112,7 +112,7 @@ class Subject:
     motion, machine, toolpath : what is checked against what
     positions : (n, k), mm and rad; rows that aren't finite are NaN throughout
     tip, axis : (n, 3), mm and unit vectors, workpiece frame: where pinocchio finds the tool
-    asked : bounds on postures and turns, as far as they were given
+    constraints : bounds on postures and turns, as far as they were given
     tolerances : what counts as a difference
     """
 
@@ -122,7 +122,7 @@ class Subject:
     positions: Array
     tip: Array
     axis: Array
-    asked: Asked
+    constraints: PathConstraints
     tolerances: Tolerances
 
     @property
@@ -142,13 +142,13 @@ class Subject:
         return cuts
 
 
-def make_subject(
+def make_context(
     motion: Motion,
     machine: Machine,
     toolpath: Toolpath,
-    asked: Asked,
+    constraints: PathConstraints,
     tolerances: Tolerances,
-) -> Subject:
+) -> CheckContext:
     """Put a motion beside its path and find its tool poses.
 
     What cuts is taken from the path, never from the motion: a motion can't exempt itself by calling a cut a
@@ -165,7 +165,7 @@ def make_subject(
     finite = np.isfinite(motion.positions).all(axis=1, keepdims=True)
     positions = np.where(finite, motion.positions, np.nan)
     tip, axis = tool_poses(machine, positions)
-    return Subject(motion, machine, toolpath, positions, tip, axis, asked, tolerances)
+    return CheckContext(motion, machine, toolpath, positions, tip, axis, constraints, tolerances)
 
 
 def _require_fit(motion: Motion, machine: Machine, toolpath: Toolpath) -> None:

@@ -7,16 +7,25 @@ from fiveaxis.collision import Surroundings
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Interpolation, Motion, fill_in_rows, follow
 from fiveaxis.toolpath import Tool, Toolpath
-from fiveaxis.verification import Asked, CheckedInterpolation, Examination, Report, Tolerances, examine
-from fiveaxis.verification.subject import make_subject
+from fiveaxis.verification import (
+    CheckedInterpolation,
+    Examination,
+    PathConstraints,
+    Report,
+    Tolerances,
+    examine,
+)
+from fiveaxis.verification.check_context import make_context
 
 
-def examined(motion: Motion, machine: Machine, path: Toolpath, asked: Asked, **words) -> Report:
+def examined(
+    motion: Motion, machine: Machine, path: Toolpath, constraints: PathConstraints, **words
+) -> Report:
     """The report on the locations of a path."""
-    subject = make_subject(motion, machine, path, asked, Tolerances(jump=2.0))
+    context = make_context(motion, machine, path, constraints, Tolerances(jump=2.0))
     return examine(
         Examination(
-            subject, Surroundings(), CheckedInterpolation(Interpolation.TCP, Interpolation.JOINT), **words
+            context, Surroundings(), CheckedInterpolation(Interpolation.TCP, Interpolation.JOINT), **words
         )
     )
 
@@ -29,28 +38,30 @@ def bent(n: int = 3, step: float = 20.0) -> Toolpath:
     return Toolpath.from_contacts(contact, normal, Tool.ball(6.0))
 
 
-def angles_of(asked: Asked) -> list[float]:
-    reference = asked.leaning.reference
+def angles_of(constraints: PathConstraints) -> list[float]:
+    reference = constraints.leaning.reference
     return np.degrees(np.arctan2(-reference[:, 1], reference[:, 2])).tolist()
 
 
 def test_what_a_bound_refers_to_turns_evenly_between_two_locations(hayashi):
-    asked = Asked.of_degrees(bent(), hayashi, tilt=(10.0, 60.0))
-    found = asked.between(np.array([0.0, 0.5, 1.0, 1.25, 2.0]))
+    constraints = PathConstraints.of_degrees(bent(), hayashi, tilt=(10.0, 60.0))
+    found = constraints.between(np.array([0.0, 0.5, 1.0, 1.25, 2.0]))
     assert angles_of(found) == pytest.approx([0.0, 10.0, 20.0, 25.0, 40.0], abs=0.2)
-    assert (found.leaning.low, found.leaning.high) == (asked.leaning.low, asked.leaning.high)
+    assert (found.leaning.low, found.leaning.high) == (constraints.leaning.low, constraints.leaning.high)
 
 
 def test_bounds_beside_the_first_are_spread_too(hayashi):
-    asked = Asked.of_degrees(bent(), hayashi, lead=(-10.0, 20.0), lean=(-5.0, 5.0))
-    found = asked.between(np.array([0.0, 0.5, 1.0]))
-    assert len(found.leaning.all) == len(asked.leaning.all) == 5
+    constraints = PathConstraints.of_degrees(bent(), hayashi, lead=(-10.0, 20.0), lean=(-5.0, 5.0))
+    found = constraints.between(np.array([0.0, 0.5, 1.0]))
+    assert len(found.leaning.all) == len(constraints.leaning.all) == 5
     assert all(b.reference.shape == (3, 3) for b in found.leaning.all)
 
 
 def test_next_to_a_link_nothing_is_known(hayashi):
     path = bent().with_links(np.array([False, True, False]))
-    found = Asked.of_degrees(path, hayashi, tilt=(10.0, 60.0)).between(np.array([0.0, 0.5, 1.0, 1.5, 2.0]))
+    found = PathConstraints.of_degrees(path, hayashi, tilt=(10.0, 60.0)).between(
+        np.array([0.0, 0.5, 1.0, 1.5, 2.0])
+    )
     assert np.isfinite(found.leaning.reference).all(axis=1).tolist() == [True, False, False, False, True]
 
 
@@ -59,12 +70,12 @@ def test_a_lean_that_is_kept_at_both_ends_only_is_found_between_them(hayashi):
     path = bent(2, step=0.0)
     rotary = np.radians([[0.0, -30.0], [0.0, 30.0]])
     filled, motion, row = fill_in_rows(path, hayashi, rotary)
-    asked = Asked.of_degrees(path, hayashi, tilt=(20.0, 40.0))
-    report = examined(motion, hayashi, filled, asked.between(row))
+    constraints = PathConstraints.of_degrees(path, hayashi, tilt=(20.0, 40.0))
+    report = examined(motion, hayashi, filled, constraints.between(row))
     assert set(report.counts) == {"tilt"}
     assert report.figures["tilt_min_deg"] < 5.0
     assert all("put locations closer together" in f.message for f in report.findings)
-    assert examined(follow(path, hayashi, rotary), hayashi, path, asked).ok
+    assert examined(follow(path, hayashi, rotary), hayashi, path, constraints).ok
 
 
 def test_rows_of_a_filled_path_lie_among_the_given_ones(hayashi):
@@ -83,5 +94,5 @@ def test_rows_of_a_filled_path_lie_among_the_given_ones(hayashi):
 def test_accelerations_of_a_divided_path_are_left_out(hayashi):
     path = bent()
     motion = follow(path, hayashi, np.radians([[0.0, -20.0], [5.0, -40.0], [9.0, -50.0]]))
-    report = examined(motion, hayashi, path, Asked(), accelerations=False)
+    report = examined(motion, hayashi, path, PathConstraints(), accelerations=False)
     assert "rotary_acceleration_share" not in report.figures

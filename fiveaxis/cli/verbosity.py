@@ -32,7 +32,7 @@ class ConsoleHandler(logging.Handler):
         console.print(f"{room}: {record.getMessage()}", markup=False)
 
 
-def set_telling(verbose: int, quiet: bool) -> None:
+def set_verbosity(verbose: int, quiet: bool) -> None:
     """Say how much is told from now on.
 
     Parameters
@@ -47,7 +47,7 @@ def set_telling(verbose: int, quiet: bool) -> None:
         logger.addHandler(ConsoleHandler())
 
 
-def told(verb: Callable[..., Any]) -> Callable[..., Any]:
+def with_options(verb: Callable[..., Any]) -> Callable[..., Any]:
     """Give a verb the options that say how much is told."""
     signature = inspect.signature(verb)
     options = {"verbose": (Verbose, 0), "quiet": (Quiet, False)}
@@ -60,11 +60,11 @@ def told(verb: Callable[..., Any]) -> Callable[..., Any]:
     rest = [p for p in own if p.kind is p.VAR_KEYWORD]
 
     @functools.wraps(verb)
-    def telling(*args: Any, verbose: int = 0, quiet: bool = False, **kwargs: Any) -> Any:
-        set_telling(verbose, quiet)
+    def with_verbosity(*args: Any, verbose: int = 0, quiet: bool = False, **kwargs: Any) -> Any:
+        set_verbosity(verbose, quiet)
         return verb(*args, **kwargs)
 
     kept = [p for p in own if p.kind is not p.VAR_KEYWORD]
-    telling.__signature__ = signature.replace(parameters=[*kept, *added, *rest])  # type: ignore[attr-defined]
-    telling.__annotations__ = kinds | {name: kind for name, (kind, _) in options.items()}
-    return telling
+    with_verbosity.__signature__ = signature.replace(parameters=[*kept, *added, *rest])  # type: ignore[attr-defined]
+    with_verbosity.__annotations__ = kinds | {name: kind for name, (kind, _) in options.items()}
+    return with_verbosity
