@@ -5,10 +5,12 @@ Of a path without a feed that means something the turns are bound per move.
 
 from functools import partial
 
+import by_degrees
+
 from fiveaxis import posture
 
-optimise = partial(posture.optimise, objective="travel", max_turn=15.0)
-find_front = partial(posture.find_front, objective="travel", max_turn=15.0)
+optimise = partial(by_degrees.optimise, objective="travel", max_turn=15.0)
+find_front = partial(by_degrees.find_front, objective="travel", max_turn=15.0)
 
 
 def refined_cost(solution: posture.Solution) -> float:

@@ -113,7 +113,7 @@ def verify(
     with errors_explained(as_json):
         if codes:
             return _print_codes(as_json)
-        from fiveaxis.job import verify_program
+        from fiveaxis.job import check_program
 
         if program is None:
             raise SettingError("name a program to verify, or give --codes")
@@ -122,20 +122,8 @@ def verify(
 
         def work() -> Report:
             against = against_of(path, part, options, machine)
-            constraints = against.constraints.options
-            # The way of a program's pivot over its blocks isn't the path's.
-            del constraints["turn_rate"]
-            return verify_program(
-                program,
-                machine,
-                tool=against.tool,
-                toolpath=against.toolpath,
-                surroundings=against.surroundings,
-                gouge_tolerance=against.gouge_tolerance,
-                surface_tolerance=options["surface_tolerance"] or SURFACE_TOLERANCE,
-                **constraints,
-                **reading_of(options),
-            )
+            tolerance = options["surface_tolerance"] or SURFACE_TOLERANCE
+            return check_program(program, machine, against, reading_of(options), tolerance)
 
         report = work_aside(work)
         if as_json:
@@ -183,7 +171,7 @@ def against_of(path: Path | None, part: Path | None, options: Mapping[str, Any],
     cutter = tool or (None if toolpath is None else toolpath.tool)
     if around is not None and cutter is None:
         raise SettingError("a part is checked against a cutter; name the tool (--tool ball:10)")
-    return Against(toolpath, cutter, around, Constraints(**(singular | given)), **tolerance)
+    return Against(toolpath, cutter, around, Constraints.of_degrees(**(singular | given)), **tolerance)
 
 
 def reading_of(options: Mapping[str, Any]) -> dict[str, Any]:

@@ -1,5 +1,6 @@
 """One job: from a part or a path to the files that a machine and its programmer need."""
 
+from fiveaxis.job.against import Against
 from fiveaxis.job.clearing import optimise
 from fiveaxis.job.description import SWEEP, Job, PlanTable, SetupTable
 from fiveaxis.job.loading import (
@@ -10,7 +11,7 @@ from fiveaxis.job.loading import (
     measure_plan,
     part_of,
 )
-from fiveaxis.job.posting import Against, Posted, make_of_motion, post_program, write_program
+from fiveaxis.job.posting import Posted, make_of_motion, post_program, write_program
 from fiveaxis.job.program import MadeProgram, ProgramOptions, make_program
 from fiveaxis.job.programs import ProgramEnergy, program_energy
 from fiveaxis.job.reading import build_job, make_job, read_fixtures, read_job
@@ -19,7 +20,7 @@ from fiveaxis.job.results import require_folder, write_outcome
 from fiveaxis.job.setting_up import choose_search, run_job
 from fiveaxis.job.solution import Solution
 from fiveaxis.job.stages import RESULT, Outcome
-from fiveaxis.job.verifying import verify_program
+from fiveaxis.job.verifying import check_program, verify_program
 
 __all__ = [
     "RESULT",
@@ -36,6 +37,7 @@ __all__ = [
     "SetupTable",
     "Solution",
     "build_job",
+    "check_program",
     "choose_search",
     "is_mesh",
     "load_job_machine",

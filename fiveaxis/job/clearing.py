@@ -29,7 +29,7 @@ from fiveaxis.posture import Solution as Postures
 from fiveaxis.posture import optimise as optimise_postures
 from fiveaxis.posture.masks.mask import MaskFunction
 from fiveaxis.posture.strategy.portfolio import Progress
-from fiveaxis.toolpath import Constraints, Toolpath, for_tilt, tilt_bounds
+from fiveaxis.toolpath import Constraints, Toolpath
 from fiveaxis.toolpath.passes import Passes
 from fiveaxis.verification import PathConstraints
 from fiveaxis.verification.check_context import DEFAULT_TOLERANCES, make_context
@@ -40,7 +40,6 @@ if TYPE_CHECKING:
     import trimesh
 
 # Options that bound the tool's lean; all but the last also say which part of the cutter touches.
-LEANING = ("tilt", "cone", "lead", "lean", "plane")
 # Locations without a posture of which it is worked out what blocks them.
 MOST_EXPLAINED = 20
 # What the optimiser says of a mask, and what that is where the mask stands for collisions.
@@ -172,10 +171,19 @@ def optimise(
     FiveAxisError
         As `fiveaxis.posture.optimise`.
     """
-    constraints = Constraints(
-        tilt, cone, lead, lean, plane, hold, max_turn, turn_rate, singular_cone, singular_rate
+    constraints = Constraints.of_degrees(
+        tilt=tilt,
+        cone=cone,
+        lead=lead,
+        lean=lean,
+        plane=plane,
+        hold=hold,
+        max_turn=max_turn,
+        turn_rate=turn_rate,
+        singular_cone=singular_cone,
+        singular_rate=singular_rate,
     )
-    options: dict[str, Any] = constraints.options | {
+    options: dict[str, Any] = {
         "objective": objective,
         "interpolation": interpolation,
         "clock": clock,
@@ -194,9 +202,9 @@ def optimise(
 
     def solve(path: Toolpath, own: MaskFunction | None, free: bool) -> Postures:
         asked = options if free else without_starts(options)
-        return optimise_postures(path, machine, mask=own, **asked)
+        return optimise_postures(path, machine, constraints, mask=own, **asked)
 
-    found = keep_clear(solve, toolpath, machine, around, options | {"mask": mask}).solution
+    found = keep_clear(solve, toolpath, machine, around, constraints, options | {"mask": mask}).solution
     return Solution.of(found, constraints, around)
 
 
@@ -206,7 +214,12 @@ def without_starts(options: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def keep_clear(
-    solve: Solve, toolpath: Toolpath, machine: Machine, around: Surroundings, options: Mapping[str, Any]
+    solve: Solve,
+    toolpath: Toolpath,
+    machine: Machine,
+    around: Surroundings,
+    constraints: Constraints,
+    options: Mapping[str, Any],
 ) -> Cleared:
     """Solve with the mask that keeps the tool clear, and again where the result collides on its way.
 
@@ -218,23 +231,25 @@ def keep_clear(
     solve : optimises a path with a mask, or with None
     toolpath, machine : what is solved
     around : what to keep clear of
-    options : as they were asked for; a mask of the user's among them holds beside ours
+    constraints : that `solve` keeps
+    options : its further ones; a mask of the user's among them holds beside ours
 
     Raises
     ------
     FiveAxisError
         As `solve`.
     """
+    mask = options.get("mask")
     if not options.get("free_start"):
-        return _kept(solve, toolpath, machine, around, options)
-    path = _leaning(toolpath, options)
+        return _kept(solve, toolpath, machine, around, constraints, mask)
+    path = constraints.zoned(toolpath)
     if find_accessible(path, machine, around) is None:
-        return Cleared(solve(toolpath, options.get("mask"), True), None, 0)
-    kept = _kept(solve, toolpath, machine, around, options)
+        return Cleared(solve(toolpath, mask, True), None, 0)
+    kept = _kept(solve, toolpath, machine, around, constraints, mask)
     opened = solve(toolpath, None, True)
     begun = opened.toolpath if opened.unwrapped is None else opened.unwrapped.toolpath
     try:
-        again = _kept(solve, begun, machine, around, options)
+        again = _kept(solve, begun, machine, around, constraints, mask)
     except Infeasible as fault:
         return _told(kept, f"passes keep their start: elsewhere the tool isn't kept clear: {fault}")
     figures = f"{again.solution.energy.total:.1f} J kept clear, {kept.solution.energy.total:.1f} J without"
@@ -250,21 +265,23 @@ def keep_clear(
     return _told(replace(again, solution=compared), f"passes begin elsewhere: {figures}")
 
 
-def _leaning(toolpath: Toolpath, options: Mapping[str, Any]) -> Toolpath:
-    leaning = {name: options.get(name) for name in LEANING[:4]}
-    return for_tilt(toolpath, **leaning) if any(v is not None for v in leaning.values()) else toolpath
-
-
 def _kept(
-    solve: Solve, toolpath: Toolpath, machine: Machine, around: Surroundings, options: Mapping[str, Any]
+    solve: Solve,
+    toolpath: Toolpath,
+    machine: Machine,
+    around: Surroundings,
+    constraints: Constraints,
+    own: MaskFunction | None,
 ) -> Cleared:
     """Keep a path clear whose locations stay in their order."""
-    admits = find_accessible(_leaning(toolpath, options), machine, around)
-    mask = _joined(admits, options.get("mask"))
+    admits = find_accessible(constraints.zoned(toolpath), machine, around)
+    mask = _joined(admits, own)
     try:
         solution = solve(toolpath, mask if mask.exact is not None else None, False)
     except Infeasible as fault:
-        raise fault if admits is None else _explained(fault, admits, options) from None
+        if admits is None:
+            raise
+        raise _explained(fault, admits, constraints.of_lean, masked=own is not None) from None
     scene = build_scene(machine, toolpath.tool, around)
     if not choose_pairs(scene, around.clearances).pairs:
         return Cleared(solution, _with_its_rows(admits, solution), 0)
@@ -295,10 +312,11 @@ def _with_its_rows(admits: Accessibility | None, solution: Postures) -> Accessib
     return admits if own and solution.unwrapped is None else None
 
 
-def _explained(fault: Infeasible, admits: Accessibility, options: Mapping[str, Any]) -> Infeasible:
+def _explained(
+    fault: Infeasible, admits: Accessibility, constraints: Constraints, *, masked: bool
+) -> Infeasible:
     """Add to each location without a posture what blocks those that its bounds admit."""
-    asked = {name: options.get(name) for name in LEANING}
-    bounds = tilt_bounds(admits.toolpath, **asked)
+    bounds = constraints.lean_bounds(admits.toolpath)
     axes = cell_centres(np.arange(CELLS * CELLS), CELLS)
     findings = []
     for number, finding in enumerate(fault.findings):
@@ -311,7 +329,7 @@ def _explained(fault: Infeasible, admits: Accessibility, options: Mapping[str, A
         said = ", ".join(f"{pair} in {100.0 * share:.0f} %" for pair, share in shares.items())
         more = f"; of the directions that the tool's lean admits, these collide: {said}" if said else ""
         findings.append(replace(finding, message=finding.message + more))
-    if options.get("mask") is not None:
+    if masked:
         return Infeasible(str(fault), findings)
     # Nobody gave a mask: what was given are a holder and what stands around.
     told = [replace(finding, message=_without_mask(finding.message)) for finding in findings]
@@ -331,8 +349,8 @@ def colliding_rows(solution: Postures, around: Surroundings) -> IntArray:
     Where a ball gouges it does so in any posture; of other cutters gouges count, too.
     """
     machine, path = solution.machine, solution.toolpath
-    constraints = PathConstraints.of_degrees(path, machine)
-    context = make_context(solution.motion, machine, path, constraints, DEFAULT_TOLERANCES)
+    applied = PathConstraints.of(path, machine, Constraints())
+    context = make_context(solution.motion, machine, path, applied, DEFAULT_TOLERANCES)
     errors = [r.rows for r in check_collisions(context, around) if r.severity is Severity.ERROR]
     if not path.tool.cutter.is_ball:
         errors.append(check_gouge(context, around.part, tcp_height=path.zone.height).rows)

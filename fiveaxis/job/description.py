@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import fields
 from pathlib import Path
 from typing import Any, Literal
 
@@ -32,8 +33,8 @@ LARGEST_SWEEP = 10_000
 SEARCHED = ("x", "y", "z", "angle")
 
 # Settings that bound the tool's lean, and the turns of the rotary axes.
-LEANING = ("tilt", "cone", "lead", "lean", "plane")
-BOUNDS = (*LEANING, "hold", "max_turn", "turn_rate", "singular_cone", "singular_rate")
+# Settings that bound postures and turns, under the names that the record has for them.
+BOUNDS = tuple(each.name for each in fields(Constraints))
 
 
 class PlanTable(StrictModel):
@@ -252,13 +253,19 @@ class Job(StrictModel):
 
     @property
     def bounds(self) -> dict[str, Any]:
-        """What bounds postures and turns, as `optimise` and `verify` take it."""
+        """What bounds postures and turns as the job says it, in degrees."""
         return {name: getattr(self, name) for name in BOUNDS}
 
     @property
     def constraints(self) -> Constraints:
-        """The same as one record."""
-        return Constraints(**self.bounds)
+        """The bounds on postures and turns, as one record.
+
+        Raises
+        ------
+        SettingError
+            A bound out of its range.
+        """
+        return Constraints.of_degrees(**self.bounds)
 
     @field_validator("tilt")
     @classmethod

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
@@ -12,6 +12,7 @@ import numpy as np
 from fiveaxis.collision import Surroundings
 from fiveaxis.errors import SettingError, ToolpathError
 from fiveaxis.findings import Finding
+from fiveaxis.job.against import NOTHING, Against
 from fiveaxis.job.checked_program import MOTION_SUFFIX, POINT, in_time, load_text, tool_path
 from fiveaxis.job.program import (
     Header,
@@ -38,55 +39,9 @@ from fiveaxis.nc import (
 from fiveaxis.nc.options import Wrap
 from fiveaxis.nc.writing.turns import Winding
 from fiveaxis.report import describe_input
-from fiveaxis.toolpath import Constraints, Tool, Toolpath, for_tilt
-from fiveaxis.verification import DEFAULT_TOLERANCES, ReadBack, Report, Tolerances, check_text
+from fiveaxis.toolpath import Constraints, Tool, Toolpath
+from fiveaxis.verification import DEFAULT_TOLERANCES, ReadBack, Report, check_text
 from fiveaxis.verification.report import make_report
-
-
-@dataclass(frozen=True, eq=False)
-class Against:
-    """What a motion's program is held against; nothing of it leaves it unverified.
-
-    Parameters
-    ----------
-    toolpath : that it should follow
-    tool : the cutter; that of `toolpath` by default
-    surroundings : part, stock and fixtures
-    constraints : on postures and turns
-    gouge_tolerance : mm, how deep the cutter may reach into the part
-    """
-
-    toolpath: Toolpath | None = None
-    tool: Tool | None = None
-    surroundings: Surroundings | None = None
-    constraints: Constraints = field(default_factory=Constraints)
-    gouge_tolerance: float = DEFAULT_TOLERANCES.gouge
-
-    @property
-    def is_nothing(self) -> bool:
-        """Whether there is nothing to verify against."""
-        return self.toolpath is None and self.tool is None and self.surroundings is None
-
-    @property
-    def cutter(self) -> Tool | None:
-        """The tool, or that of the path."""
-        return self.tool or (None if self.toolpath is None else self.toolpath.tool)
-
-    @property
-    def leaning_path(self) -> Toolpath | None:
-        """The path with the part of the cutter that touches within the bounds on its lean."""
-        path, lean = self.toolpath, self.constraints
-        if path is None or all(b is None for b in (lean.tilt, lean.cone, lean.lead, lean.lean)):
-            return path
-        return for_tilt(path, lean.tilt, lean.cone, lead=lean.lead, lean=lean.lean)
-
-    @property
-    def tolerances(self) -> Tolerances:
-        """From where on a difference is a finding."""
-        return DEFAULT_TOLERANCES.with_gouge(self.gouge_tolerance)
-
-
-NOTHING = Against()
 
 
 @dataclass(frozen=True, eq=False)
@@ -338,14 +293,7 @@ def _check_of(against: Against, machine: Machine) -> Callable[[ReadBack, Program
 
     def verdict(back: ReadBack, draft: Program) -> Report:
         read = load_text(draft, machine, {}, back.planned.motion.positions[:1], against.cutter)
-        check = ProgramCheck(
-            machine=machine,
-            toolpath=against.leaning_path,
-            tool=against.cutter,
-            around=against.surroundings or Surroundings(),
-            constraints=against.constraints,
-            tolerances=against.tolerances,
-        )
+        check = ProgramCheck.of(machine, against)
         # Whose motion it is has been said: that of the text, in other rows.
         return replace(check.report(read), about=None)
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,12 +13,10 @@ from fiveaxis.collision.clearing import find_accessible
 from fiveaxis.job.description import Job, SetupTable
 from fiveaxis.machine import Machine
 from fiveaxis.posture import optimise
-from fiveaxis.toolpath import Toolpath, for_tilt
+from fiveaxis.toolpath import Toolpath
 
 # A setup is looked at roughly on at most so many locations.
 ROUGH_LOCATIONS = 120
-# Options that say which part of the cutter touches.
-LEANING = ("tilt", "cone", "lead", "lean")
 
 
 class SetupCosts:
@@ -38,18 +38,17 @@ class SetupCosts:
         thinned = toolpath.at(rows)
         self.toolpath = thinned if thinned.cutting.any() else toolpath
         self.machine, self.around = machine, around
-        turn = None if job.max_turn is None else stride * job.max_turn
-        self.options: dict[str, Any] = job.bounds | {
-            "max_turn": turn if turn is None or turn < 180.0 else 360.0,
+        bounds = job.constraints
+        turn = None if bounds.max_turn is None else stride * bounds.max_turn
+        self.constraints = replace(bounds, max_turn=turn if turn is None or turn < math.pi else 2.0 * math.pi)
+        self.options: dict[str, Any] = {
             # A rough path has no program of its own.
             "objective": "travel",
             "up_penalty": job.up_penalty,
             "time_price": job.time_price,
             "effort": "quick",
         }
-        leaning = {name: self.options.get(name) for name in LEANING}
-        bound = any(value is not None for value in leaning.values())
-        self.leaning = for_tilt(self.toolpath, **leaning) if bound else self.toolpath
+        self.leaning = bounds.zoned(self.toolpath)
         self.price = (machine.base_power or 0.0) if job.time_price is None else job.time_price
 
     @property
@@ -72,5 +71,5 @@ class SetupCosts:
 
     def _spent(self, setup: SetupTable, mask: Any) -> float:
         there = self.machine.with_setup(setup.offset, setup.rotation)
-        energy = optimise(self.toolpath, there, mask=mask, **self.options).energy
+        energy = optimise(self.toolpath, there, self.constraints, mask=mask, **self.options).energy
         return energy.travel + self.price * energy.time

@@ -237,7 +237,7 @@ def solve(
 
     `passes` are those of a planned path: with a free start the links between them are laid anew.
     """
-    options = {name: getattr(job, name) for name in SOLVING} | job.bounds | {"progress": progress}
+    options = {name: getattr(job, name) for name in SOLVING} | {"progress": progress}
     wording = require_program(machine, job.control, job.coordinates, job.winding, job.nc)
     options["interpolation"] = wording.interpolation
     options["clock"] = Clock(wording.dialect, wording.coordinates)
@@ -258,16 +258,16 @@ def solve(
         asked = (options if free else without_starts(options)) | {"mask": mask}
         asked["start"] = None if free else start
         if job.front is None:
-            return optimise_postures(path, machine, **asked)
+            return optimise_postures(path, machine, job.constraints, **asked)
         swept = {name: value for name, value in asked.items() if name != "smoothing"}
-        fronts.append(find_front(path, machine, job.front, **swept))
+        fronts.append(find_front(path, machine, job.constraints, job.front, **swept))
         return fronts[-1].pick(job.pick or 1)
 
     cleared = None
     if around is None or not job.keep_clear:
         solution = once(toolpath, None, job.free_start)
     else:
-        cleared = keep_clear(once, toolpath, machine, around, options)
+        cleared = keep_clear(once, toolpath, machine, around, job.constraints, options)
         solution = cleared.solution
     # Paths were searched again; the front is that of the one which was taken.
     front = next((f for f in fronts if any(s.motion is solution.motion for s in f.solutions)), None)

@@ -13,11 +13,12 @@ from fiveaxis.collision import Surroundings
 from fiveaxis.contour import find_contacts
 from fiveaxis.errors import SettingError
 from fiveaxis.findings import Finding, Severity
+from fiveaxis.job.against import Against
 from fiveaxis.job.checked_program import Program, load_program
 from fiveaxis.machine import Machine
 from fiveaxis.motion import AXIS_TOLERANCE, PATH_TOLERANCE, Interpolation, Motion
 from fiveaxis.nc.options import Wrap
-from fiveaxis.toolpath import Constraints, Tool, Toolpath, for_tilt, interpolate
+from fiveaxis.toolpath import Constraints, Tool, Toolpath, interpolate
 from fiveaxis.verification import (
     CheckedInterpolation,
     Examination,
@@ -42,6 +43,8 @@ from fiveaxis.verification.turns import check_jumps, programmed_turns
 if TYPE_CHECKING:
     import trimesh
 
+# mm: gap between cutter and part that counts as touching.
+SURFACE_TOLERANCE = 0.05
 NOT_CHECKED = (
     "the way to the first row: where the axes stand before it isn't in the program",
     "acceleration and jerk; durations of rapid moves of axes without a known speed",
@@ -66,7 +69,7 @@ def verify_program(
     max_turn: float | None = None,
     singular_cone: float | None = 5.0,
     singular_rate: float = 5.0,
-    surface_tolerance: float = 0.05,
+    surface_tolerance: float = SURFACE_TOLERANCE,
     surroundings: Surroundings | None = None,
     unit: Literal["mm", "inch"] | None = None,
     start: Mapping[str, float] | None = None,
@@ -126,12 +129,44 @@ def verify_program(
         toolpath=toolpath,
         tool=tool or (None if toolpath is None else toolpath.tool),
         around=surroundings or Surroundings.load(part),
-        constraints=Constraints(
-            tilt, cone, lead, lean, plane, hold, max_turn, None, singular_cone, singular_rate
+        constraints=Constraints.of_degrees(
+            tilt=tilt,
+            cone=cone,
+            lead=lead,
+            lean=lean,
+            plane=plane,
+            hold=hold,
+            max_turn=max_turn,
+            singular_cone=singular_cone,
+            singular_rate=singular_rate,
         ),
         tolerances=tolerances.with_gouge(gouge_tolerance),
         surface_tolerance=surface_tolerance,
     )
+    return check.report(load_program(program, machine, check.tool, reading))
+
+
+def check_program(
+    program: str | Path,
+    machine: Machine,
+    against: Against,
+    reading: Mapping[str, Any],
+    surface_tolerance: float = SURFACE_TOLERANCE,
+) -> Report:
+    """Check a program or the table of a motion as `verify_program` does, with records made before.
+
+    Parameters
+    ----------
+    against : path, tool, what stands around, constraints
+    reading : keywords of `read_program`
+    surface_tolerance : mm, gap between cutter and part that counts as touching
+
+    Raises
+    ------
+    FiveAxisError
+        As `verify_program`.
+    """
+    check = ProgramCheck.of(machine, against, surface_tolerance)
     return check.report(load_program(program, machine, check.tool, reading))
 
 
@@ -156,7 +191,22 @@ class ProgramCheck:
     around: Surroundings
     constraints: Constraints
     tolerances: Tolerances = DEFAULT_TOLERANCES
-    surface_tolerance: float = 0.05
+    surface_tolerance: float = SURFACE_TOLERANCE
+
+    @classmethod
+    def of(
+        cls, machine: Machine, against: Against, surface_tolerance: float = SURFACE_TOLERANCE
+    ) -> ProgramCheck:
+        """Take what a program is held against."""
+        return cls(
+            machine=machine,
+            toolpath=against.leaning_path,
+            tool=against.cutter,
+            around=against.surroundings or Surroundings(),
+            constraints=against.constraints,
+            tolerances=against.tolerances,
+            surface_tolerance=surface_tolerance,
+        )
 
     def report(self, read: Program) -> Report:
         """Check a program that was read.
@@ -166,7 +216,7 @@ class ProgramCheck:
         FiveAxisError
             As `verify_program`.
         """
-        toolpath = self._leaning(self.toolpath)
+        toolpath = None if self.toolpath is None else self.constraints.zoned(self.toolpath)
         if toolpath is not None:
             read = replace(read, path=read.path.in_zone(toolpath.zone))
         context = self._context(read)
@@ -192,11 +242,11 @@ class ProgramCheck:
         return report.merge(Report.of_findings(missed, PATH, counts), Report.of_findings(read.findings))
 
     def _context(self, read: Program) -> CheckContext:
-        given = self.constraints
-        turning: dict[str, Any] = {"hold": given.hold, "max_turn": given.max_turn}
-        if given.singular_cone is not None and len(self.machine.rotaries) == 2:
-            turning |= {"singular_cone": given.singular_cone, "singular_rate": given.singular_rate}
-        constraints = PathConstraints.of_degrees(read.path, self.machine, **turning)
+        # The path of a program's pivot over its blocks isn't the path's.
+        turning = replace(self.constraints.of_turns, turn_rate=None)
+        if len(self.machine.rotaries) != 2:
+            turning = replace(turning, singular_cone=None, singular_rate=0.0)
+        applied = PathConstraints.of(read.path, self.machine, turning)
         # Its rows aren't the locations: some lie on chords, some have no block, and words are rounded.
         more = self.tolerances.chord_allowance + PATH_TOLERANCE
         allowed = replace(
@@ -205,14 +255,7 @@ class ProgramCheck:
             chord_allowance=more,
             lean=max(self.tolerances.lean, ROUNDED + AXIS_TOLERANCE),
         )
-        return make_context(read.motion, self.machine, read.path, constraints, allowed)
-
-    def _leaning(self, path: Toolpath | None) -> Toolpath | None:
-        """Give a path with the part of the cutter that touches within the bounds on its lean."""
-        given = self.constraints
-        if path is None or all(b is None for b in (given.tilt, given.cone, given.lead, given.lean)):
-            return path
-        return for_tilt(path, given.tilt, given.cone, lead=given.lead, lean=given.lean)
+        return make_context(read.motion, self.machine, read.path, applied, allowed)
 
     def _lean(self, context: CheckContext, toolpath: Toolpath | None, match: Match | None) -> Result:
         """Check the tool's lean where directions that it refers to are known."""
@@ -237,16 +280,15 @@ class ProgramCheck:
         if len(rows) == 0:
             return check_tilt(context)
         if toolpath is None:
-            path = self._leaning(path) or path
-        bounds = {name: getattr(given, name) for name in ("tilt", "cone", "lead", "lean", "plane")}
-        constraints = PathConstraints.of_degrees(path, context.machine, **bounds)
+            path = given.zoned(path)
+        applied = PathConstraints.of(path, context.machine, given.of_lean)
         if toolpath is None:
             # What lies off the part is a feed move all the same, and nobody knows its lean.
             path = replace(path, kind=context.toolpath.kind[rows])
         motion = context.motion
         columns = ("feed", "time", "kind", "source")
         some = Motion(motion.letters, positions, *(getattr(motion, name)[rows] for name in columns))
-        result = check_tilt(make_context(some, context.machine, path, constraints, context.tolerances))
+        result = check_tilt(make_context(some, context.machine, path, applied, context.tolerances))
         return replace(result, rows=rows[result.rows])
 
 

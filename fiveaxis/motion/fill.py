@@ -44,9 +44,9 @@ class Filling:
         turn = constraints.max_turn
         return cls(
             interpolation,
-            tuple(constraints.hold or ()),
-            math.radians(constraints.singular_cone or 0.0),
-            LARGEST_TURN if turn is None else min(math.radians(turn), LARGEST_TURN),
+            tuple(constraints.hold),
+            constraints.singular_cone or 0.0,
+            LARGEST_TURN if turn is None else min(turn, LARGEST_TURN),
         )
 
     def fill(self, toolpath: Toolpath, machine: Machine, motion: Motion) -> Fill:

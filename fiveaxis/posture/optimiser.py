@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -28,29 +28,20 @@ from fiveaxis.posture.strategy.portfolio import Portfolio, Progress
 from fiveaxis.posture.strategy.singular import Cone, bounded_within, with_findings
 from fiveaxis.posture.strategy.turn_bounds import turn_bounds
 from fiveaxis.posture.turns.unwrapped import keeping, rewound_solution
-from fiveaxis.toolpath import Constraints, TiltBounds, Toolpath, for_tilt, tilt_bounds
+from fiveaxis.toolpath import Constraints, TiltBounds, Toolpath
 from fiveaxis.toolpath.passes import Passes
 
 
 def optimise(
     toolpath: Toolpath,
     machine: Machine,
+    constraints: Constraints,
     *,
-    tilt: tuple[float, float] | None = None,
-    cone: float | None = None,
-    lead: tuple[float, float] | None = None,
-    lean: tuple[float, float] | None = None,
-    plane: tuple[float, float, float] | None = None,
-    hold: Mapping[str, float] | None = None,
     mask: MaskFunction | None = None,
     objective: Objective = "energy",
     up_penalty: float = 0.0,
-    max_turn: float | None = None,
-    turn_rate: float | None = None,
     smoothing: float = 0.0,
     time_price: float | None = None,
-    singular_cone: float | None = None,
-    singular_rate: float = 0.0,
     free_start: bool | Passes = False,
     free_direction: bool = False,
     effort: str = "normal",
@@ -73,14 +64,10 @@ def optimise(
     ----------
     toolpath : cutter locations
     machine : two rotary and three linear axes, all with powers
-    tilt : smallest and largest angle between tool axis and surface normal, **degrees**
-    cone : largest angle between tool axis and programmed axis, **degrees**, in place of `tilt`
-    lead, lean : smallest and largest angle, **degrees**, by which the tool is tipped forwards into the feed,
-        seen from the side, and to its left, seen along it (`fiveaxis.toolpath.lead_lean`); beside the others
-        or alone
-    plane : a vector, workpiece frame, at right angles to a plane that the tool axis stays in; beside
-        the others
-    hold : rotary axes that stay at an angle, **degrees** by letter: one for 4-axis machining, both for 3+2
+    constraints : on the tool's lean and the rotary axes' turns. By default an axis turns by 180 deg/s at the
+        programmed feed; links turn three times as far, and farther only where there is no other way. While
+        the tool axis passes the singular cone in a cut, the first rotary axis is held, or turns at most by
+        the singular rate; what can't be held is told by a finding
     mask : tells for locations (m,) and rotary angles (m, 2), rad, chain order, which are admissible, (m,)
         bool (`fiveaxis.posture.masks.mask`); asked only about what a search is going to use. Where a rotary
         axis is rewound it holds at the locations of the path, and not on the way off the part and back
@@ -88,17 +75,10 @@ def optimise(
         travel metric of form-shaping Eq. 1; ``time``, what the control takes for the blocks under the axes'
         highest speeds and accelerations, and the steadiest posture where that costs none (`by_time`)
     up_penalty : J/mm, extra price of the machine's Z moving up
-    max_turn : largest turn of a rotary axis in one cutting move, **degrees**; by default 180 deg/s at the
-        programmed feed. Links turn three times as far, and farther only where there is no other way
-    turn_rate : largest turn of a rotary axis over the way of the contact in cutting moves, **deg/mm**
     smoothing : J/rad², price μ of ‖Δρ‖² in each move: dearer travel for a steadier posture
     time_price : W, of time that a posture costs beyond the programmed feed's, where an axis would have to be
         faster than its highest speed; by default the machine's base power, 0 where that is unknown. Not with
         the objective ``time``, which knows no other price
-    singular_cone : half angle, **degrees**, of a cone about the direction of the first rotary axis: while the
-        tool axis passes it in a cut, that axis is held, or turns at most by `singular_rate`. What can't be
-        held is told by a finding
-    singular_rate : **deg/mm** over the way of the contact
     free_start : whether closed passes may begin elsewhere (`fiveaxis.posture.starts.passes`); the
         solution's path then has them in another order. Those that are reached by links do so only if the
         path's `Plan.passes` (`fiveaxis.contour.plan_passes`), which know how to lay other links, are given
@@ -131,14 +111,14 @@ def optimise(
         The cutter doesn't touch with one part of its profile over the range; the path lacks the direction
         that the range refers to.
     SettingError
-        A range that is empty or reversed; an unknown effort or solver; a price of time where that is the
-        objective.
+        Nothing bounds the tool's lean; a held axis that the machine hasn't got, or held out of its limits; an
+        unknown effort or solver; a price of time where that is the objective.
     """
     _require_options(
         toolpath,
         begins_elsewhere=bool(free_start),
         both_ways=free_direction,
-        stays=mask is not None or singular_cone is not None,
+        stays=mask is not None or constraints.singular_cone is not None,
         timed=objective == "time",
         time_price=time_price,
     )
@@ -147,25 +127,21 @@ def optimise(
     if objective != "travel":
         # The prices of travel are but a start for those of blocks.
         allowed = replace(allowed, last_barrier=ROUGH)
-    singular = Cone.of_degrees(singular_cone, singular_rate)
-    machine = holding.hold(machine, hold or {})
-    toolpath = for_tilt(toolpath, tilt, cone, lead=lead, lean=lean)
+    singular = Cone.of(constraints)
+    machine = holding.hold(machine, constraints.hold)
+    toolpath = constraints.zoned(toolpath)
     timed = objective == "time"
     if timed:
         toolpath = replace(toolpath, findings=(*toolpath.findings, *time_findings(machine)))
-    turns = {
-        "max_turn": None if max_turn is None else float(np.radians(max_turn)),
-        "turn_rate": None if turn_rate is None else float(np.radians(turn_rate)),
-    }
 
     def build(path: Toolpath, location: Array | None = None) -> tuple[Problem, TiltBounds]:
-        leaning = tilt_bounds(path, tilt, cone, lead=lead, lean=lean, plane=plane)
+        leaning = constraints.lean_bounds(path)
         built = Problem.build(
             path,
             machine,
             leaning,
             up_penalty=up_penalty,
-            max_turn=turn_bounds(path, location, **turns),
+            max_turn=turn_bounds(path, constraints, location),
             time_price=(machine.base_power or 0.0) if time_price is None else time_price,
             bend_price=smoothing,
         )
@@ -183,9 +159,7 @@ def optimise(
         again = _refiner(allowed, progress, "another start")
         passes = None if free_start is True else free_start
         found = freed(found, rebuild, again, passes=passes, both_ways=free_direction)
-    filling = Filling.of(
-        Constraints(hold=hold, max_turn=max_turn, singular_cone=singular_cone), interpolation
-    )
+    filling = Filling.of(constraints, interpolation)
     refine = _Refinement(allowed, singular, asked)
     clock = (clock or Clock()) if timed else None
     found = delivered(found, Delivery(found.toolpath, rebuild, refine, filling, up_penalty, objective, clock))

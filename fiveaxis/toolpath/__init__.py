@@ -1,7 +1,7 @@
 """The tool, the list of cutter locations, and how far the tool may lean there."""
 
 from fiveaxis.toolpath.bounds import TiltBounds
-from fiveaxis.toolpath.constraints import Constraints
+from fiveaxis.toolpath.constraints import Constraints, require_range
 from fiveaxis.toolpath.cutter import Cutter, Zone, across
 from fiveaxis.toolpath.dividing import (
     divide,
@@ -13,7 +13,6 @@ from fiveaxis.toolpath.dividing import (
 )
 from fiveaxis.toolpath.lead_lean import feed_directions
 from fiveaxis.toolpath.path import MoveKind, Toolpath
-from fiveaxis.toolpath.tilt import for_tilt, require_range, tilt_bounds
 from fiveaxis.toolpath.tool import Holder, Section, Tool, parse_tool
 
 __all__ = [
@@ -30,12 +29,10 @@ __all__ = [
     "divide",
     "divided_rows",
     "feed_directions",
-    "for_tilt",
     "interpolate",
     "parse_tool",
     "part_places",
     "refined",
     "require_range",
-    "tilt_bounds",
     "turned",
 ]

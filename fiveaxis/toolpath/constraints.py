@@ -1,29 +1,43 @@
-"""What bounds the tool's posture, in one record that goes whole from the optimiser to verification."""
+"""What bounds the tool's posture: one record that goes whole from the border to verification."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
-from typing import Any
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
-Range = tuple[float, float]
+import numpy as np
+
+from fiveaxis.errors import SettingError, ToolpathError
+from fiveaxis.geometry import angle_between
+from fiveaxis.toolpath.bounds import TiltBounds
+from fiveaxis.toolpath.lead_lean import Range, lead_lean_bounds, require_lead_lean, tilt_of
+from fiveaxis.toolpath.path import SHORTEST_DIRECTION, Toolpath
+
+# How far from a plane the tool axis may lie and still count as in it: the play that the search needs.
+PLANE_TOLERANCE = math.radians(0.5)
 
 
 @dataclass(frozen=True)
 class Constraints:
-    """Bounds on postures and turns, in degrees as people say them; what is None or empty isn't bound.
+    """Bounds on postures and turns, rad; what is None or empty isn't bound.
+
+    `of_degrees` makes them of what people say.
 
     Parameters
     ----------
     tilt : smallest and largest angle between tool axis and surface normal
-    cone : largest angle between tool axis and programmed axis
+    cone : largest angle between tool axis and programmed axis; not together with `tilt`
     lead, lean : smallest and largest angle by which the tool is tipped into the feed, and to its left
-    plane : a vector at right angles to a plane that the tool axis stays in
+        (`fiveaxis.toolpath.lead_lean`); beside the others or alone
+    plane : (3,), workpiece frame, a vector at right angles to a plane that the tool axis stays in, within
+        `PLANE_TOLERANCE`; beside the others
     hold : where rotary axes stand, by letter
     max_turn : largest turn of a rotary axis in one cutting move
-    turn_rate : deg/mm, largest turn of a rotary axis over the path of the contact
-    singular_cone : half angle about the first rotary axis in which a cut turns that axis by `singular_rate`
-    singular_rate : deg/mm
+    turn_rate : rad/mm, largest turn of a rotary axis over the path of the contact in cuts
+    singular_cone : half angle about the direction of the first rotary axis in which a cut turns that axis by
+        at most `singular_rate`
+    singular_rate : rad/mm
     """
 
     tilt: Range | None = None
@@ -31,18 +45,220 @@ class Constraints:
     lead: Range | None = None
     lean: Range | None = None
     plane: tuple[float, float, float] | None = None
-    hold: Mapping[str, float] | None = field(default_factory=dict)
+    hold: Mapping[str, float] = field(default_factory=dict)
     max_turn: float | None = None
     turn_rate: float | None = None
     singular_cone: float | None = None
     singular_rate: float = 0.0
 
-    @property
-    def options(self) -> dict[str, Any]:
-        """The bounds as `optimise` and `verify` take them."""
-        return {f.name: getattr(self, f.name) for f in fields(self)}
+    @classmethod
+    def of_degrees(
+        cls,
+        *,
+        tilt: Range | None = None,
+        cone: float | None = None,
+        lead: Range | None = None,
+        lean: Range | None = None,
+        plane: Sequence[float] | None = None,
+        hold: Mapping[str, float] | None = None,
+        max_turn: float | None = None,
+        turn_rate: float | None = None,
+        singular_cone: float | None = None,
+        singular_rate: float = 0.0,
+    ) -> Constraints:
+        """Take bounds in degrees and deg/mm, as people say them.
+
+        Raises
+        ------
+        SettingError
+            Both `tilt` and `cone`; a range that is empty, reversed or outside 0…180° (lead and lean:
+            −90…90°); a plane's vector without direction; a bound on turns that isn't positive; a singular
+            rate without its cone.
+        """
+        if tilt is not None and cone is not None:
+            raise SettingError(EITHER)
+        if tilt is not None:
+            require_range(*tilt)
+        if cone is not None:
+            require_range(0.0, cone, "cone")
+        for name, ends in (("lead", lead), ("lean", lean)):
+            if ends is not None:
+                require_lead_lean(name, *ends)
+        across = None if plane is None else np.asarray(plane, dtype=float)
+        if across is not None and (across.shape != (3,) or not np.linalg.norm(across) > SHORTEST_DIRECTION):
+            raise SettingError(
+                f"plane is {tuple(across.tolist())}; give the three components of a vector at right angles "
+                "to it, not all 0"
+            )
+        for name, turn, unit in (("max_turn", max_turn, "deg"), ("turn_rate", turn_rate, "deg/mm")):
+            if turn is not None and not turn > 0.0:
+                raise SettingError(f"{name} is {turn:g} {unit}; it must be above 0")
+        if singular_cone is not None and not 0.0 < singular_cone < 90.0:
+            raise SettingError(f"singular_cone is {singular_cone:g} deg; it must be above 0 and below 90")
+        if singular_cone is None and singular_rate:
+            raise SettingError(
+                f"singular_rate {singular_rate:g} deg/mm belongs to a singular cone; give that too"
+            )
+        if not singular_rate >= 0.0:
+            raise SettingError(f"singular_rate is {singular_rate:g} deg/mm; it can't be negative")
+        return cls(
+            tilt=_radians_of(tilt),
+            cone=None if cone is None else math.radians(cone),
+            lead=_radians_of(lead),
+            lean=_radians_of(lean),
+            plane=None if across is None else (float(across[0]), float(across[1]), float(across[2])),
+            hold={letter: math.radians(angle) for letter, angle in (hold or {}).items()},
+            max_turn=None if max_turn is None else math.radians(max_turn),
+            turn_rate=None if turn_rate is None else math.radians(turn_rate),
+            singular_cone=None if singular_cone is None else math.radians(singular_cone),
+            singular_rate=math.radians(singular_rate),
+        )
 
     @property
     def bounds_lean(self) -> bool:
         """Whether anything bounds the tool's lean."""
-        return any(b is not None for b in (self.tilt, self.cone, self.lead, self.lean, self.plane))
+        return self.bounds_angle or self.plane is not None
+
+    @property
+    def bounds_angle(self) -> bool:
+        """Whether anything bounds the angle between the tool and the surface, or the programmed axis."""
+        return any(bound is not None for bound in (self.tilt, self.cone, self.lead, self.lean))
+
+    @property
+    def of_lean(self) -> Constraints:
+        """The bounds on the tool's lean alone."""
+        return Constraints(self.tilt, self.cone, self.lead, self.lean, self.plane)
+
+    @property
+    def of_turns(self) -> Constraints:
+        """The bounds on rotary axes alone."""
+        return replace(self, tilt=None, cone=None, lead=None, lean=None, plane=None)
+
+    def lean_bounds(self, toolpath: Toolpath) -> TiltBounds:
+        """Make the bounds on the tool's lean along a path; all that are given hold at once.
+
+        They hold where a cut ends or begins. Between, in links and rapid moves, nothing is cut and the tool
+        leans as it likes.
+
+        Parameters
+        ----------
+        toolpath : with normals for tilt, lead and lean, with tool axes for a cone; in the zone that the
+            bounds ask for (`zoned`)
+
+        Raises
+        ------
+        SettingError
+            Nothing but a plane is given.
+        ToolpathError
+            The path lacks the direction that a bound refers to.
+        ToolError
+            The cutter doesn't touch with one part of its profile over the range.
+        """
+        low, high = self._range(toolpath)
+        beside = lead_lean_bounds(toolpath, self.lead, self.lean)
+        zone = toolpath.zone
+        if self.cone is not None:
+            if zone.offset != 0.0 or len(toolpath.tool.cutter.zones) > 1:
+                beside = (TiltBounds(toolpath.normal, zone.least, zone.high, "normal"), *beside)
+            bounds = TiltBounds(toolpath.axis, low, high, "programmed axis", beside)
+        elif self.tilt is not None:
+            bounds = TiltBounds(toolpath.normal, low, high, "normal", beside)
+        else:
+            # Lead and lean say how far the tool may lean; the cutter, where it touches at all.
+            bounds = TiltBounds(toolpath.normal, zone.least, zone.high, "normal", beside)
+        bounds = bounds if self.plane is None else _in_plane(bounds, self.plane)
+        return bounds.only(toolpath.bounding)
+
+    def zoned(self, toolpath: Toolpath) -> Toolpath:
+        """Return a path with the part of the cutter's profile that touches where the tool may lean.
+
+        For a tilt range, or the one that lead and lean leave, it is the part that touches all over the range;
+        for a cone, the one that touches at the programmed axes. Where nothing bounds that angle the path
+        stays as it is.
+
+        Raises
+        ------
+        ToolpathError, ToolError
+            As `lean_bounds`.
+        """
+        if not self.bounds_angle:
+            return toolpath
+        low, high = self._range(toolpath)
+        cutter = toolpath.tool.cutter
+        if self.cone is None:
+            return toolpath.in_zone(cutter.zone_for(low, high))
+        if cutter.zones[0].offset == 0.0 and len(cutter.zones) == 1:
+            return toolpath
+        cuts = toolpath.cutting
+        if not toolpath.has_normals:
+            raise ToolpathError(
+                f"has no surface normals, and {toolpath.tool} has to be moved about its contact as it leans; "
+                "say which surface it cuts (part, --part)",
+                file=toolpath.name,
+            )
+        angle = angle_between(toolpath.axis[cuts], toolpath.normal[cuts])
+        return toolpath.in_zone(cutter.zone_for(float(angle.min()), float(angle.max())))
+
+    def _range(self, toolpath: Toolpath) -> Range:
+        """Give the smallest and the largest angle to what the first bound refers to, which the path has."""
+        if not self.bounds_angle:
+            raise SettingError(EITHER)
+        if self.cone is not None:
+            _require_axes(toolpath)
+            return 0.0, self.cone
+        _require_normals(toolpath)
+        return tilt_of(self.lead, self.lean) if self.tilt is None else self.tilt
+
+
+EITHER = (
+    "give either tilt (angle to the surface normal, --tilt 15:75) or cone (angle to the programmed axis, "
+    "--cone 20)"
+)
+
+
+def require_range(low: float, high: float, name: str = "tilt") -> None:
+    """Check a range of angles in degrees.
+
+    Raises
+    ------
+    SettingError
+        Empty, reversed or outside 0…180°.
+    """
+    if not 0.0 <= low < high <= 180.0:
+        raise SettingError(
+            f"{name} range {low:g}…{high:g} deg is empty, reversed or outside 0…180 deg; "
+            "write the smaller angle first, for example 15:75"
+        )
+
+
+def _radians_of(ends: Range | None) -> Range | None:
+    return None if ends is None else (math.radians(ends[0]), math.radians(ends[1]))
+
+
+def _in_plane(bounds: TiltBounds, plane: tuple[float, float, float]) -> TiltBounds:
+    """Add the bound that keeps the tool axis in a plane, given by a vector at right angles to it."""
+    across = np.array(plane)
+    bound = np.isfinite(bounds.reference).all(axis=1, keepdims=True)
+    reference = np.where(bound, across / np.linalg.norm(across), np.nan)
+    square = math.pi / 2.0
+    low, high = square - PLANE_TOLERANCE, square + PLANE_TOLERANCE
+    name = "plane's vector {:g} {:g} {:g}".format(*across)
+    return replace(bounds, beside=(*bounds.beside, TiltBounds(reference, low, high, name)))
+
+
+def _require_normals(toolpath: Toolpath) -> None:
+    if not toolpath.has_normals:
+        raise ToolpathError(
+            "has no surface normals, so a tilt range means nothing; use cone (--cone 20), the angle about "
+            "the programmed tool axis",
+            file=toolpath.name,
+        )
+
+
+def _require_axes(toolpath: Toolpath) -> None:
+    if not toolpath.has_axes:
+        raise ToolpathError(
+            "has no programmed tool axes, so a cone means nothing; use tilt (--tilt 15:75), the angle to the "
+            "surface normal",
+            file=toolpath.name,
+        )

@@ -59,15 +59,16 @@ def require_lead_lean(name: str, low: float, high: float) -> None:
 
 
 def tilt_of(lead: Range | None, lean: Range | None) -> Range:
-    """Give the angles to the normal, degrees, that ranges of lead and lean leave.
+    """Give the angles to the normal, rad, that ranges of lead and lean, rad, leave.
 
     ``tan² tilt = tan² lead + tan² lean``; a missing range is −90…90°.
     """
-    ends = [(-90.0, 90.0) if r is None else r for r in (lead, lean)]
+    square = math.pi / 2.0
+    ends = [(-square, square) if r is None else r for r in (lead, lean)]
     least = [max(low, -high, 0.0) for low, high in ends]
     most = [max(abs(low), abs(high)) for low, high in ends]
-    if max(most) >= 90.0:
-        return _joined(least), 90.0
+    if max(most) >= square:
+        return _joined(least), square
     return _joined(least), _joined(most)
 
 
@@ -77,7 +78,7 @@ def lead_lean_bounds(toolpath: Toolpath, lead: Range | None, lean: Range | None)
     Parameters
     ----------
     toolpath : with surface normals at its cuts
-    lead, lean : smallest and largest angle, degrees; None for no bound
+    lead, lean : smallest and largest angle, rad; None for no bound
 
     Returns
     -------
@@ -85,8 +86,6 @@ def lead_lean_bounds(toolpath: Toolpath, lead: Range | None, lean: Range | None)
 
     Raises
     ------
-    SettingError
-        A range that is empty, reversed or not inside −90…90°.
     ToolpathError
         A path without normals, or a location without a feed direction.
     """
@@ -94,8 +93,6 @@ def lead_lean_bounds(toolpath: Toolpath, lead: Range | None, lean: Range | None)
     ranges = {name: ends for name, ends in asked.items() if ends is not None}
     if not ranges:
         return ()
-    for name, ends in ranges.items():
-        require_lead_lean(name, *ends)
     if not toolpath.has_normals:
         raise ToolpathError(
             f"has no surface normals, so {' and '.join(ranges)} mean nothing; say which surface it cuts "
@@ -107,15 +104,15 @@ def lead_lean_bounds(toolpath: Toolpath, lead: Range | None, lean: Range | None)
     bounds = []
     for name, (low, high) in ranges.items():
         for sign, end, side in ((1.0, low, ">="), (-1.0, high, "<=")):
-            angle = math.radians(end)
-            inside = sign * (math.cos(angle) * across[name] - math.sin(angle) * normal)
-            bounds.append(TiltBounds(inside, 0.0, math.pi / 2.0, f"{INSIDE_OF}{name} {side} {end:g} deg"))
+            inside = sign * (math.cos(end) * across[name] - math.sin(end) * normal)
+            said = f"{INSIDE_OF}{name} {side} {math.degrees(end):g} deg"
+            bounds.append(TiltBounds(inside, 0.0, math.pi / 2.0, said))
     return tuple(bounds)
 
 
 def _joined(angles: list[float]) -> float:
-    """Give the tilt, degrees, of a lead and a lean in degrees."""
-    return math.degrees(math.atan(math.hypot(*(math.tan(math.radians(a)) for a in angles))))
+    """Give the tilt of a lead and a lean, rad."""
+    return math.atan(math.hypot(*(math.tan(a) for a in angles)))
 
 
 def _known_ways(toolpath: Toolpath) -> Array:

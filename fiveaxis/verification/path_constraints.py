@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
 
 from fiveaxis.errors import SettingError
 from fiveaxis.geometry import Array, BoolArray
 from fiveaxis.machine import Machine
-from fiveaxis.toolpath import TiltBounds, Toolpath, tilt_bounds, turned
+from fiveaxis.toolpath import Constraints, TiltBounds, Toolpath, turned
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,49 +42,29 @@ class PathConstraints:
     passed: BoolArray | None = None
 
     @classmethod
-    def of_degrees(
-        cls,
-        toolpath: Toolpath,
-        machine: Machine,
-        *,
-        hold: Mapping[str, float] | None = None,
-        max_turn: float | None = None,
-        turn_rate: float | None = None,
-        singular_cone: float | None = None,
-        singular_rate: float = 0.0,
-        **leaning: Any,
-    ) -> PathConstraints:
-        """Take bounds as `verify` does, deg and deg/mm, for a path in the zone that its lean asks for.
+    def of(cls, toolpath: Toolpath, machine: Machine, constraints: Constraints) -> PathConstraints:
+        """Apply constraints to a path in the zone that they ask for (`Constraints.zoned`).
 
         Raises
         ------
         SettingError
-            A bound out of its range; an axis that the machine hasn't got; what `tilt_bounds` refuses.
+            A held axis that the machine hasn't got; a plane without another bound on the lean.
         ToolpathError
             A path without the direction that a bound refers to.
         """
-        foreign = sorted(set(hold or {}) - set(machine.rotaries))
+        foreign = sorted(set(constraints.hold) - set(machine.rotaries))
         if foreign:
             raise SettingError(
                 f"{', '.join(foreign)} can't be held: the rotary axes of {machine.name} are "
                 f"{', '.join(machine.rotaries)}; write for example C=30"
             )
-        _require_within("max_turn", max_turn, math.ulp(0.0), math.inf, "deg")
-        _require_within("turn_rate", turn_rate, math.ulp(0.0), math.inf, "deg/mm")
-        _require_within("singular_cone", singular_cone, math.ulp(0.0), math.nextafter(90.0, 0.0), "deg")
-        if singular_cone is None and singular_rate:
-            raise SettingError(
-                f"singular_rate {singular_rate:g} deg/mm belongs to a singular cone; give that too"
-            )
-        _require_within("singular_rate", singular_rate, 0.0, math.inf, "deg/mm")
-        bound = any(value is not None for value in leaning.values())
         return cls(
-            leaning=tilt_bounds(toolpath, **leaning) if bound else None,
-            hold={letter: math.radians(angle) for letter, angle in (hold or {}).items()},
-            max_turn=_radians(max_turn),
-            turn_rate=_radians(turn_rate),
-            cone=_radians(singular_cone),
-            cone_rate=math.radians(singular_rate),
+            leaning=constraints.lean_bounds(toolpath) if constraints.bounds_lean else None,
+            hold=constraints.hold,
+            max_turn=constraints.max_turn,
+            turn_rate=constraints.turn_rate,
+            cone=constraints.singular_cone,
+            cone_rate=constraints.singular_rate,
             cutting=toolpath.cutting,
             inserted=toolpath.inserted if toolpath.inserted.any() else None,
         )
@@ -115,14 +93,3 @@ class PathConstraints:
         if cutting is not None:
             leaning = leaning.only(cutting | (row == np.floor(row)))
         return replace(spread, leaning=leaning)
-
-
-def _radians(degrees: float | None) -> float | None:
-    return None if degrees is None else math.radians(degrees)
-
-
-def _require_within(name: str, value: float | None, low: float, high: float, unit: str) -> None:
-    if value is not None and not low <= value <= high:
-        sign = "can't be negative" if low == 0.0 else "must be above 0"
-        top = "" if high == math.inf else f" and below {math.ceil(high):g}"
-        raise SettingError(f"{name} is {value:g} {unit}; it {sign}{top}")

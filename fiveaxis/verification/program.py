@@ -56,7 +56,7 @@ def verify_text(
         As `verify`.
     """
     machine, driven = back.machine, back.driven(fill)
-    applied = PathConstraints.of_degrees(fill.given, machine, **constraints.options).between(fill.row)
+    applied = PathConstraints.of(fill.given, machine, constraints).between(fill.row)
     exact = not fill.removed
     if fill.given.zone.offset:
         # Between two locations the path of a pivot beside the tool's axis isn't known, nor is a turn per mm.

@@ -12,7 +12,7 @@ from fiveaxis.collision import Surroundings
 from fiveaxis.findings import Severity
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Interpolation, Motion, located, motion_digest
-from fiveaxis.toolpath import Toolpath, for_tilt
+from fiveaxis.toolpath import Constraints, Toolpath
 from fiveaxis.verification.between import CheckedInterpolation, check_gouges
 from fiveaxis.verification.check_context import (
     DEFAULT_TOLERANCES,
@@ -120,27 +120,25 @@ def verify(
         pinocchio isn't installed.
     """
     toolpath = located(toolpath, motion)
-    if any(bound is not None for bound in (tilt, cone, lead, lean, plane)):
-        toolpath = for_tilt(toolpath, tilt, cone, lead=lead, lean=lean)
-    constraints = PathConstraints.of_degrees(
-        toolpath,
-        machine,
-        hold=hold,
-        max_turn=max_turn,
-        turn_rate=turn_rate,
-        singular_cone=singular_cone,
-        singular_rate=singular_rate,
+    constraints = Constraints.of_degrees(
         tilt=tilt,
         cone=cone,
         lead=lead,
         lean=lean,
         plane=plane,
+        hold=hold,
+        max_turn=max_turn,
+        turn_rate=turn_rate,
+        singular_cone=singular_cone,
+        singular_rate=singular_rate,
     )
+    toolpath = constraints.zoned(toolpath)
+    applied = PathConstraints.of(toolpath, machine, constraints)
     around = surroundings or Surroundings.load(part)
     allowed = tolerances.with_gouge(gouge_tolerance)
-    if constraints.inserted is not None:
+    if applied.inserted is not None:
         allowed = replace(allowed, row_allowance=allowed.chord_allowance)
-    context = make_context(motion, machine, toolpath, constraints, allowed)
+    context = make_context(motion, machine, toolpath, applied, allowed)
     return examine(Examination(context, around, CheckedInterpolation.of(between)), NOT_CHECKED)
 
 

@@ -20,6 +20,7 @@ import fiveaxis as fx
 from fiveaxis.energy import Energy
 from fiveaxis.posture import optimise
 from fiveaxis.posture.strategy.budget import EFFORTS
+from fiveaxis.toolpath import Constraints
 
 DATA = Path(__file__).resolve().parents[3] / "shared" / "data"
 
@@ -78,7 +79,9 @@ def run(name: str, efforts: list[str]) -> None:
     notes = []
     for effort in efforts:
         started = time.perf_counter()
-        found[effort] = optimise(toolpath, machine, objective="travel", effort=effort, **case.options)
+        found[effort] = optimise(
+            toolpath, machine, Constraints.of_degrees(**case.options), objective="travel", effort=effort
+        )
         rate = len(toolpath) / (time.perf_counter() - started)
         notes.append(f"{effort}: {rate:,.0f} locations/s")
         print(row(f"optimised, {effort}", found[effort].energy), flush=True)

@@ -22,7 +22,7 @@ from fiveaxis.posture import Problem
 from fiveaxis.posture import optimise as optimise_postures
 from fiveaxis.posture.local.refinement import refine
 from fiveaxis.posture.strategy.turn_bounds import turn_bounds
-from fiveaxis.toolpath import divided_rows, refined, tilt_bounds
+from fiveaxis.toolpath import Constraints, divided_rows, refined
 
 ROOT = Path(__file__).parents[2]
 DATA = ROOT.parent / "shared" / "data"
@@ -81,10 +81,11 @@ def run(name: str) -> None:
 
 def prototype(path: fx.Toolpath, machine: fx.Machine, options: dict) -> fx.Energy:
     """Solve at the given locations alone, each linear axis priced by its own last travel, three times."""
-    start = optimise_postures(path, machine, objective="travel", **options)
+    start = optimise_postures(path, machine, Constraints.of_degrees(**options), objective="travel")
     given = start.motion.positions[~start.toolpath.inserted][:, machine.rotary_columns]
-    bounds = tilt_bounds(path, **options)
-    problem = Problem.build(path, machine, bounds, max_turn=turn_bounds(path))
+    constraints = Constraints.of_degrees(**options)
+    turns = turn_bounds(path, constraints)
+    problem = Problem.build(path, machine, constraints.lean_bounds(path), max_turn=turns)
     step, linear = path.lengths[1:, None], machine.linear_columns
     for share in (0.1, 0.03, 0.01):
         travel = np.abs(np.diff(problem.positions(slice(None), given), axis=0))[:, linear]

@@ -20,6 +20,7 @@ import fiveaxis as fx
 from fiveaxis.collision import Surroundings
 from fiveaxis.collision.accessibility import Accessibility
 from fiveaxis.posture import optimise as optimise_postures
+from fiveaxis.toolpath import Constraints
 from fiveaxis.toolpath.tool import Holder, Section
 from fiveaxis.verification import collisions
 
@@ -68,7 +69,7 @@ def main() -> None:
 
     Accessibility.clear = timed  # type: ignore[method-assign, assignment]
     began = time.process_time()
-    free = optimise_postures(path, machine, tilt=TILT)
+    free = optimise_postures(path, machine, Constraints.of_degrees(tilt=TILT))
     alone = time.process_time() - began
     began, wall = time.process_time(), time.perf_counter()
     kept = fx.optimise(path, machine, tilt=TILT, part=part)
@@ -98,7 +99,7 @@ def collision_context(solution: fx.Solution, machine: fx.Machine) -> collisions.
     from fiveaxis.verification import PathConstraints
     from fiveaxis.verification.check_context import DEFAULT_TOLERANCES, make_context
 
-    constraints = PathConstraints.of_degrees(solution.toolpath, machine)
+    constraints = PathConstraints.of(solution.toolpath, machine, Constraints())
     return make_context(solution.motion, machine, solution.toolpath, constraints, DEFAULT_TOLERANCES)
 
 

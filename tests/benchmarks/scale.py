@@ -17,6 +17,7 @@ from scipy.interpolate import RectBivariateSpline
 
 import fiveaxis as fx
 from fiveaxis.posture import optimise
+from fiveaxis.toolpath import Constraints
 
 VASE = Path(__file__).parents[3] / "shared" / "data" / "cases" / "vase_overhang.csv"
 PASSES, ROUND = 10, 360
@@ -43,7 +44,7 @@ def fine_vase(passes: int, around: int) -> fx.Toolpath:
 def run(passes: int) -> None:
     toolpath, machine = fine_vase(passes, LOCATIONS), fx.load_machine("hayashi-640123")
     clock, processor = time.perf_counter(), time.process_time()
-    solution = optimise(toolpath, machine, tilt=(15, 75))
+    solution = optimise(toolpath, machine, Constraints.of_degrees(tilt=(15, 75)))
     clock, processor = time.perf_counter() - clock, time.process_time() - processor
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
     print(
@@ -56,6 +57,6 @@ def run(passes: int) -> None:
 
 if __name__ == "__main__":
     # Compilers and caches.
-    optimise(fine_vase(1, 400), fx.load_machine("hayashi-640123"), tilt=(15, 75))
+    optimise(fine_vase(1, 400), fx.load_machine("hayashi-640123"), Constraints.of_degrees(tilt=(15, 75)))
     for count in map(int, sys.argv[1:] or ["1", "10", "100"]):
         run(count)

@@ -32,7 +32,7 @@ from fiveaxis.nc.source import Source
 from fiveaxis.posture import optimise as optimise_postures
 from fiveaxis.posture.baselines import find_baselines
 from fiveaxis.posture.turns.rewinding import rewound
-from fiveaxis.toolpath import parse_tool, tilt_bounds
+from fiveaxis.toolpath import Constraints, parse_tool
 from fiveaxis.toolpath.tool import Holder, Section
 from fiveaxis.verification import Tolerances
 from fiveaxis.verification.check_context import make_context
@@ -44,6 +44,7 @@ ROOT = Path(__file__).parents[2]
 DATA = ROOT.parent / "shared" / "data"
 POSES = 1_000_000
 BLOCKS = 100_000
+TILT = Constraints.of_degrees(tilt=(15, 75))
 
 
 def rate(what: str, count: int, step: Callable[[], object]) -> None:
@@ -85,7 +86,7 @@ def time_optimiser(vase: fx.Toolpath, hayashi: fx.Machine) -> None:
         spent = []
         for _ in range(2):  # compilers and caches
             before = time.process_time()
-            optimise_postures(path, machine, tilt=(15, 75), **options)
+            optimise_postures(path, machine, TILT, **options)
             spent.append(time.process_time() - before)
         plain = plain or spent[1]
         shown = f"{len(path) / plain:12,.0f} /s of processor" if what.startswith("vase") else ""
@@ -211,7 +212,7 @@ def time_rewinds(hayashi: fx.Machine) -> None:
     limits = Limits(0.0, 2.0 * np.pi)
     axes = tuple(replace(a, limits=limits) if a.letter == "C" else a for a in hayashi.axes)
     rotary = np.stack([angle, np.full(n, np.radians(-45.0))], axis=1)
-    machine, bounds = replace(hayashi, axes=axes), tilt_bounds(path, (15, 75))
+    machine, bounds = replace(hayashi, axes=axes), TILT.lean_bounds(path)
     rewound(path.at(np.arange(200)), machine, rotary[:200])
     rate("rewinds of 1 000 turns, locations", n, lambda: rewound(path, machine, rotary, tilt=bounds))
 
@@ -288,7 +289,7 @@ def main() -> None:
     hayashi = fx.load_machine("hayashi-640123")
     time_rewinds(hayashi)
     time_setups(vase, hayashi)
-    bounds = tilt_bounds(vase, (15, 75))
+    bounds = TILT.lean_bounds(vase)
     rate("baselines of the vase, locations", 3600, lambda: find_baselines(vase, hayashi, bounds))
     time_optimiser(vase, hayashi)
     solution = fx.optimise(vase, hayashi, tilt=(15, 75))

@@ -24,7 +24,7 @@ from fiveaxis.job import ProgramOptions, make_program
 from fiveaxis.motion import Filling, Interpolation, Motion, follow
 from fiveaxis.motion import time_motion as run_in_time
 from fiveaxis.nc import DIALECTS, Clock
-from fiveaxis.toolpath import Constraints, for_tilt
+from fiveaxis.toolpath import Constraints
 
 ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT / "tests"))
@@ -61,7 +61,7 @@ def row(name: str, machine: fx.Machine, blocks: Motion, clock: Clock) -> str:
 
 def simulated(name: str, machine: fx.Machine, path: fx.Toolpath, motion: Motion, mode: str) -> None:
     options = ProgramOptions(control="linuxcnc", coordinates=mode)
-    made = make_program(motion, machine, path, Constraints(cone=CONE), options)
+    made = make_program(motion, machine, path, Constraints.of_degrees(cone=CONE), options)
     run = run_program(made.text.text, machine, limit=1.5 * made.run_time.total + 60.0)
     lines = made.text.text.count("\n")
     print(
@@ -93,7 +93,7 @@ def run(name: str, mode: str, given: argparse.Namespace) -> None:
         for stage in solution.stages if given.stages else ():
             print("     ", stage.name, stage.status, stage.before, stage.after)
         if given.sim:
-            leaning = for_tilt(path, None, CONE)
+            leaning = Constraints.of_degrees(cone=CONE).zoned(path)
             place = solution.motion.location
             rows = slice(None) if place is None else place == np.floor(place)
             programmed = solution.compared["as-programmed"].motion.positions[rows][:, machine.rotary_columns]

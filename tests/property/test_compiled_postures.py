@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from by_degrees import for_tilt, tilt_bounds
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -22,7 +23,7 @@ from fiveaxis.posture.search.trigonometric import (
     terms,
     trigonometric_coefficients,
 )
-from fiveaxis.toolpath import Tool, Toolpath, for_tilt, tilt_bounds
+from fiveaxis.toolpath import Tool, Toolpath
 
 # Both axes under the part, one on each side, both at the tool; linear axes in three orders.
 CODES = ["640123", "650213", "540321", "601235", "512036", "601324", "123064", "012354", "213064"]

@@ -4,13 +4,13 @@ from functools import cache
 
 import numpy as np
 import pytest
+from by_degrees import optimise
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fiveaxis.errors import Infeasible
 from fiveaxis.kinematics import tool_axes
 from fiveaxis.machine import load_machine
-from fiveaxis.posture import optimise
 from fiveaxis.posture.masks import repair
 from fiveaxis.toolpath import Tool, Toolpath
 

@@ -7,10 +7,10 @@ import subprocess
 import sys
 
 import pytest
+from by_degrees import optimise
 
 import fiveaxis as fx
 from fiveaxis.batch import run_batch
-from fiveaxis.posture import optimise
 
 # Loads nothing but the package itself; a name's own room comes when it is asked for.
 LOADED = """

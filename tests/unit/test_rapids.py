@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from by_degrees import optimise, tilt_bounds
 from written import write_text
 
 import fiveaxis as fx
@@ -15,9 +16,9 @@ from fiveaxis.kinematics import tool_axes
 from fiveaxis.machine import Machine
 from fiveaxis.motion import fill_in, follow
 from fiveaxis.nc import Coordinates
-from fiveaxis.posture import Solution, optimise
+from fiveaxis.posture import Solution
 from fiveaxis.posture.baselines import as_programmed
-from fiveaxis.toolpath import Constraints, MoveKind, Tool, Toolpath, tilt_bounds
+from fiveaxis.toolpath import Constraints, MoveKind, Tool, Toolpath
 
 CUT, LINK, RAPID = MoveKind
 # mm/min, of axes whose speed no machine file tells.
@@ -54,7 +55,7 @@ def program_of(
 ) -> MadeProgram:
     """Make a program whose rotary axes may turn far."""
     options = ProgramOptions(coordinates=coordinates, header={"tool": "ball:6"}, **words)
-    wide = Constraints(cone=cone, max_turn=180.0)
+    wide = Constraints.of_degrees(cone=cone, max_turn=180.0)
     return make_program(solution.motion, solution.machine, solution.toolpath, wide, options)
 
 

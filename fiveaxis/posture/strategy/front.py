@@ -23,7 +23,7 @@ from fiveaxis.posture.strategy.budget import budget_of
 from fiveaxis.posture.strategy.portfolio import Portfolio, Progress
 from fiveaxis.posture.strategy.singular import Cone, with_findings
 from fiveaxis.posture.turns.unwrapped import asked_within, keeping, with_path
-from fiveaxis.toolpath import Toolpath
+from fiveaxis.toolpath import Constraints, Toolpath
 
 # The price at which all bends cost as much as all travel is the middle of the sweep: from a hundredth of it …
 FAINTEST = 0.01
@@ -121,6 +121,7 @@ class Front:
 def find_front(
     toolpath: Toolpath,
     machine: Machine,
+    constraints: Constraints,
     n: int = 8,
     *,
     smoothest: float | None = None,
@@ -138,7 +139,7 @@ def find_front(
 
     Parameters
     ----------
-    toolpath, machine : as for `optimise`
+    toolpath, machine, constraints : as for `optimise`
     n : how many solutions are looked for, at least two
     smoothest : J/rad², the highest price of bends; by default a hundred times the one at which the first
         solution's bends cost as much as its travel
@@ -165,9 +166,9 @@ def find_front(
     if smoothest is not None and not (np.isfinite(smoothest) and smoothest > 0.0):
         raise SettingError(f"smoothest is {smoothest:g} J/rad²; it must be above 0")
     tell, of_point = _telling(progress, 1 + 3 * (n - 1))
-    solution = optimise(toolpath, machine, progress=of_point, **options)
+    solution = optimise(toolpath, machine, constraints, progress=of_point, **options)
     tell()
-    cone = Cone.of_degrees(options.get("singular_cone"), options.get("singular_rate", 0.0))
+    cone = Cone.of(constraints)
     posed, start = _posed(solution)
     problems = _priced(posed, _shares(solution, start, n, smoothest), solution)
     allowed = _allowing(solution, start, cone, options.get("mask"))

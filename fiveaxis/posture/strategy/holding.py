@@ -24,29 +24,28 @@ def hold(machine: Machine, angles: Mapping[str, float]) -> Machine:
 
     Parameters
     ----------
-    angles : degrees by axis letter, one or both rotary axes
+    angles : rad by axis letter, one or both rotary axes
 
     Raises
     ------
     SettingError
         A letter that isn't a rotary axis of the machine; an angle outside its limits.
     """
-    for letter, degrees in angles.items():
+    for letter, angle in angles.items():
         if letter not in machine.rotaries:
             raise SettingError(
                 f"{letter!r} can't be held: the rotary axes of {machine.name} are "
                 f"{', '.join(machine.rotaries)}; write for example C=30"
             )
-        axis, angle = machine.axis(letter), math.radians(degrees)
+        axis = machine.axis(letter)
         low, high = axis.limits.low, axis.limits.high
         if not low - ON_LIMIT <= angle <= high + ON_LIMIT:
             raise SettingError(
-                f"{letter} can't be held at {degrees:g} deg, outside its limits {axis.shown(low):g}…"
-                f"{axis.shown(high):g} deg; give an angle within them"
+                f"{letter} can't be held at {math.degrees(angle):g} deg, outside its limits "
+                f"{axis.shown(low):g}…{axis.shown(high):g} deg; give an angle within them"
             )
-    held = {letter: math.radians(degrees) for letter, degrees in angles.items()}
     axes = tuple(
-        replace(a, limits=Limits(held[a.letter], held[a.letter])) if a.letter in held else a
+        replace(a, limits=Limits(angles[a.letter], angles[a.letter])) if a.letter in angles else a
         for a in machine.axes
     )
     return replace(machine, axes=axes)

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fiveaxis.errors import Infeasible, SettingError
+from fiveaxis.errors import Infeasible
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.kinematics import singular_angles, singular_direction, tool_axes
@@ -23,7 +23,7 @@ from fiveaxis.machine import Machine
 from fiveaxis.motion import Motion, feed_times, rapid_findings
 from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.posture.solution import Solution
-from fiveaxis.toolpath import TiltBounds, Toolpath
+from fiveaxis.toolpath import Constraints, TiltBounds, Toolpath
 
 # Takes a problem and a path, (n, 2) rad, that is good but for the problem's last bounds, to a path.
 Solve = Callable[[Problem, Array], Array]
@@ -50,23 +50,10 @@ class Cone:
     rate: float = 0.0
 
     @classmethod
-    def of_degrees(cls, angle: float | None, rate: float) -> Cone | None:
-        """Make the cone that a user asks for, deg and deg/mm; None without an angle.
-
-        Raises
-        ------
-        SettingError
-            An angle outside 0…90°, a rate below zero, or a rate without an angle.
-        """
-        if angle is None and rate:
-            raise SettingError(f"singular rate {rate:g} deg/mm belongs to a singular cone; give that too")
-        if angle is None:
-            return None
-        if not 0.0 < angle < 90.0:
-            raise SettingError(f"singular cone is {angle:g} deg; it must be above 0 and below 90")
-        if not rate >= 0.0:
-            raise SettingError(f"turn within the singular cone is {rate:g} deg/mm; it can't be negative")
-        return cls(float(np.radians(angle)), float(np.radians(rate)))
+    def of(cls, constraints: Constraints) -> Cone | None:
+        """Take the cone that constraints name; None without one."""
+        angle = constraints.singular_cone
+        return None if angle is None else cls(angle, constraints.singular_rate)
 
 
 def nearest_angles(machine: Machine, rotary: Array) -> Array:

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from fiveaxis.errors import SettingError
 from fiveaxis.geometry import Array, angle_between
 from fiveaxis.motion import STANDSTILL, feed_times
-from fiveaxis.toolpath import Toolpath
+from fiveaxis.toolpath import Constraints, Toolpath
 
 # rad/s: rotary axes turn no faster at the programmed feed where nobody asks for another bound. A table of
 # usual size turns at 30 1/min (`reference/machines`: 180 deg/s of most trunnions).
@@ -23,13 +22,7 @@ ON_THE_SPOT = np.radians(15.0)
 LEAST_TURN = np.radians(0.01)
 
 
-def turn_bounds(
-    toolpath: Toolpath,
-    location: Array | None = None,
-    *,
-    max_turn: float | None = None,
-    turn_rate: float | None = None,
-) -> Array:
+def turn_bounds(toolpath: Toolpath, constraints: Constraints, location: Array | None = None) -> Array:
     """Bound the turn of every rotary axis in each move of a path.
 
     A bound on a given move holds for what lies between its ends as well: inserted locations share it out. A
@@ -39,24 +32,16 @@ def turn_bounds(
     Parameters
     ----------
     toolpath : n locations
+    constraints : the largest turn in a cutting move, by default what `USUAL_SPEED` allows at the programmed
+        feed, as far as `FARTHEST`, and over the path of the contact in cuts. Links may turn `LINK_SHARE`
+        times as far
     location : (n,), where each lies among given ones; by default all are given
-    max_turn : rad, in a cutting move; by default what `USUAL_SPEED` allows at the programmed feed,
-        as far as `FARTHEST`. Links may
-        turn `LINK_SHARE` times as far
-    turn_rate : rad/mm, over the way of the contact in cuts
 
     Returns
     -------
     (n − 1,), rad
-
-    Raises
-    ------
-    SettingError
-        A bound that isn't positive.
     """
-    for turn, unit in ((max_turn, "deg"), (turn_rate, "deg/mm")):
-        if turn is not None and not turn > 0.0:
-            raise SettingError(f"largest rotary step is {np.degrees(turn):g} {unit}; it must be positive")
+    max_turn, turn_rate = constraints.max_turn, constraints.turn_rate
     cutting = toolpath.cutting[1:]
     share = np.ones(len(toolpath) - 1) if location is None else np.minimum(np.diff(location), 1.0)
     if max_turn is None:

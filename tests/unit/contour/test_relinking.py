@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import trimesh
+from by_degrees import optimise
 
 from fiveaxis.contour import Plan, PlanOptions, plan_contour, plan_passes
 from fiveaxis.contour.distance import BallSpace, TriangleTree
 from fiveaxis.contour.surface import Surface
 from fiveaxis.job import make_job, run_job
-from fiveaxis.posture import optimise
 from fiveaxis.posture.starts.reopening import Layout, reopened
 from fiveaxis.posture.starts.rings import known_rings
 from fiveaxis.toolpath import Tool

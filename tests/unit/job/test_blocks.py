@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from by_degrees import optimise
 
 import fiveaxis as fx
 from fiveaxis.energy import motion_energy, move_energies
@@ -14,11 +15,11 @@ from fiveaxis.job import MadeProgram, ProgramOptions, make_job, make_program, ve
 from fiveaxis.job.planned import may_thin
 from fiveaxis.motion import AXIS_TOLERANCE, fill, follow
 from fiveaxis.nc import Coordinates
-from fiveaxis.posture import Solution, optimise
+from fiveaxis.posture import Solution
 from fiveaxis.toolpath import Constraints, Tool, Toolpath
 
-BOUNDS = Constraints(tilt=(15.0, 75.0), max_turn=15.0)
-AS_ASKED = {"tilt": BOUNDS.tilt, "max_turn": BOUNDS.max_turn}
+AS_ASKED = {"tilt": (15.0, 75.0), "max_turn": 15.0}
+BOUNDS = Constraints.of_degrees(**AS_ASKED)
 
 
 def program_of(
@@ -63,7 +64,7 @@ def turning(solution, degrees):
 @pytest.mark.parametrize("thin", [True, False])
 def test_the_tool_axis_is_held_in_its_plane_and_the_cuts_in_which_it_isnt_are_named(solution, thin):
     degrees = [[0.0, -30.0], [14.0, -30.0], [20.0, -30.0], [180.0, -4.0], [180.0, -40.0]]
-    program = program_of(turning(solution, degrees), Constraints(max_turn=180.0), thin=thin)
+    program = program_of(turning(solution, degrees), Constraints.of_degrees(max_turn=180.0), thin=thin)
     said = program.as_dict()
     assert said["axis_left_plane"] == said["axis_held_in_plane"] == 1
     assert program.report.counts["axis-off-plane"] == 1
@@ -71,7 +72,7 @@ def test_the_tool_axis_is_held_in_its_plane_and_the_cuts_in_which_it_isnt_are_na
     # The place counts the locations of the path that was given.
     assert found.place.location == 3
     assert found.value == pytest.approx(program.report.figures["axis_off_plane_deg"])
-    few = program_of(turning(solution, degrees[:3]), Constraints(max_turn=15.0), thin=thin)
+    few = program_of(turning(solution, degrees[:3]), Constraints.of_degrees(max_turn=15.0), thin=thin)
     assert few.report.counts == {}
     assert 0.0 < math.radians(few.report.figures["axis_off_plane_deg"]) <= AXIS_TOLERANCE
 
@@ -79,7 +80,7 @@ def test_the_tool_axis_is_held_in_its_plane_and_the_cuts_in_which_it_isnt_are_na
 def test_a_rate_that_a_cut_keeps_as_a_whole_is_no_error_in_its_parts(solution):
     degrees = [[0.0, -20.0], [30.0, -20.0]]
     rate = 30.0 / 6.0 * (1.0 + 1e-9)
-    program = program_of(turning(solution, degrees), Constraints(max_turn=30.0, turn_rate=rate))
+    program = program_of(turning(solution, degrees), Constraints.of_degrees(max_turn=30.0, turn_rate=rate))
     assert program.as_dict()["axis_held_in_plane"] == 1
     assert program.ok, program.report.findings
     # Half of the way takes a little more than half of the turn next to the middle, where C is quickest.
@@ -89,7 +90,7 @@ def test_a_rate_that_a_cut_keeps_as_a_whole_is_no_error_in_its_parts(solution):
 
 def test_what_holds_an_axis_goes_before_the_plane(solution):
     degrees = [[0.0, -30.0], [14.0, -30.0]]
-    program = program_of(turning(solution, degrees), Constraints(hold={"A": -30.0}))
+    program = program_of(turning(solution, degrees), Constraints.of_degrees(hold={"A": -30.0}))
     said = program.as_dict()
     assert (said["axis_held_in_plane"], said["axis_left_plane"]) == (0, 1)
     assert program.ok

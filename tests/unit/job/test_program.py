@@ -120,7 +120,7 @@ def test_a_bare_motion_keeps_its_tip_straight_between_rows_and_its_time(solution
 def test_a_path_of_another_motion_is_refused_before_anything_is_written(solution, tmp_path, hayashi, wall):
     up = np.array([0.0, 0.0, 1.0])
     shifted = replace(wall, pivot=wall.pivot + up, contact=wall.contact + up)
-    words = {"machine": hayashi, "constraints": Constraints(tilt=TILT)}
+    words = {"machine": hayashi, "constraints": Constraints.of_degrees(tilt=TILT)}
     with pytest.raises(ToolpathError, match=r"wall: the motion has the tool 1 mm from location \d+"):
         fx.write_program(solution.motion, tmp_path / "a.ngc", toolpath=shifted, **words)
     fewer = wall.at(np.arange(len(wall) - 5))

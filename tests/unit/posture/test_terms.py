@@ -4,11 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from by_degrees import for_tilt, tilt_bounds
 
 from fiveaxis.machine import Machine, load_machine
 from fiveaxis.posture.problem import Problem
 from fiveaxis.posture.terms import Term, location_tapes
-from fiveaxis.toolpath import Tool, Toolpath, for_tilt, tilt_bounds
+from fiveaxis.toolpath import Tool, Toolpath
 
 N = 12
 RNG = np.random.default_rng(5)

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from by_degrees import tilt_bounds
 
 from fiveaxis.energy import motion_energy
 from fiveaxis.findings import Finding, Place, Severity
@@ -20,7 +21,7 @@ from fiveaxis.motion import Motion, follow
 from fiveaxis.posture import Baseline, Solution, Stage
 from fiveaxis.report import page as page_module
 from fiveaxis.report import report_document, write_report
-from fiveaxis.toolpath import Toolpath, tilt_bounds
+from fiveaxis.toolpath import Toolpath
 
 STAGES = (
     Stage("grid search, stride 30", "found", 12_345, None, 12_000.5),

@@ -8,13 +8,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from by_degrees import tilt_bounds
 
 from fiveaxis.energy import KindEnergy, motion_energy
 from fiveaxis.motion import follow
 from fiveaxis.posture import Baseline, Solution
 from fiveaxis.report import report_document, write_report
 from fiveaxis.report.tables import number, saving
-from fiveaxis.toolpath import Toolpath, tilt_bounds
+from fiveaxis.toolpath import Toolpath
 
 Page = Callable[..., str]
 THIN = "\u2009"

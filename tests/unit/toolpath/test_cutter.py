@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
+from by_degrees import for_tilt, tilt_bounds
 
 from fiveaxis.errors import ToolError, ToolpathError
 from fiveaxis.geometry import normalise
-from fiveaxis.toolpath import MoveKind, Tool, Toolpath, for_tilt, parse_tool, tilt_bounds
+from fiveaxis.toolpath import MoveKind, Tool, Toolpath, parse_tool
 
 SHAPES = ["ball:10", "flat:10", "bull:16:4", "lollipop:8:5", "taper:4:5:10", "barrel:16:85:3", "drill:8:118"]
 

@@ -2,12 +2,13 @@
 
 import numpy as np
 import pytest
+from by_degrees import for_tilt, tilt_bounds
 from hypothesis import given
 from hypothesis import strategies as st
 
 from fiveaxis.errors import SettingError, ToolpathError
 from fiveaxis.geometry import normalise
-from fiveaxis.toolpath import MoveKind, Tool, Toolpath, for_tilt, tilt_bounds
+from fiveaxis.toolpath import MoveKind, Tool, Toolpath
 from fiveaxis.toolpath.lead_lean import tilt_of
 
 
@@ -44,13 +45,14 @@ def test_the_bounds_are_the_ranges_of_the_two_angles(lead, lean, low, width):
 @given(lead=st.floats(-85, 85), lean=st.floats(-85, 85))
 def test_a_lead_and_a_lean_are_one_tilt(lead, lean):
     expected = np.degrees(np.arccos(axes(lead, lean)[0, 2]))
-    assert tilt_of((lead, lead), (lean, lean)) == pytest.approx((expected, expected), abs=1e-6)
+    ends = [(np.radians(angle), np.radians(angle)) for angle in (lead, lean)]
+    assert np.degrees(tilt_of(*ends)) == pytest.approx((expected, expected), abs=1e-6)
 
 
 def test_ranges_of_lead_and_lean_alone_leave_a_range_of_tilt():
-    assert tilt_of((-5, 20), None) == (0.0, 90.0)
-    assert tilt_of((10, 20), None) == pytest.approx((10.0, 90.0))
-    least, most = tilt_of((-30, -10), (-5, 5))
+    assert tilt_of((-0.1, 0.3), None) == (0.0, np.pi / 2.0)
+    assert tilt_of((0.2, 0.3), None) == pytest.approx((0.2, np.pi / 2.0))
+    least, most = np.degrees(tilt_of(np.radians((-30, -10)), np.radians((-5, 5))))
     assert least == pytest.approx(10.0)
     assert most == pytest.approx(
         np.degrees(np.arctan(np.hypot(np.tan(np.radians(30)), np.tan(np.radians(5)))))

@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
+from by_degrees import tilt_bounds
 
 from fiveaxis.errors import SettingError, ToolpathError
-from fiveaxis.toolpath import Tool, Toolpath, parse_tool, tilt_bounds
+from fiveaxis.toolpath import Tool, Toolpath, parse_tool
 
 UP = np.array([0.0, 0.0, 1.0])
 BALL = Tool.ball(10)

@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
+from by_degrees import tilt_bounds
 
-from fiveaxis.toolpath import MoveKind, Tool, Toolpath, tilt_bounds
+from fiveaxis.toolpath import MoveKind, Tool, Toolpath
 
 CUT, LINK, RAPID = MoveKind.CUT, MoveKind.LINK, MoveKind.RAPID
 KINDS = [RAPID, RAPID, CUT, CUT, LINK, LINK, CUT]

@@ -6,7 +6,7 @@ import pytest
 from fiveaxis.collision import Surroundings
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Interpolation, Motion, fill_in_rows, follow
-from fiveaxis.toolpath import Tool, Toolpath
+from fiveaxis.toolpath import Constraints, Tool, Toolpath
 from fiveaxis.verification import (
     CheckedInterpolation,
     Examination,
@@ -44,14 +44,16 @@ def angles_of(constraints: PathConstraints) -> list[float]:
 
 
 def test_what_a_bound_refers_to_turns_evenly_between_two_locations(hayashi):
-    constraints = PathConstraints.of_degrees(bent(), hayashi, tilt=(10.0, 60.0))
+    constraints = PathConstraints.of(bent(), hayashi, Constraints.of_degrees(tilt=(10.0, 60.0)))
     found = constraints.between(np.array([0.0, 0.5, 1.0, 1.25, 2.0]))
     assert angles_of(found) == pytest.approx([0.0, 10.0, 20.0, 25.0, 40.0], abs=0.2)
     assert (found.leaning.low, found.leaning.high) == (constraints.leaning.low, constraints.leaning.high)
 
 
 def test_bounds_beside_the_first_are_spread_too(hayashi):
-    constraints = PathConstraints.of_degrees(bent(), hayashi, lead=(-10.0, 20.0), lean=(-5.0, 5.0))
+    constraints = PathConstraints.of(
+        bent(), hayashi, Constraints.of_degrees(lead=(-10.0, 20.0), lean=(-5.0, 5.0))
+    )
     found = constraints.between(np.array([0.0, 0.5, 1.0]))
     assert len(found.leaning.all) == len(constraints.leaning.all) == 5
     assert all(b.reference.shape == (3, 3) for b in found.leaning.all)
@@ -59,7 +61,7 @@ def test_bounds_beside_the_first_are_spread_too(hayashi):
 
 def test_next_to_a_link_nothing_is_known(hayashi):
     path = bent().with_links(np.array([False, True, False]))
-    found = PathConstraints.of_degrees(path, hayashi, tilt=(10.0, 60.0)).between(
+    found = PathConstraints.of(path, hayashi, Constraints.of_degrees(tilt=(10.0, 60.0))).between(
         np.array([0.0, 0.5, 1.0, 1.5, 2.0])
     )
     assert np.isfinite(found.leaning.reference).all(axis=1).tolist() == [True, False, False, False, True]
@@ -70,7 +72,7 @@ def test_a_lean_that_is_kept_at_both_ends_only_is_found_between_them(hayashi):
     path = bent(2, step=0.0)
     rotary = np.radians([[0.0, -30.0], [0.0, 30.0]])
     filled, motion, row = fill_in_rows(path, hayashi, rotary)
-    constraints = PathConstraints.of_degrees(path, hayashi, tilt=(20.0, 40.0))
+    constraints = PathConstraints.of(path, hayashi, Constraints.of_degrees(tilt=(20.0, 40.0)))
     report = examined(motion, hayashi, filled, constraints.between(row))
     assert set(report.counts) == {"tilt"}
     assert report.figures["tilt_min_deg"] < 5.0

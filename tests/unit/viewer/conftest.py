@@ -5,12 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import trimesh
+from by_degrees import tilt_bounds
 
 from fiveaxis.energy import motion_energy
 from fiveaxis.kinematics import rotary_angles
 from fiveaxis.motion import follow
 from fiveaxis.posture.solution import Baseline, Solution
-from fiveaxis.toolpath import MoveKind, Tool, Toolpath, tilt_bounds
+from fiveaxis.toolpath import MoveKind, Tool, Toolpath
 
 N = 240
 RADIUS, HEIGHT = 40.0, 30.0

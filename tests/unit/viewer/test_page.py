@@ -9,6 +9,7 @@ from html.parser import HTMLParser
 import numpy as np
 import pytest
 import trimesh
+from by_degrees import tilt_bounds
 
 from fiveaxis.collision import Surroundings
 from fiveaxis.energy import motion_energy
@@ -17,7 +18,7 @@ from fiveaxis.findings import Finding, Place, Severity
 from fiveaxis.machine import Body, MeshShape
 from fiveaxis.motion import follow
 from fiveaxis.posture.solution import Baseline, Solution
-from fiveaxis.toolpath import Tool, Toolpath, tilt_bounds
+from fiveaxis.toolpath import Tool, Toolpath
 from fiveaxis.viewer import render_page, write_preview
 from fiveaxis.viewer.legend import make_controls
 

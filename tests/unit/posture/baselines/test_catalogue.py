@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from by_degrees import for_tilt, tilt_bounds
 
 from fiveaxis.energy import motion_energy
 from fiveaxis.kinematics import tool_axes, within_limits
@@ -17,7 +18,7 @@ from fiveaxis.posture.baselines.catalogue import (
     leaned,
     single_posture,
 )
-from fiveaxis.toolpath import Tool, Toolpath, for_tilt, tilt_bounds
+from fiveaxis.toolpath import Tool, Toolpath
 
 UP = np.array([0.0, 0.0, 1.0])
 

@@ -4,15 +4,16 @@ from functools import cache
 
 import numpy as np
 import pytest
+from by_degrees import optimise, tilt_bounds
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fiveaxis.kinematics import tool_axes
 from fiveaxis.machine import load_machine
-from fiveaxis.posture import Problem, optimise
+from fiveaxis.posture import Problem
 from fiveaxis.posture.baselines import find_baselines, moved_clear
 from fiveaxis.posture.masks.mask import Mask
-from fiveaxis.toolpath import Tool, Toolpath, tilt_bounds
+from fiveaxis.toolpath import Tool, Toolpath
 
 MACHINE = load_machine("hayashi-640123")
 N = 60

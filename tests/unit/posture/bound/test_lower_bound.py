@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from by_degrees import tilt_bounds
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -13,7 +14,7 @@ from fiveaxis.machine import DirectionalDrive, Limits, Machine
 from fiveaxis.posture.bound.lower_bound import LowerBound, bound_travel
 from fiveaxis.posture.bound.visiting import least_travel, spread
 from fiveaxis.posture.problem import Problem
-from fiveaxis.toolpath import Toolpath, parse_tool, tilt_bounds
+from fiveaxis.toolpath import Toolpath, parse_tool
 
 TILT = (15.0, 60.0)
 ROUNDING = 1e-6  # J

@@ -4,10 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from by_degrees import for_tilt, tilt_bounds
 
 from fiveaxis.machine import Limits, Machine, load_machine
 from fiveaxis.posture.problem import Problem
-from fiveaxis.toolpath import Tool, Toolpath, for_tilt, tilt_bounds
+from fiveaxis.toolpath import Tool, Toolpath
 
 N = 40
 TILT = (15.0, 75.0)

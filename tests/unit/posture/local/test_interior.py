@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from by_degrees import optimise
 
 from fiveaxis.machine import load_machine
-from fiveaxis.posture import optimise
 from fiveaxis.posture.local import kernel
 from fiveaxis.posture.local.interior import minimise, split
 from fiveaxis.posture.local.ipopt import by_ipopt

@@ -5,12 +5,13 @@ from dataclasses import replace
 import casadi as ca
 import numpy as np
 import pytest
+from by_degrees import tilt_bounds
 
 from fiveaxis.errors import SettingError
 from fiveaxis.machine import load_machine
 from fiveaxis.posture.local.refinement import refine, refine_windows
 from fiveaxis.posture.problem import ALLOWED, Problem
-from fiveaxis.toolpath import Tool, Toolpath, tilt_bounds
+from fiveaxis.toolpath import Tool, Toolpath
 
 RNG = np.random.default_rng(5)
 

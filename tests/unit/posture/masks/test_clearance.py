@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from by_degrees import tilt_bounds
 
 from fiveaxis.machine import Limits, load_machine
 from fiveaxis.posture.masks.clearance import NODE_STEP, NODE_STRIDE, Clearance, NodeMap, Nodes
@@ -13,7 +14,7 @@ from fiveaxis.posture.problem import Problem
 from fiveaxis.posture.search.corridor import REFUSED_PRICE, path_through_corridor
 from fiveaxis.posture.search.lattice import Coordinates, Lattice, corridor_lattice, level_lattice
 from fiveaxis.posture.search.shortest import shortest_path
-from fiveaxis.toolpath import Tool, Toolpath, tilt_bounds
+from fiveaxis.toolpath import Tool, Toolpath
 
 SPIN = 4  # column of C
 

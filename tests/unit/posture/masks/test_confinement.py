@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from by_degrees import tilt_bounds
 
 from fiveaxis.kinematics import axis_positions, tool_axes
 from fiveaxis.machine import load_machine
@@ -10,7 +11,7 @@ from fiveaxis.posture.masks.clearance import Clearance
 from fiveaxis.posture.masks.confinement import PINCH, Confinement, Planes, around, blended, pinched
 from fiveaxis.posture.masks.mask import Mask
 from fiveaxis.posture.problem import Problem
-from fiveaxis.toolpath import Tool, Toolpath, tilt_bounds
+from fiveaxis.toolpath import Tool, Toolpath
 
 MACHINE = load_machine("hayashi-640123")
 

@@ -6,13 +6,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from by_degrees import tilt_bounds
 
 from fiveaxis.machine import load_machine
 from fiveaxis.posture.masks.replanning import Replanning
 from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.posture.strategy.budget import NORMAL
 from fiveaxis.posture.strategy.portfolio import BROKEN, MOST_BROKEN, Portfolio
-from fiveaxis.toolpath import Tool, Toolpath, tilt_bounds
+from fiveaxis.toolpath import Tool, Toolpath
 
 
 @pytest.fixture(scope="module")

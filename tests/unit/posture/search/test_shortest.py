@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from by_degrees import tilt_bounds
 
 from fiveaxis.kinematics.windings import fit_turns
 from fiveaxis.machine import load_machine
@@ -17,7 +18,7 @@ from fiveaxis.posture.search.lattice import (
     level_lattice,
 )
 from fiveaxis.posture.search.shortest import density, refill, shortest_path, thin
-from fiveaxis.toolpath import Tool, Toolpath, tilt_bounds
+from fiveaxis.toolpath import Tool, Toolpath
 
 SPIN = 4  # column of C
 

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from by_degrees import tilt_bounds
 from by_travel import optimise
 
 from fiveaxis.energy import motion_energy
@@ -18,7 +19,7 @@ from fiveaxis.posture.starts.passes import choose_openings
 from fiveaxis.posture.starts.reopening import Layout, reopened, unwrapped
 from fiveaxis.posture.starts.rings import Opening, Ring, find_rings, known_rings
 from fiveaxis.posture.starts.seams import Joints
-from fiveaxis.toolpath import MoveKind, Tool, Toolpath, tilt_bounds
+from fiveaxis.toolpath import MoveKind, Tool, Toolpath
 from fiveaxis.toolpath.passes import Passes
 
 ABOVE = 30.0

@@ -65,7 +65,7 @@ def short(hayashi) -> Machine:
 
 
 def counts(solution, bounds) -> dict[str, int]:
-    asked = Constraints(tilt=bounds["tilt"], max_turn=bounds.get("max_turn"))
+    asked = Constraints.of_degrees(tilt=bounds["tilt"], max_turn=bounds.get("max_turn"))
     made = make_program(
         solution.motion, solution.machine, solution.toolpath, asked, ProgramOptions(thin=False)
     )
@@ -157,7 +157,7 @@ def test_the_table_of_its_motion_becomes_the_same_program(wall, hayashi, tmp_pat
     file = write_motion(solution.motion, tmp_path / "motion.csv", hayashi)
     read = read_motion(file, hayashi)
     np.testing.assert_allclose(read.location, solution.motion.location, atol=1e-9)
-    bounds = Constraints(tilt=HOP["tilt"], max_turn=60.0)
+    bounds = Constraints.of_degrees(tilt=HOP["tilt"], max_turn=60.0)
     own = make_program(solution.motion, hayashi, solution.toolpath, bounds, ProgramOptions(control="fanuc"))
     written = fx.write_program(
         read, tmp_path / "wall.nc", machine=hayashi, control="fanuc", toolpath=wall, constraints=bounds

@@ -7,12 +7,13 @@ import pytest
 from by_travel import find_front, optimise
 from rings import ring
 
+from fiveaxis import posture
 from fiveaxis.errors import SettingError
 from fiveaxis.kinematics import within_limits
 from fiveaxis.machine import Limits
 from fiveaxis.posture.strategy.front import FrontPoint, _undominated
 from fiveaxis.posture.turns.unwrapped import with_path
-from fiveaxis.toolpath import Tool, Toolpath
+from fiveaxis.toolpath import Constraints, Tool, Toolpath
 
 
 @pytest.fixture(scope="module")
@@ -32,11 +33,12 @@ def test_a_cheaper_path_met_on_the_way_is_the_solution(found, hayashi, monkeypat
     """The first optimum is spoilt, so that the sweep finds a better one."""
 
     def spoilt(*args, **options):
-        poor = optimise(*args, smoothing=3000.0, **options)
+        poor = posture.optimise(*args, smoothing=3000.0, **options)
         return replace(poor, problem=replace(poor.problem, bend_price=np.zeros(len(poor.problem) - 1)))
 
     monkeypatch.setattr("fiveaxis.posture.strategy.front.optimise", spoilt)
-    poor = spoilt(ring(60), hayashi, tilt=(15, 75), effort="quick")
+    bounds = Constraints.of_degrees(tilt=(15, 75), max_turn=15.0)
+    poor = spoilt(ring(60), hayashi, bounds, objective="travel", effort="quick")
     front = find_front(ring(60), hayashi, 3, tilt=(15, 75), effort="quick")
     first = front.points[0]
     assert first.cost == min(p.cost for p in front.points) == pytest.approx(front.solution.travel)
@@ -201,7 +203,7 @@ def test_the_solution_of_such_a_front_keeps_its_bounds_and_tells_its_own_rewinds
 
 def test_a_solution_put_together_by_hand_has_no_front(hayashi, monkeypatch):
     def bare(*args, **options):
-        return replace(optimise(*args, **options), problem=None)
+        return replace(posture.optimise(*args, **options), problem=None)
 
     monkeypatch.setattr("fiveaxis.posture.strategy.front.optimise", bare)
     with pytest.raises(SettingError, match="put together by hand"):

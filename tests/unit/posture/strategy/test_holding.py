@@ -78,8 +78,8 @@ def test_what_cannot_be_held_is_refused(hayashi):
     with pytest.raises(SettingError, match="'B' can't be held: the rotary axes of hayashi-640123 are C, A"):
         hold(hayashi, {"B": 0.0})
     with pytest.raises(SettingError, match="A can't be held at -130 deg, outside its limits -120"):
-        hold(hayashi, {"A": -130.0})
-    assert is_holding(hold(hayashi, {"C": 1000.0}))
+        hold(hayashi, {"A": np.radians(-130.0)})
+    assert is_holding(hold(hayashi, {"C": np.radians(1000.0)}))
     assert not is_holding(hold(hayashi, {}))
 
 

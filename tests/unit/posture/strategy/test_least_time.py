@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from by_degrees import for_tilt, optimise, tilt_bounds
 
 import fiveaxis as fx
 from fiveaxis.errors import MachineError, SettingError
@@ -11,12 +12,11 @@ from fiveaxis.job import make_job, run_job
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Interpolation, follow, time_motion
 from fiveaxis.nc import DIALECTS, Clock
-from fiveaxis.posture import optimise
 from fiveaxis.posture.problem import Problem
 from fiveaxis.posture.strategy.least_time import TIME_PRICE, by_time, from_rest_to_rest
 from fiveaxis.posture.strategy.turn_bounds import turn_bounds
 from fiveaxis.report.page import compose_page
-from fiveaxis.toolpath import Tool, Toolpath, for_tilt, tilt_bounds
+from fiveaxis.toolpath import Constraints, Tool, Toolpath
 
 CONE = {"cone": 20.0, "effort": "quick"}
 # mm/s and rad/s, mm/s² and rad/s², of X Y Z A C.
@@ -103,7 +103,9 @@ def test_a_path_that_no_axis_limits_takes_its_feeds_time_and_is_steady(hayashi):
 
 def posed(path: Toolpath, machine: Machine) -> Problem:
     path = for_tilt(path, None, CONE["cone"])
-    built = Problem.build(path, machine, tilt_bounds(path, None, CONE["cone"]), max_turn=turn_bounds(path))
+    built = Problem.build(
+        path, machine, tilt_bounds(path, None, CONE["cone"]), max_turn=turn_bounds(path, Constraints())
+    )
     return by_time(built)
 
 

@@ -4,12 +4,12 @@ import os
 
 import numpy as np
 import pytest
+from by_degrees import tilt_bounds
 
 from fiveaxis.posture.problem import Problem
 from fiveaxis.posture.strategy import portfolio
 from fiveaxis.posture.strategy.budget import Budget
 from fiveaxis.posture.strategy.portfolio import Portfolio
-from fiveaxis.toolpath import tilt_bounds
 
 
 @pytest.fixture

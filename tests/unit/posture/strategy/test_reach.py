@@ -4,12 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from by_degrees import tilt_bounds
 from by_travel import optimise
 
 from fiveaxis.errors import Infeasible
 from fiveaxis.machine import Limits
 from fiveaxis.posture.strategy.reach import unreachable
-from fiveaxis.toolpath import Tool, Toolpath, tilt_bounds
+from fiveaxis.toolpath import Tool, Toolpath
 
 
 def wall(n: int, n_z: np.ndarray | float, turns: float = 0.25) -> Toolpath:

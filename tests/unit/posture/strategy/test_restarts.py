@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from by_degrees import tilt_bounds
 from by_travel import optimise, refined_cost
 from rings import ring
 
@@ -12,7 +13,6 @@ from fiveaxis.kinematics import tool_axes
 from fiveaxis.posture import Budget, Search
 from fiveaxis.posture.solution import Optima
 from fiveaxis.posture.strategy.restarts import leaning_paths
-from fiveaxis.toolpath import tilt_bounds
 
 MANY = Budget(
     searches=(Search(4, 0.1, 24),),

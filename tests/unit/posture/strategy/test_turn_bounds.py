@@ -7,7 +7,7 @@ import pytest
 
 from fiveaxis.errors import SettingError
 from fiveaxis.posture.strategy.turn_bounds import turn_bounds
-from fiveaxis.toolpath import Tool, Toolpath, divided_rows, refined
+from fiveaxis.toolpath import Constraints, Tool, Toolpath, divided_rows, refined
 
 PLACES = np.array([[0.0, 0, 0], [5.0, 0, 0], [9.0, 0, 0], [12.0, 0, 0]])
 
@@ -19,32 +19,34 @@ def straight() -> Toolpath:
 def test_a_program_may_turn_as_far_as_it_is_programmed_to():
     axis = [[0.0, 0, 1], [0.0, 0, 1], [0.6, 0, 0.8], [0.6, 0, 0.8]]
     path = Toolpath.from_tips(PLACES, axis, Tool.ball(6))
-    turns = np.degrees(turn_bounds(path, max_turn=np.radians(15.0)))
+    turns = np.degrees(turn_bounds(path, Constraints.of_degrees(max_turn=15.0)))
     np.testing.assert_allclose(turns, [15.0, np.degrees(np.arccos(0.8)), 15.0])
 
 
 def test_by_default_an_axis_turns_by_180_degrees_a_second_at_the_feed():
-    np.testing.assert_allclose(np.degrees(turn_bounds(straight())), [45.0, 45.0, 45.0])
+    np.testing.assert_allclose(np.degrees(turn_bounds(straight(), Constraints())), [45.0, 45.0, 45.0])
     fast = replace(straight(), feed=np.full(4, 50.0))
-    np.testing.assert_allclose(np.degrees(turn_bounds(fast)), 180.0 * np.array([0.1, 0.08, 0.06]))
+    np.testing.assert_allclose(
+        np.degrees(turn_bounds(fast, Constraints())), 180.0 * np.array([0.1, 0.08, 0.06])
+    )
 
 
 @pytest.mark.parametrize("max_turn", [None, 0.3])
 def test_a_bound_on_a_move_is_shared_out_over_its_parts(max_turn):
     path, parts = straight(), np.array([3, 2, 4])
     row = divided_rows(parts)
-    whole = turn_bounds(path, max_turn=max_turn)
-    divided = turn_bounds(refined(path, row), row, max_turn=max_turn)
+    whole = turn_bounds(path, Constraints(max_turn=max_turn))
+    divided = turn_bounds(refined(path, row), Constraints(max_turn=max_turn), row)
     np.testing.assert_allclose(np.add.reduceat(divided, [0, 3, 5]), whole)
 
 
 def test_a_rate_bounds_the_turn_over_the_path_of_cuts():
     path = straight().with_links(np.array([False, False, True, False]))
-    turns = turn_bounds(path, max_turn=1.0, turn_rate=0.01)
+    turns = turn_bounds(path, Constraints(max_turn=1.0, turn_rate=0.01))
     np.testing.assert_allclose(turns, [0.05, 3.0, 0.03])
 
 
 @pytest.mark.parametrize("bound", [{"max_turn": 0.0}, {"turn_rate": -1.0}])
 def test_a_bound_that_isnt_positive_is_refused(bound):
-    with pytest.raises(SettingError, match="must be positive"):
-        turn_bounds(straight(), **bound)
+    with pytest.raises(SettingError, match="must be above 0"):
+        Constraints.of_degrees(**bound)

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from by_degrees import tilt_bounds
 
 from fiveaxis.energy import motion_energy
 from fiveaxis.geometry import Array
@@ -18,7 +19,7 @@ from fiveaxis.posture.turns.reversals import unreversed
 from fiveaxis.posture.turns.rewinding import rewound
 from fiveaxis.posture.turns.unwrapped import rewound_solution
 from fiveaxis.posture.turns.winding import endless
-from fiveaxis.toolpath import TiltBounds, Tool, Toolpath, tilt_bounds
+from fiveaxis.toolpath import TiltBounds, Tool, Toolpath
 
 
 def ranged(machine: Machine, low: float, high: float) -> Machine:

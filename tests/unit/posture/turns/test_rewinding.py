@@ -9,6 +9,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from by_degrees import tilt_bounds
 from by_travel import optimise
 
 from fiveaxis.errors import Infeasible
@@ -24,7 +25,7 @@ from fiveaxis.posture.turns.rewinding import CLEARANCE, rewound
 from fiveaxis.posture.turns.stops import find_stops
 from fiveaxis.posture.turns.turn_changes import with_seams
 from fiveaxis.posture.turns.winding import plan_turns, winding_columns
-from fiveaxis.toolpath import TiltBounds, Tool, Toolpath, tilt_bounds
+from fiveaxis.toolpath import TiltBounds, Tool, Toolpath
 from fiveaxis.verification import verify
 
 RANGES = [(-180.0, 180.0), (0.0, 360.0), (-10.0, 352.0), (-100.0, 300.0)]

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from by_degrees import tilt_bounds
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -14,7 +15,7 @@ from fiveaxis.kinematics import tool_axes
 from fiveaxis.kinematics.windings import ON_LIMIT, TURN
 from fiveaxis.machine import Limits, Machine
 from fiveaxis.posture.turns.turn_changes import bounds_between, passed_seams, with_seams
-from fiveaxis.toolpath import TiltBounds, Tool, Toolpath, tilt_bounds
+from fiveaxis.toolpath import TiltBounds, Tool, Toolpath
 
 
 def open_turns(angle: float, limits: Limits) -> int:

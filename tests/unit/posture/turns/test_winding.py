@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from by_degrees import tilt_bounds
 from by_travel import optimise
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -22,7 +23,7 @@ from fiveaxis.posture.local.refinement import refine
 from fiveaxis.posture.turns.rewinding import rewound
 from fiveaxis.posture.turns.unwrapped import fewer_turns
 from fiveaxis.posture.turns.winding import endless, plan_turns, winding_columns
-from fiveaxis.toolpath import Tool, Toolpath, tilt_bounds
+from fiveaxis.toolpath import Tool, Toolpath
 
 HELIX_TURNS = 10
 

@@ -1,0 +1,36 @@
+"""Bounds in degrees, as people say them, for what takes them as one record."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from typing import Any
+
+from fiveaxis import posture
+from fiveaxis.toolpath import Constraints, TiltBounds, Toolpath
+
+BOUNDS = tuple(field.name for field in fields(Constraints))
+
+
+def optimise(path: Toolpath, machine, **options: Any) -> posture.Solution:
+    """Choose postures; `options` are bounds in degrees and what `fiveaxis.posture.optimise` takes."""
+    return posture.optimise(path, machine, _taken(options), **options)
+
+
+def find_front(path: Toolpath, machine, n: int = 8, **options: Any) -> posture.Front:
+    """Find a front; the same of `fiveaxis.posture.find_front`."""
+    return posture.find_front(path, machine, _taken(options), n, **options)
+
+
+def tilt_bounds(path: Toolpath, tilt=None, cone=None, **bounds: Any) -> TiltBounds:
+    """Make the bounds on the tool's lean along a path."""
+    return Constraints.of_degrees(tilt=tilt, cone=cone, **bounds).lean_bounds(path)
+
+
+def for_tilt(path: Toolpath, tilt=None, cone=None, **bounds: Any) -> Toolpath:
+    """Put a path into the zone of the cutter that bounds ask for."""
+    return Constraints.of_degrees(tilt=tilt, cone=cone, **bounds).zoned(path)
+
+
+def _taken(options: dict[str, Any]) -> Constraints:
+    """Take the bounds out of options."""
+    return Constraints.of_degrees(**{name: options.pop(name) for name in BOUNDS if name in options})
