@@ -6,9 +6,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import HealthCheck, settings
 
 from fiveaxis.machine import Machine, load_machine
 from fiveaxis.toolpath import Tool, Toolpath
+
+# Machines that tests run on are shared: how long examples take to draw is no property of the code.
+settings.register_profile("shared", deadline=None, suppress_health_check=[HealthCheck.too_slow])
+settings.load_profile("shared")
 
 SHARED = Path(__file__).parents[2] / "shared"
 

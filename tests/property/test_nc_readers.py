@@ -20,7 +20,7 @@ QUIET = settings(
     deadline=None,
     derandomize=True,
     max_examples=200,
-    suppress_health_check=[HealthCheck.function_scoped_fixture],
+    suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
 )
 
 number = st.one_of(

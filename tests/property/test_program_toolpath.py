@@ -22,7 +22,7 @@ QUIET = settings(
     deadline=None,
     derandomize=True,
     max_examples=150,
-    suppress_health_check=[HealthCheck.function_scoped_fixture],
+    suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
 )
 BALL = fx.Tool.ball(6)
 # Table and table, table and head, head and head; two of them count axes against ISO 841.

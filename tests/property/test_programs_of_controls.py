@@ -55,7 +55,7 @@ QUIET = settings(
     deadline=None,
     derandomize=True,
     max_examples=8,
-    suppress_health_check=[HealthCheck.function_scoped_fixture],
+    suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
 )
 
 

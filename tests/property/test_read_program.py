@@ -40,7 +40,7 @@ QUIET = settings(
     deadline=None,
     derandomize=True,
     max_examples=150,
-    suppress_health_check=[HealthCheck.function_scoped_fixture],
+    suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
 )
 # mm/min, of axes in rapid moves whose highest speed the machine doesn't tell.
 RAPID = 6000.0
