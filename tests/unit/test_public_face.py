@@ -5,16 +5,19 @@ from __future__ import annotations
 import inspect
 import subprocess
 import sys
+from dataclasses import fields
 
 import pytest
-from by_degrees import optimise
 
 import fiveaxis as fx
 from fiveaxis.batch import run_batch
+from fiveaxis.posture import optimise
+from fiveaxis.toolpath import Constraints
 
 # Loads nothing but the package itself; a name's own room comes when it is asked for.
 LOADED = """
 import sys
+from dataclasses import fields
 import fiveaxis
 heavy = ("numpy", "distributed")
 print(sorted(name for name in sys.modules if name.startswith("fiveaxis.") or name in heavy))
@@ -43,9 +46,11 @@ def test_a_name_that_isnt_there_is_named():
 
 def test_optimise_says_each_of_its_options_with_its_type():
     own, solver = (inspect.signature(function).parameters for function in (fx.optimise, optimise))
-    # What keeps the tool clear is the job's.
-    assert set(own) - set(solver) == {"part", "stock", "fixtures", "clearances"}
-    assert set(solver) <= set(own)
+    bounds = {field.name for field in fields(Constraints)}
+    # What keeps the tool clear is the job's; bounds are taken in degrees, and go on as one record.
+    assert set(own) - set(solver) == {"part", "stock", "fixtures", "clearances"} | bounds
+    assert set(solver) - set(own) == {"constraints"}
+    assert bounds == set(inspect.signature(Constraints.of_degrees).parameters)
     for name in set(own) & set(solver):
         assert own[name] == solver[name], name
     for parameter in own.values():

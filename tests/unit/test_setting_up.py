@@ -79,10 +79,10 @@ def test_two_searches_give_the_same_document(ring):
 def test_setups_that_cannot_be_followed_are_skipped_and_told(ring, monkeypatch):
     whole = setup_costs.optimise
 
-    def fenced(path, machine, **options):
+    def fenced(path, machine, bounds, **options):
         if machine.setup.offset[0] < 20.0:
             raise Infeasible("out of reach", [])
-        return whole(path, machine, **options)
+        return whole(path, machine, bounds, **options)
 
     monkeypatch.setattr(setup_costs, "optimise", fenced)
     found = run_job(make(ring, x=(-30.0, 30.0), tries=6)).document["setup_search"]

@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
+from by_degrees import find_front
 
 from fiveaxis.errors import SettingError
-from fiveaxis.posture.strategy.front import Front, find_front
+from fiveaxis.posture.strategy.front import Front
 from fiveaxis.report.front_figure import front_figure, write_front_figure
 from fiveaxis.toolpath import Tool, Toolpath
 
