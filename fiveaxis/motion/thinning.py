@@ -178,7 +178,7 @@ class _Course:
 
     @cached_property
     def next_pair(self) -> IntArray:
-        """(n,), the row at or after each one from which two blocks can be one; the last row if there is none."""
+        """(n,), the row at or after each one from which two blocks can be one; the last row if none."""
         end = len(self.motion) - 1
         first = np.arange(max(end - 1, 0))
         rows = np.full(end + 1, end)
