@@ -2,12 +2,13 @@ import numpy as np
 import pytest
 import trimesh
 
+from fiveaxis.contour.ball_space import BallSpace
 from fiveaxis.contour.contacts import Contacts
-from fiveaxis.contour.distance import BallSpace, TriangleTree
 from fiveaxis.contour.linking import link_passes
 from fiveaxis.contour.ordering import by_levels
 from fiveaxis.contour.passes import Pass
 from fiveaxis.contour.ways import Linker, quarter_arc
+from fiveaxis.mesh import TriangleTree
 
 X, Y, Z = np.eye(3)
 
