@@ -190,7 +190,7 @@ def find_front(
     points = [
         _point(solution, rotary, problem, posed) for rotary, problem in zip(paths, problems, strict=True)
     ]
-    kept = _undominated(points)
+    kept = undominated(points)
     led = [_led_by(solution, paths[points.index(p)], cone, number) for number, p in enumerate(kept, start=1)]
     return Front(tuple(kept), len(points) - len(kept), led[0], tuple(led[1:]))
 
@@ -340,7 +340,7 @@ def _bend(rotary: Array) -> float:
     return float((np.diff(rotary, axis=0) ** 2).sum())
 
 
-def _undominated(points: Sequence[FrontPoint]) -> list[FrontPoint]:
+def undominated(points: Sequence[FrontPoint]) -> list[FrontPoint]:
     """Keep what no other point beats, cheapest first; of equals the first."""
     figures = np.array([(p.cost, p.energy.total, p.bend, p.energy.time) for p in points])
     kept = []

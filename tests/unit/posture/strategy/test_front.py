@@ -10,7 +10,7 @@ from rings import ring
 from fiveaxis.errors import SettingError
 from fiveaxis.kinematics import within_limits
 from fiveaxis.machine import Limits
-from fiveaxis.posture.strategy.front import FrontPoint, _undominated
+from fiveaxis.posture.strategy.front import FrontPoint, undominated
 from fiveaxis.posture.turns.unwrapped import with_path
 from fiveaxis.toolpath import Tool, Toolpath
 
@@ -153,7 +153,7 @@ def point(found, energy: float, bend: float, time: float) -> FrontPoint:
 
 def test_what_another_point_beats_in_everything_is_left_out_and_of_equals_one_stays(found):
     figures = [(5, 1, 1), (1, 5, 1), (5, 5, 1), (1, 5, 1), (9, 9, 0.5)]
-    kept = _undominated([point(found, *f) for f in figures])
+    kept = undominated([point(found, *f) for f in figures])
     assert [(p.energy.total, p.bend, p.energy.time) for p in kept] == [(1, 5, 1), (5, 1, 1), (9, 9, 0.5)]
 
 
