@@ -23,7 +23,7 @@ from fiveaxis.energy import power_surface
 from fiveaxis.findings import Finding, Place, Severity
 from fiveaxis.verification import Report
 
-PART = Path(__file__).parents[2] / "examples" / "overhang" / "part.stl"
+PART = Path(__file__).parents[3] / "examples" / "overhang" / "part.stl"
 MACHINE = ("--machine", "hayashi-640123")
 BALL = ("--tool", "ball:10")
 TILT = ("--tilt", "15:75")
