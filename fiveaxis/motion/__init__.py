@@ -6,7 +6,6 @@ from fiveaxis.motion.filling import (
     PATH_TOLERANCE,
     axis_deviation,
     fill_in,
-    fill_in_rows,
     inside_rapids,
     led_deviation,
     respaced,
@@ -14,7 +13,6 @@ from fiveaxis.motion.filling import (
 )
 from fiveaxis.motion.motion import Motion, follow, located
 from fiveaxis.motion.planes import AXIS_TOLERANCE, FASTEST, AxisPlanes
-from fiveaxis.motion.profiles import Profile, block_profiles, move_profiles
 from fiveaxis.motion.program_motion import (
     Interpolation,
     Phase,
@@ -47,24 +45,20 @@ __all__ = [
     "Motion",
     "PeakRate",
     "Phase",
-    "Profile",
     "ProgramMotion",
     "Samples",
     "Thinned",
     "TimeLaw",
     "axis_deviation",
-    "block_profiles",
     "block_times",
     "feed_times",
     "fill_in",
-    "fill_in_rows",
     "follow",
     "inside_rapids",
     "least_times",
     "led_deviation",
     "located",
     "motion_digest",
-    "move_profiles",
     "peak_rates",
     "rapid_findings",
     "rapid_speeds",

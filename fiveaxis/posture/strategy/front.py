@@ -104,19 +104,6 @@ class Front:
         """Return the points as plain data for JSON."""
         return {"points": [point.as_dict() for point in self.points], "dominated": self.dominated}
 
-    def as_markdown(self) -> str:
-        """Write the points as a Markdown table."""
-        rows = [
-            "| number | smoothing, J/rad² | energy, J | Σ‖Δρ‖², rad² | max, deg/mm | time, s | max, deg/s |",
-            "|---:|---:|---:|---:|---:|---:|---:|",
-        ]
-        rows += [
-            f"| {k} | {p.smoothing:.4g} | {p.energy.total:.1f} | {p.bend:.4f} | {np.degrees(p.steepest):.2f} "
-            f"| {p.energy.time:.1f} | {np.degrees(p.fastest):.1f} |"
-            for k, p in enumerate(self.points, start=1)
-        ]
-        return "\n".join(rows) + "\n"
-
 
 def find_front(
     toolpath: Toolpath,

@@ -100,8 +100,7 @@ def test_where_speeds_are_known_delay_grows_dearer_too_and_time_shrinks(trunnion
     assert found.points[-1].fastest <= found.points[0].fastest * (1 + 1e-9)
 
 
-def test_the_table_has_a_row_for_each_point_and_the_data_its_figures(found):
-    assert found.as_markdown().count("\n") == len(found.points) + 2
+def test_the_data_have_each_points_figures(found):
     data = found.as_dict()["points"]
     assert [p["energy_J"] for p in data] == [p.energy.total for p in found.points]
     assert data[0]["steepest_deg_mm"] == pytest.approx(np.degrees(found.points[0].steepest))
