@@ -51,23 +51,23 @@ def name_of(path: Path) -> str:
     return ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
 
 
-def nodes(node: ast.AST) -> Iterator[ast.AST]:
-    """Every node that runs: what only a type checker reads isn't an import."""
-    if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
+def nodes(node: ast.AST, *, types: bool) -> Iterator[ast.AST]:
+    """Every node that runs, with or without what only a type checker reads."""
+    if not types and isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
         return
     yield node
     for child in ast.iter_child_nodes(node):
-        yield from nodes(child)
+        yield from nodes(child, types=types)
 
 
 @cache
-def imports(path: Path) -> tuple[str, ...]:
+def imports(path: Path, *, types: bool = False) -> tuple[str, ...]:
     """Names of the modules that a module imports, within functions too."""
-    return tuple(find_imports(path))
+    return tuple(find_imports(path, types=types))
 
 
-def find_imports(path: Path) -> Iterator[str]:
-    for node in nodes(ast.parse(path.read_text(encoding="utf-8"))):
+def find_imports(path: Path, *, types: bool) -> Iterator[str]:
+    for node in nodes(ast.parse(path.read_text(encoding="utf-8")), types=types):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom) and node.module:
@@ -85,7 +85,7 @@ def test_the_table_has_every_room_and_no_other():
 @pytest.mark.parametrize("room", ROOMS)
 def test_a_room_imports_lower_rooms_only(room):
     for path in modules_of(room):
-        for name in imports(path):
+        for name in imports(path, types=True):
             other = [*name.split("."), ""][1]
             if name.startswith("fiveaxis.") and other in ROOMS and other != room:
                 assert ROOMS[other].layer < ROOMS[room].layer, f"{path} imports {name}"
