@@ -24,6 +24,7 @@ ROOMS = (
     "job",
     "kinematics",
     "machine",
+    "mesh",
     "motion",
     "nc",
     "posture",

@@ -27,10 +27,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from fiveaxis.findings import Finding
+from typing import Any
 
 
 class FiveAxisError(Exception):
@@ -139,20 +136,32 @@ class LostScheduler(FiveAxisError):
 
 
 class Infeasible(FiveAxisError):
-    """Some locations have no admissible posture; `findings` names each with its reason."""
+    """Some locations have no admissible posture.
+
+    Parameters
+    ----------
+    message : how many, and on which machine
+    findings : `fiveaxis.findings.Finding`, one for each location with its reason
+    """
 
     exit_code = 3
 
-    def __init__(self, message: str, findings: Sequence[Finding]) -> None:
+    def __init__(self, message: str, findings: Sequence[Any]) -> None:
         self.findings = tuple(findings)
         super().__init__(message)
 
 
 class Unverified(FiveAxisError):
-    """Verification found errors that nobody has accepted by name; `findings` are theirs."""
+    """Verification found errors that nobody has accepted by name.
+
+    Parameters
+    ----------
+    message : what was found, and what to do
+    findings : `fiveaxis.findings.Finding`, those errors
+    """
 
     exit_code = 1
 
-    def __init__(self, message: str, findings: Sequence[Finding]) -> None:
+    def __init__(self, message: str, findings: Sequence[Any]) -> None:
         self.findings = tuple(findings)
         super().__init__(message)

@@ -11,8 +11,8 @@ import numpy as np
 
 from fiveaxis.collision.kernel import meets_all
 from fiveaxis.collision.solids import Solid
-from fiveaxis.contour.distance import TriangleTree
 from fiveaxis.geometry import Array, BoolArray
+from fiveaxis.mesh import TriangleTree
 
 # Questions to each thread at once: enough for the work to outweigh the call.
 CHUNK = 250

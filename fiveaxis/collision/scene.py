@@ -15,9 +15,10 @@ from fiveaxis.collision.pieces import (
     mesh_piece,
     revolved_pieces,
 )
-from fiveaxis.collision.surroundings import Surroundings, read_solid
+from fiveaxis.collision.surroundings import Surroundings
 from fiveaxis.geometry import Array
 from fiveaxis.machine import BED, Box, Cylinder, FormShapingCode, Machine, MeshShape
+from fiveaxis.mesh import read_solid
 from fiveaxis.toolpath import Tool
 from fiveaxis.toolpath.tool import CUTTER, HOLDER, SHANK
 

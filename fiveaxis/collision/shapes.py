@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from fiveaxis.contour import load_mesh
 from fiveaxis.geometry import Array
 from fiveaxis.machine import Box, Cylinder, MeshShape
+from fiveaxis.mesh import load_mesh
 
 # Sides of a cylinder; its corners lie outside of it by up to 0.12 % of the radius, so that nothing is missed.
 SIDES = 64

@@ -14,12 +14,12 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from fiveaxis.collision.containment import encloses
 from fiveaxis.collision.pairs import Pair
 from fiveaxis.collision.pieces import Piece, Question
 from fiveaxis.collision.rapids import Stay, stays
 from fiveaxis.collision.travel import Stretch, Travel
 from fiveaxis.geometry import Array, BoolArray, IntArray
+from fiveaxis.mesh.containment import encloses
 
 logger = logging.getLogger(__name__)
 

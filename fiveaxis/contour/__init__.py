@@ -1,6 +1,5 @@
 """Finishing passes of a ball end mill on a mesh, and the contacts of programmed paths."""
 
-from fiveaxis.contour.mesh import load_mesh
 from fiveaxis.contour.options import PlanOptions
 from fiveaxis.contour.planner import Plan, plan_contour, plan_passes
 from fiveaxis.contour.quality import PlanReport, path_quality
@@ -11,7 +10,6 @@ __all__ = [
     "PlanOptions",
     "PlanReport",
     "find_contacts",
-    "load_mesh",
     "path_quality",
     "plan_contour",
     "plan_passes",

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fiveaxis.contour.sections import Loop
-from fiveaxis.contour.surface import SHARP_EDGE, Surface
 from fiveaxis.geometry import Array, angle_between
+from fiveaxis.mesh.sections import Loop
+from fiveaxis.mesh.surface import SHARP_EDGE, Surface
 
 # How deep, in mm, a ball set on a flat facet with the neighbourhood's smoothed normal may sink into it.
 LEAN_DEPTH = 0.005

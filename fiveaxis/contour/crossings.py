@@ -7,9 +7,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from fiveaxis.contour.distance import TriangleTree
-from fiveaxis.contour.kernels import STACK, box_gap, compiled
 from fiveaxis.geometry import Array, IntArray
+from fiveaxis.mesh import TriangleTree
+from fiveaxis.mesh.kernels import STACK, box_gap, compiled
 
 # A crossing nearer to the contact than this share of the search's reach lies on its own pass.
 OWN = 1e-3

@@ -25,9 +25,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from fiveaxis.contour.surface import Surface
 from fiveaxis.contour.walls import FLATTEST_WALL
 from fiveaxis.geometry import Array, BoolArray, IntArray, angle_between
+from fiveaxis.mesh import Surface
 
 # A level this near to vertices, in mm, would run along the edges between them.
 VERTEX_DISTANCE = 1e-6

@@ -98,14 +98,6 @@ class Linking:
         return linked
 
 
-def link_passes(
-    queue: Queue, linker: Linker, *, lead_in: float = 0.0, lead_out: float = 0.0
-) -> tuple[list[LinkedPass], Counter[str]]:
-    """Join passes by links in the order of a queue; what `open_passes` gives, joined."""
-    opened = open_passes(queue, linker, lead_in=lead_in, lead_out=lead_out)
-    return opened.joined(), opened.left_out
-
-
 def open_passes(queue: Queue, linker: Linker, *, lead_in: float = 0.0, lead_out: float = 0.0) -> Linking:
     """Open passes and lead in and out, in the order of a queue.
 

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fiveaxis.contour.ball_space import BallSpace
 from fiveaxis.contour.contacts import Contacts
-from fiveaxis.contour.distance import BallSpace
-from fiveaxis.contour.surface import SHARP_EDGE
 from fiveaxis.contour.walls import Walls
 from fiveaxis.geometry import Array, IntArray, angle_between
+from fiveaxis.mesh.surface import SHARP_EDGE
 
 FEWEST_CONTACTS = 3
 

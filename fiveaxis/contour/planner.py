@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fiveaxis.contour.ball_space import BallSpace
 from fiveaxis.contour.contacts import sample_loop
-from fiveaxis.contour.distance import BallSpace, TriangleTree
 from fiveaxis.contour.levels import scallop_levels, section_levels
 from fiveaxis.contour.linking import (
     LINK_SPACING,
@@ -21,18 +21,17 @@ from fiveaxis.contour.linking import (
     open_passes,
     shorten_links,
 )
-from fiveaxis.contour.mesh import check_mesh, load_mesh
 from fiveaxis.contour.options import Direction, Order, PlanOptions, Strategy
 from fiveaxis.contour.ordering import Queue, by_levels, in_order, islands
 from fiveaxis.contour.passes import Pass, split_passes
 from fiveaxis.contour.relinking import Relinker
-from fiveaxis.contour.sections import section_loops
 from fiveaxis.contour.spiral import Turns, join_spirals
-from fiveaxis.contour.surface import Surface
 from fiveaxis.contour.walls import Walls
 from fiveaxis.contour.ways import Linker
 from fiveaxis.errors import MeshError
 from fiveaxis.geometry import Array, IntArray
+from fiveaxis.mesh import Surface, TriangleTree, take_mesh
+from fiveaxis.mesh.sections import section_loops
 from fiveaxis.toolpath import MoveKind, Tool, Toolpath, divide
 from fiveaxis.toolpath.passes import Passes
 
@@ -154,8 +153,8 @@ def plan_passes(
     Its `Plan.passes` is what ``optimise(..., free_start=...)`` wants for passes that are reached by links.
     """
     options.check_tool(tool)
-    name, mesh = _mesh(part, allow_open)
-    surface = Surface.from_mesh(mesh)
+    name = str(part) if isinstance(part, str | Path) else "mesh"
+    surface = Surface.from_mesh(take_mesh(part, name=name, allow_open=allow_open))
     options.check_size(float(np.ptp(surface.bounds, axis=0).max()), tool.radius)
     space = BallSpace(TriangleTree.build(surface.triangles), tool.radius)
     levels, left_out = _cut_levels(surface, space, options, progress)
@@ -172,12 +171,6 @@ def plan_passes(
     path, first, last = _toolpath(linked, tool, options, name, left_out)
     relink = Relinker.like(opened, options.lead_in, options.lead_out)
     return Plan(path, Passes(first, last, len(path), relink))
-
-
-def _mesh(part: str | Path | trimesh.Trimesh, allow_open: bool) -> tuple[str, trimesh.Trimesh]:
-    if isinstance(part, str | Path):
-        return str(part), load_mesh(part, allow_open=allow_open)
-    return "mesh", check_mesh(part, name="mesh", allow_open=allow_open)
 
 
 def _cut_levels(

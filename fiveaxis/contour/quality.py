@@ -8,13 +8,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fiveaxis.contour.distance import CHORD_GOUGE, TriangleTree
-from fiveaxis.contour.mesh import check_mesh, load_mesh
+from fiveaxis.contour.ball_space import CHORD_GOUGE
 from fiveaxis.contour.options import PlanOptions, Strategy
-from fiveaxis.contour.surface import facet_normals
 from fiveaxis.contour.walls import Walls
 from fiveaxis.errors import ToolError
 from fiveaxis.geometry import Array, BoolArray, IntArray, normalise
+from fiveaxis.mesh import TriangleTree, facet_normals, take_mesh
 from fiveaxis.toolpath import Toolpath
 
 if TYPE_CHECKING:
@@ -88,10 +87,7 @@ def path_quality(
     """
     if not toolpath.tool.cutter.is_ball:
         raise ToolError(f"tool {toolpath.tool}: ridges are measured for balls only; give for example ball:10")
-    if isinstance(part, str | Path):
-        mesh = load_mesh(part, allow_open=allow_open)
-    else:
-        mesh = check_mesh(part, name="mesh", allow_open=allow_open)
+    mesh = take_mesh(part, allow_open=allow_open)
     triangles = np.array(mesh.triangles, dtype=float)
     options = PlanOptions(strategy, raster_angle=raster_angle, overhang=overhang)
     cuts = _Cuts.of(toolpath)

@@ -15,12 +15,13 @@ from itertools import pairwise
 
 import numpy as np
 
+from fiveaxis.contour.ball_space import BallSpace
 from fiveaxis.contour.contacts import LEAN_DEPTH, Contacts, lean_normals, turn_between
-from fiveaxis.contour.distance import BallSpace, TriangleTree
 from fiveaxis.contour.neighbours import neighbours
 from fiveaxis.contour.passes import Pass
-from fiveaxis.contour.surface import SHARP_EDGE, Surface
 from fiveaxis.geometry import Array, IntArray, angle_between
+from fiveaxis.mesh import TriangleTree
+from fiveaxis.mesh.surface import SHARP_EDGE, Surface
 
 # Moves of a turn that are longer than the spacing are halved at most so often.
 HALVINGS = 4

@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fiveaxis.contour.distance import TriangleTree
-from fiveaxis.contour.mesh import check_mesh, load_mesh
-from fiveaxis.contour.surface import facet_normals
 from fiveaxis.errors import SettingError, ToolpathError
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array, BoolArray, IntArray, angle_between, perpendicular
+from fiveaxis.mesh import take_mesh
+from fiveaxis.mesh.signed import AT_SURFACE, SignedSurface
 from fiveaxis.toolpath import MoveKind, Toolpath, Zone
 from fiveaxis.toolpath.cutter import ROUNDING
 
@@ -22,9 +21,6 @@ if TYPE_CHECKING:
 
 # Places around the tool axis that are tried first, and how often the best of them is then narrowed down.
 RING, ROUNDS, NARROWING = 32, 6, 4
-
-# mm: of the surface nearer than this to a pivot, the facet's own normal says more than the way to it.
-AT_SURFACE = 1e-6
 
 # mm: added to the gap of a zone that doesn't touch at the angle of its own nearest place.
 FOREIGN = 1e6
@@ -69,7 +65,7 @@ def find_contacts(
     if not toolpath.has_axes:
         raise ToolpathError("has no tool axes, so where it touches isn't known", file=toolpath.name)
     rows = np.flatnonzero(toolpath.cutting)
-    touch = _touches(toolpath.at(rows), _Surface.of(_mesh(part)))
+    touch = _touches(toolpath.at(rows), SignedSurface.of(take_mesh(part, name="part", allow_open=True)))
     apart = touch.gap > tolerance
     several = ~apart & ~touch.single
     sunk = ~apart & (touch.gap < -tolerance)
@@ -114,40 +110,6 @@ def _finding(toolpath: Toolpath, code: str, text: str, rows: IntArray, off: Arra
 
 
 @dataclass(frozen=True, eq=False)
-class _Surface:
-    """The part: its mesh, the tree of its triangles, and their normals."""
-
-    mesh: trimesh.Trimesh
-    tree: TriangleTree
-    facets: Array
-
-    @classmethod
-    def of(cls, mesh: trimesh.Trimesh) -> _Surface:
-        triangles = np.asarray(mesh.triangles, dtype=float)
-        return cls(mesh, TriangleTree.build(triangles), facet_normals(triangles))
-
-    def nearest(self, points: Array) -> tuple[Array, Array, Array]:
-        """Find normals, feet and signed distances, (n, 3) each and (n,) mm, negative inside the part."""
-        foot, triangle, distance = self.tree.nearest(points)
-        way, facet = points - foot, self.facets[triangle]
-        behind = np.flatnonzero(np.einsum("ij,ij->i", way, facet) < 0.0)
-        # Outside a sharp edge one of its two facets also has the point behind it.
-        if self.mesh.is_watertight and len(behind):
-            behind = behind[np.asarray(self.mesh.contains(points[behind]))]
-        signed = distance.copy()
-        signed[behind] *= -1.0
-        far = distance > AT_SURFACE
-        towards = way / np.where(far, signed, 1.0)[:, None]
-        return np.where(far[:, None], towards, facet), foot, signed
-
-
-def _mesh(part: str | Path | trimesh.Trimesh) -> trimesh.Trimesh:
-    if isinstance(part, str | Path):
-        return load_mesh(part, allow_open=True)
-    return check_mesh(part, name="part", allow_open=True)
-
-
-@dataclass(frozen=True, eq=False)
 class _Touch:
     """Where cutters come nearest to the part.
 
@@ -163,7 +125,7 @@ class _Touch:
     single: BoolArray
 
 
-def _touches(path: Toolpath, surface: _Surface) -> _Touch:
+def _touches(path: Toolpath, surface: SignedSurface) -> _Touch:
     """Try every zone of the profile: of those whose own angles fit, the one that comes nearest touches."""
     found = [_touch(path, zone, surface) for zone in path.tool.cutter.zones]
     rank = np.array([np.where(touch.single, touch.gap, touch.gap + FOREIGN) for touch in found])
@@ -175,7 +137,7 @@ def _touches(path: Toolpath, surface: _Surface) -> _Touch:
     )
 
 
-def _touch(path: Toolpath, zone: Zone, surface: _Surface) -> _Touch:
+def _touch(path: Toolpath, zone: Zone, surface: SignedSurface) -> _Touch:
     tip = path.tips(path.axis)
     if zone.offset < 0.0:
         normal, foot, gap = _nearest_on_barrel(tip, path.axis, zone, surface)
@@ -193,7 +155,7 @@ def _touch(path: Toolpath, zone: Zone, surface: _Surface) -> _Touch:
     return _Touch(normal, gap, single & (slip <= np.abs(gap) + SLIP * abs(zone.offset) + AT_SURFACE))
 
 
-def _nearest_on_ring(centre: Array, axis: Array, zone: Zone, surface: _Surface) -> Array:
+def _nearest_on_ring(centre: Array, axis: Array, zone: Zone, surface: SignedSurface) -> Array:
     """Find the place of an arc's centre, on its circle about the tool axis, that is nearest to the part."""
     rows = np.arange(len(centre))
     best, step = np.zeros(len(centre)), 2.0 * np.pi / RING
@@ -208,7 +170,9 @@ def _nearest_on_ring(centre: Array, axis: Array, zone: Zone, surface: _Surface) 
     return centre + zone.offset * _around(axis, best[:, None])[:, 0]
 
 
-def _nearest_on_barrel(tip: Array, axis: Array, zone: Zone, surface: _Surface) -> tuple[Array, Array, Array]:
+def _nearest_on_barrel(
+    tip: Array, axis: Array, zone: Zone, surface: SignedSurface
+) -> tuple[Array, Array, Array]:
     """Find normals, feet and gaps of an arc whose centre lies beyond the axis, over height and turn.
 
     The nearest place to the arc's centre says nothing here: most of its circle isn't part of the cutter.

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from fiveaxis.contour.distance import BallSpace
+from fiveaxis.contour.ball_space import BallSpace
 from fiveaxis.geometry import Array
 
 # Shares of the largest lift by which the ball may leave the surface along its normal, best first.

@@ -86,24 +86,6 @@ class CuttingRecord:
     torque: Array
     power: Array
 
-    @property
-    def mean_force(self) -> Array:
-        """(3,), N, tool axes."""
-        return self._mean(self.force)
-
-    @property
-    def mean_torque(self) -> float:
-        """N·mm."""
-        return float(self._mean(self.torque))
-
-    @property
-    def mean_power(self) -> float:
-        """W, of the spindle."""
-        return float(self._mean(self.power))
-
-    def _mean(self, values: Array) -> Array:
-        return np.asarray(np.trapezoid(values, self.angle, axis=0)) / (2.0 * np.pi)
-
 
 def cutting_record(
     cut: Cut, coefficients: CuttingCoefficients, *, samples: int = 720, discs: int = 60

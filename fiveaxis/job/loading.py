@@ -16,12 +16,12 @@ from fiveaxis.contour import (
     path_quality,
     plan_passes,
 )
-from fiveaxis.contour.mesh import SUFFIXES as MESH_SUFFIXES
 from fiveaxis.energy import Cut, CuttingCoefficients, EndMill, Factors, Process
 from fiveaxis.errors import JobError, SettingError, ToolError
 from fiveaxis.job.description import Job
 from fiveaxis.job.reading import require_input
 from fiveaxis.machine import Machine, load_machine
+from fiveaxis.mesh import SUFFIXES as MESH_SUFFIXES
 from fiveaxis.nc import read_toolpath
 from fiveaxis.toolpath import Tool, Toolpath, parse_tool
 from fiveaxis.toolpath.passes import Passes

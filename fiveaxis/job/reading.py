@@ -8,11 +8,11 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from fiveaxis.contour.mesh import SUFFIXES as MESH_SUFFIXES
 from fiveaxis.errors import InputError, JobError
 from fiveaxis.job.description import SWEEP, TOOL_FILE, FixtureFile, Job
 from fiveaxis.machine import load_machine
 from fiveaxis.machine.files import READERS as MACHINE_READERS
+from fiveaxis.mesh import SUFFIXES as MESH_SUFFIXES
 from fiveaxis.nc.formats import READERS
 from fiveaxis.settings import explain, line_of, read_document, read_settings, validate_settings
 from fiveaxis.toolpath import parse_tool

@@ -84,7 +84,7 @@ def _move_in(made: Sequence[Path], source: Path, folder: Path) -> list[Path]:
     taken = next((path for path in (*targets, *stale) if path.is_dir()), None)
     if taken is not None:
         raise SettingError("is a folder, and a file of that name is to be written", file=taken)
-    with _undisturbed():
+    with undisturbed():
         for place in {folder, *(target.parent for target in targets)}:
             place.mkdir(parents=True, exist_ok=True)
         for path in stale:
@@ -98,7 +98,7 @@ def _move_in(made: Sequence[Path], source: Path, folder: Path) -> list[Path]:
 
 
 @contextmanager
-def _undisturbed() -> Iterator[None]:
+def undisturbed() -> Iterator[None]:
     """Let a Ctrl-C come too late: files of two runs side by side would be worse than the moment's wait."""
     before = signal.getsignal(signal.SIGINT)
     # Only the main thread hears a Ctrl-C, and only it may say who handles one.

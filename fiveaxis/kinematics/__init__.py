@@ -1,6 +1,6 @@
 """Forward and inverse kinematics of a chain; `symbolic` has the same equations for CasADi."""
 
-from fiveaxis.kinematics.differential import Jacobian, jacobian, orientation_condition, positioning_condition
+from fiveaxis.kinematics.differential import Jacobian, jacobian
 from fiveaxis.kinematics.inverse import axis_positions, redundant_axis
 from fiveaxis.kinematics.leaning import Leaning, lean_range
 from fiveaxis.kinematics.links import link_poses
@@ -24,8 +24,6 @@ __all__ = [
     "lean_range",
     "linear_positions",
     "link_poses",
-    "orientation_condition",
-    "positioning_condition",
     "positions_about",
     "reachable_positions",
     "redundant_axis",

@@ -331,4 +331,6 @@ class Machine:
         Meshes are file URIs with %20 for a space, which pinocchio doesn't read: for pinocchio, keep them in
         folders without spaces.
         """
-        return write_urdf(self, root)
+        chain = self.chain.seen_from(self.machine_frame)
+        axes, bodies, setup = self.axes, self.bodies, self.setup.frame
+        return write_urdf(self.name, self.code, chain, axes=axes, bodies=bodies, setup=setup, root=root)

@@ -83,13 +83,3 @@ def require_motion(motion: Motion, machine: Machine) -> None:
                 f"location {row} (source line {motion.source[row]}) has {what}"
                 f" ({int(bad.sum())} such locations)"
             )
-
-
-def unaccelerated_times(motion: Motion, machine: Machine) -> Array:
-    """Compute how long blocks take by the motion and highest speeds, as if axes could change speed at once.
-
-    Returns
-    -------
-    (n,), s
-    """
-    return np.maximum(motion.time, (np.abs(motion.moves) / axis_bounds(machine).speed).max(axis=1))

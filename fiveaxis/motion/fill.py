@@ -10,7 +10,7 @@ import numpy as np
 
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.machine import Machine
-from fiveaxis.motion.filling import axis_deviation, fill_in_rows, inside_rapids
+from fiveaxis.motion.filling import axis_deviation, fill_in, inside_rapids
 from fiveaxis.motion.motion import Motion
 from fiveaxis.motion.planes import AxisPlanes
 from fiveaxis.motion.program_motion import Interpolation
@@ -120,7 +120,7 @@ class Fill:
         rotary = motion.positions[:, machine.rotary_columns]
         planes = AxisPlanes.of(given, machine, rotary, hold=hold, cone=cone)
         tcp = interpolation is Interpolation.TCP
-        path, filled, row = fill_in_rows(given, machine, rotary, tcp=tcp, planes=planes)
+        path, filled, row = fill_in(given, machine, rotary, tcp=tcp, planes=planes)
         if path is not given:
             # Findings name the locations that people know: an inserted one is on the way to the next of them.
             path = replace(path, numbers=given.numbered[np.ceil(row).astype(np.int64)])

@@ -32,8 +32,14 @@ WHOLE_TURN = 1e-9
 
 
 def fill_in(
-    toolpath: Toolpath, machine: Machine, rotary: Array, tolerance: float = WRITTEN_TOLERANCE
-) -> tuple[Toolpath, Motion]:
+    toolpath: Toolpath,
+    machine: Machine,
+    rotary: Array,
+    tolerance: float = WRITTEN_TOLERANCE,
+    *,
+    tcp: bool = False,
+    planes: AxisPlanes | None = None,
+) -> tuple[Toolpath, Motion, Array]:
     """Insert locations until a control without tool-centre-point control stays on the path.
 
     In machine coordinates all axes run linearly in time between two blocks, so the tool's centre (a ball's,
@@ -49,36 +55,14 @@ def fill_in(
     machine : two rotary and three linear axes
     rotary : (n, 2), rad, chain order
     tolerance : mm, largest deviation of the centre between two blocks
-
-    Returns
-    -------
-    path : m ≥ n locations, the given ones among them
-    motion : the motion along it
-    """
-    path, motion, _ = fill_in_rows(toolpath, machine, rotary, tolerance)
-    return path, motion
-
-
-def fill_in_rows(
-    toolpath: Toolpath,
-    machine: Machine,
-    rotary: Array,
-    tolerance: float = WRITTEN_TOLERANCE,
-    *,
-    tcp: bool = False,
-    planes: AxisPlanes | None = None,
-) -> tuple[Toolpath, Motion, Array]:
-    """Do the same, and say where each location lies among the given ones.
-
-    Parameters
-    ----------
     tcp : whether the tool's centre has to stay on the path under a control that leads the tip, too; rapid
         moves are then filled as well, as such a control leads the tip in them (`inside_rapids`)
     planes : of the given path and angles, where they have been worked out
 
     Returns
     -------
-    path, motion : as of `fill_in`
+    path : m ≥ n locations, the given ones among them
+    motion : the motion along it
     row : (m,), in rows of the given path: 3.25 lies a quarter of the way from 3 to 4
     """
     planes = planes or AxisPlanes.of(toolpath, machine, rotary)
@@ -88,7 +72,7 @@ def fill_in_rows(
     for _ in range(MOST_ROUNDS):
         off = way_deviation(path, machine, angles, blocks) / tolerance
         if tcp:
-            off = np.maximum(off, led_deviation(path, machine, angles, blocks) / tolerance)
+            off = np.maximum(off, tcp_deviation(path, machine, angles, blocks) / tolerance)
         off = np.maximum(off, axis_deviation(planes, row, angles, blocks, planes.kept) / AXIS_TOLERANCE)
         # A parabola's height falls with the square of the parts that its chord is cut into.
         parts = np.ones(len(row) - 1, dtype=np.int64)
@@ -124,7 +108,7 @@ def inside_rapids(toolpath: Toolpath, row: Array) -> BoolArray:
 
     Parameters
     ----------
-    toolpath : m locations, as `fill_in_rows` gives them
+    toolpath : m locations, as `fill_in` gives them
     row : (m,), where each lies among the given ones
     """
     return np.asarray(toolpath.rapid & (row != np.floor(row)))
@@ -167,7 +151,7 @@ def way_deviation(toolpath: Toolpath, machine: Machine, rotary: Array, blocks: I
     return np.where(spot, 0.0, off)
 
 
-def led_deviation(toolpath: Toolpath, machine: Machine, rotary: Array, blocks: IntArray) -> Array:
+def tcp_deviation(toolpath: Toolpath, machine: Machine, rotary: Array, blocks: IntArray) -> Array:
     """Measure the same for a control that leads the tip straight while the rotary axes turn in proportion.
 
     The centre is ``h`` above the tip, along the tool: with the tip on its chord it is off by ``h`` times the

@@ -142,13 +142,6 @@ class TimeLaw:
         return np.column_stack([feed, speeds, accelerations, dwell])
 
     @cached_property
-    def limiting(self) -> IntArray:
-        """(n,): index in `names` of what limits each block for the longest time; −1 where it takes none."""
-        spent = np.zeros((len(self.motion), len(self.names)))
-        np.add.at(spent, (self.samples.block, self.usage.argmax(axis=1)), self.samples.weight)
-        return np.where(spent.any(axis=1), spent.argmax(axis=1), -1)
-
-    @cached_property
     def shares(self) -> dict[str, float]:
         """How long each bound is the one that limits, s; those that never do are left out."""
         spent = np.bincount(self.usage.argmax(axis=1), self.samples.weight, len(self.names))

@@ -12,16 +12,10 @@ from fiveaxis.errors import SettingError
 from fiveaxis.files import write_atomically
 from fiveaxis.posture.strategy.front import Front
 from fiveaxis.report.calibration_figure import FORMATS, require_figure_suffix
-from fiveaxis.report.canvas import AFTER, BEFORE, DPI, WIDTH, as_svg, drawing, label_axes, new_figure
+from fiveaxis.report.canvas import AFTER, BEFORE, DPI, WIDTH, drawing, label_axes, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-
-def front_figure(front: Front) -> str:
-    """Draw a front for a page: energy over bends, and the largest turn per mm beside it; SVG."""
-    with drawing("front"):
-        return as_svg(_draw(front))
 
 
 def write_front_figure(front: Front, path: str | Path) -> Path:

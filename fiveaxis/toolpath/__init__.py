@@ -13,7 +13,8 @@ from fiveaxis.toolpath.dividing import (
 )
 from fiveaxis.toolpath.lead_lean import feed_directions
 from fiveaxis.toolpath.path import MoveKind, Toolpath
-from fiveaxis.toolpath.tool import Holder, Section, Tool, parse_tool
+from fiveaxis.toolpath.short_form import parse_tool
+from fiveaxis.toolpath.tool import Holder, Section, Tool
 
 __all__ = [
     "Constraints",

@@ -314,10 +314,6 @@ class Toolpath:
             kind=np.where(links, MoveKind.LINK, self.kind),
         )
 
-    def with_feed(self, feed_mm_min: float) -> Toolpath:
-        """Return the same path with one feed everywhere, in mm/min."""
-        return replace(self, feed=np.full(len(self), feed_mm_min / 60.0))
-
     def with_rapid(self, feed_mm_min: float) -> Toolpath:
         """Return the same path with one feed in rapid moves, in mm/min."""
         return replace(self, feed=np.where(self.rapid, feed_mm_min / 60.0, self.feed))

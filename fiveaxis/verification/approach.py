@@ -9,10 +9,10 @@ from functools import cached_property
 import numpy as np
 
 from fiveaxis.collision import Surroundings
-from fiveaxis.contour.distance import TriangleTree
 from fiveaxis.findings import Finding, Place, Severity
 from fiveaxis.geometry import Array, normalise
 from fiveaxis.machine import Machine
+from fiveaxis.mesh import TriangleTree
 from fiveaxis.motion import PATH_TOLERANCE, STANDSTILL, Motion
 from fiveaxis.motion.leads import FIRST, LAST, clear_way, lead_places
 from fiveaxis.toolpath import MoveKind, Toolpath

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fiveaxis.contour.distance import TriangleTree
 from fiveaxis.geometry import Array
+from fiveaxis.mesh import TriangleTree
 from fiveaxis.toolpath import Tool
 from fiveaxis.toolpath.cutter import Zone
 

@@ -17,31 +17,17 @@ Importing this module loads numba.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import ParamSpec, TypeVar, cast
-
-import numba
 import numpy as np
 
-from fiveaxis.contour.kernels import nearest
 from fiveaxis.geometry import Array
+from fiveaxis.mesh.kernels import STACK, compiled, nearest
 
-P = ParamSpec("P")
-T = TypeVar("T")
-
-# Deep enough for any tree: two nodes wait at each of at most 62 levels.
-STACK = 128
 # mm: a depth is told this exactly.
 EXACT = 1e-9
 # Steps along a line; each halves at least what is left, nearly.
 MOST_STEPS = 80
 # A point of a line this near, mm, to a corner's edge counts as on it.
 EDGE = 1e-12
-
-
-def compiled(function: Callable[P, T]) -> Callable[P, T]:
-    """Compile a function at its first call; it runs without the interpreter's lock."""
-    return cast("Callable[P, T]", numba.njit(cache=True, nogil=True)(function))
 
 
 @compiled
@@ -259,7 +245,7 @@ def deepest(
     ----------
     tip, axis : (3,), mm and unit vector
     zones, low, high : the body's profile and the heights between which it is there
-    triangles, boxes : as in `fiveaxis.contour.kernels.nearest`
+    triangles, boxes : as in `fiveaxis.mesh.kernels.nearest`
     """
     leaves = len(boxes) // 2
     width = len(triangles) // leaves

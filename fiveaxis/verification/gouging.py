@@ -9,10 +9,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fiveaxis.contour import load_mesh
-from fiveaxis.contour.distance import TriangleTree
 from fiveaxis.findings import Severity
 from fiveaxis.geometry import Array, BoolArray, IntArray, angle_between
+from fiveaxis.mesh import TriangleTree, load_mesh
 from fiveaxis.verification.check_context import CheckContext, Tolerances
 from fiveaxis.verification.checks import largest
 from fiveaxis.verification.cutting_body import CuttingBody

@@ -7,15 +7,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fiveaxis.collision import Surroundings
-from fiveaxis.contour import load_mesh
+from fiveaxis.mesh import load_mesh
 from fiveaxis.viewer.library import identify, load_meshcat
 from fiveaxis.viewer.solids import is_flat, make_geometry, mesh_geometry, place
-from fiveaxis.viewer.thinning import MOST_TRIANGLES
 
 if TYPE_CHECKING:
     import trimesh
 
 PART_COLOUR, STOCK_COLOUR, FIXTURE_COLOUR = 0xB8BEC8, 0x8FB89A, 0xA77BCA
+# Triangles to which part and stock are thinned.
+MOST_TRIANGLES = 150_000
 # A clamp's mesh is there for orientation only.
 MOST_FIXTURE_TRIANGLES = 20_000
 

@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from fiveaxis.contour import load_mesh
 from fiveaxis.geometry import Array, IntArray
 from fiveaxis.machine import Box, Cylinder, MeshShape
 from fiveaxis.machine.bodies import Shape
+from fiveaxis.mesh import load_mesh
+from fiveaxis.mesh.thinning import thin_mesh
 from fiveaxis.viewer.library import UPRIGHT, load_meshcat
-from fiveaxis.viewer.thinning import thin_mesh
 
 # Corners and faces of an octahedron of radius 1, anticlockwise seen from outside.
 CORNERS = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], dtype=float)

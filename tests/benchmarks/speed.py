@@ -18,12 +18,12 @@ import numpy as np
 
 import fiveaxis as fx
 from fiveaxis.collision import Surroundings
-from fiveaxis.contour import load_mesh, path_quality
-from fiveaxis.contour.distance import TriangleTree
+from fiveaxis.contour import path_quality
 from fiveaxis.job import make_job
 from fiveaxis.job.setting_up import search_setups
 from fiveaxis.kinematics import axis_positions, tool_poses
 from fiveaxis.machine import Limits
+from fiveaxis.mesh import TriangleTree, load_mesh
 from fiveaxis.motion import Motion, fill_in, thinned, time_motion
 from fiveaxis.nc import DIALECTS, compose_program
 from fiveaxis.nc.languages.klartext import split_klartext

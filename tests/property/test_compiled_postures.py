@@ -10,10 +10,11 @@ from hypothesis import strategies as st
 
 from fiveaxis.energy import travel_costs
 from fiveaxis.kinematics import positions_about
-from fiveaxis.kinematics.windings import nearest_turn
+from fiveaxis.kinematics.windings import ON_LIMIT, nearest_turn
 from fiveaxis.machine import Chain, Line, Machine, load_machine
-from fiveaxis.posture.baselines.branches import Postures, _cheapest
-from fiveaxis.posture.baselines.catalogue import _walk, _walk_slowly, along_normal
+from fiveaxis.posture.baselines import catalogue
+from fiveaxis.posture.baselines.branches import Postures
+from fiveaxis.posture.baselines.kernel import cheapest_branches
 from fiveaxis.posture.local.quantities import chained
 from fiveaxis.posture.local.rows import rows_of
 from fiveaxis.posture.problem import Problem
@@ -96,13 +97,13 @@ def test_a_rotary_axis_between_linear_ones_has_no_waves():
 
 @pytest.mark.parametrize("name", ["hayashi-640123", "linuxcnc-xyzac-trt"])
 @pytest.mark.parametrize("seed", range(3))
-def test_the_compiled_walk_is_the_greedy_walk(name, seed):
+def test_the_compiled_walk_is_that_of_any_chain(monkeypatch, name, seed):
     machine, path = load_machine(name), wavy(np.random.default_rng(seed), 60)
     machine = machine.with_drives_of(load_machine("hayashi-640123"))
     bounds = tilt_bounds(path, (10, 70))
-    anchor = along_normal(path, machine, bounds)
-    quick = _walk(path, machine, bounds, anchor)
-    np.testing.assert_allclose(quick, _walk_slowly(path, machine, bounds, anchor), rtol=0.0, atol=1e-9)
+    quick = catalogue.greedy(path, machine, bounds)
+    monkeypatch.setattr(catalogue, "has_waves", lambda _: False)
+    np.testing.assert_allclose(quick, catalogue.greedy(path, machine, bounds), rtol=0.0, atol=1e-9)
 
 
 def branches_in_numpy(machine: Machine, path: Toolpath, found: Postures, low, high) -> np.ndarray:
@@ -138,5 +139,7 @@ def test_the_compiled_choice_of_branches_is_that_of_whole_arrays(seed, limited):
     positions[~allowed] = np.nan
     found = Postures(positions, allowed)
     end = np.full(2, 4.0 if limited else np.inf)
-    quick = _cheapest(machine, path, found, -end, end)
+    plus, minus = travel_costs(machine, path.feed, path.rapid)
+    columns = np.array(machine.rotary_columns)
+    quick = cheapest_branches(positions, allowed, columns, -end, end, ON_LIMIT, plus, minus)
     np.testing.assert_allclose(quick, branches_in_numpy(machine, path, found, -end, end), atol=1e-12)

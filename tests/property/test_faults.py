@@ -19,11 +19,11 @@ import pytest
 import trimesh
 from scipy.spatial import cKDTree
 
-from fiveaxis.contour import load_mesh
 from fiveaxis.geometry import Array, angle_between
 from fiveaxis.job import Outcome, read_job, run_job, verify_program, write_outcome
 from fiveaxis.kinematics import linear_positions, tool_poses
 from fiveaxis.machine import Machine
+from fiveaxis.mesh import load_mesh
 from fiveaxis.motion import Motion
 from fiveaxis.toolpath import Toolpath
 from fiveaxis.verification import Report, verify

@@ -11,8 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fiveaxis.contour import Plan, PlanOptions, plan_passes
-from fiveaxis.contour.distance import BallSpace, TriangleTree
-from fiveaxis.contour.surface import Surface
+from fiveaxis.contour.ball_space import BallSpace
+from fiveaxis.mesh import Surface, TriangleTree
 from fiveaxis.posture.starts.reopening import Layout, Reopened, reopened
 from fiveaxis.posture.starts.rings import known_rings
 from fiveaxis.toolpath import MoveKind, Tool, Toolpath

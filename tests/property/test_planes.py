@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from fiveaxis.kinematics import linear_positions, tool_axes
 from fiveaxis.machine import Machine, load_machine
-from fiveaxis.motion import AXIS_TOLERANCE, PATH_TOLERANCE, AxisPlanes, fill_in_rows, follow, thinned
+from fiveaxis.motion import AXIS_TOLERANCE, PATH_TOLERANCE, AxisPlanes, fill_in, follow, thinned
 from fiveaxis.motion.filling import WRITTEN_TOLERANCE
 from fiveaxis.toolpath import Tool, Toolpath, interpolate
 from fiveaxis.verification.model import tool_poses
@@ -69,7 +69,7 @@ def out_of_plane(axis, first, last):
 @given(cases)
 def test_between_two_locations_the_tool_keeps_its_way_and_its_plane_or_the_cut_is_named(case):
     machine, path, rotary, planes = make(case)
-    _, motion, row = fill_in_rows(path, machine, rotary, planes=planes)
+    _, motion, row = fill_in(path, machine, rotary, planes=planes)
     ends = np.searchsorted(row, np.arange(len(rotary)))
     for move, (first, last) in enumerate(pairwise(ends)):
         span = slice(first, last + 1)
@@ -82,7 +82,7 @@ def test_between_two_locations_the_tool_keeps_its_way_and_its_plane_or_the_cut_i
 @given(cases)
 def test_blocks_that_stand_for_several_keep_the_plane_too(case):
     machine, path, rotary, planes = make(case)
-    filled, motion, row = fill_in_rows(path, machine, rotary, planes=planes)
+    filled, motion, row = fill_in(path, machine, rotary, planes=planes)
     few = thinned(filled, machine, motion, planes=planes.demanded(row)).motion
     given_rows = np.searchsorted(row, np.arange(len(rotary)))
     axes = tool_poses(machine, motion.positions[given_rows])[1]
@@ -98,7 +98,7 @@ def test_blocks_that_stand_for_several_keep_the_plane_too(case):
 @given(cases)
 def test_half_the_blocks_in_equal_parts_wouldnt_do(case):
     machine, path, rotary, planes = make(case)
-    row = fill_in_rows(path, machine, rotary, planes=planes)[2]
+    row = fill_in(path, machine, rotary, planes=planes)[2]
     centre = path.centres(planes.axes)
     for move, parts in enumerate(np.diff(np.searchsorted(row, np.arange(len(rotary))))):
         fewer = (parts - 1) // 2
@@ -114,7 +114,7 @@ def test_half_the_blocks_in_equal_parts_wouldnt_do(case):
 @given(cases)
 def test_given_locations_stay_as_they_are_and_the_same_input_gives_the_same_bytes(case):
     machine, path, rotary, _ = make(case)
-    (_, motion, row), (_, again, _) = (fill_in_rows(path, machine, rotary) for _ in range(2))
+    (_, motion, row), (_, again, _) = (fill_in(path, machine, rotary) for _ in range(2))
     assert motion.positions.tobytes() == again.positions.tobytes()
     given_rows = np.searchsorted(row, np.arange(len(rotary)))
     angles = motion.positions[:, machine.rotary_columns]

@@ -6,8 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fiveaxis.contour import path_quality, plan_contour
-from fiveaxis.contour.distance import TriangleTree
 from fiveaxis.errors import MeshError
+from fiveaxis.mesh import TriangleTree
 from fiveaxis.toolpath import Tool
 
 RADIUS = 2.0

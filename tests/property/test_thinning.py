@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from fiveaxis.geometry import angle_between
 from fiveaxis.kinematics import linear_positions, tool_axes
 from fiveaxis.machine import load_machine
-from fiveaxis.motion import AXIS_TOLERANCE, PATH_TOLERANCE, fill_in_rows, thinned
+from fiveaxis.motion import AXIS_TOLERANCE, PATH_TOLERANCE, fill_in, thinned
 from fiveaxis.toolpath import MoveKind, Tool, Toolpath
 from fiveaxis.verification.model import tool_poses
 
@@ -33,7 +33,7 @@ def make(case):
     links = (along > 0.4) & (along < 0.5)
     path = replace(path.with_links(links), feed=np.where(links, 2.0 * path.feed, path.feed))
     rotary = np.column_stack([0.4 + turn * np.sin(3.0 * along), -0.5 + rise * along])
-    filled, motion, _ = fill_in_rows(path, machine, rotary, tcp=tcp)
+    filled, motion, _ = fill_in(path, machine, rotary, tcp=tcp)
     return machine, filled, motion, tcp
 
 

@@ -75,7 +75,7 @@ def turning(tmp_path_factory):
     """A program of axis positions: its machine, text, motion, and the path that it is for."""
     machine = measured_machine()
     path, rotary = wavy_path(turning=True)
-    _, motion = fill_in(path, machine, rotary)
+    _, motion, _ = fill_in(path, machine, rotary)
     text = compose_program(motion, machine=machine, settings=PLAIN).text
     return machine, text, read_back(text, machine, tmp_path_factory.mktemp("turning")), path
 

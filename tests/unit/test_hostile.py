@@ -12,10 +12,10 @@ import pytest
 import trimesh
 
 from fiveaxis import files
-from fiveaxis.contour.mesh import load_mesh
 from fiveaxis.errors import JobError, MachineError, MeshError, ToolpathError
 from fiveaxis.job import make_job, read_job, run_job, write_outcome
 from fiveaxis.machine import load_machine
+from fiveaxis.mesh import load_mesh
 from fiveaxis.nc import source
 from fiveaxis.nc.source import load_source
 

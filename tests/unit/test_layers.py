@@ -1,81 +1,115 @@
-"""Rooms import from lower rooms only, and heavy libraries only where the design has them."""
+"""The table of rooms in ARCHITECTURE.md is true: layers, libraries, and no circle of imports."""
+
+from __future__ import annotations
 
 import ast
+import re
+import sys
 from collections.abc import Iterator
+from functools import cache
+from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
+from typing import NamedTuple
 
 import pytest
 
-PACKAGE = Path(__file__).parents[2] / "fiveaxis"
-LAYER = {
-    "errors": 0, "findings": 0,
-    "codes": 1, "files": 1, "geometry": 1, "settings": 1,
-    "machine": 2, "toolpath": 2,
-    "kinematics": 3, "contour": 3,
-    "motion": 4,
-    "collision": 5, "energy": 5, "nc": 5,
-    "posture": 6,
-    "verification": 7, "report": 7, "viewer": 7,
-    "job": 8,
-    "batch": 9,
-    "cli": 10,
-}  # fmt: skip
-ALLOWED = {
-    "casadi": {"kinematics/symbolic.py", "posture/tape.py", "posture/terms.py", "posture/local/ipopt.py"},
-    "coal": {"collision", "verification"},
-    "pinocchio": {"verification", "viewer"},
-    "trimesh": {"collision", "contour", "verification"},
-    "meshcat": {"viewer"},
-    "matplotlib": {"report"},
-    "numba": {"collision", "contour", "motion", "posture", "verification"},
-    "typer": {"cli"},
-    "dask": {"batch"},
-    "distributed": {"batch"},
-}
-MODULES = sorted(PACKAGE.rglob("*.py"))
+ROOT = Path(__file__).parents[2]
+PACKAGE = ROOT / "fiveaxis"
+# What every room may import, as ARCHITECTURE.md says.
+ANYWHERE = {"fiveaxis", "numpy", "scipy", "pydantic", "pydantic_core", *sys.stdlib_module_names}
+ROW = re.compile(r"^\| `(\w+)` \| (\d+) \| [^|]+ \|([^|]*)\|$", re.MULTILINE)
+LIBRARY = re.compile(r"(\w+)(?: \(([^)]*)\))?")
 
 
-def walk(node: ast.AST) -> Iterator[ast.AST]:
-    """Every node that runs: what only a type checker reads isn't an import."""
-    if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
-        return
-    yield node
-    for child in ast.iter_child_nodes(node):
-        yield from walk(child)
+class Room(NamedTuple):
+    """A row of the table: its layer, and its libraries with the files that may import them, all if none."""
+
+    layer: int
+    libraries: dict[str, set[str]]
 
 
-def imports(path: Path) -> Iterator[str]:
-    for node in walk(ast.parse(path.read_text(encoding="utf-8"))):
-        if isinstance(node, ast.Import):
-            yield from (alias.name for alias in node.names)
-        elif isinstance(node, ast.ImportFrom) and node.module:
-            assert node.level == 0, f"{path}: relative import"
-            yield node.module
+def read_rooms() -> dict[str, Room]:
+    rooms = {}
+    for name, layer, cell in ROW.findall((ROOT / "ARCHITECTURE.md").read_text(encoding="utf-8")):
+        libraries = {lib: set(re.findall(r"`([^`]+)`", files)) for lib, files in LIBRARY.findall(cell)}
+        rooms[name] = Room(int(layer), libraries)
+    return rooms
+
+
+ROOMS = read_rooms()
 
 
 def room_of(path: Path) -> str:
     return path.relative_to(PACKAGE).parts[0].removesuffix(".py")
 
 
-@pytest.mark.parametrize("path", MODULES, ids=lambda p: str(p.relative_to(PACKAGE)))
-def test_a_room_imports_lower_rooms_only(path):
-    mine = room_of(path)
-    if mine == "__init__":
+def modules_of(room: str) -> list[Path]:
+    return [path for path in sorted(PACKAGE.rglob("*.py")) if room_of(path) == room]
+
+
+def name_of(path: Path) -> str:
+    return ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
+
+
+def nodes(node: ast.AST, *, types: bool) -> Iterator[ast.AST]:
+    """Every node that runs, with or without what only a type checker reads."""
+    if not types and isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
         return
-    for name in imports(path):
-        parts = name.split(".")
-        if parts[0] == "fiveaxis" and len(parts) > 1 and parts[1] != mine:
-            assert LAYER[parts[1]] < LAYER[mine], f"{mine} imports {name}"
+    yield node
+    for child in ast.iter_child_nodes(node):
+        yield from nodes(child, types=types)
 
 
-@pytest.mark.parametrize("path", MODULES, ids=lambda p: str(p.relative_to(PACKAGE)))
-def test_heavy_libraries_stay_in_their_rooms(path):
-    here = path.relative_to(PACKAGE)
-    for name in imports(path):
-        homes = ALLOWED.get(name.split(".")[0])
-        if homes is not None:
-            assert here.as_posix() in homes or here.parts[0] in homes, f"{here} imports {name}"
+@cache
+def imports(path: Path, *, types: bool = False) -> tuple[str, ...]:
+    """Names of the modules that a module imports, within functions too."""
+    return tuple(find_imports(path, types=types))
 
 
-def test_every_room_has_its_number():
-    assert {room_of(p) for p in MODULES} - {"__init__"} == set(LAYER)
+def find_imports(path: Path, *, types: bool) -> Iterator[str]:
+    for node in nodes(ast.parse(path.read_text(encoding="utf-8")), types=types):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            assert node.level == 0, f"{path}: relative import"
+            yield node.module
+            yield from (f"{node.module}.{alias.name}" for alias in node.names)
+        elif isinstance(node, ast.Call) and ast.unparse(node.func) == "import_module":
+            yield from (str(a.value) for a in node.args if isinstance(a, ast.Constant))
+
+
+def test_the_table_has_every_room_and_no_other():
+    assert set(ROOMS) == {room_of(path) for path in PACKAGE.rglob("*.py")} - {"__init__"}
+
+
+@pytest.mark.parametrize("room", ROOMS)
+def test_a_room_imports_lower_rooms_only(room):
+    for path in modules_of(room):
+        for name in imports(path, types=True):
+            other = [*name.split("."), ""][1]
+            if name.startswith("fiveaxis.") and other in ROOMS and other != room:
+                assert ROOMS[other].layer < ROOMS[room].layer, f"{path} imports {name}"
+
+
+@pytest.mark.parametrize("room", ROOMS)
+def test_a_room_imports_its_own_libraries_only_and_needs_each(room):
+    needed = set()
+    for path in modules_of(room):
+        here = "/".join(path.relative_to(PACKAGE).parts[1:])
+        for library in {name.split(".")[0] for name in imports(path)} - ANYWHERE:
+            files = ROOMS[room].libraries.get(library)
+            assert files is not None, f"{path} imports {library}, which the table doesn't give to {room}"
+            assert not files or here in files, f"{path} imports {library}, which is for {sorted(files)}"
+            needed |= {(library, file) for file in files & {here}} if files else {(library, "")}
+    listed = {(library, f) for library, files in ROOMS[room].libraries.items() for f in files or {""}}
+    assert listed == needed, "the table gives a library to a room, or to a file, that doesn't import it"
+
+
+@pytest.mark.parametrize("room", ROOMS)
+def test_no_modules_of_a_room_import_each_other_in_a_circle(room):
+    names = {name_of(path): set(imports(path)) for path in modules_of(room)}
+    graph = {name: (found & set(names)) - {name, f"fiveaxis.{room}"} for name, found in names.items()}
+    try:
+        TopologicalSorter(graph).prepare()
+    except CycleError as circle:
+        pytest.fail(" -> ".join(circle.args[1]))

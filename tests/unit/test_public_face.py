@@ -17,7 +17,6 @@ from fiveaxis.toolpath import Constraints
 # Loads nothing but the package itself; a name's own room comes when it is asked for.
 LOADED = """
 import sys
-from dataclasses import fields
 import fiveaxis
 heavy = ("numpy", "distributed")
 print(sorted(name for name in sys.modules if name.startswith("fiveaxis.") or name in heavy))

@@ -14,7 +14,7 @@ from fiveaxis.nc.source import Source
 
 
 class Splitter(Protocol):
-    """What cuts a program into blocks; see `fiveaxis.nc.gcode.split_blocks`."""
+    """What cuts a program into blocks; see `fiveaxis.nc.languages.iso.split_blocks`."""
 
     def __call__(self, source: Source, *, block_delete: bool = False) -> Iterator[Block]:
         """Cut a program into blocks."""

@@ -27,11 +27,6 @@ class Plane:
     rotation: Array = field(default_factory=lambda: np.eye(3))
 
     @property
-    def is_upright(self) -> bool:
-        """Whether nothing is shifted or turned."""
-        return not self.origin.any() and self.is_unturned
-
-    @property
     def is_unturned(self) -> bool:
         """Whether nothing is turned."""
         return bool(np.array_equal(self.rotation, np.eye(3)))

@@ -74,13 +74,11 @@ class Mask:
         posture is admissible there. A rotary axis that turns without end may stand on any turn
     calls : of the function
     asked : postures in them
-    roughly_asked : postures that its own rough map was asked about
     """
 
     function: MaskFunction
     calls: int = 0
     asked: int = 0
-    roughly_asked: int = 0
 
     @property
     def is_rough(self) -> bool:
@@ -120,7 +118,6 @@ class Mask:
         """Ask the mask's own rough map, which it must have, as `admits` does."""
         if not len(rows):
             return np.zeros(0, dtype=bool)
-        self.roughly_asked += len(rows)
         return _answer(cast("RoughMask", self.function).rough, rows, rotary)
 
 

@@ -104,19 +104,6 @@ class Front:
         """Return the points as plain data for JSON."""
         return {"points": [point.as_dict() for point in self.points], "dominated": self.dominated}
 
-    def as_markdown(self) -> str:
-        """Write the points as a Markdown table."""
-        rows = [
-            "| number | smoothing, J/rad² | energy, J | Σ‖Δρ‖², rad² | max, deg/mm | time, s | max, deg/s |",
-            "|---:|---:|---:|---:|---:|---:|---:|",
-        ]
-        rows += [
-            f"| {k} | {p.smoothing:.4g} | {p.energy.total:.1f} | {p.bend:.4f} | {np.degrees(p.steepest):.2f} "
-            f"| {p.energy.time:.1f} | {np.degrees(p.fastest):.1f} |"
-            for k, p in enumerate(self.points, start=1)
-        ]
-        return "\n".join(rows) + "\n"
-
 
 def find_front(
     toolpath: Toolpath,
@@ -191,7 +178,7 @@ def find_front(
     points = [
         _point(solution, rotary, problem, posed) for rotary, problem in zip(paths, problems, strict=True)
     ]
-    kept = _undominated(points)
+    kept = undominated(points)
     led = [_led_by(solution, paths[points.index(p)], cone, number) for number, p in enumerate(kept, start=1)]
     return Front(tuple(kept), len(points) - len(kept), led[0], tuple(led[1:]))
 
@@ -341,7 +328,7 @@ def _bend(rotary: Array) -> float:
     return float((np.diff(rotary, axis=0) ** 2).sum())
 
 
-def _undominated(points: Sequence[FrontPoint]) -> list[FrontPoint]:
+def undominated(points: Sequence[FrontPoint]) -> list[FrontPoint]:
     """Keep what no other point beats, cheapest first; of equals the first."""
     figures = np.array([(p.cost, p.energy.total, p.bend, p.energy.time) for p in points])
     kept = []

@@ -5,7 +5,6 @@ import pytest
 import trimesh
 from scipy.spatial.transform import Rotation
 
-from fiveaxis.collision.containment import encloses
 from fiveaxis.collision.pieces import (
     Question,
     box_piece,
@@ -84,13 +83,6 @@ def test_random_cylinders_meet_a_mesh_where_dense_samples_of_it_lie_inside_them(
             decided += 1
             assert question.nearer(place, 0.0) is bool(over.min() < 0.0)
     assert decided > 120
-
-
-def test_a_point_is_inside_a_mesh_or_it_is_not():
-    ring = trimesh.creation.annulus(r_min=10.0, r_max=20.0, height=8.0)
-    assert encloses(ring.triangles, np.array([15.0, 0.0, 1.0]))
-    assert not encloses(ring.triangles, np.array([0.5, 0.3, 0.0]))
-    assert not encloses(ring.triangles, np.array([15.0, 0.0, 4.1]))
 
 
 def test_a_meshs_memory_is_known():

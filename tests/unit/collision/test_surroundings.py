@@ -5,7 +5,6 @@ import pytest
 import trimesh
 
 from fiveaxis.collision import Clearances, ClearanceTable, Fixture, FixtureTable, Surroundings
-from fiveaxis.collision.surroundings import MOST_TRIANGLES, require_solid
 from fiveaxis.errors import InputError, JobError, MeshError, SettingError
 from fiveaxis.machine import Box, Cylinder, MeshShape
 from fiveaxis.settings import StrictModel, read_settings
@@ -49,15 +48,6 @@ def test_one_triangle_that_faces_the_other_way_is_seen(block):
 def test_an_open_mesh_is_taken_as_it_is(block):
     block.update_faces(np.arange(len(block.faces)) != 0)
     assert Surroundings(part=block).meshes == {"part": block}
-
-
-def test_a_mesh_too_large_for_the_trees_is_refused_with_its_size(block):
-    class Huge:
-        faces = range(MOST_TRIANGLES + 1)
-        vertices = block.vertices
-
-    with pytest.raises(MeshError, match=r"big\.stl: has 5,000,001 triangles, more than 5,000,000"):
-        require_solid(Huge(), "big.stl")
 
 
 def test_two_fixtures_of_one_name_are_refused():

@@ -3,9 +3,9 @@ import pytest
 import trimesh
 
 from fiveaxis.contour import plan_contour
-from fiveaxis.contour.levels import climbing_curvature, scallop_levels, scallop_step
-from fiveaxis.contour.surface import Surface
+from fiveaxis.contour.levels import climbing_curvature, scallop_levels, scallop_step, section_levels
 from fiveaxis.contour.walls import Walls
+from fiveaxis.mesh import Surface
 from fiveaxis.toolpath import Tool
 
 UP = np.array([0.0, 0.0, 1.0])
@@ -114,3 +114,18 @@ def test_scallop_levels_of_a_sphere_follow_its_slope():
     arc = np.diff(np.arccos(levels / 20.0)) * 20.0
     assert arc.max() <= 1.02 * float(scallop_step(3.0, 0.01, 1.0 / 20.0))
     assert arc.min() >= 0.85 * arc.max()
+
+
+def test_levels_go_down_from_half_a_step_below_the_top():
+    levels = section_levels(Surface.from_mesh(trimesh.creation.box(extents=[4.0, 4.0, 4.0])), 1.0)
+    np.testing.assert_allclose(levels, [1.5, 0.5, -0.5, -1.5])
+
+
+def test_a_part_lower_than_a_step_still_has_one_level():
+    levels = section_levels(Surface.from_mesh(trimesh.creation.box(extents=[4.0, 4.0, 0.2])), 1.0)
+    np.testing.assert_allclose(levels, [0.0], atol=1e-12)
+
+
+def test_a_level_that_meets_vertices_moves_a_little():
+    levels = section_levels(Surface.from_mesh(trimesh.creation.icosphere(radius=5.0)), 10.0)
+    assert 0.0 < abs(levels[0]) <= 0.2

@@ -2,12 +2,13 @@ import numpy as np
 import pytest
 import trimesh
 
+from fiveaxis.contour.ball_space import BallSpace
 from fiveaxis.contour.contacts import Contacts
-from fiveaxis.contour.distance import BallSpace, TriangleTree
-from fiveaxis.contour.linking import link_passes
+from fiveaxis.contour.linking import open_passes
 from fiveaxis.contour.ordering import by_levels
 from fiveaxis.contour.passes import Pass
 from fiveaxis.contour.ways import Linker, quarter_arc
+from fiveaxis.mesh import TriangleTree
 
 X, Y, Z = np.eye(3)
 
@@ -51,7 +52,8 @@ def test_every_way_found_is_clear(linker):
 
 def test_near_passes_are_joined_close_to_the_surface(linker):
     low, high = straight([30, -5, 1], [30, 5, 1], X), straight([30, 5, 3], [30, -5, 3], X)
-    linked, left_out = link_passes(by_levels([[high], [low]]), linker)
+    opened = open_passes(by_levels([[high], [low]]), linker)
+    linked, left_out = opened.joined(), opened.left_out
     np.testing.assert_allclose(linked[1].approach, [[38.0, -5.0, 3.0], [38.0, -5.0, 1.0]])
     assert len(linked[0].retreat) == 0
     assert linked[1].retreat[-1, 2] == linker.plane
@@ -60,7 +62,8 @@ def test_near_passes_are_joined_close_to_the_surface(linker):
 
 def test_far_passes_are_joined_over_the_clearance_plane(linker):
     here, there = straight([30, -5, 2], [30, 5, 2], X), straight([-30, 5, 2], [-30, -5, 2], -X)
-    linked, _ = link_passes(by_levels([[here, there]]), linker)
+    opened = open_passes(by_levels([[here, there]]), linker)
+    linked = opened.joined()
     heights = linked[1].approach[:, 2]
     np.testing.assert_allclose(heights, [2.0, linker.plane, linker.plane, 2.0])
 
@@ -68,7 +71,8 @@ def test_far_passes_are_joined_over_the_clearance_plane(linker):
 def test_the_nearest_start_comes_next(linker):
     first = straight([30, -20, 2], [30, -10, 2], X)
     near, far = straight([30, -5, 2], [30, 5, 2], X), straight([30, 10, 2], [30, 20, 2], X)
-    linked, _ = link_passes(by_levels([[first], [far, near]]), linker)
+    opened = open_passes(by_levels([[first], [far, near]]), linker)
+    linked = opened.joined()
     assert [p.cut.contacts.points[0, 1] for p in linked] == [-20.0, -5.0, 10.0]
 
 
@@ -81,7 +85,8 @@ def test_an_open_pass_is_shortened_to_where_the_ball_gets_out():
     space = BallSpace(TriangleTree.build(np.array(slot.triangles)), 3.0)
     linker = Linker(space, slot.bounds, clearance=5.0)
     wedged = straight([-25, 0, 5], [30, 0, 5], Y, n=56)
-    linked, left_out = link_passes(by_levels([[wedged]]), linker)
+    opened = open_passes(by_levels([[wedged]]), linker)
+    linked, left_out = opened.joined(), opened.left_out
     assert len(linked) == 1
     assert left_out["contacts without a clear link"] == len(wedged) - len(linked[0].cut) > 0
 
@@ -89,7 +94,8 @@ def test_an_open_pass_is_shortened_to_where_the_ball_gets_out():
 def test_a_pass_without_any_way_out_is_left_out_and_counted():
     cage = trimesh.creation.box(extents=[30.0, 30.0, 30.0])
     linker = Linker(BallSpace(TriangleTree.build(np.array(cage.triangles)), 3.0), cage.bounds, clearance=5.0)
-    linked, left_out = link_passes(by_levels([[straight([15, -5, 0], [15, 5, 0], -X)]]), linker)
+    opened = open_passes(by_levels([[straight([15, -5, 0], [15, 5, 0], -X)]]), linker)
+    linked, left_out = opened.joined(), opened.left_out
     assert linked == []
     assert left_out == {"passes without a clear link": 1}
 
@@ -122,7 +128,8 @@ def test_a_lead_takes_the_largest_arc_that_is_clear(linker):
 
 def test_leads_go_before_and_behind_a_pass(linker):
     only = straight([30, -5, 2], [30, 5, 2], X)
-    (linked,), left_out = link_passes(by_levels([[only]]), linker, lead_in=2.0, lead_out=1.0)
+    opened = open_passes(by_levels([[only]]), linker, lead_in=2.0, lead_out=1.0)
+    (linked,), left_out = opened.joined(), opened.left_out
     assert not left_out
     np.testing.assert_allclose(linked.approach[-1][2], 2.0)
     assert linked.approach[-1][1] < -5.0

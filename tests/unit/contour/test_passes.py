@@ -2,12 +2,12 @@ import numpy as np
 import pytest
 import trimesh
 
+from fiveaxis.contour.ball_space import BallSpace
 from fiveaxis.contour.contacts import Contacts, sample_loop
-from fiveaxis.contour.distance import BallSpace, TriangleTree
 from fiveaxis.contour.passes import split_passes
-from fiveaxis.contour.sections import section_loops
-from fiveaxis.contour.surface import Surface
 from fiveaxis.contour.walls import Walls
+from fiveaxis.mesh import Surface, TriangleTree
+from fiveaxis.mesh.sections import section_loops
 
 UP = np.array([0.0, 0.0, 1.0])
 

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 import trimesh
 
-from fiveaxis.contour import load_mesh, plan_contour
-from fiveaxis.contour.distance import TriangleTree
+from fiveaxis.contour import plan_contour
 from fiveaxis.errors import MeshError, SettingError
 from fiveaxis.geometry import angle_between
+from fiveaxis.mesh import TriangleTree, load_mesh
 from fiveaxis.toolpath import MoveKind, Tool, Toolpath
 
 ROOT = Path(__file__).parents[3]

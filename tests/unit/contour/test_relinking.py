@@ -8,9 +8,9 @@ import trimesh
 from by_degrees import optimise
 
 from fiveaxis.contour import Plan, PlanOptions, plan_contour, plan_passes
-from fiveaxis.contour.distance import BallSpace, TriangleTree
-from fiveaxis.contour.surface import Surface
+from fiveaxis.contour.ball_space import BallSpace
 from fiveaxis.job import make_job, run_job
+from fiveaxis.mesh import Surface, TriangleTree
 from fiveaxis.posture.starts.reopening import Layout, reopened
 from fiveaxis.posture.starts.rings import known_rings
 from fiveaxis.toolpath import Tool

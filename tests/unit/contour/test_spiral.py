@@ -3,8 +3,8 @@ import pytest
 import trimesh
 
 from fiveaxis.contour import path_quality, plan_contour
-from fiveaxis.contour.distance import TriangleTree
 from fiveaxis.geometry import angle_between
+from fiveaxis.mesh import TriangleTree
 from fiveaxis.toolpath import Tool, Toolpath
 
 

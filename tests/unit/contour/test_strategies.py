@@ -5,9 +5,9 @@ import pytest
 import trimesh
 
 from fiveaxis.contour import plan_contour
-from fiveaxis.contour.distance import TriangleTree
 from fiveaxis.errors import MeshError, SettingError, ToolError
 from fiveaxis.geometry import angle_between
+from fiveaxis.mesh import TriangleTree
 from fiveaxis.toolpath import Tool, Toolpath
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pinocchio
 import pytest
 
-from fiveaxis.kinematics import jacobian, orientation_condition, positioning_condition, tool_poses
+from fiveaxis.kinematics import jacobian, tool_poses
 from fiveaxis.machine import Machine, load_machine
 from fiveaxis.verification import build_model
 
@@ -40,28 +40,3 @@ def test_the_jacobian_of_the_tip_is_pinocchios(name):
             built.model, data, row[built.columns], built.tool, pinocchio.ReferenceFrame.LOCAL_WORLD_ALIGNED
         )
         np.testing.assert_allclose(found[:3], expected[:, built.columns], atol=1e-10)
-
-
-def test_the_orientation_condition_of_a_c_a_table_is_one_over_sine_a():
-    a = np.array([0.01, 0.3, 1.0, np.pi / 2.0, -1.2])
-    positions = np.column_stack([np.ones((5, 3)), a, np.full(5, 2.0)])
-    found = orientation_condition(Machine.from_code("640123"), positions)
-    np.testing.assert_allclose(found, 1.0 / np.abs(np.sin(a)), rtol=1e-12)
-
-
-def test_at_the_singular_direction_the_condition_is_infinite():
-    assert np.isinf(orientation_condition(Machine.from_code("640123"), np.zeros((1, 5)))).all()
-    assert np.isinf(orientation_condition(Machine.from_code("40123"), np.ones((1, 4)))).all()
-
-
-def test_linear_axes_that_stand_together_are_always_well_conditioned():
-    np.testing.assert_allclose(positioning_condition(Machine.from_code("640123"), random_positions(20)), 1.0)
-
-
-def test_a_rotary_axis_between_linear_ones_turns_them_into_one_plane():
-    """Y, A, X, Z: at A = 90° both Y and Z move the tool along y."""
-    machine = Machine.from_code("2413" + "05")
-    upright = np.array([[0.0, 0.0, 0.0, 0.0, 0.3]])
-    lying = np.array([[0.0, 0.0, 0.0, np.pi / 2.0, 0.3]])
-    np.testing.assert_allclose(positioning_condition(machine, upright), 1.0)
-    assert positioning_condition(machine, lying)[0] > 1e15

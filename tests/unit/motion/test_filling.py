@@ -11,10 +11,9 @@ from fiveaxis.machine import Machine
 from fiveaxis.motion import (
     PATH_TOLERANCE,
     fill_in,
-    fill_in_rows,
     follow,
     inside_rapids,
-    led_deviation,
+    tcp_deviation,
     thinned,
     way_deviation,
 )
@@ -34,7 +33,7 @@ def test_inserted_locations_keep_the_ball_on_its_chord(hayashi):
     path = straight_cut()
     rotary = np.radians([[0, -20], [8, -20], [16, -30], [46, -50]])
     assert way_deviation(path, hayashi, rotary, blocks_of(path)).max() > 0.1
-    filled, motion = fill_in(path, hayashi, rotary, tolerance=0.005)
+    filled, motion, _ = fill_in(path, hayashi, rotary, tolerance=0.005)
     assert len(filled) == len(motion) > len(path)
     # Sampled finely within every block, axes linear in time: independent of how blocks were inserted.
     for share in np.linspace(0.0, 1.0, 9):
@@ -48,14 +47,14 @@ def test_inserted_locations_keep_the_ball_on_its_chord(hayashi):
 
 
 def test_a_path_with_a_still_posture_needs_no_blocks(hayashi):
-    filled, _ = fill_in(straight_cut(), hayashi, np.tile([0.3, -0.5], (4, 1)))
+    filled, _, _ = fill_in(straight_cut(), hayashi, np.tile([0.3, -0.5], (4, 1)))
     assert len(filled) == 4
 
 
 def test_the_time_of_a_path_doesnt_change_with_its_blocks(hayashi):
     path = straight_cut()
     rotary = np.radians([[0, -20], [8, -20], [16, -30], [46, -50]])
-    _, motion = fill_in(path, hayashi, rotary)
+    _, motion, _ = fill_in(path, hayashi, rotary)
     assert motion.time.sum() == pytest.approx(10.0 / (1000.0 / 60.0))
 
 
@@ -72,7 +71,7 @@ def test_a_bull_noses_centre_keeps_to_its_chord_and_its_contacts_stay(hayashi):
     path = straight_cut()
     path = Toolpath.from_contacts(path.contact, path.normal, tool)
     rotary = np.radians([[0, -20], [8, -20], [16, -30], [46, -50]])
-    filled, motion = fill_in(path, hayashi, rotary, tolerance=0.005)
+    filled, motion, _ = fill_in(path, hayashi, rotary, tolerance=0.005)
     assert len(filled) > len(path)
     tip, axis = tool_poses(hayashi, motion.positions)
     kept = np.flatnonzero(np.isfinite(filled.normal[:, 0]))
@@ -96,13 +95,13 @@ def test_a_control_that_leads_the_tip_bends_the_way_of_the_balls_centre():
         Tool.ball(20),
     )
     rotary = np.radians(np.column_stack([np.linspace(0.0, 45.0, 4), np.zeros(4)]))
-    off = led_deviation(path, machine, rotary, blocks_of(path))[1]
+    off = tcp_deviation(path, machine, rotary, blocks_of(path))[1]
     axes = tool_axes(machine, rotary)
     turns = np.arccos(np.clip(np.einsum("ni,ni->n", axes[1:], axes[:-1]), -1.0, 1.0))
     np.testing.assert_allclose(off, 10.0 * (1.0 - np.cos(turns / 2.0)), atol=1e-9)
-    filled, motion, _ = fill_in_rows(path, machine, rotary, tcp=True)
+    filled, motion, _ = fill_in(path, machine, rotary, tcp=True)
     angles = motion.positions[:, machine.rotary_columns]
-    assert led_deviation(filled, machine, angles, blocks_of(filled)).max() <= PATH_TOLERANCE
+    assert tcp_deviation(filled, machine, angles, blocks_of(filled)).max() <= PATH_TOLERANCE
     assert way_deviation(filled, machine, angles, blocks_of(filled)).max() <= PATH_TOLERANCE
     assert len(filled) > len(path)
 
@@ -115,7 +114,7 @@ def with_a_rapid_move(path: Toolpath) -> Toolpath:
 
 def test_a_rapid_move_gets_no_block_between_its_ends(hayashi):
     rotary = np.radians([[0, -20], [8, -20], [160, -30], [170, -30]])
-    _, motion = fill_in(with_a_rapid_move(straight_cut()), hayashi, rotary)
+    _, motion, _ = fill_in(with_a_rapid_move(straight_cut()), hayashi, rotary)
     assert motion.rapid.sum() == 1
     assert motion.cutting.sum() > 3
 
@@ -123,7 +122,7 @@ def test_a_rapid_move_gets_no_block_between_its_ends(hayashi):
 def test_where_a_control_leads_the_tip_it_goes_straight_in_rapid_moves(hayashi):
     path = with_a_rapid_move(straight_cut())
     rotary = np.radians([[0, -20], [8, -20], [160, -30], [170, -30]])
-    filled, motion, row = fill_in_rows(path, hayashi, rotary, tcp=True)
+    filled, motion, row = fill_in(path, hayashi, rotary, tcp=True)
     inside = inside_rapids(filled, row)
     assert inside.sum() > 5
     tip = tool_poses(hayashi, motion.positions)[0]

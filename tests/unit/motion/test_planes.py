@@ -8,7 +8,7 @@ import pytest
 from fiveaxis.geometry import angle_between
 from fiveaxis.kinematics import tool_axes
 from fiveaxis.machine import Limits, Line, Machine, load_machine
-from fiveaxis.motion import AXIS_TOLERANCE, FASTEST, AxisPlanes, axis_deviation, fill_in_rows
+from fiveaxis.motion import AXIS_TOLERANCE, FASTEST, AxisPlanes, axis_deviation, fill_in
 from fiveaxis.toolpath import MoveKind, Tool, Toolpath
 
 LEANING = [[0.0, -45.0], [20.0, -45.0]]
@@ -36,7 +36,7 @@ def test_inserted_blocks_turn_the_tool_axis_evenly_in_its_plane(hayashi):
     off = np.pi / 4.0 - np.arctan(np.cos(np.radians(10.0)))
     assert planes.off == pytest.approx([off], rel=1e-9)
     assert planes.kept.tolist() == [True]
-    _, motion, row = fill_in_rows(cut(), hayashi, rotary, planes=planes)
+    _, motion, row = fill_in(cut(), hayashi, rotary, planes=planes)
     angles = motion.positions[:, hayashi.rotary_columns]
     np.testing.assert_array_equal(angles[[0, -1]], rotary)
     axes = tool_axes(hayashi, angles)
@@ -57,7 +57,7 @@ def test_a_deviation_to_both_sides_is_seen_and_bounded():
     middle = tool_axes(machine, np.radians([[0.0, -90.0]]))
     assert planes.angles(np.array([0]), middle)[0] < 1e-12
     assert planes.kept.tolist() == [True]
-    _, motion, _ = fill_in_rows(cut(), machine, np.radians(degrees), planes=planes)
+    _, motion, _ = fill_in(cut(), machine, np.radians(degrees), planes=planes)
     angles = motion.positions[:, machine.rotary_columns]
     between = tool_axes(machine, np.linspace(angles[:-1], angles[1:], 50))
     assert np.abs(between @ planes.normal[0]).max() <= np.sin(AXIS_TOLERANCE)
@@ -67,7 +67,7 @@ def test_cuts_that_leave_their_plane_by_less_stay_in_proportion(hayashi):
     degrees = [[0.0, -45.0], [5.0, -45.0], [9.0, -20.0]]
     planes = planes_of(hayashi, degrees)
     assert planes.kept.tolist() == [False, True]
-    _, motion, row = fill_in_rows(cut(3), hayashi, np.radians(degrees), planes=planes)
+    _, motion, row = fill_in(cut(3), hayashi, np.radians(degrees), planes=planes)
     first = row <= 1.0
     angles = motion.positions[first][:, hayashi.rotary_columns]
     np.testing.assert_allclose(angles[:, 0], np.radians(5.0) * row[first], atol=1e-12)
@@ -85,7 +85,7 @@ def test_cuts_that_leave_their_plane_by_less_stay_in_proportion(hayashi):
 def test_cuts_whose_plane_takes_a_rotary_axis_much_faster_leave_it(hayashi, degrees):
     planes = planes_of(hayashi, degrees)
     assert planes.left.tolist() == [True]
-    _, motion, row = fill_in_rows(cut(), hayashi, np.radians(degrees), planes=planes)
+    _, motion, row = fill_in(cut(), hayashi, np.radians(degrees), planes=planes)
     angles = motion.positions[:, hayashi.rotary_columns]
     expected = np.radians(degrees[0]) + row[:, None] * np.diff(np.radians(degrees), axis=0)
     np.testing.assert_allclose(angles, expected, atol=1e-12)
@@ -135,7 +135,7 @@ def test_a_linear_axis_keeps_its_travel_too(hayashi):
     contact = np.stack([30.0 * np.cos(angle), 30.0 * np.sin(angle), np.full(2, 5.0)], axis=1)
     path = Toolpath.from_contacts(contact, np.tile([0.0, 0.0, 1.0], (2, 1)), Tool.ball(6))
     rotary = np.column_stack([angle, np.full(2, -np.pi / 4.0)])
-    z = fill_in_rows(path, hayashi, rotary)[1].positions[:, hayashi.column("Z")]
+    z = fill_in(path, hayashi, rotary)[1].positions[:, hayashi.column("Z")]
     assert z.max() > z[0] + 0.03
     for room, kept in ((0.04, False), (0.05, True)):
         travel = Limits(-1000.0, float(z[0]) + room)
@@ -160,7 +160,7 @@ def test_the_plane_leads_into_no_cone_that_the_axes_keep_out_of(hayashi):
 def test_how_much_faster_an_axis_turns_is_told(hayashi):
     degrees = [[0.0, -10.0], [60.0, -10.0]]
     planes = planes_of(hayashi, degrees)
-    _, _, row = fill_in_rows(cut(), hayashi, np.radians(degrees), planes=planes)
+    _, _, row = fill_in(cut(), hayashi, np.radians(degrees), planes=planes)
     # C turns as fast as the angle seen from the foot of the plane's great circle does.
     most = 2.0 * np.sin(np.radians(30.0)) / np.radians(60.0) / np.cos(np.radians(30.0))
     assert 1.0 < planes.fastest(row) == pytest.approx(most, rel=0.03)
@@ -174,7 +174,7 @@ def test_the_tool_axis_takes_the_nearest_branch_on_a_machine_that_nutates():
     rotary = np.radians(degrees)
     planes = planes_of(machine, degrees)
     assert planes.kept.tolist() == [True]
-    _, motion, _ = fill_in_rows(cut(), machine, rotary, planes=planes)
+    _, motion, _ = fill_in(cut(), machine, rotary, planes=planes)
     angles = motion.positions[:, machine.rotary_columns]
     assert np.ptp(angles, axis=0).max() <= FASTEST * np.abs(rotary[1] - rotary[0]).max()
     axes = tool_axes(machine, angles)
@@ -197,7 +197,7 @@ def test_cuts_past_the_singular_direction_are_never_filled_with_turns_of_their_o
         path = Toolpath.from_tips(np.array([[0.0, 0.0, 0.0], [5.0, 0.0, 0.0]]), axis, Tool.ball(8.0))
         planes = AxisPlanes.of(path, machine, rotary)
         kept.append(bool(planes.kept.any()))
-        row = fill_in_rows(path, machine, rotary, planes=planes)[2]
+        row = fill_in(path, machine, rotary, planes=planes)[2]
         travel = np.abs(np.diff(planes.rotary_at(row), axis=0)).sum(axis=0)
         assert travel.max() <= 1.01 * FASTEST * np.abs(np.diff(rotary, axis=0)).max()
         assert planes.fastest(row) <= 1.01 * FASTEST

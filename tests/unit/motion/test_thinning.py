@@ -105,7 +105,7 @@ def test_no_two_neighbouring_blocks_could_be_one(name):
     machine = load_machine(name)
     path = arc(400)
     rotary = np.column_stack([np.linspace(0.3, 0.9, 400), 0.2 + 0.2 * np.sin(np.linspace(0.0, 3.0, 400))])
-    filled, motion = fill_in(path, machine, rotary)
+    filled, motion, _ = fill_in(path, machine, rotary)
     kept = thinned(filled, machine, motion).kept
     assert 2 < len(kept) < len(filled)
     for row in kept[1:-1]:
@@ -116,7 +116,7 @@ def test_no_two_neighbouring_blocks_could_be_one(name):
 def test_a_flat_ends_contact_stays_though_the_tool_turns(hayashi):
     path = line(200, "flat")
     rotary = np.column_stack([np.linspace(0.0, 0.2, 200), np.full(200, -0.4)])
-    filled, motion = fill_in(path, hayashi, rotary)
+    filled, motion, _ = fill_in(path, hayashi, rotary)
     found = thinned(filled, hayashi, motion)
     assert found.removed > 100
     from fiveaxis.kinematics import tool_poses

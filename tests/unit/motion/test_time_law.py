@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from trapezoids import rest_times
 
 from fiveaxis.errors import MachineError, SettingError, ToolpathError
 from fiveaxis.machine import Machine, load_machine
-from fiveaxis.motion import Motion, TimeLaw, block_profiles, block_times, follow, time_motion
+from fiveaxis.motion import Motion, TimeLaw, block_times, follow, time_motion
 from fiveaxis.toolpath import Tool, Toolpath
 
 # Bounds hold all along the path but for rounding in the shortest phases; measured 6e-11.
@@ -65,7 +66,7 @@ def test_one_straight_block_is_the_closed_form():
     for distance, time in ((10.0, 1.0), (10.0, 1e-4), (0.01, 1e-4)):
         motion = motion_of([[0.0], [distance]], time)
         law = time_motion(motion, TRUNNION)
-        assert law.total == pytest.approx(block_profiles(motion, TRUNNION).time[1], rel=1e-12)
+        assert law.total == pytest.approx(rest_times(motion, TRUNNION)[1], rel=1e-12)
 
 
 def test_a_chain_of_short_blocks_in_line_is_one_long_block():
@@ -77,7 +78,7 @@ def test_a_chain_of_short_blocks_in_line_is_one_long_block():
 def test_an_exact_stop_at_every_corner_is_a_sum_of_blocks():
     square = motion_of([[0, 0], [10, 0], [10, 10], [0, 10], [0, 0]], 1.0)
     law = time_motion(square, TRUNNION)
-    np.testing.assert_allclose(law.motion.time, block_profiles(square, TRUNNION).time, rtol=1e-12)
+    np.testing.assert_allclose(law.motion.time, rest_times(square, TRUNNION), rtol=1e-12)
     np.testing.assert_allclose(law.rates, 0.0, atol=1e-5)
 
 
@@ -85,7 +86,7 @@ def test_stops_that_are_given_row_by_row_are_the_only_ones():
     """Corner or not: a stop in the middle of a straight line counts, a corner without one doesn't."""
     line = motion_of(np.linspace([0.0, 0.0], [30.0, 40.0], 11), 0.25)
     everywhere = time_motion(line, TRUNNION, corners=np.ones(11, dtype=bool))
-    np.testing.assert_allclose(everywhere.motion.time, block_profiles(line, TRUNNION).time, rtol=1e-9)
+    np.testing.assert_allclose(everywhere.motion.time, rest_times(line, TRUNNION), rtol=1e-9)
     assert time_motion(line, TRUNNION, corners=np.zeros(11, dtype=bool)).total == pytest.approx(
         time_motion(line, TRUNNION).total, rel=1e-9
     )
@@ -341,10 +342,17 @@ def test_samples_integrate_over_time():
     assert (np.diff(samples.time) > 0.0).all()
 
 
+def limiting(law: TimeLaw) -> np.ndarray:
+    """Index in `TimeLaw.names` of what limits each block for the longest time; −1 where it takes none."""
+    spent = np.zeros((len(law.motion), len(law.names)))
+    np.add.at(spent, (law.samples.block, law.usage.argmax(axis=1)), law.samples.weight)
+    return np.where(spent.any(axis=1), spent.argmax(axis=1), -1)
+
+
 def test_what_limits_is_told_block_by_block():
     law = time_motion(motion_of([[0.0] * 5, [50.0, 0, 0, 0, 0], [50.0, 0, 0, 0, 0.02]]), TRUNNION)
-    assert [law.names[i] for i in law.limiting[1:]] == ["X speed", "C acceleration"]
-    assert law.limiting[0] == -1
+    assert [law.names[i] for i in limiting(law)[1:]] == ["X speed", "C acceleration"]
+    assert limiting(law)[0] == -1
     assert sum(law.shares.values()) == pytest.approx(law.total)
     assert law.usage.max(axis=1).min() > 1.0 - 1e-6  # something always limits on straight ways
 
@@ -397,7 +405,7 @@ def test_a_dwell_is_a_stop_of_its_time():
     motion = motion_of([[0.0], [10.0], [10.0], [20.0]], [0.0, 1.0, 2.5, 1.0])
     law = time_motion(motion, TRUNNION)
     np.testing.assert_allclose(law.motion.time, [0.0, 1.0 + 10 / 300, 2.5, 1.0 + 10 / 300])
-    assert law.names[law.limiting[2]] == "dwell"
+    assert law.names[limiting(law)[2]] == "dwell"
     np.testing.assert_allclose(law.at(2.0)[1], 0.0, atol=1e-12)
 
 

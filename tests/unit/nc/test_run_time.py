@@ -6,11 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from trapezoids import rest_times
 
 from fiveaxis.errors import SettingError
 from fiveaxis.kinematics import linear_positions
 from fiveaxis.machine import load_machine
-from fiveaxis.motion import Motion, block_profiles, time_motion
+from fiveaxis.motion import Motion, time_motion
 from fiveaxis.nc import DIALECTS, ProgramSettings, compose_program, find_dialect, predicted_time, read_program
 
 TRUNNION = load_machine("linuxcnc-xyzac-trt")
@@ -37,7 +38,7 @@ def test_blocks_that_turn_rotary_axes_go_from_rest_to_rest_in_whole_cycles():
     rows = np.column_stack([np.linspace([0, 0, 0], [20, 10, 5], 41), np.linspace([0, 0], [0.3, 0.5], 41)])
     motion = motion_of(rows)
     predicted = predicted_time(motion, TRUNNION, LINUXCNC)
-    rest = block_profiles(motion, TRUNNION).time
+    rest = rest_times(motion, TRUNNION)
     assert predicted.basis == "accelerations"
     assert (predicted.times >= rest - 1e-9).all()
     assert (predicted.times < rest + CYCLE).all()
@@ -56,7 +57,7 @@ def test_a_fine_curve_without_rotary_axes_is_passed_without_rests():
 
 def test_a_coarse_curve_rests_at_every_corner():
     coarse = motion_of(arc(41, 0.8))
-    rest = block_profiles(coarse, TRUNNION).time.sum()
+    rest = rest_times(coarse, TRUNNION).sum()
     assert predicted_time(coarse, TRUNNION, LINUXCNC).total == pytest.approx(rest, abs=41 * CYCLE)
     assert rest > 1.5 * coarse.time.sum()
 

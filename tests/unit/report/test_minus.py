@@ -3,6 +3,8 @@
 import html
 import re
 
+import pytest
+
 from fiveaxis.report import report_document
 from fiveaxis.report.page import compose_page
 from fiveaxis.report.setup_section import setup_section
@@ -19,10 +21,8 @@ def test_a_searched_setup_is_told_with_true_minus_signs():
     assert not re.search(r"-\d", text)
 
 
-def test_the_difference_of_the_two_measures_is_told_with_a_true_sign(monkeypatch, solution, verdict):
-    monkeypatch.setattr("fiveaxis.report.page._posture", lambda *_: "")
-    monkeypatch.setattr("fiveaxis.report.page._motion", lambda *_: "")
-    monkeypatch.setattr("fiveaxis.report.page._energy", lambda *_: "")
+@pytest.mark.usefixtures("undrawn")
+def test_the_difference_of_the_two_measures_is_told_with_a_true_sign(solution, verdict):
     document = report_document(solution, verdict, inputs=[])
     document["energy"]["travel_error"] = -0.416
     assert "off the energy by −41.6\u2009%" in html.unescape(compose_page(solution, document))

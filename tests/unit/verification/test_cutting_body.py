@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from fiveaxis.contour.distance import TriangleTree
+from fiveaxis.mesh import TriangleTree
 from fiveaxis.toolpath import Tool, shapes
 from fiveaxis.verification.cutting_body import CuttingBody
 

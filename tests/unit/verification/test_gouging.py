@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 import trimesh
 
-from fiveaxis.contour import load_mesh, plan_contour
-from fiveaxis.contour.distance import TriangleTree
+from fiveaxis.contour import plan_contour
 from fiveaxis.kinematics import linear_positions, rotary_angles, tool_axes, tool_poses
+from fiveaxis.mesh import TriangleTree, load_mesh
 from fiveaxis.motion import Motion, follow
 from fiveaxis.toolpath import MoveKind, Tool, Toolpath, shapes
 from fiveaxis.verification import PathConstraints, verify

@@ -5,7 +5,7 @@ import pytest
 
 from fiveaxis.collision import Surroundings
 from fiveaxis.machine import Machine
-from fiveaxis.motion import Interpolation, Motion, fill_in_rows, follow
+from fiveaxis.motion import Interpolation, Motion, fill_in, follow
 from fiveaxis.toolpath import Constraints, Tool, Toolpath
 from fiveaxis.verification import (
     CheckedInterpolation,
@@ -71,7 +71,7 @@ def test_a_lean_that_is_kept_at_both_ends_only_is_found_between_them(hayashi):
     """A swings from one side of the normal to the other: right at both ends, upright in the middle."""
     path = bent(2, step=0.0)
     rotary = np.radians([[0.0, -30.0], [0.0, 30.0]])
-    filled, motion, row = fill_in_rows(path, hayashi, rotary)
+    filled, motion, row = fill_in(path, hayashi, rotary)
     constraints = PathConstraints.of(path, hayashi, Constraints.of_degrees(tilt=(20.0, 40.0)))
     report = examined(motion, hayashi, filled, constraints.between(row))
     assert set(report.counts) == {"tilt"}
@@ -83,7 +83,7 @@ def test_a_lean_that_is_kept_at_both_ends_only_is_found_between_them(hayashi):
 def test_rows_of_a_filled_path_lie_among_the_given_ones(hayashi):
     path = bent()
     rotary = np.radians([[0.0, -20.0], [0.3, -40.0], [0.5, -50.0]])
-    filled, motion, row = fill_in_rows(path, hayashi, rotary)
+    filled, motion, row = fill_in(path, hayashi, rotary)
     assert len(filled) == len(motion) == len(row) > len(path)
     assert (np.diff(row) > 0.0).all()
     given = np.isin(row, np.arange(3.0))

@@ -19,7 +19,6 @@ from fiveaxis.viewer.library import load_meshcat
 from fiveaxis.viewer.lines import LIFT, shown_points
 from fiveaxis.viewer.payload import Recorder
 from fiveaxis.viewer.solids import revolve, scatter_marks
-from fiveaxis.viewer.thinning import MOST_TRIANGLES, thin_mesh
 from fiveaxis.viewer.tools import tool_outlines
 
 # mm: places up to a metre away, in the single precision that browsers draw in.
@@ -147,21 +146,6 @@ def test_the_part_may_be_a_file_and_a_missing_one_is_an_error(solution, part, tm
     assert "/meshcat/fiveaxis/part" in scene(solution, tmp_path / "part.stl")[0]
     with pytest.raises(MeshError, match="no such file"):
         scene(solution, tmp_path / "absent.stl")
-
-
-def test_a_small_mesh_is_shown_as_it_is(part):
-    vertices, faces = thin_mesh(part.vertices, part.faces)
-    assert vertices is part.vertices
-    assert faces is part.faces
-
-
-def test_a_mesh_too_fine_to_be_shown_is_thinned_and_keeps_its_shape():
-    fine = trimesh.creation.icosphere(subdivisions=7, radius=50.0)
-    assert len(fine.faces) > MOST_TRIANGLES
-    vertices, faces = thin_mesh(np.asarray(fine.vertices), np.asarray(fine.faces))
-    assert 1000 < len(faces) <= MOST_TRIANGLES
-    np.testing.assert_allclose(np.linalg.norm(vertices, axis=1), 50.0, atol=1e-6)
-    assert trimesh.Trimesh(vertices, faces).area == pytest.approx(fine.area, rel=0.02)
 
 
 def test_a_turned_outline_is_a_closed_body_of_its_volume():

@@ -119,7 +119,7 @@ def test_limits_are_kept_and_the_contact_too(hayashi, low, high):
     touching = tip + 3.0 * axis - 3.0 * found.toolpath.normal
     np.testing.assert_allclose(touching[cut], way[cut], atol=1e-9)
     # Between locations too, with the blocks that keep the contact between them.
-    _, driven = fill_in(found.toolpath, machine, found.rotary)
+    _, driven, _ = fill_in(found.toolpath, machine, found.rotary)
     assert within_limits(machine, driven.positions).all()
 
 

@@ -214,7 +214,7 @@ def test_blocks_are_not_inserted_into_a_turn_on_the_spot(hayashi):
     machine = limited(hayashi, 400.0)
     path, rotary = helix()
     found = rewound(path, machine, rotary)
-    filled, motion = fill_in(found.toolpath, machine, found.rotary)
+    filled, motion, _ = fill_in(found.toolpath, machine, found.rotary)
     turned = np.abs(motion.moves[:, machine.column("C")])
     assert (turned > TURN - 1e-6).sum() == len(found.rewinds)
     assert within_limits(machine, motion.positions).all()

@@ -1,4 +1,4 @@
-"""Meshes that are too fine to be shown."""
+"""Coarser meshes, to be looked at."""
 
 from __future__ import annotations
 
@@ -6,10 +6,8 @@ import numpy as np
 
 from fiveaxis.geometry import Array, IntArray
 
-MOST_TRIANGLES = 150_000
 
-
-def thin_mesh(vertices: Array, faces: IntArray, most: int = MOST_TRIANGLES) -> tuple[Array, IntArray]:
+def thin_mesh(vertices: Array, faces: IntArray, most: int) -> tuple[Array, IntArray]:
     """Merge neighbouring vertices of a mesh that is too fine to be shown, until few triangles are left.
 
     Parameters

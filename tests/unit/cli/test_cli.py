@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+import threading
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,7 +23,7 @@ from fiveaxis.energy import power_surface
 from fiveaxis.findings import Finding, Place, Severity
 from fiveaxis.verification import Report
 
-PART = Path(__file__).parents[2] / "examples" / "overhang" / "part.stl"
+PART = Path(__file__).parents[3] / "examples" / "overhang" / "part.stl"
 MACHINE = ("--machine", "hayashi-640123")
 BALL = ("--tool", "ball:10")
 TILT = ("--tilt", "15:75")
@@ -537,15 +538,16 @@ def test_preview_serves_this_computer_only_until_it_is_closed(path, monkeypatch)
     seen: dict[str, Any] = {}
 
     def look(viewer: fiveaxis.viewer.Preview) -> None:
-        seen["address"] = viewer._server.server_address[0]
-        seen["thread"] = viewer._thread
+        seen["url"] = viewer.url()
+        seen["threads"] = {t for t in threading.enumerate() if t.name == "fiveaxis-preview"}
 
     monkeypatch.setattr("fiveaxis.viewer.server.Preview.wait", look)
     result = run("preview", path, *MACHINE, *BALL, *TILT, "--no-browser")
     assert result.exit_code == 0, result.output
     assert "preview at http://127.0.0.1:" in result.stdout
-    assert seen["address"] == "127.0.0.1"
-    assert not seen["thread"].is_alive()
+    assert seen["url"] in result.stdout
+    assert len(seen["threads"]) == 1
+    assert not seen["threads"] & set(threading.enumerate())
 
 
 # As a program of its own

@@ -15,7 +15,7 @@ import pytest
 from rich.console import Console
 
 from fiveaxis.cli.work import NAME, SHARES, overall, work_with_bars
-from fiveaxis.job.results import _undisturbed
+from fiveaxis.job.results import undisturbed
 
 posix = pytest.mark.skipif(sys.platform == "win32", reason="a process is sent no SIGINT there")
 
@@ -142,7 +142,7 @@ def test_other_verbs_work_in_the_thread_too_and_dont_wait_for_it(tmp_path, work,
 @posix
 def test_files_that_are_being_moved_in_place_are_moved_all():
     before = signal.getsignal(signal.SIGINT)
-    with _undisturbed():
+    with undisturbed():
         os.kill(os.getpid(), signal.SIGINT)
     assert signal.getsignal(signal.SIGINT) is before
 

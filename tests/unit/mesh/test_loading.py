@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 import trimesh
 
-from fiveaxis.contour import load_mesh
-from fiveaxis.contour.mesh import check_mesh, count_open_edges
 from fiveaxis.errors import MeshError
+from fiveaxis.mesh import load_mesh
+from fiveaxis.mesh.loading import check_mesh, count_open_edges
 
 MESHES = Path(__file__).parents[3].parent / "shared" / "data" / "meshes"
 

@@ -13,7 +13,7 @@ from fiveaxis.contour import path_quality
 from fiveaxis.contour.options import PlanOptions
 from fiveaxis.job import PlanTable, load_job_toolpath, make_job, read_job
 
-PART = Path(__file__).parents[2] / "examples" / "overhang" / "part.stl"
+PART = Path(__file__).parents[3] / "examples" / "overhang" / "part.stl"
 RASTER: dict[str, Any] = {
     "strategy": "raster",
     "stepover": 5.0,

@@ -40,7 +40,7 @@ def write_job(folder: Path, **keys: str) -> Path:
 def test_paths_in_a_job_are_relative_to_its_file(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path.parent)
     (tmp_path / "part.stl").write_text("")
-    machine = Path(__file__).parents[2] / "machines" / "hayashi-640123.toml"
+    machine = Path(__file__).parents[3] / "machines" / "hayashi-640123.toml"
     (tmp_path / "own.toml").write_bytes(machine.read_bytes())
     keys = {"part": '"part.stl"', "machine": '"own.toml"', "drives": '"hayashi-640123"'}
     job = read_job(write_job(tmp_path, **keys))

@@ -2,28 +2,12 @@ import numpy as np
 import pytest
 import trimesh
 
-from fiveaxis.contour.levels import section_levels
-from fiveaxis.contour.sections import section_loops
-from fiveaxis.contour.surface import Surface
+from fiveaxis.mesh import Surface
+from fiveaxis.mesh.sections import section_loops
 
 
 def tube() -> trimesh.Trimesh:
     return trimesh.creation.annulus(r_min=5.0, r_max=10.0, height=8.0, sections=64)
-
-
-def test_levels_go_down_from_half_a_step_below_the_top():
-    levels = section_levels(Surface.from_mesh(trimesh.creation.box(extents=[4.0, 4.0, 4.0])), 1.0)
-    np.testing.assert_allclose(levels, [1.5, 0.5, -0.5, -1.5])
-
-
-def test_a_part_lower_than_a_step_still_has_one_level():
-    levels = section_levels(Surface.from_mesh(trimesh.creation.box(extents=[4.0, 4.0, 0.2])), 1.0)
-    np.testing.assert_allclose(levels, [0.0], atol=1e-12)
-
-
-def test_a_level_that_meets_vertices_moves_a_little():
-    levels = section_levels(Surface.from_mesh(trimesh.creation.icosphere(radius=5.0)), 10.0)
-    assert 0.0 < abs(levels[0]) <= 0.2
 
 
 def test_every_loop_has_the_material_to_its_right():

@@ -90,6 +90,27 @@ def check_mesh(
     return checked
 
 
+def take_mesh(
+    part: str | Path | trimesh.Trimesh, *, name: str = "mesh", allow_open: bool = False
+) -> trimesh.Trimesh:
+    """Read a mesh's file (`load_mesh`), or check a mesh (`check_mesh`).
+
+    Parameters
+    ----------
+    part : the file, or the mesh, mm
+    name : what to call a mesh without a file in messages
+    allow_open : go on with a mesh that isn't watertight
+
+    Raises
+    ------
+    MeshError
+        A mesh that can't be read, or is refused.
+    """
+    if isinstance(part, str | Path):
+        return load_mesh(part, allow_open=allow_open)
+    return check_mesh(part, name=name, allow_open=allow_open)
+
+
 def count_open_edges(mesh: trimesh.Trimesh) -> int:
     """Count the edges that don't join exactly two triangles."""
     _, uses = np.unique(mesh.edges_sorted, axis=0, return_counts=True)

@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fiveaxis.contour.surface import Surface
 from fiveaxis.geometry import Array, IntArray
+from fiveaxis.mesh.surface import Surface
 
 
 @dataclass(frozen=True, eq=False)

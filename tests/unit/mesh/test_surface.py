@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from fiveaxis.contour.surface import Surface, facet_normals
+from fiveaxis.mesh import Surface, facet_normals
 
 
 def test_a_box_keeps_its_facet_normals_at_every_corner():

@@ -125,7 +125,7 @@ def test_a_bull_nose_follows_the_straight_way_of_its_centre(hayashi, tmp_path):
     path = Toolpath.from_contacts(20.0 * around, around, parse_tool("bull:12:2"), name="bull.csv")
     leant = np.stack([np.cos(angle), np.sin(angle), 0.9 + 0.0 * angle], axis=1)
     rotary = np.unwrap(rotary_angles(hayashi, normalise(leant))[1], axis=0)
-    _, motion = fill_in(path, hayashi, rotary)
+    _, motion, _ = fill_in(path, hayashi, rotary)
     program = write_text(motion, tmp_path / "bull.ngc", machine=hayashi)
     report = fx.verify_program(program, hayashi, toolpath=path, singular_cone=None)
     assert report.ok, report.counts

@@ -16,7 +16,7 @@ from fiveaxis.cli import app
 from fiveaxis.errors import MachineError, SettingError, ToolpathError
 from fiveaxis.machine import load_machine
 
-EXAMPLE = Path(__file__).parents[2] / "examples" / "pocket" / "reproduce.py"
+EXAMPLE = Path(__file__).parents[3] / "examples" / "pocket" / "reproduce.py"
 # Edem & Balogun (2018), the zigzag program of Table 1; N16 is misprinted there (Y43).
 ZIGZAG = (
     """G90 G21

@@ -76,7 +76,7 @@ def lean(path: Toolpath, degrees: float = 30.0) -> np.ndarray:
 def program(wall, hayashi, tmp_path_factory):
     """The path's program, blocks inserted so that axes that run linearly hold it."""
     rotary = np.unwrap(rotary_angles(hayashi, lean(wall))[1], axis=0)
-    _, motion = fill_in(wall, hayashi, rotary)
+    _, motion, _ = fill_in(wall, hayashi, rotary)
     return write_text(motion, tmp_path_factory.mktemp("nc") / "wall.ngc", machine=hayashi)
 
 

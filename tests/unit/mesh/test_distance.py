@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from fiveaxis.contour.distance import BallSpace, TriangleTree
+from fiveaxis.mesh import TriangleTree
 
 
 @pytest.fixture(scope="module")
@@ -74,24 +74,3 @@ def test_the_nearest_point_of_a_triangle_without_area_is_on_its_line():
     foot, triangle, distance = TriangleTree.build(line).nearest(np.array([[1.5, 3.0, 4.0]]))
     np.testing.assert_allclose(foot, [[1.5, 0.0, 0.0]])
     assert (triangle[0], distance[0]) == (0, pytest.approx(5.0))
-
-
-def test_a_ball_goes_as_far_as_the_wall_lets_it(tree):
-    space = BallSpace(tree, radius=3.0)
-    reached = space.reach(np.zeros(3), np.array([30.0, 0.0, 0.0]))
-    # The hole's wall is 14 mm from the centre (a little more between the facets' corners).
-    assert reached == pytest.approx(11.0, abs=0.08)
-    assert space.reach(np.array([20.0, 0.0, 6.0]), np.zeros(3)) == -1.0
-
-
-def test_a_clear_way_is_told_from_one_through_the_part(tree):
-    space = BallSpace(tree, radius=3.0)
-    above, inside, beyond = np.array([0.0, 0.0, 20.0]), np.zeros(3), np.array([0.0, 40.0, 0.0])
-    assert space.clear(above, inside)
-    assert not space.clear(inside, beyond)
-
-
-def test_a_ball_that_touches_may_move_away(tree):
-    space = BallSpace(tree, radius=3.0)
-    touching, away = np.array([29.0 - 1e-9, 0.0, 0.0]), np.array([34.0, 0.0, 0.0])
-    assert space.clear(touching, away)
