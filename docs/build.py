@@ -1,8 +1,8 @@
 """Build the documentation: `python -W error docs/build.py out/docs`.
 
 The pages of `docs/pages`, the tables of keys (`formats.py`), the reference (`reference.py`) and the figures
-(`figures.py`) are gathered in a temporary folder, and Sphinx makes the site of them there. A warning of Sphinx
-is an error.
+(`figures.py`) are gathered in a temporary folder, and Sphinx makes the site of them there. A warning of
+Sphinx is an error.
 """
 
 from __future__ import annotations
@@ -13,11 +13,10 @@ import tempfile
 import warnings
 from pathlib import Path
 
-from sphinx.cmd.build import build_main
-
 import figures
 import formats
 import reference
+from sphinx.cmd.build import build_main
 
 HERE = Path(__file__).parent
 
@@ -45,7 +44,7 @@ def build(folder: Path) -> int:
         gather(source)
         doctrees = str(Path(gathered, "doctrees"))
         options = ["-b", "html", "-W", "--keep-going", "-q", "-d", doctrees]
-        # Sphinx 9's own napoleon reads the options of Sphinx 9's own autodoc in a way that Sphinx 11 won't have.
+        # Sphinx 9's napoleon reads the options of Sphinx 9's autodoc in a way that Sphinx 11 won't have.
         warnings.filterwarnings("ignore", message="The mapping interface for autodoc options")
         return build_main([*options, str(source), str(folder)])
 

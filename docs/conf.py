@@ -87,6 +87,6 @@ def mend_docstring(app: Any, what: str, name: str, obj: Any, options: Any, lines
 
 
 def setup(app: Any) -> dict[str, bool]:
-    """Hook in before napoleon."""
+    """Mend docstrings before napoleon reads them."""
     app.connect("autodoc-process-docstring", mend_docstring, priority=100)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -89,7 +89,7 @@ def lean() -> Figure:
     sketches = (
         ("tilt", "any direction", 35.0),
         ("lead", "along the feed →", 35.0),
-        ("lean", "across the feed, seen from behind", -35.0),
+        ("lean", "across the feed,\nseen from behind", -35.0),
     )
     for axes, (name, about, angle) in zip(figure.subplots(1, 3), sketches, strict=True):
         turn = np.radians(angle)
@@ -102,8 +102,8 @@ def lean() -> Figure:
         axes.text(0.75 * np.sin(turn / 2), 0.72 * np.cos(turn / 2), name, ha="center")
         axes.text(0.0, 1.2, "normal", color=BLUE, ha="center")
         axes.text(1.08 * tip[0], 1.05 * tip[1], "tool", color=ORANGE, ha="center")
-        axes.text(0.0, -0.22, about, ha="center")
-        axes.set(xlim=(-1.1, 1.1), ylim=(-0.3, 1.35), aspect="equal")
+        axes.text(0.0, -0.12, about, ha="center", va="top")
+        axes.set(xlim=(-1.1, 1.1), ylim=(-0.5, 1.35), aspect="equal")
         axes.axis("off")
     return figure
 

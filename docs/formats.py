@@ -308,7 +308,7 @@ def pages() -> dict[str, str]:
     texts["machine"] += "\n" + _section(figure)
     texts["tool"] += "\n" + _shapes()
     texts["job"] += "\n" + _sweep()
-    texts["control"] += "\n" + _templates()
+    texts["control"] = f"{_based_on()}\n{texts['control']}\n{_templates()}"
     return texts
 
 
@@ -350,6 +350,16 @@ def _sweep() -> str:
     )
     head = [f"## `[{table.key}]`", "", f"{table.description}.", ""]
     return "\n".join([*head, _grid(("key", "type", "meaning"), rows), ""])
+
+
+def _based_on() -> str:
+    """Write the one key that is read before the model: `fiveaxis.nc.writing.catalogue`."""
+    row = (
+        "`based_on`",
+        "text",
+        "a known control, or a table beside this one; it says what isn't said here",
+    )
+    return "\n".join(["## What it starts from", "", _grid(("key", "type", "meaning"), iter([row])), ""])
 
 
 def _templates() -> str:
