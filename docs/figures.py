@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import matplotlib as mpl
 import numpy as np
@@ -14,7 +15,7 @@ import fiveaxis as fx
 MACHINE = "hayashi-640123"
 PART = Path(__file__).parents[1] / "examples/overhang/part.stl"
 BLUE, ORANGE, GREY = "#3465a4", "#ce5c00", "#babdb6"
-STYLE = {"svg.hashsalt": "fiveaxis", "svg.fonttype": "path", "font.size": 9, "axes.spines.top": False}
+STYLE: Any = {"svg.hashsalt": "fiveaxis", "svg.fonttype": "path", "font.size": 9, "axes.spines.top": False}
 
 
 def draw_all(folder: Path) -> None:
