@@ -26,6 +26,8 @@ html_show_sphinx = False
 
 autodoc_typehints = "description"
 autodoc_typehints_description_target = "documented_params"
+# Said by name; what numpy makes of the first fills lines.
+autodoc_type_aliases = {name: name for name in ("ArrayLike", "Array", "BoolArray", "IntArray")}
 autodoc_preserve_defaults = True
 autodoc_member_order = "bysource"
 autodoc_default_options = {
@@ -38,6 +40,8 @@ napoleon_use_ivar = True
 napoleon_use_rtype = False
 
 _UNDERLINE = re.compile(r"\s*-{3,}\s*")
+# Literals, bold and emphasised words stay as they are.
+_MARKUP = re.compile(r"(``.+?``|`.+?`|\*\*.+?\*\*|(?<![\w*])\*[^\s*](?:[^*]*[^\s*])?\*(?![\w*]))")
 _PARAMETERS = ("Parameters", "Attributes")
 
 
@@ -63,7 +67,7 @@ def join_entries(lines: list[str]) -> list[str]:
 
 def escape_signs(line: str) -> str:
     r"""Escape what reStructuredText would read as markup: |Δq|, 2*x, W_."""
-    pieces = re.split(r"(``.+?``|`.+?`|\*\*.+?\*\*)", line)
+    pieces = _MARKUP.split(line)
     for index in range(0, len(pieces), 2):
         pieces[index] = re.sub(r"([|*])", r"\\\1", pieces[index])
         pieces[index] = re.sub(r"(\w)_(?=\W|$)", r"\1\\_", pieces[index])

@@ -75,7 +75,7 @@ def _index() -> str:
             f"   * - :py:{role}:`fx.{name} <fiveaxis.{home}.{name}>`",
             f"     - {_first_sentence(thing)}",
         ]
-    rooms = [f"   {room}" for room in ROOMS]
+    rooms = [f"   {name}" for name in ("examples", *ROOMS)]
     return "\n".join([*lines, "", ".. toctree::", "   :caption: Rooms", "   :maxdepth: 1", "", *rooms, ""])
 
 
