@@ -1,52 +1,53 @@
-"""Build the API reference from the docstrings: `python -W error docs/build.py out/docs`.
+"""Build the documentation: `python -W error docs/build.py out/docs`.
 
-The package resolves its public names when they are asked for; pdoc looks at what a module already holds. So
-they are all resolved first.
+The pages of `docs/pages`, the tables of keys (`formats.py`), the reference (`reference.py`) and the figures
+(`figures.py`) are gathered in a temporary folder, and Sphinx makes the site of them there. A warning of
+Sphinx is an error.
 """
 
 from __future__ import annotations
 
+import shutil
 import sys
-from importlib import import_module
+import tempfile
+import warnings
 from pathlib import Path
-from typing import Any
 
-import pdoc
+import figures
+import formats
+import reference
+from sphinx.cmd.build import build_main
 
-import fiveaxis as fx
-
-ROOMS = (
-    "batch",
-    "collision",
-    "contour",
-    "energy",
-    "geometry",
-    "job",
-    "kinematics",
-    "machine",
-    "mesh",
-    "motion",
-    "nc",
-    "posture",
-    "report",
-    "toolpath",
-    "verification",
-    "viewer",
-    "errors",
-    "findings",
-)
+HERE = Path(__file__).parent
 
 
-def build(folder: Path) -> None:
-    """Write one page for the package and one for each room."""
-    for name in fx.__all__:
-        setattr(fx, name, getattr(fx, name))
-    # A record inherits its fields, but not the names that their annotations use.
-    reader: Any = import_module("fiveaxis.nc.control.program_reader")
-    reader.Array = import_module("fiveaxis.geometry").Array
-    pdoc.render.configure(docformat="numpy", math=False, show_source=False)
-    pdoc.pdoc("fiveaxis", *(f"fiveaxis.{room}" for room in ROOMS), output_directory=folder)
+def gather(folder: Path) -> None:
+    """Write all that the site is made of into a folder."""
+    shutil.copytree(HERE / "pages", folder, dirs_exist_ok=True)
+    shutil.copy(HERE / "conf.py", folder)
+    for name, text in formats.pages().items():
+        _write(folder / "_generated" / f"{name}.md", text)
+    for name, text in reference.pages().items():
+        _write(folder / "reference" / name, text)
+    figures.draw_all(folder / "figures")
+
+
+def _write(path: Path, text: str) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(text, encoding="utf-8")
+
+
+def build(folder: Path) -> int:
+    """Build the site into a folder; give the exit code of Sphinx."""
+    with tempfile.TemporaryDirectory(prefix="fiveaxis-docs-") as gathered:
+        source = Path(gathered, "source")
+        gather(source)
+        doctrees = str(Path(gathered, "doctrees"))
+        options = ["-b", "html", "-W", "--keep-going", "-q", "-d", doctrees]
+        # What a coming Sphinx takes away concerns the theme and the extensions, not these pages.
+        warnings.simplefilter("ignore", PendingDeprecationWarning)
+        return build_main([*options, str(source), str(folder)])
 
 
 if __name__ == "__main__":
-    build(Path(sys.argv[1] if len(sys.argv) > 1 else "out/docs"))
+    sys.exit(build(Path(sys.argv[1] if len(sys.argv) > 1 else "out/docs")))

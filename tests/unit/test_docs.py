@@ -1,0 +1,255 @@
+"""The documentation builds without a warning, its examples run, and what they print is what the pages say."""
+
+from __future__ import annotations
+
+import doctest
+import importlib.util
+import os
+import re
+import shutil
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+DOCS = ROOT / "docs"
+PAGES = sorted((DOCS / "pages").rglob("*.md"))
+TUTORIAL = DOCS / "pages/tutorial.md"
+# Between a number on a page and the one that a run prints: libraries and processors round differently.
+TOLERANCE = 0.02
+NUMBER = re.compile(r"-?\d+(?:\.\d+)?")
+FENCE = re.compile(r"^```(\{code-block\} )?(\w+)\n(?::caption: (\S+)\n\n?)?(.*?)^```$", re.M | re.S)
+
+
+@dataclass(frozen=True)
+class Block:
+    """A fenced block of a page.
+
+    Parameters
+    ----------
+    language : ``console``, ``python``, ``toml`` …
+    caption : name of the file that a block with one is
+    text : what stands in it
+    line : of the page, where it begins
+    """
+
+    language: str
+    caption: str | None
+    text: str
+    line: int
+
+
+def blocks_of(page: Path) -> list[Block]:
+    text = page.read_text(encoding="utf-8")
+    return [
+        Block(found[2], found[3], found[4], text.count("\n", 0, found.start()) + 1)
+        for found in FENCE.finditer(text)
+    ]
+
+
+def commands_of(block: Block) -> list[tuple[str, str]]:
+    """Give the commands of a console block, each with what it prints."""
+    commands: list[tuple[str, str]] = []
+    for line in block.text.splitlines():
+        if line.startswith("$ "):
+            commands.append((line[2:], ""))
+        else:
+            command, printed = commands[-1]
+            commands[-1] = (command, f"{printed}{line}\n")
+    return commands
+
+
+def matches(got: str, want: str) -> bool:
+    """Tell whether a text is the wanted one; ``...`` is any text, and numbers may differ by `TOLERANCE`."""
+    pieces = [_pattern(piece) for piece in " ".join(want.split()).split("...")]
+    found = re.fullmatch(".*?".join(pieces), " ".join(got.split()))
+    if found is None:
+        return False
+    return all(
+        abs(float(a) - float(b)) <= TOLERANCE * max(abs(float(b)), 1.0)
+        for a, b in zip(found.groups(), NUMBER.findall(want.replace("...", " ")), strict=True)
+    )
+
+
+def _pattern(text: str) -> str:
+    """Write a pattern in which every number is a group."""
+    pieces = re.split(f"({NUMBER.pattern})", text)
+    return "".join(f"({NUMBER.pattern})" if n % 2 else re.escape(piece) for n, piece in enumerate(pieces))
+
+
+class Checker(doctest.OutputChecker):
+    """A doctest's comparison that allows numbers the same tolerance."""
+
+    def check_output(self, want: str, got: str, optionflags: int) -> bool:
+        return matches(got, want)
+
+
+def run_page(page: Path, folder: Path) -> None:
+    """Run what a page shows, block by block, in a folder."""
+    names: dict[str, object] = {}
+    for block in blocks_of(page):
+        place = f"{page.relative_to(DOCS)}:{block.line}"
+        if block.caption is not None:
+            folder.joinpath(block.caption).write_text(block.text, encoding="utf-8")
+        elif block.language == "console":
+            for command, printed in commands_of(block):
+                assert matches(got := run_command(command, folder), printed), f"{place}: {command}\n{got}"
+        elif block.language == "python" and ">>>" in block.text:
+            run_doctest(block, names, folder, place)
+
+
+def run_command(command: str, folder: Path) -> str:
+    tools = str(Path(sys.executable).parent)
+    environment = os.environ | {"COLUMNS": "100", "PATH": f"{tools}{os.pathsep}{os.environ['PATH']}"}
+    shell = ["bash", "-o", "pipefail", "-c", command]
+    done = subprocess.run(shell, cwd=folder, env=environment, capture_output=True, text=True, timeout=600)
+    assert done.returncode == 0, f"{command}\n{done.stdout}\n{done.stderr}"
+    return done.stdout
+
+
+def run_doctest(block: Block, names: dict[str, object], folder: Path, place: str) -> None:
+    test = doctest.DocTestParser().get_doctest(block.text, names, place, place, 0)
+    said: list[str] = []
+    before = Path.cwd()
+    os.chdir(folder)
+    try:
+        runner = doctest.DocTestRunner(Checker(), verbose=False)
+        runner.run(test, out=said.append, clear_globs=False)
+    finally:
+        os.chdir(before)
+    names.update(test.globs)
+    assert runner.failures == 0, "".join(said)
+
+
+def uses_commands(page: Path) -> bool:
+    return any(block.language == "console" for block in blocks_of(page))
+
+
+@pytest.fixture(scope="session")
+def finished(tmp_path_factory) -> Path:
+    """Give the folder that the tutorial leaves; the how-to pages go on from there."""
+    folder = tmp_path_factory.mktemp("tutorial")
+    run_page(TUTORIAL, folder)
+    return folder
+
+
+@pytest.mark.slow
+def test_the_tutorial_runs_as_it_is_printed(finished):
+    assert (finished / "out/program.nc").is_file()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "page", [p for p in PAGES if p != TUTORIAL and uses_commands(p)], ids=lambda page: page.stem
+)
+def test_the_commands_of_a_page_print_what_it_says(page, finished, tmp_path):
+    folder = tmp_path / "work"
+    shutil.copytree(finished, folder)
+    run_page(page, folder)
+
+
+@pytest.mark.parametrize(
+    "page",
+    [p for p in PAGES if not uses_commands(p) and any(">>>" in b.text for b in blocks_of(p))],
+    ids=lambda page: page.stem,
+)
+def test_the_python_of_a_page_prints_what_it_says(page, tmp_path):
+    run_page(page, tmp_path)
+
+
+def test_numbers_of_a_page_may_differ_by_the_tolerance_and_words_may_not():
+    assert matches("saved 79.1 % in 4 s", "saved 79.0 % in ... s")
+    assert not matches("saved 70.0 % in 4 s", "saved 79.0 % in ... s")
+    assert not matches("spent 79.0 % in 4 s", "saved 79.0 % in ... s")
+
+
+@pytest.fixture(scope="module")
+def formats():
+    """Load `docs/formats.py`, which isn't in a package."""
+    spec = importlib.util.spec_from_file_location("docs_formats", DOCS / "formats.py")
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module
+    spec.loader.exec_module(module)
+    yield module
+    del sys.modules[spec.name]
+
+
+def test_every_key_of_a_job_is_on_its_page(formats):
+    from fiveaxis.job.guide import list_entries
+
+    text = formats.pages()["job"]
+    for entry in list_entries():
+        if entry.key == "sweep":
+            assert "## `[sweep]`" in text
+            continue
+        table, _, name = entry.key.rpartition(".")
+        headers = (f"## `[{table}]`", f"## `[[{table}]]`") if table else ("## Top of the file",)
+        sections = [part for part in f"\n{text}".split("\n## ") if f"## {part}".startswith(headers)]
+        assert any(f"\n| `{name}` |" in section for section in sections), entry.key
+
+
+def test_every_key_of_the_library_s_machines_and_of_the_tools_is_on_its_page(formats):
+    import tomllib
+
+    from fiveaxis.toolpath.tool_file import HolderTable, SectionTable, ToolTable
+
+    pages = formats.pages()
+    for path in (ROOT / "machines").glob("*.toml"):
+        for key in _keys(tomllib.loads(path.read_text(encoding="utf-8"))) - set("XYZABC"):
+            assert f"\n| `{key}` |" in pages["machine"], f"{path.name}: {key}"
+    for model in (ToolTable, HolderTable, SectionTable):
+        for key in model.model_fields:
+            assert f"\n| `{key}` |" in pages["tool"], key
+
+
+def test_every_key_of_the_library_s_controls_is_on_its_page(formats):
+    import tomllib
+
+    text = formats.pages()["control"]
+    named = {"feed", "modes", "refused", "coolant", "unit", "most", "winding_notes"}
+    for path in (ROOT / "fiveaxis/nc/controls").glob("*.toml"):
+        data = tomllib.loads(path.read_text(encoding="utf-8"))
+        plain = {key: value for key, value in data.items() if key not in named}
+        inner = [table for key in ("feed", "modes") for table in data.get(key, {}).values()]
+        for key in set(data) | _keys(plain).union(*map(_keys, inner)) - {"based_on"}:
+            assert f"\n| `{key}` |" in text, f"{path.name}: {key}"
+
+
+def _keys(value: object) -> set[str]:
+    if isinstance(value, dict):
+        return set(value).union(*map(_keys, value.values()))
+    return set().union(*map(_keys, value)) if isinstance(value, list) else set()
+
+
+def test_a_key_without_a_meaning_stops_the_build(formats):
+    from pydantic import BaseModel
+
+    class Said(BaseModel):
+        """A table."""
+
+        silent: float
+
+    with pytest.raises(formats.KeyFault, match=r"Said\.silent has no description"):
+        formats.list_tables(Said, formats.Meanings())
+
+
+def test_a_meaning_that_nobody_needs_stops_the_build(formats, tmp_path):
+    file = tmp_path / "keys.toml"
+    file.write_text('"Said.gone" = "nothing"\n')
+    with pytest.raises(formats.KeyFault, match=r"Said\.gone"):
+        formats.Meanings(file).require_used()
+
+
+@pytest.mark.slow
+def test_the_site_is_built_without_a_warning(tmp_path):
+    for name in ("sphinx", "myst_parser", "furo"):
+        pytest.importorskip(name, reason="the docs extra isn't installed")
+    command = [sys.executable, "-W", "error", str(DOCS / "build.py"), str(tmp_path)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=600)
+    assert done.returncode == 0, done.stderr
+    assert done.stderr == ""
+    for page in ("tutorial.html", "formats/machine.html", "reference/job.html"):
+        assert (tmp_path / page).is_file()
