@@ -138,7 +138,8 @@ def verify_program(
             hold=hold,
             max_turn=max_turn,
             singular_cone=singular_cone,
-            singular_rate=singular_rate,
+            # The rate has a default, and means nothing without the cone.
+            singular_rate=0.0 if singular_cone is None else singular_rate,
         ),
         tolerances=tolerances.with_gouge(gouge_tolerance),
         surface_tolerance=surface_tolerance,

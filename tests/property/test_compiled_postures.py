@@ -102,7 +102,7 @@ def test_the_compiled_walk_is_that_of_any_chain(monkeypatch, name, seed):
     machine = machine.with_drives_of(load_machine("hayashi-640123"))
     bounds = tilt_bounds(path, (10, 70))
     quick = catalogue.greedy(path, machine, bounds)
-    monkeypatch.setattr(catalogue, "has_waves", lambda _: False)
+    monkeypatch.setattr(catalogue, "is_trigonometric", lambda _: False)
     np.testing.assert_allclose(quick, catalogue.greedy(path, machine, bounds), rtol=0.0, atol=1e-9)
 
 
