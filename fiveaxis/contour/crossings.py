@@ -9,7 +9,7 @@ import numpy as np
 
 from fiveaxis.geometry import Array, IntArray
 from fiveaxis.mesh import TriangleTree
-from fiveaxis.mesh.kernels import STACK, box_gap, compiled
+from fiveaxis.mesh.kernels import STACK, box_gap, compiled, push_children
 
 # A crossing nearer to the contact than this share of the search's reach lies on its own pass.
 OWN = 1e-3
@@ -93,10 +93,7 @@ def _cross(
         if box_gap(p, boxes[node]) >= max(best[0], best[1]):
             continue
         if node < leaves:
-            swap = box_gap(p, boxes[2 * node]) < box_gap(p, boxes[2 * node + 1])
-            waiting[count] = 2 * node + 1 if swap else 2 * node
-            waiting[count + 1] = 2 * node if swap else 2 * node + 1
-            count += 2
+            count = push_children(p, boxes, node, waiting, count)
             continue
         for k in range((node - leaves) * width, (node - leaves + 1) * width):
             row = starts[order[k]]

@@ -201,7 +201,7 @@ class ProgramCheck:
         """Take what a program is held against."""
         return cls(
             machine=machine,
-            toolpath=against.leaning_path,
+            toolpath=against.toolpath,
             tool=against.cutter,
             around=against.surroundings or Surroundings(),
             constraints=against.constraints,

@@ -70,8 +70,23 @@ def box_gap(p: Array, box: Array) -> float:
 
 
 @compiled
-def nearest(p: Array, triangles: Array, boxes: Array, bound: float) -> float:
-    """Distance from a point to the nearest triangle, or `bound` if there is none nearer than that.
+def push_children(p: Array, boxes: Array, node: int, waiting: IntArray, count: int) -> int:
+    """Put a node's children on the stack, and return how many nodes wait there.
+
+    The child nearer to p is looked at first: what it holds rules out most of the other.
+    """
+    swap = box_gap(p, boxes[2 * node]) < box_gap(p, boxes[2 * node + 1])
+    waiting[count] = 2 * node + 1 if swap else 2 * node
+    waiting[count + 1] = 2 * node if swap else 2 * node + 1
+    return count + 2
+
+
+@compiled
+def nearest_triangle(p: Array, triangles: Array, boxes: Array, bound: float) -> tuple[int, float]:
+    """Row of the nearest triangle in the tree's order, and its distance, mm.
+
+    Where none is nearer than `bound`, −1 and that. Of triangles at the same distance (p is nearest to an edge
+    or corner they share) the first one that is met in the tree is told.
 
     Parameters
     ----------
@@ -83,6 +98,7 @@ def nearest(p: Array, triangles: Array, boxes: Array, bound: float) -> float:
     leaves = len(boxes) // 2
     width = len(triangles) // leaves
     best = bound * bound
+    found = -1
     waiting = np.empty(STACK, np.int64)
     waiting[0] = 1
     count = 1
@@ -93,14 +109,21 @@ def nearest(p: Array, triangles: Array, boxes: Array, bound: float) -> float:
             continue
         if node >= leaves:
             for k in range((node - leaves) * width, (node - leaves + 1) * width):
-                best = min(best, triangle_gap(p, triangles[k]))
+                gap = triangle_gap(p, triangles[k])
+                if gap < best:
+                    best, found = gap, k
             continue
-        # The nearer child is looked at first: what it holds rules out most of the other.
-        swap = box_gap(p, boxes[2 * node]) < box_gap(p, boxes[2 * node + 1])
-        waiting[count] = 2 * node + 1 if swap else 2 * node
-        waiting[count + 1] = 2 * node if swap else 2 * node + 1
-        count += 2
-    return float(np.sqrt(best))
+        count = push_children(p, boxes, node, waiting, count)
+    return found, float(np.sqrt(best))
+
+
+@compiled
+def nearest(p: Array, triangles: Array, boxes: Array, bound: float) -> float:
+    """Distance from a point to the nearest triangle, mm, or `bound` if there is none nearer than that.
+
+    Arguments as for `nearest_triangle`.
+    """
+    return nearest_triangle(p, triangles, boxes, bound)[1]
 
 
 @compiled
@@ -149,43 +172,6 @@ def foot_on_triangle(p: Array, triangle: Array) -> Array:
 
 
 @compiled
-def nearest_triangle(p: Array, triangles: Array, boxes: Array, bound: float) -> int:
-    """Row of the nearest triangle in the tree's order, −1 if there is none nearer than `bound`.
-
-    Of triangles at the same distance (p is nearest to an edge or corner they share) the first one that is
-    met in the tree is told.
-
-    Parameters
-    ----------
-    p : (3,), mm
-    triangles, boxes, bound : as in `nearest`
-    """
-    leaves = len(boxes) // 2
-    width = len(triangles) // leaves
-    best = bound * bound
-    found = -1
-    waiting = np.empty(STACK, np.int64)
-    waiting[0] = 1
-    count = 1
-    while count > 0:
-        count -= 1
-        node = waiting[count]
-        if box_gap(p, boxes[node]) >= best:
-            continue
-        if node >= leaves:
-            for k in range((node - leaves) * width, (node - leaves + 1) * width):
-                gap = triangle_gap(p, triangles[k])
-                if gap < best:
-                    best, found = gap, k
-            continue
-        swap = box_gap(p, boxes[2 * node]) < box_gap(p, boxes[2 * node + 1])
-        waiting[count] = 2 * node + 1 if swap else 2 * node
-        waiting[count + 1] = 2 * node if swap else 2 * node + 1
-        count += 2
-    return found
-
-
-@compiled
 def feet_all(points: Array, triangles: Array, boxes: Array, bound: float) -> tuple[Array, IntArray, Array]:
     """Nearest point of the surface to each row of points.
 
@@ -199,7 +185,7 @@ def feet_all(points: Array, triangles: Array, boxes: Array, bound: float) -> tup
     rows = np.empty(len(points), np.int64)
     gaps = np.full(len(points), np.inf)
     for i in range(len(points)):
-        row = nearest_triangle(points[i], triangles, boxes, bound)
+        row, _ = nearest_triangle(points[i], triangles, boxes, bound)
         rows[i] = row
         if row >= 0:
             feet[i] = foot_on_triangle(points[i], triangles[row])

@@ -148,8 +148,8 @@ def optimise(
         return by_time(built, up_penalty, smoothing) if timed else built, leaning
 
     problem, bounds = build(toolpath)
-    given = GivenProblem(problem, machine, toolpath, bounds, start)
-    found, asked = solve_given(given, allowed, progress, singular, mask)
+    given = GivenProblem(problem, machine, toolpath, bounds, start, allowed, progress, singular)
+    found, asked = solve_given(given, mask)
 
     def rebuild(path: Toolpath, location: Array | None = None) -> tuple[Problem, TiltBounds]:
         other, leaning = build(path, location)

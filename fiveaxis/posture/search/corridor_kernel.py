@@ -48,6 +48,28 @@ class Corridor(NamedTuple):
     fault: float
 
 
+class Prices(NamedTuple):
+    """What steps from location to location cost, and how far they may turn.
+
+    Parameters
+    ----------
+    plus, minus : (n − 1, 5), J/mm and J/rad
+    max_turn : (n − 1, 2), rad
+    turn_price, bend_price : (n − 1,), J/rad and J/rad²
+    pace : (5,), s/mm and s/rad
+    least_time, time_price : (n − 1,) s, J/s
+    """
+
+    plus: Array
+    minus: Array
+    max_turn: Array
+    turn_price: Array
+    bend_price: Array
+    pace: Array
+    least_time: Array
+    time_price: float
+
+
 @compiled
 def swing(coefficients: Array, spin: int, angle: float) -> tuple[float, float, float]:
     """Give middle, amplitude and phase of a linear axis over the other rotary angle, at a spin angle.
@@ -130,28 +152,18 @@ def fill_states(corridor: Corridor, i: int, states: Array, price: Array) -> None
 
 def corridor_path(
     corridor: Corridor,
+    prices: Prices,
     refused: Array,
     count: int,
-    plus: Array,
-    minus: Array,
-    max_turn: Array,
-    turn_price: Array,
-    bend_price: Array,
-    pace: Array,
-    least_time: Array,
-    time_price: float,
 ) -> tuple[Array, NDArray[np.int64]]:
     """Find the cheapest path through a corridor.
 
     Parameters
     ----------
     corridor : its states
+    prices : of steps between them
     refused : (n, states) J, further prices of the states; (n, 0) for none
     count : steps to each side of every strand
-    plus, minus : (n − 1, 5), J/mm and J/rad
-    max_turn, turn_price, bend_price : (n − 1, 2) rad, (n − 1,) J/rad, (n − 1,) J/rad²
-    pace : (5,), s/mm and s/rad
-    least_time, time_price : (n − 1,) s, J/s
 
     Returns
     -------
@@ -171,8 +183,7 @@ def corridor_path(
     trail, row_least = np.zeros((n, price.size), dtype=np.int32), np.empty(shape[0])
     turn, bend = np.full(5, np.inf), np.zeros(5)
     sweep(
-        corridor, refused, plus, minus, max_turn, turn_price, bend_price, pace, least_time, time_price,
-        states, before, price, cost, best, back, trail, row_least, turn, bend,
+        corridor, prices, refused, states, before, price, cost, best, back, trail, row_least, turn, bend,
     )  # fmt: skip
     path, chosen = np.empty((n, 5)), np.empty(n, dtype=np.int64)
     chosen[-1] = np.argmin(cost)
@@ -183,15 +194,8 @@ def corridor_path(
 @compiled
 def sweep(
     corridor: Corridor,
+    prices: Prices,
     refused: Array,
-    plus: Array,
-    minus: Array,
-    max_turn: Array,
-    turn_price: Array,
-    bend_price: Array,
-    pace: Array,
-    least_time: Array,
-    time_price: float,
     states: Array,
     before: Array,
     price: Array,
@@ -214,25 +218,26 @@ def sweep(
     reach = (cost.shape[0], cost.shape[1])
     row, size = cost.shape[1] * cost.shape[2], cost.size
     # The same numbers in one row: copied one by one, as for ``a[:] = b`` numba compiles an error's wording.
-    prices, costs, bests, backs = price.reshape(-1), cost.reshape(-1), best.reshape(-1), back.reshape(-1)
+    flat, costs, bests, backs = price.reshape(-1), cost.reshape(-1), best.reshape(-1), back.reshape(-1)
     for i in range(len(corridor.second)):
         fill_states(corridor, i, states, price)
         if refused.shape[1]:
             for s in range(size):
-                prices[s] += refused[i, s]
+                flat[s] += refused[i, s]
         if i == 0:
             for s in range(size):
-                costs[s] = prices[s]
+                costs[s] = flat[s]
         else:
             for r in range(2):
-                turn[FIRST + r], bend[FIRST + r] = max_turn[i - 1, r], bend_price[i - 1]
+                turn[FIRST + r], bend[FIRST + r] = prices.max_turn[i - 1, r], prices.bend_price[i - 1]
             for a in range(len(row_least)):
                 row_least[a] = np.inf
                 for s in range(a * row, (a + 1) * row):
                     row_least[a] = min(row_least[a], costs[s])
             relax_layer(
-                cost, row_least, before, states, price, FIRST + corridor.spin, 0.0, reach, plus[i - 1],
-                minus[i - 1], turn, turn_price[i - 1], bend, pace, least_time[i - 1], time_price, best, back,
+                cost, row_least, before, states, price, FIRST + corridor.spin, 0.0, reach, prices.plus[i - 1],
+                prices.minus[i - 1], turn, prices.turn_price[i - 1], bend, prices.pace,
+                prices.least_time[i - 1], prices.time_price, best, back,
             )  # fmt: skip
             for s in range(size):
                 costs[s] = bests[s]

@@ -42,6 +42,9 @@ class GivenProblem:
     machine : as it is
     toolpath, bounds : as they were given
     start : (n, 2), rad, chain order, a path that is refined; None for a search
+    allowed : how much may be done
+    progress : called with a stage's name, steps done and steps in all
+    singular : the cone in which the first rotary axis is bound; None without one
     """
 
     problem: Problem
@@ -49,6 +52,9 @@ class GivenProblem:
     toolpath: Toolpath
     bounds: TiltBounds
     start: Array | None
+    allowed: Budget
+    progress: Progress | None = None
+    singular: Cone | None = None
 
     def endless(self) -> GivenProblem:
         """Pose the same where rotary axes turn without end."""
@@ -56,13 +62,7 @@ class GivenProblem:
         return replace(self, problem=problem, machine=endless(self.machine))
 
 
-def solve_given(
-    given: GivenProblem,
-    allowed: Budget,
-    progress: Progress | None,
-    singular: Cone | None,
-    mask: MaskFunction | None,
-) -> tuple[Solution, Mask | None]:
+def solve_given(given: GivenProblem, mask: MaskFunction | None) -> tuple[Solution, Mask | None]:
     """Find the cheapest path as `_within_turns` does, or say where there is none.
 
     Raises
@@ -76,7 +76,7 @@ def solve_given(
         share = f"{len(blocked)} of {len(toolpath)} locations"
         raise Infeasible(f"{share} have no admissible posture on {given.machine.name}", blocked)
     try:
-        return _within_turns(given, allowed, progress, singular, mask)
+        return _within_turns(given, mask)
     except Infeasible:
         turning = long_turns(problem, toolpath)
         if not turning:
@@ -87,13 +87,7 @@ def solve_given(
         raise Infeasible(f"no way along the path: {moves}", turning) from None
 
 
-def _within_turns(
-    given: GivenProblem,
-    allowed: Budget,
-    progress: Progress | None,
-    singular: Cone | None,
-    mask: MaskFunction | None,
-) -> tuple[Solution, Mask | None]:
+def _within_turns(given: GivenProblem, mask: MaskFunction | None) -> tuple[Solution, Mask | None]:
     """Find the cheapest path in the turns that the axes have, or where there is none, one without end.
 
     Returns
@@ -102,20 +96,19 @@ def _within_turns(
     """
     asked = None if mask is None else Mask(mask)
     try:
-        return _solved(given, allowed, progress, singular, asked), asked
+        return _solved(given, asked), asked
     except Infeasible:
         if not winding_columns(given.machine):
             raise
     # No way within its turns: the axis winds as far as the path wants, and is turned back where it is cheap.
     asked = None if mask is None else Mask(asked_within(given.machine, mask))
-    return _solved(given.endless(), allowed, progress, singular, asked), asked
+    return _solved(given.endless(), asked), asked
 
 
-def _solved(
-    given: GivenProblem, allowed: Budget, progress: Progress | None, singular: Cone | None, mask: Mask | None
-) -> Solution:
+def _solved(given: GivenProblem, mask: Mask | None) -> Solution:
     """Find the cheapest path of a problem, and what it is compared with."""
     problem, machine, toolpath, bounds = given.problem, given.machine, given.toolpath, given.bounds
+    allowed, progress, singular = given.allowed, given.progress, given.singular
     compared, missing = find_baselines(toolpath, machine, bounds)
     # A baseline that the mask refuses is still a start.
     starts = compared
