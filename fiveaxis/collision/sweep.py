@@ -81,7 +81,7 @@ def join(hits: list[Hits]) -> Hits:
 
 
 @dataclass
-class Effort:
+class SweepCount:
     """What a pair cost; no part of any report, as it tells of the computer.
 
     Parameters
@@ -107,7 +107,7 @@ class Sweep:
     """
 
     tolerance: float = 0.05
-    effort: dict[tuple[str, str], Effort] = field(default_factory=dict)
+    effort: dict[tuple[str, str], SweepCount] = field(default_factory=dict)
 
     def run(
         self, pair: Pair, stretch: Stretch, counted: BoolArray, withdrawn: BoolArray | None = None
@@ -124,7 +124,7 @@ class Sweep:
         The worst of every row
         """
         started = time.perf_counter()
-        effort = self.effort.setdefault((pair.first.name, pair.second.name), Effort())
+        effort = self.effort.setdefault((pair.first.name, pair.second.name), SweepCount())
         back = np.zeros(len(stretch), dtype=bool) if withdrawn is None else withdrawn
         found = [
             self._pieces(pair, first, second, clearance, stretch, counted, back, effort)
@@ -152,7 +152,7 @@ class Sweep:
         stretch: Stretch,
         counted: BoolArray,
         withdrawn: BoolArray,
-        effort: Effort,
+        effort: SweepCount,
     ) -> Hits:
         # The smaller piece moves: its points stay nearer together.
         if first.size <= second.size:
@@ -175,7 +175,7 @@ class Sweep:
 class _Search:
     """One piece against another along a stretch."""
 
-    def __init__(self, travel: Travel, tolerance: float, effort: Effort) -> None:
+    def __init__(self, travel: Travel, tolerance: float, effort: SweepCount) -> None:
         self.travel, self.tolerance, self.effort = travel, tolerance, effort
         self.question = Question(travel.mover, travel.other)
 

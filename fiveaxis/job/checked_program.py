@@ -17,8 +17,7 @@ from fiveaxis.kinematics import axis_positions, tool_poses
 from fiveaxis.kinematics.windings import nearest_turn
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Motion, block_times, feed_times
-from fiveaxis.nc import Program as Written
-from fiveaxis.nc import read_motion
+from fiveaxis.nc import Program, read_motion
 from fiveaxis.nc.control.program_reader import read_motion_of
 from fiveaxis.nc.control.spindle import spindle_of
 from fiveaxis.nc.formats import POINT_SUFFIXES, read_path_of
@@ -37,7 +36,7 @@ RAPID = 10_000.0
 
 
 @dataclass(frozen=True, eq=False)
-class Program:
+class CheckedProgram:
     """A program as the checks see it.
 
     Parameters
@@ -77,7 +76,7 @@ class Program:
 
 def load_program(
     file: str | Path, machine: Machine, tool: Tool | None, reading: Mapping[str, Any]
-) -> Program:
+) -> CheckedProgram:
     """Read a program or the table of a motion, and follow its tool.
 
     A program that doesn't say where the axes are (directions of the tool, places that only the machine knows)
@@ -109,8 +108,8 @@ def load_program(
 
 
 def load_text(
-    text: Written, machine: Machine, start: Mapping[str, float], begin: Array, tool: Tool | None = None
-) -> Program:
+    text: Program, machine: Machine, start: Mapping[str, float], begin: Array, tool: Tool | None = None
+) -> CheckedProgram:
     """Read a program of our own whose text is at hand.
 
     Parameters
@@ -139,14 +138,16 @@ def _options(machine: Machine, tool: Tool | None, reading: Mapping[str, Any]) ->
     return ReadOptions(tool=tool, machine=machine, **({"rapid_mm_min": RAPID} | given))
 
 
-def _load(source: Source, machine: Machine, options: ReadOptions, begin: Array | None = None) -> Program:
+def _load(
+    source: Source, machine: Machine, options: ReadOptions, begin: Array | None = None
+) -> CheckedProgram:
     try:
         if lists_locations(source.name):
             raise source.error("is a list of cutter locations, which names no axes")
         motion = read_motion_of(source, machine, options)
     except ToolpathError as fault:
         return _load_path(source, machine, options, fault, begin)
-    return Program(
+    return CheckedProgram(
         motion,
         tool_path(motion, machine, options.tool, motion.name),
         motion.findings,
@@ -155,14 +156,16 @@ def _load(source: Source, machine: Machine, options: ReadOptions, begin: Array |
     )
 
 
-def _with_links(read: Program, machine: Machine) -> Program:
+def _with_links(read: CheckedProgram, machine: Machine) -> CheckedProgram:
     """Call the moves of rewinds links: a program writes them as feed moves."""
     rewinding = find_rewinds(read.path, machine, read.motion.positions)
     kind = np.where(rewinding, MoveKind.LINK, read.path.kind)
     return replace(read, motion=replace(read.motion, kind=kind), path=replace(read.path, kind=kind))
 
 
-def _load_table(path: Path, machine: Machine, tool: Tool | None, reading: Mapping[str, Any]) -> Program:
+def _load_table(
+    path: Path, machine: Machine, tool: Tool | None, reading: Mapping[str, Any]
+) -> CheckedProgram:
     motion = read_motion(path, machine, source_is_table=True)
     said = sorted(key for key, value in reading.items() if value)
     if said:
@@ -170,7 +173,9 @@ def _load_table(path: Path, machine: Machine, tool: Tool | None, reading: Mappin
             f"{', '.join(said)} is for NC programs, and this is the table of a motion", file=path
         )
     none = np.zeros(len(motion))
-    return Program(motion, tool_path(motion, machine, tool, path.name), (), none > 0, none, straight=True)
+    return CheckedProgram(
+        motion, tool_path(motion, machine, tool, path.name), (), none > 0, none, straight=True
+    )
 
 
 def tool_path(motion: Motion, machine: Machine, tool: Tool | None, name: str) -> Toolpath:
@@ -203,7 +208,7 @@ def _load_path(
     options: ReadOptions,
     fault: ToolpathError,
     begin: Array | None = None,
-) -> Program:
+) -> CheckedProgram:
     """Read a program as a path of the tool, because it isn't one of the axes; or say why it isn't."""
     try:
         path = read_path_of(source, replace(options, tool=options.tool or Tool.ball(POINT)))
@@ -242,7 +247,9 @@ def _load_path(
     lists = Path(source.name).suffix.lower() in (*APT_SUFFIXES, *POINT_SUFFIXES)
     spindle = np.zeros(len(path)) if lists else spindle_of(source, path.source)
     tcp = np.ones(len(path), dtype=bool)
-    return Program(motion, bare, (assumed, *path.findings), tcp, spindle, straight=True, by_control=True)
+    return CheckedProgram(
+        motion, bare, (assumed, *path.findings), tcp, spindle, straight=True, by_control=True
+    )
 
 
 def _next_to_each_other(path: Toolpath, machine: Machine, begin: Array | None) -> Array:

@@ -24,7 +24,7 @@ from fiveaxis.job.solution import Solution
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Interpolation
 from fiveaxis.nc import Clock
-from fiveaxis.posture import Budget, Objective
+from fiveaxis.posture import Effort, Objective
 from fiveaxis.posture import Solution as Postures
 from fiveaxis.posture import optimise as optimise_postures
 from fiveaxis.posture.masks.mask import MaskFunction
@@ -100,8 +100,7 @@ def optimise(
     singular_rate: float = 0.0,
     free_start: bool | Passes = False,
     free_direction: bool = False,
-    effort: str = "normal",
-    budget: Budget | None = None,
+    effort: str | Effort = "normal",
     interpolation: Interpolation = Interpolation.JOINT,
     clock: Clock | None = None,
     solver: str = "structured",
@@ -153,9 +152,9 @@ def optimise(
         path's `Plan.passes` (`fiveaxis.contour.plan_passes`), which know how to lay other links, are given
         in place of True
     free_direction : whether those may also be followed backwards: climb milling turns to conventional there
-    effort : ``quick``, ``normal`` or ``thorough``: how much is done, with what that promises in
-        `fiveaxis.posture.strategy.budget.EFFORTS`
-    budget : how much may be done, in place of an effort
+    effort : ``quick``, ``normal`` or ``thorough``, or counts of one's own: how much is done, with what that
+        promises in
+        `fiveaxis.posture.strategy.effort.EFFORTS`
     interpolation : of the control that the program is for
     clock : how long that control takes for blocks; by default it passes corners within 5 µm
     solver : ``structured`` or ``ipopt`` (`fiveaxis.posture.optimise`)
@@ -193,7 +192,6 @@ def optimise(
         "free_start": free_start,
         "free_direction": free_direction,
         "effort": effort,
-        "budget": budget,
         "solver": solver,
         "start": start,
         "progress": progress,

@@ -18,9 +18,8 @@ from fiveaxis.job.description import SEARCHED, Job, SetupTable
 from fiveaxis.job.loading import Progress, load_job_machine, load_job_passes, load_surroundings
 from fiveaxis.job.reading import make_job
 from fiveaxis.job.setup_costs import SetupCosts
-from fiveaxis.job.setup_search import Search, Tried, limits_of, ranges_of
-from fiveaxis.job.stages import Outcome
-from fiveaxis.job.stages import run_job as run_once
+from fiveaxis.job.setup_search import SetupTrials, Tried, limits_of, ranges_of
+from fiveaxis.job.stages import Outcome, run_stages
 from fiveaxis.kinematics import tool_axes
 from fiveaxis.machine import Machine
 from fiveaxis.nc import require_program
@@ -59,7 +58,7 @@ def run_job(job: Job, progress: Progress | None = None) -> Outcome:
         Wrong input, or no admissible posture in any setup (`Infeasible`).
     """
     if job.setup.search is None:
-        return run_once(job, progress)
+        return run_stages(job, progress)
     machine = load_job_machine(job)
     require_program(machine, job.control, job.coordinates, job.winding, job.nc)
     loaded = load_job_passes(job, progress)
@@ -70,7 +69,7 @@ def run_job(job: Job, progress: Progress | None = None) -> Outcome:
     def run(setup: SetupTable, start: Array | None = None) -> Outcome | Infeasible:
         try:
             there = job.model_copy(update={"setup": setup})
-            return run_once(there, progress, loaded, moved=setup != given, start=start)
+            return run_stages(there, progress, loaded, moved=setup != given, start=start)
         except Infeasible as fault:
             return fault
 
@@ -187,7 +186,7 @@ def search_setups(
     toolpath: Toolpath,
     progress: Progress | None = None,
     around: Surroundings | None = None,
-) -> Search:
+) -> SetupTrials:
     """Look for cheap setups within a job's bounds, roughly.
 
     Parameters
@@ -206,7 +205,7 @@ def search_setups(
             progress(STAGE, min(steps, limits.tries), limits.tries)
         return costs.free(setup)
 
-    search = Search(job, cost, costs.clear if costs.has_obstacles else None)
+    search = SetupTrials(job, cost, costs.clear if costs.has_obstacles else None)
     given = job.setup.model_copy(update={"search": None})
     search.look_at(given)
     kept = 0 if search.clear is None else int(CLEAR_SHARE * limits.tries)
@@ -259,7 +258,7 @@ def _full_cost(outcome: Outcome) -> float:
 
 
 def _document(
-    search: Search, given: SetupTable, best: Outcome, runs: dict[SetupTable, Outcome | Infeasible]
+    search: SetupTrials, given: SetupTable, best: Outcome, runs: dict[SetupTable, Outcome | Infeasible]
 ) -> dict[str, Any]:
     def told(setup: SetupTable) -> Tried:
         tried, run = search.tried[setup], runs.get(setup)

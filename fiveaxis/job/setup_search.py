@@ -47,7 +47,7 @@ class Tried:
 
 
 @dataclass
-class Search:
+class SetupTrials:
     """Setups within bounds, looked at one after the other.
 
     Parameters

@@ -94,7 +94,7 @@ class Outcome:
         return self.program.ok
 
 
-def run_job(
+def run_stages(
     job: Job,
     progress: Progress | None = None,
     loaded: tuple[Toolpath, Passes | None] | None = None,

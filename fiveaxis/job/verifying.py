@@ -14,7 +14,7 @@ from fiveaxis.contour import find_contacts
 from fiveaxis.errors import SettingError
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.job.against import Against
-from fiveaxis.job.checked_program import Program, load_program
+from fiveaxis.job.checked_program import CheckedProgram, load_program
 from fiveaxis.machine import Machine
 from fiveaxis.motion import AXIS_TOLERANCE, PATH_TOLERANCE, Interpolation, Motion
 from fiveaxis.nc.options import Wrap
@@ -209,7 +209,7 @@ class ProgramCheck:
             surface_tolerance=surface_tolerance,
         )
 
-    def report(self, read: Program) -> Report:
+    def report(self, read: CheckedProgram) -> Report:
         """Check a program that was read.
 
         Raises
@@ -242,7 +242,7 @@ class ProgramCheck:
         counts = {} if match is None else match.missed
         return report.merge(Report.of_findings(missed, PATH, counts), Report.of_findings(read.findings))
 
-    def _context(self, read: Program) -> CheckContext:
+    def _context(self, read: CheckedProgram) -> CheckContext:
         # The path of a program's pivot over its blocks isn't the path's.
         turning = replace(self.constraints.of_turns, turn_rate=None)
         if len(self.machine.rotaries) != 2:

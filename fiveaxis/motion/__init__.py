@@ -1,5 +1,6 @@
 """Axis motion along a path, and its timing."""
 
+from fiveaxis.former import former_names
 from fiveaxis.motion.digest import motion_digest
 from fiveaxis.motion.fill import Fill, Filling
 from fiveaxis.motion.filling import (
@@ -69,3 +70,5 @@ __all__ = [
     "times_rapids",
     "way_deviation",
 ]
+
+__getattr__ = former_names(__name__, {"fill_in_rows": "fiveaxis.motion.fill_in"})

@@ -1,27 +1,32 @@
 """Choosing the rotary angles of every cutter location."""
 
+from fiveaxis.former import former_names
 from fiveaxis.posture.bound.lower_bound import LowerBound, bound_travel
 from fiveaxis.posture.optimiser import optimise
 from fiveaxis.posture.problem import Problem
 from fiveaxis.posture.solution import Baseline, Optima, Solution, Stage
-from fiveaxis.posture.strategy.budget import EFFORTS, Budget, Search
 from fiveaxis.posture.strategy.delivery import Objective
+from fiveaxis.posture.strategy.effort import EFFORTS, Effort, LatticeSearch
 from fiveaxis.posture.strategy.front import Front, FrontPoint, find_front
 
 __all__ = [
     "EFFORTS",
     "Baseline",
-    "Budget",
+    "Effort",
     "Front",
     "FrontPoint",
+    "LatticeSearch",
     "LowerBound",
     "Objective",
     "Optima",
     "Problem",
-    "Search",
     "Solution",
     "Stage",
     "bound_travel",
     "find_front",
     "optimise",
 ]
+
+__getattr__ = former_names(
+    __name__, {"Budget": "fiveaxis.posture.Effort", "Search": "fiveaxis.posture.LatticeSearch"}
+)

@@ -20,8 +20,8 @@ from fiveaxis.posture.problem import Problem
 from fiveaxis.posture.solution import Solution
 from fiveaxis.posture.starts.passes import freed
 from fiveaxis.posture.strategy import holding
-from fiveaxis.posture.strategy.budget import ROUGH, Budget, budget_of
 from fiveaxis.posture.strategy.delivery import Delivery, Objective, Posed, delivered
+from fiveaxis.posture.strategy.effort import ROUGH, Effort, effort_of
 from fiveaxis.posture.strategy.given_path import GivenProblem, solve_given
 from fiveaxis.posture.strategy.least_time import by_time, time_findings
 from fiveaxis.posture.strategy.portfolio import Portfolio, Progress
@@ -44,8 +44,7 @@ def optimise(
     time_price: float | None = None,
     free_start: bool | Passes = False,
     free_direction: bool = False,
-    effort: str = "normal",
-    budget: Budget | None = None,
+    effort: str | Effort = "normal",
     interpolation: Interpolation = Interpolation.JOINT,
     clock: Clock | None = None,
     solver: str = STRUCTURED,
@@ -84,13 +83,13 @@ def optimise(
         path's `Plan.passes` (`fiveaxis.contour.plan_passes`), which know how to lay other links, are given
         in place of True
     free_direction : whether those may also be followed backwards: climb milling turns to conventional there
-    effort : ``quick``, ``normal`` or ``thorough``: how much is done, with what that promises in
-        `fiveaxis.posture.strategy.budget.EFFORTS`
-    budget : how much may be done, in place of an effort
+    effort : ``quick``, ``normal`` or ``thorough``, or counts of one's own: how much is done, with what that
+        promises in
+        `fiveaxis.posture.strategy.effort.EFFORTS`
     interpolation : of the control that the program is for
     clock : how long that control takes for blocks; by default it passes corners within 5 µm
     solver : ``structured``, the interior-point method made for paths, or ``ipopt``, a second opinion on the
-        same terms (`fiveaxis.posture.local`), in place of the budget's
+        same terms (`fiveaxis.posture.local`), in place of the effort's
     start : (n, 2), rad, chain order, postures that are refined in place of a search
     progress : called with a stage's name, steps done and steps in all
 
@@ -123,7 +122,7 @@ def optimise(
         time_price=time_price,
     )
     require_solver(solver)
-    allowed = replace(budget or budget_of(effort), solver=solver)
+    allowed = replace(effort_of(effort), solver=solver)
     if objective != "travel":
         # The prices of travel are but a start for those of blocks.
         allowed = replace(allowed, last_barrier=ROUGH)
@@ -201,7 +200,7 @@ def _require_options(
 class _Refinement:
     """Refines a path on the locations of its program, within the mask and the singular cone."""
 
-    allowed: Budget
+    allowed: Effort
     singular: Cone | None
     mask: Mask | None
 
@@ -216,7 +215,7 @@ class _Refinement:
             return Portfolio(problem, self.allowed, None, clear=clear).refined_near(start)
 
 
-def _refiner(allowed: Budget, progress: Progress | None, name: str) -> Callable[[Problem, Array], Array]:
+def _refiner(allowed: Effort, progress: Progress | None, name: str) -> Callable[[Problem, Array], Array]:
     """Make what refines a path on a problem of its own."""
 
     def refine(problem: Problem, start: Array) -> Array:

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from fiveaxis.energy import Energy, motion_energy
+from fiveaxis.former import warn_former
 from fiveaxis.geometry import Array
 from fiveaxis.kinematics import tool_poses
 from fiveaxis.machine import Machine
@@ -170,6 +171,12 @@ class Solution:
     def baselines(self) -> dict[str, Energy]:
         """Energy of every baseline, by name."""
         return {name: b.energy for name, b in self.compared.items()}
+
+    @property
+    def wound(self) -> Unwrapped | None:
+        """Former name of `unwrapped`."""
+        warn_former("Solution.wound", "Solution.unwrapped")
+        return self.unwrapped
 
     @cached_property
     def bound(self) -> LowerBound:

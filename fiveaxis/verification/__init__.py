@@ -1,5 +1,6 @@
 """An independent check of a motion: other kinematics than the optimiser's, the same path and machine."""
 
+from fiveaxis.former import former_names
 from fiveaxis.verification.approach import Leads, choose_leads
 from fiveaxis.verification.between import CheckedInterpolation
 from fiveaxis.verification.check_context import DEFAULT_TOLERANCES, Tolerances
@@ -31,3 +32,5 @@ __all__ = [
     "verify",
     "verify_text",
 ]
+
+__getattr__ = former_names(__name__, {"Asked": "fiveaxis.verification.PathConstraints"})

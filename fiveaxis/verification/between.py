@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -10,6 +9,7 @@ import numpy as np
 
 from fiveaxis.errors import SettingError
 from fiveaxis.findings import Severity
+from fiveaxis.former import warn_former
 from fiveaxis.geometry import IntArray
 from fiveaxis.motion import Interpolation
 from fiveaxis.toolpath import MoveKind
@@ -64,11 +64,7 @@ class CheckedInterpolation:
             return between
         if between in FORMER:
             now = FORMER[between]
-            warnings.warn(
-                f"between={str(between)!r} is now {now.value!r}; the old word goes with the next version",
-                DeprecationWarning,
-                stacklevel=3,
-            )
+            warn_former(f"between={str(between)!r}", repr(now.value), stacklevel=3)
             return cls(now, now, deviation=True)
         try:
             every = Interpolation(between)

@@ -11,7 +11,7 @@ import numpy as np
 from fiveaxis.collision import Surroundings
 from fiveaxis.collision.pairs import MACHINE, Pair, choose_pairs
 from fiveaxis.collision.scene import FIXTURE, build_scene, links_of
-from fiveaxis.collision.sweep import Effort, Hits, Sweep
+from fiveaxis.collision.sweep import Hits, Sweep, SweepCount
 from fiveaxis.collision.travel import Poses, Stretch
 from fiveaxis.findings import Severity
 from fiveaxis.geometry import Array, BoolArray, IntArray
@@ -54,7 +54,7 @@ def check_collisions(
     surroundings: Surroundings,
     *,
     tcp_height: float | None = None,
-    effort: dict[tuple[str, str], Effort] | None = None,
+    effort: dict[tuple[str, str], SweepCount] | None = None,
 ) -> tuple[Result, ...]:
     """Check all pairs of bodies that could touch, with coal, along the real motion of the axes.
 

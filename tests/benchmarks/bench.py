@@ -19,7 +19,7 @@ import numpy as np
 import fiveaxis as fx
 from fiveaxis.energy import Energy
 from fiveaxis.posture import optimise
-from fiveaxis.posture.strategy.budget import EFFORTS
+from fiveaxis.posture.strategy.effort import EFFORTS
 from fiveaxis.toolpath import Constraints
 
 DATA = Path(__file__).resolve().parents[3] / "shared" / "data"

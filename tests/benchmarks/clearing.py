@@ -78,7 +78,7 @@ def main() -> None:
     report = fx.verify(kept.motion, machine, kept.toolpath, tilt=TILT, part=part)
     checked = time.process_time() - began
     elapsed = time.perf_counter() - wall
-    effort: dict[tuple[str, str], collisions.Effort] = {}
+    effort: dict[tuple[str, str], collisions.SweepCount] = {}
     around = Surroundings(part=part)
     hit = fx.verify(free.motion, machine, free.toolpath, tilt=TILT, surroundings=around)
     context = collision_context(kept, machine)

@@ -40,7 +40,7 @@ MOST_RESTARTS = 5
 
 
 @dataclass(frozen=True, eq=False)
-class Outcome:
+class LocalOptimum:
     """Where the method ended.
 
     Parameters
@@ -71,7 +71,7 @@ def minimise(
     barrier: float,
     last: float = LAST_BARRIER,
     flat: float = FLAT,
-) -> Outcome:
+) -> LocalOptimum:
     """Find a local optimum.
 
     Parameters
@@ -85,8 +85,8 @@ def minimise(
     for number in range(iterations):
         solved = method.is_solved()
         if solved or not method.advance():
-            return Outcome(method.x, method.multiplier, solved, number)
-    return Outcome(method.x, method.multiplier, method.is_solved(), iterations)
+            return LocalOptimum(method.x, method.multiplier, solved, number)
+    return LocalOptimum(method.x, method.multiplier, method.is_solved(), iterations)
 
 
 class _Method:

@@ -9,7 +9,7 @@ import numpy as np
 from scipy import sparse
 
 from fiveaxis.geometry import Array
-from fiveaxis.posture.local.interior import Outcome, central_point
+from fiveaxis.posture.local.interior import LocalOptimum, central_point
 from fiveaxis.posture.local.quantities import chained
 from fiveaxis.posture.local.rows import ANGLES, Rows
 
@@ -27,7 +27,7 @@ SOLVED = "Solve_Succeeded"
 INTERRUPTED = ("User_Requested_Stop", "NonIpopt_Exception_Thrown")
 
 
-def by_ipopt(rows: Rows, start: Array, *, iterations: int, barrier: float) -> Outcome:
+def by_ipopt(rows: Rows, start: Array, *, iterations: int, barrier: float) -> LocalOptimum:
     """Find a local optimum; as `minimise`."""
     n, d = start.shape
     x, parts = ca.MX.sym("x", d, n), ca.MX.sym("parts", len(rows.sign))
@@ -64,7 +64,7 @@ def by_ipopt(rows: Rows, start: Array, *, iterations: int, barrier: float) -> Ou
     multiplier = np.zeros(len(rows.first))
     multiplier[bound] = np.array(answer["lam_g"])[:, 0]
     found = np.array(answer["x"])[: start.size, 0].reshape(start.shape)
-    return Outcome(found, multiplier, status == SOLVED, int(stats["iter_count"]))
+    return LocalOptimum(found, multiplier, status == SOLVED, int(stats["iter_count"]))
 
 
 def _require_uninterrupted(status: str) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 
 from fiveaxis.errors import SettingError
 from fiveaxis.geometry import Array
-from fiveaxis.posture.local.interior import LAST_BARRIER, Outcome, minimise
+from fiveaxis.posture.local.interior import LAST_BARRIER, LocalOptimum, minimise
 from fiveaxis.posture.local.ipopt import SOLVED, by_ipopt
 from fiveaxis.posture.local.quantities import chained
 from fiveaxis.posture.local.rows import rows_of
@@ -114,7 +114,7 @@ def refine(
 
 def _from_outside(
     problem: Problem, x: Array, held: tuple[bool, bool], iterations: int, barrier: float
-) -> Outcome:
+) -> LocalOptimum:
     """Lead unknowns, (n, d), within the bounds, at first for a price: the filter may stall out there."""
     most = ITERATIONS * iterations
     loose = rows_of(problem, held, elastic=VIOLATION_PRICE)

@@ -18,7 +18,7 @@ from fiveaxis.machine import Limits
 from fiveaxis.posture.masks.mask import Mask
 from fiveaxis.posture.problem import Problem
 from fiveaxis.posture.search.lattice import Lattice
-from fiveaxis.posture.strategy.budget import DEGREE
+from fiveaxis.posture.strategy.effort import DEGREE
 
 # Nodes lie about this far apart in each rotary angle (rad), at every so many-th location.
 NODE_STEP, NODE_STRIDE = 4.0 * DEGREE, 12

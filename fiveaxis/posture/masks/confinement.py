@@ -17,7 +17,7 @@ from fiveaxis.kinematics import tool_axes
 from fiveaxis.kinematics.windings import TURN
 from fiveaxis.posture.masks.clearance import Clearance
 from fiveaxis.posture.problem import ALLOWED, Problem
-from fiveaxis.posture.strategy.budget import DEGREE
+from fiveaxis.posture.strategy.effort import DEGREE
 from fiveaxis.toolpath import TiltBounds
 from fiveaxis.toolpath.bounds import INSIDE_OF
 

@@ -47,7 +47,7 @@ class Repair:
 
     Parameters
     ----------
-    run : the portfolio that found the path; gives the problem, the budget and takes the stages
+    run : the portfolio that found the path; gives the problem, the effort and takes the stages
     mask : what the path has to please
     refused : locations that the last path which couldn't be mended was refused at
     """
@@ -101,9 +101,9 @@ class Repair:
 
     def _searched(self) -> list[Array | None]:
         """Search the whole path off what the mask roughly refuses, mend and refine what is found."""
-        budget, answers = self.run.budget, []
-        for searches in (budget.searches, *budget.others):
-            run = replace(self._confined, stages=[], budget=replace(budget, searches=searches))
+        effort, answers = self.run.effort, []
+        for searches in (effort.searches, *effort.others):
+            run = replace(self._confined, stages=[], effort=replace(effort, searches=searches))
             try:
                 path = run.best_path({})
             except Infeasible:
@@ -139,7 +139,7 @@ class Repair:
     @cached_property
     def _plan(self) -> Replanning:
         """What windows of the path are searched with."""
-        return Replanning(self.run.problem, self.run.lattice, self.run.budget.widths, self._clear)
+        return Replanning(self.run.problem, self.run.lattice, self.run.effort.widths, self._clear)
 
     def _rotary(self, compared: Mapping[str, Baseline]) -> list[Array]:
         return [b.motion.positions[:, self.run.problem.machine.rotary_columns] for b in compared.values()]

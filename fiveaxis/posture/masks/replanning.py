@@ -20,14 +20,14 @@ from fiveaxis.posture.masks.mask import Known, clean_path, pinned, stored
 from fiveaxis.posture.problem import Problem
 from fiveaxis.posture.search.lattice import Coordinates, Lattice, choose_coordinates
 from fiveaxis.posture.search.shortest import refill, shortest_path, thin
-from fiveaxis.posture.strategy.budget import DEGREE, Search
+from fiveaxis.posture.strategy.effort import DEGREE, LatticeSearch
 
 # Steps of the second coordinate to a neighbour, one try after the other.
 WIDER = (1, 4, 12)
 STEP, LEVELS = 4.0 * DEGREE, 36
 
 # Lays the lattice of a problem: search, coordinates, how much wider its neighbours lie, slack.
-Lay = Callable[[Problem, Search, Coordinates, int, float], Lattice]
+Lay = Callable[[Problem, LatticeSearch, Coordinates, int, float], Lattice]
 
 
 @dataclass(frozen=True)
@@ -105,7 +105,7 @@ class Replanning:
     def samples(self, row: int) -> tuple[Array, Array]:
         """Give some postures of a location, (s, 2) rad, and their price."""
         part = self.problem.between(row, row)
-        lattice = self.lay(part, Search(1, STEP, LEVELS), choose_coordinates(part), 1, 0.0)
+        lattice = self.lay(part, LatticeSearch(1, STEP, LEVELS), choose_coordinates(part), 1, 0.0)
         positions, price = lattice.states(np.array([0]))
         states = positions[0][..., part.machine.rotary_columns].reshape(-1, 2)
         return states, price.ravel()
@@ -127,7 +127,7 @@ class Replanning:
             # Turning too far is a last resort of a whole path that a mask hems in: wider windows go round.
             if not forbidden and (held or known is None):
                 break
-            search = Search(stride, STEP, LEVELS)
+            search = LatticeSearch(stride, STEP, LEVELS)
             lattice = stored(self.lay(sparse, search, coordinates, wider, 0.0), len(rows))
             lattice = replace(pinned(lattice, sparse, ends), turns_forbidden=forbidden)
             found = shortest_path(sparse, lattice) if known is None else clean_path(lattice, known)

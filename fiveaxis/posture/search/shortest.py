@@ -14,9 +14,9 @@ from fiveaxis.posture.search.corridor import Admission, path_through_corridor
 from fiveaxis.posture.search.kernel import relax_layer
 from fiveaxis.posture.search.lattice import Coordinates, Lattice, corridor_lattice
 
-# Paths up to this many locations are searched as densely as the budget says, longer ones as their turn asks.
+# Paths up to this many locations are searched as densely as the effort says, longer ones as their turn asks.
 LONG = 10_000
-# rad a location: for paths that turn so much the budget's strides are made. Denser ones count up to so much.
+# rad a location: for paths that turn so much the effort's strides are made. Denser ones count up to so much.
 USUAL_TURN, MOST_DENSE = np.radians(1.0), 4.0
 
 # How often the last corridor is searched again after a mask refused some of its states.

@@ -19,7 +19,7 @@ from fiveaxis.posture.masks.mask import MaskFunction
 from fiveaxis.posture.optimiser import optimise
 from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.posture.solution import Solution, Stage
-from fiveaxis.posture.strategy.budget import budget_of
+from fiveaxis.posture.strategy.effort import effort_of
 from fiveaxis.posture.strategy.portfolio import Portfolio, Progress
 from fiveaxis.posture.strategy.singular import Cone, with_findings
 from fiveaxis.posture.turns.unwrapped import asked_within, keeping, with_path
@@ -159,11 +159,11 @@ def find_front(
     posed, start = _posed(solution)
     problems = _priced(posed, _shares(solution, start, n, smoothest), solution)
     allowed = _allowing(solution, start, cone, options.get("mask"))
-    budget = options.get("budget") or budget_of(options.get("effort", "normal"))
-    budget = replace(budget, solver=options.get("solver", budget.solver))
+    effort = effort_of(options.get("effort", "normal"))
+    effort = replace(effort, solver=options.get("solver", effort.solver))
 
     def found(number: int, start: Array | None) -> Array | None:
-        run = Portfolio(problems[number], budget, of_point)
+        run = Portfolio(problems[number], effort, of_point)
         tell()
         try:
             path = (

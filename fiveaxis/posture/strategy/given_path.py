@@ -19,7 +19,7 @@ from fiveaxis.posture.masks.mask import Mask, MaskFunction
 from fiveaxis.posture.masks.repair import Repair, never_dearer
 from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.posture.solution import Solution
-from fiveaxis.posture.strategy.budget import Budget
+from fiveaxis.posture.strategy.effort import Effort
 from fiveaxis.posture.strategy.portfolio import Portfolio, Progress
 from fiveaxis.posture.strategy.reach import unreachable
 from fiveaxis.posture.strategy.restarts import best_of_starts, leaning_paths
@@ -52,7 +52,7 @@ class GivenProblem:
     toolpath: Toolpath
     bounds: TiltBounds
     start: Array | None
-    allowed: Budget
+    allowed: Effort
     progress: Progress | None = None
     singular: Cone | None = None
 

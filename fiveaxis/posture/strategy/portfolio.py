@@ -31,7 +31,7 @@ from fiveaxis.posture.search.lattice import (
 )
 from fiveaxis.posture.search.shortest import LONG, density, refill, shortest_path, thin
 from fiveaxis.posture.solution import Baseline, Stage
-from fiveaxis.posture.strategy.budget import DEGREE, ROUGH, ROUND, Budget, Search
+from fiveaxis.posture.strategy.effort import DEGREE, ROUGH, ROUND, Effort, LatticeSearch
 
 T = TypeVar("T")
 Progress = Callable[[str, int, int], None]
@@ -57,14 +57,14 @@ class Portfolio:
     Parameters
     ----------
     problem : what to solve
-    budget : how much may be done
+    effort : how much may be done
     progress : called with a stage's name, steps done and steps in all
     stages : what was done so far
     clear : what a mask admits, for searches that keep off the rest; None without one
     """
 
     problem: Problem
-    budget: Budget
+    effort: Effort
     progress: Progress | None
     stages: list[Stage] = field(default_factory=list)
     clear: Clearance | None = None
@@ -93,7 +93,7 @@ class Portfolio:
 
     def refined_near(self, start: Array) -> Array:
         """Refine a path, (n, 2) rad, that is nearly right, within the mask where there is one."""
-        allowed = self.budget
+        allowed = self.effort
         few, last = min(allowed.iterations, ROUND_ITERATIONS), min(allowed.last_barrier, ROUND)
         problem, solve = self.problem.eased(start), self._solver(few, last)
         if self.clear is None:
@@ -118,7 +118,7 @@ class Portfolio:
         found: dict[int, tuple[IntArray, Refinement]] = {}
         sparser = density(self.problem)
         tasks: list[Callable[[Portfolio], tuple[int, IntArray, Refinement | None]]] = []
-        for number, search in enumerate(self.budget.searches):
+        for number, search in enumerate(self.effort.searches):
             # A short path is searched more densely: a turn of the wall must not fall between the rows.
             stride = min(search.stride * sparser, max(1, len(self.problem) // LEAST_ROWS))
             rows = thin(self.problem, stride)
@@ -131,7 +131,7 @@ class Portfolio:
             return None
         middle = np.unique(
             np.concatenate(
-                [thin(self.problem, self.budget.middle * sparser), *(r for r, _ in found.values())]
+                [thin(self.problem, self.effort.middle * sparser), *(r for r, _ in found.values())]
             )
         )
         denser = self.problem.thinned(middle)
@@ -141,7 +141,7 @@ class Portfolio:
         starts.sort(key=denser.priced)
         name = f"refine, {len(middle)} locations"
         halfway = self._at_once(
-            [partial(_refined_once, name, middle, start) for start in starts[: self.budget.kept]]
+            [partial(_refined_once, name, middle, start) for start in starts[: self.effort.kept]]
         )
         best = min(halfway, key=lambda r: denser.priced(r.rotary))
         everywhere = np.arange(len(self.problem))
@@ -155,7 +155,7 @@ class Portfolio:
         how many run at once, changes nothing.
         """
         # A mask is asked one question at a time.
-        if len(self.problem) <= LONG or not self.budget.takes_any or self.clear is not None:
+        if len(self.problem) <= LONG or not self.effort.takes_any or self.clear is not None:
             return [task(self) for task in tasks]
         # One voice is enough to tell how far the work is.
         parts = [replace(self, stages=[], progress=None if i else self.progress) for i in range(len(tasks))]
@@ -168,7 +168,7 @@ class Portfolio:
         return answers
 
     def _search(
-        self, search: Search, rows: IntArray, coordinates: Coordinates, number: int
+        self, search: LatticeSearch, rows: IntArray, coordinates: Coordinates, number: int
     ) -> Refinement | None:
         problem = self.problem.thinned(rows)
         name = f"{len(rows)} locations, {np.degrees(search.step):.3g} deg"
@@ -198,7 +198,7 @@ class Portfolio:
         return way_among(stored(open_states, len(rows)), Known(clear.mask, clear.rows, problem), LOOKS)
 
     def lattice(
-        self, problem: Problem, search: Search, coordinates: Coordinates, wider: int, slack: float
+        self, problem: Problem, search: LatticeSearch, coordinates: Coordinates, wider: int, slack: float
     ) -> Lattice:
         """Lay the lattice of a search whose neighbours in the second coordinate lie so many times as far."""
         if coordinates.level is None:
@@ -209,7 +209,7 @@ class Portfolio:
                 (4.0 * DEGREE * search.stride, 2.0 * DEGREE * search.stride) if not fixed else (np.pi, 0.0)
             )
             return grid_lattice(problem, coordinates, steps, (reach[0], reach[1] * wider), slack)
-        levels = min(self.budget.level_reach * wider, search.levels)
+        levels = min(self.effort.level_reach * wider, search.levels)
         return level_lattice(problem, coordinates, search.step, search.levels, (np.pi, levels), slack)
 
     def _carried(self, known: IntArray, rows: IntArray, found: Refinement, coordinates: Coordinates) -> Array:
@@ -217,7 +217,7 @@ class Portfolio:
         path = self.problem.thinned(known).positions(slice(None), found.rotary)
         at = np.searchsorted(rows, known)
         clear = None if self.clear is None else self.clear.at(rows)
-        full = refill(self.problem.thinned(rows), coordinates, at, path, self.budget.widths, clear=clear)
+        full = refill(self.problem.thinned(rows), coordinates, at, path, self.effort.widths, clear=clear)
         return full[:, self.problem.machine.rotary_columns]
 
     def _refined(
@@ -228,7 +228,7 @@ class Portfolio:
         if self.clear is None:
             return self._freely(name, problem, start, coarse=coarse, near=near)
         clear = self.clear if rows is None else self.clear.at(rows)
-        most = ROUNDS if len(problem) <= self.budget.whole else LONG_ROUNDS
+        most = ROUNDS if len(problem) <= self.effort.whole else LONG_ROUNDS
         return self._confined(name, problem, clear, start, most if rows is None else COARSE_ROUNDS)
 
     def _confined(
@@ -240,7 +240,7 @@ class Portfolio:
         if rounds > COARSE_ROUNDS and not clear.exactly(np.arange(len(problem)), start).all():
             return Refinement(start, before, "to be replanned first", 0)
         inside = Confinement(
-            problem.eased(start), clear, self._solver(self.budget.iterations, self.budget.last_barrier)
+            problem.eased(start), clear, self._solver(self.effort.iterations, self.effort.last_barrier)
         )
         found = inside.refined(start, rounds)
         cost = problem.cost(problem.positions(slice(None), found))
@@ -251,28 +251,28 @@ class Portfolio:
 
     def _solver(self, iterations: int, last: float) -> Solver:
         """Make what refines a problem, a part of the path or all of it, quickly."""
-        budget = self.budget
+        effort = self.effort
 
         def solve(problem: Problem, start: Array, held: tuple[bool, bool]) -> tuple[Array, int]:
-            if len(problem) <= budget.whole or budget.takes_any:
+            if len(problem) <= effort.whole or effort.takes_any:
                 found = refine(
                     problem,
                     start,
                     iterations=iterations,
-                    barrier=budget.barrier,
+                    barrier=effort.barrier,
                     held=held,
                     near=True,
                     last=last,
-                    solver=budget.solver,
+                    solver=effort.solver,
                 )
             else:
                 found = refine_windows(
                     problem,
                     start,
-                    size=budget.window,
-                    iterations=budget.window_iterations,
-                    barrier=budget.barrier,
-                    solver=budget.solver,
+                    size=effort.window,
+                    iterations=effort.window_iterations,
+                    barrier=effort.barrier,
+                    solver=effort.solver,
                 )
             return found.rotary, found.iterations
 
@@ -282,18 +282,18 @@ class Portfolio:
         self, name: str, problem: Problem, start: Array, *, coarse: bool, near: bool = False
     ) -> Refinement:
         """Refine a path as a whole, and window by window where that is too much or doesn't converge."""
-        budget = self.budget
-        barrier = budget.coarse_barrier if coarse else budget.barrier
+        effort = self.effort
+        barrier = effort.coarse_barrier if coarse else effort.barrier
         everywhere = len(problem) == len(self.problem)
-        limit = budget.iterations if everywhere else budget.coarse_iterations
-        last = budget.last_barrier if everywhere else ROUGH
+        limit = effort.iterations if everywhere else effort.coarse_iterations
+        last = effort.last_barrier if everywhere else ROUGH
         before = problem.cost(problem.positions(slice(None), start))
         if len(problem) == 1:
             return Refinement(start, before, "one location, nothing to refine", 0)
         found = Refinement(start, before, "", 0)
         problem = problem.eased(start)
-        if len(problem) <= budget.whole or budget.takes_any:
-            solve = partial(refine, iterations=limit, barrier=barrier, last=last, solver=budget.solver)
+        if len(problem) <= effort.whole or effort.takes_any:
+            solve = partial(refine, iterations=limit, barrier=barrier, last=last, solver=effort.solver)
             found = solve(problem, start, near=near)
             if near and found.status != SOLVED:
                 found = solve(problem, found.rotary)
@@ -308,17 +308,17 @@ class Portfolio:
             found = refine_windows(
                 problem,
                 found.rotary,
-                size=budget.window,
-                iterations=budget.window_iterations,
+                size=effort.window,
+                iterations=effort.window_iterations,
                 barrier=barrier,
-                solver=budget.solver,
+                solver=effort.solver,
             )
             self.stages.append(
                 Stage(f"{name}, in windows", found.status, found.iterations, whole, found.cost)
             )
         if self.progress is not None:
             done = sum(stage.name.startswith("refine") for stage in self.stages)
-            self.progress("refine", done, max(done, len(budget.searches) + budget.kept + 1))
+            self.progress("refine", done, max(done, len(effort.searches) + effort.kept + 1))
         return found
 
     def _unbroken(self, problem: Problem, start: Array) -> Array:
@@ -330,7 +330,7 @@ class Portfolio:
 
     def _replanned(self, problem: Problem, path: Array) -> Array:
         """Lead a path elsewhere where it breaks a bound."""
-        return Replanning(problem, self.lattice, self.budget.widths).replanned(path, BROKEN, MOST_BROKEN)
+        return Replanning(problem, self.lattice, self.effort.widths).replanned(path, BROKEN, MOST_BROKEN)
 
     def _cheapest(self, compared: Mapping[str, Baseline]) -> tuple[str, Array] | None:
         """Name the cheapest baseline that keeps all bounds, with its rotary angles."""
@@ -353,7 +353,7 @@ class Portfolio:
 
 
 def _searched_once(
-    search: Search, stride: int, rows: IntArray, coordinates: Coordinates, number: int, run: Portfolio
+    search: LatticeSearch, stride: int, rows: IntArray, coordinates: Coordinates, number: int, run: Portfolio
 ) -> tuple[int, IntArray, Refinement | None]:
     return stride, rows, run._search(search, rows, coordinates, number)
 

@@ -13,7 +13,7 @@ from fiveaxis.machine import Machine
 from fiveaxis.posture.baselines import INSIDE, NoBaseline, follow_axes, uphill
 from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.posture.solution import Baseline, Optima, Stage
-from fiveaxis.posture.strategy.budget import Budget
+from fiveaxis.posture.strategy.effort import Effort
 from fiveaxis.posture.strategy.portfolio import Portfolio
 from fiveaxis.toolpath import TiltBounds, Toolpath
 
@@ -24,7 +24,7 @@ OWN = "searches"
 def best_of_starts(
     run: Portfolio, compared: Mapping[str, Baseline], leaning: Mapping[str, Array]
 ) -> tuple[Array, Optima]:
-    """Find the cheapest admissible path from every start that the budget names.
+    """Find the cheapest admissible path from every start that the effort names.
 
     The portfolio's own searches come first, so the answer is never dearer than without the other starts.
 
@@ -43,25 +43,25 @@ def best_of_starts(
     Infeasible
         No start leads to a path.
     """
-    problem, budget = run.problem, run.budget
+    problem, effort = run.problem, run.effort
     found = {OWN: _searched(run, compared)}
-    for number, searches in enumerate(budget.others, start=1):
+    for number, searches in enumerate(effort.others, start=1):
         name = f"{OWN}, set {number}"
-        other = Portfolio(problem, replace(budget, searches=searches), run.progress)
+        other = Portfolio(problem, replace(effort, searches=searches), run.progress)
         found[name] = _searched(other, {})
         run.stages += [_named(stage, name) for stage in other.stages]
     columns = problem.machine.rotary_columns
     own = {f"baseline {name}": b.motion.positions[:, columns] for name, b in compared.items()}
-    for name, start in ({**own, **leaning} if budget.from_baselines else leaning).items():
+    for name, start in ({**own, **leaning} if effort.from_baselines else leaning).items():
         found[name] = run.refined_from(name, start)
     return _cheapest(problem, found)
 
 
-def leaning_paths(toolpath: Toolpath, machine: Machine, tilt: TiltBounds, budget: Budget) -> dict[str, Array]:
+def leaning_paths(toolpath: Toolpath, machine: Machine, tilt: TiltBounds, effort: Effort) -> dict[str, Array]:
     """Make paths whose tool leans upwards by one angle all along, (n, 2) rad; those that the limits allow."""
     paths = {}
     upwards = uphill(tilt.reference, machine.chain.tool_home[:3, 2])
-    for share in budget.leans:
+    for share in effort.leans:
         angle = (1.0 - share) * (tilt.low + INSIDE) + share * (tilt.high - INSIDE)
         axis = np.cos(angle) * tilt.reference + np.sin(angle) * upwards
         try:

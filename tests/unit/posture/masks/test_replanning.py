@@ -11,7 +11,7 @@ from by_degrees import tilt_bounds
 from fiveaxis.machine import load_machine
 from fiveaxis.posture.masks.replanning import Replanning
 from fiveaxis.posture.problem import ALLOWED, Problem
-from fiveaxis.posture.strategy.budget import NORMAL
+from fiveaxis.posture.strategy.effort import NORMAL
 from fiveaxis.posture.strategy.portfolio import BROKEN, MOST_BROKEN, Portfolio
 from fiveaxis.toolpath import Tool, Toolpath
 

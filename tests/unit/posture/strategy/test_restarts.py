@@ -10,15 +10,15 @@ from rings import ring
 
 from fiveaxis.errors import SettingError
 from fiveaxis.kinematics import tool_axes
-from fiveaxis.posture import Budget, Search
+from fiveaxis.posture import Effort, LatticeSearch
 from fiveaxis.posture.solution import Optima
 from fiveaxis.posture.strategy.restarts import leaning_paths
 
-MANY = Budget(
-    searches=(Search(4, 0.1, 24),),
+MANY = Effort(
+    searches=(LatticeSearch(4, 0.1, 24),),
     kept=1,
     iterations=300,
-    others=((Search(3, 0.12, 30),), (Search(2, 0.06, 24, on_angles=True),)),
+    others=((LatticeSearch(3, 0.12, 30),), (LatticeSearch(2, 0.06, 24, on_angles=True),)),
     from_baselines=True,
     leans=(0.5,),
 )
@@ -26,12 +26,12 @@ MANY = Budget(
 
 @pytest.fixture(scope="module")
 def many(hayashi):
-    return optimise(ring(120), hayashi, tilt=(15, 75), budget=MANY)
+    return optimise(ring(120), hayashi, tilt=(15, 75), effort=MANY)
 
 
 def test_many_starts_are_never_dearer_than_the_searches_alone(many, hayashi):
     one = replace(MANY, others=(), from_baselines=False, leans=())
-    alone = optimise(ring(120), hayashi, tilt=(15, 75), budget=one)
+    alone = optimise(ring(120), hayashi, tilt=(15, 75), effort=one)
     assert alone.optima is None
     assert many.energy.travel <= alone.energy.travel * (1 + 1e-9)
     assert many.optima.costs["searches"] == pytest.approx(refined_cost(alone))
@@ -67,8 +67,8 @@ def test_optima_that_are_nearly_the_same_count_once():
 def test_a_leaning_path_leans_by_its_share_of_the_range_all_along(hayashi):
     path = ring(120)
     tilt = tilt_bounds(path, (15.0, 75.0))
-    budget = replace(MANY, leans=(0.25, 0.5))
-    paths = leaning_paths(path, hayashi, tilt, budget)
+    effort = replace(MANY, leans=(0.25, 0.5))
+    paths = leaning_paths(path, hayashi, tilt, effort)
     assert list(paths) == ["lean of 30 deg", "lean of 45 deg"]
     for wanted, rotary in zip((30.0, 45.0), paths.values(), strict=True):
         np.testing.assert_allclose(np.degrees(tilt.angles(tool_axes(hayashi, rotary))), wanted, atol=1e-6)

@@ -1,17 +1,19 @@
 """Efforts: what each of the names stands for."""
 
+from dataclasses import replace
+
 import pytest
 
 from fiveaxis.errors import SettingError
-from fiveaxis.posture.strategy.budget import EFFORTS, Budget, budget_of, random_searches
+from fiveaxis.posture.strategy.effort import EFFORTS, Effort, effort_of, random_searches
 
 
 def test_normal_is_what_is_done_without_being_asked():
-    assert budget_of("normal") == Budget()
+    assert effort_of("normal") == replace(Effort(), promise=EFFORTS["normal"].promise)
 
 
 def test_quick_does_less_than_normal_and_thorough_more():
-    quick, normal, thorough = (budget_of(name) for name in ("quick", "normal", "thorough"))
+    quick, normal, thorough = (effort_of(name) for name in ("quick", "normal", "thorough"))
     assert len(quick.searches) < len(normal.searches) <= len(thorough.searches)
     assert quick.kept < normal.kept < thorough.kept
     assert not quick.is_many
@@ -29,7 +31,7 @@ def test_every_effort_says_what_it_promises():
 
 def test_an_unknown_effort_is_refused_with_the_known_ones():
     with pytest.raises(SettingError, match="'best'; write quick, normal, thorough"):
-        budget_of("best")
+        effort_of("best")
 
 
 def test_random_searches_are_the_same_in_every_run_and_differ_from_each_other():

@@ -14,7 +14,7 @@ ROUGH, ROUND = 1e-3, 1e-5
 
 
 @dataclass(frozen=True)
-class Search:
+class LatticeSearch:
     """One search of the portfolio.
 
     Parameters
@@ -31,17 +31,19 @@ class Search:
     on_angles: bool = False
 
 
-def random_searches(count: int, seed: int = 0) -> tuple[Search, ...]:
+def random_searches(count: int, seed: int = 0) -> tuple[LatticeSearch, ...]:
     """Draw searches whose grids lie elsewhere than those of the portfolio: the same ones in every run."""
     draw = np.random.default_rng(seed)
     return tuple(
-        Search(int(draw.integers(5, 28)), float(draw.uniform(3.0, 7.0)) * DEGREE, int(draw.integers(24, 60)))
+        LatticeSearch(
+            int(draw.integers(5, 28)), float(draw.uniform(3.0, 7.0)) * DEGREE, int(draw.integers(24, 60))
+        )
         for _ in range(count)
     )
 
 
 @dataclass(frozen=True)
-class Budget:
+class Effort:
     """How much the optimiser may do: counts, never seconds, so that every run gives the same numbers.
 
     Parameters
@@ -65,12 +67,13 @@ class Budget:
     solver : which refines (`fiveaxis.posture.local.refinement.SOLVERS`)
     leans : shares of the range of the tool's lean, 0…1; a path that leans upwards by that much all along is
         a start too
+    promise : what a user may expect of it
     """
 
-    searches: tuple[Search, ...] = (
-        Search(12, 4.0 * DEGREE, 36),
-        Search(8, 4.0 * DEGREE, 36),
-        Search(24, 6.0 * DEGREE, 36),
+    searches: tuple[LatticeSearch, ...] = (
+        LatticeSearch(12, 4.0 * DEGREE, 36),
+        LatticeSearch(8, 4.0 * DEGREE, 36),
+        LatticeSearch(24, 6.0 * DEGREE, 36),
     )
     middle: int = 4
     kept: int = 2
@@ -87,10 +90,11 @@ class Budget:
     whole: int = 5000
     window: int = 150
     window_iterations: int = 150
-    others: tuple[tuple[Search, ...], ...] = ()
+    others: tuple[tuple[LatticeSearch, ...], ...] = ()
     from_baselines: bool = False
     leans: tuple[float, ...] = ()
     solver: str = "structured"
+    promise: str = ""
 
     @property
     def takes_any(self) -> bool:
@@ -103,53 +107,49 @@ class Budget:
         return bool(self.others or self.leans or self.from_baselines)
 
 
-@dataclass(frozen=True)
-class Effort:
-    """A name for a budget, with what it promises."""
-
-    budget: Budget
-    promise: str
-
-
-NORMAL = Budget()
+NORMAL = Effort(
+    promise="three searches, the best two refined, the better one carried to all locations: for everyday use"
+)
 
 EFFORTS = {
-    "quick": Effort(
-        replace(NORMAL, searches=NORMAL.searches[-1:], kept=1),
-        "one search, refined once: a sound path, never dearer than a baseline, for trying things out",
-    ),
-    "normal": Effort(
+    "quick": replace(
         NORMAL,
-        "three searches, the best two refined, the better one carried to all locations: for everyday use",
+        searches=NORMAL.searches[-1:],
+        kept=1,
+        promise="one search, refined once: a sound path, never dearer than a baseline, for trying things out",
     ),
-    "thorough": Effort(
-        replace(
-            NORMAL,
-            kept=3,
-            iterations=1500,
-            others=(
-                (Search(4, 4.0 * DEGREE, 36), Search(6, 4.0 * DEGREE, 48)),
-                (Search(16, 5.0 * DEGREE, 48), Search(32, 6.0 * DEGREE, 48)),
-                (Search(2, 3.0 * DEGREE, 36, on_angles=True), Search(10, 4.0 * DEGREE, 36, on_angles=True)),
-                *((search,) for search in random_searches(4)),
+    "normal": NORMAL,
+    "thorough": replace(
+        NORMAL,
+        kept=3,
+        iterations=1500,
+        others=(
+            (LatticeSearch(4, 4.0 * DEGREE, 36), LatticeSearch(6, 4.0 * DEGREE, 48)),
+            (LatticeSearch(16, 5.0 * DEGREE, 48), LatticeSearch(32, 6.0 * DEGREE, 48)),
+            (
+                LatticeSearch(2, 3.0 * DEGREE, 36, on_angles=True),
+                LatticeSearch(10, 4.0 * DEGREE, 36, on_angles=True),
             ),
-            from_baselines=True,
-            leans=(0.5, 0.98),
+            *((search,) for search in random_searches(4)),
         ),
-        "many starts, each refined on all locations until it converges: never dearer than normal, and the "
-        "spread of the local optima is told; it takes many times as long",
+        from_baselines=True,
+        leans=(0.5, 0.98),
+        promise="many starts, each refined on all locations until it converges: never dearer than normal, "
+        "and the spread of the local optima is reported; it takes many times as long",
     ),
 }
 
 
-def budget_of(effort: str) -> Budget:
-    """Give the budget of an effort.
+def effort_of(effort: str | Effort) -> Effort:
+    """Give the effort of that name.
 
     Raises
     ------
     SettingError
         No effort has the name.
     """
+    if isinstance(effort, Effort):
+        return effort
     if effort not in EFFORTS:
         raise SettingError(f"unknown effort {effort!r}; write {', '.join(EFFORTS)}")
-    return EFFORTS[effort].budget
+    return EFFORTS[effort]

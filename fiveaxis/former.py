@@ -1,0 +1,40 @@
+"""Former names: each works for one more version, with a warning that says the present one."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Mapping
+from importlib import import_module
+from typing import Any
+
+
+def warn_former(old: str, new: str, stacklevel: int = 2) -> None:
+    """Warn that a name or a word is a former one.
+
+    Parameters
+    ----------
+    old, new : as they are written
+    stacklevel : of the caller who is to be told, counted from the function that calls this one
+    """
+    warnings.warn(
+        f"{old} is now {new}; the old name goes with the next version", DeprecationWarning, stacklevel + 1
+    )
+
+
+def former_names(module: str, names: Mapping[str, str]) -> Callable[[str], Any]:
+    """Make a module's ``__getattr__`` that finds names under their present ones.
+
+    Parameters
+    ----------
+    module : where they were
+    names : former name to present one, with its module: ``"fiveaxis.mesh.load_mesh"``
+    """
+
+    def find(name: str) -> Any:
+        if name not in names:
+            raise AttributeError(f"module {module!r} has no attribute {name!r}")
+        warn_former(f"{module}.{name}", names[name], stacklevel=2)
+        home, _, present = names[name].rpartition(".")
+        return getattr(import_module(home), present)
+
+    return find
