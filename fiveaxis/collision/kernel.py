@@ -9,9 +9,9 @@ The answer is exact, not sampled.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
-from fiveaxis.geometry import Array, BoolArray
+from fiveaxis.compiled import compiled
+from fiveaxis.geometry import Array, BoolArray, IntArray
 
 # Nodes waiting in a search through a tree of boxes: two a level.
 STACK = 128
@@ -19,7 +19,7 @@ STACK = 128
 CORNERS = 8
 
 
-@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+@compiled
 def meets_all(tip: Array, axis: Array, frusta: Array, triangles: Array, boxes: Array) -> BoolArray:
     """Tell for tools at tips, (m, 3) mm, along axes, (m, 3), which meet a triangle; (m,)."""
     met = np.zeros(len(tip), dtype=np.bool_)
@@ -30,14 +30,14 @@ def meets_all(tip: Array, axis: Array, frusta: Array, triangles: Array, boxes: A
     return met
 
 
-@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+@compiled
 def _meets(
     tip: Array,
     axis: Array,
     frusta: Array,
     triangles: Array,
     boxes: Array,
-    stack: Array,
+    stack: IntArray,
     polygon: Array,
     cut: Array,
 ) -> bool:
@@ -71,7 +71,7 @@ def _meets(
     return False
 
 
-@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+@compiled
 def _frame(axis: Array) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
     """Give two unit vectors at right angles to an axis and to each other."""
     x, y, z = axis[0], axis[1], axis[2]
@@ -85,7 +85,7 @@ def _frame(axis: Array) -> tuple[tuple[float, float, float], tuple[float, float,
     return a, b
 
 
-@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+@compiled
 def _near(tip: Array, axis: Array, frusta: Array, box: Array) -> bool:
     """Tell whether a box may meet a frustum: never false where it does.
 
@@ -114,7 +114,7 @@ def _near(tip: Array, axis: Array, frusta: Array, box: Array) -> bool:
     return False
 
 
-@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+@compiled
 def _triangle_meets(corners: Array, frustum: Array, cut: Array) -> bool:
     """Tell whether a triangle in the tool's frame, (3, 3) mm, reaches into a frustum."""
     z0, r0, z1, r1 = frustum[0], frustum[1], frustum[2], frustum[3]
@@ -140,7 +140,7 @@ def _triangle_meets(corners: Array, frustum: Array, cut: Array) -> bool:
     return left != right
 
 
-@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+@compiled
 def _cut_to_slab(corners: Array, z0: float, z1: float, cut: Array) -> int:
     """Cut a triangle to the heights between two; give the number of the polygon's corners."""
     count = 0
@@ -162,7 +162,7 @@ def _cut_to_slab(corners: Array, z0: float, z1: float, cut: Array) -> int:
     return count
 
 
-@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+@compiled
 def _least_on_edge(ax: float, ay: float, az: float, dx: float, dy: float, dz: float, slope: float) -> float:
     """Least value of ``ρ − slope z`` along an edge from a by d."""
     along = dx * dx + dy * dy

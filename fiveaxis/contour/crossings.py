@@ -7,9 +7,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from fiveaxis.compiled import compiled
 from fiveaxis.geometry import Array, IntArray
 from fiveaxis.mesh import TriangleTree
-from fiveaxis.mesh.kernels import STACK, box_gap, compiled, push_children
+from fiveaxis.mesh.kernels import STACK, box_gap, push_children
 
 # A crossing nearer to the contact than this share of the search's reach lies on its own pass.
 OWN = 1e-3

@@ -5,24 +5,13 @@ Importing this module loads numba; `distance` does so when it is first asked for
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import ParamSpec, TypeVar, cast
-
-import numba
 import numpy as np
 
+from fiveaxis.compiled import compiled
 from fiveaxis.geometry import Array, IntArray
-
-P = ParamSpec("P")
-T = TypeVar("T")
 
 # Deep enough for any tree: two nodes wait at each of at most 62 levels.
 STACK = 128
-
-
-def compiled(function: Callable[P, T]) -> Callable[P, T]:
-    """Compile a function at its first call and keep the machine code for the next run."""
-    return cast("Callable[P, T]", numba.njit(cache=True, nogil=True)(function))
 
 
 @compiled

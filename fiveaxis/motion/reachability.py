@@ -15,8 +15,8 @@ Transactions on Robotics 34(3), 645-659.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from fiveaxis.compiled import compiled
 from fiveaxis.geometry import Array, IntArray
 
 # Steps of Newton's method on a convex function made of a few straight pieces; it takes two or three.
@@ -25,7 +25,7 @@ MOST_STEPS = 50
 NO_SLOPE = 1e-9
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@compiled
 def highest_speeds(
     directions: Array,
     before: IntArray,
@@ -78,7 +78,7 @@ def highest_speeds(
     return reached
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@compiled
 def _along_side(direction: Array, acceleration: Array) -> float:
     """Highest acceleration along a straight side, which all axes share."""
     most = np.inf
@@ -88,7 +88,7 @@ def _along_side(direction: Array, acceleration: Array) -> float:
     return most
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@compiled
 def _controllable(
     first: Array,
     second: Array,
@@ -123,7 +123,7 @@ def _controllable(
     return max(x, 0.0)
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@compiled
 def _range_at(
     x: float,
     first: Array,

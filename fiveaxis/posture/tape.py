@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
+from fiveaxis.compiled import compiled
 from fiveaxis.geometry import Array, IntArray
-from fiveaxis.posture.compiled import compiled
 
 # Locations that are evaluated together: their registers fit into the fastest memory.
 BLOCK = 64

@@ -19,8 +19,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from fiveaxis.compiled import compiled
 from fiveaxis.geometry import Array
-from fiveaxis.mesh.kernels import STACK, compiled, nearest
+from fiveaxis.mesh.kernels import STACK, nearest
 
 # mm: a depth is told this exactly.
 EXACT = 1e-9

@@ -10,8 +10,8 @@ import math
 
 import numpy as np
 
+from fiveaxis.compiled import compiled
 from fiveaxis.geometry import Array, BoolArray, IntArray
-from fiveaxis.posture.compiled import compiled
 from fiveaxis.posture.search.trigonometric import LINEAR, Places, linear_values, value
 
 

@@ -11,8 +11,8 @@ import math
 
 import numpy as np
 
+from fiveaxis.compiled import compiled
 from fiveaxis.geometry import Array, BoolArray, IntArray
-from fiveaxis.posture.compiled import compiled
 
 # An equation yields by so much to its multiplier: a stiffness that leaves the other terms their digits.
 YIELD = 1e-10

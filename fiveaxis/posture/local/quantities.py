@@ -8,8 +8,8 @@ from typing import Protocol
 
 import numpy as np
 
+from fiveaxis.compiled import compiled
 from fiveaxis.geometry import Array, BoolArray, IntArray
-from fiveaxis.posture.compiled import compiled
 from fiveaxis.posture.local.rows import ANGLES, Rows
 from fiveaxis.posture.search.trigonometric import (
     COSINE,

@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from fiveaxis.compiled import compiled
 from fiveaxis.geometry import Array
-from fiveaxis.posture.compiled import compiled
 from fiveaxis.posture.search.kernel import relax_layer
 from fiveaxis.posture.search.trigonometric import Places, linear_values, value
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from fiveaxis.compiled import compiled
 from fiveaxis.geometry import Array, IntArray
 
 
-@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+@compiled
 def relax_layer(
     cost: Array,
     row_least: Array,

@@ -17,10 +17,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from fiveaxis.compiled import compiled
 from fiveaxis.geometry import Array, IntArray
 from fiveaxis.kinematics import positions_about
 from fiveaxis.machine import Machine
-from fiveaxis.posture.compiled import compiled
 from fiveaxis.toolpath import TiltBounds, Zone
 
 TERMS = 9

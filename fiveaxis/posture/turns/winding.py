@@ -10,8 +10,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numba import njit
 
+from fiveaxis.compiled import compiled
 from fiveaxis.geometry import Array, IntArray
 from fiveaxis.kinematics.windings import ON_LIMIT, TURN
 from fiveaxis.machine import Limits, Machine
@@ -70,7 +70,7 @@ def plan_turns(
     return before, after
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@compiled
 def _cheapest_turns(
     least: IntArray, most: IntArray, stop: Array, up: Array, down: Array
 ) -> tuple[IntArray, int]:
