@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -18,7 +18,7 @@ from fiveaxis.collision.pieces import (
 from fiveaxis.collision.surroundings import Surroundings
 from fiveaxis.geometry import Array
 from fiveaxis.machine import BED, Box, Cylinder, FormShapingCode, Machine, MeshShape
-from fiveaxis.mesh import read_solid
+from fiveaxis.mesh import kept_by_mesh, read_solid
 from fiveaxis.toolpath import Tool
 from fiveaxis.toolpath.tool import CUTTER, HOLDER, SHANK
 
@@ -188,5 +188,11 @@ def _of_shape(shape: Box | Cylinder | MeshShape, base: Array) -> Piece:
 
 
 def _of_mesh(mesh: trimesh.Trimesh, frame: Array) -> Piece:
+    return replace(_at_home(mesh), frame=frame)
+
+
+@kept_by_mesh
+def _at_home(mesh: trimesh.Trimesh) -> Piece:
+    """Make a piece of a mesh in its own frame."""
     vertices, faces = np.asarray(mesh.vertices, dtype=float), np.asarray(mesh.faces, dtype=np.int64)
-    return mesh_piece(vertices, faces, frame, closed=bool(mesh.is_watertight))
+    return mesh_piece(vertices, faces, np.eye(4), closed=bool(mesh.is_watertight))

@@ -1,6 +1,7 @@
 """Meshes of parts and bodies: files, distances, smooth normals, sections."""
 
-from fiveaxis.mesh.distance import TriangleTree
+from fiveaxis.mesh.distance import TriangleTree, tree_of
+from fiveaxis.mesh.kept import kept_by_mesh
 from fiveaxis.mesh.loading import SUFFIXES, check_mesh, load_mesh, take_mesh
 from fiveaxis.mesh.solids import read_solid, require_solid
 from fiveaxis.mesh.surface import Surface, facet_normals
@@ -11,8 +12,10 @@ __all__ = [
     "TriangleTree",
     "check_mesh",
     "facet_normals",
+    "kept_by_mesh",
     "load_mesh",
     "read_solid",
     "require_solid",
     "take_mesh",
+    "tree_of",
 ]

@@ -3,10 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fiveaxis.geometry import Array, IntArray
+from fiveaxis.mesh.kept import kept_by_mesh
+
+if TYPE_CHECKING:
+    import trimesh
 
 # Triangles in a leaf of the tree.
 LEAF = 4
@@ -76,6 +81,12 @@ class TriangleTree:
         from fiveaxis.mesh import kernels
 
         return kernels.reach(start, end, self.triangles, self.boxes, limit, finest)
+
+
+@kept_by_mesh
+def tree_of(mesh: trimesh.Trimesh) -> TriangleTree:
+    """Sort the triangles of a mesh into a tree."""
+    return TriangleTree.build(np.asarray(mesh.triangles, dtype=float))
 
 
 def _sort_by_longest(nodes: IntArray, centres: Array) -> IntArray:

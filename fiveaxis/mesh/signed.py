@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fiveaxis.geometry import Array
-from fiveaxis.mesh.distance import TriangleTree
+from fiveaxis.mesh.distance import TriangleTree, tree_of
 from fiveaxis.mesh.surface import facet_normals
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ class SignedSurface:
     def of(cls, mesh: trimesh.Trimesh) -> SignedSurface:
         """Sort the triangles of a mesh into a tree."""
         triangles = np.asarray(mesh.triangles, dtype=float)
-        return cls(mesh, TriangleTree.build(triangles), facet_normals(triangles))
+        return cls(mesh, tree_of(mesh), facet_normals(triangles))
 
     def nearest(self, points: Array) -> tuple[Array, Array, Array]:
         """Find normals, feet and signed distances, (n, 3) each and (n,) mm, negative inside the part."""

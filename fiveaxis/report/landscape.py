@@ -137,15 +137,39 @@ def _least(
     row, first, second = np.nonzero(_tilt_holds(solution, locations, axes))
     rotary = angles[first, second]
     paid, allowed = _evaluate(solution, solution.toolpath.at(locations[row]), axes[first, second], rotary)
-    row, first, second = row[allowed], first[allowed], second[allowed]
-    rotary, paid = rotary[allowed], paid[allowed]
-    clear = np.ones(len(row), dtype=bool) if admits is None else admits(locations[row], rotary)
-    cost = np.full((len(locations), *angles.shape[:2]), np.inf)
-    reached = np.zeros(cost.shape[:2], dtype=bool)
-    cost[row[clear], first[clear], second[clear]] = paid[clear]
-    reached[row, first] = True
-    least = cost.min(axis=2)
-    return np.where(np.isinf(least), np.nan, least), reached & np.isinf(least)
+    row, first, rotary, paid = row[allowed], first[allowed], rotary[allowed], paid[allowed]
+    cell = row * len(grid[0]) + first
+    # Sorted, the first posture of a cell that is clear is its cheapest one.
+    order = np.lexsort((paid, cell))
+    cell, rotary, paid, at = cell[order], rotary[order], paid[order], locations[row[order]]
+    clear = np.arange(len(cell)) if admits is None else _first_clear(cell, at, rotary, admits)
+    found, reached = cell[clear], np.unique(cell)
+    cells, begins = np.unique(found, return_index=True)
+    least = np.full(len(locations) * len(grid[0]), np.nan)
+    least[cells] = paid[clear[begins]]
+    colliding = np.zeros(len(least), dtype=bool)
+    colliding[np.setdiff1d(reached, cells)] = True
+    shape = len(locations), len(grid[0])
+    return least.reshape(shape), colliding.reshape(shape)
+
+
+def _first_clear(cell: IntArray, locations: IntArray, rotary: Array, admits: Admits) -> IntArray:
+    """Find the first clear posture of each cell, in rows sorted by cell.
+
+    Most cells are clear at their first posture, so the next ones are only looked up where it isn't: one of
+    each cell, then two, four and so on.
+    """
+    _, begins, counts = np.unique(cell, return_index=True, return_counts=True)
+    rank = np.arange(len(cell)) - np.repeat(begins, counts)
+    open_rows, clear, least = np.ones(len(cell), dtype=bool), [], 0
+    while open_rows.any():
+        rows = np.flatnonzero(open_rows & (rank <= 2 * least))
+        found = rows[admits(locations[rows], rotary[rows])]
+        clear.append(found)
+        open_rows[rows] = False
+        open_rows &= ~np.isin(cell, cell[found])
+        least = 2 * least + 1
+    return np.sort(np.concatenate(clear)) if clear else np.empty(0, dtype=np.int64)
 
 
 def _evaluate(solution: Solution, path: Toolpath, axis: Array, rotary: Array) -> tuple[Array, BoolArray]:

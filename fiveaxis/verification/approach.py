@@ -12,7 +12,7 @@ from fiveaxis.collision import Surroundings
 from fiveaxis.findings import Finding, Place, Severity
 from fiveaxis.geometry import Array, normalise
 from fiveaxis.machine import Machine
-from fiveaxis.mesh import TriangleTree
+from fiveaxis.mesh import TriangleTree, tree_of
 from fiveaxis.motion import PATH_TOLERANCE, STANDSTILL, Motion
 from fiveaxis.motion.leads import FIRST, LAST, clear_way, lead_places
 from fiveaxis.toolpath import MoveKind, Toolpath
@@ -56,7 +56,7 @@ class _Ground:
     @cached_property
     def _tree(self) -> TriangleTree | None:
         part = self.around.part
-        return None if part is None else TriangleTree.build(np.asarray(part.triangles, dtype=float))
+        return None if part is None else tree_of(part)
 
     def leaves_room(self, place: Array, way: Array) -> bool:
         """Tell whether the cutter is off the part at a place, (k,), to which a way from the last cut leads.

@@ -11,7 +11,7 @@ import numpy as np
 
 from fiveaxis.findings import Severity
 from fiveaxis.geometry import Array, BoolArray, IntArray, angle_between
-from fiveaxis.mesh import TriangleTree, load_mesh
+from fiveaxis.mesh import TriangleTree, load_mesh, tree_of
 from fiveaxis.verification.check_context import CheckContext, Tolerances
 from fiveaxis.verification.checks import largest
 from fiveaxis.verification.cutting_body import CuttingBody
@@ -207,7 +207,7 @@ def gouge_depths(
     way : (n,), mm: the deepest between the location before and this one, −∞ where nothing was near
     """
     body = CuttingBody.of(context.toolpath.tool)
-    tree = TriangleTree.build(np.asarray(mesh.triangles, dtype=float))
+    tree = tree_of(mesh)
     outline = context.toolpath.tool.cutter.outline()
     moves = MovePoses(context, tcp_height, np.vstack([outline, [body.radius, body.height]]))
     known: BoolArray = np.logical_and.reduce(np.isfinite(context.tip), axis=1)
