@@ -31,7 +31,7 @@ from fiveaxis.verification import Report, verify
 JOB = Path(__file__).parents[2] / "examples" / "overhang" / "job.toml"
 PART = JOB.parent / "part.stl"
 TILT = (15.0, 75.0)
-FAULTS = 56
+FAULTS = 35
 FOUND = 0.99
 # mm: a tool off its path by more matters. At a location, what a gouge may be; along blocks, that and as much
 # again, since inserted locations and the test of the way have 5 µm and 10 µm of their own.

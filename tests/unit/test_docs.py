@@ -9,6 +9,7 @@ import re
 import shutil
 import subprocess
 import sys
+import time
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -130,9 +131,32 @@ def uses_commands(page: Path) -> bool:
 
 @pytest.fixture(scope="session")
 def finished(tmp_path_factory) -> Path:
-    """Give the folder that the tutorial leaves; the how-to pages go on from there."""
-    folder = tmp_path_factory.mktemp("tutorial")
-    run_page(TUTORIAL, folder)
+    """Give the folder that the tutorial leaves; the how-to pages go on from there.
+
+    With several test processes one of them runs the tutorial, and the others wait for it.
+    """
+    if "PYTEST_XDIST_WORKER" not in os.environ:
+        folder = tmp_path_factory.mktemp("tutorial")
+        run_page(TUTORIAL, folder)
+        return folder
+    folder = tmp_path_factory.getbasetemp().parent / "tutorial"
+    whole = folder.with_name("tutorial-whole")
+    failed = folder.with_name("tutorial-failed")
+    try:
+        folder.mkdir()
+    except FileExistsError:
+        deadline = time.monotonic() + 600.0
+        while not whole.exists():
+            assert not failed.exists(), "the tutorial failed in another test process"
+            assert time.monotonic() < deadline, "the tutorial isn't done after 10 minutes"
+            time.sleep(0.2)
+        return folder
+    try:
+        run_page(TUTORIAL, folder)
+    except BaseException:
+        failed.touch()
+        raise
+    whole.touch()
     return folder
 
 
