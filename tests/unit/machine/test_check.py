@@ -53,8 +53,8 @@ def test_a_sound_file_has_no_findings_but_the_powers_that_nobody_knows(tmp_path)
         ('max = 30, unit = "deg"', 'max = 30, unit = "rad"', "unit-slip", 13, "look like degrees"),
         ("[1, 0, 0], source", "[1, 0.1, 0], source", "non-orthogonal", 10, "X and Y stand at 84.29 deg"),
         ("[1, 0, 0], point", "[-1, 0, 0], point", "against-letter", 14, "reversed = true"),
-        ("[1, 0, 0], source", "[1, 0, 0], point = [1, 2, 3], source", "unread-key", 10, "read by nobody"),
-        ('structure = { source = "a manual" }', "", "missing-source", 2, "nothing says where code 640123"),
+        ("[1, 0, 0], source", "[1, 0, 0], point = [1, 2, 3], source", "unread-key", 10, "no effect here"),
+        ('structure = { source = "a manual" }', "", "missing-source", 2, "code 640123 has no source"),
     ],
 )
 def test_what_looks_like_a_slip_is_a_warning_on_its_line(tmp_path, old, new, code, line, said):

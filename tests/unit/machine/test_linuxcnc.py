@@ -298,7 +298,7 @@ def test_maxkins_is_met(tmp_path, con):
         ),
         ("LINEAR_UNITS = mm", "LINEAR_UNITS = furlong", 19, "'furlong' must be one of mm, metric, in, inch"),
         ("LINEAR_UNITS = mm", "LINEAR_UNITS = 10", 19, "'10' must be one of mm"),
-        ("LINEAR_UNITS = mm", "", None, "has no [TRAJ] LINEAR_UNITS (for example mm)"),
+        ("LINEAR_UNITS = mm", "", None, "has no [TRAJ] LINEAR_UNITS, for example mm"),
         ("= degree", "= radian", 20, "xyzac-trt-kins counts in degrees, write deg"),
         ("X Y Z A C", "X Y Z A", 18, "xyzac-trt-kins needs the axis C"),
         ("sparm=identityfirst", "coordinates=xyza", 6, "needs the axis C, which [KINS] KINEMATICS"),

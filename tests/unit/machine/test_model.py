@@ -19,7 +19,7 @@ IDEAL = Machine.from_code("640123")
     ("ask", "error", "said"),
     [
         (lambda: Machine.from_code(640123), CodeError, "is a number; write the digits in quotes"),
-        (lambda: IDEAL.with_setup((1.0, 2.0)), MachineError, "each is three numbers"),
+        (lambda: IDEAL.with_setup((1.0, 2.0)), MachineError, "write three numbers each"),
         (lambda: IDEAL.with_setup((1.0, 2.0, math.nan)), MachineError, "finite"),
         (lambda: IDEAL.with_tool_length(-1.0), MachineError, "must be 0 or more"),
         (lambda: IDEAL.with_load(-3.0), MachineError, "mass is -3 kg; it must be 0 or more"),
