@@ -1,14 +1,14 @@
-"""Drilling power: idle spindle, lips in the material, and what the drive loses on top of the cut.
+"""Drilling power: idle spindle, cutting lips, and the spindle drive's losses under load.
 
 ``P_total = P_idle(ω) + P_cutting + P_aux(P_cutting)``, Wang et al. The idle power is a quadratic of the
 spindle speed, the cutting power an integral over the lips, the auxiliary power a fitted share of the cutting
 power.
 
-The paper's tables reproduce from their own cutting powers (`examples/drilling/reproduce.py`). Its printed
-force coefficients don't give these cutting powers with the printed geometry, since the drill's point isn't
-printed in full: the integral is held to its closed form instead (the nearest web and point angle stay 3 % off
-the table). Two printed fits aren't the least-squares fits of the printed data: C0 of the auxiliary power and
-the rival Model-2.
+The paper's tables are reproduced from their own cutting powers (`examples/drilling/reproduce.py`). The
+printed force coefficients don't yield these cutting powers, since the drill's point isn't printed in full:
+the nearest web and point angle are 3 % off the table, so the integral is tested against its closed form
+instead. Two printed fits aren't the least-squares fits of the printed data: C0 of the auxiliary power, and
+Model-2.
 
 References
 ----------
@@ -35,14 +35,14 @@ class Drill:
     Parameters
     ----------
     diameter : mm
-    web : mm, diameter inside which nothing is counted as cut (the chisel edge)
+    web : mm, diameter of the core, whose chisel edge isn't counted
     half_point : rad, κ, between lip and drill axis; 59 degrees for the common 118 degree point
     lips : number of lips
 
     Raises
     ------
     ToolError
-        A diameter, an angle or a number of lips out of its range; a web as large as the drill.
+        The diameter, the angle or the number of lips is out of its range; the web is as large as the drill.
     """
 
     diameter: float
@@ -78,7 +78,7 @@ class DrillCoefficients:
     Raises
     ------
     SettingError
-        A coefficient out of its range.
+        A coefficient is out of its range.
     """
 
     tangential: float
@@ -95,7 +95,7 @@ class DrillCoefficients:
 
 @dataclass(frozen=True)
 class DrillingLoad:
-    """What the cut takes from spindle and feed drive.
+    """Forces and powers of a cut.
 
     Parameters
     ----------
@@ -135,7 +135,7 @@ def drilling_load(
     Raises
     ------
     SettingError
-        Feed or speed not positive, a feed per turn above the diameter, no element.
+        Feed or speed isn't positive, the feed per turn is above the diameter, or there is no element.
 
     References
     ----------
@@ -173,7 +173,7 @@ def drilling_removal_rate(diameter: ArrayLike, feed: ArrayLike) -> Array:
     Raises
     ------
     SettingError
-        A diameter that isn't positive, a feed below 0.
+        A diameter isn't positive, or a feed is below 0.
 
     References
     ----------
@@ -198,7 +198,7 @@ def idle_power(spindle: ArrayLike, coefficients: ArrayLike) -> Array:
     Raises
     ------
     SettingError
-        Not three coefficients, or a speed below 0.
+        There aren't three coefficients, or a speed is below 0.
 
     References
     ----------
@@ -212,7 +212,7 @@ def idle_power(spindle: ArrayLike, coefficients: ArrayLike) -> Array:
 
 
 def auxiliary_power(cutting: ArrayLike, linear: float, quadratic: float = 0.0) -> Array:
-    """Compute the load loss that comes with a cut: ``P_aux = C0 P_c + C1 P_c²``.
+    """Compute the spindle drive's load loss: ``P_aux = C0 P_c + C1 P_c²``.
 
     Parameters
     ----------
@@ -227,7 +227,7 @@ def auxiliary_power(cutting: ArrayLike, linear: float, quadratic: float = 0.0) -
     Raises
     ------
     SettingError
-        A cutting power below 0, a coefficient that isn't finite.
+        A cutting power is below 0, or a coefficient isn't finite.
 
     References
     ----------

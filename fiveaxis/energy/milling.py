@@ -1,15 +1,15 @@
 """Cutting power in milling from its handbook formula and from measured forces.
 
 Olteanu, Bîșu and Tănase measure the wrench (force R and moment M at a point) on the workpiece and multiply it
-with the cutter's twist (velocity v of that point and angular velocity ω). Two powers follow:
+by the cutter's twist (velocity v of that point and angular velocity ω). This gives two powers:
 
 - `wrench_power`, ``R·v + M·ω``: the mechanical power. It doesn't depend on the point, as long as moment
-  *and* velocity belong to the same one: what the moment gains on the way, ``-(d × R)·ω``, the velocity's
-  share loses.
+  *and* velocity belong to the same one: a shift by d changes the moment's share by ``-(d × R)·ω`` and the
+  velocity's by the opposite.
 - `absolute_sum_power`, the paper's Eq. (17), adds the magnitudes ``|F_x v_x| + |F_y v_y| + |M_z ω_z|``.
-  Magnitudes don't cancel, so it does depend on the point: that is why the paper finds 0.84 kW at the
-  cutter's centre and 1.22 kW at the tooth tip with the Kistler dynamometer, and 0.87 and 1.26 kW with the
-  QZZ2. Its force records aren't printed, so these four figures can't be recomputed; the formulas are held by
+  Magnitudes don't cancel, so it depends on the point: the paper therefore finds 0.84 kW at the cutter's
+  centre and 1.22 kW at the tooth tip with the Kistler dynamometer, and 0.87 and 1.26 kW with the QZZ2. Its
+  force records aren't printed, so these four figures can't be recomputed; the formulas are tested with
   identities and synthetic records instead.
 
 References
@@ -26,10 +26,8 @@ from fiveaxis.energy.bounds import require_finite, require_not_negative, require
 from fiveaxis.errors import SettingError
 from fiveaxis.geometry import Array
 
-# Force times velocity is N·mm/s inside; so is moment (N·mm) times angular velocity.
-WATT = 1e3  # N·mm/s
-# A record of one turn may miss its end by rounding of its time stamps, as a share of the turn.
-ROUNDING = 1e-9
+WATT = 1e3  # N·mm/s, the unit of force times velocity, and of moment times angular velocity
+ROUNDING = 1e-9  # share of a turn that a record may lack at its end, from rounded time stamps
 
 
 def net_power(depth: ArrayLike, width: ArrayLike, feed: ArrayLike, specific_force: ArrayLike) -> Array:
@@ -50,7 +48,7 @@ def net_power(depth: ArrayLike, width: ArrayLike, feed: ArrayLike, specific_forc
     Raises
     ------
     SettingError
-        A figure below 0 or a specific force that isn't positive.
+        A figure is below 0, or the specific force isn't positive.
 
     References
     ----------
@@ -64,9 +62,9 @@ def net_power(depth: ArrayLike, width: ArrayLike, feed: ArrayLike, specific_forc
 def wrench_power(force: Array, moment: Array, velocity: Array, angular_velocity: Array) -> Array:
     """Multiply wrench and twist: the mechanical power ``R·v + M·ω``.
 
-    Independent of the point to which moment and velocity both belong (`transport_moment`,
-    `transport_velocity`). Positive where the wrench drives the body that moves: with the force *on the tool*
-    the cut takes ``-wrench_power`` from the machine.
+    It doesn't depend on the point, if moment and velocity belong to the same one (`transport_moment`,
+    `transport_velocity`). It is positive where the wrench drives the moving body: with the force *on the
+    tool* the cut takes ``-wrench_power`` from the machine.
 
     Parameters
     ----------
@@ -89,9 +87,9 @@ def absolute_sum_power(force: Array, moment: Array, velocity: Array, angular_vel
     """Add the magnitudes of the wrench-twist products, axis by axis.
 
     ``P_c(θ) = |F_x (v_c sinθ + v_f)| + |F_y v_c cosθ| + |M_z ω_z|`` with the tooth's velocity from
-    `tooth_velocities` and a spindle along z. Never below ``|wrench_power|``. It *depends on the point*,
-    because transport moves power between terms whose signs are then dropped: quote it with its point, and
-    take `wrench_power` for energy.
+    `tooth_velocities` and a spindle along z; never below ``|wrench_power|``. It *depends on the point*,
+    because another point shifts power between terms whose signs are then dropped: quote it with its point,
+    and use `wrench_power` for energy.
 
     Parameters
     ----------
@@ -134,7 +132,7 @@ def transport_moment(force: Array, moment: Array, old: Array, new: Array) -> Arr
 
 
 def transport_velocity(velocity: Array, angular_velocity: Array, old: Array, new: Array) -> Array:
-    """Give the velocity of another point of the same rigid body: ``v_new = v_old + ω × (new - old)``.
+    """Compute the velocity of another point of the same rigid body: ``v_new = v_old + ω × (new - old)``.
 
     Parameters
     ----------
@@ -153,7 +151,7 @@ def transport_velocity(velocity: Array, angular_velocity: Array, old: Array, new
 
 
 def cutter_positions(start: ArrayLike, feed: float, time: ArrayLike) -> Array:
-    """Follow the cutter's centre, which feeds along +x: ``X_S = X_0 + v_f t``.
+    """Compute the path of the cutter's centre, which feeds along +x: ``X_S = X_0 + v_f t``.
 
     Parameters
     ----------
@@ -174,7 +172,7 @@ def cutter_positions(start: ArrayLike, feed: float, time: ArrayLike) -> Array:
 
 
 def rotation_angles(spin: float, time: ArrayLike, *, start: float = 0.0) -> Array:
-    """Follow the tooth's angle: ``θ = θ_0 + ω_z t`` (``Δθ = 6 n Δt`` in degrees and rev/min).
+    """Compute the tooth's angle: ``θ = θ_0 + ω_z t`` (``Δθ = 6 n Δt`` in degrees and rev/min).
 
     Parameters
     ----------
@@ -194,7 +192,7 @@ def rotation_angles(spin: float, time: ArrayLike, *, start: float = 0.0) -> Arra
 
 
 def tooth_positions(centre: Array, angle: Array, radius: float) -> Array:
-    """Place the tooth tip: ``D = S + R (cosθ, sinθ, 0)``.
+    """Compute the position of the tooth tip: ``D = S + R (cosθ, sinθ, 0)``.
 
     Parameters
     ----------
@@ -214,7 +212,7 @@ def tooth_positions(centre: Array, angle: Array, radius: float) -> Array:
 
 
 def tooth_velocities(angle: Array, spin: float, radius: float, feed: float) -> Array:
-    """Give the tooth tip's velocity: that of `tooth_positions` while the centre feeds along +x.
+    """Compute the tooth tip's velocity: that of `tooth_positions` while the centre feeds along +x.
 
     ``(v_f - R ω_z sinθ, R ω_z cosθ, 0)``. With ``ω_z = -v_c/R``, a clockwise spindle, this is the
     ``v_c sinθ + v_f`` and ``v_c cosθ`` of Eq. (17).
@@ -241,8 +239,7 @@ def tooth_velocities(angle: Array, spin: float, radius: float, feed: float) -> A
 def revolution_average(power: ArrayLike, time: ArrayLike, spin: float) -> float:
     """Average a record over its first turn by the trapezoidal rule, divided by ``t_rot = 2π/|ω_z|``.
 
-    Samples of a real record don't end on the turn's end: the last interval is cut there, between its two
-    samples.
+    The samples of a real record don't coincide with the turn's end: the last interval is cut there.
 
     Parameters
     ----------
@@ -257,7 +254,7 @@ def revolution_average(power: ArrayLike, time: ArrayLike, spin: float) -> float:
     Raises
     ------
     SettingError
-        Times that don't rise, a record shorter than one turn, or a spindle that stands still.
+        The times don't rise, the record is shorter than one turn, or the spindle stands still.
 
     References
     ----------

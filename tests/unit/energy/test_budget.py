@@ -100,7 +100,7 @@ def test_what_is_not_known_is_said_and_not_counted_as_nothing(hayashi, motion):
         "cutting",
         "auxiliary",
     }
-    assert all(s.said for s in budget.shares)
+    assert all(s.source for s in budget.shares)
     assert budget.cost is None
     assert budget.co2 is None
 
@@ -165,7 +165,7 @@ def test_a_jobs_report_holds_the_whole_job(tmp_path):
         "auxiliary",
     ]
     assert budget["cost"] == pytest.approx(0.25 * budget["kWh"])
-    assert "What the whole job takes" in (tmp_path / "out" / "report.html").read_text()
+    assert "Electricity of the whole job" in (tmp_path / "out" / "report.html").read_text()
 
 
 @pytest.mark.parametrize(

@@ -267,7 +267,7 @@ def test_terms_that_the_rows_cannot_tell_are_left_out_and_named(tmp_path):
     log = write_log(tmp_path / "log.csv", v=speed, a=0.0 * speed, P=power)
     found = calibrate_drive(log, **BASIC, acceleration="a", axis="X", model="friction", max_acceleration=1.0)
     assert found.left_out == ("viscous",)
-    assert "not told by these rows: viscous" in found.block
+    assert "not identified by these rows: viscous" in found.block
     assert found.coefficients[0].value == pytest.approx(400.0, rel=1e-3)
 
 
@@ -351,7 +351,7 @@ BAD_LOGS: dict[str, tuple[Callable[[], str], dict, str]] = {
     ),
     "one speed": (lambda: HEADER + "\n" + "0,9,5\n0,9,6\n" * 40, {}, r"the velocity is the same in all 80"),
     "one power": (lambda: HEADER + "\n" + "0,9,5\n0,-8,5\n" * 40, {}, r"the power is the same in all 80"),
-    "one direction": (lambda: lines().replace("-", ""), {}, r"can't tell minus slope and minus offset"),
+    "one direction": (lambda: lines().replace("-", ""), {}, r"can't separate minus slope and minus offset"),
     "not UTF-8": (lambda: "\udcff", {}, r"isn't text in UTF-8"),
 }
 
@@ -377,7 +377,10 @@ BAD_OPTIONS: dict[str, tuple[dict, str]] = {
     "weight without mass": ({"model": "weight"}, r"needs the moved mass in kg"),
     "weight of a rotary axis": ({"model": "weight", "axis": "A"}, r"is for linear axes; A is rotary"),
     "friction without mass": ({"model": "friction"}, r"needs its moved mass in kg"),
-    "mass of a rotary axis": ({"model": "friction", "axis": "A", "moved_mass": 3.0}, r"has an inertia"),
+    "mass of a rotary axis": (
+        {"model": "friction", "axis": "A", "moved_mass": 3.0},
+        r"its inertia is fitted",
+    ),
     "Z without gravity": ({"model": "friction", "axis": "Z", "moved_mass": 3.0}, r"Z needs gravity"),
     "mass without acceleration": ({"model": "friction", "moved_mass": 3.0}, r"acceleration is needed"),
     "unknown term": (
@@ -386,11 +389,11 @@ BAD_OPTIONS: dict[str, tuple[dict, str]] = {
     ),
     "no friction": (
         {"model": "friction", "moved_mass": 3.0, "terms": ["hold"]},
-        r"friction drive has friction",
+        r"lack friction",
     ),
     "efficiency above 1": ({"efficiency": 1.2}, r"efficiency is 1.2 W/W, above 1"),
     "negative bound": ({"max_acceleration": -1.0}, r"max acceleration is -1"),
-    "no velocity": ({"velocity": None}, r"no column tells the velocity"),
+    "no velocity": ({"velocity": None}, r"no column has the velocity"),
     "position without time": ({"velocity": None, "position": "v"}, r"needs the time"),
     "time twice": ({"time": "t", "rate": 10.0}, r"one or the other"),
     "rate of 0": ({"rate": 0.0}, r"rate is 0 Hz"),
@@ -417,7 +420,7 @@ def test_a_fit_worse_than_the_mean_is_refused_and_names_the_power_at_rest(tmp_pa
     speed = np.repeat([0.0, 10.0, -10.0, 20.0, -20.0], 40)
     power = 100.0 + 0.02 * np.abs(speed) + rng.normal(0.0, 0.05, 200)
     log = write_log(tmp_path / "log.csv", v=speed, a=np.zeros(200), p=power)
-    with pytest.raises(InputError, match=r"worse than its mean: R² is -.*W at standstill are in the column"):
+    with pytest.raises(InputError, match=r"worse than its mean: R² is -.*the column has .* W at standstill"):
         calibrate_drive(
             log, axis="X", model="friction", power="p", velocity="v", acceleration="a", moved_mass=10.0
         )
