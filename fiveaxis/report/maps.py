@@ -1,4 +1,4 @@
-"""Maps of the postures that were not chosen, as SVG about a picture."""
+"""Maps of the postures that were not chosen, as SVG around a raster image."""
 
 from __future__ import annotations
 
@@ -6,15 +6,18 @@ import numpy as np
 
 from fiveaxis.geometry import Array, BoolArray
 from fiveaxis.posture import Solution
-from fiveaxis.report.canvas import AFTER, BEFORE, FORBIDDEN, break_jumps
 from fiveaxis.report.chart import (
+    AFTER,
+    BEFORE,
     BELOW,
+    FORBIDDEN,
     LEFT,
     RIGHT,
     TOP,
     WIDTH,
     Panel,
     Range,
+    break_jumps,
     labels,
     legend,
     multiples,
@@ -22,31 +25,27 @@ from fiveaxis.report.chart import (
     text,
     ticks,
 )
-from fiveaxis.report.figures import LOCATION_LABEL, motion_of
+from fiveaxis.report.figures import LOCATION_LABEL, motion_of, series_of
 from fiveaxis.report.landscape import PostureMap, Surface, modulo_turn
 from fiveaxis.report.raster import CIVIDIS, Pixels, coloured, enlarged, hatched, png_address, veiled
 
 ANGLE_STEPS = (15.0, 30.0, 45.0, 60.0, 90.0)
-# Points: a map's height and width, and its colour bar's distance and width.
+# Height and width of a map, position and width of its colour bar, points.
 TALL, WIDE = 200.0, WIDTH - LEFT - RIGHT - 62.0
 BAR_AT, BAR = WIDTH - RIGHT - 50.0, 12.0
 COST_LABEL = "energy from axis zero, S_W (J)"
-# A white line is read on any colour with a dark rim about it.
+# A white line with a dark rim is visible on any colour.
 CURVE, RIM = "#ffffff", "#000000"
 
 
 def posture_map_figure(solution: Solution, landscape: PostureMap, baseline: str | None) -> str:
-    """Draw the path against the first rotary axis, coloured by least cost, with the chosen curve.
+    """Draw the least cost over the path and the first rotary axis as SVG, with the chosen curve.
 
-    Where collisions alone forbid every posture the grey is hatched.
-
-    Returns
-    -------
-    SVG
+    The grey is hatched where only collisions forbid every posture.
     """
     letter = solution.machine.rotaries[0]
     first = np.degrees(landscape.first)
-    curves = {name: np.degrees(_modulo(solution, name)[:, 0]) for name in _shown(baseline)}
+    curves = {name: np.degrees(_modulo(solution, name)[:, 0]) for name in series_of(solution, baseline)}
     locations = landscape.locations.astype(float)
     panel = Panel(TOP, TALL, _edges(locations), _covering(_edges(first), *curves.values()), WIDE)
     bounds = _bounds(landscape.cost)
@@ -69,15 +68,11 @@ def posture_map_figure(solution: Solution, landscape: PostureMap, baseline: str 
 
 
 def surface_figure(solution: Solution, surface: Surface, baseline: str | None) -> str:
-    """Draw the power surface at one location, the inadmissible region hatched, the chosen posture marked.
-
-    Returns
-    -------
-    SVG
-    """
+    """Draw the power surface at one location as SVG: inadmissible region hatched, chosen posture marked."""
     first, second = solution.machine.rotaries
     across, up = np.degrees(surface.first), np.degrees(surface.second)
-    marked = {name: np.degrees(_modulo(solution, name)[surface.location]) for name in _shown(baseline)}
+    names = series_of(solution, baseline)
+    marked = {name: np.degrees(_modulo(solution, name)[surface.location]) for name in names}
     x, y = (
         _covering(_edges(grid), *(place[[k]] for place in marked.values()))
         for k, grid in enumerate((across, up))
@@ -110,18 +105,14 @@ def surface_figure(solution: Solution, surface: Surface, baseline: str | None) -
     return svg(panel.bottom + BELOW, [*parts, legend(colours, LEFT + WIDE, panel.bottom + 27.0)])
 
 
-def _shown(baseline: str | None) -> list[str]:
-    return ["optimised"] if baseline is None else [baseline, "optimised"]
-
-
 def _edges(grid: Array) -> Range:
-    """Give where the cells about evenly spaced places begin and end."""
+    """Compute the outer edges of the cells around evenly spaced grid points."""
     half = 0.5 * float(grid[-1] - grid[0]) / (len(grid) - 1) if len(grid) > 1 else 0.5
     return float(grid[0]) - half, float(grid[-1]) + half
 
 
 def _covering(shown: Range, *values: Array) -> Range:
-    """Widen a range: a posture outside the axis limits has to be seen."""
+    """Widen a range to show postures outside the axis limits too."""
     known = np.concatenate([np.array(shown), *values])
     return float(known.min()), float(known.max())
 
@@ -137,7 +128,7 @@ def _pixels(where: BoolArray) -> BoolArray:
 
 
 def _ground(panel: Panel) -> str:
-    """Colour what lies beyond the map like what is forbidden."""
+    """Colour the area beyond the map as forbidden."""
     return (
         f'<rect x="{LEFT:g}" y="{panel.top:g}" width="{panel.width:g}" height="{panel.height:g}" '
         f'fill="{FORBIDDEN}"/>'
@@ -145,7 +136,7 @@ def _ground(panel: Panel) -> str:
 
 
 def _image(panel: Panel, picture: Pixels, x: Range, y: Range) -> str:
-    """Lay a picture, lowest row first, over a range of the panel."""
+    """Place a picture, lowest row first, over a range of the panel."""
     left, right = panel.across(np.array(x)).tolist()
     bottom, top = panel.down(np.array(y)).tolist()
     return (
@@ -155,7 +146,7 @@ def _image(panel: Panel, picture: Pixels, x: Range, y: Range) -> str:
 
 
 def _colour_bar(panel: Panel, bounds: Range) -> str:
-    """Draw which colour stands for how much."""
+    """Draw the colour scale."""
     scale = Panel(panel.top, panel.height, (0.0, 1.0), bounds)
     colours = np.array(CIVIDIS[::-1], dtype=np.uint8)
     ramp = np.stack([np.interp(np.linspace(0, 16, 128), np.arange(17), c) for c in colours.T], axis=-1)
@@ -175,14 +166,14 @@ def _colour_bar(panel: Panel, bounds: Range) -> str:
 
 
 def _angle_ticks(shown: Range) -> dict[float, str]:
-    """Put the ticks of an angle where people count: every 15, 30, 45, 60 or 90 degrees."""
+    """Choose the ticks of an angle: every 15, 30, 45, 60 or 90 degrees."""
     step = next((s for s in ANGLE_STEPS if (shown[1] - shown[0]) / s <= 8.0), 90.0)
-    places = multiples(shown, step)
-    return dict(zip(places, labels(places), strict=True))
+    angles = multiples(shown, step)
+    return dict(zip(angles, labels(angles), strict=True))
 
 
 def _modulo(solution: Solution, name: str) -> Array:
-    """Give the rotary angles of a motion in the shown ranges, (n, 2) rad, chain order."""
+    """Compute the rotary angles of a motion in the shown ranges, (n, 2) rad, chain order."""
     machine = solution.machine
     positions = motion_of(solution, name).positions
     columns = (modulo_turn(positions[:, machine.column(c)], machine.axis(c)) for c in machine.rotaries)

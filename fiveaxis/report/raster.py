@@ -1,4 +1,4 @@
-"""Pictures of numbers: colours that rise evenly in lightness, and PNG without a library."""
+"""Raster images of numbers: colours that rise evenly in lightness, and PNG without a library."""
 
 from __future__ import annotations
 
@@ -13,28 +13,28 @@ from fiveaxis.geometry import Array, BoolArray
 
 Pixels = NDArray[np.uint8]
 
-# Nuñez, Anderton and Renslow's cividis at 17 even places: in one order for colour-blind eyes and grey print.
+# Cividis (Nuñez, Anderton and Renslow) at 17 even steps, ordered also for colour-blind readers and in grey.
 CIVIDIS = (
     (0, 34, 78), (0, 46, 106), (26, 56, 111), (50, 67, 109), (67, 78, 108), (83, 90, 109), (97, 101, 111),
     (111, 112, 115), (125, 124, 120), (140, 136, 120), (155, 148, 118), (171, 160, 114), (188, 174, 108),
     (205, 187, 99), (222, 201, 88), (240, 216, 70), (254, 232, 56),
 )  # fmt: skip
-# Pixels of a cell's side, and between the lines of a hatching.
+# Side of a cell, and distance of the lines of a hatching, pixels.
 CELL, HATCH = 3, 8
 
 
 def rgb(colour: str) -> Pixels:
-    """Read ``#rrggbb``, (3,)."""
+    """Convert ``#rrggbb`` to (3,) levels."""
     return np.array([int(colour[k : k + 2], 16) for k in (1, 3, 5)], dtype=np.uint8)
 
 
 def coloured(values: Array, bounds: tuple[float, float], missing: str) -> Pixels:
-    """Colour numbers, (h, w) to (h, w, 3).
+    """Convert numbers, (h, w), to colours, (h, w, 3).
 
     Parameters
     ----------
-    values : NaN has the colour `missing`
-    bounds : numbers of the darkest and of the lightest colour
+    values : NaN gets the colour `missing`
+    bounds : values of the darkest and of the lightest colour
     """
     low, high = bounds
     share = np.linspace(0.0, 1.0, len(CIVIDIS))
@@ -45,7 +45,7 @@ def coloured(values: Array, bounds: tuple[float, float], missing: str) -> Pixels
 
 
 def enlarged(cells: Pixels | BoolArray) -> NDArray[np.uint8]:
-    """Give every cell so many pixels that a hatching can be drawn in it."""
+    """Enlarge every cell to `CELL` × `CELL` pixels, in which a hatching can be drawn."""
     return np.repeat(np.repeat(cells, CELL, axis=0), CELL, axis=1)
 
 
@@ -74,10 +74,10 @@ def veiled(picture: Pixels, where: BoolArray, share: float = 0.4) -> Pixels:
 
 
 def png_address(picture: Pixels) -> str:
-    """Write a picture, (h, w, 3), as the address of an inlined PNG."""
+    """Encode a picture, (h, w, 3), as the data URI of a PNG."""
     height, width, _ = picture.shape
     rows = picture.reshape(height, 3 * width)
-    # Rows differ little from those above: only the differences are kept (filter 2).
+    # Rows differ little from those above, so the differences compress better (filter 2).
     above = np.vstack([np.zeros((1, 3 * width), dtype=np.uint8), rows[:-1]])
     filtered = np.hstack([np.full((height, 1), 2, dtype=np.uint8), rows - above])
     header = struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)

@@ -103,7 +103,9 @@ def test_the_page_tells_the_blocks_that_were_inserted_and_those_that_were_remove
     page: Page, solution: Solution, verdict: dict[str, Any], program: dict[str, Any]
 ) -> None:
     text = body_text(page(solution, verdict, program))
-    said = "12 inserted blocks (tolerance 0.005 mm), whose postures were chosen as the others were. 82 blocks"
+    said = (
+        "12 blocks were inserted (tolerance 0.005 mm); their postures were optimised too. 82 redundant blocks"
+    )
     assert said in text
     assert "The program has 290 blocks for 360 locations" in text
 
@@ -112,9 +114,7 @@ def test_the_page_tells_why_no_block_was_removed(
     page: Page, solution: Solution, verdict: dict[str, Any], program: dict[str, Any]
 ) -> None:
     kept = program | {"removed": 0, "redundant_kept_for": ["gouge", "tip-deviation"]}
-    assert "stay in it, because without them: gouge, tip-deviation." in body_text(
-        page(solution, verdict, kept)
-    )
+    assert "were kept; without them: gouge, tip-deviation." in body_text(page(solution, verdict, kept))
     assert "No block was redundant." in body_text(page(solution, verdict, program | {"removed": 0}))
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from fiveaxis.report import report_document
 from fiveaxis.report.page import compose_page
-from fiveaxis.report.setup_section import setup_section
+from fiveaxis.report.sections import setup_section
 
 TRIED = {"offset": [-5.0, 0.0, 0.0], "rotation_deg": [0.0, 0.0, -90.0], "energy": 1.0, "rough": 1.0}
 TRIED |= {"why": "", "kept_clear": None}

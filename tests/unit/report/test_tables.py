@@ -1,8 +1,8 @@
-"""What verification measured, in words."""
+"""The page's tables."""
 
 import re
 
-from fiveaxis.report.measured import WORDS, measured_table
+from fiveaxis.report.tables import WORDS, measured_table
 from fiveaxis.verification import verify
 
 THIN = "\u2009"
