@@ -210,7 +210,7 @@ def _spindle_shares(
     machine: Machine, motion: Motion, process: Process | None, sources: dict[str, Provenance]
 ) -> list[Share]:
     if process is None:
-        why = "the job says nothing about the cut ([process])"
+        why = "the job has no [process]"
         return [Share(name, None, "unknown", why) for name in ("spindle idle", "cutting", "auxiliary")]
     if process.spindle <= 0.0:
         raise SettingError(f"spindle speed is {process.spindle:g} rad/s; it must be above 0")

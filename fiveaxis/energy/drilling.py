@@ -119,7 +119,7 @@ class DrillingLoad:
 def drilling_load(
     drill: Drill, coefficients: DrillCoefficients, feed: float, spindle: float, *, elements: int = 50
 ) -> DrillingLoad:
-    """Integrate the forces over the lips.
+    """Integrate the forces over the lips (Wang et al. 2019).
 
     ``dF = (K_c h + K_e) db`` on each lip, with the chip thickness ``h = (c/Z) sinκ`` of a feed per turn c
     shared by Z lips, and the lip's length ``db = dr/sinκ``. Then ``P = f ΣdF_z + ΣV(r) dF_t``, ``V = ωr``.
@@ -136,10 +136,6 @@ def drilling_load(
     ------
     SettingError
         Feed or speed isn't positive, the feed per turn is above the diameter, or there is no element.
-
-    References
-    ----------
-    Wang et al. (2019), force and cutting-power equations.
     """
     require_positive("feed", feed, "mm/s")
     require_positive("spindle speed", spindle, "rad/s")
@@ -160,7 +156,7 @@ def drilling_load(
 
 
 def drilling_removal_rate(diameter: ArrayLike, feed: ArrayLike) -> Array:
-    """Compute the material removal rate: ``MRR = π d² f/4``.
+    """Compute the material removal rate: ``MRR = π d² f/4`` (Wang et al. 2019).
 
     Parameters
     ----------
@@ -174,10 +170,6 @@ def drilling_removal_rate(diameter: ArrayLike, feed: ArrayLike) -> Array:
     ------
     SettingError
         A diameter isn't positive, or a feed is below 0.
-
-    References
-    ----------
-    Wang et al. (2019), the MRR of Models 1 and 2 and of Experiment II.
     """
     across = require_positive("drill diameter", diameter, "mm")
     return np.pi / 4.0 * across**2 * require_not_negative("feed", feed, "mm/s")
@@ -212,7 +204,7 @@ def idle_power(spindle: ArrayLike, coefficients: ArrayLike) -> Array:
 
 
 def auxiliary_power(cutting: ArrayLike, linear: float, quadratic: float = 0.0) -> Array:
-    """Compute the spindle drive's load loss: ``P_aux = C0 P_c + C1 P_c²``.
+    """Compute the spindle drive's load loss: ``P_aux = C0 P_c + C1 P_c²`` (Wang et al. 2019).
 
     Parameters
     ----------
@@ -228,10 +220,6 @@ def auxiliary_power(cutting: ArrayLike, linear: float, quadratic: float = 0.0) -
     ------
     SettingError
         A cutting power is below 0, or a coefficient isn't finite.
-
-    References
-    ----------
-    Wang et al. (2019), linear and quadratic auxiliary power.
     """
     power = require_not_negative("cutting power", cutting, "W")
     require_finite("auxiliary coefficient", (linear, quadratic), "W/W")
@@ -241,7 +229,7 @@ def auxiliary_power(cutting: ArrayLike, linear: float, quadratic: float = 0.0) -
 def drilling_power(
     spindle: ArrayLike, cutting: ArrayLike, idle: ArrayLike, auxiliary: tuple[float, float]
 ) -> Array:
-    """Compute the machine's power while it drills: ``P_idle(ω) + P_c + P_aux(P_c)``.
+    """Compute the machine's power while it drills: ``P_idle(ω) + P_c + P_aux(P_c)`` (Wang et al. 2019).
 
     Parameters
     ----------
@@ -258,10 +246,6 @@ def drilling_power(
     ------
     SettingError
         As `idle_power` and `auxiliary_power`.
-
-    References
-    ----------
-    Wang et al. (2019), total power.
     """
     power = require_not_negative("cutting power", cutting, "W")
     return idle_power(spindle, idle) + power + auxiliary_power(power, *auxiliary)

@@ -20,7 +20,7 @@ from fiveaxis.geometry import Array
 
 
 def fit_idle_power(spindle: ArrayLike, power: ArrayLike) -> Array:
-    """Fit the idle power's quadratic: ``P = a0 + a1 ω + a2 ω²``.
+    """Fit the idle power's quadratic: ``P = a0 + a1 ω + a2 ω²`` (Wang et al. 2019).
 
     Parameters
     ----------
@@ -30,10 +30,6 @@ def fit_idle_power(spindle: ArrayLike, power: ArrayLike) -> Array:
     Returns
     -------
     (3,), constant W, linear W/(rad/s), quadratic W/(rad/s)²; the coefficients of `idle_power`
-
-    References
-    ----------
-    Wang et al. (2019), idle power.
     """
     speed = require_finite("spindle speed", spindle, "rad/s")
     return _least_squares({"a constant": np.ones_like(speed), "speed": speed, "its square": speed**2}, power)
@@ -62,7 +58,7 @@ def fit_auxiliary_power(cutting: ArrayLike, auxiliary: ArrayLike, *, quadratic: 
 
 
 def fit_removal_model(rate: ArrayLike, power: ArrayLike) -> Array:
-    """Fit Model-1, power by removal rate: ``P = C0 MRR + C1``.
+    """Fit Model-1, power by removal rate: ``P = C0 MRR + C1`` (printed 5.749, 1393.6).
 
     Parameters
     ----------
@@ -72,10 +68,6 @@ def fit_removal_model(rate: ArrayLike, power: ArrayLike) -> Array:
     Returns
     -------
     (2,), C0 J/mm³, C1 W
-
-    References
-    ----------
-    Wang et al. (2019), Model-1 (printed 5.749, 1393.6).
     """
     rates = require_finite("removal rate", rate, "mm³/s")
     return _least_squares({"removal rate": rates, "a constant": np.ones_like(rates)}, power)
@@ -104,7 +96,7 @@ def fit_removal_speed_model(rate: ArrayLike, spindle: ArrayLike, power: ArrayLik
 
 
 def fit_cutting_model(cutting: ArrayLike, power: ArrayLike) -> Array:
-    """Fit Model-3, power by cutting power: ``P = C0 P_c + C1``.
+    """Fit Model-3, power by cutting power: ``P = C0 P_c + C1`` (printed 1.4036, 1237.9).
 
     Parameters
     ----------
@@ -114,10 +106,6 @@ def fit_cutting_model(cutting: ArrayLike, power: ArrayLike) -> Array:
     Returns
     -------
     (2,), C0 W/W, C1 W
-
-    References
-    ----------
-    Wang et al. (2019), Model-3 (1.4036, 1237.9).
     """
     cuts = require_finite("cutting power", cutting, "W")
     return _least_squares({"cutting power": cuts, "a constant": np.ones_like(cuts)}, power)

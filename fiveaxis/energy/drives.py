@@ -131,10 +131,6 @@ def axis_powers(
     ------
     MachineError
         The power of an axis isn't known.
-
-    References
-    ----------
-    As `drive_power`.
     """
     drives = [require_drive(machine, axis) for axis in machine.axes]
     forces = _gravity(machine, drives, positions)
@@ -154,7 +150,7 @@ def axis_powers(
 
 
 def travel_costs(machine: Machine, feed: Array, rapid: BoolArray | None = None) -> tuple[Array, Array]:
-    """Compute the energy per unit of axis travel at a programmed feed.
+    """Compute the energy per unit of axis travel at a programmed feed (Hayashi et al. 2018, Eq. 1).
 
     ``W = 60·P/v`` with P in W and v in mm/min or deg/min (form-shaping Eq. 1): the cost of a steady move of
     that axis alone. For a rotary axis the programmed number is in deg/min, as in the equation, even if its
@@ -176,10 +172,6 @@ def travel_costs(machine: Machine, feed: Array, rapid: BoolArray | None = None) 
     ------
     MachineError
         The power of an axis isn't known.
-
-    References
-    ----------
-    Hayashi et al. (2018), Eq. (1).
     """
     drives = [require_drive(machine, axis) for axis in machine.axes]
     home = np.zeros((1, len(machine.axes)))

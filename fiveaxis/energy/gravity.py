@@ -28,10 +28,6 @@ def gravity_forces(machine: Machine, positions: Array) -> Array:
     Returns
     -------
     (n, k), J/mm and J/rad: positive where the axis works against gravity while its value grows
-
-    References
-    ----------
-    Mechanics (the derivative of ``Σ m g h``); no paper among those reproduced has it.
     """
     values = np.asarray(positions, dtype=float)
     poses = link_poses(machine, values)

@@ -97,7 +97,7 @@ class Energy:
 
 
 def motion_energy(machine: Machine, motion: Motion, integral: Array | None = None) -> Energy:
-    """Add up the cost of a motion.
+    """Add up the cost of a motion and its travel metric (Hayashi et al. 2018, Eq. 1).
 
     Parameters
     ----------
@@ -109,10 +109,6 @@ def motion_energy(machine: Machine, motion: Motion, integral: Array | None = Non
     ------
     MachineError
         The power of an axis isn't known.
-
-    References
-    ----------
-    Hayashi et al. (2018), Eq. (1), for the travel metric.
     """
     charged, least = move_energies(machine, motion), None
     if integral is None:
@@ -160,15 +156,11 @@ def _by_kind(motion: Motion, charged: Array, integral: Array) -> dict[str, KindE
 
 
 def move_energies(machine: Machine, motion: Motion) -> Array:
-    """Compute the travel metric of every move by axis.
+    """Compute the travel metric of every move by axis (Hayashi et al. 2018, Eqs. 1, 6-8).
 
     Returns
     -------
     (n, k), J: ``W⁺Δq⁺ + W⁻Δq⁻`` of the move that ends at the row, 0 for the first
-
-    References
-    ----------
-    Hayashi et al. (2018), Eqs. (1), (6)-(8).
     """
     plus, minus = travel_costs(machine, motion.feed, motion.rapid)
     moves = motion.moves
@@ -187,10 +179,6 @@ def move_powers(machine: Machine, motion: Motion, rounding: float = 0.0) -> Arra
     Returns
     -------
     (n, k), W, of the move that ends at the row; 0 where a move takes no time
-
-    References
-    ----------
-    Drive models as in `drive_power`; no paper has the integral over moves.
     """
     moving = motion.time > 0.0
     is_linear = np.array([not axis.is_rotary for axis in machine.axes])
@@ -220,10 +208,6 @@ def law_energies(machine: Machine, law: TimeLaw) -> Array:
     Returns
     -------
     (n, k), J: ∫P dt of the move that ends at the row, by axis
-
-    References
-    ----------
-    Drive models as in `drive_power`; no paper has the integral over a time law.
     """
     phases = law.phases
     start, _, _ = law.at(phases.start)

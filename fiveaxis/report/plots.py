@@ -164,9 +164,9 @@ def _draw_bars(axes: Axes, bars: Sequence[Bar], baseline: str) -> None:
         axes.barh(places + 0.2, known, 0.36, color=BEFORE, label=baseline)
     axes.barh(places - 0.2, spent, 0.36, color=AFTER, label="optimised")
     for place, bar in zip(places, bars, strict=True):
-        said = bar.status if bar.energy is None else f"{bar.energy:,.0f} J".replace(",", " ")
+        label = bar.status if bar.energy is None else f"{bar.energy:,.0f} J".replace(",", " ")
         end = bar.energy or 0.0
-        axes.annotate(f" {said}", (end, place - 0.2), verticalalignment="center", fontsize=8.0)
+        axes.annotate(f" {label}", (end, place - 0.2), verticalalignment="center", fontsize=8.0)
     axes.set_yticks(places, [_shortened(bar.name) for bar in bars])
     # Without explicit limits, missing bars would determine them.
     axes.set_ylim(len(bars) - 0.5, -0.5)

@@ -90,7 +90,7 @@ def test_every_consumer_follows_its_own_formula(machine, motion):
     assert budget.co2 == pytest.approx(0.4 * budget.total / 3.6e6)
 
 
-def test_what_is_not_known_is_said_and_not_counted_as_nothing(hayashi, motion):
+def test_an_unknown_consumer_is_reported_and_not_counted_as_zero(hayashi, motion):
     budget = job_budget(hayashi, motion)
     shares = shares_of(budget)
     assert not budget.complete
@@ -186,7 +186,7 @@ def test_a_wrong_figure_of_the_process_is_named_with_its_line(tmp_path, old, new
     assert f"{tmp_path / 'job.toml'}:" in str(caught.value)
 
 
-def test_an_engagement_that_cannot_be_is_refused_before_the_work(tmp_path):
+def test_an_impossible_engagement_is_refused_before_the_optimisation(tmp_path):
     job = read_job(write_job(tmp_path, JOB.replace("width = 0.3", "width = 7")))
     process = load_process(job, Tool.ball(6))
     assert process is not None
@@ -195,8 +195,8 @@ def test_an_engagement_that_cannot_be_is_refused_before_the_work(tmp_path):
     assert load_process(make_job(input="x.csv", tool="ball:6"), Tool.ball(6)) is None
 
 
-def test_an_axis_that_slows_the_move_makes_the_chips_thinner_and_not_the_cut_dearer(machine, motion):
-    """Without edge forces the work is K_tc times the volume removed, whatever time that takes."""
+def test_an_axis_that_slows_the_move_makes_the_chips_thinner_but_not_the_cut_costlier(machine, motion):
+    """Without edge forces the work is K_tc times the volume removed, however long that takes."""
     slow = replace(motion, time=motion.time * 4.0)
     spent = [shares_of(job_budget(machine, m, PROCESS))["cutting"][0] for m in (motion, slow)]
     assert spent[1] == pytest.approx(spent[0])

@@ -33,7 +33,7 @@ def check(tmp_path: Path, text: str) -> list[Finding]:
     return [f for f in check_machine(path) if f.code not in ("no-powers", "no-limits")]
 
 
-def test_a_sound_file_has_no_findings_but_the_powers_that_nobody_knows(tmp_path):
+def test_a_sound_file_has_no_findings_but_the_unknown_powers(tmp_path):
     path = tmp_path / "m.toml"
     path.write_text(GOOD)
     findings = check_machine(path)
@@ -129,7 +129,7 @@ def test_bodies_are_checked_too(tmp_path):
     assert "bodies[2].size[1] = 0 must be above 0" in third.message
 
 
-def test_a_squareness_that_stands_where_it_belongs_is_no_slip(tmp_path):
+def test_a_squareness_error_in_location_error_is_no_slip(tmp_path):
     square = '[axes.Y.location_error]\ntilt = [0, 0, 0.2]\ntilt_unit = "deg"\nsource = "measured"\n'
     assert check(tmp_path, GOOD + square) == []
     [finding] = check(tmp_path, GOOD + square.replace("0.2", "40"))
@@ -165,7 +165,7 @@ def test_a_linuxcnc_configuration_can_be_checked(data):
     assert {f.severity for f in findings} == {Severity.NOTE}
 
 
-def test_what_is_no_machine_file_is_an_error_and_not_a_finding(tmp_path):
+def test_a_file_that_is_no_machine_file_is_an_error_and_not_a_finding(tmp_path):
     (tmp_path / "m.toml").write_text("name = ")
     with pytest.raises(MachineError, match="is not valid TOML"):
         check_machine(tmp_path / "m.toml")
@@ -176,7 +176,7 @@ def test_what_is_no_machine_file_is_an_error_and_not_a_finding(tmp_path):
 
 
 def test_every_key_of_the_format_has_a_reader(tmp_path):
-    """Load, dump, compare: a key that the format takes and that then goes nowhere would be found here."""
+    """Load, dump, compare: this finds a key that the format accepts but doesn't use."""
     rich = (
         GOOD
         + """reversed = true

@@ -246,7 +246,7 @@ def test_a_line_may_be_continued(tmp_path):
 # The equations of the C sources, as they stand there
 
 
-def test_5axiskins_is_met(tmp_path):
+def test_5axiskins_is_reproduced(tmp_path):
     """5axiskins.c: r = s2r(L, c, 180 - b); position = J + r + L z."""
     machine = read(tmp_path, BRIDGE.replace("= inch", "= mm").replace("length 10", "length 250"))
     joints, b, c = RNG.uniform(-100, 100, (50, 3)), RNG.uniform(-2, 2, 50), RNG.uniform(-6, 6, 50)
@@ -259,7 +259,7 @@ def test_5axiskins_is_met(tmp_path):
 
 
 @pytest.mark.parametrize("con", [-1.0, 1.0])
-def test_maxkins_is_met(tmp_path, con):
+def test_maxkins_is_reproduced(tmp_path, con):
     """maxkins.c: the head's part is added before C turns it; zb, xb of length L about B."""
     write(
         tmp_path,

@@ -1,4 +1,4 @@
-"""What can be asked of a machine, and what can't."""
+"""Operations on a machine, and those that it refuses."""
 
 import math
 
@@ -49,7 +49,7 @@ IDEAL = Machine.from_code("640123")
         ),
     ],
 )
-def test_what_cannot_be_is_refused_with_the_reason(ask, error, said):
+def test_an_impossible_request_is_refused_with_the_reason(ask, error, said):
     with pytest.raises(error) as caught:
         ask()
     assert said in str(caught.value)
@@ -96,6 +96,6 @@ def test_a_program_of_a_machine_with_a_clamped_axis_puts_it_there_first():
     lines = compose_program(motion, machine=machine).lines
     assert any("clamped: B at -30 deg" in line for line in lines)
     rapids = [line for line in lines if line.startswith("G0")]
-    # This control counts B the other way.
+    # This control counts B in the opposite direction.
     assert rapids[0] == "G0 B-30.000000"
     assert "G49" in lines

@@ -48,20 +48,20 @@ def test_a_line_is_broken_where_a_number_is_missing() -> None:
     assert path.count("L") == 2
 
 
-def test_steps_hold_the_number_of_the_place_they_end_at() -> None:
+def test_a_step_has_the_value_of_its_end() -> None:
     path = PANEL.steps(np.array([1.0, 2.0]), np.array([0.0, 1.0]), "#000000", 1.0)
     places = re.findall(r"[ML]([\d.]+) ([\d.]+)", path)
     assert [round(float(y), 2) for _, y in places] == [70.0, 20.0, 20.0]
 
 
-def test_what_stays_the_same_lies_in_the_middle() -> None:
+def test_a_constant_line_lies_in_the_middle() -> None:
     low, high = widened(np.full(5, 3.0))
     assert low < 3.0 < high
     assert 3.0 - low == pytest.approx(high - 3.0)
     assert widened(np.array([np.nan]))[0] < widened(np.array([np.nan]))[1]
 
 
-def test_words_are_escaped_and_the_chart_is_well_formed() -> None:
+def test_text_is_escaped_and_the_chart_is_well_formed() -> None:
     drawn = svg(60.0, [text("a < b & c", 1.0, 2.0), PANEL.frame("y", "x"), PANEL.level(0.5)])
     assert "a < b" not in drawn
     ElementTree.fromstring(drawn)

@@ -30,18 +30,18 @@ from fiveaxis.toolpath import TiltBounds
 
 
 def words(svg: str) -> list[str]:
-    """Give the pieces of text in a figure."""
+    """Return the pieces of text in a figure."""
     return re.findall(r"<text[^>]*>([^<]*)</text>", svg)
 
 
 def pictures(svg: str) -> list[bytes]:
-    """Give the PNGs inlined in a figure: the map, and its colour bar."""
+    """Return the PNGs inlined in a figure: the map, and its colour bar."""
     addresses = re.findall(r'href="data:image/png;base64,([^"]*)"', svg)
     return [base64.b64decode(address, validate=True) for address in addresses]
 
 
 def chunks(data: bytes) -> Iterator[bytes]:
-    """Give the kinds of the chunks of a PNG."""
+    """Return the kinds of the chunks of a PNG."""
     at = 8
     while at < len(data):
         (length,) = struct.unpack(">I", data[at : at + 4])
@@ -124,7 +124,7 @@ def test_a_posture_outside_the_axis_limits_widens_the_surface(trunnion_solution:
     home = replace(trunnion_solution.motion, positions=np.zeros_like(trunnion_solution.motion.positions))
 
     def share_of_map(svg: str) -> float:
-        """Give how much of the panel's height the map takes; the rest is grey."""
+        """Return how much of the panel's height the map takes; the rest is grey."""
         image = re.search(r'<image [^>]*height="([\d.]+)"', svg)
         ground = re.search(r'<rect [^>]*height="([\d.]+)"', svg)
         return float(image[1]) / float(ground[1])  # type: ignore[index]
@@ -164,7 +164,7 @@ def test_without_a_baseline_the_result_alone_is_drawn_over_time(solution: Soluti
     assert "normal" not in text
 
 
-def test_speed_times_time_is_the_way_of_the_axis(solution: Solution) -> None:
+def test_speed_times_time_is_the_travel_of_the_axis(solution: Solution) -> None:
     motion = solution.motion
     np.testing.assert_allclose(mean_speeds(motion) * motion.time[:, None], motion.moves, atol=1e-9)
 

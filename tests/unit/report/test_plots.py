@@ -44,7 +44,7 @@ def test_names_from_files_are_no_markup_and_no_formula():
     assert "y" * LONGEST not in figure
 
 
-def test_more_bars_than_can_be_read_are_cut_and_said():
+def test_of_more_bars_than_are_legible_the_first_are_drawn_and_the_title_says_so():
     figure = comparison_figure("cup", [Bar(f"v{i}", 1.0, 2.0, "fine") for i in range(MOST + 5)], "n").decode()
     assert f"the first {MOST} of {MOST + 5}" in figure
     assert len(re.findall(r">v\d+<", figure)) == MOST

@@ -13,7 +13,7 @@ TRIED = {"offset": [-5.0, 0.0, 0.0], "rotation_deg": [0.0, 0.0, -90.0], "energy"
 TRIED |= {"why": "", "kept_clear": None}
 
 
-def test_a_searched_setup_is_told_with_true_minus_signs():
+def test_a_searched_setup_has_true_minus_signs():
     found = {"ranges": {"angle": (-180.0, 180.0)}, "given": TRIED, "chosen": TRIED, "saved": None}
     text = setup_section(found | {"tried": [TRIED], "least_saving": 0.005})
     assert "angle −180…180 deg" in text
@@ -22,7 +22,7 @@ def test_a_searched_setup_is_told_with_true_minus_signs():
 
 
 @pytest.mark.usefixtures("undrawn")
-def test_the_difference_of_the_two_measures_is_told_with_a_true_sign(solution, verdict):
+def test_the_difference_of_the_two_measures_has_a_true_minus_sign(solution, verdict):
     document = report_document(solution, verdict, inputs=[])
     document["energy"]["travel_error"] = -0.416
     assert "off the energy by −41.6\u2009%" in html.unescape(compose_page(solution, document))
