@@ -40,7 +40,8 @@ from fiveaxis.machine.tables import (
     WeightTable,
 )
 
-# The figures of an axis, in display order.
+# The figures of a machine and of an axis, in display order.
+MACHINE_FIGURES = ("structure", "spindle", "vertical", "base_power", "spindle_idle", "auxiliary", "load")
 AXIS_FIGURES = ("limits", "line", "location_error", "drive", "max_speed", "max_acceleration", "moved_mass")
 SIDES = {"workpiece": "table", "tool": "head"}
 
@@ -280,15 +281,7 @@ def _shape(index: int, table: BodyTable, folder: Path) -> Shape:
 
 
 def _provenance(file: MachineFile, tables: dict[str, AxisTable]) -> Iterator[Provenance]:
-    figures: list[tuple[str, Figure | None]] = [
-        ("structure", file.structure),
-        ("spindle", file.spindle),
-        ("vertical", file.vertical),
-        ("base_power", file.base_power),
-        ("spindle_idle", file.spindle_idle),
-        ("auxiliary", file.auxiliary),
-        ("load", file.load),
-    ]
+    figures: list[tuple[str, Figure | None]] = [(name, getattr(file, name)) for name in MACHINE_FIGURES]
     for letter, table in tables.items():
         figures.extend((f"{letter} {name}", getattr(table, name)) for name in AXIS_FIGURES)
     figures.extend((f"body {i + 1}", table) for i, table in enumerate(file.bodies))

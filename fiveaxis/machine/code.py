@@ -48,7 +48,7 @@ class FormShapingCode:
         With a third, redundant rotary axis it is ``table-table-head`` or the like; with fewer than two,
         ``3-axis`` or ``4-axis``.
         """
-        sides = ["table"] * _count_rotaries(self.table) + ["head"] * _count_rotaries(self.head)
+        sides = [side for side in ("table", "head") for c in getattr(self, side) if c in "ABC"]
         return "-".join(sides) if len(sides) > 1 else f"{len(self.letters)}-axis"
 
     @property
@@ -109,10 +109,6 @@ def commutation_class(letters: Sequence[str]) -> str:
         ordered += min(free, key=AXIS_ORDER.index)
         rest.remove(ordered[-1])
     return ordered
-
-
-def _count_rotaries(letters: Sequence[str]) -> int:
-    return sum(c in "ABC" for c in letters)
 
 
 def _explain_character(text: str, position: int, character: str) -> str:

@@ -10,6 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from fiveaxis.errors import CodeError, MachineError
+from fiveaxis.former import warn_former
 from fiveaxis.geometry import Array, inverse_transform
 from fiveaxis.machine.axes import Axis, LocationError
 from fiveaxis.machine.bodies import Body
@@ -49,6 +50,18 @@ class Provenance:
     def origin(self) -> str:
         """The source and the note, marked if it is an assumption."""
         return f"assumed: {self.text}" if self.assumed else self.text
+
+    @property
+    def shown(self) -> str:
+        """Former name of `value`."""
+        warn_former("Provenance.shown", "Provenance.value")
+        return self.value
+
+    @property
+    def said(self) -> str:
+        """Former name of `text`."""
+        warn_former("Provenance.said", "Provenance.text")
+        return self.text
 
     def as_dict(self) -> dict[str, str | bool]:
         """Return the figure and its origin as plain data for JSON."""

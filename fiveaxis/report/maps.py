@@ -49,8 +49,8 @@ def posture_map_figure(solution: Solution, landscape: PostureMap, baseline: str 
     locations = landscape.locations.astype(float)
     panel = Panel(TOP, TALL, _edges(locations), _covering(_edges(first), *curves.values()), WIDE)
     bounds = _bounds(landscape.cost)
-    picture = enlarged(coloured(landscape.cost.T, bounds, FORBIDDEN))
-    picture = hatched(picture, _pixels(landscape.colliding.T), colour=RIM, crossed=True)
+    picture = enlarged(coloured(landscape.cost.T, bounds))
+    picture = hatched(picture, _pixels(landscape.colliding.T), crossed=True)
     parts = [
         text(f"Which {letter} was chosen, and what others cost", LEFT, 12.0, bold=True),
         _ground(panel),
@@ -79,8 +79,8 @@ def surface_figure(solution: Solution, surface: Surface, baseline: str | None) -
     )
     panel, bounds = Panel(TOP, TALL, x, y, WIDE), _bounds(surface.cost)
     forbidden = _pixels(~surface.allowed.T)
-    picture = veiled(enlarged(coloured(surface.cost.T, bounds, FORBIDDEN)), forbidden)
-    picture = hatched(picture, forbidden, colour=RIM, crossed=False)
+    picture = veiled(enlarged(coloured(surface.cost.T, bounds)), forbidden)
+    picture = hatched(picture, forbidden, crossed=False)
     title = f"Power surface at location {surface.location}; hatched: tilt or limits forbid it"
     parts = [
         text(title, LEFT, 12.0, bold=True),

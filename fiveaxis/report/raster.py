@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fiveaxis.geometry import Array, BoolArray
+from fiveaxis.report.chart import FORBIDDEN
 
 Pixels = NDArray[np.uint8]
 
@@ -21,26 +22,16 @@ CIVIDIS = (
 )  # fmt: skip
 # Side of a cell, and distance of the lines of a hatching, pixels.
 CELL, HATCH = 3, 8
+VEIL = 0.4
 
 
-def rgb(colour: str) -> Pixels:
-    """Convert ``#rrggbb`` to (3,) levels."""
-    return np.array([int(colour[k : k + 2], 16) for k in (1, 3, 5)], dtype=np.uint8)
-
-
-def coloured(values: Array, bounds: tuple[float, float], missing: str) -> Pixels:
-    """Convert numbers, (h, w), to colours, (h, w, 3).
-
-    Parameters
-    ----------
-    values : NaN gets the colour `missing`
-    bounds : values of the darkest and of the lightest colour
-    """
+def coloured(values: Array, bounds: tuple[float, float]) -> Pixels:
+    """Convert numbers, (h, w), to colours, (h, w, 3): darkest to lightest between the bounds, NaN grey."""
     low, high = bounds
     share = np.linspace(0.0, 1.0, len(CIVIDIS))
     at = np.clip((values - low) / (high - low), 0.0, 1.0)
     picture = np.stack([np.interp(at, share, channel) for channel in np.array(CIVIDIS).T], axis=-1)
-    picture[np.isnan(values)] = rgb(missing)
+    picture[np.isnan(values)] = [int(FORBIDDEN[k : k + 2], 16) for k in (1, 3, 5)]
     return picture.round().astype(np.uint8)
 
 
@@ -49,27 +40,21 @@ def enlarged(cells: Pixels | BoolArray) -> NDArray[np.uint8]:
     return np.repeat(np.repeat(cells, CELL, axis=0), CELL, axis=1)
 
 
-def hatched(picture: Pixels, where: BoolArray, *, colour: str, crossed: bool) -> Pixels:
-    """Draw slanting lines over a part of a picture, and those across with `crossed`.
-
-    Parameters
-    ----------
-    picture : (h, w, 3), pixels
-    where : (h, w)
-    """
+def hatched(picture: Pixels, where: BoolArray, *, crossed: bool) -> Pixels:
+    """Hatch a part, (h, w), of a picture, (h, w, 3), in black, in both directions if `crossed`."""
     row, column = np.indices(where.shape)
     lines = (row + column) % HATCH == 0
     if crossed:
         lines |= (row - column) % HATCH == 0
     drawn = picture.copy()
-    drawn[where & lines] = rgb(colour)
+    drawn[where & lines] = 0
     return drawn
 
 
-def veiled(picture: Pixels, where: BoolArray, share: float = 0.4) -> Pixels:
-    """Whiten a part of a picture, (h, w)."""
+def veiled(picture: Pixels, where: BoolArray) -> Pixels:
+    """Whiten a part, (h, w), of a picture by the share `VEIL`."""
     drawn = picture.astype(float)
-    drawn[where] += share * (255.0 - drawn[where])
+    drawn[where] += VEIL * (255.0 - drawn[where])
     return drawn.round().astype(np.uint8)
 
 

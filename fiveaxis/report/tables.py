@@ -147,7 +147,13 @@ def measured_table(figures: Mapping[str, Any]) -> str:
 def solver_table(stages: Sequence[Mapping[str, Any]]) -> str:
     """List the solver's stages in order."""
     rows = [
-        (s["name"], s["status"], number(s["iterations"]), _start(s["before"]), number(s["after"]))
+        (
+            s["name"],
+            s["status"],
+            number(s["iterations"]),
+            NOTHING if s["before"] is None else number(s["before"]),  # a search starts from nothing
+            number(s["after"]),
+        )
         for s in stages
     ]
     return table(("stage", "status", "#iterations", "#objective before (J)", "#after (J)"), rows)
@@ -248,11 +254,6 @@ def _measured(name: str, value: Any) -> str:
     scaled = round(100.0 * value if unit == "%" else value, 6) + 0.0
     text = f"{scaled:.4g}".replace("-", MINUS)
     return f"{text}{'' if unit.startswith('°') or not unit else THIN_SPACE}{unit}"
-
-
-def _start(before: float | None) -> str:
-    """Format the objective from which a stage started; a search has none."""
-    return NOTHING if before is None else number(before)
 
 
 def _row(row: Sequence[str | Cell], looks: Sequence[str]) -> str:

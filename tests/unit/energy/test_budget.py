@@ -35,7 +35,7 @@ PROCESS = Process(
 
 @pytest.fixture
 def machine(hayashi: Machine) -> Machine:
-    told = (
+    added = (
         Provenance("base_power", "value 500", "meter", False),
         Provenance("spindle_idle", "…", "a log of the spindle", False, fitted=True),
         Provenance("auxiliary", "…", "", True, "as on another machine"),
@@ -46,7 +46,7 @@ def machine(hayashi: Machine) -> Machine:
         base_power=500.0,
         spindle_idle=idle,
         auxiliary=(0.1336, 0.0),
-        provenance=hayashi.provenance + told,
+        provenance=hayashi.provenance + added,
     )
 
 
@@ -169,7 +169,7 @@ def test_a_jobs_report_holds_the_whole_job(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "said"),
+    ("old", "new", "message"),
     [
         ("depth = 0.2", "depth = -1", "process.depth = -1 must be at least 0"),
         ("teeth = 2", "teeth = 0", "process.teeth = 0 must be at least 1"),
@@ -178,11 +178,11 @@ def test_a_jobs_report_holds_the_whole_job(tmp_path):
         ('source = "the bill"', "", "factors.source is missing"),
     ],
 )
-def test_a_wrong_figure_of_the_process_is_named_with_its_line(tmp_path, old, new, said):
+def test_a_wrong_figure_of_the_process_is_named_with_its_line(tmp_path, old, new, message):
     assert old in JOB
     with pytest.raises(JobError) as caught:
         read_job(write_job(tmp_path, JOB.replace(old, new)))
-    assert said in str(caught.value)
+    assert message in str(caught.value)
     assert f"{tmp_path / 'job.toml'}:" in str(caught.value)
 
 

@@ -99,7 +99,7 @@ def test_gravity_is_the_slope_of_the_potential_energy(code, vertical):
         step = h * np.eye(5)[column]
         slope = (potential(machine, positions + step) - potential(machine, positions - step)) / (2.0 * h)
         if axis.letter not in outermost:
-            # What an axis moves is said by its own file entry, and here it says nothing.
+            # An axis without moved_mass in its file moves nothing.
             slope = slope - _carried(machine, positions, column, h)
         np.testing.assert_allclose(found[:, column], slope, atol=2e-6)
 

@@ -42,7 +42,7 @@ def test_a_sound_file_has_no_findings_but_the_unknown_powers(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "code", "line", "said"),
+    ("old", "new", "code", "line", "message"),
     [
         ("min = -200, max = 200", "min = -10000, max = 10000", "unit-slip", 6, "travel of X is 20000 mm"),
         ("value = 500", "value = 30000", "unit-slip", 7, "is it mm/min put as mm/s?"),
@@ -57,16 +57,16 @@ def test_a_sound_file_has_no_findings_but_the_unknown_powers(tmp_path):
         ('structure = { source = "a manual" }', "", "missing-source", 2, "code 640123 has no source"),
     ],
 )
-def test_what_looks_like_a_slip_is_a_warning_on_its_line(tmp_path, old, new, code, line, said):
+def test_what_looks_like_a_slip_is_a_warning_on_its_line(tmp_path, old, new, code, line, message):
     assert old in GOOD
     [finding] = check(tmp_path, GOOD.replace(old, new, 1))
     assert (finding.code, finding.severity, finding.place.line) == (code, Severity.WARNING, line)
-    assert said in finding.message
+    assert message in finding.message
     load_machine(tmp_path / "m.toml")  # it may be meant
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "code", "line", "said"),
+    ("old", "new", "code", "line", "message"),
     [
         ("min = -200, max = 200", "min = 200, max = -200", "reversed-limits", 6, "exchange them"),
         ("[1, 0, 0], point", "[0, 0, 0], point", "zero-direction", 14, "length 0"),
@@ -89,11 +89,11 @@ def test_what_looks_like_a_slip_is_a_warning_on_its_line(tmp_path, old, new, cod
         ('"640123"', '"460123"', "no-orientation", 2, "only spins the tool"),
     ],
 )
-def test_what_keeps_a_machine_from_use_is_an_error_on_its_line(tmp_path, old, new, code, line, said):
+def test_what_keeps_a_machine_from_use_is_an_error_on_its_line(tmp_path, old, new, code, line, message):
     assert old in GOOD
     [finding] = [f for f in check(tmp_path, GOOD.replace(old, new, 1)) if f.severity is Severity.ERROR]
     assert (finding.code, finding.place.line) == (code, line)
-    assert said in finding.message
+    assert message in finding.message
     assert finding.place.file == str(tmp_path / "m.toml")
 
 

@@ -357,7 +357,7 @@ def test_the_figures_of_a_friction_drive_are_in_newton_and_metre(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("axis", "drive", "said"),
+    ("axis", "drive", "message"),
     [
         ("X", "weight", "the weight drive of X needs [axes.X.moved_mass]"),
         ("X", "friction", "the friction drive of X needs [axes.X.moved_mass]"),
@@ -365,9 +365,9 @@ def test_the_figures_of_a_friction_drive_are_in_newton_and_metre(tmp_path):
         ("X", "turning", "inertia is for a rotary axis"),
     ],
 )
-def test_a_drive_without_the_figures_it_needs_is_refused(tmp_path, axis, drive, said):
+def test_a_drive_without_the_figures_it_needs_is_refused(tmp_path, axis, drive, message):
     path = tmp_path / "m.toml"
     path.write_text(f'name = "m"\ncode = "640123"\n[axes.{axis}.drive]\n{DRIVES[drive]}source = "s"\n')
     with pytest.raises(MachineError) as caught:
         load_machine(path)
-    assert said in str(caught.value)
+    assert message in str(caught.value)

@@ -281,7 +281,7 @@ def test_maxkins_is_reproduced(tmp_path, con):
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "line", "said"),
+    ("old", "new", "line", "message"),
     [
         ("[KINS]", "[KINE]", None, "has no [KINS] KINEMATICS"),
         (
@@ -315,12 +315,12 @@ def test_maxkins_is_reproduced(tmp_path, con):
         ("JOINTS = 5", "#INCLUDE mill.ini", 7, "nested more than 16 deep"),
     ],
 )
-def test_a_fault_is_named_with_file_and_line(tmp_path, old, new, line, said):
+def test_a_fault_is_named_with_file_and_line(tmp_path, old, new, line, message):
     assert old in TRUNNION
     path = write(tmp_path, TRUNNION.replace(old, new, 1))
     with pytest.raises(MachineError) as caught:
         read_linuxcnc(path)
-    assert said in str(caught.value)
+    assert message in str(caught.value)
     assert str(caught.value.file).startswith(str(tmp_path))
     assert caught.value.line == line
 

@@ -16,7 +16,7 @@ IDEAL = Machine.from_code("640123")
 
 
 @pytest.mark.parametrize(
-    ("ask", "error", "said"),
+    ("attempt", "error", "message"),
     [
         (lambda: Machine.from_code(640123), CodeError, "is a number; write the digits in quotes"),
         (lambda: IDEAL.with_setup((1.0, 2.0)), MachineError, "write three numbers each"),
@@ -49,10 +49,10 @@ IDEAL = Machine.from_code("640123")
         ),
     ],
 )
-def test_an_impossible_request_is_refused_with_the_reason(ask, error, said):
+def test_an_impossible_request_is_refused_with_the_reason(attempt, error, message):
     with pytest.raises(error) as caught:
-        ask()
-    assert said in str(caught.value)
+        attempt()
+    assert message in str(caught.value)
 
 
 def test_a_held_axis_leaves_the_machine_of_the_others():

@@ -103,10 +103,10 @@ def test_the_page_states_how_many_blocks_were_inserted_and_removed(
     page: Page, solution: Solution, verdict: dict[str, Any], program: dict[str, Any]
 ) -> None:
     text = body_text(page(solution, verdict, program))
-    said = (
+    message = (
         "12 blocks were inserted (tolerance 0.005 mm); their postures were optimised too. 82 redundant blocks"
     )
-    assert said in text
+    assert message in text
     assert "The program has 290 blocks for 360 locations" in text
 
 

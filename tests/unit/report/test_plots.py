@@ -23,8 +23,8 @@ from fiveaxis.toolpath import Tool, Toolpath
 def test_each_variant_shows_its_energy_or_why_it_has_none():
     bars = [Bar("tilt 15", 8151.4, 14610.0, "fine"), Bar("tilt 1", None, None, "no posture")]
     figure = comparison_figure("cup", bars, "normal").decode()
-    for said in ("8 151 J", "no posture", "tilt 15", "tilt 1", "normal", "optimised", "(J)", "cup"):
-        assert said in figure
+    for message in ("8 151 J", "no posture", "tilt 15", "tilt 1", "normal", "optimised", "(J)", "cup"):
+        assert message in figure
 
 
 def test_variants_that_all_failed_are_shown_too():
