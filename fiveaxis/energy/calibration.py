@@ -16,7 +16,7 @@ import numpy as np
 from fiveaxis.energy.calibration_record import Calibration, Coefficient
 from fiveaxis.energy.drive_fits import Record, RobustFit, fit_model
 from fiveaxis.energy.drive_terms import AxisFacts, DriveModel, choose_model, require_facts
-from fiveaxis.energy.gravity import STANDARD_GRAVITY
+from fiveaxis.energy.drives import STANDARD_GRAVITY
 from fiveaxis.energy.motion_log import AxisLog, LogColumns, length_factor, read_axis_log
 from fiveaxis.errors import InputError, SettingError
 from fiveaxis.geometry import Array, BoolArray

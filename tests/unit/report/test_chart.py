@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import base64
-import io
 import re
 from xml.etree import ElementTree
 
@@ -11,10 +9,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from matplotlib.image import imread
 
 from fiveaxis.report.chart import Panel, break_jumps, labels, svg, text, thin_rows, ticks, widened
-from fiveaxis.report.raster import png_address
 
 PANEL = Panel(20.0, 100.0, (0.0, 10.0), (-1.0, 1.0))
 
@@ -65,13 +61,6 @@ def test_text_is_escaped_and_the_chart_is_well_formed() -> None:
     drawn = svg(60.0, [text("a < b & c", 1.0, 2.0), PANEL.frame("y", "x"), PANEL.level(0.5)])
     assert "a < b" not in drawn
     ElementTree.fromstring(drawn)
-
-
-def test_a_picture_is_read_back_as_it_was() -> None:
-    picture = np.random.default_rng(1).integers(0, 256, (7, 5, 3)).astype(np.uint8)
-    data = base64.b64decode(png_address(picture).removeprefix("data:image/png;base64,"))
-    read = imread(io.BytesIO(data))
-    np.testing.assert_array_equal(np.round(255.0 * read[..., :3]).astype(np.uint8), picture)
 
 
 def test_a_thinned_line_keeps_its_ends_and_every_extreme() -> None:
