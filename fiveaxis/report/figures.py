@@ -16,7 +16,6 @@ from fiveaxis.report.chart import (
     BELOW,
     LEFT,
     RIGHT,
-    THIN_SPACE,
     TOP,
     WIDTH,
     Panel,
@@ -27,6 +26,7 @@ from fiveaxis.report.chart import (
     thin_rows,
     widened,
 )
+from fiveaxis.report.tables import number
 
 LOCATION_LABEL = "location along the path (row, from 0)"
 TIME_LABEL = "time (s)"
@@ -54,7 +54,7 @@ def energy_bars(solution: Solution, baseline: str | None) -> str:
     ]
     width = 0.8 / len(series)
     for row, colour, shift in zip(heights, series.values(), _shifts(len(series)), strict=True):
-        parts += [panel.bar(k + shift, 0.96 * width, h, colour, _joules(h)) for k, h in enumerate(row)]
+        parts += [panel.bar(k + shift, 0.96 * width, h, colour, number(h)) for k, h in enumerate(row)]
     return svg(panel.bottom + BELOW, parts)
 
 
@@ -171,9 +171,9 @@ def _highest(axis: Axis, shown: Range) -> tuple[float, ...]:
     return tuple(bound for bound in (most, -most) if 2.0 * shown[0] <= bound <= 2.0 * shown[1])
 
 
-def band(number: int, x: Range, y: Range) -> Panel:
+def band(index: int, x: Range, y: Range) -> Panel:
     """Make one of several panels below each other, numbered from 0."""
-    return Panel(TOP + number * (BAND + GAP), BAND, x, y)
+    return Panel(TOP + index * (BAND + GAP), BAND, x, y)
 
 
 def heading(series: dict[str, str], title: str) -> str:
@@ -212,8 +212,3 @@ def series_of(solution: Solution, baseline: str | None) -> dict[str, str]:
 def _shifts(bars: int) -> Array:
     """Compute the offsets of bars side by side at a tick."""
     return (np.arange(bars) - (bars - 1) / 2.0) * 0.8 / bars
-
-
-def _joules(value: float) -> str:
-    """Format an energy with thin spaces between thousands."""
-    return f"{value:,.0f}".replace(",", THIN_SPACE)

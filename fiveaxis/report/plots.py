@@ -28,10 +28,8 @@ if TYPE_CHECKING:
     from fiveaxis.energy import Calibration, Energy
     from fiveaxis.posture.strategy.front import Front
 
-WIDTH = 7.2  # inches; the figures of a page share it
-
+WIDTH = 7.2  # inches
 DPI = 150
-
 STYLE: Any = {  # matplotlib wants its 300 names spelt as literals
     "font.size": 9.0,
     "axes.titlesize": 10.0,
@@ -50,7 +48,6 @@ STYLE: Any = {  # matplotlib wants its 300 names spelt as literals
     # Text stays text: small, searchable, set in the page's own face.
     "svg.fonttype": "none",
 }
-
 _OWN_IDS = re.compile(r' id="[A-Za-z][A-Za-z0-9.]*_\d+"')
 _NAMESPACES = re.compile(r' xmlns(?::\w+)?="[^"]*"')
 # Suffix of the file -> metadata that would make two runs differ.
@@ -99,9 +96,8 @@ def write_calibration_figure(calibration: Calibration, path: str | Path) -> Path
         label_axes(middle, f"speed ({unit})", "residual (W)")
         label_axes(lower, "line of the log", "residual (W)")
         figure.align_ylabels()
-        buffer = io.BytesIO()
-        figure.savefig(buffer, format=suffix[1:], dpi=DPI, metadata=dict.fromkeys(FORMATS[suffix]))
-    return write_atomically(path, buffer.getvalue())
+        content = _render(figure, suffix)
+    return write_atomically(path, content)
 
 
 @dataclass(frozen=True)
@@ -151,9 +147,7 @@ def comparison_figure(title: str, bars: Sequence[Bar], baseline: str) -> bytes:
         # A dollar sign would start a formula.
         name = title.replace("$", r"\$")
         label_axes(axes, "energy of the feed drives, no base load (J)", "", f"{name}{cut}")
-        buffer = io.BytesIO()
-        figure.savefig(buffer, format="svg", metadata=dict.fromkeys(FORMATS[".svg"]))
-    return buffer.getvalue()
+        return _render(figure, ".svg")
 
 
 def _draw_bars(axes: Axes, bars: Sequence[Bar], baseline: str) -> None:
@@ -192,11 +186,8 @@ def write_front_figure(front: Front, path: str | Path) -> Path:
     """
     suffix = require_figure_suffix(path)
     with drawing("front"):
-        buffer = io.BytesIO()
-        _draw_front(front).savefig(
-            buffer, format=suffix[1:], dpi=DPI, metadata=dict.fromkeys(FORMATS[suffix])
-        )
-    return write_atomically(path, buffer.getvalue())
+        content = _render(_draw_front(front), suffix)
+    return write_atomically(path, content)
 
 
 def _draw_front(front: Front) -> Figure:
@@ -268,6 +259,12 @@ def _draw_energies(axes: Axes, names: Sequence[str], energies: Sequence[Energy])
     label_axes(axes, "energy of the feed drives (J)", "program", "by axis, without base power")
 
 
+def _render(figure: Figure, suffix: str) -> bytes:
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format=suffix[1:], dpi=DPI, metadata=dict.fromkeys(FORMATS[suffix]))
+    return buffer.getvalue()
+
+
 def require_figure_suffix(path: str | Path) -> str:
     """Return a figure's suffix in lower case; raise if it isn't one of `FORMATS`."""
     suffix = Path(path).suffix.lower()
@@ -298,10 +295,7 @@ def new_figure(width: float, height: float) -> Figure:
 
 def as_svg(figure: Figure) -> str:
     """Render a figure as an SVG element for a page, without date, links or matplotlib's own ids."""
-    buffer = io.StringIO()
-    nothing = dict.fromkeys(("Date", "Creator", "Format", "Type"))
-    figure.savefig(buffer, format="svg", metadata=nothing)
-    text = buffer.getvalue()
+    text = _render(figure, ".svg").decode()
     element = text[text.index("<svg") :]
     # HTML knows the namespaces, and ids such as "axes_1" would occur once per figure.
     return _OWN_IDS.sub("", _NAMESPACES.sub("", element)).replace("xlink:href", "href")

@@ -238,8 +238,8 @@ def front_section(front: Mapping[str, Any] | None) -> str:
     ]
     text = (
         f"Number {front['picked']} is the result of this page. Each has its files in front/<number> and "
-        f"passed the same verification. Dominated solutions, which one of these beats in every figure, are "
-        f"left out: {front['dominated']}."
+        "underwent the same verification. Dominated solutions, which one of these beats in every figure, "
+        f"are left out: {front['dominated']}."
     )
     return (
         "<section>\n<h2>Energy against steadiness</h2>\n"
@@ -254,7 +254,7 @@ def _front_chart(front: Mapping[str, Any]) -> str:
     panel = Panel(TOP, 150.0, widened(bend), widened(energy, margin=0.1))
     parts = [
         text("What steadiness costs", LEFT, 12.0, bold=True),
-        panel.frame("travel metric (J)", "bends Σ‖Δρ‖² (rad²)"),
+        panel.frame("energy (J)", "bends Σ‖Δρ‖² (rad²)"),
         panel.line(bend, energy, AFTER, 1.0),
     ]
     for point, x, y in zip(front["points"], panel.across(bend), panel.down(energy), strict=True):

@@ -34,6 +34,12 @@ def test_every_bar_is_labelled_with_the_energy_of_its_axis(solution: Solution) -
     assert {"X", "Y", "Z", "A", "C", "energy (J)", "machine axis", "normal", "optimised"} <= set(text)
 
 
+def test_returned_energy_has_a_true_minus_sign(solution: Solution) -> None:
+    energy = replace(solution.energy, by_axis=solution.energy.by_axis | {"Z": -1234.0})
+    text = words(energy_bars(replace(solution, energy=energy), "normal"))
+    assert "\u22121\u2009234" in text
+
+
 def test_every_axis_has_its_unit_and_both_lines_a_name(solution: Solution) -> None:
     text = words(axis_lines(solution, "normal"))
     assert {"X (mm)", "Y (mm)", "Z (mm)", "A (deg)", "C (deg)", "tilt (deg)"} <= set(text)
