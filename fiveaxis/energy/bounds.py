@@ -50,5 +50,5 @@ def _refuse(
     at = np.flatnonzero(wrong)
     if not len(at):
         return
-    place = f" (value {at[0] + 1} of {figures.size})" if figures.ndim else ""
-    raise error(f"{name} is {figures.flat[at[0]]:g} {unit}{place}; {remedy}")
+    which = f" (value {at[0] + 1} of {figures.size})" if figures.ndim else ""
+    raise error(f"{name} is {figures.flat[at[0]]:g} {unit}{which}; {remedy}")

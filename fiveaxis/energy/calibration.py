@@ -271,7 +271,7 @@ def _unexplained(idle: float | None, model: DriveModel, fit: RobustFit) -> float
 
 
 def _note(facts: AxisFacts, left_out: tuple[str, ...], idle: float) -> str:
-    """List what the coefficients rest on beside the log."""
+    """List the assumptions behind the coefficients, and what the fit left out."""
     parts = []
     if facts.moved_mass is not None and facts.model in ("weight", "friction"):
         parts.append(f"moved mass given as {facts.moved_mass:g} kg, workpiece and fixture included")

@@ -16,7 +16,7 @@ class Coefficient:
 
     Parameters
     ----------
-    name : as in a machine file, with the side in front where there are two
+    name : as in a machine file, preceded by ``plus`` or ``minus`` if the sides differ
     value : in the machine file's unit
     unit : of the machine file
     low, high : ends of its confidence interval, cut at its bounds; 95 % for all coefficients together
@@ -76,7 +76,7 @@ class Calibration:
     @property
     def block(self) -> str:
         """The machine file's ``[axes.….drive]`` table, as TOML."""
-        # The table is cut out of a whole machine's text, so that the format is defined in one place.
+        # The table is cut out of a whole machine's text, so that the format is defined only once.
         bare = Machine.from_code("650123" if self.axis == "B" else "640123")
         axes = tuple(replace(a, drive=self.drive) if a.letter == self.axis else a for a in bare.axes)
         source = f"fitted to {self.source}, {self.rows} rows, R² {self.r_squared:.3f}"

@@ -120,7 +120,7 @@ class Term:
 
     Parameters
     ----------
-    name : as in a machine file, with the side in front where there are two
+    name : as in a machine file, preceded by ``plus`` or ``minus`` if the sides differ
     unit : of the machine file
     factor : from that unit to the drive's own
     low, high : its bounds

@@ -24,7 +24,7 @@ from fiveaxis.geometry import Array, BoolArray, normalise
 
 # Grid lines in each direction on the engaged surface, to find its highest point and to integrate its area.
 SURFACE_LINES = 97
-TOUCHING = 1e-9  # sine of the angle by which rounding may put the engaged surface above the ball's equator
+TOUCHING = 1e-9  # sine of the angle by which rounding may lift the engaged surface above the ball's equator
 
 
 @dataclass(frozen=True)

@@ -31,17 +31,17 @@ if TYPE_CHECKING:
 FAULT_CODES = {"extra_forbidden": "unknown-key", "missing": "missing-key"}
 OWN_FAULTS = ("missing_source", "missing_unit", "reversed_limits", "zero_direction")
 
-# A figure outside its range is more likely a wrong unit than a machine: (lowest, highest, unit, slip).
+# A figure outside its range is more likely in another unit: (lowest, highest, unit, likely unit).
 PLAUSIBLE = {
-    "travel": (1.0, 10_000.0, "mm", "mm for m, µm or inch"),
-    "max_speed": (1.0, 2_500.0, "mm/s", "mm/min put as mm/s"),
-    "max_acceleration": (10.0, 50_000.0, "mm/s2", "m/s2 put as mm/s2"),
-    "turning_speed": (1.0, 9_000.0, "deg/s", "deg/min or rpm put as deg/s"),
-    "turning_acceleration": (10.0, 200_000.0, "deg/s2", "rad/s2 put as deg/s2"),
-    "base_power": (20.0, 200_000.0, "W", "kW put as W"),
-    "error_offset": (0.0, 1.0, "mm", "µm put as mm"),
-    "error_tilt": (0.0, 1.0, "deg", "arcsec put as deg"),
-    "moved_mass": (0.1, 100_000.0, "kg", "g or t put as kg"),
+    "travel": (1.0, 10_000.0, "mm", "m, µm or inch"),
+    "max_speed": (1.0, 2_500.0, "mm/s", "mm/min"),
+    "max_acceleration": (10.0, 50_000.0, "mm/s2", "m/s2"),
+    "turning_speed": (1.0, 9_000.0, "deg/s", "deg/min or rpm"),
+    "turning_acceleration": (10.0, 200_000.0, "deg/s2", "rad/s2"),
+    "base_power": (20.0, 200_000.0, "W", "kW"),
+    "error_offset": (0.0, 1.0, "mm", "µm"),
+    "error_tilt": (0.0, 1.0, "deg", "arcsec"),
+    "moved_mass": (0.1, 100_000.0, "kg", "g or t"),
 }
 MOST_RADIANS = 20.0 * math.pi  # rad, limit above which a figure in rad is more likely in degrees
 SQUARE = 0.1  # deg, deviation from a right angle that is more than an error of squareness
@@ -221,9 +221,9 @@ def _check_axis(axis: Axis, table: AxisTable) -> Iterator[Located]:
     if axis.location_error is not None:
         offset = float(np.linalg.norm(axis.location_error.offset))
         tilt = float(np.degrees(np.linalg.norm(axis.location_error.tilt)))
-        place, name = (*where, "location_error"), f"location error of {axis.letter}"
-        yield from _plausible("error_offset", offset, place, f"offset in the {name}")
-        yield from _plausible("error_tilt", tilt, place, f"tilt in the {name}")
+        key, name = (*where, "location_error"), f"location error of {axis.letter}"
+        yield from _plausible("error_offset", offset, key, f"offset in the {name}")
+        yield from _plausible("error_tilt", tilt, key, f"tilt in the {name}")
     if table.limits is None:
         if not axis.is_rotary:
             yield _note("no-limits", where, f"no limits of {axis.letter}: its travel isn't checked")
@@ -256,9 +256,9 @@ def _check_angles(axis: Axis, limits: LimitsTable) -> Iterator[Located]:
 
 
 def _plausible(key: str, value: float, where: Where, name: str) -> Iterator[Located]:
-    low, high, unit, slip = PLAUSIBLE[key]
+    low, high, unit, likely = PLAUSIBLE[key]
     if not low <= value <= high:
-        message = f"{name} is {value:.6g} {unit}; machines have {low:g}…{high:g} {unit}: is it {slip}?"
+        message = f"{name} is {value:.6g} {unit}; machines have {low:g}…{high:g} {unit}: is it in {likely}?"
         yield _warning("unit-slip", where, message, value)
 
 

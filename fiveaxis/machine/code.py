@@ -85,7 +85,7 @@ def parse_code(text: str) -> FormShapingCode:
             raise CodeError(text, _explain_character(text, position, character))
     beds = text.count("0")
     if beds == 0:
-        raise CodeError(text, f"has no bed; write one 0 where the bed stands, {_with_bed(text)}")
+        raise CodeError(text, f"has no bed; write one 0 where the bed is, {_with_bed(text)}")
     if beds > 1:
         raise CodeError(text, f"has {beds} beds; write exactly one 0 where the bed is, for example 640123")
     for digit, letter in LETTERS.items():

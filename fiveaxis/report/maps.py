@@ -89,7 +89,7 @@ def surface_figure(solution: Solution, surface: Surface, baseline: str | None) -
     names = series_of(solution, baseline)
     marked = {name: np.degrees(_modulo(solution, name)[surface.location]) for name in names}
     x, y = (
-        _covering(_edges(grid), *(place[[k]] for place in marked.values()))
+        _covering(_edges(grid), *(posture[[k]] for posture in marked.values()))
         for k, grid in enumerate((across, up))
     )
     panel, bounds = Panel(TOP, TALL, x, y, WIDE), _bounds(surface.cost)
@@ -111,8 +111,8 @@ def surface_figure(solution: Solution, surface: Surface, baseline: str | None) -
         _colour_bar(panel, bounds),
     ]
     colours = {name: AFTER if name == "optimised" else BEFORE for name in marked}
-    for name, place in marked.items():
-        at, down = float(panel.across(place[0])), float(panel.down(place[1]))
+    for name, posture in marked.items():
+        at, down = float(panel.across(posture[0])), float(panel.down(posture[1]))
         parts.append(
             f'<circle cx="{at:.2f}" cy="{down:.2f}" r="{4.5 if name == "optimised" else 6.5}" '
             f'fill="{colours[name]}" stroke="#ffffff" stroke-width="1.2"/>'

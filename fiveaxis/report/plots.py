@@ -151,23 +151,23 @@ def comparison_figure(title: str, bars: Sequence[Bar], baseline: str) -> bytes:
 
 
 def _draw_bars(axes: Axes, bars: Sequence[Bar], baseline: str) -> None:
-    places = np.arange(len(bars))
+    rows = np.arange(len(bars))
     spent = [bar.energy or 0.0 for bar in bars]
     known = [bar.baseline or 0.0 for bar in bars]
     if baseline:
-        axes.barh(places + 0.2, known, 0.36, color=BEFORE, label=baseline)
-    axes.barh(places - 0.2, spent, 0.36, color=AFTER, label="optimised")
-    for place, bar in zip(places, bars, strict=True):
+        axes.barh(rows + 0.2, known, 0.36, color=BEFORE, label=baseline)
+    axes.barh(rows - 0.2, spent, 0.36, color=AFTER, label="optimised")
+    for row, bar in zip(rows, bars, strict=True):
         label = bar.status if bar.energy is None else f"{bar.energy:,.0f} J".replace(",", " ")
         end = bar.energy or 0.0
-        axes.annotate(f" {label}", (end, place - 0.2), verticalalignment="center", fontsize=8.0)
-    axes.set_yticks(places, [_shortened(bar.name) for bar in bars])
+        axes.annotate(f" {label}", (end, row - 0.2), verticalalignment="center", fontsize=8.0)
+    axes.set_yticks(rows, [_shorten(bar.name) for bar in bars])
     # Without explicit limits, missing bars would determine them.
     axes.set_ylim(len(bars) - 0.5, -0.5)
     axes.set_xlim(0.0, 1.15 * max(*spent, *known) or 1.0)
 
 
-def _shortened(name: str) -> str:
+def _shorten(name: str) -> str:
     return (name if len(name) <= LONGEST else f"{name[: LONGEST - 1]}…").replace("$", r"\$")
 
 
@@ -247,14 +247,14 @@ def _draw_power(axes: Axes, name: str, letters: Sequence[str], time: Array, joul
 
 def _draw_energies(axes: Axes, names: Sequence[str], energies: Sequence[Energy]) -> None:
     # Programs of the same name have a bar each; returned energy is left of 0.
-    places = np.arange(len(names))
+    rows = np.arange(len(names))
     spent, returned = np.zeros(len(names)), np.zeros(len(names))
     for letter in energies[0].by_axis:
         widths = np.array([energy.by_axis[letter] for energy in energies])
         left = np.where(widths < 0.0, returned, spent)
-        axes.barh(places, widths, left=left, color=COLOURS[letter], label=letter)
+        axes.barh(rows, widths, left=left, color=COLOURS[letter], label=letter)
         spent, returned = spent + np.maximum(widths, 0.0), returned + np.minimum(widths, 0.0)
-    axes.set_yticks(places, list(names))
+    axes.set_yticks(rows, list(names))
     axes.invert_yaxis()
     label_axes(axes, "energy of the feed drives (J)", "program", "by axis, without base power")
 

@@ -58,8 +58,8 @@ def describe_machine(machine: Machine) -> Document:
 
 def _joint(joint: Joint, machine: Machine) -> Document:
     side = "table" if joint.letter in machine.code.table else "head"
-    place = {"axis": joint.letter, "side": side, "direction": _numbers(joint.line.direction)}
-    return place | ({"point": _numbers(joint.line.point)} if joint.is_rotary else {})
+    line = {"axis": joint.letter, "side": side, "direction": _numbers(joint.line.direction)}
+    return line | ({"point": _numbers(joint.line.point)} if joint.is_rotary else {})
 
 
 def _limits(axis: Axis) -> list[float | None]:
@@ -89,17 +89,17 @@ def _orientation(machine: Machine) -> Document:
     reason = why_not_orienting(machine.chain)
     if reason is not None:
         return {"branches": 0, "reason": reason}
-    leaning = lean_range(machine)
+    leans = lean_range(machine)
     return {
         "branches": 2,
         "singular_axis": machine.rotaries[0],
         "singular_direction": _numbers(singular_direction(machine)),
-        "branch_axis": leaning.letter,
-        "branch_middle": _short(math.degrees(leaning.middle)),
-        "lean_reach": _degrees(leaning.reach),
-        "lean_within_limits": _degrees(leaning.limited),
+        "branch_axis": leans.letter,
+        "branch_middle": _short(math.degrees(leans.middle)),
+        "lean_reach": _degrees(leans.reach),
+        "lean_within_limits": _degrees(leans.limited),
         "both_branches_within_limits": [
-            _degrees(ends) for ends in leaning.both if ends[1] - ends[0] > TOUCHING
+            _degrees(ends) for ends in leans.both if ends[1] - ends[0] > TOUCHING
         ],
     }
 

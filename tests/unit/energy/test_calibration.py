@@ -342,7 +342,7 @@ BAD_LOGS: dict[str, tuple[Callable[[], str], dict, str]] = {
     "all standstill": (
         lambda: HEADER + "\n" + "0,0,5\n0,0,6\n" * 40,
         {},
-        r"the axis stands still in every row",
+        r"the axis stands still in every remaining row",
     ),
     "bound too high": (
         lambda: lines(),

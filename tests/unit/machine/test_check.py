@@ -45,13 +45,13 @@ def test_a_sound_file_has_no_findings_but_the_unknown_powers(tmp_path):
     ("old", "new", "code", "line", "message"),
     [
         ("min = -200, max = 200", "min = -10000, max = 10000", "unit-slip", 6, "travel of X is 20000 mm"),
-        ("value = 500", "value = 30000", "unit-slip", 7, "is it mm/min put as mm/s?"),
+        ("value = 500", "value = 30000", "unit-slip", 7, "is it in mm/min?"),
         ("value = 3, ", "value = 300, ", "unit-slip", 8, "max_acceleration of X is 300000 mm/s2"),
         ("value = 300", "value = 300000", "unit-slip", 9, "mass of X is 300000 kg"),
         ("value = 50,", "value = 5000,", "unit-slip", 15, "max_speed of A is 30000 deg/s"),
         ("min = -120, max = 30", "min = -2.0944, max = 0.5236", "unit-slip", 13, "look like radians"),
         ('max = 30, unit = "deg"', 'max = 30, unit = "rad"', "unit-slip", 13, "look like degrees"),
-        ("[1, 0, 0], source", "[1, 0.1, 0], source", "non-orthogonal", 10, "X and Y stand at 84.29 deg"),
+        ("[1, 0, 0], source", "[1, 0.1, 0], source", "non-orthogonal", 10, "X and Y are at 84.29 deg"),
         ("[1, 0, 0], point", "[-1, 0, 0], point", "against-letter", 14, "reversed = true"),
         ("[1, 0, 0], source", "[1, 0, 0], point = [1, 2, 3], source", "unread-key", 10, "no effect here"),
         ('structure = { source = "a manual" }', "", "missing-source", 2, "code 640123 has no source"),
@@ -134,7 +134,7 @@ def test_a_squareness_error_in_location_error_is_no_slip(tmp_path):
     assert check(tmp_path, GOOD + square) == []
     [finding] = check(tmp_path, GOOD + square.replace("0.2", "40"))
     assert (finding.code, finding.severity) == ("unit-slip", Severity.WARNING)
-    assert "arcsec put as deg" in finding.message
+    assert "is it in arcsec?" in finding.message
     [finding] = check(tmp_path, GOOD + square.replace("tilt =", "offset = [0.1, 0, 0]\ntilt ="))
     assert finding.code == "unread-key"
 

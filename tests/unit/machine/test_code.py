@@ -17,7 +17,7 @@ def test_the_code_is_read_from_the_workpiece_to_the_tool():
         ("640x23", "character 4 is 'x'"),
         ("6 40123", "character 2 is ' '"),
         ("647123", "character 3 is '7'"),
-        ("64123", "has no bed; write one 0 where the bed stands, for example 640123"),
+        ("64123", "has no bed; write one 0 where the bed is, for example 640123"),
         ("6401230", "2 beds"),
         ("CA0XYZ", "write 640123"),
         ("64012345", "has 8 digits"),
