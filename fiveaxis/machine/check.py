@@ -221,9 +221,9 @@ def _check_axis(axis: Axis, table: AxisTable) -> Iterator[Located]:
     if axis.location_error is not None:
         offset = float(np.linalg.norm(axis.location_error.offset))
         tilt = float(np.degrees(np.linalg.norm(axis.location_error.tilt)))
-        key, name = (*where, "location_error"), f"location error of {axis.letter}"
-        yield from _plausible("error_offset", offset, key, f"offset in the {name}")
-        yield from _plausible("error_tilt", tilt, key, f"tilt in the {name}")
+        error, name = (*where, "location_error"), f"location error of {axis.letter}"
+        yield from _plausible("error_offset", offset, error, f"offset in the {name}")
+        yield from _plausible("error_tilt", tilt, error, f"tilt in the {name}")
     if table.limits is None:
         if not axis.is_rotary:
             yield _note("no-limits", where, f"no limits of {axis.letter}: its travel isn't checked")

@@ -76,9 +76,7 @@ class LimitsTable(Figure):
 
     min: float | None = Field(None, description="lower end; leave out where there is none")
     max: float | None = Field(None, description="upper end; leave out where there is none")
-    unit: Literal["mm", "inch", "deg", "rad"] | None = Field(
-        None, description="unit of both ends; must be given"
-    )
+    unit: Literal["mm", "inch", "deg", "rad"] | None = Field(None, description="unit of both ends; required")
 
     @model_validator(mode="after")
     def _in_order(self) -> LimitsTable:
@@ -116,7 +114,7 @@ class LocationErrorTable(Figure):
     offset: Triple = Field((0.0, 0.0, 0.0), description="mm at the line's point; of axis C: X0C, Y0C, Z0C")
     tilt: Triple = Field((0.0, 0.0, 0.0), description="rotation vector; of axis C: A0C, B0C, C0C")
     tilt_unit: Literal["deg", "rad", "arcsec"] | None = Field(
-        None, description="unit of `tilt`; must be given where `tilt` isn't zero"
+        None, description="required if `tilt` isn't zero"
     )
 
     @model_validator(mode="after")
@@ -146,7 +144,7 @@ class DirectionalTable(MeasuredTable):
     """Measured power by direction."""
 
     model: Literal["directional"] = Field(
-        description="a constant power, or one in proportion to speed, for each direction"
+        description="power by direction, constant or in proportion to speed"
     )
     plus: float = Field(ge=0.0, description="power while the value grows")
     minus: float = Field(ge=0.0, description="power while the value falls")
@@ -158,9 +156,7 @@ class DirectionalTable(MeasuredTable):
 class AffineTable(MeasuredTable):
     """Power that grows with speed from an offset."""
 
-    model: Literal["affine"] = Field(
-        description="a power that grows with speed from an offset, for each direction"
-    )
+    model: Literal["affine"] = Field(description="power by direction, growing with speed from an offset")
     plus: tuple[NotNegative, NotNegative] = Field(description="slope and offset (W) while the value grows")
     minus: tuple[NotNegative, NotNegative] = Field(description="slope and offset (W) while the value falls")
     unit: Literal["W/(m/s)", "W/(mm/min)", "W/(deg/min)", "W/(rad/s)"] = Field(description="of the slopes")
@@ -225,9 +221,7 @@ class AuxiliaryTable(Figure):
     """Load loss of the spindle drive: linear and quadratic in the cutting power."""
 
     linear: float = Field(0.0, ge=0.0, description="loss in proportion to the cutting power, W/W")
-    quadratic: float = Field(
-        0.0, ge=0.0, description="loss in proportion to the square of the cutting power, 1/W"
-    )
+    quadratic: float = Field(0.0, ge=0.0, description="loss in proportion to that power's square, 1/W")
 
 
 class MassTable(Figure):
@@ -299,25 +293,18 @@ BodyTable = Annotated[BoxTable | CylinderTable | MeshTable, Field(discriminator=
 class MachineFile(StrictModel):
     """A machine file."""
 
-    name: str = Field(
-        min_length=1, description="name of the machine, as `fiveaxis machines` and reports show it"
-    )
-    code: str = Field(
-        description="form-shaping code: the axes from the workpiece to the tool, 1…6 for X Y Z A B C, "
-        "0 for the bed"
-    )
+    name: str = Field(min_length=1, description="name of the machine in lists and reports")
+    code: str = Field(description="form-shaping code, workpiece to tool: 1…6 for X Y Z A B C, 0 for the bed")
     description: str = Field("", description="one sentence on what is known of the machine and what isn't")
     structure: StructureTable | None = None
     spindle: SpindleTable | None = None
     vertical: VerticalTable | None = None
-    base_power: PowerTable | None = Field(
-        None, description="power of the machine when it is switched on and stands still"
-    )
+    base_power: PowerTable | None = Field(None, description="power of the machine at standstill")
     spindle_idle: SpindleIdleTable | None = None
     auxiliary: AuxiliaryTable | None = None
     load: LoadTable | None = None
     axes: dict[Literal["X", "Y", "Z", "A", "B", "C"], AxisTable] = Field(
-        default_factory=dict, description="one table for each axis of the code"
+        default_factory=dict, description="one table per axis of the code"
     )
     bodies: list[BodyTable] = Field(
         default_factory=list, description="shapes of the machine, for collision checks"
