@@ -13,7 +13,7 @@ from typing import Any
 from fiveaxis.batch.ledger import own_folder
 from fiveaxis.batch.record import Row
 from fiveaxis.files import write_atomically
-from fiveaxis.report.comparison_figure import Bar, comparison_figure
+from fiveaxis.report.plots import Bar, comparison_figure
 
 TABLE = "comparison.csv"
 FIGURE = "comparison.svg"

@@ -68,7 +68,7 @@ def calibrate(
         from fiveaxis.files import write_atomically
 
         if figure is not None:
-            from fiveaxis.report.calibration_figure import require_figure_suffix, write_calibration_figure
+            from fiveaxis.report.plots import require_figure_suffix, write_calibration_figure
 
             require_figure_suffix(figure)
         fit = partial(

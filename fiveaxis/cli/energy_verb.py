@@ -69,7 +69,7 @@ def energy(
     with errors_explained(as_json):
         from fiveaxis.files import write_atomically
         from fiveaxis.job import program_energy
-        from fiveaxis.report.program_figure import program_figure
+        from fiveaxis.report.plots import program_figure
         from fiveaxis.toolpath import parse_tool
 
         if figure is not None and figure.suffix.lower() != ".svg":

@@ -27,9 +27,14 @@ from fiveaxis.energy.drilling_fits import (
     fit_removal_model,
     fit_removal_speed_model,
 )
-from fiveaxis.energy.drives import axis_powers, drive_power, travel_costs
+from fiveaxis.energy.drives import (
+    axis_powers,
+    drive_power,
+    gravity_forces,
+    moved_weights,
+    travel_costs,
+)
 from fiveaxis.energy.engagement import Cut, EndMill, removal_rate, swept_surface
-from fiveaxis.energy.gravity import gravity_forces, moved_weights
 from fiveaxis.energy.milling import (
     absolute_sum_power,
     cutter_positions,

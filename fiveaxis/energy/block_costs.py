@@ -1,4 +1,4 @@
-"""What a block costs each drive: a part for moving at all, and a part for its travel."""
+"""Energy that a block costs each drive: a constant part while the axis moves, and a part for its travel."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ class BlockCosts:
     """Energy of n blocks by axis: ``slope |Δ| + max(standing, standing |Δ| / reach)`` where an axis moves.
 
     The measured power of a linear drive doesn't depend on its speed, so an axis that moves at all pays for
-    the whole block. That holds as far as it was measured: an axis faster than that pays for its travel as at
-    the fastest measured speed, and where nobody says which that was, as at the programmed feed.
+    the whole block. This holds up to the fastest measured speed; a faster axis pays for its travel as at that
+    speed, or as at the programmed feed where the file doesn't state the measured speeds.
 
     Parameters
     ----------
     slope : (2, n, k), J/mm and J/rad, while the axis value grows and while it falls
-    standing : (2, n, k), J, of a block in which the axis moves at all
-    reach : (n, k), mm and rad: travel in the block at the fastest measured speed
-    step : (n, k), mm and rad: travel at the programmed feed
+    standing : (2, n, k), J, constant part of a block in which the axis moves
+    reach : (n, k), mm and rad, travel in the block at the fastest measured speed
+    step : (n, k), mm and rad, travel at the programmed feed
     """
 
     slope: Array
@@ -34,16 +34,16 @@ class BlockCosts:
     step: Array
 
     def prices(self, travel: Array, sharpness: float) -> tuple[Array, Array]:
-        """Price travel such that the cost at a given one is met, and none is priced too low near it.
+        """Compute linear prices of travel that match the cost at the last solution and majorise it elsewhere.
 
-        The constant part is shared out over the travel that an axis had: one that moved little pays dearly
-        for each millimetre, and soon stands. This majorises a cost that isn't convex (iteratively reweighted
-        ℓ1; Candès, Wakin & Boyd 2008, J. Fourier Anal. Appl. 14, 877).
+        The constant part is divided by the axis's last travel: an axis that moved little pays a high price
+        per millimetre, and soon stands. The cost isn't convex (iteratively reweighted ℓ1; Candès, Wakin &
+        Boyd 2008, J. Fourier Anal. Appl. 14, 877).
 
         Parameters
         ----------
-        travel : (n, k), mm and rad, of the last solution, without sign
-        sharpness : share of the step at the programmed feed below which travel counts as none
+        travel : (n, k), mm and rad, absolute travel of the last solution
+        sharpness : share of `step` below which travel counts as none
 
         Returns
         -------
@@ -57,10 +57,10 @@ class BlockCosts:
 
 
 def block_costs(machine: Machine, feed: Array, rapid: BoolArray | None = None, *, time: Array) -> BlockCosts:
-    """Work out what blocks cost each drive.
+    """Compute what blocks cost each drive.
 
-    A rapid move has no feed, and its duration depends on the posture: there all of the cost goes with travel,
-    as in `travel_costs`.
+    A rapid move has no feed, and its duration depends on the posture, so its whole cost is in proportion to
+    travel, as in `travel_costs`.
 
     Parameters
     ----------
@@ -72,7 +72,7 @@ def block_costs(machine: Machine, feed: Array, rapid: BoolArray | None = None, *
     Raises
     ------
     MachineError
-        An axis without known power.
+        The power of an axis isn't known.
 
     References
     ----------
@@ -84,7 +84,7 @@ def block_costs(machine: Machine, feed: Array, rapid: BoolArray | None = None, *
     rotary = np.array([axis.is_rotary for axis in machine.axes])
     speed = np.where(rotary, np.radians(feed)[:, None], feed[:, None])
     moving = np.where(rapid[:, None], 0.0, _moving_powers(machine)[:, None])
-    # What the travel metric charges beyond that grows with the speed.
+    # What the travel metric charges beyond the constant part grows with speed.
     slope = np.maximum(travel - moving / speed, 0.0)
     drives = [axis.drive for axis in machine.axes]
     fastest = [drive.measured_to if drive is not None else None for drive in drives]
@@ -93,10 +93,10 @@ def block_costs(machine: Machine, feed: Array, rapid: BoolArray | None = None, *
 
 
 def _moving_powers(machine: Machine) -> Array:
-    """Give what each drive takes for moving at all, with every axis at 0, beyond standstill; (2, k) W."""
+    """Compute the constant part of each drive's power in motion beyond standstill, axes at 0; (2, k) W."""
     home, slow = np.zeros((1, len(machine.axes))), standing_speeds(machine)[None]
     still = axis_powers(machine, home, 0.0 * slow)
-    # The straight line through two speeds next to standstill, led back to it.
+    # The straight line through two speeds near standstill, extrapolated to 0.
     lines = [
         2.0 * axis_powers(machine, home, sign * slow) - axis_powers(machine, home, 2.0 * sign * slow)
         for sign in (1.0, -1.0)

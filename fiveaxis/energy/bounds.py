@@ -1,4 +1,4 @@
-"""Bounds on the figures of a cut: what must be positive, and how a figure out of its bounds is named."""
+"""Checks of figures against their bounds; each error names the figure, its value and its unit."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from fiveaxis.geometry import Array
 def require_finite(
     name: str, values: ArrayLike, unit: str, *, error: type[InputError] = SettingError
 ) -> Array:
-    """Refuse figures that aren't finite numbers; return them as an array."""
+    """Return figures as an array; raise if one isn't a finite number."""
     figures = np.asarray(values, dtype=float)
     _refuse(name, figures, ~np.isfinite(figures), unit, "it must be a finite number", error)
     return figures
@@ -21,7 +21,7 @@ def require_finite(
 def require_positive(
     name: str, values: ArrayLike, unit: str, *, error: type[InputError] = SettingError
 ) -> Array:
-    """Refuse figures that aren't above zero; return them as an array."""
+    """Return figures as an array; raise if one isn't above zero."""
     figures = require_finite(name, values, unit, error=error)
     _refuse(name, figures, figures <= 0.0, unit, f"give a number above 0 {unit}", error)
     return figures
@@ -30,7 +30,7 @@ def require_positive(
 def require_not_negative(
     name: str, values: ArrayLike, unit: str, *, error: type[InputError] = SettingError
 ) -> Array:
-    """Refuse figures below zero; return them as an array."""
+    """Return figures as an array; raise if one is below zero."""
     figures = require_finite(name, values, unit, error=error)
     _refuse(name, figures, figures < 0.0, unit, f"give 0 {unit} or more", error)
     return figures
@@ -39,7 +39,7 @@ def require_not_negative(
 def require_at_most(
     name: str, value: float, bound: float, unit: str, remedy: str, *, error: type[InputError] = SettingError
 ) -> None:
-    """Refuse a figure above a bound that the other figures set; the remedy says which to change."""
+    """Raise if a figure is above a bound that other figures set; `remedy` says what to change."""
     if value > bound:
         raise error(f"{name} is {value:g} {unit}, above {bound:g} {unit}; {remedy}")
 
@@ -50,5 +50,5 @@ def _refuse(
     at = np.flatnonzero(wrong)
     if not len(at):
         return
-    place = f" (value {at[0] + 1} of {figures.size})" if figures.ndim else ""
-    raise error(f"{name} is {figures.flat[at[0]]:g} {unit}{place}; {remedy}")
+    which = f" (value {at[0] + 1} of {figures.size})" if figures.ndim else ""
+    raise error(f"{name} is {figures.flat[at[0]]:g} {unit}{which}; {remedy}")

@@ -1,4 +1,4 @@
-"""The electricity of a whole job: base, spindle, feed drives, cut and losses in one table."""
+"""The electricity of a whole job by consumer: base, spindle, feed drives, cut and losses."""
 
 from __future__ import annotations
 
@@ -6,14 +6,13 @@ import logging
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
 from fiveaxis.energy.cutting_forces import CuttingCoefficients, mean_cutting_power
 from fiveaxis.energy.drilling import auxiliary_power, idle_power
 from fiveaxis.energy.engagement import Cut, EndMill
+from fiveaxis.energy.path_feed import path_lengths
 from fiveaxis.energy.totals import motion_energy
 from fiveaxis.errors import MachineError, SettingError
-from fiveaxis.kinematics import tool_poses
+from fiveaxis.former import warn_former
 from fiveaxis.machine import FrictionDrive, Machine, Provenance, WeightDrive
 from fiveaxis.motion import STANDSTILL, Motion
 
@@ -24,16 +23,17 @@ JOULES_PER_KWH = 3.6e6
 
 @dataclass(frozen=True)
 class Process:
-    """What the cutter does in the material, the same all along the path.
+    """The cutter's engagement, constant along the path.
 
     Parameters
     ----------
     mill : the cutter
     depth : mm, along the surface normal
-    width : mm, distance of the passes
+    width : mm, between neighbouring passes
     spindle : rad/s
     coefficients : of cutter and material
-    basis, said : ``measured``, ``fitted`` or ``assumed``, and where the coefficients come from
+    basis : of the coefficients: ``measured``, ``fitted`` or ``assumed``
+    source : where the coefficients come from
     """
 
     mill: EndMill
@@ -42,12 +42,12 @@ class Process:
     spindle: float
     coefficients: CuttingCoefficients
     basis: str = "assumed"
-    said: str = ""
+    source: str = ""
 
 
 @dataclass(frozen=True)
 class Factors:
-    """What a kWh costs and emits.
+    """Price and emission of a kWh.
 
     Parameters
     ----------
@@ -70,13 +70,19 @@ class Share:
     name : consumer
     energy : J; None where it isn't known
     basis : ``measured``, ``fitted``, ``assumed`` or ``unknown``
-    said : source, or why it is unknown
+    source : where it comes from, or why it is unknown
     """
 
     name: str
     energy: float | None
     basis: str
-    said: str
+    source: str
+
+    @property
+    def said(self) -> str:
+        """Former name of `source`."""
+        warn_former("Share.said", "Share.source")
+        return self.source
 
 
 @dataclass(frozen=True)
@@ -85,7 +91,7 @@ class Budget:
 
     Parameters
     ----------
-    shares : consumers; unknown ones stand there too, without energy
+    shares : consumers, also those whose energy is unknown
     time : s
     factors : price and emission of a kWh
     """
@@ -96,7 +102,7 @@ class Budget:
 
     @property
     def total(self) -> float:
-        """Sum of what is known, J."""
+        """Sum of the known energies, J."""
         return sum(s.energy for s in self.shares if s.energy is not None)
 
     @property
@@ -106,17 +112,19 @@ class Budget:
 
     @property
     def cost(self) -> float | None:
-        """Price of the total, None without a price of a kWh."""
+        """Price of the total; None without a price per kWh."""
         return None if self.factors.price is None else self.total / JOULES_PER_KWH * self.factors.price
 
     @property
     def co2(self) -> float | None:
-        """Emission of the total, kg; None without a factor."""
+        """Emission of the total, kg; None without an emission per kWh."""
         return None if self.factors.co2 is None else self.total / JOULES_PER_KWH * self.factors.co2
 
     def as_dict(self) -> dict[str, Any]:
         """Return the table as plain data for JSON."""
-        shares = [{"name": s.name, "energy": s.energy, "basis": s.basis, "said": s.said} for s in self.shares]
+        shares = [
+            {"name": s.name, "energy": s.energy, "basis": s.basis, "said": s.source} for s in self.shares
+        ]
         kwh = self.total / JOULES_PER_KWH
         totals = {"total": self.total, "complete": self.complete, "kWh": kwh, "time": self.time}
         money = {"cost": self.cost, "currency": self.factors.currency, "co2_kg": self.co2}
@@ -128,12 +136,12 @@ def job_budget(
 ) -> Budget:
     """Add up the electricity of a job: base, spindle idle, feed drives, cut, auxiliary.
 
-    Feed drives are the power integral of the motion. The spindle idles all the time; the cut takes the mean
-    power of the engagement at each cutting move's feed; the drive's load loss comes with the cut.
+    The feed drives take the power integral of the motion. The spindle idles all the time; the cut takes the
+    mean power of the engagement at each cutting move's feed, and causes the spindle drive's load loss.
 
     Parameters
     ----------
-    machine : every axis with a drive; base, idle and auxiliary power as far as its file has them
+    machine : every axis with a drive; base, idle and auxiliary power where its file has them
     motion : axis values and times
     process : the engagement; without it spindle, cut and auxiliary are unknown
     factors : price and emission of a kWh
@@ -141,22 +149,23 @@ def job_budget(
     Raises
     ------
     MachineError
-        An axis without known power.
+        The power of an axis isn't known.
     SettingError, ToolError
-        An engagement that can't be.
+        The engagement is impossible.
 
     References
     ----------
     Wang et al. (2019): ``P = P_idle(n) + P_cutting + P_aux``; Olteanu et al., Eq. (1), for the cut.
     """
     energy = motion_energy(machine, motion)
-    told = {p.figure: p for p in machine.provenance}
-    drives = [told[name] for name in _drive_figures(machine) if name in told]
-    said = "; ".join(sorted({p.said for p in drives}))
+    sources = {p.figure: p for p in machine.provenance}
+    drives = [sources[name] for name in _drive_figures(machine) if name in sources]
     shares = [
-        _known("base", energy.base, told.get("base_power"), "the machine's base power isn't known"),
-        Share("feed drives", energy.total, _worst(drives), said),
-        *_spindle_shares(machine, motion, process, told),
+        _share("base", energy.base, sources.get("base_power"), "the machine's base power isn't known"),
+        Share(
+            "feed drives", energy.total, _weakest_basis(drives), "; ".join(sorted({p.text for p in drives}))
+        ),
+        *_spindle_shares(machine, motion, process, sources),
     ]
     budget = Budget(tuple(shares), energy.time, factors or Factors())
     unknown = ", ".join(share.name for share in shares if share.energy is None)
@@ -164,21 +173,21 @@ def job_budget(
         "whole job %.1f J in %.1f s, %s",
         budget.total,
         budget.time,
-        f"without {unknown}" if unknown else "all of it known",
+        f"without {unknown}" if unknown else "all consumers known",
     )
     for share in shares:
         known = "unknown" if share.energy is None else f"{share.energy:.1f} J"
-        logger.debug("%s: %s (%s): %s", share.name, known, share.basis, share.said)
+        logger.debug("%s: %s (%s): %s", share.name, known, share.basis, share.source)
     return budget
 
 
 def cutting_energy(machine: Machine, motion: Motion, process: Process) -> tuple[float, float]:
     """Integrate the cutting power over the cutting moves of a motion.
 
-    The feed of a move is the way of the ball's centre, or of a flat end's tip, over the time that it takes:
-    an axis at its highest speed stretches the move, and the chips get thinner. Where nothing moves nothing is
-    cut. The mean power is a straight function of the feed, ``K_tc MRR + K_te A Zω/2π`` with MRR in proportion
-    to it, so two feeds tell it for all.
+    The feed of a move is the path length of the ball's centre, or of a flat end's tip, over the move's
+    duration: an axis at its highest speed stretches the move, and the chips get thinner. A dwell cuts
+    nothing. The mean power is linear in the feed, ``K_tc MRR + K_te A Zω/2π`` with MRR in proportion to it,
+    so two feeds determine it.
 
     Returns
     -------
@@ -188,13 +197,11 @@ def cutting_energy(machine: Machine, motion: Motion, process: Process) -> tuple[
     ----------
     Olteanu et al., Eq. (1); `mean_cutting_power`.
     """
-    tip, axis = tool_poses(machine, motion.positions)
-    centre = tip + (process.mill.radius if process.mill.shape == "ball" else 0.0) * axis
-    way = np.linalg.norm(np.diff(centre, axis=0, prepend=centre[:1]), axis=1)
-    cutting = motion.cutting & (motion.time > 0.0) & (way > STANDSTILL)
+    length = path_lengths(machine, motion, process.mill.radius if process.mill.shape == "ball" else 0.0)
+    cutting = motion.cutting & (motion.time > 0.0) & (length > STANDSTILL)
     if not cutting.any():
         return 0.0, 0.0
-    feeds, times = way[cutting] / motion.time[cutting], motion.time[cutting]
+    feeds, times = length[cutting] / motion.time[cutting], motion.time[cutting]
     high = float(feeds.max())
     ends = [
         mean_cutting_power(
@@ -207,10 +214,10 @@ def cutting_energy(machine: Machine, motion: Motion, process: Process) -> tuple[
 
 
 def _spindle_shares(
-    machine: Machine, motion: Motion, process: Process | None, told: dict[str, Provenance]
+    machine: Machine, motion: Motion, process: Process | None, sources: dict[str, Provenance]
 ) -> list[Share]:
     if process is None:
-        why = "the job says nothing about the cut ([process])"
+        why = "the job has no [process]"
         return [Share(name, None, "unknown", why) for name in ("spindle idle", "cutting", "auxiliary")]
     if process.spindle <= 0.0:
         raise SettingError(f"spindle speed is {process.spindle:g} rad/s; it must be above 0")
@@ -221,43 +228,40 @@ def _spindle_shares(
         power = float(idle_power(process.spindle, machine.spindle_idle))
         if power < 0.0:
             raise MachineError(
-                f"spindle_idle of machine {machine.name!r} gives {power:g} W at {process.spindle:g} rad/s; a "
-                "power isn't negative: check its coefficients and the range of speeds they were fitted in"
+                f"spindle_idle of machine {machine.name!r} gives {power:g} W at {process.spindle:g} rad/s, "
+                "below 0; check its coefficients and the range of speeds that they were fitted to"
             )
         idle = power * time
     if machine.auxiliary is not None:
         linear, quadratic = machine.auxiliary
         loss = float(auxiliary_power(energy, linear)) + quadratic * squared
     return [
-        _known("spindle idle", idle, told.get("spindle_idle"), "the machine's idle power isn't known"),
-        Share("cutting", energy, process.basis, process.said),
-        _known("auxiliary", loss, told.get("auxiliary"), "the machine's load loss isn't known"),
+        _share("spindle idle", idle, sources.get("spindle_idle"), "the machine's idle power isn't known"),
+        Share("cutting", energy, process.basis, process.source),
+        _share("auxiliary", loss, sources.get("auxiliary"), "the machine's load loss isn't known"),
     ]
 
 
-def _known(name: str, energy: float | None, source: Provenance | None, why: str) -> Share:
+def _share(name: str, energy: float | None, source: Provenance | None, why_unknown: str) -> Share:
     if energy is None:
-        return Share(name, None, "unknown", why)
+        return Share(name, None, "unknown", why_unknown)
     if source is None:
         return Share(name, energy, "assumed", "set in code")
-    return Share(name, energy, basis_of(source), source.said)
+    return Share(name, energy, _basis(source), source.text)
 
 
 def _drive_figures(machine: Machine) -> list[str]:
-    """Name the figures that the drives' power rests on."""
+    """List the figures that the drives' power depends on."""
     names = [f"{c} drive" for c in machine.letters]
     weighing = [a.letter for a in machine.axes if isinstance(a.drive, WeightDrive | FrictionDrive)]
     return names + [f"{c} moved_mass" for c in weighing] + (["load"] if weighing else [])
 
 
-def basis_of(source: Provenance) -> str:
-    """Tell whether a figure was measured, fitted or assumed, from what its file says."""
-    if source.assumed:
-        return "assumed"
-    return "fitted" if source.fitted else "measured"
+def _basis(source: Provenance) -> str:
+    return "assumed" if source.assumed else "fitted" if source.fitted else "measured"
 
 
-def _worst(sources: list[Provenance]) -> str:
-    """Give the weakest basis of several figures; of none, assumed."""
-    found = {basis_of(p) for p in sources}
+def _weakest_basis(sources: list[Provenance]) -> str:
+    """Find the weakest basis of several figures; without any, assumed."""
+    found = {_basis(p) for p in sources}
     return next((b for b in ("assumed", "fitted", "measured") if b in found), "assumed")

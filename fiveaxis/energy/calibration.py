@@ -1,7 +1,7 @@
-"""Calibration: a drive's coefficients out of a log of its speed and power, and the machine file's block.
+"""Calibration: a drive's coefficients from a log of its speed and power.
 
-Only the drive's own power belongs in the column: a log of the whole machine has its base power in it, which
-the models of travel don't know.
+The column must hold the drive's own power: a log of the whole machine includes its base power, for which the
+drive models have no term.
 """
 
 from __future__ import annotations
@@ -13,11 +13,10 @@ from pathlib import Path
 
 import numpy as np
 
-from fiveaxis.energy.axis_facts import AxisFacts, choose_model, require_facts
 from fiveaxis.energy.calibration_record import Calibration, Coefficient
 from fiveaxis.energy.drive_fits import Record, RobustFit, fit_model
-from fiveaxis.energy.drive_terms import DriveModel
-from fiveaxis.energy.gravity import STANDARD_GRAVITY
+from fiveaxis.energy.drive_terms import AxisFacts, DriveModel, choose_model, require_facts
+from fiveaxis.energy.drives import STANDARD_GRAVITY
 from fiveaxis.energy.motion_log import AxisLog, LogColumns, length_factor, read_axis_log
 from fiveaxis.errors import InputError, SettingError
 from fiveaxis.geometry import Array, BoolArray
@@ -25,12 +24,12 @@ from fiveaxis.geometry import Array, BoolArray
 logger = logging.getLogger(__name__)
 
 STANDSTILL = "standstill"
-# Of the highest speed: what a scale at rest or a differentiated position shows as motion.
+# Share of the highest speed that the noise of a scale, or of a differentiated position, shows at rest.
 STILL_SHARE = 0.005
-WORST_FIT = -0.1  # R² below this is no fit; about 0 where the power hardly varies
-IDLE_NOISE = 3.0  # times the noise: less of it at standstill is nothing
+WORST_FIT = -0.1  # R² below this is no fit; it is about 0 where the power hardly varies
+IDLE_NOISE = 3.0  # multiple of the noise below which a power at standstill counts as none
 ROWS_PER_TERM = 10
-# Of an interval's half-width: the solver stays inside the bounds by a hair, which is no figure to print.
+# Share of an interval's half-width: the solver stays inside the bounds by a hair, not worth printing.
 AT_BOUND = 1e-6
 DIGITS = 6  # of a coefficient in the machine file; its interval is far wider
 
@@ -58,47 +57,48 @@ def calibrate_drive(
 ) -> Calibration:
     """Fit a drive model to a log of an axis.
 
-    Of a friction drive, ``P = F v / η + c F² + P_h`` with ``F = m a + F_c sgn v + B v + G − F_b``, only F/η
-    shows in P: η is given, not fitted, and with η = 1 the forces are as they seem at the motor's supply.
+    The power of a friction drive, ``P = F v / η + c F² + P_h`` with ``F = m a + F_c sgn v + B v + G − F_b``,
+    shows only F/η: η is given, not fitted, and with η = 1 the forces are those apparent at the motor's
+    supply.
 
     Parameters
     ----------
     log : CSV file
     axis : its letter
     model : friction, affine, weight or directional
-    power, velocity, acceleration, position : names of columns; what has none is derived (`read_axis_log`)
+    power, velocity, acceleration, position : names of columns; missing ones are derived (`read_axis_log`)
     time, rate : name of the column in s, or rows per second
     power_unit : W or kW
     length_unit : unit of position, of velocity per s and of acceleration per s²; mm or deg by default
     moved_mass : kg, everything that the linear axis moves, with workpiece and fixture; the weight model needs
-        it, and so does friction unless `max_acceleration` leaves steady rows alone
-    gravity : N or N·m that the axis holds while its value grows, for friction: of a Z that lifts its mass
-        9.81 N per kg. Needed for Z, 0 for the others by default
+        it, and so does friction unless `max_acceleration` keeps steady rows only
+    gravity : N or N·m that the axis holds while its value grows, for friction; 9.81 N per kg of a Z that
+        lifts its mass. Required for Z, 0 for the others by default
     max_acceleration : rows that accelerate more are dropped; length unit per s²
     standstill : speed that counts as standstill, length unit per s; 0.5 % of the highest by default
     efficiency : η, of a friction drive
-    terms : of a friction drive; by default friction and viscous, counterbalance where there is gravity, and
+    terms : of a friction drive; by default friction and viscous, counterbalance if there is gravity, and
         inertia of a rotary axis without `max_acceleration`. Copper, hold and regeneration only if named
     proportional : whether a directional table is W per speed instead of W
 
     Returns
     -------
-    With the drive and its coefficients; a friction drive lacks the terms that the rows can't tell
+    The drive and its coefficients; a friction drive lacks the terms that the rows can't identify
 
     Raises
     ------
     SettingError
-        An option out of its range, or one that the model needs and that is missing.
+        An option is out of its range, or the model needs one that is missing.
     InputError
-        The log: file, line and column of what is wrong, too few rows, no change in speed or power, terms
-        that can't be told apart.
+        The log is faulty (with file, line and column), has too few rows, no change in speed or power, or
+        can't separate the terms.
 
     References
     ----------
     Directional: Hayashi et al. (2018), power table. Affine and weight: Edem & Balogun (2018), Eqs. (5) and
     (1). Fit and intervals: `drive_fits`.
     """
-    given = AxisFacts(
+    facts = AxisFacts(
         axis,
         model,
         moved_mass,
@@ -109,55 +109,61 @@ def calibrate_drive(
         None if terms is None else tuple(terms),
         proportional,
     )
-    require_facts(given)
-    unit = length_factor(length_unit, rotary=given.rotary)
+    require_facts(facts)
+    unit = length_factor(length_unit, rotary=facts.rotary)
     columns = LogColumns(power, velocity, acceleration, position, time, rate, power_unit, length_unit)
-    rows = _steady_rows(read_axis_log(log, columns, rotary=given.rotary), given, unit)
-    at_rest = _rows_at_rest(rows, given, unit)
+    rows = _steady_rows(read_axis_log(log, columns, rotary=facts.rotary), facts, unit)
+    at_rest = _rows_at_rest(rows, facts, unit)
     idle = float(np.median(rows.power[at_rest])) if at_rest.any() else None
     rows = replace(rows, speed=np.where(at_rest, 0.0, rows.speed))
     if model != "friction":
-        # At rest the tables of power say 0 whatever their coefficients.
+        # At rest these models give 0 whatever their coefficients.
         rows = rows.without(at_rest, STANDSTILL)
-    record, fitted = _record(rows, given), choose_model(given)
+    record, fitted = _record(rows, facts), choose_model(facts)
     _require_content(rows, fitted)
     fit = fit_model(fitted, record)
     left_out: tuple[str, ...] = ()
     while fit.unidentified:
         if model != "friction":
-            raise InputError(_untold(fit, fitted), file=rows.file)
+            raise InputError(
+                f"the rows can't separate {' and '.join(fit.unidentified)} from the other coefficients "
+                f"({', '.join(t.name for t in fitted.terms)}); log several speeds in both directions",
+                file=rows.file,
+            )
         left_out += fit.unidentified
         fitted = fitted.without(fit.unidentified)
         fit = fit_model(fitted, record)
-    told = f", without {', '.join(left_out)}" if left_out else ""
-    logger.info("%s: %s model to %d rows%s", Path(log).name, model, len(rows.power), told)
+    omitted = f", without {', '.join(left_out)}" if left_out else ""
+    logger.info("%s: %s model to %d rows%s", Path(log).name, model, len(rows.power), omitted)
     for reason, count in rows.dropped.items():
         logger.debug("dropped %d rows: %s", count, reason)
-    return _require_fit(_assess(rows, record, fitted, fit, left_out, idle, given), rows.file)
+    calibration = _assess(rows, record, fitted, fit, left_out, idle, facts)
+    _require_fit(calibration, rows.file)
+    return calibration
 
 
-def _steady_rows(rows: AxisLog, given: AxisFacts, unit: float) -> AxisLog:
-    """Leave out the rows that accelerate more than the caller wants, and require what inertia needs."""
-    if given.max_acceleration is None and not given.dynamic:
+def _steady_rows(rows: AxisLog, facts: AxisFacts, unit: float) -> AxisLog:
+    """Drop the rows above the acceleration bound; raise if an acceleration is needed and isn't known."""
+    if facts.max_acceleration is None and not facts.dynamic:
         return rows
     if rows.acceleration is None:
         raise SettingError(
             "the acceleration is needed: name its column, or the time's, or give the rate in Hz"
         )
-    if given.max_acceleration is None:
+    if facts.max_acceleration is None:
         return rows
-    hasty = np.abs(rows.acceleration) > given.max_acceleration * unit
-    return rows.without(hasty, "acceleration above the bound")
+    above = np.abs(rows.acceleration) > facts.max_acceleration * unit
+    return rows.without(above, "acceleration above the bound")
 
 
-def _rows_at_rest(rows: AxisLog, given: AxisFacts, unit: float) -> BoolArray:
-    """Tell which rows are at standstill, (n,)."""
+def _rows_at_rest(rows: AxisLog, facts: AxisFacts, unit: float) -> BoolArray:
+    """Find the rows at standstill, (n,)."""
     highest = float(np.abs(rows.speed).max(initial=0.0))
     if highest == 0.0 and len(rows):
         raise InputError(
-            "the axis stands still in every row that is left; log moves of this axis", file=rows.file
+            "the axis stands still in every remaining row; log moves of this axis", file=rows.file
         )
-    still = STILL_SHARE * highest if given.standstill is None else given.standstill * unit
+    still = STILL_SHARE * highest if facts.standstill is None else facts.standstill * unit
     at_rest = np.abs(rows.speed) <= still
     if at_rest.all() and len(rows):
         raise InputError(
@@ -167,20 +173,20 @@ def _rows_at_rest(rows: AxisLog, given: AxisFacts, unit: float) -> BoolArray:
     return at_rest
 
 
-def _record(rows: AxisLog, given: AxisFacts) -> Record:
-    mass = given.moved_mass or 0.0
+def _record(rows: AxisLog, facts: AxisFacts) -> Record:
+    mass = facts.moved_mass or 0.0
     return Record(
         speed=rows.speed,
         power=rows.power,
-        acceleration=rows.acceleration if given.dynamic and rows.acceleration is not None else 0.0,
-        gravity=(given.gravity or 0.0) / (1.0 if given.rotary else 1000.0),
+        acceleration=rows.acceleration if facts.dynamic and rows.acceleration is not None else 0.0,
+        gravity=(facts.gravity or 0.0) / (1.0 if facts.rotary else 1000.0),
         weight=mass * STANDARD_GRAVITY,
         inertia=mass * 1e-6,
     )
 
 
 def _require_content(rows: AxisLog, model: DriveModel) -> None:
-    """Refuse a log that can't tell the coefficients, whatever they are."""
+    """Raise if a log can't identify the coefficients, whatever they are."""
     least = ROWS_PER_TERM * len(model.terms)
     moving = int(np.count_nonzero(rows.speed))
     if moving < least:
@@ -193,17 +199,10 @@ def _require_content(rows: AxisLog, model: DriveModel) -> None:
     for quantity, values in {"velocity": rows.speed, "power": rows.power}.items():
         if np.ptp(values) <= 1e-12 * np.abs(values).max():
             raise InputError(
-                f"the {quantity} is the same in all {len(rows)} rows that are left; log moves of different "
-                "speeds both ways",
+                f"the {quantity} is the same in all {len(rows)} remaining rows; log moves of different "
+                "speeds in both directions",
                 file=rows.file,
             )
-
-
-def _untold(fit: RobustFit, model: DriveModel) -> str:
-    return (
-        f"the rows can't tell {' and '.join(fit.unidentified)} from the other coefficients "
-        f"({', '.join(t.name for t in model.terms)}); log several speeds in both directions"
-    )
 
 
 def _assess(
@@ -213,7 +212,7 @@ def _assess(
     fit: RobustFit,
     left_out: tuple[str, ...],
     idle: float | None,
-    given: AxisFacts,
+    facts: AxisFacts,
 ) -> Calibration:
     values = [
         t.low if value - t.low <= AT_BOUND * half else float(f"{value:.{DIGITS}g}")
@@ -227,8 +226,8 @@ def _assess(
     )
     moving = record.moving
     return Calibration(
-        axis=given.axis,
-        model=given.model,
+        axis=facts.axis,
+        model=facts.model,
         drive=drive,
         coefficients=coefficients,
         left_out=left_out,
@@ -240,7 +239,7 @@ def _assess(
         rows=len(rows),
         dropped=rows.dropped,
         source=f"{Path(rows.file).name} (sha256 {rows.sha256})",
-        note=_note(given, left_out, _unexplained(idle, model, fit)),
+        note=_note(facts, left_out, _unexplained(idle, model, fit)),
         lines=rows.lines,
         speed=record.speed,
         power=record.power,
@@ -248,48 +247,40 @@ def _assess(
     )
 
 
-def _require_fit(found: Calibration, file: str) -> Calibration:
-    """Refuse a fit that explains the power worse than its mean does: its coefficients mean nothing.
-
-    Raises
-    ------
-    InputError
-        R² is below `WORST_FIT`.
-    """
+def _require_fit(found: Calibration, file: str) -> None:
+    """Raise if the power's mean explains it better than the fit: the coefficients then mean nothing."""
     if found.r_squared < WORST_FIT:
         idle = found.standstill_power
-        rest = "" if idle is None else f" ({idle:.4g} W at standstill are in the column)"
+        rest = "" if idle is None else f" (the column has {idle:.4g} W at standstill)"
         raise InputError(
             f"the {found.model} model explains the power worse than its mean: R² is {found.r_squared:.3g}"
             f"{rest}; log the drive's own power, without the machine's base power, or fit other terms",
             file=file,
         )
-    return found
 
 
 def _r_squared(power: Array, fitted: Array) -> float:
     spread = float(np.sum((power - power.mean()) ** 2))
-    # Where nothing varies, nothing of it is explained.
     return 1.0 - float(np.sum((power - fitted) ** 2)) / spread if spread > 0.0 else 0.0
 
 
 def _unexplained(idle: float | None, model: DriveModel, fit: RobustFit) -> float:
-    """Give the power at standstill that the model has no term for, W; 0 within the noise."""
+    """Return the power at standstill that the model has no term for, W; 0 within the noise."""
     explained = any(term.name in ("hold", "copper") for term in model.terms)
     return 0.0 if idle is None or explained or abs(idle) <= IDLE_NOISE * fit.scale else idle
 
 
-def _note(given: AxisFacts, left_out: tuple[str, ...], idle: float) -> str:
-    """Say what the coefficients rest on and wasn't fitted."""
-    said = []
-    if given.moved_mass is not None and given.model in ("weight", "friction"):
-        said.append(f"moved mass given as {given.moved_mass:g} kg, workpiece and fixture included")
-    if given.model == "friction":
-        said.append(f"efficiency given as {given.efficiency:g}")
-        said += (
-            [f"gravity given as {given.gravity:g} {'N·m' if given.rotary else 'N'}"] if given.gravity else []
-        )
-        said += [] if given.dynamic else ["steady rows, without the axis's inertia"]
-    said += [f"not told by these rows: {', '.join(left_out)}"] if left_out else []
-    said += [f"{idle:.4g} W at standstill aren't in the model, base power or hold?"] if idle else []
-    return "; ".join(said)
+def _note(facts: AxisFacts, left_out: tuple[str, ...], idle: float) -> str:
+    """List the assumptions behind the coefficients, and what the fit left out."""
+    parts = []
+    if facts.moved_mass is not None and facts.model in ("weight", "friction"):
+        parts.append(f"moved mass given as {facts.moved_mass:g} kg, workpiece and fixture included")
+    if facts.model == "friction":
+        parts.append(f"efficiency given as {facts.efficiency:g}")
+        if facts.gravity:
+            parts.append(f"gravity given as {facts.gravity:g} {'N·m' if facts.rotary else 'N'}")
+        if not facts.dynamic:
+            parts.append("steady rows, without the axis's inertia")
+    parts += [f"not identified by these rows: {', '.join(left_out)}"] if left_out else []
+    parts += [f"{idle:.4g} W at standstill aren't in the model, base power or hold?"] if idle else []
+    return "; ".join(parts)

@@ -1,4 +1,4 @@
-"""What a calibration returns: the drive, how well it is known, and the machine file's block."""
+"""The result of a calibration: the drive, how well it is known, and its table for a machine file."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ class Coefficient:
 
     Parameters
     ----------
-    name : as in a machine file, with the side in front where there are two
+    name : as in a machine file, preceded by ``plus`` or ``minus`` if the sides differ
     value : in the machine file's unit
     unit : of the machine file
     low, high : ends of its confidence interval, cut at its bounds; 95 % for all coefficients together
@@ -31,27 +31,27 @@ class Coefficient:
 
 @dataclass(frozen=True, eq=False)
 class Calibration:
-    """A drive fitted to a log, and how well.
+    """A drive fitted to a log, and the quality of the fit.
 
     Parameters
     ----------
     axis : letter
     model : its name in a machine file
-    drive : what was fitted
+    drive : the fitted drive
     coefficients : in the order of the model
-    left_out : terms that were asked for and that these rows can't tell from the others
+    left_out : requested terms that these rows can't separate from the others
     r_squared : 1 − Σ r² / Σ (P − mean P)² over the rows used, outliers included; means little where P hardly
         varies
-    r_squared_moving : the same over the rows in motion alone; rows at standstill are easily right
+    r_squared_moving : the same over the rows in motion alone; rows at standstill are easy to fit
     residual_rms : W, over the rows used
     noise : W, robust scale of the residuals in motion
     standstill_power : W, median of the rows at standstill; None where the axis never rests
-    rows : used
-    dropped : reason → rows of the log that weren't used
+    rows : number of rows used
+    dropped : reason → number of rows that weren't used
     source : the log's name, with its digest
     note : what was given rather than fitted
     lines : (n,), lines of the log
-    speed, power, fitted : (n,), mm/s or rad/s, W, W: of the rows used
+    speed, power, fitted : (n,), mm/s or rad/s, W, W, of the rows used
     """
 
     axis: str
@@ -76,20 +76,17 @@ class Calibration:
     @property
     def block(self) -> str:
         """The machine file's ``[axes.….drive]`` table, as TOML."""
-        # A machine around the drive, so that the format is written in one place.
+        # The table is cut out of a whole machine's text, so that the format is defined only once.
         bare = Machine.from_code("650123" if self.axis == "B" else "640123")
         axes = tuple(replace(a, drive=self.drive) if a.letter == self.axis else a for a in bare.axes)
-        origin = Provenance(f"{self.axis} drive", "", self._said, False, self.note, fitted=True)
+        source = f"fitted to {self.source}, {self.rows} rows, R² {self.r_squared:.3f}"
+        origin = Provenance(f"{self.axis} drive", "", source, False, self.note, fitted=True)
         header = f"[axes.{self.axis}.drive]\n"
         text = machine_text(replace(bare, axes=axes, provenance=(origin,)))
         return header + text.partition(header)[2].partition("\n[")[0].strip() + "\n"
 
-    @property
-    def _said(self) -> str:
-        return f"fitted to {self.source}, {self.rows} rows, R² {self.r_squared:.3f}"
-
     def document(self) -> dict[str, Any]:
-        """Say everything but the rows, for JSON."""
+        """Return everything but the rows as plain data for JSON."""
         return {
             "axis": self.axis,
             "model": self.model,

@@ -1,20 +1,20 @@
 """Mechanistic cutting forces of flat and ball end mills: a job's cutting power without a dynamometer.
 
-The edge is cut into discs along its profile. Each disc carries, while it is in the material,
+The edge is divided into discs along its profile. Each disc carries, while it is in the material,
 
 ``dF_i = (K_ic h + K_ie) db,  i = t, r, a,   h = f_z (n·F)⁺``
 
 with the outward normal n of the cutter's envelope, the feed direction F, the feed per tooth f_z and the chip
-width db along the profile. The forces oppose the tooth: tangential its motion, radial the normal n, axial
-the profile's upward tangent (positive K_a pulls the tool out of its holder, a right-hand helix does). Edge
-coefficients count per mm of chip width, so the helix shifts forces in time and leaves their mean alone.
+width db along the profile. The forces oppose the tooth: tangential its motion, radial the normal n, axial the
+profile's upward tangent (a positive K_a, as of a right-hand helix, pulls the tool out of its holder). Edge
+coefficients are per mm of chip width, so the helix shifts forces in time without changing their mean.
 
-Of the tangential force the mean power has a closed form (`mean_cutting_power`): removal rate times K_tc plus
-swept surface times K_te. Neither depends on how a ball leans, so in this model leaning changes mean forces
-but not the mean cutting power.
+The mean power of the tangential force has a closed form (`mean_cutting_power`): removal rate times K_tc plus
+swept surface times K_te. Neither depends on how a ball leans, so in this model leaning changes the mean
+forces but not the mean cutting power.
 
-Circular tooth paths, a rigid tool without runout, and coefficients that don't change with speed, chip
-thickness or place on the edge: the model's limits.
+The model assumes circular tooth paths, a rigid tool without runout, and coefficients that don't change with
+speed, chip thickness or position on the edge.
 
 References
 ----------
@@ -50,7 +50,7 @@ class CuttingCoefficients:
     Raises
     ------
     SettingError
-        A coefficient out of its range.
+        A coefficient is out of its range.
     """
 
     tangential: float
@@ -75,9 +75,9 @@ class CuttingRecord:
 
     Parameters
     ----------
-    angle : (n,), rad, how far the first tooth's tip has turned, clockwise from the tool's +y; 0 … 2π
+    angle : (n,), rad, of the first tooth's tip, clockwise from the tool's +y; 0 … 2π
     force : (n, 3), N, on the tool, tool axes (x along the feed, z from tip to holder)
-    torque : (n,), N·mm, that the spindle must give
+    torque : (n,), N·mm, at the spindle
     power : (n,), W, torque times spindle speed
     """
 
@@ -92,9 +92,9 @@ def cutting_record(
 ) -> CuttingRecord:
     """Compute forces, torque and power over one turn of the spindle.
 
-    The tooth at angle φ, clockwise from +y, stands at ``(r sinφ, r cosφ, z)``; tooth j lags by ``2πj/Z`` and
-    the edge at height z by ``z·tan(helix)/R``. The power is the spindle's. The feed drives' share,
-    ``F·v_f``, is a percent or two of it; `wrench_power` of force and feed gives it.
+    The tooth at angle φ, clockwise from +y, is at ``(r sinφ, r cosφ, z)``; tooth j lags by ``2πj/Z`` and the
+    edge at height z by ``z·tan(helix)/R``. The power is the spindle's. The feed drives' share, ``F·v_f``, is
+    a percent or two of it; `wrench_power` of force and feed computes it.
 
     Parameters
     ----------
@@ -110,7 +110,7 @@ def cutting_record(
     Raises
     ------
     SettingError
-        Fewer than 8 samples or no disc.
+        There are fewer than 8 samples, or no disc.
 
     References
     ----------
@@ -139,10 +139,10 @@ def cutting_record(
 def mean_cutting_power(cut: Cut, coefficients: CuttingCoefficients) -> float:
     """Compute the mean spindle power of a cut in closed form.
 
-    Every surface element dA = r dφ db of the engaged envelope is met once per turn by each of Z teeth, so ``P
-    = K_tc MRR + K_te A Z ω/2π`` with the removal rate and the swept surface A: energy per turn and tooth is
-    K_tc times the volume it removes plus K_te times the surface its edge sweeps. With a vanishing edge
-    coefficient this is the handbook's `net_power` with ``k_c = K_tc``.
+    Each of Z teeth passes every surface element dA = r dφ db of the engaged envelope once per turn, so ``P =
+    K_tc MRR + K_te A Z ω/2π`` with the removal rate and the swept surface A: the energy per turn and tooth is
+    K_tc times the removed volume plus K_te times the surface that its edge sweeps. Without edge coefficients
+    this is the handbook's `net_power` with ``k_c = K_tc``.
 
     Parameters
     ----------
@@ -164,12 +164,12 @@ def mean_cutting_power(cut: Cut, coefficients: CuttingCoefficients) -> float:
 
 
 def _profile(cut: Cut, discs: int) -> tuple[Array, Array, Array, Array]:
-    """Give the midpoints of the discs: slope κ (rad, from the axis), height, radius, chip width."""
+    """Compute the discs' midpoints: slope κ (rad, from the axis), height, radius and chip width."""
     middle = (np.arange(discs) + 0.5) / discs
     if cut.mill.shape == "flat":
         full = np.ones(discs)
         return np.pi / 2.0 * full, cut.depth * middle, cut.mill.radius * full, cut.depth / discs * full
-    # Equal arcs of κ: equal heights would leave the flat tip to a single disc. Only the cap can cut.
+    # Equal arcs of κ: with equal heights a single disc would cover the flat tip. Only the cap can cut.
     tilt = float(np.arccos(np.clip(cut.tool_axes[2, 2], -1.0, 1.0)))
     low, high = max(0.0, tilt - cut.cap_angle), min(np.pi / 2.0, tilt + cut.cap_angle)
     slope = low + (high - low) * middle
@@ -179,7 +179,7 @@ def _profile(cut: Cut, discs: int) -> tuple[Array, Array, Array, Array]:
 
 
 def _edge_directions(phi: Array, slope: Array) -> tuple[Array, Array, Array]:
-    """Point along the tooth's motion, the envelope's normal and the profile upwards; tool axes."""
+    """Compute directions in tool axes: the tooth's motion, the envelope's normal, the profile upwards."""
     sine, cosine = np.sin(phi), np.cos(phi)
     steep, flat = np.sin(slope) + 0.0 * phi, np.cos(slope) + 0.0 * phi
     motion = np.stack([cosine, -sine, 0.0 * phi], axis=-1)

@@ -1,14 +1,14 @@
-"""Drilling power: idle spindle, lips in the material, and what the drive loses on top of the cut.
+"""Drilling power: idle spindle, cutting lips, and the spindle drive's losses under load.
 
 ``P_total = P_idle(ω) + P_cutting + P_aux(P_cutting)``, Wang et al. The idle power is a quadratic of the
 spindle speed, the cutting power an integral over the lips, the auxiliary power a fitted share of the cutting
 power.
 
-The paper's tables reproduce from their own cutting powers (`examples/drilling/reproduce.py`). Its printed
-force coefficients don't give these cutting powers with the printed geometry, since the drill's point isn't
-printed in full: the integral is held to its closed form instead (the nearest web and point angle stay 3 % off
-the table). Two printed fits aren't the least-squares fits of the printed data: C0 of the auxiliary power and
-the rival Model-2.
+The paper's tables are reproduced from their own cutting powers (`examples/drilling/reproduce.py`). The
+printed force coefficients don't yield these cutting powers, since the drill's point isn't printed in full:
+the nearest web and point angle are 3 % off the table, so the integral is tested against its closed form
+instead. Two printed fits aren't the least-squares fits of the printed data: C0 of the auxiliary power, and
+Model-2.
 
 References
 ----------
@@ -35,14 +35,14 @@ class Drill:
     Parameters
     ----------
     diameter : mm
-    web : mm, diameter inside which nothing is counted as cut (the chisel edge)
+    web : mm, diameter of the core, whose chisel edge isn't counted
     half_point : rad, κ, between lip and drill axis; 59 degrees for the common 118 degree point
     lips : number of lips
 
     Raises
     ------
     ToolError
-        A diameter, an angle or a number of lips out of its range; a web as large as the drill.
+        The diameter, the angle or the number of lips is out of its range; the web is as large as the drill.
     """
 
     diameter: float
@@ -78,7 +78,7 @@ class DrillCoefficients:
     Raises
     ------
     SettingError
-        A coefficient out of its range.
+        A coefficient is out of its range.
     """
 
     tangential: float
@@ -95,7 +95,7 @@ class DrillCoefficients:
 
 @dataclass(frozen=True)
 class DrillingLoad:
-    """What the cut takes from spindle and feed drive.
+    """Forces and powers of a cut.
 
     Parameters
     ----------
@@ -119,7 +119,7 @@ class DrillingLoad:
 def drilling_load(
     drill: Drill, coefficients: DrillCoefficients, feed: float, spindle: float, *, elements: int = 50
 ) -> DrillingLoad:
-    """Integrate the forces over the lips.
+    """Integrate the forces over the lips (Wang et al. 2019).
 
     ``dF = (K_c h + K_e) db`` on each lip, with the chip thickness ``h = (c/Z) sinκ`` of a feed per turn c
     shared by Z lips, and the lip's length ``db = dr/sinκ``. Then ``P = f ΣdF_z + ΣV(r) dF_t``, ``V = ωr``.
@@ -135,11 +135,7 @@ def drilling_load(
     Raises
     ------
     SettingError
-        Feed or speed not positive, a feed per turn above the diameter, no element.
-
-    References
-    ----------
-    Wang et al. (2019), force and cutting-power equations.
+        Feed or speed isn't positive, the feed per turn is above the diameter, or there is no element.
     """
     require_positive("feed", feed, "mm/s")
     require_positive("spindle speed", spindle, "rad/s")
@@ -160,7 +156,7 @@ def drilling_load(
 
 
 def drilling_removal_rate(diameter: ArrayLike, feed: ArrayLike) -> Array:
-    """Compute the material removal rate: ``MRR = π d² f/4``.
+    """Compute the material removal rate: ``MRR = π d² f/4`` (Wang et al. 2019).
 
     Parameters
     ----------
@@ -173,11 +169,7 @@ def drilling_removal_rate(diameter: ArrayLike, feed: ArrayLike) -> Array:
     Raises
     ------
     SettingError
-        A diameter that isn't positive, a feed below 0.
-
-    References
-    ----------
-    Wang et al. (2019), the MRR of Models 1 and 2 and of Experiment II.
+        A diameter isn't positive, or a feed is below 0.
     """
     across = require_positive("drill diameter", diameter, "mm")
     return np.pi / 4.0 * across**2 * require_not_negative("feed", feed, "mm/s")
@@ -198,7 +190,7 @@ def idle_power(spindle: ArrayLike, coefficients: ArrayLike) -> Array:
     Raises
     ------
     SettingError
-        Not three coefficients, or a speed below 0.
+        There aren't three coefficients, or a speed is below 0.
 
     References
     ----------
@@ -212,7 +204,7 @@ def idle_power(spindle: ArrayLike, coefficients: ArrayLike) -> Array:
 
 
 def auxiliary_power(cutting: ArrayLike, linear: float, quadratic: float = 0.0) -> Array:
-    """Compute the load loss that comes with a cut: ``P_aux = C0 P_c + C1 P_c²``.
+    """Compute the spindle drive's load loss: ``P_aux = C0 P_c + C1 P_c²`` (Wang et al. 2019).
 
     Parameters
     ----------
@@ -227,11 +219,7 @@ def auxiliary_power(cutting: ArrayLike, linear: float, quadratic: float = 0.0) -
     Raises
     ------
     SettingError
-        A cutting power below 0, a coefficient that isn't finite.
-
-    References
-    ----------
-    Wang et al. (2019), linear and quadratic auxiliary power.
+        A cutting power is below 0, or a coefficient isn't finite.
     """
     power = require_not_negative("cutting power", cutting, "W")
     require_finite("auxiliary coefficient", (linear, quadratic), "W/W")
@@ -241,7 +229,7 @@ def auxiliary_power(cutting: ArrayLike, linear: float, quadratic: float = 0.0) -
 def drilling_power(
     spindle: ArrayLike, cutting: ArrayLike, idle: ArrayLike, auxiliary: tuple[float, float]
 ) -> Array:
-    """Compute the machine's power while it drills: ``P_idle(ω) + P_c + P_aux(P_c)``.
+    """Compute the machine's power while it drills: ``P_idle(ω) + P_c + P_aux(P_c)`` (Wang et al. 2019).
 
     Parameters
     ----------
@@ -258,10 +246,6 @@ def drilling_power(
     ------
     SettingError
         As `idle_power` and `auxiliary_power`.
-
-    References
-    ----------
-    Wang et al. (2019), total power.
     """
     power = require_not_negative("cutting power", cutting, "W")
     return idle_power(spindle, idle) + power + auxiliary_power(power, *auxiliary)

@@ -1,6 +1,8 @@
-"""Least-squares fits of drilling power: the paper's own models and the three rivals it compares with.
+"""Least-squares fits of drilling power: the paper's own models and the three that it compares them with.
 
-Every fit minimises the sum of squared watts and returns its coefficients in the order of the formula.
+Every fit minimises the sum of squared power residuals and returns its coefficients in the formula's order.
+Each raises `SettingError` for too few different records, lists of unequal length, or a number that isn't
+finite.
 
 References
 ----------
@@ -18,7 +20,7 @@ from fiveaxis.geometry import Array
 
 
 def fit_idle_power(spindle: ArrayLike, power: ArrayLike) -> Array:
-    """Fit the idle power's quadratic: ``P = a0 + a1 ω + a2 ω²``.
+    """Fit the idle power's quadratic: ``P = a0 + a1 ω + a2 ω²`` (Wang et al. 2019).
 
     Parameters
     ----------
@@ -28,15 +30,6 @@ def fit_idle_power(spindle: ArrayLike, power: ArrayLike) -> Array:
     Returns
     -------
     (3,), constant W, linear W/(rad/s), quadratic W/(rad/s)²; the coefficients of `idle_power`
-
-    Raises
-    ------
-    SettingError
-        Too few different records, lists of unequal length, a number that isn't finite.
-
-    References
-    ----------
-    Wang et al. (2019), idle power.
     """
     speed = require_finite("spindle speed", spindle, "rad/s")
     return _least_squares({"a constant": np.ones_like(speed), "speed": speed, "its square": speed**2}, power)
@@ -48,17 +41,12 @@ def fit_auxiliary_power(cutting: ArrayLike, auxiliary: ArrayLike, *, quadratic: 
     Parameters
     ----------
     cutting : (n,), W, P_c
-    auxiliary : (n,), W, what is left of the measured power after idle and cutting power
+    auxiliary : (n,), W, measured power less idle and cutting power
     quadratic : fit C1 as well
 
     Returns
     -------
     (1,) or (2,), C0 in W/W and C1 in 1/W
-
-    Raises
-    ------
-    SettingError
-        Too few different records, lists of unequal length, a number that isn't finite.
 
     References
     ----------
@@ -70,7 +58,7 @@ def fit_auxiliary_power(cutting: ArrayLike, auxiliary: ArrayLike, *, quadratic: 
 
 
 def fit_removal_model(rate: ArrayLike, power: ArrayLike) -> Array:
-    """Fit Model-1, power by removal rate: ``P = C0 MRR + C1``.
+    """Fit Model-1, power by removal rate: ``P = C0 MRR + C1`` (printed 5.749, 1393.6).
 
     Parameters
     ----------
@@ -80,15 +68,6 @@ def fit_removal_model(rate: ArrayLike, power: ArrayLike) -> Array:
     Returns
     -------
     (2,), C0 J/mm³, C1 W
-
-    Raises
-    ------
-    SettingError
-        Too few different records, lists of unequal length, a number that isn't finite.
-
-    References
-    ----------
-    Wang et al. (2019), Model-1 (printed 5.749, 1393.6).
     """
     rates = require_finite("removal rate", rate, "mm³/s")
     return _least_squares({"removal rate": rates, "a constant": np.ones_like(rates)}, power)
@@ -107,11 +86,6 @@ def fit_removal_speed_model(rate: ArrayLike, spindle: ArrayLike, power: ArrayLik
     -------
     (3,), k0 J/mm³, k1 W/(rad/s), k2 W
 
-    Raises
-    ------
-    SettingError
-        Too few different records, lists of unequal length, a number that isn't finite.
-
     References
     ----------
     Wang et al. (2019), Model-2. Their printed 5.801, 0.334 W/(rev/min), 1170.5 isn't the least-squares fit of
@@ -122,7 +96,7 @@ def fit_removal_speed_model(rate: ArrayLike, spindle: ArrayLike, power: ArrayLik
 
 
 def fit_cutting_model(cutting: ArrayLike, power: ArrayLike) -> Array:
-    """Fit Model-3, power by cutting power: ``P = C0 P_c + C1``.
+    """Fit Model-3, power by cutting power: ``P = C0 P_c + C1`` (printed 1.4036, 1237.9).
 
     Parameters
     ----------
@@ -132,15 +106,6 @@ def fit_cutting_model(cutting: ArrayLike, power: ArrayLike) -> Array:
     Returns
     -------
     (2,), C0 W/W, C1 W
-
-    Raises
-    ------
-    SettingError
-        Too few different records, lists of unequal length, a number that isn't finite.
-
-    References
-    ----------
-    Wang et al. (2019), Model-3 (1.4036, 1237.9).
     """
     cuts = require_finite("cutting power", cutting, "W")
     return _least_squares({"cutting power": cuts, "a constant": np.ones_like(cuts)}, power)
@@ -154,13 +119,13 @@ def _least_squares(columns: dict[str, Array], power: ArrayLike) -> Array:
             f"the records of power and {names} must be lists of one length, not {sorted(shapes)}"
         )
     design = np.stack(list(columns.values()), axis=1)
-    # Columns of unit size: the rank is then a question of the records and not of their units.
+    # Columns of unit size, so that the rank doesn't depend on units.
     size = np.linalg.norm(design, axis=0)
     scaled = design / np.where(size > 0.0, size, 1.0)
     solution, _, rank, _ = np.linalg.lstsq(scaled, target, rcond=1e-10)
     if rank < len(columns):
         raise SettingError(
-            f"{target.size} records can't tell {names} apart (rank {rank}, needed {len(columns)}); "
-            "record more different states"
+            f"{target.size} records can't separate {names} (rank {rank}, needed {len(columns)}); record more "
+            "different states"
         )
     return solution / size

@@ -1,15 +1,15 @@
 r"""Robust fits of the drive models, in the units of a machine file, with confidence intervals.
 
-What is fitted is `drive_power` itself, so that a model and its fit can't part ways. Minimised is
-``Σ ρ(r_i / s)`` with ``ρ(u) = 2 (sqrt(1 + u²) − 1)``, quadratic for small residuals r and linear for outliers
-(SciPy's soft L1); the scale s is 1.4826 times the median of \|r\| over the rows in motion, by iteration.
+The fit uses `drive_power` itself, so that a model and its fit can't diverge. It minimises ``Σ ρ(r_i / s)``
+with ``ρ(u) = 2 (sqrt(1 + u²) − 1)``, quadratic for small residuals r and linear for outliers (SciPy's soft
+L1); the scale s is 1.4826 times the median of \|r\| over the rows in motion, by iteration.
 
-The covariance of the optimum is the sandwich of Huber's estimators, ``A⁻¹ B A⁻¹`` with
-``A = Σ ψ'(u_i) J_i J_iᵀ`` and ``B = Σ g_i g_iᵀ``, ``g_i = s ψ(u_i) J_i / (1 − h_i)``, ψ = ρ'/2: no constant
-variance is taken for granted. Logs are series in time, whose neighbours err alike, so the covariance is also
-computed with products of neighbours (Bartlett's weights), and the wider interval of the two holds. A drive is
-used with all its coefficients at once, so the 95 % are those of all p intervals together: each alone has
-``1 − 0.05 / p`` (Bonferroni), and Student's t of n − p degrees of freedom.
+The covariance of the optimum is the sandwich of Huber's estimators, ``A⁻¹ B A⁻¹`` with ``A = Σ ψ'(u_i) J_i
+J_iᵀ`` and ``B = Σ g_i g_iᵀ``, ``g_i = s ψ(u_i) J_i / (1 − h_i)``, ψ = ρ'/2, which assumes no constant
+variance. The residuals of a log are correlated in time, so the covariance is also computed with products of
+neighbours (Bartlett's weights), and the wider of the two intervals is used. A drive is used with all its
+coefficients at once, so the 95 % hold for all p intervals together: each alone has ``1 − 0.05 / p``
+(Bonferroni), with Student's t of n − p degrees of freedom.
 
 References
 ----------
@@ -31,16 +31,16 @@ from fiveaxis.machine import Drive
 
 CONFIDENCE = 0.95
 NORMAL_MAD = 1.4826  # standard deviation of normal noise over its median absolute value
-ROUNDS = 12  # of fit and scale; they settle in three or four
+ROUNDS = 12  # of fit and scale; three or four usually suffice
 SETTLED = 1e-3
-# A column of the Jacobian with a smaller share of its own is made of the others: the log can't tell them.
+# A column of the Jacobian with a smaller part orthogonal to the others can't be identified.
 OWN_SHARE = 1e-3
-STEP = 1e-6  # of differences, in proportion
+STEP = 1e-6  # relative step of the differences
 
 
 @dataclass(frozen=True, eq=False)
 class Record:
-    """What an axis did and drew, as `drive_power` wants it; (n,) each, scalars for the whole log."""
+    """Motion and power of an axis in the units of `drive_power`; (n,) each, or a scalar for the whole log."""
 
     speed: Array
     power: Array
@@ -55,7 +55,7 @@ class Record:
         return self.speed != 0.0
 
     def predict(self, drive: Drive) -> Array:
-        """Compute what a drive would have drawn, (n,) W."""
+        """Compute the power that a drive would have drawn, (n,) W."""
         return drive_power(
             drive,
             self.speed,
@@ -68,14 +68,14 @@ class Record:
 
 @dataclass(frozen=True, eq=False)
 class RobustFit:
-    """An optimum.
+    """The optimum of a fit.
 
     Parameters
     ----------
     values : (p,), in the units of the terms
-    half_widths : (p,), of the intervals that hold all coefficients together with 95 % confidence
+    half_widths : (p,), of the intervals that contain all coefficients together with 95 % confidence
     scale : W, of the residuals
-    unidentified : names of terms that the rows can't tell from those before them
+    unidentified : names of terms that the rows can't separate from those before them
     """
 
     values: Array
@@ -94,7 +94,7 @@ def fit_model(model: DriveModel, record: Record) -> RobustFit:
 
     Returns
     -------
-    Where terms are unidentified their intervals mean nothing: leave them out and fit again.
+    If terms are unidentified the intervals mean nothing: leave those terms out and fit again.
     """
     from scipy.optimize import least_squares
 
@@ -126,7 +126,7 @@ def fit_model(model: DriveModel, record: Record) -> RobustFit:
 
 
 def _start(model: DriveModel, record: Record) -> Array:
-    """Let each term alone make its share of the power: the right order of magnitude in any unit."""
+    """Start where each term explains its share of the power: the right order of magnitude in any unit."""
     values = np.zeros(len(model.terms))
     share = np.sqrt(np.mean(record.power**2)) / len(values)
     for i, term in enumerate(model.terms):
@@ -139,20 +139,20 @@ def _start(model: DriveModel, record: Record) -> Array:
 
 
 def _scale(residuals: Array, record: Record, floor: float) -> float:
-    # At standstill everybody is right, so those rows would make the noise look small.
+    # Rows at standstill are easy to fit and would make the noise look small.
     return max(NORMAL_MAD * float(np.median(np.abs(residuals[record.moving]))), floor)
 
 
 def _jacobian(residuals: Callable[[Array], Array], values: Array, sizes: Array) -> Array:
-    """Differentiate by central differences, (n, p); SciPy's own has the loss worked into it."""
-    # A value at its bound is too small for a step in proportion; its usual size isn't.
+    """Differentiate by central differences, (n, p); SciPy's own Jacobian includes the loss."""
+    # A value at its bound is too small for a relative step; its start value isn't.
     steps = STEP * np.where(sizes > 0.0, sizes, 1.0)
     columns = [(residuals(values + h) - residuals(values - h)) / (2.0 * h.sum()) for h in np.diag(steps)]
     return np.stack(columns, axis=1)
 
 
 def _made_of_others(jacobian: Array) -> list[int]:
-    """Find columns that are zero or a combination of those before them."""
+    """Find the columns that are zero or a combination of those before them."""
     kept: list[Array] = []
     found = []
     for i, column in enumerate(jacobian.T):
@@ -168,11 +168,11 @@ def _made_of_others(jacobian: Array) -> list[int]:
 
 
 def _half_widths(jacobian: Array, residuals: Array, scale: float) -> Array:
-    """Compute the half-widths of the confidence intervals, (p,), as the module says."""
+    """Compute the half-widths of the confidence intervals, (p,), as described in the module's docstring."""
     from scipy.special import stdtrit
 
     n, p = jacobian.shape
-    # Columns of unit size: the inverse below then doesn't depend on units.
+    # Columns of unit size, so that the inverse doesn't depend on units.
     size = np.linalg.norm(jacobian, axis=0)
     columns = jacobian / size
     u = residuals / scale

@@ -1,4 +1,4 @@
-"""Feed drives: power while an axis moves, and energy per unit of travel."""
+"""Feed drives: power while an axis moves, energy per unit of travel, and the load of gravity by posture."""
 
 from __future__ import annotations
 
@@ -7,10 +7,11 @@ from functools import singledispatch
 
 import numpy as np
 
-from fiveaxis.energy.gravity import STANDARD_GRAVITY, gravity_forces, moved_weights
 from fiveaxis.errors import MachineError
 from fiveaxis.geometry import Array, BoolArray
+from fiveaxis.kinematics import link_poses
 from fiveaxis.machine import (
+    BED,
     AffineDrive,
     Axis,
     DirectionalDrive,
@@ -20,6 +21,8 @@ from fiveaxis.machine import (
     WeightDrive,
 )
 from fiveaxis.motion import rapid_speeds, standing_speeds
+
+STANDARD_GRAVITY = 9.80665  # m/s²
 
 
 def drive_power(
@@ -35,12 +38,12 @@ def drive_power(
 
     Parameters
     ----------
-    drive : its model; a table of powers needs the speed alone
+    drive : its model; a table of powers depends on speed only
     speed : (n,), mm/s or rad/s, signed; exactly 0 is standstill
     acceleration : (n,), mm/s² or rad/s²
-    gravity : (n,), J/mm or J/rad, what the axis holds against gravity (`gravity_forces`)
+    gravity : (n,), J/mm or J/rad, the load that the axis holds against gravity (`gravity_forces`)
     weight : N, moved weight of a linear axis
-    inertia : J per (mm/s)², moved mass of a linear axis; a rotary drive has its own
+    inertia : J per (mm/s)², moved mass of a linear axis; a rotary drive has its own inertia
 
     Returns
     -------
@@ -56,7 +59,7 @@ def drive_power(
 
 @dataclass(frozen=True, eq=False)
 class _State:
-    """What an axis does and bears, as in `drive_power`."""
+    """Motion and load of an axis, as in `drive_power`."""
 
     speed: Array
     acceleration: Array | float
@@ -107,7 +110,7 @@ def _(drive: FrictionDrive, state: _State) -> Array:
 
 
 def is_proportional(drive: Drive) -> bool:
-    """Tell whether a drive's power is in proportion to its speed at all of them."""
+    """Check whether a drive's power is in proportion to its speed throughout."""
     return isinstance(drive, DirectionalDrive) and drive.proportional
 
 
@@ -119,9 +122,9 @@ def axis_powers(
     Parameters
     ----------
     machine : every axis with a drive
-    positions : (n, k), mm and rad: the posture, on which gravity's torques depend
-    speeds : (n, k), mm/s and rad/s; what is slower than `standing_speeds` stands
-    accelerations : (n, k), mm/s² and rad/s²; none without it
+    positions : (n, k), mm and rad; gravity's torques depend on them
+    speeds : (n, k), mm/s and rad/s; an axis slower than `standing_speeds` counts as standing
+    accelerations : (n, k), mm/s² and rad/s²; zero by default
 
     Returns
     -------
@@ -130,11 +133,7 @@ def axis_powers(
     Raises
     ------
     MachineError
-        An axis without known power.
-
-    References
-    ----------
-    As `drive_power`.
+        The power of an axis isn't known.
     """
     drives = [require_drive(machine, axis) for axis in machine.axes]
     forces = _gravity(machine, drives, positions)
@@ -154,14 +153,13 @@ def axis_powers(
 
 
 def travel_costs(machine: Machine, feed: Array, rapid: BoolArray | None = None) -> tuple[Array, Array]:
-    """Compute the energy per unit of axis travel at a programmed feed.
+    """Compute the energy per unit of axis travel at a programmed feed (Hayashi et al. 2018, Eq. 1).
 
-    ``W = 60·P/v`` with P in W and v in mm/min or deg/min (form-shaping Eq. 1): what a steady move of that
-    axis alone takes. A rotary axis takes the programmed number as deg/min, as the equation does, also where
-    its power doesn't depend on its speed. A rapid move has no feed: there every axis is charged at its
-    `rapid_speeds`. For drives from first principles this leaves out acceleration, and
-    what a drive holds at standstill, and takes gravity's torque with every axis at 0: how far the metric is
-    from the power integral is told beside every total (`Energy`).
+    ``W = 60·P/v`` with P in W and v in mm/min or deg/min (form-shaping Eq. 1): the cost of a steady move of
+    that axis alone. For a rotary axis the programmed number is in deg/min, as in the equation, even if its
+    power doesn't depend on its speed. A rapid move has no feed: every axis is charged at its `rapid_speeds`.
+    For friction drives the metric omits acceleration and the power at standstill, and takes gravity's torque
+    with every axis at 0; every total (`Energy`) states how far it is from the power integral.
 
     Parameters
     ----------
@@ -176,11 +174,7 @@ def travel_costs(machine: Machine, feed: Array, rapid: BoolArray | None = None) 
     Raises
     ------
     MachineError
-        An axis without known power.
-
-    References
-    ----------
-    Hayashi et al. (2018), Eq. (1).
+        The power of an axis isn't known.
     """
     drives = [require_drive(machine, axis) for axis in machine.axes]
     home = np.zeros((1, len(machine.axes)))
@@ -189,7 +183,7 @@ def travel_costs(machine: Machine, feed: Array, rapid: BoolArray | None = None) 
     rapid = np.zeros(len(feed), dtype=bool) if rapid is None else rapid
     fastest = rapid_speeds(machine, feed)
     for i, (drive, axis) in enumerate(zip(drives, machine.axes, strict=True)):
-        # The programmed number means deg/min for a rotary axis: feed in mm/s counts as deg/s.
+        # For a rotary axis the programmed number is in deg/min: feed in mm/s counts as deg/s.
         speed = np.radians(feed) if axis.is_rotary else np.asarray(feed, dtype=float)
         speed = np.where(rapid, fastest[:, i], speed)
         for side, sign in enumerate((1.0, -1.0)):
@@ -198,12 +192,12 @@ def travel_costs(machine: Machine, feed: Array, rapid: BoolArray | None = None) 
 
 
 def require_drive(machine: Machine, axis: Axis) -> Drive:
-    """Give an axis's drive.
+    """Return an axis's drive.
 
     Raises
     ------
     MachineError
-        Its power isn't known, which names all such axes; its drive needs a mass that isn't known.
+        Its power isn't known (the message names all such axes), or its drive needs a mass that isn't known.
     """
     if axis.drive is None:
         missing = ", ".join(a.letter for a in machine.axes if a.drive is None)
@@ -213,7 +207,7 @@ def require_drive(machine: Machine, axis: Axis) -> Drive:
         )
     if isinstance(axis.drive, WeightDrive | FrictionDrive) and not axis.is_rotary and axis.moved_mass is None:
         raise MachineError(
-            f"the drive of {axis.letter} of machine {machine.name!r} goes with the moved mass, which isn't "
+            f"the drive of {axis.letter} of machine {machine.name!r} needs the moved mass, which isn't "
             f"known; add [axes.{axis.letter}.moved_mass] to its file"
         )
     return axis.drive
@@ -221,22 +215,90 @@ def require_drive(machine: Machine, axis: Axis) -> Drive:
 
 def _travel_cost(drive: Drive, speed: Array, sign: float, gravity: float, weight: float) -> Array:
     if isinstance(drive, DirectionalDrive) and drive.proportional:
-        # Without the division its rounding would differ from feed to feed.
+        # A division by the speed would round differently from feed to feed.
         return np.full_like(speed, drive.plus if sign > 0.0 else drive.minus)
     power = drive_power(drive, sign * speed, gravity=gravity, weight=weight)
     if isinstance(drive, FrictionDrive):
-        # What is drawn at standstill too is no cost of travel.
+        # Power drawn at standstill too isn't a cost of travel.
         power = power - drive_power(drive, np.zeros_like(speed), gravity=gravity, weight=weight)
     return np.divide(power, speed, out=np.zeros_like(speed), where=power != 0.0)
 
 
 def _gravity(machine: Machine, drives: list[Drive], positions: Array) -> Array:
-    """Compute gravity's forces where a drive asks for them; the tables need none."""
+    """Compute gravity's forces if a drive depends on them; the tables of power don't."""
     if any(isinstance(drive, FrictionDrive) for drive in drives):
         return gravity_forces(machine, positions)
     return np.zeros_like(positions)
 
 
 def _inertia(axis: Axis, weight: float) -> float:
-    """Give the moved mass of a linear axis in J per (mm/s)²."""
+    """Convert the moved weight of a linear axis, N, to J per (mm/s)²."""
     return 0.0 if axis.is_rotary else weight / STANDARD_GRAVITY * 1e-6
+
+
+def gravity_forces(machine: Machine, positions: Array) -> Array:
+    """Compute the load that each axis holds against gravity: the derivative of the potential energy.
+
+    A linear axis lifts its moved mass and, on the table, the load: ``m g d·up``. A rotary axis turns its
+    mass about its line: ``m g (k × (c − p))·up``, which changes with its angle and with those of the axes
+    between it and the bed; likewise the load of a table. Axis values are tool relative to workpiece, so a
+    table moves in the opposite direction.
+
+    Parameters
+    ----------
+    machine : with masses; an axis without `moved_mass` weighs nothing, a rotary one without `mass_centre`
+        is balanced
+    positions : (n, k), mm and rad, columns in the order of `machine.axes`
+
+    Returns
+    -------
+    (n, k), J/mm and J/rad: positive where the axis works against gravity while its value grows
+    """
+    values = np.asarray(positions, dtype=float)
+    poses = link_poses(machine, values)
+    # Poses of the links in the bed's frame, in which gravity is constant.
+    from_bed = np.linalg.inv(poses[BED])
+    links = (*machine.code.table, BED, *machine.code.head)
+    to_machine = machine.machine_frame  # the machine frame at home, in the workpiece frame
+    up = to_machine[:3, :3] @ np.array(machine.vertical)
+    load = to_machine @ np.array([*machine.load.centre, 1.0])
+    forces = np.zeros_like(values)
+    for index, joint in enumerate(machine.chain.joints):
+        column = machine.column(joint.letter)
+        axis = machine.axes[column]
+        on_table = joint.letter in machine.code.table
+        # The joint's line moves with the link before it, its mass with the link that it carries.
+        line_pose = from_bed @ poses[links[index]]
+        link_pose = from_bed @ poses[joint.letter]
+        direction = line_pose[:, :3, :3] @ np.array(joint.line.direction)
+        own = axis.moved_mass or 0.0
+        if not joint.is_rotary:
+            forces[:, column] = (own + (machine.load.mass if on_table else 0.0)) * (direction @ up)
+        else:
+            point = line_pose @ np.array([*joint.line.point, 1.0])
+            if axis.mass_centre is not None:
+                centre = to_machine @ np.array([*axis.mass_centre, 1.0])
+                forces[:, column] += own * (_velocity(direction, point, link_pose @ centre) @ up)
+            if on_table:
+                forces[:, column] += machine.load.mass * (_velocity(direction, point, from_bed @ load) @ up)
+        forces[:, column] *= (-1.0 if on_table else 1.0) * STANDARD_GRAVITY / 1000.0
+    return forces
+
+
+def _velocity(direction: Array, point: Array, centre: Array) -> Array:
+    """Compute the velocity, (n, 3) mm/rad, of a centre that turns about a line; points are (n, 4)."""
+    return np.cross(direction, (centre - point)[:, :3])
+
+
+def moved_weights(machine: Machine) -> Array:
+    """Compute the weight that each axis moves, (k,) N: its own mass and, on the table, the load.
+
+    References
+    ----------
+    Edem & Balogun (2018), Eq. (1): W, the moved weight of axis, workpiece and vice.
+    """
+    masses = [
+        (a.moved_mass or 0.0) + (machine.load.mass if a.letter in machine.code.table else 0.0)
+        for a in machine.axes
+    ]
+    return np.array(masses) * STANDARD_GRAVITY

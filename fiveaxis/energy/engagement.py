@@ -1,11 +1,11 @@
-"""What of an end mill is in the material: cutter, cut, removal rate and engaged surface.
+"""Engagement of an end mill in the material: cutter, cut, removal rate and engaged surface.
 
 Feed axes: x along the feed F, y to its left L = N × F, z along the surface normal N. The spindle turns
-clockwise seen from above (M3), so material on the left is milled up (conventional), on the right down
+clockwise seen from above (M3), so material on the left is up-milled (conventional), on the right down-milled
 (climb).
 
 The material left to cut lies below ``depth`` (along N, from the lowest point of the cutter) and beside the
-groove of the pass before, which the same cutter made ``width`` further to the free side. At one height the
+groove of the previous pass, which the same cutter made ``width`` further to the free side. At one height the
 cutter's section is a disc of half-chord c: R for a flat end, ``√(R² - (R - height)²)`` for a ball. Its points
 are engaged where they face the feed and lie at most ``width - c`` towards the free side.
 """
@@ -22,10 +22,9 @@ from fiveaxis.energy.bounds import require_at_most, require_finite, require_not_
 from fiveaxis.errors import SettingError, ToolError
 from fiveaxis.geometry import Array, BoolArray, normalise
 
-# Lines each way over the engaged surface, to find its highest point and to integrate its area.
+# Grid lines in each direction on the engaged surface, to find its highest point and to integrate its area.
 SURFACE_LINES = 97
-# The engaged surface may touch the ball's equator with this much rounding (sine of the angle).
-TOUCHING = 1e-9
+TOUCHING = 1e-9  # sine of the angle by which rounding may lift the engaged surface above the ball's equator
 
 
 @dataclass(frozen=True)
@@ -42,7 +41,8 @@ class EndMill:
     Raises
     ------
     ToolError
-        Another shape, a diameter or a number of teeth that isn't positive, a helix of 90 degrees or more.
+        The shape is unknown, the diameter or the number of teeth isn't positive, or the helix is 90 degrees
+        or more.
     """
 
     shape: Literal["flat", "ball"]
@@ -69,26 +69,26 @@ class EndMill:
 
 @dataclass(frozen=True)
 class Cut:
-    """One steady cut: how an end mill stands in the material and moves.
+    """One steady cut: an end mill's posture and motion in the material.
 
     Parameters
     ----------
     mill : the cutter
     depth : mm, along the surface normal from the cutter's lowest point
-    width : mm, distance from the pass before; the diameter is a full slot
+    width : mm, distance from the previous pass; the diameter is a full slot
     feed : mm/s
     spindle : rad/s, magnitude
     milling : ``up``, material on the left of the feed, or ``down``, on its right
-    lead : rad, the tool leans from the normal towards the feed; ball ends only
+    lead : rad, inclination from the normal towards the feed; ball ends only
     lean : rad, then sideways to the right of the feed; ball ends only
 
     Raises
     ------
     SettingError
-        A figure out of its range, each with its bound; a flat end that leans; a feed per tooth as large as
-        the cutter's radius, which is a unit gone wrong.
+        A figure is out of its range; a flat end leans; the feed per tooth is above the cutter's radius,
+        likely a wrong unit.
     ToolError
-        A ball that would cut with its shank: the engaged surface passes the equator.
+        A ball would cut with its shank: the engaged surface passes the equator.
     """
 
     mill: EndMill
@@ -135,7 +135,7 @@ class Cut:
     def tool_axes(self) -> Array:
         """(3, 3), rows: x, y, z of the tool in feed axes.
 
-        z is the tool axis from tip to holder, x the feed as the tool sees it: its part across z.
+        z is the tool axis from tip to holder, x the component of the feed across z.
         """
         axis = np.array(
             [
@@ -149,7 +149,7 @@ class Cut:
 
     @property
     def free_side(self) -> float:
-        """+1 where the pass before lies on the left of the feed (down milling), -1 on its right."""
+        """+1 if the previous pass lies on the left of the feed (down milling), -1 on its right."""
         return 1.0 if self.milling == "down" else -1.0
 
     @property
@@ -181,13 +181,13 @@ class Cut:
 
 
 def engaged(cut: Cut, normals: Array) -> BoolArray:
-    """Tell which points of the cutter's envelope are in the material.
+    """Check which points of the cutter's envelope are in the material.
 
     Parameters
     ----------
     cut : the cut
-    normals : (..., 3), outward unit normals of the envelope, feed axes; on a ball they name the point, on a
-        flat end its angle, and the caller stays below the depth
+    normals : (..., 3), outward unit normals of the envelope, feed axes; on a ball they define the point, on a
+        flat end its angle only: its height must be below the depth
 
     Returns
     -------
@@ -229,7 +229,7 @@ def swept_surface(cut: Cut) -> float:
     """Compute the surface that one tooth's edge sweeps in the material in one turn: path times chip width.
 
     ``R·depth·(arc of engagement)`` for a flat end; on a ball ``R² ∫ sinθ (ψ(θ) + π/2) dθ`` over the polar
-    angle θ from the surface normal, with the azimuth ψ where the groove of the pass before begins. It doesn't
+    angle θ from the surface normal, with the azimuth ψ where the previous pass's groove begins. It doesn't
     depend on how a ball leans.
 
     Returns
@@ -243,14 +243,14 @@ def swept_surface(cut: Cut) -> float:
     radius = cut.mill.radius
     if cut.mill.shape == "flat":
         return float(_last_azimuth(cut, np.array(radius)) + np.pi / 2.0) * radius * cut.depth
-    # The groove is met from the angle on where the chord equals the width: a kink, so two smooth pieces.
+    # The groove begins where the chord equals the width: a kink between two smooth pieces.
     kink = min(cut.cap_angle, float(np.arcsin(cut.width / cut.mill.diameter)))
     return sum(_zone(cut, low, high) for low, high in ((0.0, kink), (kink, cut.cap_angle)))
 
 
 def _zone(cut: Cut, low: float, high: float) -> float:
     nodes, weights = _gauss()
-    # θ = low + (high - low) u² takes the square root out of the azimuth's start at the kink.
+    # θ = low + (high - low) u² removes the square root with which the azimuth starts at the kink.
     share = (nodes + 1.0) / 2.0
     polar = low + (high - low) * share**2
     chord = cut.mill.radius * np.sin(polar)
@@ -260,11 +260,11 @@ def _zone(cut: Cut, low: float, high: float) -> float:
 
 @cache
 def _gauss() -> tuple[Array, Array]:
-    """Find the rule's nodes once: they take longer than everything that a cut does with them."""
+    """Compute the rule's nodes once: that takes longer than a cut's integrals."""
     return np.polynomial.legendre.leggauss(SURFACE_LINES)
 
 
 def _last_azimuth(cut: Cut, chord: Array) -> Array:
-    """Measure the angle from the feed towards the free side where engagement ends, rad; it starts at -π/2."""
+    """Compute the angle from the feed towards the free side where engagement ends, rad; it starts at -π/2."""
     beyond = np.divide(cut.width, chord, out=np.full_like(chord, np.inf), where=chord > 0.0)
     return np.arcsin(np.minimum(beyond - 1.0, 1.0))

@@ -1,20 +1,21 @@
 """Cutting power in milling from its handbook formula and from measured forces.
 
 Olteanu, Bîșu and Tănase measure the wrench (force R and moment M at a point) on the workpiece and multiply it
-with the cutter's twist (velocity v of that point and angular velocity ω). Two powers follow:
+by the cutter's twist (velocity v of that point and angular velocity ω). This gives two powers:
 
 - `wrench_power`, ``R·v + M·ω``: the mechanical power. It doesn't depend on the point, as long as moment
-  *and* velocity belong to the same one: what the moment gains on the way, ``-(d × R)·ω``, the velocity's
-  share loses.
+  *and* velocity belong to the same one: a shift by d changes the moment's share by ``-(d × R)·ω`` and the
+  velocity's by the opposite.
 - `absolute_sum_power`, the paper's Eq. (17), adds the magnitudes ``|F_x v_x| + |F_y v_y| + |M_z ω_z|``.
-  Magnitudes don't cancel, so it does depend on the point: that is why the paper finds 0.84 kW at the
-  cutter's centre and 1.22 kW at the tooth tip with the Kistler dynamometer, and 0.87 and 1.26 kW with the
-  QZZ2. Its force records aren't printed, so these four figures can't be recomputed; the formulas are held by
+  Magnitudes don't cancel, so it depends on the point: the paper therefore finds 0.84 kW at the cutter's
+  centre and 1.22 kW at the tooth tip with the Kistler dynamometer, and 0.87 and 1.26 kW with the QZZ2. Its
+  force records aren't printed, so these four figures can't be recomputed; the formulas are tested with
   identities and synthetic records instead.
 
 References
 ----------
-Olteanu, Bîșu, Tănase, "Determination of power consumption in milling", UPB Sci. Bull., Eqs. (1)-(18).
+Olteanu, Bîșu, Tănase, "Determination of power consumption in milling", UPB Sci. Bull.; equation
+numbers below are this paper's.
 """
 
 from __future__ import annotations
@@ -26,14 +27,12 @@ from fiveaxis.energy.bounds import require_finite, require_not_negative, require
 from fiveaxis.errors import SettingError
 from fiveaxis.geometry import Array
 
-# Force times velocity is N·mm/s inside; so is moment (N·mm) times angular velocity.
-WATT = 1e3  # N·mm/s
-# A record of one turn may miss its end by rounding of its time stamps, as a share of the turn.
-ROUNDING = 1e-9
+WATT = 1e3  # N·mm/s, the unit of force times velocity, and of moment times angular velocity
+ROUNDING = 1e-9  # share of a turn that a record may lack at its end, from rounded time stamps
 
 
 def net_power(depth: ArrayLike, width: ArrayLike, feed: ArrayLike, specific_force: ArrayLike) -> Array:
-    """Compute the handbook's net cutting power: removal rate times specific cutting force.
+    """Compute the handbook's net cutting power: removal rate times specific force (Olteanu, Eq. 1).
 
     ``P_n = a_p a_e v_f k_c``; the 60·10⁶ of Eq. (1) only turns mm/min and N·mm into kW.
 
@@ -50,11 +49,7 @@ def net_power(depth: ArrayLike, width: ArrayLike, feed: ArrayLike, specific_forc
     Raises
     ------
     SettingError
-        A figure below 0 or a specific force that isn't positive.
-
-    References
-    ----------
-    Olteanu, Bîșu, Tănase, Eq. (1).
+        A figure is below 0, or the specific force isn't positive.
     """
     section = require_not_negative("depth of cut", depth, "mm") * require_not_negative("width", width, "mm")
     pressure = require_positive("specific cutting force", specific_force, "N/mm²")
@@ -62,11 +57,11 @@ def net_power(depth: ArrayLike, width: ArrayLike, feed: ArrayLike, specific_forc
 
 
 def wrench_power(force: Array, moment: Array, velocity: Array, angular_velocity: Array) -> Array:
-    """Multiply wrench and twist: the mechanical power ``R·v + M·ω``.
+    """Multiply wrench and twist: the mechanical power ``R·v + M·ω`` (Olteanu, Eqs. 2-5).
 
-    Independent of the point to which moment and velocity both belong (`transport_moment`,
-    `transport_velocity`). Positive where the wrench drives the body that moves: with the force *on the tool*
-    the cut takes ``-wrench_power`` from the machine.
+    It doesn't depend on the point, if moment and velocity belong to the same one (`transport_moment`,
+    `transport_velocity`). It is positive where the wrench drives the moving body: with the force *on the
+    tool* the cut takes ``-wrench_power`` from the machine.
 
     Parameters
     ----------
@@ -77,21 +72,17 @@ def wrench_power(force: Array, moment: Array, velocity: Array, angular_velocity:
     Returns
     -------
     (...), W
-
-    References
-    ----------
-    Olteanu, Bîșu, Tănase, Eqs. (2)-(5).
     """
     return (np.sum(force * velocity, axis=-1) + np.sum(moment * angular_velocity, axis=-1)) / WATT
 
 
 def absolute_sum_power(force: Array, moment: Array, velocity: Array, angular_velocity: Array) -> Array:
-    """Add the magnitudes of the wrench-twist products, axis by axis.
+    """Add the magnitudes of the wrench-twist products, axis by axis (Olteanu, Eq. 17).
 
     ``P_c(θ) = |F_x (v_c sinθ + v_f)| + |F_y v_c cosθ| + |M_z ω_z|`` with the tooth's velocity from
-    `tooth_velocities` and a spindle along z. Never below ``|wrench_power|``. It *depends on the point*,
-    because transport moves power between terms whose signs are then dropped: quote it with its point, and
-    take `wrench_power` for energy.
+    `tooth_velocities` and a spindle along z; never below ``|wrench_power|``. It *depends on the point*,
+    because another point shifts power between terms whose signs are then dropped: quote it with its point,
+    and use `wrench_power` for energy.
 
     Parameters
     ----------
@@ -102,17 +93,13 @@ def absolute_sum_power(force: Array, moment: Array, velocity: Array, angular_vel
     Returns
     -------
     (...), W
-
-    References
-    ----------
-    Olteanu, Bîșu, Tănase, Eq. (17).
     """
     translation = np.sum(np.abs(force * velocity), axis=-1)
     return (translation + np.sum(np.abs(moment * angular_velocity), axis=-1)) / WATT
 
 
 def transport_moment(force: Array, moment: Array, old: Array, new: Array) -> Array:
-    """Move a moment from one point to another: ``M_new = M_old + (old - new) × R``.
+    """Move a moment to another point: ``M_new = M_old + (old - new) × R`` (Olteanu, Eqs. 11-13).
 
     The arm runs from the new point to the old one, as in the paper's Eq. (12), ``M_S = M_O + SO × R``. Eq.
     (13) is printed with DO although it starts from S; its arm must be DS.
@@ -125,16 +112,12 @@ def transport_moment(force: Array, moment: Array, old: Array, new: Array) -> Arr
     Returns
     -------
     (..., 3), N·mm
-
-    References
-    ----------
-    Olteanu, Bîșu, Tănase, Eqs. (11)-(13).
     """
     return moment + np.cross(old - new, force)
 
 
 def transport_velocity(velocity: Array, angular_velocity: Array, old: Array, new: Array) -> Array:
-    """Give the velocity of another point of the same rigid body: ``v_new = v_old + ω × (new - old)``.
+    """Move a rigid body's velocity to another point: ``v_new = v_old + ω × (new - old)`` (Olteanu, Eqs. 2-5).
 
     Parameters
     ----------
@@ -144,16 +127,12 @@ def transport_velocity(velocity: Array, angular_velocity: Array, old: Array, new
     Returns
     -------
     (..., 3), mm/s
-
-    References
-    ----------
-    Olteanu, Bîșu, Tănase, Eqs. (2)-(5): the twist of a rigid body.
     """
     return velocity + np.cross(angular_velocity, new - old)
 
 
 def cutter_positions(start: ArrayLike, feed: float, time: ArrayLike) -> Array:
-    """Follow the cutter's centre, which feeds along +x: ``X_S = X_0 + v_f t``.
+    """Compute the positions of the cutter's centre: ``X_S = X_0 + v_f t`` along +x (Olteanu, Eqs. 6-10).
 
     Parameters
     ----------
@@ -164,17 +143,13 @@ def cutter_positions(start: ArrayLike, feed: float, time: ArrayLike) -> Array:
     Returns
     -------
     (n, 3), mm, S
-
-    References
-    ----------
-    Olteanu, Bîșu, Tănase, Eqs. (6)-(10).
     """
     along = feed * np.asarray(time, dtype=float)
     return np.asarray(start, dtype=float) + along[..., None] * np.array([1.0, 0.0, 0.0])
 
 
 def rotation_angles(spin: float, time: ArrayLike, *, start: float = 0.0) -> Array:
-    """Follow the tooth's angle: ``θ = θ_0 + ω_z t`` (``Δθ = 6 n Δt`` in degrees and rev/min).
+    """Compute the tooth's angle: ``θ = θ_0 + ω_z t``, ``Δθ = 6 n Δt`` in deg, rev/min (Olteanu, Eqs. 6-10).
 
     Parameters
     ----------
@@ -185,16 +160,12 @@ def rotation_angles(spin: float, time: ArrayLike, *, start: float = 0.0) -> Arra
     Returns
     -------
     (n,), rad
-
-    References
-    ----------
-    Olteanu, Bîșu, Tănase, Eqs. (6)-(10).
     """
     return start + spin * np.asarray(time, dtype=float)
 
 
 def tooth_positions(centre: Array, angle: Array, radius: float) -> Array:
-    """Place the tooth tip: ``D = S + R (cosθ, sinθ, 0)``.
+    """Compute the position of the tooth tip: ``D = S + R (cosθ, sinθ, 0)`` (Olteanu, Eqs. 6-10).
 
     Parameters
     ----------
@@ -205,16 +176,12 @@ def tooth_positions(centre: Array, angle: Array, radius: float) -> Array:
     Returns
     -------
     (n, 3), mm, D
-
-    References
-    ----------
-    Olteanu, Bîșu, Tănase, Eqs. (6)-(10).
     """
     return centre + radius * np.stack([np.cos(angle), np.sin(angle), np.zeros_like(angle)], axis=-1)
 
 
 def tooth_velocities(angle: Array, spin: float, radius: float, feed: float) -> Array:
-    """Give the tooth tip's velocity: that of `tooth_positions` while the centre feeds along +x.
+    """Compute the velocity of `tooth_positions` while the centre feeds along +x (Olteanu, Eqs. 6-10).
 
     ``(v_f - R ω_z sinθ, R ω_z cosθ, 0)``. With ``ω_z = -v_c/R``, a clockwise spindle, this is the
     ``v_c sinθ + v_f`` and ``v_c cosθ`` of Eq. (17).
@@ -229,20 +196,15 @@ def tooth_velocities(angle: Array, spin: float, radius: float, feed: float) -> A
     Returns
     -------
     (n, 3), mm/s
-
-    References
-    ----------
-    Olteanu, Bîșu, Tănase, Eqs. (6)-(10) and (17).
     """
     turning = spin * radius * np.stack([-np.sin(angle), np.cos(angle), np.zeros_like(angle)], axis=-1)
     return turning + np.array([feed, 0.0, 0.0])
 
 
 def revolution_average(power: ArrayLike, time: ArrayLike, spin: float) -> float:
-    """Average a record over its first turn by the trapezoidal rule, divided by ``t_rot = 2π/|ω_z|``.
+    """Average a record over its first turn ``t_rot = 2π/|ω_z|`` by the trapezoidal rule (Olteanu, Eq. 18).
 
-    Samples of a real record don't end on the turn's end: the last interval is cut there, between its two
-    samples.
+    The samples of a real record don't coincide with the turn's end: the last interval is cut there.
 
     Parameters
     ----------
@@ -257,11 +219,7 @@ def revolution_average(power: ArrayLike, time: ArrayLike, spin: float) -> float:
     Raises
     ------
     SettingError
-        Times that don't rise, a record shorter than one turn, or a spindle that stands still.
-
-    References
-    ----------
-    Olteanu, Bîșu, Tănase, Eq. (18).
+        The times don't rise, the record is shorter than one turn, or the spindle stands still.
     """
     values, times = require_finite("power", power, "W"), require_finite("time", time, "s")
     turn = 2.0 * np.pi / float(require_positive("spindle speed (magnitude)", abs(spin), "rad/s"))

@@ -1,8 +1,8 @@
-"""Logs of one axis: what it did and what it drew, row by row, out of a CSV file with any column names.
+"""Logs of the motion and power of one axis, from a CSV file with any column names.
 
-The first line names the columns; commas, semicolons or tabs part them. Blank lines and lines that start with
-``#`` are skipped. A cell that is empty or NaN costs its row, which is counted; text where a number should be
-is an error.
+The first line names the columns, separated by commas, semicolons or tabs. Blank lines and lines that start
+with ``#`` are skipped. A row with an empty or NaN cell is dropped and counted; text in place of a number is
+an error.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import hashlib
 import io
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -23,21 +23,20 @@ from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.machine.tables import ANGLE_UNITS, LINEAR_UNITS
 
 POWER_UNITS = {"W": 1.0, "kW": 1000.0}
-# More rows lost than this share, and the columns are hardly the right ones.
-MOST_LOST = 0.5
+MOST_LOST = 0.5  # share of dropped rows above which the columns are hardly the right ones
 EMPTY = frozenset({"", "nan", "na", "n/a", "null", "none"})
 
 
 @dataclass(frozen=True)
 class LogColumns:
-    """Which column says what, and in which units.
+    """The columns of a log, and their units.
 
     Parameters
     ----------
-    power, velocity, acceleration, position, time : names of columns; None where there is none
-    rate : rows per second, in place of a column of time
+    power, velocity, acceleration, position, time : names of columns; None if missing
+    rate : rows per second, in place of a time column
     power_unit : W or kW
-    length_unit : unit of position, of velocity per s and of acceleration per s²; None is mm or deg
+    length_unit : unit of position, of velocity per s and of acceleration per s²; None for mm or deg
     """
 
     power: str
@@ -51,24 +50,24 @@ class LogColumns:
 
     @property
     def named(self) -> dict[str, str]:
-        """Quantities that have a column: quantity → its name."""
+        """Quantities that have a column: quantity → column name."""
         names = {q: getattr(self, q) for q in ("power", "velocity", "acceleration", "position", "time")}
         return {quantity: name for quantity, name in names.items() if name is not None}
 
 
 @dataclass(frozen=True, eq=False)
 class AxisLog:
-    """What one axis did and drew.
+    """Motion and power of one axis.
 
     Parameters
     ----------
-    file : where it was read
+    file : from which it was read
     sha256 : of the file's bytes
     lines : (n,), line of each row, from 1
     speed : (n,), mm/s or rad/s, signed
-    acceleration : (n,), mm/s² or rad/s²; None where nothing tells it
+    acceleration : (n,), mm/s² or rad/s²; None if the log doesn't contain it
     power : (n,), W
-    dropped : reason → rows of the file that aren't here
+    dropped : reason → number of rows of the file that were dropped
     """
 
     file: str
@@ -83,44 +82,41 @@ class AxisLog:
         return len(self.lines)
 
     def without(self, rows: BoolArray, reason: str) -> AxisLog:
-        """Leave rows out, (n,), and count them under a reason."""
+        """Return the log without some rows, (n,), counted under a reason."""
         count, kept = int(rows.sum()), ~rows
         if not count:
             return self
-        acceleration = None if self.acceleration is None else self.acceleration[kept]
-        dropped = dict(self.dropped) | {reason: count}
-        return AxisLog(
-            self.file,
-            self.sha256,
-            self.lines[kept],
-            self.speed[kept],
-            acceleration,
-            self.power[kept],
-            dropped,
+        return replace(
+            self,
+            lines=self.lines[kept],
+            speed=self.speed[kept],
+            acceleration=None if self.acceleration is None else self.acceleration[kept],
+            power=self.power[kept],
+            dropped=dict(self.dropped) | {reason: count},
         )
 
 
 def read_axis_log(log: str | Path, columns: LogColumns, *, rotary: bool) -> AxisLog:
-    """Read what an axis did and drew.
+    """Read the motion and power of an axis.
 
-    Without a column of velocity it is the derivative of position by time, without one of acceleration that
-    of velocity, both by central differences of second order that heed uneven steps of time (`numpy.gradient`)
-    and by one-sided ones at the ends. They aren't smoothed: noise of a position of amplitude e becomes one
-    of e/Δt in velocity, so a coarse position needs a slower log or a column of velocity.
+    Without a velocity column, velocity is the derivative of position by time; without an acceleration column,
+    acceleration is that of velocity. Both are central differences of second order for uneven time steps,
+    one-sided at the ends (`numpy.gradient`). They aren't smoothed: noise of amplitude e in position becomes
+    e/Δt in velocity, so a coarse position needs a slower log or a velocity column.
 
     Parameters
     ----------
     log : CSV file
-    columns : which column says what
+    columns : its columns
     rotary : whether the axis turns, so that its unit is an angle
 
     Raises
     ------
     SettingError
-        Units, rate or the choice of columns.
+        Units, rate or the choice of columns are wrong.
     InputError
-        The file, with line and column: whatever isn't a table with these columns, time that doesn't grow,
-        more rows without numbers than with.
+        The file can't be read or isn't a table with these columns; time doesn't grow; more rows lack a number
+        than don't. The message has line and column.
     """
     power_scale, length_scale = _require_units(columns, rotary)
     _require_choice(columns)
@@ -157,12 +153,12 @@ def read_axis_log(log: str | Path, columns: LogColumns, *, rotary: bool) -> Axis
 
 
 def length_factor(unit: str | None, *, rotary: bool) -> float:
-    """Give the factor from a unit of length or angle to mm or rad; None is mm or deg.
+    """Return the factor from a unit of length or angle to mm or rad; None means mm or deg.
 
     Raises
     ------
     SettingError
-        No such unit, or one of the other kind of axis.
+        The unit is unknown, or belongs to the other kind of axis.
     """
     units, others = (ANGLE_UNITS, LINEAR_UNITS) if rotary else (LINEAR_UNITS, ANGLE_UNITS)
     chosen = unit or ("deg" if rotary else "mm")
@@ -181,7 +177,7 @@ def _require_units(columns: LogColumns, rotary: bool) -> tuple[float, float]:
 
 
 def _require_choice(columns: LogColumns) -> None:
-    """Refuse a choice of columns that can't tell the velocity, or tells the time twice."""
+    """Raise if the columns don't determine the velocity, or give the time twice."""
     if columns.time is not None and columns.rate is not None:
         raise SettingError("both a time column and a rate are given; the time is one or the other")
     if columns.rate is not None and not (math.isfinite(columns.rate) and columns.rate > 0.0):
@@ -189,13 +185,13 @@ def _require_choice(columns: LogColumns) -> None:
     if columns.velocity is not None:
         return
     if columns.position is None:
-        raise SettingError("no column tells the velocity; name one, or a position with a time or a rate")
+        raise SettingError("no column has the velocity; name one, or a position with a time or a rate")
     if columns.time is None and columns.rate is None:
-        raise SettingError("velocity out of position needs the time; name its column, or give the rate in Hz")
+        raise SettingError("velocity from position needs the time; name its column, or give the rate in Hz")
 
 
 def _read_columns(text: str, named: Mapping[str, str], file: Path) -> tuple[dict[str, Array], IntArray]:
-    """Read the named columns alone, NaN where a cell is empty, and the line of each row."""
+    """Read the named columns, NaN for an empty cell, and the line of each row."""
     first = next((line for line in text.splitlines() if line.strip() and line.lstrip()[0] != "#"), "")
     if not first:
         raise InputError("is empty; a line with the names of the columns is needed", file=file)
@@ -210,7 +206,7 @@ def _read_columns(text: str, named: Mapping[str, str], file: Path) -> tuple[dict
     for number, row in rows[1:]:
         if len(row) != len(header):
             raise InputError(
-                f"has {len(row)} fields, the header {len(header)}; mend the row", file=file, line=number
+                f"has {len(row)} fields, the header {len(header)}; correct the row", file=file, line=number
             )
     at = {quantity: _find_column(quantity, name, header, file, line) for quantity, name in named.items()}
     values = {
@@ -239,17 +235,17 @@ def _number(cell: str, column: str, line: int, file: Path) -> float:
     try:
         value = float(text)
     except ValueError:
-        hint = "write a decimal point" if text.count(",") == 1 else "mend it or leave it empty"
+        hint = "write a decimal point" if text.count(",") == 1 else "correct it or leave it empty"
         raise InputError(f"{column} is {text!r}, not a number; {hint}", file=file, line=line) from None
     if math.isinf(value):
-        raise InputError(f"{column} is infinite; mend it or leave it empty", file=file, line=line)
+        raise InputError(f"{column} is infinite; correct it or leave it empty", file=file, line=line)
     return value
 
 
 def _motion(
     values: Mapping[str, Array], lines: IntArray, columns: LogColumns, file: Path
 ) -> tuple[Array, Array | None]:
-    """Give velocity and acceleration in the log's units, derived where there is no column."""
+    """Return velocity and acceleration in the log's units, derived where a column is missing."""
     time = values.get("time")
     if time is None:
         return values["velocity"], values.get("acceleration")

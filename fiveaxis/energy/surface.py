@@ -16,7 +16,7 @@ from fiveaxis.machine import Machine
 
 @dataclass(frozen=True, eq=False)
 class PowerSurface:
-    """Consumption against home over a grid of rotary angles, with its two parts.
+    """Energy of a move from home over a grid of rotary angles, with its two parts.
 
     Parameters
     ----------
@@ -43,28 +43,28 @@ def power_surface(
 ) -> PowerSurface:
     """Compute the power surface at one cutter location or at every location of a path.
 
-    ``S_WL = Σ W·x`` over the linear axes and ``S_WR = Σ W·φ`` over the rotary axes (Eqs. 6-8): the
-    consumption of a move from the axes' zero, each axis with the coefficient of its own direction. The
-    *difference* of the surface between two postures is what a move between them costs only while no axis
-    passes zero; the travel metric of a motion is `move_energies`.
+    ``S_WL = Σ W·x`` over the linear axes and ``S_WR = Σ W·φ`` over the rotary axes (Eqs. 6-8): the energy of
+    a move from the axes' zero, each axis with the coefficient of its own direction. The *difference* of the
+    surface between two postures is the cost of a move between them only if no axis passes zero; the travel
+    metric of a motion is `move_energies`.
 
     Parameters
     ----------
     machine : two rotary and three linear axes with drives
-    tip : (3,) or (n, 3), mm, workpiece frame; where the tool tip is held
+    tip : (3,) or (n, 3), mm, workpiece frame; position at which the tool tip is held
     feed_mm_min : programmed feed, mm/min
     grid : angles of the first and of the second rotary axis (chain order), (g,) and (h,), rad
 
     Returns
     -------
-    The surface, (g, h) for one location, (n, g, h) for a path.
+    (g, h) for one location, (n, g, h) for a path
 
     Raises
     ------
     MachineError
-        An axis without known power.
+        The power of an axis isn't known.
     SettingError
-        A feed that isn't positive; a tip that isn't finite.
+        The feed isn't positive, or the tip isn't finite.
 
     References
     ----------
@@ -74,7 +74,7 @@ def power_surface(
     if not (np.isfinite(feed_mm_min) and feed_mm_min > 0.0):
         raise SettingError(f"feed is {feed_mm_min:g} mm/min; it must be a positive number")
     if not np.isfinite(np.asarray(tip, dtype=float)).all():
-        raise SettingError("the tip holds a number that isn't finite; give X, Y, Z in mm")
+        raise SettingError("the tip has a number that isn't finite; give X, Y, Z in mm")
     first, second = (np.asarray(g, dtype=float) for g in grid)
     angles = np.stack(np.meshgrid(first, second, indexing="ij"), axis=-1)
     points = np.asarray(tip, dtype=float)[..., None, None, :]
@@ -90,7 +90,7 @@ def power_surface(
 
 
 def posture_costs(machine: Machine, positions: Array, feed_mm_min: float) -> Array:
-    """Compute what each axis takes from its zero to a position (Eqs. 6-8).
+    """Compute the energy that each axis takes from its zero to a position (Eqs. 6-8).
 
     Parameters
     ----------

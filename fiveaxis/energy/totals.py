@@ -13,13 +13,12 @@ from fiveaxis.machine import FrictionDrive, Machine
 from fiveaxis.motion import Motion, TimeLaw
 from fiveaxis.toolpath import MoveKind, part_places
 
-# rad: gravity's torque on a tilting table is taken as steady over turns up to this.
-TORQUE_STEP = np.radians(3.0)
+TORQUE_STEP = np.radians(3.0)  # rad, turn over which gravity's torque on a tilting table counts as constant
 
 
 @dataclass(frozen=True)
 class KindEnergy:
-    """What the moves of one kind cost.
+    """Cost of the moves of one kind.
 
     Parameters
     ----------
@@ -34,22 +33,22 @@ class KindEnergy:
 
 @dataclass(frozen=True)
 class Energy:
-    """What a motion costs: ∫P dt of the feed drives over the moves' durations.
+    """Cost of a motion: ∫P dt of the feed drives over the moves' durations.
 
-    The *travel metric* stands beside it, ``Σ W|Δq|`` at the programmed feed, which charges every axis for its
-    travel alone. They agree for drives whose power is proportional to their own speed; a drive with constant
+    The *travel metric* beside it, ``Σ W|Δq|`` at the programmed feed, charges every axis for its own travel
+    only. The two agree for drives whose power is in proportion to their own speed; a drive with constant
     power pays for the whole of a move, however short its own travel.
 
     Parameters
     ----------
     by_axis : ∫P dt by axis letter, J
     travel_by_axis : travel metric by axis letter, J
-    least : J, ∫P dt if the power of a drive that is slower than any that was measured falls with its speed;
-        None where speeds within moves are known only on average
+    least : J, ∫P dt if a drive's power falls in proportion to its speed below the slowest measured one; None
+        where ∫P dt comes from a time law
     base : base power × time, J; None where the machine's base power is unknown
     time : duration of the motion, s, at the programmed feed and the axes' highest speeds
-    by_kind : what ``cut``, ``link`` and ``rapid`` moves cost, those that the motion has
-    run_time : s, that a control takes for it with accelerations and corners; None where that wasn't asked
+    by_kind : cost of the motion's ``cut``, ``link`` and ``rapid`` moves
+    run_time : s, that a control takes with accelerations and corners; None where it wasn't computed
     """
 
     by_axis: dict[str, float]
@@ -72,12 +71,12 @@ class Energy:
 
     @property
     def travel_error(self) -> float | None:
-        """How far the travel metric is from ∫P dt, as a share of it; None where that is 0."""
+        """Relative difference of the travel metric from ∫P dt; None where that is 0."""
         return self.travel / self.total - 1.0 if self.total else None
 
     @property
     def with_base(self) -> float | None:
-        """Feed drives and base power together, J; None where the base power is unknown."""
+        """Energy of feed drives and base power, J; None where the base power is unknown."""
         return None if self.base is None else self.total + self.base
 
     def as_dict(self) -> dict[str, Any]:
@@ -98,23 +97,18 @@ class Energy:
 
 
 def motion_energy(machine: Machine, motion: Motion, integral: Array | None = None) -> Energy:
-    """Add up what a motion costs.
+    """Add up the cost of a motion and its travel metric (Hayashi et al. 2018, Eq. 1).
 
     Parameters
     ----------
     machine : every axis with a drive
     motion : axis values and times
-    integral : (n, k), J, ∫P dt by move and axis, where it is known better than from mean speeds
-        (`law_energies`)
+    integral : (n, k), J, ∫P dt by move and axis from a time law (`law_energies`); from mean speeds by default
 
     Raises
     ------
     MachineError
-        An axis without known power.
-
-    References
-    ----------
-    Hayashi et al. (2018), Eq. (1), for the travel metric.
+        The power of an axis isn't known.
     """
     charged, least = move_energies(machine, motion), None
     if integral is None:
@@ -133,22 +127,22 @@ def motion_energy(machine: Machine, motion: Motion, integral: Array | None = Non
 
 
 def _shares_of_slow(machine: Machine, motion: Motion) -> Array:
-    """Give the share of its power that a drive takes if that falls below the measured speeds, (n, k).
+    """Compute the share of its power that a drive takes if power falls below the measured speeds, (n, k).
 
-    A drive whose power is in proportion to its speed anyway has nothing to lose.
+    It is 1 for a drive whose power is in proportion to its speed anyway.
     """
     slowest = np.zeros(len(machine.axes))
     for column, axis in enumerate(machine.axes):
         drive = axis.drive
         if drive is not None and drive.measured_from is not None and not is_proportional(drive):
             slowest[column] = drive.measured_from
-    lasting = np.where(motion.time > 0.0, motion.time, 1.0)[:, None]
-    speed = np.abs(motion.moves) / lasting
+    duration = np.where(motion.time > 0.0, motion.time, 1.0)[:, None]
+    speed = np.abs(motion.moves) / duration
     return np.divide(speed, slowest, out=np.ones_like(speed), where=(speed > 0.0) & (speed < slowest))
 
 
 def _by_kind(motion: Motion, charged: Array, integral: Array) -> dict[str, KindEnergy]:
-    """Add up travel metric and ∫P dt, (n, k) J, of the moves of each kind; the first row has none."""
+    """Add up travel metric and ∫P dt, (n, k) J, of the moves of each kind; the first row isn't a move."""
     kinds = {kind: motion.kind[1:] == kind for kind in MoveKind}
     return {
         kind.name.lower(): KindEnergy(
@@ -162,15 +156,11 @@ def _by_kind(motion: Motion, charged: Array, integral: Array) -> dict[str, KindE
 
 
 def move_energies(machine: Machine, motion: Motion) -> Array:
-    """Compute the travel metric of every move by axis.
+    """Compute the travel metric of every move by axis (Hayashi et al. 2018, Eqs. 1, 6-8).
 
     Returns
     -------
     (n, k), J: ``W⁺Δq⁺ + W⁻Δq⁻`` of the move that ends at the row, 0 for the first
-
-    References
-    ----------
-    Hayashi et al. (2018), Eqs. (1), (6)-(8).
     """
     plus, minus = travel_costs(machine, motion.feed, motion.rapid)
     moves = motion.moves
@@ -184,32 +174,28 @@ def move_powers(machine: Machine, motion: Motion, rounding: float = 0.0) -> Arra
     ----------
     machine : every axis with a drive
     motion : axis values and times
-    rounding : mm, ways of linear axes that are no more than this are none
+    rounding : mm, travel of a linear axis up to which it counts as standing
 
     Returns
     -------
     (n, k), W, of the move that ends at the row; 0 where a move takes no time
-
-    References
-    ----------
-    Drive models as in `drive_power`; no paper has the integral over moves.
     """
     moving = motion.time > 0.0
     is_linear = np.array([not axis.is_rotary for axis in machine.axes])
     parts = _parts(machine, np.where(moving[:, None], motion.moves, 0.0)) * moving
     row, begin = part_places(parts)
-    # The middle of each part: a torque that changes along the move counts as it is there.
+    # A torque that changes along the move is evaluated at the middle of each part.
     rest = 1.0 - begin - 0.5 / parts[row]
-    places = motion.positions[row] - rest[:, None] * motion.moves[row]
+    middles = motion.positions[row] - rest[:, None] * motion.moves[row]
     real = ~is_linear | (np.abs(motion.moves) > rounding)
     speeds = np.where(real, motion.moves, 0.0)[row] / motion.time[row, None]
     powers = np.zeros_like(motion.moves)
-    np.add.at(powers, row, axis_powers(machine, places, speeds) / parts[row, None])
+    np.add.at(powers, row, axis_powers(machine, middles, speeds) / parts[row, None])
     return powers
 
 
 def _parts(machine: Machine, moves: Array) -> IntArray:
-    """Say into how many parts moves, (n, k), are cut so that gravity's torque hardly changes in one, (n,)."""
+    """Count the parts, (n,), of moves, (n, k), in each of which gravity's torque hardly changes."""
     if not any(isinstance(axis.drive, FrictionDrive) for axis in machine.axes):
         return np.ones(len(moves), dtype=np.int64)
     turns = np.abs(moves[:, machine.rotary_columns]).max(axis=1, initial=0.0)
@@ -217,15 +203,11 @@ def _parts(machine: Machine, moves: Array) -> IntArray:
 
 
 def law_energies(machine: Machine, law: TimeLaw) -> Array:
-    """Integrate the drives' power over a time law: over real speeds and accelerations.
+    """Integrate the drives' power over a time law, with its speeds and accelerations.
 
     Returns
     -------
     (n, k), J: ∫P dt of the move that ends at the row, by axis
-
-    References
-    ----------
-    Drive models as in `drive_power`; no paper has the integral over a time law.
     """
     phases = law.phases
     start, _, _ = law.at(phases.start)

@@ -75,7 +75,7 @@ def load_process(job: Job, tool: Tool) -> Process | None:
             spindle=table.spindle_rpm * 2.0 * math.pi / 60.0,
             coefficients=CuttingCoefficients(table.tangential, tangential_edge=edge),
             basis=table.basis,
-            said=table.source,
+            source=table.source,
         )
     except (SettingError, ToolError) as fault:
         raise JobError(f"process: {fault.message}") from None

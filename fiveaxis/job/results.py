@@ -15,8 +15,8 @@ from fiveaxis.job.stages import Outcome
 from fiveaxis.nc import DIALECTS, write_motion
 from fiveaxis.posture.masks.mask import Mask
 from fiveaxis.report import write_json, write_report
-from fiveaxis.report.front_figure import write_front_figure
 from fiveaxis.report.landscape import Admits
+from fiveaxis.report.plots import write_front_figure
 from fiveaxis.viewer import write_preview
 
 # Where the solutions of a front are, each in a folder named after its number; a job asks for at most so many.

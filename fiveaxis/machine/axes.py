@@ -1,4 +1,4 @@
-"""One axis of a machine: what it may do and what it costs, as data."""
+"""One axis of a machine: its limits, drive, mass and location error."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from fiveaxis.machine.drives import Drive
 
 @dataclass(frozen=True)
 class Limits:
-    """Range of an axis value, mm or rad; infinite where the axis turns without end, equal where it's held."""
+    """Range of an axis value, mm or rad; infinite ends if the axis is endless, equal ends if it is held."""
 
     low: float = -math.inf
     high: float = math.inf
@@ -27,13 +27,28 @@ class Limits:
 
     @property
     def unlimited(self) -> bool:
-        """Whether the axis turns without end both ways."""
+        """Whether the axis is endless in both directions."""
         return math.isinf(self.low) and math.isinf(self.high)
+
+    @property
+    def span(self) -> float:
+        """Length of the range, mm or rad; infinite if an end is missing."""
+        return self.high - self.low
+
+    @property
+    def ends(self) -> tuple[float | None, float | None]:
+        """Both ends, mm or rad; None for a missing one."""
+        low, high = (end if math.isfinite(end) else None for end in (self.low, self.high))
+        return low, high
+
+    def contains(self, value: float, tolerance: float = 0.0) -> bool:
+        """Check whether a value, mm or rad, is inside the range, or beyond it by at most a tolerance."""
+        return self.low - tolerance <= value <= self.high + tolerance
 
 
 @dataclass(frozen=True)
 class LocationError:
-    """Where an axis really lies, against where it should (ISO 230-7), every axis at 0.
+    """Deviation of an axis's actual line from its nominal one (ISO 230-7), every axis at 0.
 
     Parameters
     ----------
@@ -51,7 +66,7 @@ class LocationError:
 
     def __post_init__(self) -> None:
         if not all(map(math.isfinite, (*self.offset, *self.tilt))):
-            raise MachineError(f"location error {self.offset} mm, {self.tilt} rad: finite numbers are needed")
+            raise MachineError(f"location error {self.offset} mm, {self.tilt} rad: write finite numbers")
 
 
 @dataclass(frozen=True)
@@ -64,12 +79,13 @@ class Axis:
     ----------
     letter : X Y Z A B C
     limits : mm or rad
-    drive : what its power depends on, None where unknown
+    drive : model of its power, None where unknown
     max_speed, max_acceleration : mm/s, rad/s and per second; None where unknown
-    reversed : the control counts this axis the other way; the flip happens where NC is read and written
+    reversed : the control counts this axis in the opposite direction; its sign changes where NC is read and
+        written
     moved_mass : kg that the axis moves, without workpiece and fixture; None where unknown
     mass_centre : (3,), mm, of that mass with every axis at 0, machine frame; for gravity on a rotary axis
-    location_error : already contained in the chain's line; kept so that the nominal line can be told
+    location_error : included in the chain's line; kept so that the nominal line can be recovered
     """
 
     letter: str
@@ -89,9 +105,9 @@ class Axis:
 
     @property
     def unit(self) -> str:
-        """Unit of the axis value as people read it."""
+        """Unit in which the axis value is displayed."""
         return "deg" if self.is_rotary else "mm"
 
     def shown(self, value: float) -> float:
-        """Convert a value in mm or rad to what people read: mm or degrees."""
+        """Convert a value in mm or rad to display units, mm or degrees."""
         return math.degrees(value) if self.is_rotary else value

@@ -1,4 +1,4 @@
-"""Shapes of a machine's links, for preview and collision: where they stand with every axis at 0."""
+"""Shapes of a machine's links for preview and collision checks, positioned with every axis at 0."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Box:
 
     @property
     def frame(self) -> Array:
-        """(4, 4), mm, the box's own frame, in its centre."""
+        """(4, 4), mm, the box's own frame, at its centre."""
         return translation(self.center)
 
 
@@ -80,8 +80,8 @@ class Body:
 
     Parameters
     ----------
-    link : ``bed``, or the letter of the axis that carries it: the next one on the way to the bed
-    shape : placed in the machine frame, every axis at 0
+    link : ``bed``, or the letter of the axis that carries it: the next one towards the bed
+    shape : positioned in the machine frame, every axis at 0
     """
 
     link: str

@@ -1,4 +1,4 @@
-"""From what a machine file says to a `Machine`."""
+"""Building a `Machine` from the tables of a machine file."""
 
 from __future__ import annotations
 
@@ -40,13 +40,14 @@ from fiveaxis.machine.tables import (
     WeightTable,
 )
 
-# The figures of an axis, in the order in which they are shown.
+# The figures of a machine and of an axis, in display order.
+MACHINE_FIGURES = ("structure", "spindle", "vertical", "base_power", "spindle_idle", "auxiliary", "load")
 AXIS_FIGURES = ("limits", "line", "location_error", "drive", "max_speed", "max_acceleration", "moved_mass")
 SIDES = {"workpiece": "table", "tool": "head"}
 
 
 def build_machine(file: MachineFile, folder: Path) -> Machine:
-    """Make the machine that a file describes.
+    """Build the machine that a file describes.
 
     Parameters
     ----------
@@ -56,7 +57,7 @@ def build_machine(file: MachineFile, folder: Path) -> Machine:
     Raises
     ------
     FigureError
-        A figure contradicts the code, its axis or the others; `location` names the table.
+        A figure contradicts the code, its axis or another figure; `location` names the table.
     """
     try:
         code = parse_code(file.code)
@@ -87,12 +88,12 @@ def build_machine(file: MachineFile, folder: Path) -> Machine:
         provenance=tuple(_provenance(file, tables)),
         bodies=tuple(_body(i, table, code, folder) for i, table in enumerate(file.bodies)),
     )
-    # The errors' provenance is the file's, though code puts them in.
+    # `with_location_errors` drops the provenance that the file gives for them.
     return replace(_with_location_errors(machine, tables), provenance=machine.provenance)
 
 
 def most_astray(chain: Chain, letters: Sequence[str]) -> str:
-    """Name the axis that leaves its letter's direction (ISO 841) most: likeliest the wrong one."""
+    """Find the axis that deviates most from its letter's direction (ISO 841): most likely the wrong one."""
     along = {j.letter: float(np.dot(j.line.direction, UNIT_DIRECTION[j.letter])) for j in chain.joints}
     return min(letters, key=lambda letter: along[letter])
 
@@ -126,7 +127,7 @@ def _explain_side(letter: str, table: AxisTable, code: FormShapingCode) -> str:
     )
     stated, found = SIDES[str(table.carries)], "table" if letter in code.table else "head"
     return (
-        f"{letter} carries the {table.carries}, so it belongs to the {stated}, and code {code} has it in the "
+        f"{letter} carries the {table.carries}, so it belongs to the {stated}, but code {code} has it in the "
         f"{found}; codes are read from the workpiece to the tool, with 0 for the bed: write for example "
         f"{moved}, or {code.text[::-1]} if the code was written from the tool"
     )
@@ -208,13 +209,13 @@ def _bare_drive(letter: str, table: DriveTable) -> Drive:
 
 
 def _slope_factor(letter: str, unit: str) -> float:
-    """Give the factor from W per (unit/min) or (unit/s) of a file to W per (mm/s) or (rad/s)."""
+    """Return the factor from a file's W per (unit/min) or (unit/s) to W per (mm/s) or (rad/s)."""
     length, _, per = unit.removeprefix("W/(").removesuffix(")").partition("/")
     return (60.0 if per == "min" else 1.0) / _scale(letter, "drive", length)
 
 
 def _require_masses(letter: str, table: AxisTable) -> None:
-    """Refuse a drive whose power needs figures that the axis doesn't have, or has no use for."""
+    """Raise if a drive needs figures that the axis lacks, or has figures that don't apply to it."""
     where = ("axes", letter, "drive")
     drive, rotary = table.drive, letter in "ABC"
     if isinstance(drive, WeightTable) and (rotary or table.moved_mass is None):
@@ -250,7 +251,7 @@ def _line(letter: str, table: LineTable | None) -> Line:
 
 
 def _scale(letter: str, key: str, unit: str) -> float:
-    """Give the factor from a file's unit to mm or rad."""
+    """Return the factor from a file's unit to mm or rad."""
     rotary = letter in "ABC"
     units = ANGLE_UNITS | {"rpm": 1.0} if rotary else LINEAR_UNITS
     if unit not in units:
@@ -280,31 +281,23 @@ def _shape(index: int, table: BodyTable, folder: Path) -> Shape:
 
 
 def _provenance(file: MachineFile, tables: dict[str, AxisTable]) -> Iterator[Provenance]:
-    figures: list[tuple[str, Figure | None]] = [
-        ("structure", file.structure),
-        ("spindle", file.spindle),
-        ("vertical", file.vertical),
-        ("base_power", file.base_power),
-        ("spindle_idle", file.spindle_idle),
-        ("auxiliary", file.auxiliary),
-        ("load", file.load),
-    ]
+    figures: list[tuple[str, Figure | None]] = [(name, getattr(file, name)) for name in MACHINE_FIGURES]
     for letter, table in tables.items():
         figures.extend((f"{letter} {name}", getattr(table, name)) for name in AXIS_FIGURES)
     figures.extend((f"body {i + 1}", table) for i, table in enumerate(file.bodies))
     for name, figure in figures:
         if figure is not None:
-            shown = f"code {file.code}" if figure is file.structure else _shown(figure)
+            value = f"code {file.code}" if figure is file.structure else _format_figure(figure)
             yield Provenance(
-                name, shown, figure.source or "", figure.assumed, figure.note or "", figure.fitted
+                name, value, figure.source or "", figure.assumed, figure.note or "", figure.fitted
             )
 
 
-def _shown(figure: Figure) -> str:
-    """Write a figure's own values as in the file."""
+def _format_figure(figure: Figure) -> str:
+    """Format a figure's own values as in the file."""
     values = figure.model_dump(exclude={"source", "assumed", "fitted", "note", "model"}, exclude_none=True)
-    return ", ".join(f"{k} {_plain(v)}" for k, v in values.items())
-
-
-def _plain(value: object) -> str:
-    return "(" + ", ".join(f"{v:g}" for v in value) + ")" if isinstance(value, tuple) else str(value)
+    texts = {
+        key: "(" + ", ".join(f"{v:g}" for v in value) + ")" if isinstance(value, tuple) else str(value)
+        for key, value in values.items()
+    }
+    return ", ".join(f"{key} {text}" for key, text in texts.items())

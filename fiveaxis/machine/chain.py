@@ -31,24 +31,24 @@ UNIT_DIRECTION = {
 
 Triple = tuple[float, float, float]
 
-# Cosine between a location error's tilt and its axis above which the tilt has a part about the axis itself. A
-# measured tilt is small: turning it by itself moves the line by less than that share of it.
+# Cosine between a location error's tilt and its axis above which the tilt turns about the axis itself. A
+# measured tilt is small: a smaller component along the axis moves the line by less than this share of it.
 ABOUT_ITSELF = 0.01
 
 
 def as_triple(vector: Array) -> Triple:
-    """Turn (3,) numbers into a tuple of plain floats."""
+    """Convert (3,) numbers to a tuple of floats."""
     x, y, z = (float(c) for c in vector)
     return x, y, z
 
 
 @dataclass(frozen=True)
 class Line:
-    """Where an axis lies: its direction, and for a rotary axis a point of it.
+    """Direction of an axis, and for a rotary axis a point on it.
 
     Parameters
     ----------
-    direction : (3,), made a unit vector; machine frame at home
+    direction : (3,), machine frame at home; stored as a unit vector
     point : (3,), mm, machine frame at home; without meaning for a linear axis
     """
 
@@ -59,10 +59,10 @@ class Line:
         direction = np.asarray(self.direction, dtype=float)
         if not np.isfinite([*self.direction, *self.point]).all():
             raise MachineError(
-                f"an axis line holds a number that isn't finite: {self.direction} through {self.point}"
+                f"an axis line has a number that isn't finite: {self.direction} through {self.point}"
             )
         if not np.linalg.norm(direction) > 0.0:
-            raise MachineError("an axis has a direction of length 0; give three numbers, not all zero")
+            raise MachineError("an axis has a direction of length 0; write three numbers, not all zero")
         object.__setattr__(self, "direction", as_triple(normalise(direction)))
         object.__setattr__(self, "point", as_triple(np.asarray(self.point, dtype=float)))
 
@@ -74,9 +74,9 @@ class Line:
         )
 
     def displaced(self, error: LocationError, sign: float = 1.0) -> Line:
-        """Put the line where it really lies; with the sign −1, back to where it should lie.
+        """Apply a location error to the line; with the sign −1, take it back.
 
-        The tilt turns the line about its own `point`, so that point is where the offset was measured.
+        The tilt turns the line about its own `point`, at which the offset was measured.
 
         Raises
         ------
@@ -85,20 +85,20 @@ class Line:
         """
         tilt = np.asarray(error.tilt, dtype=float)
         angle = float(np.linalg.norm(tilt))
+        point = as_triple(np.array(self.point) + sign * np.array(error.offset))
         if angle == 0.0:
-            return Line(self.direction, as_triple(np.array(self.point) + sign * np.array(error.offset)))
+            return Line(self.direction, point)
         if abs(tilt @ np.array(self.direction)) > ABOUT_ITSELF * angle:
             raise MachineError(
-                "the tilt of the location error turns about the axis itself, which moves its zero position "
-                "and nothing else; write 0 for that component"
+                "the tilt of the location error turns about the axis itself, which moves only its zero "
+                "position; write 0 for that component"
             )
-        turned = rotation_matrix(tilt / angle, sign * angle) @ np.array(self.direction)
-        return Line(as_triple(turned), as_triple(np.array(self.point) + sign * np.array(error.offset)))
+        return Line(as_triple(rotation_matrix(tilt / angle, sign * angle) @ np.array(self.direction)), point)
 
 
 @dataclass(frozen=True)
 class Joint:
-    """One factor of the chain: an axis letter and where the axis lies."""
+    """One factor of the chain: an axis letter and the axis's line."""
 
     letter: str
     line: Line
@@ -109,7 +109,7 @@ class Joint:
         return self.letter in "ABC"
 
     def motion(self, value: float) -> Array:
-        """Give the factor ``E(value)``, (4, 4) mm, for a value in mm or rad."""
+        """Compute the factor ``E(value)``, (4, 4) mm, for a value in mm or rad."""
         if self.is_rotary:
             return line_rotation(self.line.direction, self.line.point, value)
         return translation(np.array(self.line.direction) * value)
@@ -121,9 +121,9 @@ def _identity() -> Array:
 
 @dataclass(frozen=True, eq=False)
 class Chain:
-    """``T(q) = E_1(q_1) … E_k(q_k) · M``: the tool tip's frame in the workpiece.
+    """``T(q) = E_1(q_1) … E_k(q_k) · M``: the tool-tip frame in the workpiece.
 
-    Lines and M are given in the workpiece frame with every axis at 0. That is the machine frame, unless the
+    Lines and M are in the workpiece frame with every axis at 0. That is the machine frame, unless the
     workpiece is set up elsewhere (`seen_from`): the product of exponentials holds in any frame.
 
     Parameters
@@ -142,7 +142,7 @@ class Chain:
         Parameters
         ----------
         code : structure
-        lines : where axes lie that aren't through the origin along their own letter's direction
+        lines : of axes that aren't through the origin along their letter's direction
         """
         given = lines or {}
         return cls(tuple(Joint(c, given.get(c, Line(UNIT_DIRECTION[c]))) for c in code.letters))
@@ -159,7 +159,7 @@ class Chain:
 
     @cached_property
     def linears_adjoin(self) -> bool:
-        """Whether no rotary axis stands between linear ones: they then span the same space in any posture."""
+        """Whether no rotary axis is between linear ones: these then span the same space in any posture."""
         kinds = "".join("r" if j.is_rotary else "l" for j in self.joints)
         return "r" not in kinds.strip("r")
 
@@ -180,20 +180,15 @@ class Chain:
         return Chain(joints, back @ self.tool_home)
 
     def holding(self, letter: str, value: float) -> Chain:
-        """Hold one axis still: the chain of the others.
+        """Return the chain of the other axes, with one axis held at a value in mm or rad.
 
-        What stands behind the held axis, towards the tool, moves rigidly with it.
-
-        Parameters
-        ----------
-        letter : the axis
-        value : mm or rad
+        The part of the chain between the held axis and the tool moves rigidly with it.
         """
-        place = next(i for i, j in enumerate(self.joints) if j.letter == letter)
-        held = self.joints[place].motion(value)
-        behind = tuple(replace(j, line=j.line.moved(held)) for j in self.joints[place + 1 :])
-        return Chain(self.joints[:place] + behind, held @ self.tool_home)
+        index = next(i for i, j in enumerate(self.joints) if j.letter == letter)
+        held = self.joints[index].motion(value)
+        behind = tuple(replace(j, line=j.line.moved(held)) for j in self.joints[index + 1 :])
+        return Chain(self.joints[:index] + behind, held @ self.tool_home)
 
     def with_tool_length(self, length: float) -> Chain:
-        """Put the tip a length, mm, further out along the tool axis."""
+        """Return the chain with the tip a length, mm, further out along the tool axis."""
         return replace(self, tool_home=self.tool_home @ translation((0.0, 0.0, -length)))

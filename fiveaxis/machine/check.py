@@ -1,4 +1,4 @@
-"""Findings about a machine file: what is wrong, what looks like a slip, what isn't known."""
+"""Findings about a machine file: errors, likely slips, unknown figures."""
 
 from __future__ import annotations
 
@@ -27,36 +27,34 @@ from fiveaxis.settings import explain_one, line_of, list_faults, read_document
 if TYPE_CHECKING:
     from pydantic_core import ErrorDetails
 
-# What a fault of a key is called, by pydantic's name for it; others have names of their own or are values.
+# Codes of pydantic's faults; faults raised in `tables` are named like their code, any other is a wrong value.
 FAULT_CODES = {"extra_forbidden": "unknown-key", "missing": "missing-key"}
 OWN_FAULTS = ("missing_source", "missing_unit", "reversed_limits", "zero_direction")
 
-# Figures outside these ranges are likelier a slip of the unit than a machine: (lowest, highest, unit, slip).
+# A figure outside its range is more likely in another unit: (lowest, highest, unit, likely unit).
 PLAUSIBLE = {
-    "travel": (1.0, 10_000.0, "mm", "mm for m, µm or inch"),
-    "max_speed": (1.0, 2_500.0, "mm/s", "mm/min put as mm/s"),
-    "max_acceleration": (10.0, 50_000.0, "mm/s2", "m/s2 put as mm/s2"),
-    "turning_speed": (1.0, 9_000.0, "deg/s", "deg/min or rpm put as deg/s"),
-    "turning_acceleration": (10.0, 200_000.0, "deg/s2", "rad/s2 put as deg/s2"),
-    "base_power": (20.0, 200_000.0, "W", "kW put as W"),
-    "error_offset": (0.0, 1.0, "mm", "µm put as mm"),
-    "error_tilt": (0.0, 1.0, "deg", "arcsec put as deg"),
-    "moved_mass": (0.1, 100_000.0, "kg", "g or t put as kg"),
+    "travel": (1.0, 10_000.0, "mm", "m, µm or inch"),
+    "max_speed": (1.0, 2_500.0, "mm/s", "mm/min"),
+    "max_acceleration": (10.0, 50_000.0, "mm/s2", "m/s2"),
+    "turning_speed": (1.0, 9_000.0, "deg/s", "deg/min or rpm"),
+    "turning_acceleration": (10.0, 200_000.0, "deg/s2", "rad/s2"),
+    "base_power": (20.0, 200_000.0, "W", "kW"),
+    "error_offset": (0.0, 1.0, "mm", "µm"),
+    "error_tilt": (0.0, 1.0, "deg", "arcsec"),
+    "moved_mass": (0.1, 100_000.0, "kg", "g or t"),
 }
-# rad: a limit above this many turns that is given in rad is likelier in degrees.
-MOST_RADIANS = 20.0 * math.pi
-# deg: linear axes that are further from a right angle aren't just badly squared.
-SQUARE = 0.1
+MOST_RADIANS = 20.0 * math.pi  # rad, limit above which a figure in rad is more likely in degrees
+SQUARE = 0.1  # deg, deviation from a right angle that is more than an error of squareness
 
 Where = tuple[str | int, ...]
 Located = tuple[Where, Finding]
 
 
 def check_machine(name: str | Path) -> tuple[Finding, ...]:
-    """Look through a machine file, or a machine of the library, for faults and for what looks like one.
+    """Check a machine file, or a machine of the library, for faults and likely slips.
 
-    Errors are what keeps the machine from being loaded or used; warnings what is likely a slip; notes what
-    isn't known. All faulty keys of a file are named at once; of contradictions among them the first.
+    Errors prevent the machine from being loaded or used; warnings are likely slips; notes are about unknown
+    or assumed figures. All faulty keys are reported at once, but only the first contradiction between keys.
 
     Parameters
     ----------
@@ -64,7 +62,7 @@ def check_machine(name: str | Path) -> tuple[Finding, ...]:
 
     Returns
     -------
-    Findings, errors first, each with the line it is about. Codes: ``unknown-key``, ``missing-key``,
+    Findings, errors first, each with its line. Codes: ``unknown-key``, ``missing-key``,
     ``invalid-value``, ``missing-unit``, ``missing-source``, ``reversed-limits``, ``zero-direction``,
     ``invalid-code``, ``unknown-axis``, ``wrong-side``, ``wrong-unit``, ``flat-axes``, ``unknown-link``,
     ``no-such-file``, ``no-orientation``, ``few-axes``, ``unit-slip``, ``non-orthogonal``, ``left-handed``,
@@ -73,37 +71,36 @@ def check_machine(name: str | Path) -> tuple[Finding, ...]:
     Raises
     ------
     UnknownMachine
-        No machine of that name.
+        There is no machine of that name.
     MachineError
         The file can't be read, or isn't TOML.
     """
     path = find_machine(name)
     if path.suffix.lower() != ".toml":
         machine = load_machine(path)
-        said = MachineFile.model_validate(machine_document(machine))
-        return _sorted(replace(f, place=Place(file=str(path))) for _, f in _look_at(machine, said))
+        file = MachineFile.model_validate(machine_document(machine))
+        return _sort(replace(f, place=Place(file=str(path))) for _, f in _check(machine, file))
     text, data = read_document(path, MachineError)
-    found = _sorted_out(data, path.parent)
-    return _sorted(replace(f, place=Place(line=line_of(text, where), file=str(path))) for where, f in found)
+    found = _check_document(data, path.parent)
+    return _sort(replace(f, place=Place(line=line_of(text, where), file=str(path))) for where, f in found)
 
 
-def _sorted(findings: Iterable[Finding]) -> tuple[Finding, ...]:
+def _sort(findings: Iterable[Finding]) -> tuple[Finding, ...]:
     return tuple(sorted(findings, key=lambda f: list(Severity).index(f.severity)))
 
 
-def _sorted_out(data: dict[str, Any], folder: Path) -> list[Located]:
-    """Find what there is to say about the content of a machine file."""
+def _check_document(data: dict[str, Any], folder: Path) -> list[Located]:
     try:
         file = MachineFile.model_validate(data)
         machine = build_machine(file, folder)
     except ValidationError as fault:
-        return [_of_key(f) for f in list_faults(fault, data)]
+        return [_explain_key(f) for f in list_faults(fault, data)]
     except FigureError as fault:
         return [_error(fault.code, fault.location, fault.message)]
-    return [*_look_at(machine, file), *_unread(file, machine_document(machine, folder))]
+    return [*_check(machine, file), *_unread(file, machine_document(machine, folder))]
 
 
-def _of_key(fault: ErrorDetails) -> Located:
+def _explain_key(fault: ErrorDetails) -> Located:
     kind = "extra_forbidden" if fault["loc"][-1:] == ("[key]",) else fault["type"]
     code = kind.replace("_", "-") if kind in OWN_FAULTS else FAULT_CODES.get(kind, "invalid-value")
     return _error(code, fault["loc"], explain_one(fault, MachineFile))
@@ -121,46 +118,46 @@ def _note(code: str, where: Where, message: str) -> Located:
     return where, Finding(Severity.NOTE, code, message)
 
 
-def _look_at(machine: Machine, file: MachineFile) -> Iterator[Located]:
-    yield from _look_at_freedom(machine)
-    yield from _look_at_directions(nominal_machine(machine))
-    yield from _look_at_spindle(machine)
-    yield from _look_at_provenance(machine, file)
+def _check(machine: Machine, file: MachineFile) -> Iterator[Located]:
+    yield from _check_freedom(machine)
+    yield from _check_directions(nominal_machine(machine))
+    yield from _check_spindle(machine)
+    yield from _check_provenance(machine, file)
     if file.base_power is not None:
         yield from _plausible("base_power", file.base_power.value, ("base_power",), "base power")
     tables = {str(letter): table for letter, table in file.axes.items()}
     for axis in machine.axes:
-        yield from _look_at_axis(axis, tables.get(axis.letter, AxisTable()))
+        yield from _check_axis(axis, tables.get(axis.letter, AxisTable()))
     if not machine.has_powers:
-        idle = ", ".join(a.letter for a in machine.axes if a.drive is None)
+        unknown = ", ".join(a.letter for a in machine.axes if a.drive is None)
         yield _note(
-            "no-powers", ("axes",), f"no drive power of {idle}: energies need --drives of another machine"
+            "no-powers", ("axes",), f"no drive power of {unknown}: energies need --drives of another machine"
         )
 
 
-def _look_at_freedom(machine: Machine) -> Iterator[Located]:
+def _check_freedom(machine: Machine) -> Iterator[Located]:
     reason = why_not_positioning(machine.chain)
     if reason is not None:
         yield _warning("few-axes", ("code",), f"code {machine.code}: {reason}")
     rotaries = machine.rotaries
     if len(rotaries) < 2:
-        yield _note("few-axes", ("code",), f"{len(rotaries)} rotary axes: there is no posture to choose")
+        yield _note("few-axes", ("code",), f"{len(rotaries)} rotary axes: the posture can't be chosen")
     elif len(rotaries) == 2:
         reason = why_not_orienting(machine.chain)
         if reason is not None:
             yield _error("no-orientation", ("code",), f"code {machine.code}: {reason}")
 
 
-def _look_at_directions(machine: Machine) -> Iterator[Located]:
-    """Compare the directions of the axes with their letters and with one another (ISO 841)."""
+def _check_directions(machine: Machine) -> Iterator[Located]:
+    """Compare the axes' directions with their letters and with one another (ISO 841)."""
     lines = {j.letter: np.array(j.line.direction) for j in machine.chain.joints}
     for letter, direction in lines.items():
         if direction @ np.array(UNIT_DIRECTION[letter]) < -FLAT:
             yield _warning(
                 "against-letter",
                 ("axes", letter, "line", "direction"),
-                f"{letter} points against its letter's direction in ISO 841; a control that counts the other "
-                "way is reversed = true, with the direction as ISO has it",
+                f"{letter} points against its letter's direction in ISO 841; if the control counts in the "
+                "opposite direction, write reversed = true and the direction of ISO 841",
             )
     linear = [c for c in "XYZ" if c in lines]
     for one, other in itertools.combinations(linear, 2):
@@ -169,34 +166,34 @@ def _look_at_directions(machine: Machine) -> Iterator[Located]:
             yield _warning(
                 "non-orthogonal",
                 ("axes", most_astray(machine.chain, (one, other)), "line", "direction"),
-                f"{one} and {other} stand at {90.0 - off:.4g} deg; linear axes stand at 90 deg, and a small "
-                "error of squareness belongs into location_error",
+                f"{one} and {other} are at {90.0 - off:.4g} deg; linear axes are at 90 deg, and a small "
+                "squareness error belongs in location_error",
                 abs(off),
             )
     if len(linear) == 3 and np.linalg.det(np.array([lines[c] for c in linear])) < 0.0:
         yield _warning(
             "left-handed",
             ("axes", "Z", "line"),
-            "X, Y, Z make a left-handed frame; ISO 841 has a right-handed one",
+            "X, Y, Z form a left-handed frame; that of ISO 841 is right-handed",
         )
 
 
-def _look_at_spindle(machine: Machine) -> Iterator[Located]:
+def _check_spindle(machine: Machine) -> Iterator[Located]:
     if machine.chain.tool_home[2, 2] < -FLAT:
         yield _warning(
             "against-letter",
             ("spindle", "direction"),
-            "the spindle points down: its direction is from the tool's tip to its shank, up on most machines",
+            "the spindle points down; its direction is from the tool's tip to its shank, up on most machines",
         )
 
 
-def _look_at_provenance(machine: Machine, file: MachineFile) -> Iterator[Located]:
+def _check_provenance(machine: Machine, file: MachineFile) -> Iterator[Located]:
     if file.structure is None:
         yield _warning(
             "missing-source",
             ("code",),
-            f"nothing says where code {machine.code} comes from; write [structure] with a source, or "
-            "assumed = true with a note",
+            f"code {machine.code} has no source; write [structure] with a source, or with assumed = true and "
+            "a note",
         )
     for entry in machine.provenance:
         if entry.assumed:
@@ -204,14 +201,14 @@ def _look_at_provenance(machine: Machine, file: MachineFile) -> Iterator[Located
 
 
 def _table_of(figure: str) -> Where:
-    """Give the place in a file of a figure by its name in the provenance."""
+    """Locate a figure in the file by its name in the provenance."""
     first, _, key = figure.partition(" ")
     if not key:
         return (first,)
     return ("bodies", int(key) - 1) if first == "body" else ("axes", first, key)
 
 
-def _look_at_axis(axis: Axis, table: AxisTable) -> Iterator[Located]:
+def _check_axis(axis: Axis, table: AxisTable) -> Iterator[Located]:
     where: Where = ("axes", axis.letter)
     kind = "turning_" if axis.is_rotary else "max_"
     per = {"max_speed": axis.max_speed, "max_acceleration": axis.max_acceleration}
@@ -224,21 +221,18 @@ def _look_at_axis(axis: Axis, table: AxisTable) -> Iterator[Located]:
     if axis.location_error is not None:
         offset = float(np.linalg.norm(axis.location_error.offset))
         tilt = float(np.degrees(np.linalg.norm(axis.location_error.tilt)))
-        place, name = (*where, "location_error"), f"location error of {axis.letter}"
-        yield from _plausible("error_offset", offset, place, f"offset in the {name}")
-        yield from _plausible("error_tilt", tilt, place, f"tilt in the {name}")
+        error, name = (*where, "location_error"), f"location error of {axis.letter}"
+        yield from _plausible("error_offset", offset, error, f"offset in the {name}")
+        yield from _plausible("error_tilt", tilt, error, f"tilt in the {name}")
     if table.limits is None:
         if not axis.is_rotary:
-            yield _note("no-limits", where, f"no limits of {axis.letter}: no travel is too long for it")
+            yield _note("no-limits", where, f"no limits of {axis.letter}: its travel isn't checked")
         return
-    limits = axis.limits
     if axis.is_rotary:
-        yield from _turns(axis, table.limits)
-    elif math.isfinite(limits.high - limits.low):
-        yield from _plausible(
-            "travel", limits.high - limits.low, (*where, "limits"), f"travel of {axis.letter}"
-        )
-    if not limits.low <= 0.0 <= limits.high:
+        yield from _check_angles(axis, table.limits)
+    elif math.isfinite(axis.limits.span):
+        yield from _plausible("travel", axis.limits.span, (*where, "limits"), f"travel of {axis.letter}")
+    if not axis.limits.contains(0.0):
         yield _note(
             "home-outside",
             (*where, "limits"),
@@ -246,41 +240,39 @@ def _look_at_axis(axis: Axis, table: AxisTable) -> Iterator[Located]:
         )
 
 
-def _turns(axis: Axis, limits: LimitsTable) -> Iterator[Located]:
-    """Look for angles in radians that are put as degrees, and the other way round."""
+def _check_angles(axis: Axis, limits: LimitsTable) -> Iterator[Located]:
+    """Find angles in radians that are stated in degrees, and the reverse."""
     ends = [v for v in (limits.min, limits.max) if v is not None]
     if not ends:
         return
     largest, where = max(map(abs, ends)), ("axes", axis.letter, "limits")
     shown = " … ".join(f"{v:g}" for v in ends)
     if limits.unit == "deg" and largest <= LOOKS_LIKE_RADIANS:
-        said = f"limits {shown} deg of {axis.letter} look like radians: if they are, their unit is rad"
-        yield _warning("unit-slip", where, said, largest)
+        message = f"limits {shown} deg of {axis.letter} look like radians; if they are, write unit = 'rad'"
+        yield _warning("unit-slip", where, message, largest)
     if limits.unit == "rad" and largest > MOST_RADIANS:
-        said = f"limits {shown} rad of {axis.letter} look like degrees: if they are, their unit is deg"
-        yield _warning("unit-slip", where, said, largest)
+        message = f"limits {shown} rad of {axis.letter} look like degrees; if they are, write unit = 'deg'"
+        yield _warning("unit-slip", where, message, largest)
 
 
 def _plausible(key: str, value: float, where: Where, name: str) -> Iterator[Located]:
-    low, high, unit, slip = PLAUSIBLE[key]
+    low, high, unit, likely = PLAUSIBLE[key]
     if not low <= value <= high:
-        said = f"{name} is {value:.6g} {unit}; machines have {low:g}…{high:g} {unit}: is it {slip}?"
-        yield _warning("unit-slip", where, said, value)
+        message = f"{name} is {value:.6g} {unit}; machines have {low:g}…{high:g} {unit}: is it in {likely}?"
+        yield _warning("unit-slip", where, message, value)
 
 
 def _unread(file: MachineFile, written: dict[str, Any]) -> Iterator[Located]:
-    """Find keys that were accepted and then went nowhere: load, dump, compare."""
+    """Find keys that were accepted but not used: keys of the file that the dumped machine lacks."""
     known = set(_key_paths(written))
     for where in _key_paths(file.model_dump(exclude_defaults=True, exclude_none=True)):
         if where not in known:
             name = ".".join(map(str, where))
-            yield _warning(
-                "unread-key", where, f"{name} is read by nobody: it changes nothing here; remove it"
-            )
+            yield _warning("unread-key", where, f"{name} has no effect here; remove it")
 
 
 def _key_paths(document: Any, where: Where = ()) -> Iterator[Where]:
-    """List the places of all values in nested tables."""
+    """List the key paths of all values in nested tables."""
     if isinstance(document, dict):
         for key, value in document.items():
             yield from _key_paths(value, (*where, key))

@@ -43,21 +43,21 @@ class FormShapingCode:
 
     @property
     def kind(self) -> str:
-        """Which side of the bed turns: ``table-table``, ``table-head`` or ``head-head``.
+        """Side of the bed of each rotary axis: ``table-table``, ``table-head`` or ``head-head``.
 
-        A third rotary axis, which is redundant, makes ``table-table-head`` and the like; with fewer than two
-        it is ``3-axis`` or ``4-axis``.
+        With a third, redundant rotary axis it is ``table-table-head`` or the like; with fewer than two,
+        ``3-axis`` or ``4-axis``.
         """
-        sides = ["table"] * _count_rotaries(self.table) + ["head"] * _count_rotaries(self.head)
+        sides = [side for side in ("table", "head") for c in getattr(self, side) if c in "ABC"]
         return "-".join(sides) if len(sides) > 1 else f"{len(self.letters)}-axis"
 
     @property
     def kinematic_class(self) -> str:
-        """Letters in an order that all codes with the same kinematics share, the bed left out.
+        """Letters in an order shared by all codes with the same kinematics, without the bed.
 
-        Where the bed stands decides which mass an axis moves, not how the tool moves relative to the
-        workpiece; neither does the order of neighbours that commute. The 1440 codes that lean the tool in
-        two directions fall into 48 classes.
+        The bed's position decides which mass an axis moves, but not how the tool moves relative to the
+        workpiece; nor does the order of neighbours that commute. The 1440 codes that lean the tool in two
+        directions fall into 48 classes.
         """
         return commutation_class(self.letters)
 
@@ -75,8 +75,8 @@ def parse_code(text: str) -> FormShapingCode:
     Raises
     ------
     CodeError
-        Empty; letters; a character that isn't a digit 0…6; no bed or two; an axis named twice; no axis at
-        all. The message says what to write instead.
+        The code is empty, has a character other than 0…6, no bed or two, an axis twice, or no axis at all.
+        The message says what to write instead.
     """
     if not text:
         raise CodeError(text, f"is empty; {EXAMPLE}")
@@ -85,7 +85,7 @@ def parse_code(text: str) -> FormShapingCode:
             raise CodeError(text, _explain_character(text, position, character))
     beds = text.count("0")
     if beds == 0:
-        raise CodeError(text, f"has no bed; write one 0 where the bed stands, {_with_bed(text)}")
+        raise CodeError(text, f"has no bed; write one 0 where the bed is, {_with_bed(text)}")
     if beds > 1:
         raise CodeError(text, f"has {beds} beds; write exactly one 0 where the bed is, for example 640123")
     for digit, letter in LETTERS.items():
@@ -98,10 +98,10 @@ def parse_code(text: str) -> FormShapingCode:
 
 
 def commutation_class(letters: Sequence[str]) -> str:
-    """Bring a chain's letters into the first, in axis order, of all orders with the same kinematics.
+    """Sort a chain's letters as far as its kinematics allows.
 
-    Letter by letter, the least of those that may move to the front: the normal form of a product whose
-    factors partly commute.
+    The next letter is always the first, in axis order, of those that may move to the front: the normal form
+    of a product whose factors partly commute.
     """
     rest, ordered = list(letters), ""
     while rest:
@@ -111,25 +111,21 @@ def commutation_class(letters: Sequence[str]) -> str:
     return ordered
 
 
-def _count_rotaries(letters: Sequence[str]) -> int:
-    return sum(c in "ABC" for c in letters)
-
-
 def _explain_character(text: str, position: int, character: str) -> str:
-    said = f"character {position} is {character!r}; only {MEANINGS} mean something"
+    message = f"character {position} is {character!r}; only {MEANINGS} mean something"
     if set(text.upper()) <= {*DIGITS, *LETTERS, "0"}:
-        said += f": write {''.join(DIGITS.get(c, c) for c in text.upper())}"
-    return said
+        message += f": write {''.join(DIGITS.get(c, c) for c in text.upper())}"
+    return message
 
 
 def _explain_repeated(text: str, digit: str, letter: str) -> str:
-    said = f"names axis {digit} ({letter}) {text.count(digit)} times; once is enough"
+    message = f"names axis {digit} ({letter}) {text.count(digit)} times; once is enough"
     if len(text) > len(LETTERS):
-        said = f"has {len(text)} digits and {said}: one bed and at most six different axes make seven"
-    return said
+        message = f"has {len(text)} digits and {message}: one bed and at most six different axes make seven"
+    return message
 
 
 def _with_bed(text: str) -> str:
-    """Put the bed where it most often stands: after the rotary axes that the code begins with."""
+    """Insert the bed where it usually is: after the rotary axes with which the code begins."""
     at = next((i for i, digit in enumerate(text) if LETTERS[digit] not in "ABC"), len(text))
     return f"for example {text[:at]}0{text[at:]}"

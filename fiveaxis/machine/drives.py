@@ -1,6 +1,6 @@
-"""Feed drives as data: what their power depends on, and with which figures.
+"""Models of feed drives, with their figures.
 
-Inside, a force is J per mm and a torque J per rad, so force times axis speed is W for every axis.
+Internally a force is in J/mm and a torque in J/rad, so force times axis speed is in W for every axis.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ class Measured:
 
     Parameters
     ----------
-    measured_from, measured_to : mm/s or rad/s, the slowest and the fastest; None where nobody says
+    measured_from, measured_to : mm/s or rad/s, the slowest and the fastest; None where unknown
     """
 
     measured_from: float | None = None
@@ -28,7 +28,7 @@ class DirectionalDrive(Measured):
     Parameters
     ----------
     plus, minus : power while the value grows or falls; W, or W per (rad/s) or (mm/s) if proportional
-    proportional : whether power grows with the axis's own speed; else it is the same at every speed
+    proportional : whether power is in proportion to the axis's speed; otherwise it is the same at every speed
     """
 
     plus: float
@@ -46,7 +46,7 @@ class AffineDrive(Measured):
 
     References
     ----------
-    Edem & Balogun (2018), Eq. (5), without the base power that it contains.
+    Edem & Balogun (2018), Eq. (5), less the base power that it includes.
     """
 
     plus: tuple[float, float]
@@ -59,8 +59,8 @@ class WeightDrive(Measured):
 
     Parameters
     ----------
-    a : W per N and (m/s): a coefficient of friction over the drive's efficiency
-    b : m/s: W per N that the axis takes at any speed
+    a : W per N and (m/s), a coefficient of friction over the drive's efficiency
+    b : W per N, at any speed
 
     References
     ----------
@@ -77,18 +77,18 @@ class FrictionDrive(Measured):
 
     ``F = m·q̈ + F_c·sgn(q̇) + B·q̇ + G − F_b``; mechanical power ``F·q̇`` is divided by the efficiency when the
     drive pushes and multiplied by the regeneration when it brakes; ``c·F²`` heats the motor, and ``hold`` is
-    drawn all the time. G, from gravity, is worked out of the machine's masses and posture; the moment of
+    drawn all the time. G, the load of gravity, follows from the machine's masses and posture; the moment of
     inertia of a part on a rotary table isn't added to the table's own.
 
     Parameters
     ----------
     friction : F_c, J/mm or J/rad
     viscous : B, J·s/mm² or J·s/rad²
-    counterbalance : F_b, J/mm or J/rad, in the direction in which the value grows
+    counterbalance : F_b, J/mm or J/rad, in the direction of growing values
     inertia : of a rotary axis, J·s²/rad²; a linear axis has its moved mass
     efficiency : mechanical over electrical power while driving, in (0, 1]
-    regeneration : electrical power returned over mechanical power while braking, in [0, 0.9]; 0 where a brake
-        resistor burns it
+    regeneration : returned electrical over mechanical power while braking, in [0, 0.9]; 0 with a brake
+        resistor
     copper : c, W per (J/mm)² or (J/rad)²
     hold : W, also at standstill
     """

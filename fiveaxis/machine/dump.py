@@ -1,4 +1,4 @@
-"""From a `Machine` back to what a machine file says: the inverse of `building`."""
+"""Writing a `Machine` as a machine file: the inverse of `building`."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ from fiveaxis.machine.drives import AffineDrive, DirectionalDrive, Drive, Measur
 from fiveaxis.machine.model import Machine, Provenance
 
 UNSTATED = "set in code, which doesn't say where it comes from"
-# What a key means that isn't there; such a key is left out of a file.
+# Values of missing keys; a file leaves these keys out.
 DEFAULTS: dict[str, object] = {"source": "", "note": "", "assumed": False, "fitted": False, "reversed": False}
 NUMBERS = re.compile(r"\[\n((?:    [-+.e\d]+,\n)+)\]")
-DECIMALS = 12  # mm, or of a direction whose largest part is 1
+DECIMALS = 12  # of mm, or of a direction whose largest component is 1
 MEASURED = tuple(f.name for f in fields(Measured))
-RELATIVE = 2e-15  # a few units in the last place: what converting a unit there and back costs
+RELATIVE = 2e-15  # a few units in the last place: rounding of a unit converted there and back
 
 Table = dict[str, Any]
 Origin = Callable[[str], Table]
@@ -40,13 +40,12 @@ def save_machine(machine: Machine, path: str | Path) -> Path:
     Parameters
     ----------
     machine : its setup and tool length belong to a job and aren't written
-    path : a ``.toml`` file, replaced in one step; mesh files are named relative to its folder where there
-        is a way
+    path : a ``.toml`` file, replaced in one step; mesh files are named relative to its folder if possible
 
     Raises
     ------
     SettingError
-        The file can't be written; its name would make it something else than a machine file.
+        The file can't be written, or has another suffix.
     """
     if Path(path).suffix.lower() != ".toml":
         raise SettingError("is not a name for a machine file; let it end in .toml", file=path)
@@ -59,11 +58,11 @@ def machine_text(machine: Machine, folder: Path | None = None) -> str:
     Parameters
     ----------
     machine : its setup and tool length belong to a job and aren't written
-    folder : to which mesh files are named relative; None names them by their whole path
+    folder : to which mesh files are named relative; None names them by their absolute path
 
     Returns
     -------
-    TOML in mm, deg, s, W and kg, without the keys that say what goes without saying
+    TOML in mm, deg, s, W and kg, without keys that have their default value
     """
     text = tomli_w.dumps(_without_defaults(machine_document(machine, folder)))
     # tomli_w gives each number of a list its own line.
@@ -71,9 +70,9 @@ def machine_text(machine: Machine, folder: Path | None = None) -> str:
 
 
 def machine_document(machine: Machine, folder: Path | None = None) -> Table:
-    """Say everything that a machine file can say about a machine.
+    """Convert a machine to the tables of a machine file.
 
-    A key of a file that isn't in the document of the machine loaded from it is one that no loader reads.
+    A key of a file that is missing here, in the document of the machine loaded from it, has no effect.
 
     Parameters
     ----------
@@ -81,8 +80,8 @@ def machine_document(machine: Machine, folder: Path | None = None) -> Table:
 
     Returns
     -------
-    Tables with every key that applies, defaults included. Each figure has a provenance: one that the machine
-    doesn't know the origin of is marked as assumed.
+    Tables with every key that applies, defaults included. Each figure has a provenance: one of unknown origin
+    is marked as assumed.
 
     Raises
     ------
@@ -91,7 +90,7 @@ def machine_document(machine: Machine, folder: Path | None = None) -> Table:
     """
     if machine.clamped:
         held = ", ".join(axis.letter for axis, _ in machine.clamped)
-        raise MachineError(f"machine {machine.name!r} has {held} clamped, which a machine file can't say")
+        raise MachineError(f"machine {machine.name!r} has {held} clamped, which a machine file can't state")
     nominal = nominal_machine(machine)
     origin = _origins(machine.provenance)
     stated = {p.figure for p in machine.provenance}
@@ -100,8 +99,8 @@ def machine_document(machine: Machine, folder: Path | None = None) -> Table:
         document["structure"] = origin("structure")
     home = nominal.chain.tool_home
     if "spindle" in stated or not np.allclose(home, np.eye(4), rtol=0.0, atol=10.0**-DECIMALS):
-        places = {"point": _rounded(home[:3, 3]), "direction": _direction(home[:3, 2])}
-        document["spindle"] = places | origin("spindle")
+        line = {"point": _rounded(home[:3, 3]), "direction": _direction(home[:3, 2])}
+        document["spindle"] = line | origin("spindle")
     if "vertical" in stated or machine.vertical != (0.0, 0.0, 1.0):
         document["vertical"] = {"direction": _direction(machine.vertical)} | origin("vertical")
     if machine.base_power is not None:
@@ -131,7 +130,7 @@ def machine_document(machine: Machine, folder: Path | None = None) -> Table:
 
 
 def nominal_machine(machine: Machine) -> Machine:
-    """Give the machine of the data sheet: no setup, no tool, every axis where it should be."""
+    """Return the machine of the data sheet: without setup, tool and location errors."""
     erring = {a.letter: LocationError() for a in machine.axes if a.location_error is not None}
     return machine.with_setup().with_tool_length(0.0).with_location_errors(erring)
 
@@ -141,7 +140,7 @@ def _origins(provenance: tuple[Provenance, ...]) -> Origin:
 
     def origin(figure: str) -> Table:
         p = known.get(figure, Provenance(figure, "", "", assumed=True))
-        # What has no source is assumed, whatever the record says: the format knows no third kind.
+        # A figure without a source counts as assumed: the format knows no third kind.
         assumed = p.assumed or not p.source
         return {
             "source": p.source,
@@ -157,9 +156,9 @@ def _axis(axis: Axis, line: Line, carries: str, stated: set[str], origin: Origin
     letter, unit = axis.letter, axis.unit
     table: Table = {"carries": carries, "reversed": axis.reversed}
     if not axis.limits.unlimited or f"{letter} limits" in stated:
-        ends = {"min": axis.limits.low, "max": axis.limits.high}
-        shown = {key: _neat(axis.shown(v)) for key, v in ends.items() if math.isfinite(v)}
-        table["limits"] = shown | {"unit": unit} | origin(f"{letter} limits")
+        ends = zip(("min", "max"), axis.limits.ends, strict=True)
+        values = {key: _neat(axis.shown(v)) for key, v in ends if v is not None}
+        table["limits"] = values | {"unit": unit} | origin(f"{letter} limits")
     if f"{letter} line" in stated or not _is_ideal(axis, line):
         point = {"point": _rounded(line.point)} if axis.is_rotary else {}
         table["line"] = {"direction": _direction(line.direction)} | point | origin(f"{letter} line")
@@ -184,13 +183,13 @@ def _axis(axis: Axis, line: Line, carries: str, stated: set[str], origin: Origin
 
 
 def _is_ideal(axis: Axis, line: Line) -> bool:
-    """Tell whether an axis lies where its letter says, so that a file needn't."""
+    """Check whether an axis lies in its letter's direction through the origin, the file's default."""
     direction = _direction(line.direction) == list(UNIT_DIRECTION[axis.letter])
     return direction and (not axis.is_rotary or not any(_rounded(line.point)))
 
 
 def _location_error(axis: Axis) -> Table:
-    """Write an axis's location error; a linear axis has no place, so an offset of it means nothing."""
+    """Write an axis's location error; the offset of a linear axis has no meaning."""
     error = axis.location_error or LocationError()
     tilt = {"tilt": [_neat(math.degrees(v)) for v in error.tilt], "tilt_unit": "deg"}
     return {"offset": [_neat(v) for v in error.offset]} | tilt if axis.is_rotary else tilt
@@ -203,7 +202,7 @@ def _drive(axis: Axis, drive: Drive) -> Table:
 
 
 def _bare_drive(axis: Axis, drive: Drive) -> Table:
-    # W per (unit/s) inside is W per (unit/min) at the border.
+    # W per (unit/s) internally, W per (unit/min) in files.
     factor, unit = 1.0 / (60.0 * axis.shown(1.0)), f"W/({axis.unit}/min)"
     if isinstance(drive, DirectionalDrive):
         factor, unit = (factor, unit) if drive.proportional else (1.0, "W")
@@ -229,8 +228,8 @@ def _body(body: Body, folder: Path | None) -> Table:
         return {"link": body.link, "shape": "box", "size": size, "center": center}
     if isinstance(shape, Cylinder):
         lengths = {"radius": _neat(shape.radius), "height": _neat(shape.height)}
-        places = {"center": [_neat(v) for v in shape.center], "direction": _direction(shape.direction)}
-        return {"link": body.link, "shape": "cylinder"} | lengths | places
+        line = {"center": [_neat(v) for v in shape.center], "direction": _direction(shape.direction)}
+        return {"link": body.link, "shape": "cylinder"} | lengths | line
     file = _path_from(folder, shape.file)
     return {"link": body.link, "shape": "mesh", "file": file, "scale": _neat(shape.scale)}
 
@@ -246,23 +245,24 @@ def _path_from(folder: Path | None, file: Path) -> str:
 
 
 def _direction(vector: Array | tuple[float, float, float]) -> list[float]:
-    """Write a direction with its largest part 1: (0, 1, 1) and not (0, 0.7071…, 0.7071…)."""
-    parts = np.asarray(vector, dtype=float)
-    return _rounded(parts / np.abs(parts).max())
+    """Write a direction with 1 as its largest component: (0, 1, 1), not (0, 0.7071…, 0.7071…)."""
+    components = np.asarray(vector, dtype=float)
+    return _rounded(components / np.abs(components).max())
 
 
 def _rounded(vector: Array | tuple[float, float, float]) -> list[float]:
-    """Round away what undoing a setup leaves: exact zeros keep the chain's equations short."""
-    return [_plain(round(float(v), DECIMALS)) for v in vector]
+    """Remove the rounding left by undoing a setup: exact zeros keep the chain's equations short."""
+    return [_integer(round(float(v), DECIMALS)) for v in vector]
 
 
 def _neat(value: float) -> float:
-    """Give the shortest number that is the value: 30 deg come back from radians as 29.999999999999996."""
+    """Return the shortest number that is the value: 30 deg come back from radians as 29.999999999999996."""
     close = (float(f"{value:.{digits}g}") for digits in range(1, 17))
-    return _plain(next((v for v in close if abs(v - value) <= RELATIVE * abs(value)), value))
+    return _integer(next((v for v in close if abs(v - value) <= RELATIVE * abs(value)), value))
 
 
-def _plain(value: float) -> float:
+def _integer(value: float) -> float:
+    """Convert a whole number to an int, which TOML writes without a decimal point."""
     return int(value) if value.is_integer() else value
 
 

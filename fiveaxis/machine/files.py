@@ -1,4 +1,4 @@
-"""Machine files and the library: a name or a file in, `Machine` out."""
+"""Loading a `Machine` by name from the library, or from a file."""
 
 from __future__ import annotations
 
@@ -25,23 +25,23 @@ def load_machine(name: str | Path) -> Machine:
     Raises
     ------
     UnknownMachine
-        No machine of that name; the nearest names are listed.
+        There is no machine of that name; the nearest names are listed.
     MachineError
-        The file can't be read or says something impossible; the message has file and line.
+        The file can't be read or has an impossible figure; the message has file and line.
     """
     path = find_machine(name)
     return READERS[path.suffix.lower()](path)
 
 
 def find_machine(name: str | Path) -> Path:
-    """Find the file that a machine's name stands for.
+    """Find the file of a machine by its name.
 
     Raises
     ------
     UnknownMachine
-        No machine of that name; the nearest names are listed.
+        There is no machine of that name; the nearest names are listed.
     MachineError
-        A file of a kind that no machine is read from.
+        The file's suffix isn't one of a machine file.
     """
     path = Path(name)
     suffix = path.suffix.lower()
@@ -52,8 +52,8 @@ def find_machine(name: str | Path) -> Path:
     if text in known:
         return known[text]
     if suffix or len(path.parts) > 1:
-        said = f"a suffix {suffix!r} that says nothing" if suffix else "no suffix that says what it is"
-        raise MachineError(f"has {said}; a machine is read from {' or '.join(READERS)}", file=path)
+        has = f"has the unknown suffix {suffix!r}" if suffix else "has no suffix"
+        raise MachineError(f"{has}; a machine is read from {' or '.join(READERS)}", file=path)
     raise UnknownMachine(text, difflib.get_close_matches(text, known, n=3, cutoff=0.4), sorted(known))
 
 
@@ -67,7 +67,7 @@ def read_machine_file(path: Path) -> Machine:
     Raises
     ------
     MachineError
-        The file can't be read or says something impossible; the message has file and line.
+        The file can't be read or has an impossible figure; the message has file and line.
     """
     text, data = read_document(path, MachineError)
     file = validate_settings(data, text, path, MachineFile, MachineError)
@@ -77,7 +77,6 @@ def read_machine_file(path: Path) -> Machine:
         raise MachineError(fault.message, file=path, line=line_of(text, fault.location)) from None
 
 
-# A machine comes from a file by the suffix of its name.
 READERS: dict[str, Callable[[Path], Machine]] = {".toml": read_machine_file, ".ini": read_linuxcnc}
 
 
@@ -87,7 +86,7 @@ def machine_names() -> list[str]:
 
 
 def library_files() -> list[Path]:
-    """List the library's files: in the installed package, else beside it in a checkout."""
+    """List the library's files: in the installed package, or beside it in a checkout."""
     package = Path(__file__).parents[1]
     for folder in (package / "machines", package.parent / "machines"):
         if folder.is_dir():

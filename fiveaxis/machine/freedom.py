@@ -1,4 +1,4 @@
-"""What a chain's axes can do: reach every position, lean the tool in two directions."""
+"""Freedoms of a chain: whether its axes reach every position and lean the tool in two directions."""
 
 from __future__ import annotations
 
@@ -7,19 +7,17 @@ import numpy as np
 from fiveaxis.geometry import Array
 from fiveaxis.machine.chain import Chain
 
-# Volume that three unit directions span, below which they count as lying in one plane.
-FLAT = 1e-9
-# |sin| of the angle between two directions below which they count as parallel.
-PARALLEL = 1e-9
+FLAT = 1e-9  # volume spanned by three unit directions below which they count as lying in one plane
+PARALLEL = 1e-9  # |sin| of the angle between two directions below which they count as parallel
 
 
 def directions(chain: Chain, *, rotary: bool) -> Array:
-    """Give the directions of the rotary or of the linear axes with every axis at 0, (r, 3), chain order."""
+    """Return the directions of the rotary or of the linear axes, every axis at 0, (r, 3), chain order."""
     return np.array([j.line.direction for j in chain.joints if j.is_rotary is rotary]).reshape(-1, 3)
 
 
 def why_not_positioning(chain: Chain) -> str | None:
-    """Say why the linear axes don't reach every position; None where they do."""
+    """Explain why the linear axes don't reach every position; None if they do."""
     linears = chain.linears
     if len(linears) != 3:
         return (
@@ -27,22 +25,19 @@ def why_not_positioning(chain: Chain) -> str | None:
             "the code, for example 640123"
         )
     if abs(np.linalg.det(directions(chain, rotary=False))) < FLAT:
-        return (
-            f"the directions of {', '.join(linears)} lie in one plane; give each a direction of its own in "
-            "space"
-        )
+        return f"the directions of {', '.join(linears)} lie in one plane; they have to span space"
     return None
 
 
 def spare_axes(chain: Chain) -> list[str]:
-    """List the rotary axes, of three, that two others can do without to lean the tool; tool first."""
+    """List the redundant rotary axes of three: without one, the others still lean the tool; tool first."""
     if len(chain.rotaries) != 3:
         return []
     return [c for c in reversed(chain.rotaries) if why_not_orienting(chain.holding(c, 0.0)) is None]
 
 
 def why_not_orienting(chain: Chain) -> str | None:
-    """Say why the rotary axes aren't two that lean the tool in two directions; None where they are."""
+    """Explain why the rotary axes aren't two that lean the tool in two directions; None if they are."""
     rotaries = chain.rotaries
     if len(rotaries) != 2:
         spare = spare_axes(chain)
@@ -52,7 +47,7 @@ def why_not_orienting(chain: Chain) -> str | None:
     if np.linalg.norm(np.cross(second, chain.tool_home[:3, 2])) < PARALLEL:
         return (
             f"{rotaries[1]}, the rotary axis next to the tool, only spins the tool about itself and gives no "
-            "second orientation freedom; let another one be the last rotary axis, as in 640123"
+            "second orientation freedom; make another one the last rotary axis, as in 640123"
         )
     if np.linalg.norm(np.cross(first, second)) < PARALLEL:
         return f"{rotaries[0]} and {rotaries[1]} are parallel, so they lean the tool in one direction only"

@@ -1,11 +1,11 @@
-"""LinuxCNC's configuration files as text: sections and keys of an ini, and what its HAL commands set."""
+"""Parsing of LinuxCNC's configuration files: sections and keys of an ini, and values set by HAL commands."""
 
 from __future__ import annotations
 
 import math
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from fiveaxis.errors import MachineError
@@ -17,13 +17,14 @@ ARROWS = ("=>", "<=", "<=>")  # decoration in a `net` command
 
 @dataclass(frozen=True)
 class Entry:
-    """A value, and where it stands.
+    """A value and its location.
 
     Parameters
     ----------
-    value : text after ``=``, or what a HAL command sets
-    name : as people look for it: ``[AXIS_X] MIN_LIMIT``, ``sets :y-offset 20``
-    file, line : counted from 1
+    value : text after ``=``, or set by a HAL command
+    name : as it is found in the file: ``[AXIS_X] MIN_LIMIT``, ``sets :y-offset 20``
+    file : that has the entry
+    line : from 1
     """
 
     value: str
@@ -36,12 +37,12 @@ class Entry:
         return MachineError(message, file=self.file, line=self.line)
 
     def number(self) -> float:
-        """Read the value as a number; a comment may stand behind it.
+        """Read the value as a number; a comment may follow it.
 
         Raises
         ------
         MachineError
-            Not a finite number.
+            It isn't a finite number.
         """
         text = re.split(r"\s[#;]", self.value)[0].strip()
         try:
@@ -58,7 +59,7 @@ class Entry:
         Raises
         ------
         MachineError
-            Neither true nor false.
+            It is neither true nor false.
         """
         if self.value.lower() not in TRUE + FALSE:
             raise self.fault(f"{self.name}: {self.value!r} must be 0 or 1")
@@ -67,7 +68,7 @@ class Entry:
 
 @dataclass(frozen=True)
 class Configuration:
-    """An ini: its entries by section and key, in upper case, in the order in which they stand."""
+    """An ini: its entries by section and key, in upper case, in the file's order."""
 
     file: Path
     entries: tuple[tuple[str, str, Entry], ...]
@@ -77,22 +78,22 @@ class Configuration:
         return [entry for s, k, entry in self.entries if (s, k) == (section, key)]
 
     def find(self, section: str, key: str) -> Entry | None:
-        """Find the entry of a key; of several LinuxCNC takes the first."""
+        """Find the entry of a key: the first, as in LinuxCNC."""
         return next(iter(self.all(section, key)), None)
 
     def need(self, section: str, key: str, example: str) -> Entry:
-        """Find the entry of a key that must be there.
+        """Find the entry of a required key.
 
         Raises
         ------
         MachineError
-            It isn't.
+            The key is missing.
         """
         found = self.find(section, key)
         if found is None:
             raise MachineError(
-                f"has no [{section}] {key} (for example {example}), as a configuration of LinuxCNC 2.8 or "
-                "later has",
+                f"has no [{section}] {key}, for example {example}; write it, as in configurations of "
+                "LinuxCNC 2.8 or later",
                 file=self.file,
             )
         return found
@@ -100,14 +101,14 @@ class Configuration:
 
 @dataclass(frozen=True)
 class Hal:
-    """What HAL commands set before the control runs.
+    """Values set by HAL commands before the control runs.
 
     Parameters
     ----------
-    pins : pin -> the ``setp`` that gives its value
-    signals : signal -> the ``sets`` that gives its value
+    pins : pin -> the ``setp`` that sets its value
+    signals : signal -> the ``sets`` that sets its value
     nets : pin -> the ``net`` that connects it; the entry's value is the signal
-    unread : HAL files of the configuration's own that might set more
+    unread : the configuration's own HAL files that weren't read and might set more
     """
 
     pins: dict[str, Entry] = field(default_factory=dict)
@@ -116,7 +117,7 @@ class Hal:
     unread: list[str] = field(default_factory=list)
 
     def find(self, pin: str) -> Entry | None:
-        """Find what gives a pin its value; None where nothing does and it keeps its module's default.
+        """Find the entry that sets a pin's value; None if the pin keeps its module's default.
 
         Raises
         ------
@@ -130,7 +131,7 @@ class Hal:
         if net.value not in self.signals:
             raise net.fault(
                 f"{pin} takes its value from the signal {net.value} while the control runs; in a copy of the "
-                f"configuration, write the value that it has in place of this: setp {pin} VALUE"
+                f"configuration, replace this by the value that it has: setp {pin} VALUE"
             )
         return self.signals[net.value]
 
@@ -141,16 +142,16 @@ def read_configuration(path: Path) -> Configuration:
     Raises
     ------
     MachineError
-        A file can't be read; a line that is neither section, key nor comment.
+        A file can't be read, or a line is neither section, key nor comment.
     """
     return Configuration(path, tuple(_entries(path)))
 
 
 def read_hal(configuration: Configuration) -> Hal:
-    """Collect what the HAL commands of an ini set: those of its HAL files that lie beside it, and its own.
+    """Collect the values set by an ini's HAL commands and by its HAL files in the same folder.
 
-    Tcl scripts aren't read, nor are files that aren't there: an ini is often all that one has. HAL files of
-    LinuxCNC's library (``LIB:``) set nothing that belongs to one machine.
+    Tcl scripts and missing files are skipped: often only the ini is at hand. HAL files of LinuxCNC's library
+    (``LIB:``) set nothing that is specific to one machine.
     """
     hal = Hal()
     folder = configuration.file.parent
@@ -159,7 +160,7 @@ def read_hal(configuration: Configuration) -> Hal:
             if key == "HALCMD":
                 _run(entry, hal, configuration)
                 continue
-            name = (entry.value.split() or [""])[0]  # arguments of a script stand behind it
+            name = (entry.value.split() or [""])[0]  # arguments of a script follow it
             file = folder / name
             if file.suffix == ".hal" and file.is_file():
                 for line, text in _lines(file):
@@ -189,7 +190,7 @@ def _entries(path: Path, depth: int = 0) -> Iterator[tuple[str, str, Entry]]:
 
 
 def _lines(path: Path, includes: bool = False) -> Iterator[tuple[int, str]]:
-    r"""List the lines that say something, with their numbers; ``\`` at the end of a line continues it."""
+    r"""List the lines other than comments, with their numbers; ``\`` at the end of a line continues it."""
     try:
         text = path.read_text(encoding="utf-8-sig", errors="replace")
     except OSError as fault:
@@ -201,28 +202,28 @@ def _lines(path: Path, includes: bool = False) -> Iterator[tuple[int, str]]:
         if begun.endswith("\\"):
             begun = begun[:-1].rstrip() + " "
             continue
-        said, begun = begun.strip(), ""
-        if said and (said[0] not in "#;" or (includes and said.startswith("#INCLUDE"))):
-            yield start, said
+        content, begun = begun.strip(), ""
+        if content and (content[0] not in "#;" or (includes and content.startswith("#INCLUDE"))):
+            yield start, content
 
 
 def _run(command: Entry, hal: Hal, configuration: Configuration) -> None:
-    """Take from a HAL command what it sets or connects; commands that do neither don't matter here."""
+    """Record the value that a HAL command sets, or the pins that it connects; ignore other commands."""
     words = [w for w in re.split(r"\s#", command.value)[0].split() if w not in ARROWS]
     if words[:1] == ["source"]:
         hal.unread.append(" ".join(words[1:]))
     if len(words) < 3:
         return
     verb, name, *rest = words
-    said = " ".join(words)
     if verb in ("setp", "sets"):
-        value = _substituted(rest[0], configuration)
-        (hal.pins if verb == "setp" else hal.signals)[name] = Entry(value, said, command.file, command.line)
+        value = _substitute(rest[0], configuration)
+        values = hal.pins if verb == "setp" else hal.signals
+        values[name] = replace(command, value=value, name=" ".join(words))
     elif verb == "net":
-        hal.nets.update({pin: Entry(name, said, command.file, command.line) for pin in rest})
+        hal.nets.update(dict.fromkeys(rest, replace(command, value=name, name=" ".join(words))))
 
 
-def _substituted(word: str, configuration: Configuration) -> str:
+def _substitute(word: str, configuration: Configuration) -> str:
     """Replace ``[SECTION]KEY`` or ``[SECTION](KEY)`` by the ini's value, as HAL does."""
     found = re.fullmatch(r"\[(\w+)\]\(?(\w+)\)?", word)
     entry = None if found is None else configuration.find(found[1].upper(), found[2].upper())

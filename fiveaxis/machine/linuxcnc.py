@@ -1,7 +1,7 @@
-"""A machine from the configuration of its LinuxCNC control.
+"""Reading a machine from the configuration of its LinuxCNC control.
 
-The ini names a kinematics module; where the axes lie follows from that module's C source
-(``src/emc/kinematics``: trtfuncs.c, 5axiskins.c, maxkins.c) and the lengths that HAL commands give it.
+The ini names a kinematics module; the axes' lines follow from that module's C source
+(``src/emc/kinematics``: trtfuncs.c, 5axiskins.c, maxkins.c) and the lengths that HAL commands set.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from fiveaxis.machine.ini import Configuration, Entry, Hal, read_configuration, 
 from fiveaxis.machine.model import Machine
 from fiveaxis.machine.tables import LINEAR_UNITS, MachineFile
 
-NO_LIMIT = 1e99  # LinuxCNC's own word for a limit that isn't there
+NO_LIMIT = 1e99  # LinuxCNC's value for a missing limit
 UNITS = {"mm": "mm", "metric": "mm", "in": "inch", "inch": "inch", "imperial": "inch"}
 DEGREES = ("deg", "degree", "1", "1.0")
 Table = dict[str, Any]
@@ -26,15 +26,15 @@ Table = dict[str, Any]
 
 @dataclass(frozen=True)
 class Kinematics:
-    """What a kinematics module says about the machine it is for.
+    """Machine structure implied by a kinematics module.
 
     Parameters
     ----------
-    code : form-shaping code; X, Y and Z commute, so where the bed stands among them is a convention
-    joints : letters of joint 0, 1, … where the module's ``coordinates=`` doesn't say otherwise
+    code : form-shaping code; X, Y and Z commute, so the bed's place among them is a convention
+    joints : letters of joint 0, 1, … unless the module's ``coordinates=`` says otherwise
     against : axes that count against ISO 841, unless the pin ``conventional-directions`` is set
-    offsets : axis -> pins with the x, y, z of a point of its line; more pins than one add up
-    pivot : value that the pin ``pivot-length`` has where nothing sets it
+    offsets : axis -> pins with the x, y, z of a point on its line; several entries of an axis add up
+    pivot : default of the pin ``pivot-length``
     """
 
     code: str
@@ -65,7 +65,7 @@ KINEMATICS = {
 
 @dataclass(frozen=True)
 class Source:
-    """One configuration on its way to a machine file."""
+    """A configuration with its kinematics, to be turned into the tables of a machine file."""
 
     ini: Configuration
     hal: Hal
@@ -79,19 +79,19 @@ class Source:
 def read_linuxcnc(path: str | Path) -> Machine:
     """Read a machine from a LinuxCNC configuration.
 
-    Axis values are tool relative to workpiece here; an axis that the control counts the other way is
-    `reversed`, and its limits change ends and sign. The limits of axis and joint both hold: the tighter one
-    is taken, and so with speeds and accelerations. Powers, masses and shapes aren't in an ini.
+    Axis values are tool relative to workpiece here; an axis that the control counts in the opposite direction
+    is `reversed`, and its limits exchange ends and change sign. The limits of axis and joint both apply: the
+    tighter one is taken, and likewise for speeds and accelerations. An ini has no powers, masses or shapes.
 
     Parameters
     ----------
-    path : the ``.ini``; HAL files that it names are read where they lie beside it
+    path : the ``.ini``; HAL files that it names are read if they are in its folder
 
     Raises
     ------
     MachineError
-        The file can't be read; kinematics that say nothing about where the axes lie, or that fiveaxis doesn't
-        know; units, numbers or limits that make no sense. With file and line.
+        The file can't be read; the kinematics module is unknown or doesn't define the axes' lines; a unit, a
+        number or a limit is impossible. The message has file and line.
     """
     ini = read_configuration(Path(path))
     named = ini.need("KINS", "KINEMATICS", "xyzac-trt-kins")
@@ -99,7 +99,7 @@ def read_linuxcnc(path: str | Path) -> Machine:
     if module not in KINEMATICS:
         raise named.fault(
             f"kinematics {module!r} isn't known; known are {', '.join(KINEMATICS)}: write a machine file "
-            "(.toml) with the code and where its axes lie"
+            "(.toml) with the code and its axes' lines"
         )
     kinematics = KINEMATICS[module]
     joints = kinematics.joints
@@ -125,13 +125,7 @@ def _linear_unit(ini: Configuration) -> str:
 
 
 def _require_letters(source: Source) -> None:
-    """Check that the control's letters are those that the module moves.
-
-    Raises
-    ------
-    MachineError
-        A letter too few, or a rotary axis that may lie anywhere.
-    """
+    """Raise if the control lacks an axis of the module, or has a rotary axis that the module doesn't."""
     known = parse_code(source.kinematics.code).letters
     stated = source.ini.need("TRAJ", "COORDINATES", "XYZAC")
     letters = stated.value.upper().replace(" ", "")
@@ -147,13 +141,7 @@ def _require_letters(source: Source) -> None:
 
 
 def _require_types(source: Source) -> None:
-    """Check that joints turn or slide as their letters do, and that angles are in degrees.
-
-    Raises
-    ------
-    MachineError
-        They don't: the joints stand in another order, or the angles are in another unit.
-    """
+    """Raise if a joint's type contradicts its letter, as in another joint order, or angles aren't in deg."""
     known = parse_code(source.kinematics.code).letters
     angles = source.ini.find("TRAJ", "ANGULAR_UNITS")
     if set(known) & set("ABC") and angles is not None and angles.value.lower() not in DEGREES:
@@ -164,8 +152,8 @@ def _require_types(source: Source) -> None:
         if letter in known and kind is not None and kind.value.upper() != wanted:
             raise kind.fault(
                 f"{kind.name} = {kind.value}, but joint {number} of {source.module} is {letter} ({wanted}); "
-                "say in which order the joints are: KINEMATICS = "
-                f"{source.module} coordinates={source.kinematics.joints.lower()}"
+                f"state the order of the joints: KINEMATICS = {source.module} "
+                f"coordinates={source.kinematics.joints.lower()}"
             )
 
 
@@ -174,7 +162,7 @@ def _machine_tables(source: Source) -> Table:
     title = ini.find("EMC", "MACHINE")
     name = ini.file.stem if title is None or not title.value else title.value
     note = "the module doesn't say which of X, Y and Z carry the table; the kinematics doesn't depend on it"
-    structure = {"source": f"{_places([source.named])} ({source.module})", "assumed": True, "note": note}
+    structure = {"source": f"{_cite([source.named])} ({source.module})", "assumed": True, "note": note}
     return {
         "name": ini.file.stem,
         "code": kinematics.code,
@@ -201,14 +189,14 @@ def _axis_table(source: Source, letter: str) -> Table:
         tightest = min(_rates(source.ini, sections, key), key=lambda found: found[0], default=None)
         if tightest is not None:
             value, entry = tightest
-            table[figure] = {"value": value, "unit": f"{unit}/{per}", "source": _places([entry])}
+            table[figure] = {"value": value, "unit": f"{unit}/{per}", "source": _cite([entry])}
     if letter in "ABC":
         table["line"] = _line(source, letter)
     return table
 
 
 def _limits(ini: Configuration, sections: list[str], flipped: bool) -> Table:
-    """Intersect the ranges of an axis and its joints; an empty table where nothing limits it."""
+    """Intersect the ranges of an axis and its joints; return an empty table if nothing limits it."""
     ends: dict[str, tuple[float, Entry]] = {}
     for section in sections:
         found = {}
@@ -224,7 +212,7 @@ def _limits(ini: Configuration, sections: list[str], flipped: bool) -> Table:
     if not ends:
         return {}
     values = {end: value for end, (value, _) in ends.items()}
-    table: Table = {"source": _places([entry for _, entry in ends.values()])}
+    table: Table = {"source": _cite([entry for _, entry in ends.values()])}
     if flipped:
         own = ", ".join(f"{end} {value:g}" for end, value in values.items())
         table["note"] = f"{own} in the control's own sign"
@@ -233,13 +221,7 @@ def _limits(ini: Configuration, sections: list[str], flipped: bool) -> Table:
 
 
 def _require_range(ends: dict[str, tuple[float, Entry]]) -> None:
-    """Check that a range isn't empty.
-
-    Raises
-    ------
-    MachineError
-        Reversed limits; those of axis and joint don't overlap.
-    """
+    """Raise if limits are reversed, or if those of axis and joint don't overlap."""
     if len(ends) < 2 or ends["min"][0] < ends["max"][0]:
         return
     (low, below), (high, above) = ends["min"], ends["max"]
@@ -262,7 +244,7 @@ def _rates(ini: Configuration, sections: list[str], key: str) -> Iterator[tuple[
 
 
 def _line(source: Source, letter: str) -> Table:
-    """Say where a rotary axis lies: in a point that the module's pins give."""
+    """Locate a rotary axis by the point that the module's pins define."""
     point, entries, unset = [0.0, 0.0, 0.0], [], []
     for axis, pins in source.kinematics.offsets:
         for i, pin in enumerate(pins):
@@ -275,18 +257,18 @@ def _line(source: Source, letter: str) -> Table:
                 unset.append(f"{pin} {value:g}")
             else:
                 entries.append(entry)
-    said = f"{_places([source.named, *entries])} ({source.module})"
+    origin = f"{_cite([source.named, *entries])} ({source.module})"
     if not unset:
-        return {"point": point, "source": said}
-    table: Table = {"point": point, "source": f"{said}; unset, so {', '.join(unset)}"}
+        return {"point": point, "source": origin}
+    table: Table = {"point": point, "source": f"{origin}; unset, so {', '.join(unset)}"}
     if source.hal.unread:
         note = f"{', '.join(source.hal.unread)} wasn't read and may set more"
         table |= {"assumed": True, "note": note}
     return table
 
 
-def _places(entries: list[Entry]) -> str:
-    """Say where entries stand: file names and, for each, what to look for there."""
+def _cite(entries: list[Entry]) -> str:
+    """Name the files of entries and, for each file, the entries' names."""
     names: dict[str, list[str]] = {}
     for entry in entries:
         names.setdefault(entry.file.name, []).append(entry.name)

@@ -1,4 +1,4 @@
-"""The machine: structure, axes, powers, where the workpiece stands and how long the tool is."""
+"""The machine: structure, axes, powers, setup of the workpiece and tool length."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from fiveaxis.errors import CodeError, MachineError
+from fiveaxis.former import warn_former
 from fiveaxis.geometry import Array, inverse_transform
 from fiveaxis.machine.axes import Axis, LocationError
 from fiveaxis.machine.bodies import Body
@@ -21,34 +22,50 @@ from fiveaxis.machine.urdf import write_urdf
 
 @dataclass(frozen=True)
 class Provenance:
-    """Where a figure of a machine comes from: a source, or an assumption with its sentence.
+    """Origin of a figure of a machine: a source, or an assumption and its reason.
 
     Parameters
     ----------
-    figure : which, as in a machine file: ``A limits``, ``spindle``
-    shown : its value as in the file
-    source : where it is printed or was measured, empty where nowhere
+    figure : as in a machine file: ``A limits``, ``spindle``
+    value : as in the file
+    source : where it is printed or was measured; empty if nowhere
     assumed : no source; then `note` says why this value
     note : a sentence
-    fitted : worked out of measurements, not read off them
+    fitted : computed from measurements, not measured directly
     """
 
     figure: str
-    shown: str
+    value: str
     source: str
     assumed: bool
     note: str = ""
     fitted: bool = False
 
     @property
-    def said(self) -> str:
-        """The source and the sentence beside it."""
+    def text(self) -> str:
+        """The source and the note."""
         return "; ".join(part for part in (self.source, self.note) if part)
 
     @property
     def origin(self) -> str:
-        """The same, with the word that it is an assumption where it is one."""
-        return f"assumed: {self.said}" if self.assumed else self.said
+        """The source and the note, marked if it is an assumption."""
+        return f"assumed: {self.text}" if self.assumed else self.text
+
+    @property
+    def shown(self) -> str:
+        """Former name of `value`."""
+        warn_former("Provenance.shown", "Provenance.value")
+        return self.value
+
+    @property
+    def said(self) -> str:
+        """Former name of `text`."""
+        warn_former("Provenance.said", "Provenance.text")
+        return self.text
+
+    def as_dict(self) -> dict[str, str | bool]:
+        """Return the figure and its origin as plain data for JSON."""
+        return {"figure": self.figure, "value": self.value, "source": self.text, "assumed": self.assumed}
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,18 +76,18 @@ class Machine:
     ----------
     name : short name
     code : form-shaping code
-    chain : joints with their lines, and the tool at home, as the workpiece sees them
-    axes : sorted X Y Z A B C; axis values of a path have their columns in this order
-    base_power : W that the machine draws whatever it does, None where unknown
-    provenance : every figure with its source
+    chain : joints with their lines, and the tool at home, in the workpiece frame
+    axes : sorted X Y Z A B C, the order of the columns of axis values
+    base_power : W, drawn whenever the machine is on; None where unknown
+    provenance : origin of every figure
     bodies : shapes of the links, machine frame, every axis at 0
-    setup : workpiece frame in the machine frame; contained in `chain`
-    tool_length : mm from the spindle's gauge point to the tip; contained in `chain`
-    load : what stands on the table
+    setup : workpiece frame in the machine frame; included in `chain`
+    tool_length : mm, from the spindle's gauge point to the tip; included in `chain`
+    load : of the table
     vertical : (3,), unit vector upwards, machine frame
     spindle_idle : W, W/(rad/s), W/(rad/s)²: power of the turning spindle without a cut, beyond the base power
-    auxiliary : W/W, 1/W: load loss that comes with a cut
-    clamped : axes that are held still (`holding`), each with its value in mm or rad
+    auxiliary : W/W, 1/W: the spindle drive's load loss
+    clamped : held axes (`holding`), each with its value in mm or rad
     """
 
     name: str
@@ -96,7 +113,7 @@ class Machine:
         Raises
         ------
         CodeError
-            The code doesn't name a machine.
+            The code isn't a form-shaping code.
         """
         if not isinstance(code, str):
             raise CodeError(str(code), "is a number; write the digits in quotes, leading zeros count")
@@ -111,9 +128,9 @@ class Machine:
 
     @property
     def length_is_along_z(self) -> bool:
-        """Whether a longer tool moves Z and nothing else: no rotary axis carries it, and it points along Z.
+        """Whether a longer tool shifts Z only: no rotary axis carries it, and it points along Z.
 
-        Only then may a control add a tool's length by itself.
+        Only then may a control compensate the tool length by itself.
         """
         along = [j.line.direction for j in self.chain.joints if j.letter == "Z"]
         upright = bool(along) and float(np.dot(along[0], self.chain.tool_home[:3, 2])) > 1.0 - 1e-12
@@ -161,13 +178,17 @@ class Machine:
         """(k,), mm and rad, upper limits."""
         return np.array([a.limits.high for a in self.axes])
 
+    def limit_excess(self, positions: Array) -> Array:
+        """Compute how far axis values, (…, k), are beyond their limits, mm and rad; negative inside."""
+        return np.maximum(positions - self.high, self.low - positions)
+
     @property
     def has_powers(self) -> bool:
         """Whether every axis has a drive with known power."""
         return all(a.drive is not None for a in self.axes)
 
     def shown(self, positions: Array) -> Array:
-        """Convert axis values (…, k) from mm and rad to mm and degrees."""
+        """Convert axis values, (…, k), from mm and rad to mm and degrees."""
         scale = np.array([180.0 / np.pi if a.is_rotary else 1.0 for a in self.axes])
         return positions * scale
 
@@ -177,20 +198,20 @@ class Machine:
         return inverse_transform(self.setup.frame)
 
     def with_setup(self, offset: Triple = (0.0, 0.0, 0.0), rotation_deg: Triple = (0.0, 0.0, 0.0)) -> Machine:
-        """Return this machine with the workpiece set up elsewhere, in place of its present setup.
+        """Return this machine with another setup of the workpiece.
 
         Parameters
         ----------
         offset : (3,), mm, workpiece zero in the machine frame, every axis at 0 (the work offset)
-        rotation_deg : (3,), deg, how the part is turned on the table: about the machine's X, then Y, then Z
+        rotation_deg : (3,), deg, of the part on the table: about the machine's X, then Y, then Z
 
         Raises
         ------
         MachineError
-            A number that isn't finite.
+            A number isn't finite.
         """
         setup = Setup.at(offset, rotation_deg)
-        # The chain is seen from the present workpiece frame; the new one lies there at W₀⁻¹ W.
+        # The chain is in the present workpiece frame; the new frame is W₀⁻¹ W in it.
         return replace(self, setup=setup, chain=self.chain.seen_from(self.machine_frame @ setup.frame))
 
     def with_tool_length(self, length: float) -> Machine:
@@ -206,7 +227,7 @@ class Machine:
         return replace(self, tool_length=length, chain=self.chain.with_tool_length(length - self.tool_length))
 
     def with_load(self, mass: float, centre: Triple = (0.0, 0.0, 0.0)) -> Machine:
-        """Return this machine with something else on the table: workpiece, vice, fixture.
+        """Return this machine with another load on the table: workpiece, vice, fixture.
 
         Parameters
         ----------
@@ -216,7 +237,7 @@ class Machine:
         Raises
         ------
         MachineError
-            A negative mass, or a number that isn't finite.
+            The mass is negative, or a number isn't finite.
         """
         return replace(self, load=Load(mass, centre))
 
@@ -231,11 +252,11 @@ class Machine:
         Raises
         ------
         MachineError
-            The machine has no such axis.
+            The machine has no such axis, or the value isn't finite.
         """
         axis = self.axis(letter)
         if not math.isfinite(value):
-            raise MachineError(f"axis {letter} can't be held at {value}; give a finite number of mm or rad")
+            raise MachineError(f"axis {letter} can't be held at {value}; write a finite number of mm or rad")
         digit = DIGITS[letter]
         return replace(
             self,
@@ -243,11 +264,11 @@ class Machine:
             chain=self.chain.holding(letter, value),
             axes=tuple(a for a in self.axes if a.letter != letter),
             clamped=(*self.clamped, (axis, value)),
-            bodies=(),  # the links between the clamped axis and the next would have to be joined
+            bodies=(),  # those of the clamped axis's link would have to join its neighbour's
         )
 
     def with_location_errors(self, errors: Mapping[str, LocationError]) -> Machine:
-        """Return this machine with axes that lie where they were measured, in place of errors it has.
+        """Return this machine with measured location errors, in place of those it has.
 
         The errors are small constant displacements of whole axes (ISO 230-7 location errors); the inverse
         kinematics accounts for them exactly.
@@ -263,12 +284,12 @@ class Machine:
         """
         if self.clamped and errors:
             raise MachineError(
-                "location errors are stated with every axis at 0; give them before clamping one"
+                "location errors are stated with every axis at 0; set them before clamping one"
             )
         axes = tuple(replace(a, location_error=errors.get(a.letter, a.location_error)) for a in self.axes)
         for letter in errors:
             self.column(letter)
-        # Errors are stated in the machine frame, and so are the lines that they displace.
+        # Errors and the lines that they displace are in the machine frame.
         chain = self.chain.seen_from(self.machine_frame)
         joints = []
         for joint in chain.joints:
@@ -278,13 +299,14 @@ class Machine:
                 line = nominal.displaced(errors[joint.letter])
             joints.append(replace(joint, line=line))
         moved = replace(chain, joints=tuple(joints)).seen_from(self.setup.frame)
-        told = tuple(p for p in self.provenance if p.figure not in {f"{c} location_error" for c in errors})
-        return replace(self, axes=axes, chain=moved, provenance=told)
+        replaced = {f"{letter} location_error" for letter in errors}
+        kept = tuple(p for p in self.provenance if p.figure not in replaced)
+        return replace(self, axes=axes, chain=moved, provenance=kept)
 
     def with_drives_of(self, other: Machine) -> Machine:
-        """Return this machine with the axis powers of another one, letter by letter.
+        """Return this machine with the drives of another one, letter by letter.
 
-        For a machine whose powers nobody has measured: a comparison of postures then rests on the other
+        For a machine whose powers haven't been measured: a comparison of postures then rests on the other
         machine's figures, and the provenance says so.
 
         Raises
@@ -305,8 +327,8 @@ class Machine:
         """Describe this machine in URDF, for pinocchio, ROS and others: metres and radians.
 
         Joints are named after the axes and their values are the axis values, whatever the root. Links are
-        ``workpiece``, ``bed``, ``tool`` (the tool tip) and, after the axis that carries them, ``link_C`` and
-        so on, with their bodies to be seen and to collide.
+        ``workpiece``, ``bed``, ``tool`` (the tool tip) and, named after the axis that carries them,
+        ``link_C`` and so on, with their bodies as visual and collision geometry.
 
         Parameters
         ----------
@@ -316,18 +338,18 @@ class Machine:
 
         Returns
         -------
-        The same bytes each time
+        XML text, the same bytes each time
 
         Raises
         ------
         MachineError
-            Another root.
+            The root is another one.
 
         Notes
         -----
-        URDF has no open end: a missing one is 100 m or 1000 turns from the other, or from 0. An endless
-        rotary axis is such a one too, and not ``continuous``, which would forget its turn. A highest speed of
-        0 means that it isn't known; forces, which URDF asks for, are 0 throughout, and there are no masses.
+        URDF requires both ends of a range: a missing one is 100 m or 1000 turns from the other, or from 0.
+        This holds for an endless rotary axis too: a ``continuous`` joint would lose its turn count. A highest
+        speed of 0 means that it isn't known; forces, which URDF requires, are all 0, and there are no masses.
         Meshes are file URIs with %20 for a space, which pinocchio doesn't read: for pinocchio, keep them in
         folders without spaces.
         """

@@ -1,4 +1,4 @@
-"""Where the workpiece stands on the table, and what it weighs."""
+"""Setup of the workpiece on the table, and the load."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Setup:
     Raises
     ------
     MachineError
-        A number that isn't finite.
+        A number isn't finite.
     """
 
     offset: Triple = (0.0, 0.0, 0.0)
@@ -32,21 +32,21 @@ class Setup:
 
     def __post_init__(self) -> None:
         if not np.isfinite([*self.offset, *self.rotation_deg]).all():
-            raise MachineError(f"setup {self}: three finite lengths in mm and three angles in deg are needed")
+            raise MachineError(f"setup {self}: write three finite lengths in mm and three angles in deg")
 
     @classmethod
     def at(cls, offset: ArrayLike, rotation_deg: ArrayLike = (0.0, 0.0, 0.0)) -> Setup:
-        """Make a setup of two lists or arrays of three numbers.
+        """Make a setup from two lists or arrays of three numbers.
 
         Raises
         ------
         MachineError
-            Another number of them, or one that isn't finite.
+            There aren't three numbers in each, or one isn't finite.
         """
         numbers = [np.asarray(v, dtype=float) for v in (offset, rotation_deg)]
         if any(v.shape != (3,) for v in numbers):
             raise MachineError(
-                f"setup of offset {offset!r} and rotation {rotation_deg!r}: each is three numbers, mm and deg"
+                f"setup of offset {offset!r}, rotation {rotation_deg!r}: write three numbers each, mm and deg"
             )
         return cls(*(as_triple(v) for v in numbers))
 
@@ -67,7 +67,7 @@ class Setup:
 
 @dataclass(frozen=True)
 class Load:
-    """What stands on the table: workpiece, vice, fixture.
+    """Load of the table: workpiece, vice, fixture.
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ class Load:
     Raises
     ------
     MachineError
-        A negative mass, or a number that isn't finite.
+        The mass is negative, or a number isn't finite.
     """
 
     mass: float = 0.0
@@ -87,4 +87,4 @@ class Load:
         if not (np.isfinite(self.mass) and self.mass >= 0.0):
             raise MachineError(f"the load's mass is {self.mass:g} kg; it must be 0 or more")
         if not np.isfinite(self.centre).all():
-            raise MachineError(f"the load's centre is {self.centre}; three finite lengths in mm are needed")
+            raise MachineError(f"the load's centre is {self.centre}; write three finite lengths in mm")

@@ -1,7 +1,7 @@
-"""A machine as URDF, the robot description that other kinematics and collision programs read.
+"""Writing a machine as URDF, the robot description that other kinematics and collision programs read.
 
-Lengths are metres and angles radians, as URDF has it; joint values are the machine's axis values, tool
-relative to workpiece, also on the table side.
+Lengths are in metres and angles in radians, as URDF requires; joint values are the machine's axis values,
+tool relative to workpiece, also on the table side.
 """
 
 from __future__ import annotations
@@ -23,17 +23,16 @@ from fiveaxis.machine.code import FormShapingCode
 WORKPIECE, TOOL = "workpiece", "tool"
 ROOTS = (WORKPIECE, BED)
 METRE = 1000.0  # mm
-# URDF wants both ends of an axis; a missing one is put this far from the other, or from 0. No machine tool is
-# as long, and no cable is wound as often. An endless rotary axis isn't `continuous` either: readers keep such
-# a joint as a point of the circle and forget its turn, and the turn is part of an axis value.
+# URDF requires both ends of a range: a missing one is this far from the other, or from 0, more than any
+# machine travels. An endless rotary axis isn't `continuous` either: readers keep such a joint as a point on
+# the circle and lose its turn count, which is part of an axis value.
 FAR_LINEAR, FAR_ROTARY = 100.0 * METRE, 1000.0 * 2.0 * math.pi
-# Decimals of metres, radians and directions: 1e-12 mm. Beyond them is rounding that differs by platform.
-DECIMALS = 15
+DECIMALS = 15  # of metres, radians and directions; further digits are rounding that differs by platform
 
 
 @dataclass(frozen=True)
 class _Branching:
-    """A joint in the tree: which link it moves against which, and whether its axis points the other way."""
+    """A joint in the tree: its parent and child links, and sign −1 if its axis is reversed."""
 
     joint: Joint
     parent: str
@@ -54,7 +53,7 @@ def write_urdf(
     """Describe a machine in URDF; see `Machine.to_urdf`.
 
     Every link's frame is parallel to the machine frame at home and lies on the line of the joint before it,
-    so joints have plain offsets and all geometry is in their directions.
+    so joints have pure offsets, and their directions are all that differs between machines.
 
     Parameters
     ----------
@@ -68,7 +67,7 @@ def write_urdf(
     Raises
     ------
     MachineError
-        Another root.
+        The root is another one.
     """
     if root not in ROOTS:
         raise MachineError(f"no URDF tree with root {root!r}; write {' or '.join(map(repr, ROOTS))}")
@@ -89,14 +88,15 @@ def write_urdf(
     robot.extend(_moving(branching, by_letter[branching.joint.letter], origins) for branching in tree)
     robot.append(_joint("tool_home", "fixed", links[-1], TOOL, at_last @ chain.tool_home))
     ElementTree.indent(robot)
-    # A text whose declaration names an encoding is refused by readers that build on lxml.
+    # Readers based on lxml refuse text whose declaration names an encoding.
     return f'<?xml version="1.0"?>\n{ElementTree.tostring(robot, encoding="unicode")}\n'
 
 
 def _tree(joints: Sequence[Joint], links: Sequence[str], start: int) -> list[_Branching]:
     """Order the joints from link `start` outwards; joint j is between the links j and j + 1.
 
-    A table axis moves the workpiece, seen from the bed, the opposite way of the tool seen from the workpiece.
+    A table axis moves the workpiece relative to the bed in the direction opposite to the axis value, which is
+    that of the tool relative to the workpiece.
     """
     towards_workpiece = [_Branching(joints[j], links[j + 1], links[j], -1.0) for j in reversed(range(start))]
     towards_tool = [_Branching(joints[j], links[j], links[j + 1], 1.0) for j in range(start, len(joints))]
@@ -104,7 +104,7 @@ def _tree(joints: Sequence[Joint], links: Sequence[str], start: int) -> list[_Br
 
 
 def _origins(links: Sequence[str], tree: Sequence[_Branching], root: str) -> dict[str, Array]:
-    """Place the links' frames: (3,) mm, machine frame, every axis at 0."""
+    """Compute the origins of the links' frames: (3,) mm, machine frame, every axis at 0."""
     origins = {BED if root == BED else links[0]: np.zeros(3)}
     for branching in tree:
         joint, before = branching.joint, origins[branching.parent]
@@ -123,15 +123,13 @@ def _moving(branching: _Branching, axis: Axis, origins: Mapping[str, Array]) -> 
 
 
 def _limit(axis: Axis) -> dict[str, str]:
-    """Give the attributes of a joint's limit; what isn't known but must stand there is 0."""
-    scale = 1.0 if axis.is_rotary else METRE
-    speed = 0.0 if axis.max_speed is None else axis.max_speed / scale
-    limit = {"effort": "0", "velocity": _number(speed)}
-    low, high = axis.limits.low, axis.limits.high
-    far = FAR_ROTARY if axis.is_rotary else FAR_LINEAR
-    lower = low if math.isfinite(low) else (high if math.isfinite(high) else 0.0) - far
-    upper = high if math.isfinite(high) else (low if math.isfinite(low) else 0.0) + far
-    return {"lower": _number(lower / scale), "upper": _number(upper / scale), **limit}
+    """Return the attributes of a joint's limit; an unknown figure that URDF requires is 0."""
+    scale, far = (1.0, FAR_ROTARY) if axis.is_rotary else (METRE, FAR_LINEAR)
+    low, high = axis.limits.ends
+    lower = (high or 0.0) - far if low is None else low
+    upper = (low or 0.0) + far if high is None else high
+    figures = {"lower": lower, "upper": upper, "effort": 0.0, "velocity": axis.max_speed or 0.0}
+    return {name: _number(figure / scale) for name, figure in figures.items()}
 
 
 def _link(link: str, origin: Array, bodies: Sequence[Body]) -> ElementTree.Element:
@@ -160,7 +158,7 @@ def _geometry(shape: Shape) -> ElementTree.Element:
 
 
 def _joint(name: str, kind: str, parent: str, child: str, placed: Array) -> ElementTree.Element:
-    """Make a joint; `placed` is the child's frame in the parent's, (4, 4) mm, at the value 0."""
+    """Make a joint element; `placed` is the child's frame in the parent's, (4, 4) mm, at the value 0."""
     element = ElementTree.Element("joint", name=name, type=kind)
     element.append(_origin(placed))
     ElementTree.SubElement(element, "parent", link=_link_name(parent))
@@ -169,7 +167,7 @@ def _joint(name: str, kind: str, parent: str, child: str, placed: Array) -> Elem
 
 
 def _link_name(link: str) -> str:
-    """Name a link; an axis's letter alone is its joint's name."""
+    """Name a link; the axis's letter itself is the joint's name."""
     return link if link in (WORKPIECE, BED, TOOL) else f"link_{link}"
 
 
@@ -181,8 +179,8 @@ def _origin(frame: Array) -> ElementTree.Element:
 def roll_pitch_yaw(rotation: Array) -> Array:
     """Split a rotation into ``Rz(yaw) Ry(pitch) Rx(roll)``.
 
-    The yaw is taken off before the other two are measured, so they fit whatever yaw was found: near a pitch
-    of 90°, where yaw and roll turn about the same axis, the product still keeps all digits.
+    Pitch and roll are computed after the yaw is undone, so they fit whatever yaw was found: near a pitch of
+    90°, where yaw and roll turn about the same axis, the product still keeps all digits.
 
     Parameters
     ----------
@@ -192,7 +190,7 @@ def roll_pitch_yaw(rotation: Array) -> Array:
     -------
     (3,), rad
     """
-    # Without the rounding, noise around 0 would choose the yaw at a pitch of 90°.
+    # Without rounding, noise around 0 would determine the yaw at a pitch of 90°.
     matrix = rotation.round(DECIMALS) + 0.0
     yaw = math.atan2(matrix[1, 0], matrix[0, 0])
     cosine, sine = math.cos(yaw), math.sin(yaw)

@@ -1,4 +1,4 @@
-"""What a run leaves for people and for scripts: one JSON document, one page that stands by itself."""
+"""Reports of a run: a JSON document and a self-contained HTML page."""
 
 from fiveaxis.report.document import describe_input, main_baseline, report_document, write_json
 from fiveaxis.report.page import write_report

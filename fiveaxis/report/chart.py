@@ -1,7 +1,7 @@
-"""Charts of the page, drawn as SVG straight away: a few lines each, the same bytes for the same data.
+"""Charts of the page, written directly as SVG: a few lines each, the same bytes for the same data.
 
-Lengths are points, as in print: a chart is 518 wide, a page's column. What people ask for as a file of their
-own (`fiveaxis.report.canvas`) is drawn by matplotlib, which takes a second for the page's charts.
+Lengths are in points; a chart is 518 wide, the page's column. Figures that are files of their own
+(`fiveaxis.report.plots`) are drawn by matplotlib, which would take a second for the page's charts.
 """
 
 from __future__ import annotations
@@ -14,51 +14,57 @@ from itertools import pairwise
 
 import numpy as np
 
-from fiveaxis.geometry import Array
-from fiveaxis.report.canvas import BOUND
+from fiveaxis.geometry import Array, IntArray
+
+# Okabe & Ito's palette: distinguishable by colour-blind readers and in greyscale print.
+AFTER = "#0072B2"
+BEFORE = "#E69F00"
+BOUND = "#555555"
+FORBIDDEN = "#c9c9c9"
 
 WIDTH = 518.0
 LEFT, RIGHT, TOP, BELOW = 58.0, 10.0, 22.0, 36.0
 FONT, TITLE_FONT = 9.0, 10.0
 GRID, INK = "#e3e3e3", "#1a1a1a"
-# Mean width of a letter as a share of the size of its type, for what is placed beside words.
-LETTER = 0.53
-# Share of a range left free at its ends, so that a line doesn't touch the frame.
-MARGIN = 0.06
+LETTER = 0.53  # mean width of a letter as a share of the font size, to place something beside words
+MARGIN = 0.06  # share of a range left free at its ends, so that a line doesn't touch the frame
 # Steps between ticks, times a power of ten, coarsest first.
 STEPS = (5.0, 2.0, 1.0, 0.5, 0.2, 0.1, 0.05)
 MINUS, THIN_SPACE = "\u2212", "\u2009"
+
+# Buckets of a thinned line: a printed column of 180 mm doesn't resolve more.
+BUCKETS = 400
 
 Range = tuple[float, float]
 
 
 def widened(*values: Array, margin: float = MARGIN) -> Range:
-    """Give the range of some numbers with room at both ends; NaN is passed over."""
+    """Compute the range of some numbers with room at both ends; NaN is ignored."""
     known = np.concatenate([np.ravel(v) for v in values])
     known = known[np.isfinite(known)]
     low, high = (float(known.min()), float(known.max())) if len(known) else (0.0, 0.0)
     room = margin * (high - low)
     if room <= 1e-9 * max(abs(low), abs(high)):
-        # A line that stays where it is lies in the middle.
+        # A constant line lies in the middle.
         room = max(0.05 * abs(low), 1.0)
     return low - room, high + room
 
 
 def ticks(bounds: Range, least: int = 4) -> list[float]:
-    """Choose round numbers inside a range: as few as possible, but at least so many."""
+    """Choose round numbers inside a range: as few as possible, but at least `least`."""
     power = 10.0 ** math.floor(math.log10(bounds[1] - bounds[0]))
     choices = (multiples(bounds, power * step) for step in STEPS)
-    return next(places for places in choices if len(places) >= least)
+    return next(values for values in choices if len(values) >= least)
 
 
 def multiples(bounds: Range, step: float) -> list[float]:
-    """Give the multiples of a step inside a range."""
+    """List the multiples of a step inside a range."""
     first, last = math.ceil(bounds[0] / step - 1e-9), math.floor(bounds[1] / step + 1e-9)
     return [k * step for k in range(first, last + 1)]
 
 
 def labels(values: Sequence[float]) -> list[str]:
-    """Write the numbers of ticks with as many decimals as their step needs."""
+    """Format the numbers of ticks with as many decimals as their step needs."""
     step = min((b - a for a, b in pairwise(values)), default=1.0)
     decimals = next(d for d in range(10) if abs(step * 10**d - round(step * 10**d)) < 1e-6 or d == 9)
     written = (f"{v:,.{decimals}f}".replace(",", THIN_SPACE) for v in values)
@@ -68,14 +74,14 @@ def labels(values: Sequence[float]) -> list[str]:
 def text(
     words: str, x: float, y: float, *, anchor: str = "start", bold: bool = False, upright: bool = False
 ) -> str:
-    """Write words; `upright` turns them to be read from below."""
+    """Write a text element; `upright` turns it to be read from below."""
     look = f' font-size="{TITLE_FONT:g}" font-weight="bold"' if bold else ""
     turned = f' transform="rotate(-90 {x:.1f} {y:.1f})"' if upright else ""
     return f'<text x="{x:.1f}" y="{y:.1f}" text-anchor="{anchor}"{look}{turned}>{escape(words)}</text>'
 
 
 def legend(names: Mapping[str, str], right: float, y: float) -> str:
-    """Name lines by their colours, ending at the right."""
+    """Draw a legend of names and colours that ends at `right`."""
     parts, at = [], right
     for name, colour in reversed(list(names.items())):
         at -= LETTER * FONT * len(name)
@@ -86,21 +92,59 @@ def legend(names: Mapping[str, str], right: float, y: float) -> str:
 
 
 def svg(height: float, parts: Iterable[str]) -> str:
-    """Put the parts of a chart together."""
+    """Assemble the parts of a chart."""
     return (
         f'<svg viewBox="0 0 {WIDTH:g} {height:g}" width="{WIDTH:g}pt" height="{height:g}pt" '
         f'font-family="sans-serif" font-size="{FONT:g}" fill="{INK}">\n' + "\n".join(parts) + "\n</svg>"
     )
 
 
+def thin_rows(values: Array, buckets: int = BUCKETS) -> IntArray:
+    """Choose rows of a line so that it looks the same with fewer points: lowest and highest of each bucket.
+
+    Parameters
+    ----------
+    values : (n,); NaN is ignored
+    buckets : pieces of equal length; a line of at most two rows per piece is kept whole
+
+    Returns
+    -------
+    (m,), rows in order, m ≤ 2·buckets + 2; the first and the last are always there
+    """
+    n = len(values)
+    if n <= 2 * buckets:
+        return np.arange(n)
+    edges = np.linspace(0, n, buckets + 1).astype(np.int64)
+    low, high = np.where(np.isnan(values), np.inf, values), np.where(np.isnan(values), -np.inf, values)
+    pieces = list(pairwise(edges))
+    rows = [a + np.argmin(low[a:b]) for a, b in pieces] + [a + np.argmax(high[a:b]) for a, b in pieces]
+    return np.unique(np.array([0, *rows, n - 1], dtype=np.int64))
+
+
+def break_jumps(values: Array, jump: float) -> Array:
+    """Set NaN where a wrapped angle jumps, so that no line is drawn across the figure.
+
+    Parameters
+    ----------
+    values : (n,), any unit
+    jump : largest step that isn't a jump, same unit
+
+    Returns
+    -------
+    (n,), NaN at the row after a jump
+    """
+    jumps = np.abs(np.diff(values, prepend=values[:1])) > jump
+    return np.where(jumps, np.nan, values)
+
+
 @dataclass(frozen=True)
 class Panel:
-    """A rectangle of a chart in which numbers have places.
+    """A plotting area of a chart.
 
     Parameters
     ----------
     top, height : points
-    x, y : what the sides stand for, left to right and bottom to top
+    x, y : ranges of the sides, left to right and bottom to top
     width : points
     """
 
@@ -112,15 +156,15 @@ class Panel:
 
     @property
     def bottom(self) -> float:
-        """Height of the lower side, points from above."""
+        """Position of the lower side, points from the top."""
         return self.top + self.height
 
     def across(self, values: float | Array) -> Array:
-        """Give the place of numbers between left and right."""
+        """Convert x values to points from the left."""
         return LEFT + (np.asarray(values) - self.x[0]) * (self.width / (self.x[1] - self.x[0]))
 
     def down(self, values: float | Array) -> Array:
-        """Give the place of numbers between bottom and top."""
+        """Convert y values to points from the top."""
         return self.bottom - (np.asarray(values) - self.y[0]) * (self.height / (self.y[1] - self.y[0]))
 
     def frame(
@@ -132,7 +176,7 @@ class Panel:
         y_ticks: Mapping[float, str] | None = None,
         grid: bool = True,
     ) -> str:
-        """Draw the two sides with ticks and names; no `x_label` leaves the numbers below to a panel there."""
+        """Draw the two axes with ticks and labels; without `x_label`, the panel below has the numbers."""
         steps = ticks(self.y, max(2, min(5, int(self.height / 25.0))))
         rising = dict(zip(steps, labels(steps), strict=True)) if y_ticks is None else y_ticks
         along = dict(zip(s := ticks(self.x, 6), labels(s), strict=True)) if x_ticks is None else x_ticks
@@ -143,7 +187,7 @@ class Panel:
             words.append(text(word, LEFT - 5.0, y + 3.0, anchor="end"))
         for value, word in along.items():
             x = float(self.across(value))
-            # Categories have words below them, and no line.
+            # Categories have words below them, but no line.
             lines += [f"M{x:.2f} {self.top:g}v{self.height:g}"] if x_ticks is None else []
             words += [text(word, x, self.bottom + 12.0, anchor="middle")] if x_label else []
         middle = self.top + 0.5 * self.height
@@ -171,11 +215,11 @@ class Panel:
         return _stroke("".join(pieces), colour, width)
 
     def steps(self, x: Array, y: Array, colour: str, width: float) -> str:
-        """Draw numbers that hold from the place before up to their own, (n,) each."""
+        """Draw values that hold from the previous x up to their own, (n,) each."""
         return self.line(np.repeat(x, 2)[:-1], np.repeat(y, 2)[1:], colour, width)
 
     def level(self, y: float) -> str:
-        """Dot a bound, where it lies within the panel."""
+        """Draw a dotted line at a bound, if it lies within the panel."""
         if not self.y[0] <= y <= self.y[1]:
             return ""
         path = f"M{LEFT:g} {float(self.down(y)):.2f}h{self.width:g}"

@@ -1,11 +1,10 @@
-"""Cutters in words."""
+"""Descriptions of cutters in words."""
 
 from __future__ import annotations
 
 from fiveaxis.toolpath import Tool
 from fiveaxis.toolpath.shapes import SHAPES
 
-# Shapes by name: what people call them.
 NAMES = {
     "ball": "ball end mill",
     "flat": "square end mill",
@@ -19,7 +18,7 @@ DEGREES = ("half_angle", "point_angle")
 
 
 def describe_cutter(tool: Tool) -> str:
-    """Name a cutter with its figures: ``bull-nose end mill, diameter 16 mm, corner radius 4 mm``."""
+    """Describe a cutter with its figures: ``bull-nose end mill, diameter 16 mm, corner radius 4 mm``."""
     cutter = tool.cutter
     if cutter.shape not in SHAPES:
         return str(tool)
@@ -32,7 +31,7 @@ def describe_cutter(tool: Tool) -> str:
 
 
 def describe_tool(tool: Tool) -> str:
-    """Name a tool's cutter, and its shank and holder where they are known."""
+    """Describe a tool's cutter, and its shank and holder if they are known."""
     parts = [describe_cutter(tool)]
     if tool.shank_diameter is not None:
         parts.append(f"shank {tool.shank_diameter:g} mm")
@@ -47,7 +46,7 @@ def describe_tool(tool: Tool) -> str:
 
 
 def what_stays(tool: Tool) -> str:
-    """Say what is held while the tool leans."""
+    """Describe what is held while the tool leans."""
     if tool.cutter.is_ball:
         return "The ball’s centre is held, so the contact stays"
     return "The tool leans about its contact, which stays"

@@ -1,4 +1,4 @@
-"""The JSON document: every figure of a run as plain data, the same bytes for the same inputs."""
+"""The JSON document: every figure of a run as plain data; the same inputs give the same bytes."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ from fiveaxis.posture import Solution
 from fiveaxis.report.cutters import describe_tool
 from fiveaxis.toolpath import TiltBounds, Toolpath
 
-# What people expect to be compared with, best first; any other baseline stands in where both are missing.
+# Baselines that users expect, best first; any other one is used if both are missing.
 PREFERRED_BASELINES = ("as-programmed", "normal")
 
-# By what two programs are compared, names of `Energy`.
+# Attributes of `Energy` by which two programs are compared.
 MEASURES = ("total", "travel", "with_base", "run_time")
 
 UNITS = {
@@ -48,28 +48,28 @@ def report_document(
     program: Mapping[str, Any] | None = None,
     budget: Mapping[str, Any] | None = None,
 ) -> dict[str, Any]:
-    """Put everything that a run found into one document of plain data.
+    """Collect all results of a run in one document of plain data.
 
-    No clock, no wall time and no folder of the computer gets in: the same inputs give the same document.
+    It has no clock time, no run time and no folder of the computer: the same inputs give the same document.
 
     Parameters
     ----------
     solution : the result with its baselines
-    verdict : what verification found in the program's text, as plain data: ``ok``, ``findings``, ``counts``
-        (by code; may count more than are listed), ``figures``, ``checked`` and ``not_checked`` (sentences)
+    verdict : result of the verification of the program's text, as plain data: ``ok``, ``findings``,
+        ``counts`` (by code; may count more than are listed), ``figures``, ``checked`` and ``not_checked``
+        (sentences)
     inputs : the files that the run read, each from `describe_input`, with ``used_as`` where that is known
-    program : the NC program, where one was made: ``blocks`` for how many ``blocks_before``, ``inserted``,
-        ``removed`` and ``redundant_kept_for`` (codes), the tolerances ``path_tolerance_mm`` and
-        ``axis_tolerance_deg``
-    budget : the electricity of the whole job by consumer, where it was added up
+    program : the NC program, if there is one: ``blocks``, ``blocks_before``, ``inserted``, ``removed`` and
+        ``redundant_kept_for`` (codes), the tolerances ``path_tolerance_mm`` and ``axis_tolerance_deg``
+    budget : the electricity of the whole job by consumer, if it was computed
 
     Returns
     -------
-    Keys in fixed order; energies in J, times in s, angles of ``tilt`` in degrees, the rest as ``units`` says.
-    A figure that isn't a finite number is None.
+    Keys in fixed order; energies in J, times in s, angles of ``tilt`` in degrees, the rest as in ``units``. A
+    figure that isn't a finite number is None.
     """
-    told = (f.as_dict() for f in solution.toolpath.findings)
-    findings = [_portable_finding(f) for f in (*told, *verdict["findings"])]
+    from_path = (f.as_dict() for f in solution.toolpath.findings)
+    findings = [_portable_finding(f) for f in (*from_path, *verdict["findings"])]
     verification = {k: verdict[k] for k in ("ok", "counts", "figures", "checked", "not_checked")}
     document = {
         "toolpath": _without_folder(solution.toolpath.name),
@@ -110,7 +110,7 @@ def _rates(solution: Solution, motion: Motion) -> dict[str, Any]:
 def _summary(
     findings: Sequence[Mapping[str, Any]], toolpath: Toolpath, counts: Mapping[str, int]
 ) -> list[dict[str, Any]]:
-    """Put findings together by cause; what optimiser and verification both tell counts once."""
+    """Group findings by cause; those that optimiser and verification both report count once."""
     total = Counter(count_codes(toolpath.findings)) | Counter(counts)
     return [cause.as_dict() for cause in group_findings(map(Finding.from_dict, findings), total)]
 
@@ -147,28 +147,24 @@ def write_json(document: Mapping[str, Any], path: str | Path) -> Path:
 
 
 def main_baseline(names: Collection[str]) -> str | None:
-    """Choose the baseline that figures show as "before": as programmed, else normal, else the first."""
+    """Choose the baseline that figures show as "before": as programmed, or normal, or the first."""
     preferred = (name for name in PREFERRED_BASELINES if name in names)
     return next(preferred, next(iter(names), None))
 
 
 def _savings(energy: Energy, baseline: Energy) -> dict[str, float | None]:
-    """Compare two motions by each measure, as the share that is saved."""
+    """Compute the saved share by each measure."""
     return {name: _share(getattr(energy, name), getattr(baseline, name)) for name in MEASURES}
 
 
 def _share(after: float | None, before: float | None) -> float | None:
-    """Give the saved share, None where a measure is unknown or there was nothing to save."""
+    """Compute the saved share; None if a measure is unknown or there was nothing to save."""
     if after is None or before is None or not before > 0.0:
         return None
     return 1.0 - after / before
 
 
 def _machine(machine: Machine) -> dict[str, Any]:
-    figures = [
-        {"figure": p.figure, "value": p.shown, "source": p.said, "assumed": p.assumed}
-        for p in machine.provenance
-    ]
     return {
         "name": machine.name,
         "code": str(machine.code),
@@ -177,7 +173,7 @@ def _machine(machine: Machine) -> dict[str, Any]:
         "base_power": machine.base_power,
         "setup": {"offset": list(machine.setup.offset), "rotation_deg": list(machine.setup.rotation_deg)},
         "tool_length": machine.tool_length,
-        "figures": figures,
+        "figures": [p.as_dict() for p in machine.provenance],
     }
 
 
@@ -188,7 +184,7 @@ def _tilt(tilt: TiltBounds) -> dict[str, Any]:
 
 
 def _portable_finding(finding: Mapping[str, Any]) -> dict[str, Any]:
-    """Copy a finding without the folder of the file that it points into."""
+    """Copy a finding without the folder of its file."""
     copy = dict(finding)
     place = copy.get("place")
     if isinstance(place, Mapping) and place.get("file") is not None:
@@ -203,7 +199,7 @@ def _without_folder(name: str) -> str:
 
 
 def _plain(value: Any) -> Any:
-    """Reduce to what JSON knows: numpy numbers to Python's, what isn't finite to None."""
+    """Convert to types that JSON has: numpy numbers to Python's, numbers that aren't finite to None."""
     if isinstance(value, Mapping):
         return {str(key): _plain(item) for key, item in value.items()}
     if isinstance(value, str):

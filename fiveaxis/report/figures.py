@@ -1,4 +1,4 @@
-"""Line and bar charts, as SVG."""
+"""Line and bar charts of the result and its baseline over the path and over time, as SVG."""
 
 from __future__ import annotations
 
@@ -7,10 +7,12 @@ import numpy as np
 from fiveaxis.energy import move_powers
 from fiveaxis.geometry import Array
 from fiveaxis.kinematics import tool_axes
+from fiveaxis.machine import Axis
 from fiveaxis.motion import Motion
 from fiveaxis.posture import Solution
-from fiveaxis.report.canvas import AFTER, BEFORE, thin_rows
 from fiveaxis.report.chart import (
+    AFTER,
+    BEFORE,
     BELOW,
     LEFT,
     RIGHT,
@@ -21,12 +23,17 @@ from fiveaxis.report.chart import (
     legend,
     svg,
     text,
+    thin_rows,
     widened,
 )
+from fiveaxis.report.tables import number
 
 LOCATION_LABEL = "location along the path (row, from 0)"
-# Points: height of a band, and of what is between two.
+TIME_LABEL = "time (s)"
+# Height of a band and of the gap between two, points.
 BAND, GAP = 66.0, 12.0
+# A line of steps has two points per row, so it gets half the rows of a line of points.
+STEP_BUCKETS = 150
 
 
 def energy_bars(solution: Solution, baseline: str | None) -> str:
@@ -47,12 +54,12 @@ def energy_bars(solution: Solution, baseline: str | None) -> str:
     ]
     width = 0.8 / len(series)
     for row, colour, shift in zip(heights, series.values(), _shifts(len(series)), strict=True):
-        parts += [panel.bar(k + shift, 0.96 * width, h, colour, _joules(h)) for k, h in enumerate(row)]
+        parts += [panel.bar(k + shift, 0.96 * width, h, colour, number(h)) for k, h in enumerate(row)]
     return svg(panel.bottom + BELOW, parts)
 
 
 def spending_lines(solution: Solution, baseline: str | None) -> str:
-    """Draw the energy added up along the path: steep is where it goes."""
+    """Draw the energy added up along the path: it is spent where the line is steep."""
     series = series_of(solution, baseline)
     spent = {}
     for name in series:
@@ -91,49 +98,117 @@ def axis_lines(solution: Solution, baseline: str | None) -> str:
     return svg(panel.bottom + BELOW, parts)
 
 
-def band(number: int, x: Range, y: Range) -> Panel:
-    """Place one of several panels below each other, counted from 0."""
-    return Panel(TOP + number * (BAND + GAP), BAND, x, y)
+def speed_lines(solution: Solution, baseline: str | None) -> str:
+    """Draw every axis's mean speed in each move over time, with its highest speed dotted if it comes near.
+
+    Parameters
+    ----------
+    baseline : name of the baseline shown as "before"; None draws the result alone
+    """
+    machine = solution.machine
+    speeds = {
+        name: 60.0 * machine.shown(mean_speeds(motion_of(solution, name))).T
+        for name in series_of(solution, baseline)
+    }
+    names = [f"{axis.letter} ({axis.unit}/min)" for axis in machine.axes]
+    bounds = [
+        _highest(axis, widened(*(rows[k] for rows in speeds.values()))) for k, axis in enumerate(machine.axes)
+    ]
+    return _bands(solution, baseline, "Speed of every axis, mean over each move", names, speeds, bounds)
+
+
+def power_lines(solution: Solution, baseline: str | None) -> str:
+    """Draw the power of every feed drive over time, at the mean speed of each move, and their sum."""
+    powers = {name: drive_powers(solution, name) for name in series_of(solution, baseline)}
+    names = [f"{letter} (W)" for letter in (*solution.machine.letters, "all")]
+    return _bands(solution, baseline, "Power of the feed drives", names, powers, [()] * len(names))
+
+
+def drive_powers(solution: Solution, name: str) -> Array:
+    """Compute the power of each drive in each move, and in the last row their sum, (k + 1, n) W."""
+    powers = move_powers(solution.machine, motion_of(solution, name)).T
+    return np.vstack([powers, powers.sum(axis=0)])
+
+
+def mean_speeds(motion: Motion) -> Array:
+    """Compute every axis's mean speed in the move that ends at the row, (n, k), mm/s and rad/s.
+
+    It is 0 for a move that takes no time.
+    """
+    timed = motion.time > 0.0
+    return np.where(timed[:, None], motion.moves / np.where(timed, motion.time, 1.0)[:, None], 0.0)
+
+
+def _bands(
+    solution: Solution,
+    baseline: str | None,
+    title: str,
+    names: list[str],
+    values: dict[str, Array],
+    bounds: list[tuple[float, ...]],
+) -> str:
+    """Draw values that hold for the whole move that ends at a row, one band per name."""
+    series = series_of(solution, baseline)
+    ends = {name: np.cumsum(motion_of(solution, name).time) for name in series}
+    x = widened(np.array([0.0]), *ends.values(), margin=0.01)
+    parts = [heading(series, title)]
+    for k, label in enumerate(names):
+        panel = band(k, x, widened(*(rows[k] for rows in values.values()), np.array(bounds[k])))
+        parts.append(panel.frame(label, TIME_LABEL if k == len(names) - 1 else ""))
+        parts += [panel.level(bound) for bound in bounds[k]]
+        for name, colour in series.items():
+            rows = thin_rows(values[name][k], STEP_BUCKETS)
+            width = 1.0 if colour == AFTER else 2.0
+            parts.append(panel.steps(ends[name][rows], values[name][k][rows], colour, width))
+    return svg(panel.bottom + BELOW, parts)
+
+
+def _highest(axis: Axis, shown: Range) -> tuple[float, ...]:
+    """Return the highest speeds, per minute, that the motion comes near; others would flatten the line."""
+    if axis.max_speed is None:
+        return ()
+    most = 60.0 * float(axis.shown(axis.max_speed))
+    return tuple(bound for bound in (most, -most) if 2.0 * shown[0] <= bound <= 2.0 * shown[1])
+
+
+def band(index: int, x: Range, y: Range) -> Panel:
+    """Make one of several panels below each other, numbered from 0."""
+    return Panel(TOP + index * (BAND + GAP), BAND, x, y)
 
 
 def heading(series: dict[str, str], title: str) -> str:
-    """Write what a chart shows, and name its lines."""
+    """Write a chart's title and legend."""
     return text(title, LEFT, 12.0, bold=True) + legend(series, WIDTH - RIGHT, 12.0)
 
 
 def along(solution: Solution) -> Range:
-    """Give the range of the locations' numbers, with a little room."""
+    """Compute the range of location numbers, with a little room."""
     return widened(np.array([0.0, len(solution.toolpath) - 1.0]), margin=0.01)
 
 
 def thinned_line(panel: Panel, values: Array, colour: str) -> str:
     """Draw a line over the locations, thinned so that it looks the same."""
     rows = thin_rows(values)
-    # Where both lines coincide the one before shows as a rim about the one after.
+    # Where both lines coincide, "before" shows as a rim around "after".
     return panel.line(rows.astype(float), values[rows], colour, 1.1 if colour == AFTER else 2.2)
 
 
 def motion_of(solution: Solution, name: str) -> Motion:
-    """Find the motion of a line in a chart: a baseline's, or the result's under the name "optimised"."""
+    """Find the motion of a chart's line: a baseline's, or the result's under the name "optimised"."""
     return solution.motion if name == "optimised" else solution.compared[name].motion
 
 
 def tilts_shown(solution: Solution, motion: Motion) -> Array:
-    """Measure the angle between tool axis and reference along a motion, (n,) deg, NaN where nothing binds."""
+    """Compute the angle between tool axis and reference along a motion, (n,) deg; NaN without reference."""
     rotary = motion.positions[:, solution.machine.rotary_columns]
     return np.degrees(solution.tilt.angles(tool_axes(solution.machine, rotary)))
 
 
 def series_of(solution: Solution, baseline: str | None) -> dict[str, str]:
-    """Give the lines of a chart with their colours, before first."""
+    """Return a chart's lines with their colours, "before" first."""
     return {"optimised": AFTER} if baseline is None else {baseline: BEFORE, "optimised": AFTER}
 
 
 def _shifts(bars: int) -> Array:
-    """Place so many bars side by side about a tick."""
+    """Compute the offsets of bars side by side at a tick."""
     return (np.arange(bars) - (bars - 1) / 2.0) * 0.8 / bars
-
-
-def _joules(value: float) -> str:
-    """Write an energy with thin spaces between thousands."""
-    return f"{value:,.0f}".replace(",", "\u2009")

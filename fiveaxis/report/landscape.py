@@ -1,8 +1,7 @@
-"""What the machine would pay for the postures that were not chosen: the data behind the maps.
+"""Energy of the postures that were not chosen: the data of the maps.
 
-Both maps hold the *contact* where it is, because that is what stays when a posture changes, and a ball's
-centre stays with it. `energy.power_surface` holds the tool tip; so the same costs are computed for the tip
-that each posture needs.
+Both maps hold the *contact*, which stays when a posture changes, and with it a ball's centre.
+`energy.power_surface` holds the tool tip; here the same costs are computed for the tip of each posture.
 """
 
 from __future__ import annotations
@@ -20,11 +19,11 @@ from fiveaxis.machine import Axis, Machine
 from fiveaxis.posture import Solution
 from fiveaxis.toolpath import Toolpath
 
-# Tells for locations (m,) and rotary angles (m, 2), rad, which postures are clear of collisions, (m,).
+# Check, for locations (m,) and rotary angles (m, 2), rad, of which postures are clear of collisions, (m,).
 Admits = Callable[[IntArray, Array], BoolArray]
 
 FULL_TURN = 2.0 * math.pi
-# Grid of the maps: wide enough to be quick, fine enough to show every region (deg).
+# Grid steps of the maps, deg: wide enough to be quick, fine enough to show every region.
 FIRST_STEP = 3.0
 SECOND_STEP = 2.0
 SURFACE_STEP = 1.5
@@ -42,7 +41,7 @@ class Surface:
     location : index of the location, from 0
     first, second : (g,), (h,), rad, grid of the rotary axes in chain order
     cost : (g, h), J, S_W: energy of a move from axis zero
-    allowed : (g, h), where tilt and axis limits hold
+    allowed : (g, h), whether tilt and axis limits are kept
     """
 
     location: int
@@ -54,14 +53,14 @@ class Surface:
 
 @dataclass(frozen=True, eq=False)
 class PostureMap:
-    """Path × first rotary axis.
+    """Least cost over the path and the first rotary axis.
 
     Parameters
     ----------
     locations : (m,), indices of the locations, from 0
     first : (g,), rad, grid of the first rotary axis
     cost : (m, g), J, least S_W over the admissible angles of the second axis; NaN where there is none
-    colliding : (m, g), where there would be one, but for a collision
+    colliding : (m, g), whether only collisions make it NaN
     """
 
     locations: IntArray
@@ -82,14 +81,14 @@ def surface_at(solution: Solution, location: int) -> Surface:
 
 
 def posture_map(solution: Solution, admits: Admits | None = None) -> PostureMap:
-    """Compute what each angle of the first rotary axis costs at best, along the path.
+    """Compute the least cost of each angle of the first rotary axis along the path.
 
     A path of more than `MOST_LOCATIONS` is sampled evenly, both ends included.
 
     Parameters
     ----------
     solution : the result
-    admits : tells which postures are clear of collisions; None where nobody knows
+    admits : checks which postures are clear of collisions; None if that isn't known
     """
     n = len(solution.toolpath)
     locations = np.unique(np.linspace(0, n - 1, min(n, MOST_LOCATIONS)).round().astype(np.int64))
@@ -101,20 +100,20 @@ def posture_map(solution: Solution, admits: Admits | None = None) -> PostureMap:
 
 
 def modulo_turn(angles: Array, axis: Axis) -> Array:
-    """Bring angles into the range that the maps show, rad: whole turns don't change where the tool is."""
+    """Reduce angles by whole turns, which don't move the tool, to the range of the maps, rad."""
     low, high = shown_range(axis)
     middle = (low + high) / 2.0
     return middle - math.pi + np.mod(angles - middle + math.pi, FULL_TURN)
 
 
 def shown_range(axis: Axis) -> tuple[float, float]:
-    """Choose the range of a rotary axis to show, rad: its limits, or one turn where it can make one."""
-    low, high = axis.limits.low, axis.limits.high
-    return (low, high) if high - low < FULL_TURN else (-math.pi, math.pi)
+    """Choose the range of a rotary axis to show, rad: its limits, or one turn if it can make one."""
+    limits = axis.limits
+    return (limits.low, limits.high) if limits.span < FULL_TURN else (-math.pi, math.pi)
 
 
 def _grid(machine: Machine, *steps: float) -> tuple[Array, Array]:
-    """Lay a grid over the shown ranges with steps of about so many degrees."""
+    """Divide the shown ranges of the rotary axes by steps of about so many degrees."""
     first, second = (
         _angles(shown_range(machine.axis(letter)), step)
         for letter, step in zip(machine.rotaries, steps, strict=True)
@@ -130,10 +129,10 @@ def _angles(bounds: tuple[float, float], step: float) -> Array:
 def _least(
     solution: Solution, locations: IntArray, grid: tuple[Array, Array], admits: Admits | None
 ) -> tuple[Array, BoolArray]:
-    """Give the least cost of each first angle, (m, g) J, and where only collisions leave none."""
+    """Compute the least cost of each first angle, (m, g) J, and where only collisions leave none."""
     angles = np.stack(np.meshgrid(*grid, indexing="ij"), axis=-1)
     axes = tool_axes(solution.machine, angles)
-    # Most of the grid leans too far: only what doesn't is placed.
+    # Most of the grid leans too far; linear axes are solved for the rest only.
     row, first, second = np.nonzero(_tilt_holds(solution, locations, axes))
     rotary = angles[first, second]
     paid, allowed = _evaluate(solution, solution.toolpath.at(locations[row]), axes[first, second], rotary)
@@ -173,29 +172,26 @@ def _first_clear(cell: IntArray, locations: IntArray, rotary: Array, admits: Adm
 
 
 def _evaluate(solution: Solution, path: Toolpath, axis: Array, rotary: Array) -> tuple[Array, BoolArray]:
-    """Compute S_W, (m,) J, and whether the axis limits hold, of one posture a location."""
-    positions = linear_positions(solution.machine, path.tips(axis), rotary)
-    cost = np.sum(posture_costs(solution.machine, positions, feed_mm_min(solution)), axis=-1)
-    return cost, _limits_hold(solution.machine, positions)
+    """Compute S_W, (m,) J, of one posture per location, and check the linear axes' limits.
+
+    The grid itself keeps the limits of the rotary axes.
+    """
+    machine = solution.machine
+    positions = linear_positions(machine, path.tips(axis), rotary)
+    cost = np.sum(posture_costs(machine, positions, feed_mm_min(solution)), axis=-1)
+    excess = machine.limit_excess(positions)[..., machine.linear_columns]
+    return cost, np.all(excess <= 0.0, axis=-1)
 
 
 def feed_mm_min(solution: Solution) -> float:
-    """Give the one feed that both maps are drawn for: the median along the path, mm/min."""
+    """Compute the feed for which both maps are drawn: the median along the path, mm/min."""
     return float(np.median(solution.toolpath.feed)) * 60.0
 
 
 def _tilt_holds(solution: Solution, locations: IntArray, axes: Array) -> BoolArray:
-    """Compare cosines, which need no cross product; a location without reference allows everything."""
+    """Check the tilt by cosines, which need no cross product; a location without reference allows any."""
     holds = np.ones((len(locations), *axes.shape[:2]), dtype=bool)
     for bound in solution.tilt.all:
         cosine = np.einsum("ghk,mk->mgh", axes, bound.reference[locations])
         holds &= np.isnan(cosine) | ((cosine >= bound.cosines[0]) & (cosine <= bound.cosines[1]))
     return holds
-
-
-def _limits_hold(machine: Machine, positions: Array) -> BoolArray:
-    """Check the linear axes: the grid itself stays inside the limits of the rotary ones."""
-    columns = machine.linear_columns
-    values = positions[..., columns]
-    inside = (values >= machine.low[columns]) & (values <= machine.high[columns])
-    return np.all(inside, axis=-1)

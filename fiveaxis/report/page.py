@@ -1,10 +1,10 @@
-"""The page: verdict first, then what was saved, then why one may believe it."""
+"""The page: first the verdict, then the savings, then the evidence."""
 
 from __future__ import annotations
 
 import logging
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from html import escape
 from importlib.resources import files
 from pathlib import Path
@@ -14,10 +14,10 @@ from typing import Any
 from fiveaxis.files import write_atomically
 from fiveaxis.posture import Solution
 from fiveaxis.report import tables
+from fiveaxis.report.chart import THIN_SPACE
 from fiveaxis.report.cutters import what_stays
 from fiveaxis.report.document import main_baseline
-from fiveaxis.report.figures import axis_lines, energy_bars, spending_lines
-from fiveaxis.report.front_section import front_section
+from fiveaxis.report.figures import axis_lines, energy_bars, power_lines, speed_lines, spending_lines
 from fiveaxis.report.landscape import (
     FIRST_STEP,
     MOST_LOCATIONS,
@@ -28,15 +28,11 @@ from fiveaxis.report.landscape import (
     surface_at,
 )
 from fiveaxis.report.maps import posture_map_figure, surface_figure
-from fiveaxis.report.measured import measured_table
-from fiveaxis.report.program_section import program_section
-from fiveaxis.report.setup_section import setup_section
-from fiveaxis.report.time_figures import power_lines, speed_lines
-from fiveaxis.report.verdict import verdict_section
+from fiveaxis.report.sections import front_section, program_section, setup_section, verdict_section
 
 logger = logging.getLogger(__name__)
 
-# Every percentage stands beside the boundary that it was drawn for.
+# The boundary of each percentage.
 BOUNDARIES = {
     "total": "feed drives only",
     "travel": "feed drives only, travel metric",
@@ -47,14 +43,14 @@ BOUNDARIES = {
 def write_report(
     solution: Solution, document: Mapping[str, Any], path: str | Path, *, admits: Admits | None = None
 ) -> Path:
-    """Write the page that explains a run: one file, no network, the same bytes for the same inputs.
+    """Write a run's page: one file without network access, the same bytes for the same inputs.
 
     Parameters
     ----------
-    solution : the result with its baselines; the figures are drawn from it
-    document : what `report_document` made of the same solution; texts and tables are taken from it
+    solution : the result with its baselines, for the figures
+    document : `report_document` of the same solution, for texts and tables
     path : the ``.html`` file
-    admits : tells for locations (m,) and rotary angles (m, 2), rad, which postures are clear of collisions
+    admits : checks, for locations (m,) and rotary angles (m, 2), rad, which postures are clear of collisions
 
     Raises
     ------
@@ -128,7 +124,7 @@ def _missing(document: Mapping[str, Any]) -> str:
 def _measures(document: Mapping[str, Any]) -> str:
     base = document["machine"]["base_power"]
     with_base = (
-        "The machine’s base power isn’t known, so totals with base power can’t be given; a posture that "
+        "The machine’s base power isn’t known, so totals with base power can’t be computed; a posture that "
         "takes longer may cost more than it saves."
         if base is None
         else f"With base power: plus {tables.number(base)} W over the cycle time."
@@ -138,14 +134,14 @@ def _measures(document: Mapping[str, Any]) -> str:
         ""
         if error is None
         else "For the result the metric is off the energy by "
-        f"{tables.number(100.0 * error, 1, signed=True)}{tables.THIN_SPACE}%. "
+        f"{tables.number(100.0 * error, 1, signed=True)}{THIN_SPACE}%. "
     )
     return (
         '<p class="small">Energy: ∫P dt of the feed drives over the duration of each block; a drive with '
-        "constant power pays for the whole block, however short its own travel. If the power of a drive that "
-        "is slower than any that was measured falls with its speed, the energy is the lower figure. Travel "
-        "metric: every axis is charged for its travel at the programmed feed (Σ W|Δq|). Spindle, coolant and "
-        f"cutting power are in none of them. {difference}{with_base}</p>"
+        "constant power pays for the whole block, however short its own travel. The lower energy applies if "
+        "a drive’s power falls in proportion to its speed below the slowest measured speed. Travel metric: "
+        "every axis is charged for its travel at the programmed feed (Σ W|Δq|). None of them includes "
+        f"spindle, coolant or cutting power. {difference}{with_base}</p>"
     )
 
 
@@ -161,7 +157,7 @@ def _energy(solution: Solution, document: Mapping[str, Any], baseline: str | Non
 
 
 def _budget(document: Mapping[str, Any]) -> str:
-    """Tell the electricity of the whole job, where it was added up."""
+    """Write the electricity of the whole job; empty if it wasn't computed."""
     budget = document["budget"]
     if budget is None:
         return ""
@@ -171,7 +167,7 @@ def _budget(document: Mapping[str, Any]) -> str:
         text += f"; {budget['cost']:.4f} {budget['currency']}"
     if budget["co2_kg"] is not None:
         text += f"; {1000.0 * budget['co2_kg']:.1f} g CO₂"
-    heading = "<h2>What the whole job takes</h2>"
+    heading = "<h2>Electricity of the whole job</h2>"
     return f"<section>\n{heading}\n{_scroll(tables.budget_table(budget))}\n<p>{escape(text)}.</p>\n</section>"
 
 
@@ -182,12 +178,12 @@ def _motion(solution: Solution, baseline: str | None) -> str:
         "the highest and lowest values are kept."
     )
     speeds = (
-        "Over time instead of along the path: the mean speed of every axis in each move, as the feed and the "
-        "slowest axis allow it; highest speeds of the machine dotted where the motion comes near them."
+        "Over time instead of along the path: the mean speed of every axis in each move, as limited by the "
+        "feed and the slowest axis; the machine’s highest speeds are dotted where the motion comes near them."
     )
     powers = (
-        "Power of each feed drive at those speeds, and of all together; base load, spindle and what "
-        "acceleration takes aren’t in it. The area under the last band is the power integral."
+        "Power of each feed drive at those speeds, and of all together, without base load, spindle and "
+        "acceleration. The area under the last band is the power integral."
     )
     return (
         _figure(axis_lines(solution, baseline), escape(caption))
@@ -210,16 +206,16 @@ def _map_caption(solution: Solution, knows_collisions: bool) -> str:
     first, second = solution.machine.rotaries
     n = len(solution.toolpath)
     collisions = (
-        f"Hatched: there would be one, but the tool or its holder collides with every {second}; looked up in "
-        "a map of directions some degrees wide."
+        f"Hatched: only collisions of the tool or its holder rule out every {second}, by a map of directions "
+        "with a grid of some degrees."
         if knows_collisions
         else "Collisions aren’t in this map."
     )
     sampled = "" if n <= MOST_LOCATIONS else f" {MOST_LOCATIONS} of {tables.number(n)} locations are sampled."
     return (
-        f"Colour: energy of moving from axis zero to this location with {first} as on the left and the "
+        f"Colour: energy of a move from axis zero to this location with {first} as on the left and the "
         f"cheapest {second} that tilt and axis limits admit (S_W, feed drives only). The chosen "
-        f"{second} needn’t be that one: what is minimised is the change from location to location, not the "
+        f"{second} may be another one: the optimiser minimises the change from location to location, not the "
         f"height. Grey: no {second} is admissible. {first} is shown without whole turns; grid "
         f"{FIRST_STEP:g}° × {SECOND_STEP:g}°, median feed {feed_mm_min(solution):.0f} mm/min.{sampled} "
         f"{collisions}"
@@ -229,14 +225,14 @@ def _map_caption(solution: Solution, knows_collisions: bool) -> str:
 def _surface_caption(solution: Solution, location: int) -> str:
     first, second = solution.machine.rotaries
     return (
-        f"Energy of moving from axis zero to location {location}, the middle of the path, for every pair of "
+        f"Energy of a move from axis zero to location {location}, the middle of the path, for every pair of "
         f"{first} and {second}. {what_stays(solution.toolpath.tool)} (S_W, feed drives only). A "
         "move costs the change between two postures, not the height. Collisions aren’t in this map."
     )
 
 
 def _findings(document: Mapping[str, Any]) -> str:
-    measured = _scroll(measured_table(document["verification"]["figures"]))
+    measured = _scroll(tables.measured_table(document["verification"]["figures"]))
     summary = document["summary"]
     if not summary:
         return f"<p>No findings.</p>\n{measured}"
@@ -249,13 +245,13 @@ def _findings(document: Mapping[str, Any]) -> str:
 def _solver(document: Mapping[str, Any]) -> str:
     residuals = document["residuals"]
     audit = (
-        f"The result’s own audit, 0 is perfect: tilt overrun {math.degrees(residuals['tilt']):.2g}°, limit "
+        f"Residuals of the result: tilt overrun {math.degrees(residuals['tilt']):.2g}°, limit "
         f"overrun {residuals['limit']:.2g} mm or rad, contact error {residuals['contact']:.2g} mm."
     )
     kkt = document.get("kkt")
     if kkt is not None:
         audit += (
-            f" Residual of the optimality conditions: {kkt['dual']:.2g} J/rad, bounds broken by "
+            f" Residuals of the optimality conditions: {kkt['dual']:.2g} J/rad, bounds violated by "
             f"{kkt['primal']:.2g}, complementarity {kkt['complementarity']:.2g} J."
         )
     return f'{_scroll(tables.solver_table(document["solver"]))}\n<p class="small">{escape(audit)}</p>'
@@ -276,14 +272,10 @@ def _machine(document: Mapping[str, Any]) -> str:
     setup = machine["setup"]
     if any((*setup["offset"], *setup["rotation_deg"])):
         text += (
-            f" The workpiece's zero is at {_triple(setup['offset'])} mm of the machine frame, turned by "
-            f"{_triple(setup['rotation_deg'])} deg about the machine's X, Y, Z."
+            f" The workpiece's zero is at ({tables.plain_list(setup['offset'])}) mm in the machine frame, "
+            f"turned by ({tables.plain_list(setup['rotation_deg'])}) deg about the machine's X, Y, Z."
         )
     return f"<p>{escape(text)}</p>\n{_scroll(tables.machine_table(figures))}"
-
-
-def _triple(numbers: Sequence[float]) -> str:
-    return "(" + ", ".join(tables.plain(v) for v in numbers) + ")"
 
 
 def _figure(content: str, caption: str) -> str:
@@ -291,5 +283,5 @@ def _figure(content: str, caption: str) -> str:
 
 
 def _scroll(content: str) -> str:
-    """Let a wide table scroll by itself on a narrow screen."""
+    """Make a wide table scrollable on a narrow screen."""
     return f'<div class="scroll">\n{content}\n</div>\n'

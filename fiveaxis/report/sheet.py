@@ -1,4 +1,4 @@
-"""A machine's data sheet: what `fiveaxis info` tells, as plain data."""
+"""A machine's data sheet, the output of `fiveaxis info`, as plain data."""
 
 from __future__ import annotations
 
@@ -12,14 +12,13 @@ from fiveaxis.kinematics import lean_range, singular_direction
 from fiveaxis.machine import AffineDrive, Axis, DirectionalDrive, FrictionDrive, Joint, Machine, WeightDrive
 from fiveaxis.machine.freedom import why_not_orienting, why_not_positioning
 
-# rad: a range of leans narrower than this is where the branches meet, and there is no choice.
-TOUCHING = 1e-6
+TOUCHING = 1e-6  # rad, range of leans below which the branches coincide and there is no choice
 
 Document = dict[str, Any]
 
 
 def describe_machine(machine: Machine) -> Document:
-    """Say everything about a machine, in mm, deg, s and W.
+    """Describe a machine in mm, deg, s and W.
 
     Parameters
     ----------
@@ -28,8 +27,8 @@ def describe_machine(machine: Machine) -> Document:
     Returns
     -------
     Plain data: ``chain`` from the workpiece to the tool, ``limits``, ``speeds`` and ``powers`` by axis letter
-    (None where unknown or endless), ``orientation`` with branches and singular direction or with the reason
-    why there are none, ``figures`` with their sources
+    (None where unknown or endless), ``orientation`` with branches and singular direction or the reason why
+    there are none, ``figures`` with their sources
     """
     names = {"name": machine.name, "code": str(machine.code), "description": machine.description}
     structure = {
@@ -52,23 +51,19 @@ def describe_machine(machine: Machine) -> Document:
             "positioning": why_not_positioning(machine.chain) or "every position",
             "orientation": _orientation(machine),
             "bodies": len(machine.bodies),
-            "figures": [
-                {"figure": p.figure, "value": p.shown, "source": p.said, "assumed": p.assumed}
-                for p in machine.provenance
-            ],
+            "figures": [p.as_dict() for p in machine.provenance],
         }
     )
 
 
 def _joint(joint: Joint, machine: Machine) -> Document:
     side = "table" if joint.letter in machine.code.table else "head"
-    place = {"axis": joint.letter, "side": side, "direction": _numbers(joint.line.direction)}
-    return place | ({"point": _numbers(joint.line.point)} if joint.is_rotary else {})
+    line = {"axis": joint.letter, "side": side, "direction": _numbers(joint.line.direction)}
+    return line | ({"point": _numbers(joint.line.point)} if joint.is_rotary else {})
 
 
 def _limits(axis: Axis) -> list[float | None]:
-    ends = (axis.limits.low, axis.limits.high)
-    return [_short(axis.shown(v)) if math.isfinite(v) else None for v in ends]
+    return [None if end is None else _short(axis.shown(end)) for end in axis.limits.ends]
 
 
 def _speed(axis: Axis) -> float | None:
@@ -76,11 +71,11 @@ def _speed(axis: Axis) -> float | None:
 
 
 def _power(axis: Axis) -> Document | None:
-    """Give a drive's model and figures, power slopes per (mm/min) or (deg/min) as in a machine file."""
+    """Describe a drive's model and figures, power slopes per (mm/min) or (deg/min) as in a machine file."""
     drive = axis.drive
     if drive is None:
         return None
-    # W per (unit/s) inside is W per (unit/min) at the border.
+    # W per (unit/s) internally, W per (unit/min) in files.
     slope, unit = 1.0 / (60.0 * axis.shown(1.0)), f"W/({axis.unit}/min)"
     if isinstance(drive, DirectionalDrive):
         factor = slope if drive.proportional else 1.0
@@ -94,17 +89,17 @@ def _orientation(machine: Machine) -> Document:
     reason = why_not_orienting(machine.chain)
     if reason is not None:
         return {"branches": 0, "reason": reason}
-    leaning = lean_range(machine)
+    leans = lean_range(machine)
     return {
         "branches": 2,
         "singular_axis": machine.rotaries[0],
         "singular_direction": _numbers(singular_direction(machine)),
-        "branch_axis": leaning.letter,
-        "branch_middle": _short(math.degrees(leaning.middle)),
-        "lean_reach": _degrees(leaning.reach),
-        "lean_within_limits": _degrees(leaning.limited),
+        "branch_axis": leans.letter,
+        "branch_middle": _short(math.degrees(leans.middle)),
+        "lean_reach": _degrees(leans.reach),
+        "lean_within_limits": _degrees(leans.limited),
         "both_branches_within_limits": [
-            _degrees(ends) for ends in leaning.both if ends[1] - ends[0] > TOUCHING
+            _degrees(ends) for ends in leans.both if ends[1] - ends[0] > TOUCHING
         ],
     }
 
@@ -118,5 +113,5 @@ def _numbers(vector: Any) -> list[float]:
 
 
 def _short(value: float) -> float:
-    """Round away what conversions of units leave."""
+    """Remove the rounding left by unit conversions."""
     return float(f"{value:.10g}") + 0.0

@@ -8,30 +8,60 @@ from html import escape
 from typing import Any
 
 from fiveaxis.findings import Place
+from fiveaxis.report.chart import MINUS, THIN_SPACE
 
-THIN_SPACE = "\u2009"
-MINUS = "\u2212"
 UNKNOWN = "unknown"
 NOTHING = "–"
 KINDS = {"cut": "cuts", "link": "links", "rapid": "rapid moves"}
 
+# Figures of verification by name: description and unit.
+WORDS = {
+    "limit_overrun_mm": ("linear axis beyond its travel", "mm"),
+    "limit_overrun_deg": ("rotary axis beyond its travel", "°"),
+    "held_axis_off_deg": ("held axis off its angle", "°"),
+    "contact_error_mm": ("tool off its path", "mm"),
+    "tilt_min_deg": ("smallest angle of the tool axis", "°"),
+    "tilt_max_deg": ("largest angle of the tool axis", "°"),
+    "rotary_step_deg": ("largest turn in a cutting block", "°"),
+    "turn_rate_deg_mm": ("largest turn along the cut", "°/mm"),
+    "singular_turn_deg": ("turn of the first rotary axis near the singular direction", "°"),
+    "speed_share": ("speed, of an axis’s highest", "%"),
+    "rotary_acceleration_share": ("acceleration of rotary axes, of their highest", "%"),
+    "linear_acceleration_share": ("acceleration of linear axes, of their highest", "%"),
+    "tip_deviation_mm": ("tool off its straight line between two rows", "mm"),
+    "axis_off_plane_deg": ("tool axis off the plane of its directions", "°"),
+    "gouge_depth_mm": ("cutter in the part", "mm"),
+    "shank_overlap_mm": ("shank in part, stock, fixture or table", "mm"),
+    "shank_clearance_lacking_mm": ("shortfall of the shank’s clearance", "mm"),
+    "holder_overlap_mm": ("holder in part, stock, fixture or table", "mm"),
+    "holder_clearance_lacking_mm": ("shortfall of the holder’s clearance", "mm"),
+    "fixture_overlap_mm": ("cutter in fixture or table", "mm"),
+    "fixture_clearance_lacking_mm": ("shortfall of the cutter’s clearance", "mm"),
+    "machine_overlap_mm": ("overlap of the machine’s bodies", "mm"),
+    "machine_clearance_lacking_mm": ("shortfall of the machine’s clearance", "mm"),
+    "text_off_mm": ("linear axes in the text off their planned positions", "mm"),
+    "text_off_deg": ("rotary axes in the text off their planned positions", "°"),
+    "duration_off_share": ("time of the cuts in the text off the planned time", "%"),
+    "off_path_mm": ("program off the path to follow", "mm"),
+}
+
 
 @dataclass(frozen=True)
 class Cell:
-    """One cell: text that isn't escaped yet, and a class for its look."""
+    """One cell: unescaped text, and its CSS class."""
 
     text: str
     look: str = ""
 
 
 def table(heads: Sequence[str], rows: Iterable[Sequence[str | Cell]], look: str = "") -> str:
-    """Write a table; a bare string is a cell without a look of its own.
+    """Write a table; a plain string is a cell with its column's class.
 
     Parameters
     ----------
-    heads : column heads with their units; one that starts with ``#`` is a column of numbers
+    heads : column heads with their units; ``#`` in front marks a column of numbers
     rows : one cell per column
-    look : class of the table
+    look : CSS class of the table
     """
     looks = ["number" if head.startswith("#") else "" for head in heads]
     opening = f'<table class="{look}">' if look else "<table>"
@@ -64,7 +94,7 @@ def baseline_table(document: Mapping[str, Any]) -> str:
 
 
 def kinds_table(document: Mapping[str, Any]) -> str:
-    """Show cuts, links and rapid moves of all programs apart; empty where there are cuts only."""
+    """List cuts, links and rapid moves of all programs separately; empty if there are cuts only."""
     energies = {"optimised": document["energy"], **document["baselines"]}
     spent = {name: energy["by_kind"] for name, energy in energies.items()}
     kinds = [kind for kind in KINDS if any(kind in shares for shares in spent.values())]
@@ -84,14 +114,14 @@ def kinds_table(document: Mapping[str, Any]) -> str:
 
 
 def missing_list(document: Mapping[str, Any]) -> str:
-    """Say which baselines were moved or don't exist, and why, as list items; empty where there are none."""
+    """List which baselines were moved or are missing, and why, as list items; empty if there are none."""
     moved = [(n, f": {note}") for n, note in document["moved_baselines"].items()]
     missing = [(n, f" isn’t shown: {reason}") for n, reason in document["missing_baselines"].items()]
-    return "\n".join(f"<li><b>{escape(n)}</b>{escape(said)}</li>" for n, said in moved + missing)
+    return "\n".join(f"<li><b>{escape(name)}</b>{escape(text)}</li>" for name, text in moved + missing)
 
 
 def axis_table(document: Mapping[str, Any], baseline: str | None) -> str:
-    """List what each axis spends, before and after."""
+    """List the energy of each axis, before and after."""
     after = document["energy"]["by_axis"]
     if baseline is None:
         return table(("axis", "#optimised (J)"), [(a, number(j)) for a, j in after.items()])
@@ -103,22 +133,34 @@ def axis_table(document: Mapping[str, Any], baseline: str | None) -> str:
 
 
 def causes_table(summary: Sequence[Mapping[str, Any]]) -> str:
-    """List what was found, one row a cause, worst severity first."""
+    """List the findings, one row per cause, worst severity first."""
     heads = ("severity", "code", "#places", "worst", "what", "first")
     return table(heads, [_cause_row(cause) for cause in summary])
 
 
+def measured_table(figures: Mapping[str, Any]) -> str:
+    """List the worst figures that verification measured, by name; a dash where there was none."""
+    rows = [(_words(name)[0], _measured(name, value)) for name, value in figures.items()]
+    return table(("measured in the program, the worst", "#value"), rows, "narrow")
+
+
 def solver_table(stages: Sequence[Mapping[str, Any]]) -> str:
-    """List what the solver did, in order."""
+    """List the solver's stages in order."""
     rows = [
-        (s["name"], s["status"], number(s["iterations"]), _start(s["before"]), number(s["after"]))
+        (
+            s["name"],
+            s["status"],
+            number(s["iterations"]),
+            NOTHING if s["before"] is None else number(s["before"]),  # a search starts from nothing
+            number(s["after"]),
+        )
         for s in stages
     ]
     return table(("stage", "status", "#iterations", "#objective before (J)", "#after (J)"), rows)
 
 
 def budget_table(budget: Mapping[str, Any]) -> str:
-    """List a job's consumers with their shares, and on what each figure rests."""
+    """List a job's consumers with their shares, and the basis of each figure."""
     total = budget["total"]
     rows = []
     for share in budget["shares"]:
@@ -131,7 +173,7 @@ def budget_table(budget: Mapping[str, Any]) -> str:
 
 
 def machine_table(figures: Sequence[Mapping[str, Any]]) -> str:
-    """List the machine's figures with their sources, assumptions marked."""
+    """List the machine's figures with their sources; assumptions are marked."""
     rows = [
         (f["figure"], f["value"], Cell("assumed", "warning") if f["assumed"] else "sourced", f["source"])
         for f in figures
@@ -146,7 +188,7 @@ def input_table(inputs: Sequence[Mapping[str, Any]]) -> str:
 
 
 def number(value: float | None, digits: int = 0, *, signed: bool = False) -> str:
-    """Write a number with thin spaces between thousands and a true minus sign."""
+    """Format a number with thin spaces between thousands and a true minus sign."""
     if value is None:
         return UNKNOWN
     # Adding 0 after rounding turns −0 into 0.
@@ -156,12 +198,17 @@ def number(value: float | None, digits: int = 0, *, signed: bool = False) -> str
 
 
 def plain(value: float) -> str:
-    """Write a number as short as it goes, with a true minus sign."""
+    """Format a number as short as possible, with a true minus sign."""
     return f"{value + 0.0:g}".replace("-", MINUS)
 
 
+def plain_list(values: Sequence[float]) -> str:
+    """Format numbers as short as possible, separated by commas."""
+    return ", ".join(map(plain, values))
+
+
 def saving(share: float | None) -> str:
-    """Say a saved share as people do: ``20.5 % less``, ``3.1 % more``."""
+    """Format a saved share: ``20.5 % less``, ``3.1 % more``."""
     if share is None:
         return UNKNOWN
     percent = round(100.0 * share, 1)
@@ -192,9 +239,21 @@ def _cause_row(cause: Mapping[str, Any]) -> list[str | Cell]:
     return [severity, cause["code"], number(cause["count"]), place, worst["message"], first]
 
 
-def _start(before: float | None) -> str:
-    """Write the objective that a stage started from; a search starts from nothing."""
-    return NOTHING if before is None else number(before)
+def _words(name: str) -> tuple[str, str]:
+    """Find a figure's description and unit; the description defaults to its name."""
+    return WORDS.get(name, (name.replace("_", " "), ""))
+
+
+def _measured(name: str, value: Any) -> str:
+    """Format a figure with its unit, to four digits and at most six decimals."""
+    if value is None:
+        return NOTHING
+    unit = _words(name)[1]
+    if not isinstance(value, float | int):
+        return str(value)
+    scaled = round(100.0 * value if unit == "%" else value, 6) + 0.0
+    text = f"{scaled:.4g}".replace("-", MINUS)
+    return f"{text}{'' if unit.startswith('°') or not unit else THIN_SPACE}{unit}"
 
 
 def _row(row: Sequence[str | Cell], looks: Sequence[str]) -> str:

@@ -47,17 +47,19 @@ class HolderTable(StrictModel):
 class ToolTable(StrictModel):
     """A tool file; the figures that belong to the shape are those of its short form."""
 
-    shape: Literal["ball", "flat", "bull", "lollipop", "taper", "barrel", "drill"]
+    shape: Literal["ball", "flat", "bull", "lollipop", "taper", "barrel", "drill"] = Field(
+        description="shape of the cutter; it decides which of the figures below apply"
+    )
     diameter: float | None = Field(None, gt=0.0, description="mm, the largest")
-    corner_radius: float | None = Field(None, gt=0.0, description="mm")
-    neck_diameter: float | None = Field(None, gt=0.0, description="mm")
+    corner_radius: float | None = Field(None, gt=0.0, description="radius of a bull-nose corner, mm")
+    neck_diameter: float | None = Field(None, gt=0.0, description="diameter of a lollipop's neck, mm")
     tip_diameter: float | None = Field(None, gt=0.0, description="mm, of the ball at the tip")
     half_angle: float | None = Field(None, gt=0.0, lt=90.0, description="deg, of the cone to the axis")
-    barrel_radius: float | None = Field(None, gt=0.0, description="mm")
-    nose_radius: float | None = Field(None, gt=0.0, description="mm")
-    point_angle: float | None = Field(None, gt=0.0, lt=180.0, description="deg")
+    barrel_radius: float | None = Field(None, gt=0.0, description="radius of a barrel's flank, mm")
+    nose_radius: float | None = Field(None, gt=0.0, description="radius of a barrel's ball nose, mm")
+    point_angle: float | None = Field(None, gt=0.0, lt=180.0, description="angle of a drill's point, deg")
     length: float | None = Field(None, gt=0.0, description="mm, of the cutting edges, from the tip")
-    shank_diameter: float | None = Field(None, gt=0.0, description="mm")
+    shank_diameter: float | None = Field(None, gt=0.0, description="diameter above the cutting edges, mm")
     holder: HolderTable | None = None
 
 

@@ -63,7 +63,7 @@ def test_prices_majorise_what_a_block_costs(before, after, sharpness):
         assert price * sharpness * costs.step[0, z] == pytest.approx(costs.standing[0, 0, z])
 
 
-def test_what_is_faster_than_was_measured_pays_for_its_travel():
+def test_an_axis_faster_than_measured_pays_for_its_travel():
     costs = block_costs(HAYASHI, np.array([10.0]), time=np.array([0.1]))
     z = HAYASHI.column("Z")
     fast = np.zeros((1, 5))

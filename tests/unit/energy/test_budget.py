@@ -35,7 +35,7 @@ PROCESS = Process(
 
 @pytest.fixture
 def machine(hayashi: Machine) -> Machine:
-    told = (
+    added = (
         Provenance("base_power", "value 500", "meter", False),
         Provenance("spindle_idle", "…", "a log of the spindle", False, fitted=True),
         Provenance("auxiliary", "…", "", True, "as on another machine"),
@@ -46,7 +46,7 @@ def machine(hayashi: Machine) -> Machine:
         base_power=500.0,
         spindle_idle=idle,
         auxiliary=(0.1336, 0.0),
-        provenance=hayashi.provenance + told,
+        provenance=hayashi.provenance + added,
     )
 
 
@@ -90,7 +90,7 @@ def test_every_consumer_follows_its_own_formula(machine, motion):
     assert budget.co2 == pytest.approx(0.4 * budget.total / 3.6e6)
 
 
-def test_what_is_not_known_is_said_and_not_counted_as_nothing(hayashi, motion):
+def test_an_unknown_consumer_is_reported_and_not_counted_as_zero(hayashi, motion):
     budget = job_budget(hayashi, motion)
     shares = shares_of(budget)
     assert not budget.complete
@@ -100,7 +100,7 @@ def test_what_is_not_known_is_said_and_not_counted_as_nothing(hayashi, motion):
         "cutting",
         "auxiliary",
     }
-    assert all(s.said for s in budget.shares)
+    assert all(s.source for s in budget.shares)
     assert budget.cost is None
     assert budget.co2 is None
 
@@ -165,11 +165,11 @@ def test_a_jobs_report_holds_the_whole_job(tmp_path):
         "auxiliary",
     ]
     assert budget["cost"] == pytest.approx(0.25 * budget["kWh"])
-    assert "What the whole job takes" in (tmp_path / "out" / "report.html").read_text()
+    assert "Electricity of the whole job" in (tmp_path / "out" / "report.html").read_text()
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "said"),
+    ("old", "new", "message"),
     [
         ("depth = 0.2", "depth = -1", "process.depth = -1 must be at least 0"),
         ("teeth = 2", "teeth = 0", "process.teeth = 0 must be at least 1"),
@@ -178,15 +178,15 @@ def test_a_jobs_report_holds_the_whole_job(tmp_path):
         ('source = "the bill"', "", "factors.source is missing"),
     ],
 )
-def test_a_wrong_figure_of_the_process_is_named_with_its_line(tmp_path, old, new, said):
+def test_a_wrong_figure_of_the_process_is_named_with_its_line(tmp_path, old, new, message):
     assert old in JOB
     with pytest.raises(JobError) as caught:
         read_job(write_job(tmp_path, JOB.replace(old, new)))
-    assert said in str(caught.value)
+    assert message in str(caught.value)
     assert f"{tmp_path / 'job.toml'}:" in str(caught.value)
 
 
-def test_an_engagement_that_cannot_be_is_refused_before_the_work(tmp_path):
+def test_an_impossible_engagement_is_refused_before_the_optimisation(tmp_path):
     job = read_job(write_job(tmp_path, JOB.replace("width = 0.3", "width = 7")))
     process = load_process(job, Tool.ball(6))
     assert process is not None
@@ -195,8 +195,8 @@ def test_an_engagement_that_cannot_be_is_refused_before_the_work(tmp_path):
     assert load_process(make_job(input="x.csv", tool="ball:6"), Tool.ball(6)) is None
 
 
-def test_an_axis_that_slows_the_move_makes_the_chips_thinner_and_not_the_cut_dearer(machine, motion):
-    """Without edge forces the work is K_tc times the volume removed, whatever time that takes."""
+def test_an_axis_that_slows_the_move_makes_the_chips_thinner_but_not_the_cut_costlier(machine, motion):
+    """Without edge forces the work is K_tc times the volume removed, however long that takes."""
     slow = replace(motion, time=motion.time * 4.0)
     spent = [shares_of(job_budget(machine, m, PROCESS))["cutting"][0] for m in (motion, slow)]
     assert spent[1] == pytest.approx(spent[0])

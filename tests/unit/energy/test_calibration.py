@@ -64,14 +64,14 @@ CASES: dict[str, tuple[Drive, dict, dict[str, float]]] = {
 
 
 def strokes(axis: str, rng: np.random.Generator, rows: int = 400) -> tuple[np.ndarray, np.ndarray]:
-    """Speed and acceleration of strokes both ways at random speeds, a third at rest; file units."""
+    """Speed and acceleration of strokes in both directions at random speeds, a third at rest; file units."""
     top, ramp = (40.0, 60.0) if axis in "ABC" else (150.0, 400.0)
     steady = rng.uniform(0.1, 1.0, rows) * rng.choice([-1.0, 0.0, 1.0], rows) * top
     return steady, np.where(steady == 0.0, 0.0, rng.choice([-1.0, 0.0, 1.0], rows) * ramp)
 
 
 def draw(drive: Drive, options: dict, speed: np.ndarray, acceleration: np.ndarray) -> np.ndarray:
-    """What the drive draws, W, at speeds in the units of a log."""
+    """Power of the drive, W, at speeds in the units of a log."""
     rotary = options["axis"] in "ABC"
     unit = math.radians(1.0) if rotary else 1.0
     mass = 0.0 if rotary else options.get("moved_mass", 0.0)
@@ -126,7 +126,7 @@ def test_a_log_without_noise_gives_its_coefficients_back(tmp_path, name):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", CASES)
-def test_the_stated_intervals_hold_the_truth_in_95_of_100_logs_with_outliers(tmp_path, name):
+def test_the_stated_intervals_contain_the_true_values_in_95_of_100_logs_with_outliers(tmp_path, name):
     truth = CASES[name][2]
     held = dict.fromkeys(truth, 0)
     for seed in range(TRIALS):
@@ -136,7 +136,7 @@ def test_the_stated_intervals_hold_the_truth_in_95_of_100_logs_with_outliers(tmp
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_the_intervals_are_narrow_enough_to_say_something(tmp_path, name):
+def test_the_intervals_are_narrow_enough_to_be_useful(tmp_path, name):
     for c in synthetic(tmp_path, name, seed=1).coefficients:
         assert c.high - c.low < (1.0 if c.name in ("copper", "regeneration") else 0.5) * abs(c.value), c
 
@@ -157,8 +157,8 @@ def test_outliers_pull_the_fit_much_less_than_least_squares(tmp_path):
     assert plain @ [100.0, 1e4] > 70.0
 
 
-def test_noise_that_lasts_widens_the_intervals(tmp_path):
-    """Residuals that err alike over ten rows tell less than independent ones of the same size."""
+def test_correlated_noise_widens_the_intervals(tmp_path):
+    """Residuals correlated over ten rows are worth less than independent ones of the same size."""
     rng = np.random.default_rng(4)
     speed = np.repeat(rng.uniform(20.0, 150.0, 60), 10)
     noise = rng.standard_normal(60)
@@ -227,7 +227,7 @@ def moves(time: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return position, velocity, -60.0 * np.sin(time) - 105.8 * np.sin(2.3 * time)
 
 
-def test_velocity_and_acceleration_come_out_of_position_and_uneven_time(tmp_path):
+def test_velocity_and_acceleration_are_derived_from_position_and_uneven_time(tmp_path):
     time = np.cumsum(np.random.default_rng(5).uniform(0.005, 0.015, 2000))
     position, velocity, acceleration = moves(time)
     drive = FrictionDrive(friction=0.2, viscous=1e-3)
@@ -250,7 +250,7 @@ def test_velocity_and_acceleration_come_out_of_position_and_uneven_time(tmp_path
 
 
 def test_a_rate_in_place_of_time_survives_rows_without_numbers(tmp_path):
-    """A dropped row is still a step of time: the neighbours' speeds come out right."""
+    """A dropped row is still a time step: the speeds of its neighbours are right."""
     time = np.arange(800) * 0.01
     position, velocity, _ = moves(time)
     power = 0.3 * np.abs(velocity) + 10.0
@@ -261,13 +261,13 @@ def test_a_rate_in_place_of_time_survives_rows_without_numbers(tmp_path):
     assert found.coefficients[0].value == pytest.approx(0.3 / 60.0, rel=5e-3)
 
 
-def test_terms_that_the_rows_cannot_tell_are_left_out_and_named(tmp_path):
+def test_terms_that_the_rows_cannot_identify_are_left_out_and_named(tmp_path):
     speed = np.tile([50.0, -50.0], 40)
     power = 20.0 + 0.01 * np.sin(np.arange(80))
     log = write_log(tmp_path / "log.csv", v=speed, a=0.0 * speed, P=power)
     found = calibrate_drive(log, **BASIC, acceleration="a", axis="X", model="friction", max_acceleration=1.0)
     assert found.left_out == ("viscous",)
-    assert "not told by these rows: viscous" in found.block
+    assert "not identified by these rows: viscous" in found.block
     assert found.coefficients[0].value == pytest.approx(400.0, rel=1e-3)
 
 
@@ -279,15 +279,15 @@ def test_a_coefficient_at_its_bound_is_the_bound(tmp_path):
     assert [c.value for c in found.coefficients if "offset" in c.name] == [0.0, 0.0]
 
 
-def test_rows_at_standstill_are_dropped_where_a_table_says_nothing_about_them(tmp_path):
+def test_rows_at_standstill_are_dropped_for_models_that_give_0_there(tmp_path):
     found = exact(tmp_path, "affine")
     speed, _ = strokes("Y", np.random.default_rng(3))
     assert found.dropped == {"standstill": int((speed == 0.0).sum())}
     assert found.rows == int((speed != 0.0).sum())
 
 
-def test_a_power_at_standstill_that_the_model_does_not_know_is_told(tmp_path):
-    """A column with the machine's base power in it: 300 W lie in the offsets, and the block says so."""
+def test_a_power_at_standstill_without_a_term_is_noted(tmp_path):
+    """A column that includes the machine's base power: 300 W are in the offsets, and the block notes them."""
     drive, options, _ = CASES["affine"]
     speed, still = strokes("Y", np.random.default_rng(9))
     power = draw(drive, options, speed, still) + 300.0 + np.random.default_rng(10).standard_normal(len(speed))
@@ -298,7 +298,7 @@ def test_a_power_at_standstill_that_the_model_does_not_know_is_told(tmp_path):
     assert "standstill" not in exact(tmp_path, "affine").block
 
 
-def test_an_acceleration_bound_that_leaves_nothing_says_so(tmp_path):
+def test_an_acceleration_bound_that_drops_every_row_is_reported(tmp_path):
     speed = np.linspace(-50.0, 50.0, 80)
     log = write_log(tmp_path / "log.csv", v=speed, a=100.0 + speed, P=np.abs(speed))
     with pytest.raises(InputError, match=r"0 rows in motion are .*80 dropped: acceleration above the bound"):
@@ -342,7 +342,7 @@ BAD_LOGS: dict[str, tuple[Callable[[], str], dict, str]] = {
     "all standstill": (
         lambda: HEADER + "\n" + "0,0,5\n0,0,6\n" * 40,
         {},
-        r"the axis stands still in every row",
+        r"the axis stands still in every remaining row",
     ),
     "bound too high": (
         lambda: lines(),
@@ -351,7 +351,7 @@ BAD_LOGS: dict[str, tuple[Callable[[], str], dict, str]] = {
     ),
     "one speed": (lambda: HEADER + "\n" + "0,9,5\n0,9,6\n" * 40, {}, r"the velocity is the same in all 80"),
     "one power": (lambda: HEADER + "\n" + "0,9,5\n0,-8,5\n" * 40, {}, r"the power is the same in all 80"),
-    "one direction": (lambda: lines().replace("-", ""), {}, r"can't tell minus slope and minus offset"),
+    "one direction": (lambda: lines().replace("-", ""), {}, r"can't separate minus slope and minus offset"),
     "not UTF-8": (lambda: "\udcff", {}, r"isn't text in UTF-8"),
 }
 
@@ -377,7 +377,10 @@ BAD_OPTIONS: dict[str, tuple[dict, str]] = {
     "weight without mass": ({"model": "weight"}, r"needs the moved mass in kg"),
     "weight of a rotary axis": ({"model": "weight", "axis": "A"}, r"is for linear axes; A is rotary"),
     "friction without mass": ({"model": "friction"}, r"needs its moved mass in kg"),
-    "mass of a rotary axis": ({"model": "friction", "axis": "A", "moved_mass": 3.0}, r"has an inertia"),
+    "mass of a rotary axis": (
+        {"model": "friction", "axis": "A", "moved_mass": 3.0},
+        r"its inertia is fitted",
+    ),
     "Z without gravity": ({"model": "friction", "axis": "Z", "moved_mass": 3.0}, r"Z needs gravity"),
     "mass without acceleration": ({"model": "friction", "moved_mass": 3.0}, r"acceleration is needed"),
     "unknown term": (
@@ -386,11 +389,11 @@ BAD_OPTIONS: dict[str, tuple[dict, str]] = {
     ),
     "no friction": (
         {"model": "friction", "moved_mass": 3.0, "terms": ["hold"]},
-        r"friction drive has friction",
+        r"lack friction",
     ),
     "efficiency above 1": ({"efficiency": 1.2}, r"efficiency is 1.2 W/W, above 1"),
     "negative bound": ({"max_acceleration": -1.0}, r"max acceleration is -1"),
-    "no velocity": ({"velocity": None}, r"no column tells the velocity"),
+    "no velocity": ({"velocity": None}, r"no column has the velocity"),
     "position without time": ({"velocity": None, "position": "v"}, r"needs the time"),
     "time twice": ({"time": "t", "rate": 10.0}, r"one or the other"),
     "rate of 0": ({"rate": 0.0}, r"rate is 0 Hz"),
@@ -417,7 +420,7 @@ def test_a_fit_worse_than_the_mean_is_refused_and_names_the_power_at_rest(tmp_pa
     speed = np.repeat([0.0, 10.0, -10.0, 20.0, -20.0], 40)
     power = 100.0 + 0.02 * np.abs(speed) + rng.normal(0.0, 0.05, 200)
     log = write_log(tmp_path / "log.csv", v=speed, a=np.zeros(200), p=power)
-    with pytest.raises(InputError, match=r"worse than its mean: R² is -.*W at standstill are in the column"):
+    with pytest.raises(InputError, match=r"worse than its mean: R² is -.*the column has .* W at standstill"):
         calibrate_drive(
             log, axis="X", model="friction", power="p", velocity="v", acceleration="a", moved_mass=10.0
         )

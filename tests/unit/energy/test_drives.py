@@ -55,7 +55,7 @@ def test_a_friction_drive_pays_for_inertia_friction_and_losses():
     np.testing.assert_allclose(power, force * v * 0.5 + 1e-4 * force**2 + 12.0)
 
 
-def test_at_rest_a_friction_drive_holds_what_gravity_asks_and_the_counterbalance_helps():
+def test_at_rest_a_friction_drive_holds_against_gravity_and_the_counterbalance_helps():
     drive = FrictionDrive(copper=100.0, hold=5.0, counterbalance=1.2)
     np.testing.assert_allclose(drive_power(drive, np.array([0.0]), gravity=1.5), 100.0 * 0.09 + 5.0)
 
@@ -99,7 +99,7 @@ def test_gravity_is_the_slope_of_the_potential_energy(code, vertical):
         step = h * np.eye(5)[column]
         slope = (potential(machine, positions + step) - potential(machine, positions - step)) / (2.0 * h)
         if axis.letter not in outermost:
-            # What an axis moves is said by its own file entry, and here it says nothing.
+            # An axis without moved_mass in its file moves nothing.
             slope = slope - _carried(machine, positions, column, h)
         np.testing.assert_allclose(found[:, column], slope, atol=2e-6)
 
@@ -172,7 +172,7 @@ def lossless(load: float = 20.0) -> Machine:
 
 @pytest.mark.parametrize("timed", ["programmed", "law"])
 def test_a_long_turn_of_a_tilting_table_lifts_the_part_once(timed):
-    """A from 180° to 0 raises a part of 20 kg by 1 m: 196 J, however few blocks say so."""
+    """A from 180° to 0 raises a part of 20 kg by 1 m: 196 J, however few the blocks."""
     machine = lossless()
     motion = Motion(
         letters="XYZAC",
@@ -190,7 +190,7 @@ def test_a_long_turn_of_a_tilting_table_lifts_the_part_once(timed):
     assert joules.sum() == pytest.approx(20.0 * G * 1.0, rel=2e-3)
 
 
-def test_a_drive_that_goes_with_the_mass_is_refused_without_one():
+def test_a_drive_that_depends_on_the_moved_mass_is_refused_without_one():
     donor = with_axes(
         Machine.from_code("640123"),
         **{c: {"drive": DirectionalDrive(1.0, 1.0)} for c in "YZAC"},

@@ -76,7 +76,7 @@ def test_moving_a_moment_there_and_back_leaves_it(force, moment, old, new):
 
 
 def test_a_force_has_no_moment_about_its_own_point_and_arm_times_force_about_another():
-    """The arm runs from the new point to the old: F_y at x = 2 turns about the origin the positive way."""
+    """The arm runs from the new point to the old: F_y at x = 2 turns positively about the origin."""
     force, at, origin = np.array([0.0, 5.0, 0.0]), np.array([2.0, 0.0, 0.0]), np.zeros(3)
     np.testing.assert_allclose(transport_moment(force, np.zeros(3), at, origin), [0.0, 0.0, 10.0])
 

@@ -1,4 +1,4 @@
-"""The programmed feed that a program's moves tell."""
+"""The programmed feed of a program's moves."""
 
 from dataclasses import replace
 
@@ -21,15 +21,15 @@ def turned(hayashi) -> Motion:
 
 
 def unread(motion: Motion) -> Motion:
-    """What a reader of blocks with durations knows of the feed: nothing that helps."""
+    """Set feeds as a reader of inverse-time blocks does, to values of no use."""
     return replace(motion, feed=np.full(len(motion), 1.0))
 
 
-def test_it_is_that_of_the_tools_centre_however_the_table_turns(hayashi, turned):
+def test_the_feed_is_that_of_the_tools_centre_however_the_table_turns(hayashi, turned):
     feed, taken_over = path_feed(hayashi, unread(turned), Tool.ball(8))
     np.testing.assert_allclose(feed[1:], FEED, rtol=1e-9)
     assert not taken_over.any()
-    # The tip's way is another one, as the ball turns about its centre.
+    # The tip's path is another one, as the ball turns about its centre.
     assert np.abs(path_feed(hayashi, unread(turned))[0][1:] / FEED - 1.0).max() > 0.01
 
 
@@ -56,7 +56,7 @@ def test_a_block_that_an_axis_stretches_takes_the_feed_of_the_cut_before(hayashi
     assert taken_over.tolist() == [False, False, False, True, False, False]
 
 
-def test_rapid_moves_keep_their_own(hayashi, turned):
+def test_rapid_moves_keep_their_own_feed(hayashi, turned):
     kind = turned.kind.copy()
     kind[3] = MoveKind.RAPID
     feed, _ = path_feed(hayashi, replace(unread(turned), kind=kind), Tool.ball(8))

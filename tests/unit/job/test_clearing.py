@@ -250,7 +250,7 @@ def test_a_job_keeps_clear_of_its_fixtures_and_its_report_shows_where_it_would_c
     assert outcome.cleared is not None
     written = write_outcome(outcome, job_folder / "out")
     assert any(path.suffix == ".ngc" for path in written)
-    assert "Hatched: there would be one" in (job_folder / "out" / "report.html").read_text(encoding="utf-8")
+    assert "Hatched: only collisions" in (job_folder / "out" / "report.html").read_text(encoding="utf-8")
     document = json.loads((job_folder / "out" / "report.json").read_text(encoding="utf-8"))
     assert any("holder" in sentence for sentence in document["verification"]["checked"])
 

@@ -18,7 +18,7 @@ from fiveaxis.job.setting_up import search_setups
 from fiveaxis.job.setup_costs import SetupCosts
 from fiveaxis.machine import DirectionalDrive, load_machine
 from fiveaxis.nc import read_toolpath
-from fiveaxis.report.setup_section import setup_section
+from fiveaxis.report.sections import setup_section
 from fiveaxis.toolpath import Tool, parse_tool
 
 MACHINE = "hayashi-640123"
@@ -163,7 +163,7 @@ def test_the_command_line_sets_ranges_and_prints_where_the_part_stands(ring, tmp
     assert result.exit_code == 0, result.output
     assert "set the part up at offset" in result.stdout
     page = (tmp_path / "out" / "report.html").read_text()
-    assert "Where the workpiece stands" in page
+    assert "Setup of the workpiece" in page
     assert "setup_search" in json.loads((tmp_path / "out" / "report.json").read_text())
     assert "set up elsewhere than given" in (tmp_path / "out" / "program.ngc").read_text()
 

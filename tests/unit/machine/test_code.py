@@ -11,13 +11,13 @@ def test_the_code_is_read_from_the_workpiece_to_the_tool():
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "message"),
     [
         ("", "is empty"),
         ("640x23", "character 4 is 'x'"),
         ("6 40123", "character 2 is ' '"),
         ("647123", "character 3 is '7'"),
-        ("64123", "has no bed; write one 0 where the bed stands, for example 640123"),
+        ("64123", "has no bed; write one 0 where the bed is, for example 640123"),
         ("6401230", "2 beds"),
         ("CA0XYZ", "write 640123"),
         ("64012345", "has 8 digits"),
@@ -28,8 +28,8 @@ def test_the_code_is_read_from_the_workpiece_to_the_tool():
         ("٦40123", "character 1"),
     ],
 )
-def test_each_misuse_has_its_own_message(text: str, said: str):
+def test_each_misuse_has_its_own_message(text: str, message: str):
     with pytest.raises(CodeError) as caught:
         parse_code(text)
-    assert said in str(caught.value)
+    assert message in str(caught.value)
     assert caught.value.code == text

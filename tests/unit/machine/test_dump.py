@@ -118,7 +118,7 @@ def rich(tmp_path: Path) -> Path:
 
 
 def assert_same(found: Machine, wanted: Machine) -> None:
-    """Everything but setup and tool length, which aren't a machine file's."""
+    """Everything but setup and tool length, which a machine file doesn't have."""
     assert (found.name, found.code, found.description) == (wanted.name, wanted.code, wanted.description)
     assert found.base_power == wanted.base_power
     np.testing.assert_allclose(found.chain.tool_home, wanted.chain.tool_home, rtol=0.0, atol=1e-12)
@@ -186,7 +186,7 @@ def test_a_file_with_every_key_comes_back(rich, tmp_path):
     assert_same(round_trip(load_machine(rich), tmp_path), load_machine(rich))
 
 
-def test_the_test_of_sameness_sees_a_difference(rich, tmp_path):
+def test_the_comparison_of_machines_sees_a_difference(rich, tmp_path):
     machine = load_machine(rich)
     axes = (replace(machine.axes[0], max_speed=1.0), *machine.axes[1:])
     with pytest.raises(AssertionError):
@@ -204,7 +204,7 @@ def test_a_key_that_the_loader_does_not_use_is_not_in_the_document(rich):
     assert extra == {".axes.Y.line.point"}
 
 
-def test_what_is_written_twice_is_the_same_text(rich, tmp_path):
+def test_writing_twice_gives_the_same_text(rich, tmp_path):
     machine = load_machine(rich)
     text = machine_text(machine)
     assert text == machine_text(machine)
@@ -231,7 +231,7 @@ def test_the_text_has_round_numbers_on_one_line(rich):
     assert "reversed = false" not in text
 
 
-def test_setup_and_tool_are_not_the_machines(rich):
+def test_setup_and_tool_are_not_written(rich):
     machine = load_machine(rich)
     used = machine.with_setup((100.3, -20.1, 33.3), (0.0, 90.0, 12.5)).with_tool_length(123.4)
     assert machine_text(used) == machine_text(machine)
@@ -357,7 +357,7 @@ def test_the_figures_of_a_friction_drive_are_in_newton_and_metre(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("axis", "drive", "said"),
+    ("axis", "drive", "message"),
     [
         ("X", "weight", "the weight drive of X needs [axes.X.moved_mass]"),
         ("X", "friction", "the friction drive of X needs [axes.X.moved_mass]"),
@@ -365,9 +365,9 @@ def test_the_figures_of_a_friction_drive_are_in_newton_and_metre(tmp_path):
         ("X", "turning", "inertia is for a rotary axis"),
     ],
 )
-def test_a_drive_without_the_figures_it_needs_is_refused(tmp_path, axis, drive, said):
+def test_a_drive_without_the_figures_it_needs_is_refused(tmp_path, axis, drive, message):
     path = tmp_path / "m.toml"
     path.write_text(f'name = "m"\ncode = "640123"\n[axes.{axis}.drive]\n{DRIVES[drive]}source = "s"\n')
     with pytest.raises(MachineError) as caught:
         load_machine(path)
-    assert said in str(caught.value)
+    assert message in str(caught.value)

@@ -51,7 +51,7 @@ def test_the_library_is_found_beside_the_package_in_a_checkout():
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "line", "said"),
+    ("old", "new", "line", "message"),
     [
         ("limits =", "limit =", 5, "unknown key 'axes.A.limit'; the nearest known one is 'limits'"),
         ("plus = 1.0", "pluss = 1.0", 9, "nearest known one is 'plus'"),
@@ -67,15 +67,15 @@ def test_the_library_is_found_beside_the_package_in_a_checkout():
         ('"640123"', '"6401231"', None, "names axis 1 (X) 2 times"),
     ],
 )
-def test_a_fault_is_named_with_file_and_line(tmp_path, old, new, line, said):
+def test_a_fault_is_named_with_file_and_line(tmp_path, old, new, line, message):
     assert old in GOOD
     path = write(tmp_path, GOOD.replace(old, new, 1))
-    if said is None:
+    if message is None:
         assert load_machine(path).letters == "XYAC"
         return
     with pytest.raises(MachineError) as caught:
         load_machine(path)
-    assert said in str(caught.value)
+    assert message in str(caught.value)
     if line is not None:
         assert str(caught.value).startswith(f"{path}:{line}: ")
 

@@ -1,4 +1,4 @@
-"""The machine library, held against what its sources print."""
+"""The machine library against its printed sources."""
 
 from __future__ import annotations
 
@@ -33,14 +33,14 @@ TEMPLATES = ["dmu50ev", "dmu80p-duoblock", "variaxis-630"]
 
 
 def control_limits(machine: Machine, letter: str) -> tuple[float, float]:
-    """Give an axis's range as its control counts it, mm or degrees."""
+    """Return an axis's range as its control counts it, mm or degrees."""
     axis = machine.axis(letter)
     low, high = axis.shown(axis.limits.low), axis.shown(axis.limits.high)
     return (-high, -low) if axis.reversed else (low, high)
 
 
 def control_poses(machine: Machine, values: Array) -> tuple[Array, Array]:
-    """Compute tip and axis from what a control shows, mm and degrees, columns in the machine's order."""
+    """Compute tip and axis from control values, mm and degrees, columns in the machine's order."""
     signs = np.array([-1.0 if a.reversed else 1.0 for a in machine.axes])
     scale = np.array([math.pi / 180.0 if a.is_rotary else 1.0 for a in machine.axes])
     return tool_poses(machine, values * signs * scale)
@@ -114,7 +114,7 @@ def test_the_limits_are_the_printed_ones_in_the_controls_own_sign(name, letter, 
     assert control_limits(load_machine(name), letter) == pytest.approx((low, high), abs=1e-9)
 
 
-def test_a_table_that_turns_by_plus_a_has_its_limits_negated_and_exchanged_inside():
+def test_a_table_that_turns_by_plus_a_has_its_limits_negated_and_exchanged():
     limits = load_machine("pocketnc-v2").axis("A").limits
     assert np.degrees([limits.low, limits.high]) == pytest.approx([-135.0, 25.0])
 
@@ -132,7 +132,7 @@ def test_defaults_of_a_simulation_program_are_not_machine_data(name: str):
         assert axis.max_acceleration is None
 
 
-def test_speeds_and_masses_reach_the_inside_in_its_units():
+def test_speeds_and_masses_are_converted_to_internal_units():
     micro5 = load_machine("micro5")
     assert micro5.axis("X").max_speed == pytest.approx(500.0)  # 30 m/min
     assert micro5.axis("X").max_acceleration == pytest.approx(25000.0)
@@ -185,7 +185,7 @@ def test_bridge_mill_follows_the_published_5axiskins(rng):
             ]
         )
         np.testing.assert_allclose(tip + np.array([0.0, 0.0, tool]), expected, rtol=0.0, atol=1e-9)
-        # The tip hangs from the pivot, so the axis points the other way.
+        # The tip hangs from the pivot, so the axis points in the opposite direction.
         pivot = np.column_stack([x, y, z + 250.0])
         np.testing.assert_allclose(axis, (pivot - tip) / length, rtol=0.0, atol=1e-9)
 
@@ -265,7 +265,7 @@ def test_pocket_nc_follows_its_makers_kinematics(rng):
     np.testing.assert_allclose(tip, expected, rtol=0.0, atol=1e-9)
 
 
-def test_the_nutating_table_leans_out_of_the_way_and_ends_upright():
+def test_the_nutating_table_leans_aside_and_ends_upright():
     machine = load_machine("dmu50ev")
     line = next(j.line for j in machine.chain.joints if j.letter == "B")
     assert line.direction == pytest.approx((0.0, math.sqrt(0.5), -math.sqrt(0.5)))
@@ -313,7 +313,7 @@ def test_the_lowest_gauge_point_over_the_table_is_where_the_template_has_it(name
 
 
 def heights(body: Body) -> tuple[float, float]:
-    """Give the lowest and highest z of a box or cylinder, mm."""
+    """Return the lowest and highest z of a box or cylinder, mm."""
     shape = body.shape
     if isinstance(shape, Box):
         half = shape.size[2] / 2.0

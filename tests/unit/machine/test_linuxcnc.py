@@ -246,7 +246,7 @@ def test_a_line_may_be_continued(tmp_path):
 # The equations of the C sources, as they stand there
 
 
-def test_5axiskins_is_met(tmp_path):
+def test_5axiskins_is_reproduced(tmp_path):
     """5axiskins.c: r = s2r(L, c, 180 - b); position = J + r + L z."""
     machine = read(tmp_path, BRIDGE.replace("= inch", "= mm").replace("length 10", "length 250"))
     joints, b, c = RNG.uniform(-100, 100, (50, 3)), RNG.uniform(-2, 2, 50), RNG.uniform(-6, 6, 50)
@@ -259,7 +259,7 @@ def test_5axiskins_is_met(tmp_path):
 
 
 @pytest.mark.parametrize("con", [-1.0, 1.0])
-def test_maxkins_is_met(tmp_path, con):
+def test_maxkins_is_reproduced(tmp_path, con):
     """maxkins.c: the head's part is added before C turns it; zb, xb of length L about B."""
     write(
         tmp_path,
@@ -281,7 +281,7 @@ def test_maxkins_is_met(tmp_path, con):
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "line", "said"),
+    ("old", "new", "line", "message"),
     [
         ("[KINS]", "[KINE]", None, "has no [KINS] KINEMATICS"),
         (
@@ -298,7 +298,7 @@ def test_maxkins_is_met(tmp_path, con):
         ),
         ("LINEAR_UNITS = mm", "LINEAR_UNITS = furlong", 19, "'furlong' must be one of mm, metric, in, inch"),
         ("LINEAR_UNITS = mm", "LINEAR_UNITS = 10", 19, "'10' must be one of mm"),
-        ("LINEAR_UNITS = mm", "", None, "has no [TRAJ] LINEAR_UNITS (for example mm)"),
+        ("LINEAR_UNITS = mm", "", None, "has no [TRAJ] LINEAR_UNITS, for example mm"),
         ("= degree", "= radian", 20, "xyzac-trt-kins counts in degrees, write deg"),
         ("X Y Z A C", "X Y Z A", 18, "xyzac-trt-kins needs the axis C"),
         ("sparm=identityfirst", "coordinates=xyza", 6, "needs the axis C, which [KINS] KINEMATICS"),
@@ -315,12 +315,12 @@ def test_maxkins_is_met(tmp_path, con):
         ("JOINTS = 5", "#INCLUDE mill.ini", 7, "nested more than 16 deep"),
     ],
 )
-def test_a_fault_is_named_with_file_and_line(tmp_path, old, new, line, said):
+def test_a_fault_is_named_with_file_and_line(tmp_path, old, new, line, message):
     assert old in TRUNNION
     path = write(tmp_path, TRUNNION.replace(old, new, 1))
     with pytest.raises(MachineError) as caught:
         read_linuxcnc(path)
-    assert said in str(caught.value)
+    assert message in str(caught.value)
     assert str(caught.value.file).startswith(str(tmp_path))
     assert caught.value.line == line
 
@@ -348,7 +348,9 @@ def test_a_machine_is_loaded_by_the_suffix_of_its_file(tmp_path):
     path = write(tmp_path, TRUNNION)
     assert load_machine(path).letters == "XYZAC"
     assert load_machine(str(path)).axis("A").reversed
-    with pytest.raises(MachineError, match=r"mill\.yaml: has a suffix '\.yaml'.* read from \.toml or \.ini"):
+    with pytest.raises(
+        MachineError, match=r"mill\.yaml: has the unknown suffix '\.yaml'.* read from \.toml or \.ini"
+    ):
         load_machine(tmp_path / "mill.yaml")
     with pytest.raises(MachineError, match=r"mill: has no suffix"):
         load_machine(tmp_path / "mill")

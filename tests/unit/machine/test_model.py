@@ -1,4 +1,4 @@
-"""What can be asked of a machine, and what can't."""
+"""Operations on a machine, and those that it refuses."""
 
 import math
 
@@ -16,10 +16,10 @@ IDEAL = Machine.from_code("640123")
 
 
 @pytest.mark.parametrize(
-    ("ask", "error", "said"),
+    ("attempt", "error", "message"),
     [
         (lambda: Machine.from_code(640123), CodeError, "is a number; write the digits in quotes"),
-        (lambda: IDEAL.with_setup((1.0, 2.0)), MachineError, "each is three numbers"),
+        (lambda: IDEAL.with_setup((1.0, 2.0)), MachineError, "write three numbers each"),
         (lambda: IDEAL.with_setup((1.0, 2.0, math.nan)), MachineError, "finite"),
         (lambda: IDEAL.with_tool_length(-1.0), MachineError, "must be 0 or more"),
         (lambda: IDEAL.with_load(-3.0), MachineError, "mass is -3 kg; it must be 0 or more"),
@@ -49,10 +49,10 @@ IDEAL = Machine.from_code("640123")
         ),
     ],
 )
-def test_what_cannot_be_is_refused_with_the_reason(ask, error, said):
+def test_an_impossible_request_is_refused_with_the_reason(attempt, error, message):
     with pytest.raises(error) as caught:
-        ask()
-    assert said in str(caught.value)
+        attempt()
+    assert message in str(caught.value)
 
 
 def test_a_held_axis_leaves_the_machine_of_the_others():
@@ -96,6 +96,6 @@ def test_a_program_of_a_machine_with_a_clamped_axis_puts_it_there_first():
     lines = compose_program(motion, machine=machine).lines
     assert any("clamped: B at -30 deg" in line for line in lines)
     rapids = [line for line in lines if line.startswith("G0")]
-    # This control counts B the other way.
+    # This control counts B in the opposite direction.
     assert rapids[0] == "G0 B-30.000000"
     assert "G49" in lines

@@ -157,8 +157,8 @@ def test_from_the_workpiece_the_links_are_one_branch(code, links):
     robot = ElementTree.fromstring(Machine.from_code(code).to_urdf())
     assert [e.get("name") for e in robot.findall("link")] == ["workpiece", *links, "tool"]
     pairs = [(j.find("parent").get("link"), j.find("child").get("link")) for j in robot.findall("joint")]
-    way = ["workpiece", *links, "tool"]
-    assert sorted(pairs) == sorted(pairwise(way))
+    branch = ["workpiece", *links, "tool"]
+    assert sorted(pairs) == sorted(pairwise(branch))
 
 
 def test_from_the_bed_there_is_a_branch_to_the_workpiece_and_one_to_the_tool():

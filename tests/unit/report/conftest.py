@@ -84,7 +84,7 @@ def make_finding(
 
 @pytest.fixture
 def verdict() -> dict[str, Any]:
-    """What verification says of a motion without a fault."""
+    """Verdict of a motion without a fault."""
     return {
         "ok": True,
         "findings": [],
@@ -97,7 +97,7 @@ def verdict() -> dict[str, Any]:
 
 @pytest.fixture
 def unsafe_verdict(verdict: dict[str, Any]) -> dict[str, Any]:
-    """A thousand and more bad places, of which verification lists 150."""
+    """Verdict with more than a thousand violations, of which 150 are listed."""
     findings = [make_finding(i, Severity.WARNING, "tip-deviation") for i in range(30)]
     findings += [make_finding(i) for i in range(120)]
     counts = {"axis-limit": 1_500, "tip-deviation": 30}
@@ -106,7 +106,7 @@ def unsafe_verdict(verdict: dict[str, Any]) -> dict[str, Any]:
 
 @pytest.fixture
 def program(solution: Solution) -> dict[str, Any]:
-    """What a program of that motion has: blocks inserted and removed."""
+    """Block counts of that motion's program: inserted and removed."""
     return {
         "blocks": 290,
         "blocks_before": 360,
@@ -127,7 +127,7 @@ DRAWN = (
 
 
 def once(draw: Callable[..., Any], drawn: dict[Any, Any]) -> Callable[..., Any]:
-    """Draw the same of the same objects one time only."""
+    """Cache drawings of the same objects."""
 
     def remembered(*given: Any) -> Any:
         key = (draw.__name__, *(g if isinstance(g, str) else id(g) for g in given))
@@ -141,7 +141,7 @@ def once(draw: Callable[..., Any], drawn: dict[Any, Any]) -> Callable[..., Any]:
 
 @pytest.fixture(scope="session")
 def drawn() -> dict[Any, Any]:
-    """Keep what was drawn for the pages of these tests."""
+    """Cache the drawings of the pages of these tests."""
     return {}
 
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import base64
-import io
 import re
 from xml.etree import ElementTree
 
@@ -11,10 +9,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from matplotlib.image import imread
 
-from fiveaxis.report.chart import Panel, labels, svg, text, ticks, widened
-from fiveaxis.report.raster import png_address
+from fiveaxis.report.chart import Panel, break_jumps, labels, svg, text, thin_rows, ticks, widened
 
 PANEL = Panel(20.0, 100.0, (0.0, 10.0), (-1.0, 1.0))
 
@@ -48,27 +44,51 @@ def test_a_line_is_broken_where_a_number_is_missing() -> None:
     assert path.count("L") == 2
 
 
-def test_steps_hold_the_number_of_the_place_they_end_at() -> None:
+def test_a_step_has_the_value_of_its_end() -> None:
     path = PANEL.steps(np.array([1.0, 2.0]), np.array([0.0, 1.0]), "#000000", 1.0)
     places = re.findall(r"[ML]([\d.]+) ([\d.]+)", path)
     assert [round(float(y), 2) for _, y in places] == [70.0, 20.0, 20.0]
 
 
-def test_what_stays_the_same_lies_in_the_middle() -> None:
+def test_a_constant_line_lies_in_the_middle() -> None:
     low, high = widened(np.full(5, 3.0))
     assert low < 3.0 < high
     assert 3.0 - low == pytest.approx(high - 3.0)
     assert widened(np.array([np.nan]))[0] < widened(np.array([np.nan]))[1]
 
 
-def test_words_are_escaped_and_the_chart_is_well_formed() -> None:
+def test_text_is_escaped_and_the_chart_is_well_formed() -> None:
     drawn = svg(60.0, [text("a < b & c", 1.0, 2.0), PANEL.frame("y", "x"), PANEL.level(0.5)])
     assert "a < b" not in drawn
     ElementTree.fromstring(drawn)
 
 
-def test_a_picture_is_read_back_as_it_was() -> None:
-    picture = np.random.default_rng(1).integers(0, 256, (7, 5, 3)).astype(np.uint8)
-    data = base64.b64decode(png_address(picture).removeprefix("data:image/png;base64,"))
-    read = imread(io.BytesIO(data))
-    np.testing.assert_array_equal(np.round(255.0 * read[..., :3]).astype(np.uint8), picture)
+def test_a_thinned_line_keeps_its_ends_and_every_extreme() -> None:
+    values = np.sin(np.linspace(0.0, 40.0, 20_000))
+    values[7_777], values[12_345] = 5.0, -7.0
+    rows = thin_rows(values, buckets=100)
+    assert len(rows) <= 202
+    assert {0, 7_777, 12_345, 19_999} <= set(rows.tolist())
+    assert np.all(np.diff(rows) > 0)
+
+
+def test_a_thinned_line_strays_from_the_line_by_no_more_than_a_bucket() -> None:
+    values = np.cumsum(np.random.default_rng(3).normal(size=9_000))
+    rows = thin_rows(values, buckets=150)
+    for bucket in np.array_split(np.arange(9_000), 150):
+        kept = values[rows[(rows >= bucket[0]) & (rows <= bucket[-1])]]
+        assert kept.max() >= values[bucket].max()
+        assert kept.min() <= values[bucket].min()
+
+
+def test_a_short_line_is_kept_whole() -> None:
+    np.testing.assert_array_equal(thin_rows(np.zeros(7), buckets=4), np.arange(7))
+
+
+def test_a_line_with_nothing_in_it_can_be_thinned() -> None:
+    assert len(thin_rows(np.full(5_000, np.nan), buckets=10)) > 2
+
+
+def test_a_wrapped_angle_is_not_drawn_across_the_figure() -> None:
+    broken = break_jumps(np.array([170.0, 179.0, -179.0, -170.0]), 180.0)
+    np.testing.assert_array_equal(np.isnan(broken), [False, False, True, False])

@@ -94,9 +94,7 @@ def test_stages_keep_their_order_and_a_search_has_no_start(
     assert list(stages[1]) == ["name", "status", "iterations", "before", "after"]
 
 
-def test_the_machine_is_told_with_the_source_of_every_figure(
-    solution: Solution, verdict: dict[str, Any]
-) -> None:
+def test_the_machine_has_the_source_of_every_figure(solution: Solution, verdict: dict[str, Any]) -> None:
     machine = report_document(solution, verdict, inputs=[])["machine"]
     assert (machine["name"], machine["code"], machine["axes"]) == ("hayashi-640123", "640123", "XYZAC")
     figures = {f["figure"]: f for f in machine["figures"]}
@@ -181,7 +179,7 @@ def test_a_program_with_an_error_makes_the_whole_run_unsound(
     assert document["program"]["inserted"] == 12
 
 
-def test_the_document_tells_the_lower_bound_and_the_optima_of_many_starts(
+def test_the_document_has_the_lower_bound_and_the_optima_of_many_starts(
     solution: Solution, verdict: dict[str, Any]
 ) -> None:
     document = report_document(solution, verdict, inputs=[])

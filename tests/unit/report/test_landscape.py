@@ -28,7 +28,7 @@ def any_solution(request: pytest.FixtureRequest) -> Solution:
 
 
 def cost_from_zero(solution: Solution, location: int, first: float, second: float) -> float:
-    """Compute S_W for one posture from the tool's tip, the long way round."""
+    """Compute S_W for one posture from the tool's tip, step by step."""
     machine, toolpath = solution.machine, solution.toolpath
     rotary = np.array([[first, second]])
     tip = toolpath.pivot[[location]] - toolpath.tool.radius * tool_axes(machine, rotary)
@@ -124,7 +124,7 @@ def test_a_posture_past_a_narrow_limit_stays_past_it() -> None:
     np.testing.assert_allclose(modulo_turn(np.radians([-98.0]), trunnion), np.radians([-98.0]))
 
 
-def test_postures_that_collide_are_left_out_of_the_map_and_told_apart(solution: Solution) -> None:
+def test_postures_that_collide_are_left_out_of_the_map_and_marked(solution: Solution) -> None:
     machine = solution.machine
 
     def admits(rows: IntArray, rotary: Array) -> BoolArray:

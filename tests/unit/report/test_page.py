@@ -24,7 +24,7 @@ OUTSIDE = re.compile(r"""(?:https?:)?//[a-z]|(?:src|href)=["'](?!data:|\#)""")
 
 
 def body_text(page: str) -> str:
-    """Give the words of a page in their order, without figures and style."""
+    """Return the words of a page in their order, without figures and style."""
     bare = re.sub(r"(?s)<(style|svg).*?</\1>|<[^>]+>", " ", page)
     return re.sub(r"[ \n]+", " ", html.unescape(bare))
 
@@ -58,7 +58,7 @@ def test_a_path_that_passed_every_check_is_called_safe(
     assert "Safe: every check passed" in page(solution, verdict | {"not_checked": []})
 
 
-def test_a_path_that_nobody_checked_is_not_called_safe(
+def test_an_unchecked_path_is_not_called_safe(
     page: Page, solution: Solution, verdict: dict[str, Any]
 ) -> None:
     text = body_text(page(solution, verdict | {"checked": []}))
@@ -99,22 +99,22 @@ def test_what_still_keeps_the_program_back_is_named_beside_what_is_overridden(
     assert "was written with them" not in text
 
 
-def test_the_page_tells_the_blocks_that_were_inserted_and_those_that_were_removed(
+def test_the_page_states_how_many_blocks_were_inserted_and_removed(
     page: Page, solution: Solution, verdict: dict[str, Any], program: dict[str, Any]
 ) -> None:
     text = body_text(page(solution, verdict, program))
-    said = "12 inserted blocks (tolerance 0.005 mm), whose postures were chosen as the others were. 82 blocks"
-    assert said in text
+    message = (
+        "12 blocks were inserted (tolerance 0.005 mm); their postures were optimised too. 82 redundant blocks"
+    )
+    assert message in text
     assert "The program has 290 blocks for 360 locations" in text
 
 
-def test_the_page_tells_why_no_block_was_removed(
+def test_the_page_states_why_no_block_was_removed(
     page: Page, solution: Solution, verdict: dict[str, Any], program: dict[str, Any]
 ) -> None:
     kept = program | {"removed": 0, "redundant_kept_for": ["gouge", "tip-deviation"]}
-    assert "stay in it, because without them: gouge, tip-deviation." in body_text(
-        page(solution, verdict, kept)
-    )
+    assert "were kept; without them: gouge, tip-deviation." in body_text(page(solution, verdict, kept))
     assert "No block was redundant." in body_text(page(solution, verdict, program | {"removed": 0}))
 
 
@@ -205,9 +205,7 @@ def test_a_name_cannot_smuggle_markup_into_the_page(
     assert text.count(html.escape(nasty)) >= 8
 
 
-def test_the_page_asks_nothing_of_the_network(
-    page: Page, solution: Solution, verdict: dict[str, Any]
-) -> None:
+def test_the_page_needs_no_network(page: Page, solution: Solution, verdict: dict[str, Any]) -> None:
     text = page(solution, verdict)
     assert OUTSIDE.findall(re.sub(r"data:image/png;base64,[\w+/=]+", "data:", text)) == []
     assert "<script" not in text
@@ -252,7 +250,7 @@ def test_ids_on_the_page_are_unique(page: Page, solution: Solution, verdict: dic
     assert len(ids) == len(set(ids))
 
 
-def test_shares_are_said_as_people_say_them() -> None:
+def test_shares_are_worded_as_less_or_more() -> None:
     assert saving(0.2051) == f"20.5{THIN}% less"
     assert saving(-0.031) == f"3.1{THIN}% more"
     assert saving(0.0004) == "no change"

@@ -1,8 +1,8 @@
-"""What verification measured, in words."""
+"""The page's tables."""
 
 import re
 
-from fiveaxis.report.measured import WORDS, measured_table
+from fiveaxis.report.tables import WORDS, measured_table
 from fiveaxis.verification import verify
 
 THIN = "\u2009"
@@ -13,7 +13,7 @@ def cells(text: str) -> list[list[str]]:
     return [re.findall(r"<t[hd][^>]*>(.*?)</t[hd]>", row) for row in rows]
 
 
-def test_figures_stand_in_words_with_their_units():
+def test_measured_figures_are_described_with_their_units():
     figures = {"tilt_max_deg": 75.027976, "speed_share": 0.5, "off": -1.5, "held_axis_off_deg": None}
     head, *rows = cells(measured_table(figures))
     assert head == ["measured in the program, the worst", "value"]

@@ -1,0 +1,264 @@
+"""Sections of the page: the verdict, the program, the searched setup, the front."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from html import escape
+from typing import Any
+
+import numpy as np
+
+from fiveaxis.findings import Severity
+from fiveaxis.report.chart import AFTER, BELOW, LEFT, THIN_SPACE, TOP, Panel, svg, text, widened
+from fiveaxis.report.tables import NOTHING, kinds_table, number, plain, plain_list, saving, table
+
+MOST_SHOWN = 15  # rows of the table of setups; the JSON report has all
+UNITS = {"x": "mm", "y": "mm", "z": "mm", "angle": "deg"}
+
+
+def verdict_section(document: Mapping[str, Any]) -> dict[str, str]:
+    """Write the verdict, which never claims more than was checked.
+
+    Returns
+    -------
+    ``look`` (class), ``verdict`` (headline) and ``verdict_text`` (HTML) for the page's template
+    """
+    verification = document["verification"]
+    look, headline = _judge(verification, document)
+    parts = (
+        _overridden(document),
+        f"<p>{escape(_consequence(look, document))}</p>",
+        '<div class="columns">',
+        _listed("Not checked", verification["not_checked"]),
+        _listed("Checked", verification["checked"]),
+        "</div>",
+    )
+    return {"look": look, "verdict": escape(headline), "verdict_text": "\n".join(parts)}
+
+
+def _judge(verification: Mapping[str, Any], document: Mapping[str, Any]) -> tuple[str, str]:
+    if document.get("overridden"):
+        return "overridden", "✗ Not safe: errors were found and overridden"
+    if not verification["ok"]:
+        return "unsafe", "✗ Not safe: don’t run this program"
+    if not verification["checked"]:
+        return "partial", "! Nothing was checked"
+    if verification["not_checked"]:
+        return "partial", "✓ No error found, but not everything was checked"
+    return "safe", "✓ Safe: every check passed"
+
+
+def _overridden(document: Mapping[str, Any]) -> str:
+    """Name each error that was overridden, as large as the headline, and who overrode it."""
+    codes = document.get("overridden")
+    if not codes:
+        return ""
+    who = document.get("overridden_by") or "an unknown person"
+    named = ", ".join(f"{code} ({number(n)})" for code, n in codes.items())
+    written = "" if _kept_back(document) else " The NC program was written with them; its header names each."
+    return f'<p class="override">Overridden: {escape(named)}</p>\n<p>By {escape(who)}.{written}</p>'
+
+
+def _kept_back(document: Mapping[str, Any]) -> str:
+    """List the errors that keep the program back."""
+    return ", ".join(f"{code} ({number(n)})" for code, n in document.get("kept_back", {}).items())
+
+
+def _consequence(look: str, document: Mapping[str, Any]) -> str:
+    found = _found(document["summary"])
+    kept = _kept_back(document)
+    program = f" No NC program was written, because of {kept}." if kept else ""
+    if look in ("unsafe", "overridden"):
+        until = "The savings below don’t count until the errors are corrected."
+        return f"Verification found {found}.{program} {until}"
+    return f"Verification found {found or 'nothing to report'}.{program}"
+
+
+def _found(summary: Sequence[Mapping[str, Any]]) -> str:
+    """Format counts by severity: ``6 errors (axis-limit 4, tilt 2), 1 warning (tip-deviation 1)``."""
+    parts = []
+    for wanted in Severity:
+        codes: Counter[str] = Counter()
+        for cause in summary:
+            if cause["severity"] == wanted:
+                codes[cause["code"]] += cause["count"]
+        if codes:
+            total = codes.total()
+            each = ", ".join(f"{code} {number(n)}" for code, n in codes.items())
+            parts.append(f"{number(total)} {wanted}{'' if total == 1 else 's'} ({each})")
+    return ", ".join(parts)
+
+
+def _listed(head: str, sentences: Sequence[str]) -> str:
+    if not sentences:
+        return ""
+    items = "\n".join(f"<li>{escape(sentence)}</li>" for sentence in sentences)
+    return f'<div><b>{head}</b>\n<ul class="small">\n{items}\n</ul></div>'
+
+
+def program_section(document: Mapping[str, Any]) -> str:
+    """Describe the program's blocks and the cost of its kinds of move; empty without a program."""
+    program = document["program"]
+    if program is None:
+        return ""
+    inserted, blocks, before = (number(program[key]) for key in ("inserted", "blocks", "blocks_before"))
+    tolerance = f"{program['path_tolerance_mm']:g} mm"
+    text = (
+        f"The program has {blocks} blocks for {before} locations. To keep the tool on its path between "
+        f"locations, {inserted} {_blocks(program['inserted'])} {_were(program['inserted'])} inserted "
+        f"(tolerance {tolerance}); their postures were optimised too. {_removed(program)} All figures are "
+        "those of whole programs with their inserted blocks, without approach and retract."
+    )
+    html = f"<p>{escape(text)}</p>\n"
+    if kinds := kinds_table(document):
+        html += (
+            "<p>Energy of the feed drives and time by kind of move:</p>\n"
+            f'<div class="scroll">\n{kinds}\n</div>\n'
+        )
+    return html
+
+
+def _removed(program: Mapping[str, Any]) -> str:
+    """State how many redundant blocks were removed, or why none was."""
+    if program["redundant_kept_for"]:
+        return f"Redundant blocks were kept; without them: {', '.join(program['redundant_kept_for'])}."
+    count = program["removed"]
+    if not count:
+        return "No block was redundant."
+    return (
+        f"{number(count)} redundant {_blocks(count)} {_were(count)} removed: without them the axes keep that "
+        f"tolerance, and the tool’s axis within {program['axis_tolerance_deg']:g}°. The remaining motion was "
+        "verified."
+    )
+
+
+def _blocks(count: int) -> str:
+    return "block" if count == 1 else "blocks"
+
+
+def _were(count: int) -> str:
+    return "was" if count == 1 else "were"
+
+
+def setup_section(found: Mapping[str, Any] | None) -> str:
+    """Compare the chosen setup with the given one; empty if none was searched for.
+
+    Parameters
+    ----------
+    found : ``ranges``, ``given``, ``chosen``, ``saved`` and ``tried``, cheapest first, as plain data
+    """
+    if found is None:
+        return ""
+    shown = found["tried"][:MOST_SHOWN]
+    text = f"{_setup_verdict(found)} {_setup_search(found, len(shown))}"
+    heads = (
+        "offset X, Y, Z (mm)",
+        "rotation X, Y, Z (deg)",
+        "#thinned path (J)",
+        "#kept clear (J)",
+        "#whole path (J)",
+        "",
+    )
+    rows = [_setup_row(tried, found) for tried in shown]
+    inner = f'<p>{escape(text)}</p>\n<div class="scroll">\n{table(heads, rows)}\n</div>'
+    return f"<section>\n<h2>Setup of the workpiece</h2>\n{inner}\n</section>"
+
+
+def _setup_verdict(found: Mapping[str, Any]) -> str:
+    given, chosen = found["given"], found["chosen"]
+    if _format_setup(given) == _format_setup(chosen):
+        return (
+            f"No setup within the ranges was found that saves more than {100.0 * found['least_saving']:.2f}"
+            f"{THIN_SPACE}% against the given one; it was kept. A smaller saving isn’t significant: searches "
+            "of one path end in different optima."
+        )
+    before = "which can’t be followed" if given["energy"] is None else f"with {number(given['energy'])} J"
+    share = "" if found["saved"] is None else f": {saving(found['saved'])} (feed drives only)"
+    return (
+        f"Set the workpiece’s zero at {_format_setup(chosen)}. The path costs {number(chosen['energy'])} J "
+        f"there, in place of the given setup at {_format_setup(given)}, {before}{share}. All figures of this "
+        "report are for the chosen setup."
+    )
+
+
+def _setup_search(found: Mapping[str, Any], shown: int) -> str:
+    ranges = ", ".join(
+        f"{name} {plain(low)}…{plain(high)} {UNITS[name]}" for name, (low, high) in found["ranges"].items()
+    )
+    clear = sum(tried["kept_clear"] is not None for tried in found["tried"])
+    checked = clear or any("kept clear" in tried["why"] for tried in found["tried"])
+    again = f"The cheapest were evaluated again, clear of part, stock and fixtures: {clear} are feasible. "
+    return (
+        f"Ranges: {ranges}. {len(found['tried'])} setups were evaluated at some of the path’s locations, "
+        f"each with its own postures and without obstacles; the cheapest {shown} are shown. "
+        f"{again if checked else ''}Those with a figure for the whole path were run and verified in full."
+    )
+
+
+def _setup_row(tried: Mapping[str, Any], found: Mapping[str, Any]) -> list[str]:
+    names = [name for name in ("given", "chosen") if _format_setup(tried) == _format_setup(found[name])]
+    remark = "; ".join([*names, *([tried["why"]] if tried["why"] else [])])
+    whole = NOTHING if tried["energy"] is None else number(tried["energy"])
+    rough, clear = (NOTHING if tried[k] is None else number(tried[k]) for k in ("rough", "kept_clear"))
+    return [plain_list(tried["offset"]), plain_list(tried["rotation_deg"]), rough, clear, whole, remark]
+
+
+def _format_setup(tried: Mapping[str, Any]) -> str:
+    return f"({plain_list(tried['offset'])}) mm, turned by ({plain_list(tried['rotation_deg'])}) deg"
+
+
+def front_section(front: Mapping[str, Any] | None) -> str:
+    """List and draw the solutions of a front; empty without a front.
+
+    Parameters
+    ----------
+    front : ``points`` with their figures, ``picked`` and ``dominated``, as plain data
+    """
+    if front is None:
+        return ""
+    heads = (
+        "#number",
+        "#energy (J)",
+        "#bends Σ‖Δρ‖² (rad²)",
+        "#largest turn (deg/mm)",
+        "#program (s)",
+        "NC program",
+    )
+    rows = [
+        (
+            str(point["number"]),
+            number(point["energy_J"], 1),
+            number(point["bend_rad2"], 4),
+            number(point["steepest_deg_mm"], 2),
+            number(point["program_time_s"], 1),
+            "released" if point["released"] else "kept back, see its report",
+        )
+        for point in front["points"]
+    ]
+    text = (
+        f"Number {front['picked']} is the result of this page. Each has its files in front/<number> and "
+        "underwent the same verification. Dominated solutions, which one of these beats in every figure, "
+        f"are left out: {front['dominated']}."
+    )
+    return (
+        "<section>\n<h2>Energy against steadiness</h2>\n"
+        f'<div class="scroll">\n{table(heads, rows)}\n</div>\n<p>{escape(text)}</p>\n'
+        f"<figure>\n{_front_chart(front)}\n<figcaption>What steadiness costs: each solution by its number; "
+        "feed drives only.</figcaption>\n</figure>\n</section>"
+    )
+
+
+def _front_chart(front: Mapping[str, Any]) -> str:
+    bend, energy = (np.array([point[k] for point in front["points"]]) for k in ("bend_rad2", "energy_J"))
+    panel = Panel(TOP, 150.0, widened(bend), widened(energy, margin=0.1))
+    parts = [
+        text("What steadiness costs", LEFT, 12.0, bold=True),
+        panel.frame("energy (J)", "bends Σ‖Δρ‖² (rad²)"),
+        panel.line(bend, energy, AFTER, 1.0),
+    ]
+    for point, x, y in zip(front["points"], panel.across(bend), panel.down(energy), strict=True):
+        size = 5.0 if point["number"] == front["picked"] else 3.0
+        parts.append(f'<circle cx="{x:.2f}" cy="{y:.2f}" r="{size:g}" fill="{AFTER}"/>')
+        parts.append(text(str(point["number"]), x + 6.0, y - 5.0))
+    return svg(panel.bottom + BELOW, parts)

@@ -1,0 +1,93 @@
+"""Maps of postures: pictures, what they leave grey and what they hatch."""
+
+from __future__ import annotations
+
+import base64
+import io
+import re
+import struct
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from matplotlib.image import imread
+
+from fiveaxis.posture import Solution
+from fiveaxis.report.chart import FORBIDDEN
+from fiveaxis.report.landscape import posture_map, surface_at
+from fiveaxis.report.maps import png_address, posture_map_figure, surface_figure
+from fiveaxis.toolpath import TiltBounds
+
+
+def pictures(svg: str) -> list[bytes]:
+    """Return the PNGs inlined in a figure: the map, and its colour bar."""
+    addresses = re.findall(r'href="data:image/png;base64,([^"]*)"', svg)
+    return [base64.b64decode(address, validate=True) for address in addresses]
+
+
+def chunks(data: bytes) -> Iterator[bytes]:
+    """Return the kinds of the chunks of a PNG."""
+    at = 8
+    while at < len(data):
+        (length,) = struct.unpack(">I", data[at : at + 4])
+        yield data[at + 4 : at + 8]
+        at += length + 12
+
+
+def test_a_picture_is_read_back_as_it_was() -> None:
+    picture = np.random.default_rng(1).integers(0, 256, (7, 5, 3)).astype(np.uint8)
+    data = base64.b64decode(png_address(picture).removeprefix("data:image/png;base64,"))
+    read = imread(io.BytesIO(data))
+    np.testing.assert_array_equal(np.round(255.0 * read[..., :3]).astype(np.uint8), picture)
+
+
+def test_maps_are_pictures_without_date_or_program(solution: Solution) -> None:
+    for svg in (
+        posture_map_figure(solution, posture_map(solution), "normal"),
+        surface_figure(solution, surface_at(solution, 180), "normal"),
+    ):
+        found = pictures(svg)
+        assert len(found) == 2
+        assert all(list(chunks(data)) == [b"IHDR", b"IDAT", b"IEND"] for data in found)
+
+
+def grey_pixels(svg: str) -> int:
+    """Count the pixels of a map in the colour of what is forbidden."""
+    picture = imread(io.BytesIO(pictures(svg)[0]))
+    forbidden = np.array([int(FORBIDDEN[i : i + 2], 16) for i in (1, 3, 5)]) / 255.0
+    return int(np.all(np.abs(picture[..., :3] - forbidden) < 1e-3, axis=-1).sum())
+
+
+def test_where_no_second_angle_is_admissible_the_map_is_grey(solution: Solution) -> None:
+    free = replace(solution, tilt=TiltBounds(solution.tilt.reference, 0.0, np.pi, "normal"))
+    assert grey_pixels(posture_map_figure(solution, posture_map(solution), "normal")) > 50_000
+    assert grey_pixels(posture_map_figure(free, posture_map(free), "normal")) < 500
+
+
+def test_a_posture_outside_the_axis_limits_widens_the_surface(trunnion_solution: Solution) -> None:
+    surface = surface_at(trunnion_solution, 180)
+    home = replace(trunnion_solution.motion, positions=np.zeros_like(trunnion_solution.motion.positions))
+
+    def share_of_map(svg: str) -> float:
+        """Return how much of the panel's height the map takes; the rest is grey."""
+        image = re.search(r'<image [^>]*height="([\d.]+)"', svg)
+        ground = re.search(r'<rect [^>]*height="([\d.]+)"', svg)
+        return float(image[1]) / float(ground[1])  # type: ignore[index]
+
+    assert share_of_map(surface_figure(trunnion_solution, surface, None)) < 0.95
+    inside = surface_figure(replace(trunnion_solution, motion=home), surface, None)
+    assert share_of_map(inside) == pytest.approx(1.0)
+
+
+def test_what_collides_is_hatched(solution: Solution) -> None:
+    landscape = posture_map(solution)
+    half = np.arange(len(landscape.first)) % 40 < 20
+    hidden = replace(
+        landscape,
+        cost=np.where(half, np.nan, landscape.cost),
+        colliding=np.isfinite(landscape.cost) & half,
+    )
+    plain = replace(hidden, colliding=np.zeros_like(hidden.colliding))
+    hatched = grey_pixels(posture_map_figure(solution, hidden, "normal"))
+    assert hatched < grey_pixels(posture_map_figure(solution, plain, "normal")) - 1000
