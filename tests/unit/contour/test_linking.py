@@ -7,7 +7,7 @@ from fiveaxis.contour.contacts import Contacts
 from fiveaxis.contour.linking import open_passes
 from fiveaxis.contour.ordering import by_levels
 from fiveaxis.contour.passes import Pass
-from fiveaxis.contour.ways import Linker, quarter_arc
+from fiveaxis.contour.routes import Linker, quarter_arc
 from fiveaxis.mesh import TriangleTree
 
 X, Y, Z = np.eye(3)
@@ -55,8 +55,8 @@ def test_near_passes_are_joined_close_to_the_surface(linker):
     opened = open_passes(by_levels([[high], [low]]), linker)
     linked, left_out = opened.joined(), opened.left_out
     np.testing.assert_allclose(linked[1].approach, [[38.0, -5.0, 3.0], [38.0, -5.0, 1.0]])
-    assert len(linked[0].retreat) == 0
-    assert linked[1].retreat[-1, 2] == linker.plane
+    assert len(linked[0].retract) == 0
+    assert linked[1].retract[-1, 2] == linker.plane
     assert not left_out
 
 
@@ -123,7 +123,7 @@ def test_a_lead_takes_the_largest_arc_that_is_clear(linker):
     lead = near.lead((centre, X), Y, 4.0)
     assert lead is not None
     assert lead.arc[-1] == pytest.approx(centre + 2.0 * X + 2.0 * Y)
-    assert near.space.clear(centre, *lead.arc, *lead.way)
+    assert near.space.clear(centre, *lead.arc, *lead.route)
 
 
 def test_leads_go_before_and_behind_a_pass(linker):
@@ -134,4 +134,4 @@ def test_leads_go_before_and_behind_a_pass(linker):
     np.testing.assert_allclose(linked.approach[-1][2], 2.0)
     assert linked.approach[-1][1] < -5.0
     assert any(np.allclose(p, [35.0, -7.0, 2.0]) for p in linked.approach)
-    assert any(np.allclose(p, [34.0, 6.0, 2.0]) for p in linked.retreat)
+    assert any(np.allclose(p, [34.0, 6.0, 2.0]) for p in linked.retract)

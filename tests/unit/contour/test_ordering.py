@@ -8,10 +8,8 @@ from hypothesis import strategies as st
 
 from fiveaxis.contour import plan_contour
 from fiveaxis.contour.contacts import Contacts
-from fiveaxis.contour.neighbours import neighbours
-from fiveaxis.contour.ordering import by_levels, in_order, islands
-from fiveaxis.contour.passes import Pass
-from fiveaxis.contour.shortening import Links, shortened
+from fiveaxis.contour.ordering import Links, by_levels, in_order, islands, shortened
+from fiveaxis.contour.passes import Pass, neighbours
 from fiveaxis.toolpath import Tool, Toolpath
 
 UP = np.array([0.0, 0.0, 1.0])
@@ -67,8 +65,8 @@ def test_a_given_order_is_kept_and_what_it_misses_comes_last():
 
 def test_an_open_pass_is_turned_round_only_if_it_may_be():
     end = np.array([3.0, 5.0, 0.0])
-    for either_way, first in ((False, 0.0), (True, 5.0)):
-        queue = by_levels([[straight([0, 0, 0], [0, 5, 0])]], either_way=either_way)
+    for reversible, first in ((False, 0.0), (True, 5.0)):
+        queue = by_levels([[straight([0, 0, 0], [0, 5, 0])]], reversible=reversible)
         assert queue.take(end).contacts.points[0, 1] == first
 
 
