@@ -13,9 +13,9 @@ from fiveaxis.motion import (
     fill_in,
     follow,
     inside_rapids,
+    joint_deviation,
     tcp_deviation,
     thinned,
-    way_deviation,
 )
 from fiveaxis.toolpath import MoveKind, Tool, Toolpath, divide
 
@@ -32,7 +32,7 @@ def blocks_of(path: Toolpath) -> np.ndarray:
 def test_inserted_locations_keep_the_ball_on_its_chord(hayashi):
     path = straight_cut()
     rotary = np.radians([[0, -20], [8, -20], [16, -30], [46, -50]])
-    assert way_deviation(path, hayashi, rotary, blocks_of(path)).max() > 0.1
+    assert joint_deviation(path, hayashi, rotary, blocks_of(path)).max() > 0.1
     filled, motion, _ = fill_in(path, hayashi, rotary, tolerance=0.005)
     assert len(filled) == len(motion) > len(path)
     # Sampled finely within every block, axes linear in time: independent of how blocks were inserted.
@@ -102,7 +102,7 @@ def test_a_control_that_leads_the_tip_bends_the_way_of_the_balls_centre():
     filled, motion, _ = fill_in(path, machine, rotary, tcp=True)
     angles = motion.positions[:, machine.rotary_columns]
     assert tcp_deviation(filled, machine, angles, blocks_of(filled)).max() <= PATH_TOLERANCE
-    assert way_deviation(filled, machine, angles, blocks_of(filled)).max() <= PATH_TOLERANCE
+    assert joint_deviation(filled, machine, angles, blocks_of(filled)).max() <= PATH_TOLERANCE
     assert len(filled) > len(path)
 
 

@@ -71,7 +71,7 @@ def test_what_stands_in_for_unknown_speeds_is_said_once_a_path(hayashi):
     positions = follow(path, hayashi, np.zeros((5, 2))).positions
     (found,) = rapid_findings(path, hayashi, positions)
     assert found.code == "rapid-speed-unknown"
-    assert "highest speed of X: in 5 rapid moves 6000 mm/min" in found.message
+    assert "highest speed of X: 5 rapid moves are timed at the path's 6000 mm/min" in found.message
     assert not rapid_findings(replace(path, kind=np.zeros(5, dtype=np.int64)), hayashi, positions)
 
 
