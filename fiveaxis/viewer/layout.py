@@ -1,4 +1,4 @@
-"""How the scene stands in the view: alone, or result and baseline side by side."""
+"""Arrangement of the scene in the view: the result alone, or with a baseline side by side."""
 
 from __future__ import annotations
 
@@ -8,17 +8,17 @@ import numpy as np
 
 from fiveaxis.geometry import Array
 
-# The scene is shown at this size, whatever the part's: lights and clipping of the viewer are made for it.
+# Size of the scene in the view, for which the viewer's lights and clipping are made.
 SHOWN_SIZE = 2.4
 CAMERA = (1.75, 1.05, 1.75)  # x, up, -y
-# Across the view from the left to the right, workpiece frame.
+# Direction across the view from left to right, workpiece frame.
 RIGHT = np.array([1.0, 1.0, 0.0]) / np.sqrt(2.0)
-# Side by side: from one to the other, sizes of the scene; and at what share of its size.
+# Side by side: distance of the two in sizes of the scene, and scale of each.
 GAP, SMALLER = 1.35, 0.62
-# How far to the right of the view's middle the scene stands alone, of its size: the legend is on the left.
+# Offset of the scene, alone, to the right of the middle, in its sizes: the legend is on the left.
 ASIDE = 0.28
-# How much farther away the scene is seen with the machine. If all that a machine sweeps, seen from the part,
-# were in view, nothing would be left of the part.
+# Factor of the viewing distance with the machine. With its whole working space in view the part would be too
+# small.
 STEP_BACK = 4.0
 
 
@@ -29,7 +29,7 @@ class Layout:
     Parameters
     ----------
     low, high : (3,), mm, its corners
-    size : mm, its longest side, or what else is to fill the view
+    size : mm, of what fills the view, as a rule its longest side
     """
 
     low: Array
@@ -37,27 +37,27 @@ class Layout:
     size: float
 
     def with_machine(self) -> Layout:
-        """Step back, so that the machine is seen around the part: table and spindle, if not all of it."""
+        """Step back, so that table and spindle are visible around the part."""
         return replace(self, size=STEP_BACK * self.size)
 
     def together(self) -> Array:
-        """Scale the scene to the view, (4, 4), its middle to the right: no legend is there."""
+        """Return the transform, (4, 4), that scales the scene to the view, beside the legend."""
         aside = ASIDE * self.size * RIGHT
-        return self._shown(SHOWN_SIZE / self.size, (self.low + self.high) / 2.0 - aside)
+        return self._scaled(SHOWN_SIZE / self.size, (self.low + self.high) / 2.0 - aside)
 
     def apart(self) -> Array:
-        """Scale the scene so that the result and a baseline, shifted by `shift`, are in view, (4, 4)."""
+        """Return the transform, (4, 4), that shows the result and a baseline moved by `shift`."""
         middle = (self.low + self.high + self.shift()[:3, 3]) / 2.0
-        return self._shown(SMALLER * SHOWN_SIZE / self.size, middle)
+        return self._scaled(SMALLER * SHOWN_SIZE / self.size, middle)
 
     def shift(self) -> Array:
-        """Move a baseline to the left of the result, (4, 4), mm."""
+        """Return the transform, (4, 4) mm, that moves a baseline to the left of the result."""
         moved = np.eye(4)
         moved[:3, 3] = -GAP * self.size * RIGHT
         return moved
 
     @staticmethod
-    def _shown(scale: float, middle: Array) -> Array:
-        shown = np.diag([scale, scale, scale, 1.0])
-        shown[:3, 3] = -scale * middle
-        return shown
+    def _scaled(scale: float, middle: Array) -> Array:
+        scaled = np.diag([scale, scale, scale, 1.0])
+        scaled[:3, 3] = -scale * middle
+        return scaled

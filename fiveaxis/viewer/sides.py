@@ -1,10 +1,13 @@
-"""What is shown side by side: the result and the posture that it is measured against."""
+"""The motions shown side by side: the result and a baseline."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from fiveaxis.findings import Finding
 from fiveaxis.motion import Motion
 from fiveaxis.toolpath import Toolpath
 from fiveaxis.viewer.tool_motion import KeyFrames, choose_frames, show_pace
@@ -22,9 +25,9 @@ class Side:
     Parameters
     ----------
     node : of the scene: ``after`` for the result, ``before`` for a baseline
-    name : as people call it
-    motion, toolpath : row by row; a baseline that is rewound has locations of its own
-    frames : key frames, on a clock that both sides share
+    name : shown to the user
+    motion, toolpath : row by row; a baseline with rewinds has its own locations
+    frames : key frames, on the clock of both sides
     energy : J, of the feed drives
     """
 
@@ -35,12 +38,16 @@ class Side:
     frames: KeyFrames
     energy: float
 
+    def when_shown(self, finding: Finding) -> float | None:
+        """Return when the show passes a finding's location, s; None if it has none."""
+        row = finding.place.location
+        if row is None or not 0 <= row < len(self.motion):
+            return None
+        return float(np.interp(row, self.frames.rows, self.frames.times))
+
 
 def choose_sides(solution: Solution) -> tuple[Side, ...]:
-    """Choose what is shown: the result, and one baseline if there is one.
-
-    Both start together and run at one pace, so the quicker one ends first.
-    """
+    """Return the result and one baseline, if there is one; both start together and run at one pace."""
     path = solution.toolpath
     chosen = [("after", "result", solution.motion, path, solution.energy)]
     name = next((name for name in PREFERRED_BASELINES if name in solution.compared), None)

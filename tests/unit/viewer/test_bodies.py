@@ -15,7 +15,7 @@ from fiveaxis.viewer import build_scene, render_page
 from fiveaxis.viewer.bodies import MOST_TRIANGLES, add_bodies
 from fiveaxis.viewer.layout import ASIDE, RIGHT, SHOWN_SIZE, STEP_BACK
 from fiveaxis.viewer.library import load_meshcat
-from fiveaxis.viewer.payload import Recorder
+from fiveaxis.viewer.page import Recorder
 from fiveaxis.viewer.tool_motion import choose_frames
 
 NODE = "/meshcat/fiveaxis/machine"

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fiveaxis.toolpath import MoveKind
-from fiveaxis.viewer.colours import (
+from fiveaxis.viewer.lines import (
     AIR,
     VIRIDIS,
     colour_top,
