@@ -52,14 +52,6 @@ class _LedPass:
         """Return the ends at which the pass begins and finishes."""
         return _ends_of(self.cut)
 
-    def first(self) -> tuple[Array, Array]:
-        """Return the ball's centre, (3,) mm, where a link ends, and the normal of the first contact."""
-        return _foot(self.ends()[0], self.arrival)
-
-    def last(self) -> tuple[Array, Array]:
-        """Return the ball's centre, (3,) mm, where a link begins, and the normal of the last contact."""
-        return _foot(self.ends()[1], self.departure)
-
 
 @dataclass(frozen=True, eq=False)
 class Linking:
@@ -132,7 +124,8 @@ def shorten_links(opened: Linking, below: Sequence[Sequence[int]]) -> list[int]:
     led, linker = opened.passes, opened.linker
     index = {this.number: k for k, this in enumerate(led)}
     rows = [[index[j] for j in below[this.number] if j in index] for this in led]
-    ends, starts = np.array([p.last()[0] for p in led]), np.array([p.first()[0] for p in led])
+    ends = np.array([_foot(p.ends()[1], p.departure)[0] for p in led])
+    starts = np.array([_foot(p.ends()[0], p.arrival)[0] for p in led])
     apart = np.linalg.norm(ends[:, None] - starts[None], axis=2)
     flat = np.linalg.norm(ends[:, None, :2] - starts[None, :, :2], axis=2)
     # No link over the clearance plane is shorter than straight up, across and down.

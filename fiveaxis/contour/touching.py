@@ -127,12 +127,9 @@ def _touches(path: Toolpath, surface: SignedSurface) -> _Touch:
     """Try every zone of the profile and choose the nearest of those that are touched at their own angles."""
     found = [_touch(path, zone, surface) for zone in path.tool.cutter.zones]
     rank = np.array([np.where(touch.single, touch.gap, touch.gap + FOREIGN) for touch in found])
-    best = rank.argmin(axis=0)[None]
-    return _Touch(
-        np.take_along_axis(np.array([t.normal for t in found]), best[..., None], axis=0)[0],
-        np.take_along_axis(np.array([t.gap for t in found]), best, axis=0)[0],
-        np.take_along_axis(np.array([t.single for t in found]), best, axis=0)[0],
-    )
+    best = rank.argmin(axis=0), np.arange(len(path))
+    normal, gap, single = zip(*((t.normal, t.gap, t.single) for t in found), strict=True)
+    return _Touch(np.array(normal)[best], np.array(gap)[best], np.array(single)[best])
 
 
 def _touch(path: Toolpath, zone: Zone, surface: SignedSurface) -> _Touch:

@@ -1,14 +1,7 @@
 """Meshes of parts and bodies: files, distances, smooth normals, sections."""
 
 from fiveaxis.mesh.distance import TriangleTree
-from fiveaxis.mesh.loading import (
-    SUFFIXES,
-    check_mesh,
-    load_mesh,
-    read_solid,
-    require_solid,
-    take_mesh,
-)
+from fiveaxis.mesh.loading import SUFFIXES, check_mesh, load_mesh, read_solid, require_solid, take_mesh
 from fiveaxis.mesh.surface import Surface, facet_normals
 
 __all__ = [

@@ -59,10 +59,6 @@ class Filling:
         """Insert the locations that keep the tool on its path; those inside rapid moves get no block.
 
         Bounds on rotary axes take precedence over the plane of the tool axis.
-
-        Parameters
-        ----------
-        toolpath, motion : n locations, and the axes there
         """
         rotary = motion.positions[:, machine.rotary_columns]
         planes = AxisPlanes.of(toolpath, machine, rotary, hold=self.hold, cone=self.cone)
@@ -92,12 +88,7 @@ class Filling:
         return self.interpolation is Interpolation.TCP
 
     def _thinned(self, fill: Fill, needed: BoolArray) -> Fill:
-        """Remove the blocks without which a control passes the locations at the same time.
-
-        Parameters
-        ----------
-        needed : (n,), locations that keep their block in any case
-        """
+        """Remove the redundant blocks, except those of needed locations, (n,)."""
         if len(fill.path) == 1:
             return fill
         few = thinned(
@@ -162,11 +153,9 @@ class Fill:
         return np.where(after > 0, every[before] + share, 0.0)
 
     def off_plane(self, rotary: Array) -> Array:
-        """Measure how far the tool axis leaves its plane in each cut of the given path, (g − 1,) rad.
+        """Measure by what angle the tool axis leaves its plane in each move of the given path, (g − 1,) rad.
 
-        Parameters
-        ----------
-        rotary : (n, 2), rad, chain order
+        It is 0 in moves that don't cut. The rotary angles, (n, 2) rad, are in chain order.
         """
         worst = np.zeros(len(self.given) - 1)
         every = np.arange(len(self.row) - 1)
@@ -260,25 +249,14 @@ def respaced(motion: Motion, machine: Machine, tolerance: float = WRITTEN_TOLERA
 
 
 def inside_rapids(toolpath: Toolpath, row: Array) -> BoolArray:
-    """Find locations inserted in rapid moves, (m,), each of which is one block whatever its path.
-
-    Parameters
-    ----------
-    toolpath : m locations, as from `fill_in`
-    row : (m,), in rows of the given path
-    """
+    """Find the locations inserted in rapid moves, (m,), which stay one block: path and row from `fill_in`."""
     return np.asarray(toolpath.rapid & (row != np.floor(row)))
 
 
 def _with_straight_tips(path: Toolpath, tip: Array, row: Array, axes: Array) -> Toolpath:
-    """Put locations inserted in rapid moves where TCP interpolation has them: tips straight between rows.
+    """Put locations inserted in rapid moves on the straight line of the tips, as TCP interpolation does.
 
-    Parameters
-    ----------
-    path : m locations
-    tip : (n, 3), mm, at the given rows
-    row : (m,), in rows of the given path
-    axes : (m, 3), unit vectors, of the tool at all locations
+    Given are tips, (n, 3) mm, at the given rows, and tool axes, (m, 3), at all rows.
     """
     inside = inside_rapids(path, row)
     pivot = path.pivot.copy()

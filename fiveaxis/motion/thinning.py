@@ -53,11 +53,6 @@ class Thinned:
         """N rows: the axes at the time of every given row when only the kept ones are written."""
         return replace(self.course.motion, positions=self.course.driven(self.kept))
 
-    @property
-    def removed(self) -> int:
-        """Number of redundant rows."""
-        return len(self.course.motion) - len(self.motion)
-
 
 def thinned(
     toolpath: Toolpath,

@@ -82,12 +82,7 @@ def rapid_speeds(machine: Machine, feed: Array) -> Array:
 
 
 def rapid_findings(toolpath: Toolpath, machine: Machine, positions: Array) -> list[Finding]:
-    """Report the axes without a known speed in rapid moves, and the feed used instead; one finding, or none.
-
-    Parameters
-    ----------
-    positions : (n, k), mm and rad
-    """
+    """Report the axes without a known speed in rapid moves, and the feed used instead, in one finding."""
     rapid = np.flatnonzero(toolpath.rapid)
     if not len(rapid):
         return []

@@ -19,14 +19,7 @@ from fiveaxis.toolpath import Tool
 from fiveaxis.toolpath.tool import CUTTER, HOLDER, SHANK
 from fiveaxis.viewer.library import identify, load_meshcat
 from fiveaxis.viewer.sides import Side
-from fiveaxis.viewer.solids import (
-    is_flat,
-    make_geometry,
-    mesh_geometry,
-    place,
-    revolve,
-    scatter_marks,
-)
+from fiveaxis.viewer.solids import is_flat, make_geometry, mesh_geometry, pose_of, revolve, scatter_marks
 from fiveaxis.viewer.tool_motion import KeyFrames, Poses, tool_frames
 
 if TYPE_CHECKING:
@@ -90,7 +83,7 @@ def add_surroundings(vis: Any, root: str, around: Surroundings) -> None:
         name = f"fixtures/{i}"
         geometry = make_geometry(fixture.shape, MOST_TRIANGLES)
         look = {"color": FIXTURE_COLOUR, "flatShading": is_flat(fixture.shape)}
-        _add(vis, f"{root}/{name}", name, geometry, **look).set_transform(place(fixture.shape))
+        _add(vis, f"{root}/{name}", name, geometry, **look).set_transform(pose_of(fixture.shape))
 
 
 def add_bodies(vis: Any, node: str, machine: Machine, positions: Array) -> dict[str, Poses]:
@@ -116,7 +109,7 @@ def add_bodies(vis: Any, node: str, machine: Machine, positions: Array) -> dict[
         geometry = make_geometry(body.shape, MOST_TRIANGLES)
         look = {"color": _body_colour(body, machine), "opacity": MACHINE_OPACITY}
         look |= {"flatShading": is_flat(body.shape), "depthWrite": False}
-        _add(vis, name, name, geometry, **look).set_transform(machine.machine_frame @ place(body.shape))
+        _add(vis, name, name, geometry, **look).set_transform(machine.machine_frame @ pose_of(body.shape))
     return move_links(vis, node, machine, positions)
 
 

@@ -21,12 +21,7 @@ FACES = np.array(
 
 
 def make_geometry(shape: Shape, most_triangles: int) -> Any:
-    """Make a shape's geometry in its own frame.
-
-    Parameters
-    ----------
-    shape : box, cylinder or mesh file
-    most_triangles : to which a mesh is thinned
+    """Make a shape's geometry in its own frame; a mesh is thinned.
 
     Raises
     ------
@@ -48,8 +43,8 @@ def mesh_geometry(vertices: Array, faces: IntArray, most_triangles: int) -> Any:
     return load_meshcat().geometry.TriangularMeshGeometry(*thin)
 
 
-def place(shape: Shape) -> Array:
-    """Return the transform of a shape's geometry, (4, 4) mm; meshcat's cylinder lies along y."""
+def pose_of(shape: Shape) -> Array:
+    """Return the pose of a shape's geometry, (4, 4) mm; meshcat's cylinder lies along y."""
     return shape.frame @ UPRIGHT if isinstance(shape, Cylinder) else shape.frame
 
 
@@ -104,18 +99,7 @@ def revolve(outline: Array, sectors: int = 36) -> tuple[Array, IntArray]:
 
 
 def scatter_marks(points: Array, radius: float) -> tuple[Array, IntArray]:
-    """Put an octahedron at every point, all in one mesh.
-
-    Parameters
-    ----------
-    points : (m, 3), mm
-    radius : mm
-
-    Returns
-    -------
-    vertices : (6m, 3), mm
-    faces : (8m, 3)
-    """
+    """Make one mesh, (6 m, 3) mm and (8 m, 3), with an octahedron at every point, (m, 3) mm."""
     vertices = (points[:, None] + radius * CORNERS).reshape(-1, 3)
     first = len(CORNERS) * np.arange(len(points))
     return vertices, (first[:, None, None] + FACES).reshape(-1, 3)

@@ -21,7 +21,7 @@ from fiveaxis.viewer.lines import LIFT, shown_points
 from fiveaxis.viewer.page import Recorder
 from fiveaxis.viewer.solids import revolve, scatter_marks
 
-# mm: places up to a metre away, in the single precision that browsers draw in.
+# mm: single precision, as used by browsers, up to a metre away.
 SINGLE = 1e-4
 
 
@@ -159,11 +159,11 @@ def test_a_turned_outline_is_a_closed_body_of_its_volume():
     assert body.volume == pytest.approx(disc + corner + ring, rel=2e-3)
 
 
-def test_marks_stand_where_findings_are_one_object_per_severity(solution):
-    places = {"error": [5, 9, 5], "warning": [200]}
+def test_marks_are_one_object_per_severity_at_the_findings_locations(solution):
+    locations = {"error": [5, 9, 5], "warning": [200]}
     findings = [
         Finding(Severity(severity), "code", "said", Place(row))
-        for severity, rows in places.items()
+        for severity, rows in locations.items()
         for row in rows
     ]
     lost = [Finding(Severity.NOTE, "code", "said", Place(row)) for row in (None, -1, 10_000)]
@@ -171,8 +171,8 @@ def test_marks_stand_where_findings_are_one_object_per_severity(solution):
     build_scene(load_meshcat().Visualizer(window=recorder), solution, findings=[*findings, *lost])
     commands = [umsgpack.unpackb(c) for c in recorder.commands]
     marks = {c["path"]: c["object"] for c in commands if "/marks/" in c["path"]}
-    assert set(marks) == {f"/meshcat/fiveaxis/after/marks/{name}" for name in places}
-    for name, rows in places.items():
+    assert set(marks) == {f"/meshcat/fiveaxis/after/marks/{name}" for name in locations}
+    for name, rows in locations.items():
         shown = marks[f"/meshcat/fiveaxis/after/marks/{name}"]
         assert shown["materials"][0]["depthTest"] is False
         corners = floats(shown["geometries"][0]["data"]["attributes"]["position"]).reshape(-1, 6, 3)
