@@ -6,9 +6,8 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
-from fiveaxis.geometry import Array
+from fiveaxis.geometry import Array, BoolArray
 from fiveaxis.mesh import TriangleTree
 
 # mm: the ball may sink this deep into the surface, with 1e-6 mm left for rounding.
@@ -32,12 +31,12 @@ class BallSpace:
     tree: TriangleTree
     radius: float
 
-    def fits(self, centres: Array) -> NDArray[np.bool_]:
+    def fits(self, centres: Array) -> BoolArray:
         """Check whether the ball sinks by at most `GOUGE` at centres, (n, 3) mm."""
         limit = self.radius - GOUGE
         return self.tree.distances(centres, bound=limit) >= limit
 
-    def chords_fit(self, start: Array, end: Array) -> NDArray[np.bool_]:
+    def chords_fit(self, start: Array, end: Array) -> BoolArray:
         """Check whether the ball sinks by at most `CHORD_GOUGE` in straight moves, (n, 3) mm each.
 
         Sampled every `CHORD_STEP`, as the moves are short and the surface below them is smooth.

@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from fiveaxis.geometry import Array, angle_between
+from fiveaxis.geometry import Array, BoolArray, IntArray, angle_between
 from fiveaxis.mesh.sections import Loop
 from fiveaxis.mesh.surface import SHARP_EDGE, Surface
 
@@ -34,13 +33,13 @@ class Contacts:
 
     points: Array
     normals: Array
-    rolling: NDArray[np.bool_]
+    rolling: BoolArray
     closed: bool
 
     def __len__(self) -> int:
         return len(self.points)
 
-    def take(self, rows: NDArray[np.int64], *, closed: bool) -> Contacts:
+    def take(self, rows: IntArray, *, closed: bool) -> Contacts:
         """Pick rows in a given order."""
         return Contacts(self.points[rows], self.normals[rows], self.rolling[rows], closed)
 
@@ -122,7 +121,7 @@ class _Curve:
     points: Array
     normals: Array
     stations: Array
-    jump: NDArray[np.bool_]
+    jump: BoolArray
 
     def at(self, wanted: Array, *, closed: bool) -> Contacts:
         """Return the contacts at stations, (n,) ascending."""
@@ -140,7 +139,7 @@ class _Curve:
 
 
 def _resample(
-    points: Array, normals: Array, sharp: NDArray[np.bool_], *, closed: bool, radius: float, spacing: float
+    points: Array, normals: Array, sharp: BoolArray, *, closed: bool, radius: float, spacing: float
 ) -> Contacts:
     """Follow nodes (start and end of each segment) in equal steps of length and turning, then refine."""
     lengths = np.linalg.norm(np.diff(points, axis=0), axis=1)

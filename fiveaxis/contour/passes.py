@@ -7,12 +7,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fiveaxis.contour.ball_space import BallSpace
 from fiveaxis.contour.contacts import Contacts
 from fiveaxis.contour.walls import FLATTEST_WALL, Walls
-from fiveaxis.geometry import Array, IntArray, angle_between
+from fiveaxis.geometry import Array, BoolArray, IntArray, angle_between
 from fiveaxis.mesh.surface import SHARP_EDGE
 
 FEWEST_CONTACTS = 3
@@ -112,19 +111,19 @@ def split_passes(
 
 def _continues(
     contacts: Contacts, centres: Array, rows: IntArray, space: BallSpace, spacing: float
-) -> NDArray[np.bool_]:
+) -> BoolArray:
     """Check whether each kept row continues to the next one, and the last to the first, (k,)."""
     after = np.roll(rows, -1)
     adjacent = (after - rows) % len(contacts) == 1
     moved = np.linalg.norm(centres[after] - centres[rows], axis=1)
     gentle = angle_between(contacts.normals[rows], contacts.normals[after]) <= SHARP_EDGE
-    joined: NDArray[np.bool_] = gentle & (adjacent | (moved <= spacing))
+    joined: BoolArray = gentle & (adjacent | (moved <= spacing))
     joined[-1] &= contacts.closed
     joined[joined] = space.chords_fit(centres[rows[joined]], centres[after[joined]])
     return joined
 
 
-def _runs(rows: IntArray, joined: NDArray[np.bool_], rolling: NDArray[np.bool_]) -> list[IntArray]:
+def _runs(rows: IntArray, joined: BoolArray, rolling: BoolArray) -> list[IntArray]:
     """Split rows where they aren't joined; no run starts or ends with rolling about an edge."""
     ends = np.flatnonzero(~joined)
     # Start after the first break, so that a run across the curve's seam stays whole.

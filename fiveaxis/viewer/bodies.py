@@ -18,9 +18,8 @@ from fiveaxis.mesh import load_mesh
 from fiveaxis.toolpath import Tool
 from fiveaxis.toolpath.tool import CUTTER, HOLDER, SHANK
 from fiveaxis.viewer.library import identify, load_meshcat
-from fiveaxis.viewer.sides import Side
 from fiveaxis.viewer.solids import is_flat, make_geometry, mesh_geometry, pose_of, revolve, scatter_marks
-from fiveaxis.viewer.tool_motion import KeyFrames, Poses, tool_frames
+from fiveaxis.viewer.tool_motion import KeyFrames, Poses, Side, tool_frames
 
 if TYPE_CHECKING:
     import trimesh

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from fiveaxis.findings import Finding, group_findings
 from fiveaxis.viewer.lines import VIRIDIS
 from fiveaxis.viewer.scene import Scene
-from fiveaxis.viewer.sides import Side
+from fiveaxis.viewer.tool_motion import Side
 
 if TYPE_CHECKING:
     from fiveaxis.posture.solution import Solution

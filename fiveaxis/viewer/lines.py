@@ -15,7 +15,7 @@ from fiveaxis.machine import Machine
 from fiveaxis.motion import Motion
 from fiveaxis.toolpath import Toolpath
 from fiveaxis.viewer.library import identify, load_meshcat
-from fiveaxis.viewer.sides import Side
+from fiveaxis.viewer.tool_motion import Side
 
 ByteArray = NDArray[np.uint8]
 

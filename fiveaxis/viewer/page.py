@@ -12,10 +12,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fiveaxis.files import write_atomically
-from fiveaxis.viewer.layout import Layout
 from fiveaxis.viewer.legend import make_controls, make_legend, title_of
 from fiveaxis.viewer.library import load_meshcat
-from fiveaxis.viewer.scene import ROOT, Scene, build_scene
+from fiveaxis.viewer.scene import ROOT, Layout, Scene, build_scene
 
 if TYPE_CHECKING:
     import trimesh

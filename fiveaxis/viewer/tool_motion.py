@@ -1,24 +1,30 @@
-"""Motion of the tool and the machine as an animation of few key frames."""
+"""The motions shown, a result and a baseline, as animations of few key frames."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fiveaxis.findings import Finding
 from fiveaxis.geometry import Array, IntArray
 from fiveaxis.kinematics import tool_poses
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Motion
+from fiveaxis.toolpath import Toolpath
 from fiveaxis.viewer.library import load_meshcat
+
+if TYPE_CHECKING:
+    from fiveaxis.posture.solution import Solution
 
 # Straight moves between key frames leave the path, so there are as many as a page can hold.
 MOST_FRAMES = 10_000
 # s: a longer motion is shown as a time lapse of this length.
 LONGEST_SHOW = 60.0
+PREFERRED_BASELINES = ("as-programmed", "normal")
 UP = np.array([0.0, 0.0, 1.0])
 # Poses of a node at the key frames: (f, 3) mm, and quaternions x y z w, (f, 4).
 Poses = tuple[Array, Array]
@@ -69,6 +75,49 @@ def _clock(motion: Motion) -> Array:
     """Return the time of each location, (n,) s; one per second if no move takes time."""
     clock: Array = np.cumsum(motion.time)
     return clock if clock[-1] > 0.0 else np.arange(len(motion), dtype=float)
+
+
+@dataclass(frozen=True, eq=False)
+class Side:
+    """A motion to show.
+
+    Parameters
+    ----------
+    node : of the scene: ``after`` for the result, ``before`` for a baseline
+    name : shown to the user
+    motion, toolpath : row by row; a baseline with rewinds has its own locations
+    frames : key frames, on the clock of both sides
+    energy : J, of the feed drives
+    """
+
+    node: str
+    name: str
+    motion: Motion
+    toolpath: Toolpath
+    frames: KeyFrames
+    energy: float
+
+    def when_shown(self, finding: Finding) -> float | None:
+        """Return when the show passes a finding's location, s; None if it has none."""
+        row = finding.place.location
+        if row is None or not 0 <= row < len(self.motion):
+            return None
+        return float(np.interp(row, self.frames.rows, self.frames.times))
+
+
+def choose_sides(solution: Solution) -> tuple[Side, ...]:
+    """Return the result and one baseline, if there is one; both start together and run at one pace."""
+    path = solution.toolpath
+    chosen = [("after", "result", solution.motion, path, solution.energy)]
+    name = next((name for name in PREFERRED_BASELINES if name in solution.compared), None)
+    if name is not None:
+        baseline = solution.compared[name]
+        chosen.append(("before", name, baseline.motion, baseline.toolpath or path, baseline.energy))
+    pace = show_pace(*(motion for _, _, motion, _, _ in chosen))
+    return tuple(
+        Side(node, name, motion, path, choose_frames(motion, pace), energy.total)
+        for node, name, motion, path, energy in chosen
+    )
 
 
 def tool_frames(machine: Machine, motion: Motion, rows: IntArray) -> Poses:

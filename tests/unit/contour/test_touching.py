@@ -130,5 +130,5 @@ def test_a_cutters_edge_on_an_edge_of_the_part_is_reported_or_right(gap):
 
 def test_a_path_on_the_flat_bottom_only_is_refused():
     flat = Toolpath.from_tips([[0.0, 0.0, 10.0], [3.0, 0.0, 10.0]], [[0.0, 0.0, 1.0]] * 2, Tool.flat(6))
-    with pytest.raises(ToolpathError, match="2 cuts lie on the part, and none with one point of flat:6"):
+    with pytest.raises(ToolpathError, match="2 cuts touch the part, none with one point of flat:6"):
         find_contacts(flat, BOX)

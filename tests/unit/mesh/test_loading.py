@@ -60,7 +60,10 @@ def test_vertices_that_are_not_numbers_are_refused(tmp_path):
 def test_an_open_mesh_is_refused_with_its_open_edges_counted():
     box = trimesh.creation.box()
     box.update_faces(np.arange(len(box.faces)) > 0)
-    with pytest.raises(MeshError, match=r"not watertight: 3 of its edges .* --allow-open to go on"):
+    with pytest.raises(
+        MeshError,
+        match=r"not watertight: 3 of its edges .*; repair the mesh, or accept it as it is \(--allow-open\)",
+    ):
         check_mesh(box, name="box")
     assert len(check_mesh(box, name="box", allow_open=True).faces) == 11
 

@@ -13,9 +13,9 @@ from fiveaxis.kinematics import link_poses, tool_poses
 from fiveaxis.machine import Body, Box, Chain, Cylinder, Line, Machine, MeshShape, parse_code
 from fiveaxis.viewer import build_scene, render_page
 from fiveaxis.viewer.bodies import MOST_TRIANGLES, add_bodies
-from fiveaxis.viewer.layout import ASIDE, RIGHT, SHOWN_SIZE, STEP_BACK
 from fiveaxis.viewer.library import load_meshcat
 from fiveaxis.viewer.page import Recorder
+from fiveaxis.viewer.scene import ASIDE, RIGHT, SHOWN_SIZE, STEP_BACK
 from fiveaxis.viewer.tool_motion import choose_frames
 
 NODE = "/meshcat/fiveaxis/machine"
