@@ -100,7 +100,8 @@ def open_passes(queue: Queue, linker: Linker, *, lead_in: float = 0.0, lead_out:
     here = np.array([*linker.bounds.mean(axis=0)[:2], linker.plane])
     while queue:
         candidate = queue.take(here)
-        cut, routes = _open(candidate, here, linker)
+        closed = candidate.contacts.closed
+        cut, routes = _open_closed(candidate, here, linker) if closed else _shorten(candidate, linker)
         if routes is None:
             left_out["passes without a clear link"] += 1
             continue
@@ -177,11 +178,6 @@ def _leads(
         if radii[k] > 0.0:
             leads[k] = linker.lead((end.pivot, end.normal), end.outward, radii[k]) or leads[k]
     return leads[0], leads[1]
-
-
-def _open(candidate: Pass, here: Array, linker: Linker) -> tuple[Pass, tuple[Array, Array] | None]:
-    """Open a pass, near `here` if possible, so that its ends have routes to the clearance plane."""
-    return _open_closed(candidate, here, linker) if candidate.contacts.closed else _shorten(candidate, linker)
 
 
 def _open_closed(candidate: Pass, here: Array, linker: Linker) -> tuple[Pass, tuple[Array, Array] | None]:

@@ -218,16 +218,10 @@ def fill_in(
     return path, follow(path, machine, angles), row
 
 
-def respaced(motion: Motion, machine: Machine, tolerance: float = WRITTEN_TOLERANCE) -> Motion:
+def respaced(motion: Motion, machine: Machine) -> Motion:
     """Divide moves under joint interpolation until TCP interpolation takes the same path.
 
-    Parameters
-    ----------
-    tolerance : mm, largest distance of the tip from its chord in a part
-
-    Returns
-    -------
-    The motion with more rows; the parts of a move have equal durations
+    The tip stays within `WRITTEN_TOLERANCE` of its chord in each part; the parts of a move last equally long.
     """
     row, positions = np.arange(len(motion), dtype=float), motion.positions
     for _ in range(MOST_ROUNDS):
@@ -238,7 +232,7 @@ def respaced(motion: Motion, machine: Machine, tolerance: float = WRITTEN_TOLERA
             within, _axis = tool_poses(machine, between(positions, blocks, share))
             off[i] = np.linalg.norm(within - between(tip, blocks, share), axis=1)
         off[:, turns_on_the_spot(machine, np.diff(positions, axis=0))] = 0.0
-        parts = _parts(off / tolerance)
+        parts = _parts(off / WRITTEN_TOLERANCE)
         if (parts == 1).all():
             break
         row = np.interp(divided_rows(parts), np.arange(len(row)), row)
