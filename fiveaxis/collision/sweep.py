@@ -19,7 +19,7 @@ from fiveaxis.collision.pieces import Piece, Question
 from fiveaxis.collision.rapids import Stay, stays
 from fiveaxis.collision.travel import Stretch, Travel
 from fiveaxis.geometry import Array, BoolArray, IntArray
-from fiveaxis.mesh.containment import encloses
+from fiveaxis.mesh.distance import encloses
 
 logger = logging.getLogger(__name__)
 

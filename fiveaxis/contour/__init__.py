@@ -1,4 +1,4 @@
-"""Finishing passes of a ball end mill on a mesh, and the contacts of programmed paths."""
+"""Finishing passes of a ball end mill on a mesh, and contacts of programmed paths."""
 
 from fiveaxis.contour.options import PlanOptions
 from fiveaxis.contour.planner import Plan, plan_contour, plan_passes

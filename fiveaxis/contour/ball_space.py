@@ -1,4 +1,4 @@
-"""The room that the part leaves to a ball."""
+"""Where a ball fits without gouging the part."""
 
 from __future__ import annotations
 
@@ -6,22 +6,21 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
-from fiveaxis.geometry import Array
+from fiveaxis.geometry import Array, BoolArray
 from fiveaxis.mesh import TriangleTree
 
-# The ball may reach this deep into the surface, mm; a millionth less, so that rounding doesn't decide.
+# mm: the ball may sink this deep into the surface, with 1e-6 mm left for rounding.
 GOUGE = 0.01 - 1e-6
-# Straight moves between contacts are chords of curves: they may reach this deep, mm.
+# mm: the same for straight cutting moves, which are chords of curves.
 CHORD_GOUGE = 0.02
-# Step of the checks along a move where it runs beside a wall, mm.
+# mm: finest step of the checks along links, and step of those along cutting moves.
 LINK_STEP, CHORD_STEP = 0.02, 0.1
 
 
 @dataclass(frozen=True, eq=False)
 class BallSpace:
-    """Where the centre of a ball of one radius can be.
+    """The positions at which a ball doesn't gouge the part.
 
     Parameters
     ----------
@@ -32,15 +31,15 @@ class BallSpace:
     tree: TriangleTree
     radius: float
 
-    def fits(self, centres: Array) -> NDArray[np.bool_]:
-        """Tell for ball centres, (n, 3) mm, whether the ball stays out of the surface but for `GOUGE`."""
+    def fits(self, centres: Array) -> BoolArray:
+        """Check whether the ball sinks by at most `GOUGE` at centres, (n, 3) mm."""
         limit = self.radius - GOUGE
         return self.tree.distances(centres, bound=limit) >= limit
 
-    def chords_fit(self, start: Array, end: Array) -> NDArray[np.bool_]:
-        """Tell for straight cutting moves, (n, 3) mm each, whether the ball stays out but for `CHORD_GOUGE`.
+    def chords_fit(self, start: Array, end: Array) -> BoolArray:
+        """Check whether the ball sinks by at most `CHORD_GOUGE` in straight moves, (n, 3) mm each.
 
-        Sampled every `CHORD_STEP`: the moves are short, and the surface under them is smooth.
+        Sampled every `CHORD_STEP`, as the moves are short and the surface below them is smooth.
         """
         limit = self.radius - CHORD_GOUGE
         length = np.linalg.norm(end - start, axis=1)
@@ -52,9 +51,9 @@ class BallSpace:
         return lowest >= limit
 
     def reach(self, start: Array, end: Array) -> float:
-        """How far, mm, the ball can go from start towards end; −1 if it can't even be at the start."""
+        """Compute how far, mm, the ball can move from start towards end; −1 if it gouges at the start."""
         return self.tree.reach(start, end, self.radius - GOUGE, LINK_STEP)
 
-    def clear(self, *way: Array) -> bool:
-        """Tell whether the ball can follow a polyline of centres, (3,) mm each."""
-        return all(self.reach(a, b) >= float(np.linalg.norm(b - a)) - 1e-12 for a, b in pairwise(way))
+    def clear(self, *centres: Array) -> bool:
+        """Check whether the ball can follow a polyline of centres, (3,) mm each."""
+        return all(self.reach(a, b) >= float(np.linalg.norm(b - a)) - 1e-12 for a, b in pairwise(centres))

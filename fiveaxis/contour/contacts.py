@@ -1,21 +1,20 @@
-"""Contact points along a section: places on the wall with the normal that the ball touches with."""
+"""Contacts along a section: points of the wall with the normals at which the ball touches them."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from fiveaxis.geometry import Array, angle_between
+from fiveaxis.geometry import Array, BoolArray, IntArray, angle_between
 from fiveaxis.mesh.sections import Loop
 from fiveaxis.mesh.surface import SHARP_EDGE, Surface
 
-# How deep, in mm, a ball set on a flat facet with the neighbourhood's smoothed normal may sink into it.
+# mm: how deep a ball may sink into a flat facet on which it is placed along the smoothed normal.
 LEAN_DEPTH = 0.005
-# How far, in mm, the straight move of the ball's centre between two rows may cut off a convex arc.
+# mm: how far a straight move of the ball's centre may cut off a convex arc.
 CHORD_DEPTH = 0.01
-# Steps are halved at most so often.
+# Most halvings of a step.
 REFINEMENTS = 8
 
 
@@ -27,20 +26,20 @@ class Contacts:
     ----------
     points : (n, 3), mm
     normals : (n, 3), unit vectors out of the material
-    rolling : (n,), rows on which the ball only rolls about a sharp convex edge, between the walls that
-        meet there; their normal is the direction from the edge to the ball's centre
-    closed : whether the last row is followed by the first
+    rolling : (n,), rows at which the ball rolls about a sharp convex edge, between the walls that meet there;
+        the normal points from the edge to the ball's centre
+    closed : whether the first row follows the last
     """
 
     points: Array
     normals: Array
-    rolling: NDArray[np.bool_]
+    rolling: BoolArray
     closed: bool
 
     def __len__(self) -> int:
         return len(self.points)
 
-    def take(self, rows: NDArray[np.int64], *, closed: bool) -> Contacts:
+    def take(self, rows: IntArray, *, closed: bool) -> Contacts:
         """Pick rows in a given order."""
         return Contacts(self.points[rows], self.normals[rows], self.rolling[rows], closed)
 
@@ -48,9 +47,9 @@ class Contacts:
 def sample_loop(loop: Loop, surface: Surface, *, radius: float, spacing: float) -> Contacts | None:
     """Place contacts along a section curve.
 
-    Neighbouring contacts are at most `spacing` apart, and nearer where the curve is convex and the straight
-    move of the ball's centre would cut off more than `CHORD_DEPTH` of its arc. About an edge, with the
-    ball's radius R, a step may turn by ``2 acos(1 − depth / R)``.
+    Neighbouring contacts are at most `spacing` apart, and closer on convex curves, where the straight move of
+    the ball's centre would cut off more than `CHORD_DEPTH` of its arc. About an edge, a step of a ball of
+    radius R may turn by ``2 acos(1 − depth / R)``.
 
     Parameters
     ----------
@@ -59,7 +58,7 @@ def sample_loop(loop: Loop, surface: Surface, *, radius: float, spacing: float) 
 
     Returns
     -------
-    Contacts, or None where the curve has no triangle with an area
+    Contacts, or None if no triangle of the curve has an area
     """
     facets = surface.facet_normals[loop.faces]
     solid = np.linalg.norm(facets, axis=1) > 0.5
@@ -76,9 +75,9 @@ def sample_loop(loop: Loop, surface: Surface, *, radius: float, spacing: float) 
 
 
 def lean_normals(facets: Array, smooth: Array, limit: float) -> Array:
-    """Turn facet normals towards the smoothed ones, by no more than a limit.
+    """Turn facet normals towards the smoothed ones, by at most a limit.
 
-    A ball of radius R set on a facet with a normal that leans by θ sinks ``R (1 − cos θ)`` into it.
+    A ball of radius R placed along a normal that is off the facet's by θ sinks ``R (1 − cos θ)`` into it.
 
     Parameters
     ----------
@@ -101,7 +100,7 @@ def turn_between(a: Array, b: Array, share: Array) -> Array:
     """Turn unit vectors a towards b by a share of the angle between them, (n, 3), (n, 3), (n,) → (n, 3)."""
     angle = angle_between(a, b)
     sine = np.sin(angle)
-    # Nearly equal or opposite: the sine rule breaks down, and a straight blend is as good as any.
+    # The sine rule breaks down for nearly equal or opposite vectors; a linear blend is as good.
     blend = sine < 1e-6
     safe = np.where(blend, 1.0, sine)
     from_a = np.where(blend, 1.0 - share, np.sin((1.0 - share) * angle) / safe)
@@ -113,43 +112,43 @@ def turn_between(a: Array, b: Array, share: Array) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class _Curve:
-    """A section curve with its normals, to be asked for any place between its nodes.
+    """A section curve with its normals, interpolated between its nodes.
 
-    Nodes are the start and end of each segment, stations count steps from the curve's start, jump marks the
-    stretches between nodes in which the normal turns about a sharp edge.
+    Nodes are the start and end of each segment. Stations count steps from the curve's start. `jump` marks the
+    intervals between nodes in which the normal turns about a sharp edge.
     """
 
     points: Array
     normals: Array
     stations: Array
-    jump: NDArray[np.bool_]
+    jump: BoolArray
 
     def at(self, wanted: Array, *, closed: bool) -> Contacts:
-        """Give the contacts at stations, (n,) ascending."""
-        stretch = np.searchsorted(self.stations, wanted, side="right") - 1
-        stretch = np.clip(stretch, 0, len(self.jump) - 1)
-        length = np.maximum(self.stations[stretch + 1] - self.stations[stretch], 1e-12)
-        share = np.clip((wanted - self.stations[stretch]) / length, 0.0, 1.0)
-        start, end = self.points[stretch], self.points[stretch + 1]
+        """Return the contacts at stations, (n,) ascending."""
+        k = np.searchsorted(self.stations, wanted, side="right") - 1
+        k = np.clip(k, 0, len(self.jump) - 1)
+        length = np.maximum(self.stations[k + 1] - self.stations[k], 1e-12)
+        share = np.clip((wanted - self.stations[k]) / length, 0.0, 1.0)
+        start, end = self.points[k], self.points[k + 1]
         return Contacts(
             points=start + share[:, None] * (end - start),
-            normals=turn_between(self.normals[stretch], self.normals[stretch + 1], share),
-            rolling=self.jump[stretch] & (share > 0.0) & (share < 1.0),
+            normals=turn_between(self.normals[k], self.normals[k + 1], share),
+            rolling=self.jump[k] & (share > 0.0) & (share < 1.0),
             closed=closed,
         )
 
 
 def _resample(
-    points: Array, normals: Array, sharp: NDArray[np.bool_], *, closed: bool, radius: float, spacing: float
+    points: Array, normals: Array, sharp: BoolArray, *, closed: bool, radius: float, spacing: float
 ) -> Contacts:
-    """Walk along nodes (start and end of each segment) in equal steps of way and turning, then refine."""
-    way = np.linalg.norm(np.diff(points, axis=0), axis=1)
-    stretch = np.arange(len(way))
-    # Odd stretches join the end of a segment to the start of the next: the place stays, the normal jumps.
-    jump = (stretch % 2 == 1) & sharp[stretch // 2]
+    """Follow nodes (start and end of each segment) in equal steps of length and turning, then refine."""
+    lengths = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    k = np.arange(len(lengths))
+    # Odd intervals join the end of a segment to the start of the next: same point, another normal.
+    jump = (k % 2 == 1) & sharp[k // 2]
     largest_turn = 2.0 * np.arccos(max(0.0, 1.0 - CHORD_DEPTH / radius))
-    # Steps in each stretch: with the larger of both needs, neither way nor turn exceeds its limit.
-    needs = np.maximum(way / spacing, _convex_turn(points, normals) / largest_turn)
+    # Steps in each interval, so that neither length nor turn exceeds its limit.
+    needs = np.maximum(lengths / spacing, _convex_turn(points, normals) / largest_turn)
     curve = _Curve(points, normals, np.concatenate([[0.0], np.cumsum(needs)]), jump)
     total = curve.stations[-1]
     count = max(3, int(np.ceil(total - 1e-9)))
@@ -158,13 +157,13 @@ def _resample(
 
 
 def _refine(curve: _Curve, stations: Array, radius: float) -> Array:
-    """Halve the steps on which the straight move of the ball's centre cuts too deep about a convex curve."""
+    """Halve the steps in which the straight move of the ball's centre cuts off too much of a convex arc."""
     for _ in range(REFINEMENTS):
         middles = (stations[:-1] + stations[1:]) / 2.0
         rows, between = curve.at(stations, closed=False), curve.at(middles, closed=False)
         centres = rows.points + radius * rows.normals
         sag = between.points + radius * between.normals - (centres[:-1] + centres[1:]) / 2.0
-        # Rounding: a step that was chosen to be just right is right.
+        # 1 % for rounding, as steps are chosen to just meet the limit.
         deep = np.einsum("ij,ij->i", sag, between.normals) > 1.01 * CHORD_DEPTH
         if not deep.any():
             break
@@ -173,11 +172,11 @@ def _refine(curve: _Curve, stations: Array, radius: float) -> Array:
 
 
 def _convex_turn(points: Array, normals: Array) -> Array:
-    """Angle by which the normal turns in each stretch where the curve is convex, 0 where it is concave."""
+    """Compute by what angle the normal turns in each interval where the curve is convex; else 0."""
     steps = np.diff(points, axis=0)
     length = np.linalg.norm(steps, axis=1, keepdims=True)
     heading = np.divide(steps, length, out=np.zeros_like(steps), where=length > 0.0)
-    # Between segments there is no way; the headings before and after say how the curve runs.
+    # Intervals between segments have no length; the headings before and after replace theirs.
     along = heading + np.roll(heading, 1, axis=0) + np.roll(heading, -1, axis=0)
     along[0::2] = heading[0::2]
     opening = np.einsum("ij,ij->i", np.diff(normals, axis=0), along)

@@ -1,6 +1,6 @@
-"""Compiled search for the passes beside a contact.
+"""Compiled search for the passes next to a contact.
 
-Importing this module loads numba; `quality` does so when it is first asked for ridges.
+Importing this module loads numba, so `quality` does it only when ridges are measured.
 """
 
 from __future__ import annotations
@@ -12,29 +12,29 @@ from fiveaxis.geometry import Array, IntArray
 from fiveaxis.mesh import TriangleTree
 from fiveaxis.mesh.kernels import STACK, box_gap, push_children
 
-# A crossing nearer to the contact than this share of the search's reach lies on its own pass.
+# A crossing nearer to the contact than this share of the reach lies on the contact's own pass.
 OWN = 1e-3
-# Passes of one wall end a little apart from each other. Where the nearest crossing is this many moves or less
-# beyond the end of a pass, that pass lies beside the contact's, and nothing farther away is its neighbour.
+# Passes of one wall don't end level with each other. A pass whose extension by this many moves holds the
+# nearest crossing is the contact's neighbour, so no pass farther away is.
 BEYOND = 3.0
 
 
 def crossings(
     points: Array, heading: Array, normals: Array, starts: IntArray, reach: float
 ) -> tuple[IntArray, Array]:
-    """Find the cutting moves that cross the plane across the feed next to each contact, on either side.
+    """Find the nearest cutting moves on either side of each contact that cross the plane normal to the feed.
 
     Parameters
     ----------
-    points, heading, normals : (n, 3), mm and unit vectors; rows with a heading of zero find nothing
+    points, heading, normals : (n, 3), mm and unit vectors; rows with a zero heading are skipped
     starts : (m,), rows from which a move leads to the next row
     reach : mm
 
     Returns
     -------
-    move : (n, 2), indices into `starts` of the nearest crossing to the left and right, −1 for none and for
-        one beyond the end of a pass
-    share : (n, 2), where on the move, 0…1
+    move : (n, 2), indices into `starts` of the nearest crossings to the left and right; −1 for none, or one
+        beyond the end of a pass
+    share : (n, 2), position on the move, 0…1
     """
     ends = points[starts], points[starts + 1]
     over = np.zeros((len(starts), 2))
@@ -79,7 +79,7 @@ def _cross(
     found: IntArray,
     shares: Array,
 ) -> None:
-    """Walk down the tree of segments for one contact; both sides' nearest crossings are kept."""
+    """Search the tree of segments for the nearest crossings on both sides of one contact."""
     leaves = len(boxes) // 2
     width = len(segments) // leaves
     p, h, n = points[i], heading[i], normals[i]

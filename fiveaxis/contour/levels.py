@@ -1,18 +1,17 @@
-"""Where the sections lie: at equal distances, or so that the ridge between passes is nowhere too high.
+"""Heights of the sections: equally spaced, or as far apart as the ridges between passes allow.
 
-Between two passes of a ball of radius R, a distance d apart on a surface of normal curvature κ across them
-(κ > 0 where it is convex, 0 where it is flat), a ridge of height h stays::
+Two passes of a ball of radius R, a distance d apart on a surface of normal curvature κ across them (κ > 0
+where it is convex, 0 where it is flat), leave a ridge of height h::
 
     d = 4/κ · asin(κ/2 · sqrt((2 R h − h²) / ((1 + κ R) (1 + κ h))))    →  2 sqrt(2 R h − h²)  for κ → 0
 
-It follows from the two circles about the ball's centres, which lie ``1/κ + R`` from the centre of curvature,
-and the ridge between them, ``1/κ + h`` from it. To first order in h it is the ``sqrt(8 h R / (1 + κ R))`` of
-the literature.
+The ball's centres lie ``1/κ + R`` from the centre of curvature, and the ridge where their circles meet lies
+``1/κ + h`` from it. To first order in h this is the ``sqrt(8 h R / (1 + κ R))`` of the literature.
 
-A wall whose normal makes the angle α with that of the section planes climbs ``sin α`` per length on it, so
-that the distance of two levels, counted in steps d on it, is ``∫ dz / (d sin α)``. The levels lie where the
-integral of the largest integrand of all walls at each height has grown by one: then no wall has more than
-one step between neighbouring levels.
+A wall whose normal makes the angle α with that of the section planes climbs ``sin α`` per length, so there
+are ``∫ dz / (d sin α)`` steps d on it between two levels. At each height the wall with the largest integrand
+counts, and a level lies wherever that integral has grown by one: no wall then has more than one step between
+neighbouring levels.
 
 References
 ----------
@@ -29,24 +28,24 @@ from fiveaxis.contour.walls import FLATTEST_WALL
 from fiveaxis.geometry import Array, BoolArray, IntArray, angle_between
 from fiveaxis.mesh import Surface
 
-# A level this near to vertices, in mm, would run along the edges between them.
+# mm: a level this near to vertices would run along the edges between them.
 VERTEX_DISTANCE = 1e-6
-# Shares of the step by which a level that meets vertices moves, in the order of trial.
+# Shifts of a level that meets vertices, as shares of the step, in the order of trial.
 SHIFTS = (0.0, 0.01, -0.01, 0.02, -0.02)
-# The same for scallop levels, and the share by which the steps are finer, so that a shift does no harm.
+# The same for scallop levels, whose number is raised by the last factor to make up for a shift.
 FINE_SHIFTS, SHIFT_RESERVE = (0.0, 0.001, -0.001, 0.002, -0.002), 1.004
-# Curvatures that count, as multiples of 1/R: convex bends of a smaller radius than R/4 are shorter than a
-# step, and of concave ones no more than half of the room that they seem to give is used.
+# Limits of the curvature, as multiples of 1/R: convex bends of a radius below R/4 are shorter than a step,
+# and only half of the larger step that a concave wall would allow is used.
 TIGHTEST, HOLLOWEST = 4.0, -0.5
-# Bins of heights: so many in the smallest step, and at most.
+# Bins of heights per smallest step, and at most.
 BINS_PER_STEP, MOST_BINS = 4, 50_000
 
 
 def section_levels(surface: Surface, step: float) -> Array:
     """Choose equally spaced heights of the sections, mm, from the top down.
 
-    The first lies half a step below the top, so that no section runs in the part's top or bottom. A level
-    that meets vertices moves by a hundredth of a step or two: a section along a ring of mesh vertices
+    The first lies half a step below the top, so no section lies in the part's top or bottom face. A level
+    that meets vertices is shifted by a hundredth of a step or two, since a section along a ring of vertices
     would lie in no triangle.
 
     Parameters
@@ -65,17 +64,17 @@ def section_levels(surface: Surface, step: float) -> Array:
 def scallop_levels(
     surface: Surface, walls: BoolArray, *, radius: float, scallop: float, step: float | None = None
 ) -> Array:
-    """Choose heights of the sections, mm, from the top down, so that ridges on walls stay low enough.
+    """Choose heights of the sections, mm, from the top down, that keep the ridges on walls low enough.
 
-    Heights that no wall reaches get no section. Of each run of heights with walls the first level lies half
-    a step below its upper end and the last half a step above its lower end.
+    Heights without walls get no section. In each range of heights with walls the first level lies half a step
+    below the top of the range, and the last half a step above its bottom.
 
     Parameters
     ----------
     surface : the part, in the section frame
     walls : (f,), triangles that count
     radius, scallop : mm, of the ball and the highest ridge
-    step : mm, the largest distance of levels
+    step : mm, largest distance of levels
     """
     edges, rate = _steps_per_height(surface, walls, radius, scallop)
     if step is not None:
@@ -93,7 +92,7 @@ def scallop_levels(
 
 
 def scallop_step(radius: float, scallop: float, curvature: ArrayLike = 0.0) -> Array:
-    """Give the distance of passes on the surface that leaves ridges of a height.
+    """Compute the distance of passes, along the surface, that leaves ridges of a given height.
 
     Parameters
     ----------
@@ -102,15 +101,11 @@ def scallop_step(radius: float, scallop: float, curvature: ArrayLike = 0.0) -> A
 
     Returns
     -------
-    mm, along the surface
-
-    References
-    ----------
-    See the module.
+    mm, by the formula of the module
     """
     k = np.asarray(curvature, dtype=float)
     chord = np.sqrt((2.0 * radius * scallop - scallop**2) / ((1.0 + k * radius) * (1.0 + k * scallop)))
-    # Below this curvature the arc is its chord, and the quotient would be made of rounding errors.
+    # At smaller curvatures the arc equals its chord, and the quotient would be rounding errors.
     flat = np.abs(k) * radius < 1e-6
     safe = np.where(flat, 1.0, k)
     return np.where(flat, 2.0 * chord, 4.0 / safe * np.arcsin(np.clip(safe * chord / 2.0, -1.0, 1.0)))
@@ -119,7 +114,7 @@ def scallop_step(radius: float, scallop: float, curvature: ArrayLike = 0.0) -> A
 def _steps_per_height(
     surface: Surface, walls: BoolArray, radius: float, scallop: float
 ) -> tuple[Array, Array]:
-    """Largest number of steps that a wall needs per height: edges of bins, (m + 1,) mm, and (m,) 1/mm."""
+    """Compute the most steps per height that a wall needs: edges of bins, (m + 1,) mm, and (m,) 1/mm."""
     bottom, top = surface.bounds[:, 2]
     finest = float(scallop_step(radius, scallop, TIGHTEST / radius)) * np.sin(FLATTEST_WALL)
     count = int(np.clip(np.ceil((top - bottom) / finest * BINS_PER_STEP), 16, MOST_BINS))
@@ -138,10 +133,9 @@ def _steps_per_height(
 
 
 def climbing_curvature(surface: Surface) -> Array:
-    """Measure the normal curvature along the steepest direction in each triangle, (f,) 1/mm, convex > 0.
+    """Compute the normal curvature along the steepest direction in each triangle, (f,) 1/mm, convex > 0.
 
-    By the change of the smoothed normals over the triangle, which is linear there; 0 where the triangle is
-    level or has no area.
+    The smoothed normals change linearly over a triangle. A horizontal triangle, or one without area, has 0.
     """
     corners, normals = surface.triangles, surface.corner_normals
     u, v = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
@@ -149,7 +143,7 @@ def climbing_curvature(surface: Surface) -> Array:
     climb = np.array([0.0, 0.0, 1.0]) - facet[:, 2:] * facet
     length = np.linalg.norm(climb, axis=1, keepdims=True)
     climb = np.divide(climb, length, out=np.zeros_like(climb), where=length > 1e-6)
-    # climb = a u + b v, by its products with the edges.
+    # climb = a u + b v, solved from its products with u and v.
     uu, uv, vv = (np.einsum("ij,ij->i", p, q) for p, q in ((u, u), (u, v), (v, v)))
     cu, cv = np.einsum("ij,ij->i", climb, u), np.einsum("ij,ij->i", climb, v)
     area2 = uu * vv - uv * uv
@@ -161,10 +155,10 @@ def climbing_curvature(surface: Surface) -> Array:
 
 
 def _range_largest(first: IntArray, last: IntArray, value: Array, count: int) -> Array:
-    """Largest value of the ranges first…last that cover each of `count` bins, 0 where none does.
+    """Find the largest value among the ranges first…last that cover each of `count` bins, 0 where none does.
 
-    Each range is covered by two of the power of two below its length; those of one power are then handed
-    down to the next lower one.
+    Two ranges whose length is the power of two below its own cover each range. The values of each power are
+    then passed down to the next lower one.
     """
     power = np.floor(np.log2(last - first + 1)).astype(np.int64)
     table = np.zeros((int(power.max(initial=0)) + 1, count))
@@ -178,12 +172,13 @@ def _range_largest(first: IntArray, last: IntArray, value: Array, count: int) ->
 
 
 def _runs(wanted: BoolArray) -> list[tuple[int, int]]:
-    """First and one past the last index of each run of true values."""
+    """Return the first and one past the last index of each run of true values."""
     ends = np.flatnonzero(np.diff(np.concatenate([[0], wanted.astype(np.int64), [0]])))
     return [(int(a), int(b)) for a, b in ends.reshape(-1, 2)]
 
 
 def _off_vertices(level: float, step: float, heights: Array, shifts: tuple[float, ...]) -> float:
+    """Shift a level off the vertices' heights, if one of the shifts does."""
     for shift in shifts:
         z = level + shift * step
         k = np.searchsorted(heights, z - VERTEX_DISTANCE)

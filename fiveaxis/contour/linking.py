@@ -1,48 +1,47 @@
-"""Passes joined to one path: opened, led in and out, and linked in an order."""
+"""Passes joined to one path: opened, led in and out, linked in an order, and linked again."""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, field
 from itertools import pairwise
 
 import numpy as np
 
-from fiveaxis.contour.ordering import Queue, nearest_start
+from fiveaxis.contour.ordering import Links, Queue, nearest_start, shortened
 from fiveaxis.contour.passes import FEWEST_CONTACTS, Pass
-from fiveaxis.contour.shortening import Links, shortened
-from fiveaxis.contour.ways import Lead, Linker
+from fiveaxis.contour.routes import Lead, Linker
 from fiveaxis.geometry import Array, IntArray
 from fiveaxis.toolpath.passes import PassEnd
 
-# So many contacts of a pass are tried as its start (or end), until one has a way to the clearance plane.
+# Contacts of a pass tried as its start (or end) until one has a route to the clearance plane.
 STARTS = 8
-# mm: largest distance of locations on a link. The tool leans while it crosses over, and what the axes must do
-# for that is seen at the locations only.
+# mm: largest distance of locations on a link. The tool tilts during the link, and the axis motion that this
+# takes is checked at locations only.
 LINK_SPACING = 2.0
-NOWHERE = np.empty((0, 3))
+EMPTY = np.empty((0, 3))
 
 
 @dataclass(frozen=True, eq=False)
 class LinkedPass:
-    """A pass with the way that leads to it.
+    """A pass with the link that leads to it.
 
     Parameters
     ----------
     approach : (k, 3), mm, ball centres before the first contact
-    cut : the pass, opened
-    retreat : (m, 3), mm, ball centres after the last contact; empty unless it is the last pass
+    cut : the opened pass
+    retract : (m, 3), mm, ball centres after the last contact; empty except for the last pass
     """
 
     approach: Array
     cut: Pass
-    retreat: Array
+    retract: Array
 
 
 @dataclass(frozen=True, eq=False)
-class _Ready:
-    """A pass, opened, with the leads of its ends and its number in the queue."""
+class _LedPass:
+    """An opened pass with the leads of its ends and its number in the queue."""
 
     cut: Pass
     arrival: Lead
@@ -50,192 +49,238 @@ class _Ready:
     number: int
 
     def ends(self) -> tuple[PassEnd, PassEnd]:
-        """Where the pass begins and where it ends."""
-        return _end_of(self.cut, 0, 1), _end_of(self.cut, -1, -2)
-
-    def first(self) -> tuple[Array, Array]:
-        """Where a link ends: the ball's centre, (3,) mm, and the normal of the first contact."""
-        return _foot(self.ends()[0], self.arrival)
-
-    def last(self) -> tuple[Array, Array]:
-        """Where a link begins: the ball's centre, (3,) mm, and the normal of the last contact."""
-        return _foot(self.ends()[1], self.departure)
+        """Return the ends at which the pass begins and finishes."""
+        return _ends_of(self.cut)
 
 
 @dataclass(frozen=True, eq=False)
 class Linking:
-    """Passes opened and led in and out, in their order.
+    """Opened passes with their leads, in order.
 
     Parameters
     ----------
-    passes : those that have ways to the clearance plane
-    left_out : what was taken out, with counts
-    linker : finds the ways
+    passes : those with routes to the clearance plane
+    left_out : what was left out, with counts
+    linker : finds the routes
     """
 
-    passes: list[_Ready]
+    passes: list[_LedPass]
     left_out: Counter[str]
     linker: Linker
 
     @property
     def length(self) -> float:
-        """Way of the ball's centre on links between passes, mm."""
-        return sum(_way(link_between(a, b, self.linker), a, b) for a, b in pairwise(self.passes))
+        """Length of all links between passes, mm, of the ball's centre."""
+        return sum(_link_length(a, b, self.linker) for a, b in pairwise(self.passes))
 
     def joined(self) -> list[LinkedPass]:
-        """Put the links between the passes."""
-        linked = []
-        before: _Ready | None = None
-        for k, this in enumerate(self.passes):
-            last = k == len(self.passes) - 1
-            retreat = np.vstack([this.departure.arc, this.departure.way]) if last else NOWHERE
-            if before is None:
-                approach = np.vstack([this.arrival.arc, this.arrival.way])[::-1]
-            else:
-                approach = link_between(before, this, self.linker)
-            linked.append(LinkedPass(approach, this.cut, retreat))
-            before = this
-        return linked
+        """Return the passes with the links between them."""
+        if not self.passes:
+            return []
+        approaches = [self.passes[0].arrival.centres[::-1]]
+        approaches += [_link_between(a, b, self.linker) for a, b in pairwise(self.passes)]
+        retracts = [EMPTY] * (len(self.passes) - 1) + [self.passes[-1].departure.centres]
+        cuts = [led.cut for led in self.passes]
+        return [LinkedPass(*parts) for parts in zip(approaches, cuts, retracts, strict=True)]
 
 
 def open_passes(queue: Queue, linker: Linker, *, lead_in: float = 0.0, lead_out: float = 0.0) -> Linking:
-    """Open passes and lead in and out, in the order of a queue.
+    """Open passes and add their leads, in the order of a queue.
 
-    A pass without a way from both of its ends to the clearance plane is shortened or left out, and counted.
+    A pass whose ends have no route to the clearance plane is shortened or left out, and counted.
 
     Parameters
     ----------
-    queue : the passes; used up
-    linker : finds the ways
-    lead_in, lead_out : mm, radius of the arcs that lead to and from passes; 0 for none
+    queue : the passes; empty afterwards
+    linker : finds the routes
+    lead_in, lead_out : mm, radius of the arcs before and after passes; 0 for none
     """
-    ready: list[_Ready] = []
+    led: list[_LedPass] = []
     left_out: Counter[str] = Counter()
     here = np.array([*linker.bounds.mean(axis=0)[:2], linker.plane])
     while queue:
         candidate = queue.take(here)
-        cut, ways = _open_with_ways(candidate, here, linker)
-        if ways is None:
+        closed = candidate.contacts.closed
+        cut, routes = _open_closed(candidate, here, linker) if closed else _shorten(candidate, linker)
+        if routes is None:
             left_out["passes without a clear link"] += 1
             continue
         left_out["contacts without a clear link"] += max(0, len(candidate) - len(cut))
-        found = _Ready(cut, *_leads(cut, ways, linker, (lead_in, lead_out)), queue.taken[-1])
+        found = _LedPass(cut, *_leads(cut, routes, linker, (lead_in, lead_out)), queue.taken[-1])
         arcs = (lead_in, found.arrival.arc), (lead_out, found.departure.arc)
         left_out["leads without room for an arc"] += sum(r > 0.0 and not len(arc) for r, arc in arcs)
-        ready.append(found)
+        led.append(found)
         here = cut.centres[-1]
-    return Linking(ready, +left_out, linker)
+    return Linking(led, +left_out, linker)
 
 
 def shorten_links(opened: Linking, below: Sequence[Sequence[int]]) -> list[int]:
-    """Put the passes in an order with shorter links; gives their numbers.
+    """Find an order of the passes, by number, with shorter links.
 
     Parameters
     ----------
     opened : in the order to begin with
     below : for each number those that must come after it
     """
-    ready, linker = opened.passes, opened.linker
-    index = {this.number: k for k, this in enumerate(ready)}
-    rows = [[index[j] for j in below[this.number] if j in index] for this in ready]
-    ends, starts = (
-        np.array([e[0] for e in side]) for side in zip(*((r.last(), r.first()) for r in ready), strict=True)
-    )
+    led, linker = opened.passes, opened.linker
+    index = {this.number: k for k, this in enumerate(led)}
+    rows = [[index[j] for j in below[this.number] if j in index] for this in led]
+    ends = np.array([_foot(p.ends()[1], p.departure)[0] for p in led])
+    starts = np.array([_foot(p.ends()[0], p.arrival)[0] for p in led])
     apart = np.linalg.norm(ends[:, None] - starts[None], axis=2)
     flat = np.linalg.norm(ends[:, None, :2] - starts[None, :, :2], axis=2)
+    # No link over the clearance plane is shorter than straight up, across and down.
     over = (2.0 * linker.plane - ends[:, None, 2] - starts[None, :, 2]) + flat
-    # Over the plane no way is shorter than straight up, across and down.
     links = Links(
         np.where(apart <= linker.farthest, apart, np.maximum(over, apart)),
-        lambda a, b: _way(link_between(ready[a], ready[b], linker), ready[a], ready[b]),
+        lambda a, b: _link_length(led[a], led[b], linker),
     )
-    return [ready[k].number for k in shortened(range(len(ready)), links, rows)]
+    return [led[k].number for k in shortened(range(len(led)), links, rows)]
 
 
-def link_between(before: _Ready, this: _Ready, linker: Linker) -> Array:
-    """Centres between the last contact of one pass and the first of the next, (k, 3) mm."""
-    leaving, arriving = before.ends()[1], this.ends()[0]
-    return lay_link((leaving, before.departure), (arriving, this.arrival), linker)
+def _link_between(before: _LedPass, after: _LedPass, linker: Linker) -> Array:
+    return _lay_link((before.ends()[1], before.departure), (after.ends()[0], after.arrival), linker)
 
 
-def lay_link(leaving: tuple[PassEnd, Lead], arriving: tuple[PassEnd, Lead], linker: Linker) -> Array:
-    """Lay the centres between the end of one pass and the start of another, with their leads, (k, 3) mm."""
+def _lay_link(leaving: tuple[PassEnd, Lead], arriving: tuple[PassEnd, Lead], linker: Linker) -> Array:
+    """Return the centres between the end of one pass and the start of another, (k, 3) mm."""
     departure, arrival = leaving[1], arriving[1]
     short = linker.shortcut(_foot(*leaving), _foot(*arriving))
-    over = np.vstack([departure.way, arrival.way[::-1]]) if short is None else short
+    over = np.vstack([departure.route, arrival.route[::-1]]) if short is None else short
     return np.vstack([departure.arc, over, arrival.arc[::-1]])
 
 
-def _foot(end: PassEnd, lead: Lead) -> tuple[Array, Array]:
-    """Where a link meets a lead: the ball's centre, (3,) mm, and the normal of the contact."""
-    return np.vstack([end.pivot[None], lead.arc])[-1], end.normal
-
-
-def _end_of(cut: Pass, end: int, inner: int) -> PassEnd:
-    """Describe an end of an opened pass by its row and the row next to it."""
-    centres = cut.centres
-    return PassEnd(centres[end], cut.contacts.normals[end], centres[end] - centres[inner])
-
-
-def _way(link: Array, before: _Ready, this: _Ready) -> float:
-    """Length of a link with the moves to and from it, mm."""
-    whole = np.vstack([before.cut.centres[-1:], link, this.cut.centres[:1]])
+def _link_length(before: _LedPass, after: _LedPass, linker: Linker) -> float:
+    """Return the length of a link, mm, from the last contact of a pass to the first of the next."""
+    link = _link_between(before, after, linker)
+    whole = np.vstack([before.cut.centres[-1:], link, after.cut.centres[:1]])
     return float(np.linalg.norm(np.diff(whole, axis=0), axis=1).sum())
 
 
+def _foot(end: PassEnd, lead: Lead) -> tuple[Array, Array]:
+    """Return where the link meets the lead: the ball's centre, (3,) mm, and the contact's normal."""
+    return np.vstack([end.pivot[None], lead.arc])[-1], end.normal
+
+
+def _ends_of(cut: Pass) -> tuple[PassEnd, PassEnd]:
+    """Describe the first and the last row of an opened pass."""
+    centres, normals = cut.centres, cut.contacts.normals
+    first = PassEnd(centres[0], normals[0], centres[0] - centres[1])
+    return first, PassEnd(centres[-1], normals[-1], centres[-1] - centres[-2])
+
+
 def _leads(
-    cut: Pass, ways: tuple[Array, Array], linker: Linker, radii: tuple[float, float]
+    cut: Pass, routes: tuple[Array, Array], linker: Linker, radii: tuple[float, float]
 ) -> tuple[Lead, Lead]:
-    """Put arcs between a pass's ends and their ways, where there is room."""
-    leads = [Lead(NOWHERE, way) for way in ways]
-    for k, end in enumerate((_end_of(cut, 0, 1), _end_of(cut, -1, -2))):
+    """Put arcs between a pass's ends and their routes, where there is room."""
+    leads = [Lead(EMPTY, route) for route in routes]
+    for k, end in enumerate(_ends_of(cut)):
         if radii[k] > 0.0:
             leads[k] = linker.lead((end.pivot, end.normal), end.outward, radii[k]) or leads[k]
     return leads[0], leads[1]
 
 
-def _open_with_ways(candidate: Pass, here: Array, linker: Linker) -> tuple[Pass, tuple[Array, Array] | None]:
-    """Open a pass where its ends have ways to the clearance plane, near `here` if possible."""
-    return _open_closed(candidate, here, linker) if candidate.contacts.closed else _shorten(candidate, linker)
-
-
 def _open_closed(candidate: Pass, here: Array, linker: Linker) -> tuple[Pass, tuple[Array, Array] | None]:
-    """Choose the contact at which a closed pass starts and ends; one way serves both."""
-    found = first_escape(candidate, rows_from(candidate, here), linker)
+    """Choose the contact at which a closed pass starts and ends; one route serves both."""
+    starts = candidate.starts()
+    first = int(np.searchsorted(starts, nearest_start(candidate, here)[0]))
+    found = _first_escape(candidate, np.roll(starts, -first), linker)
     if found is None:
         return candidate, None
     return candidate.started_at(found[0]), (found[1], found[1])
 
 
 def _shorten(candidate: Pass, linker: Linker) -> tuple[Pass, tuple[Array, Array] | None]:
-    """Cut the ends off an open pass as far as the ball, wedged between walls there, has no way out."""
+    """Cut off the ends of an open pass where the ball is wedged between walls and has no route out."""
     rows = candidate.touching()
-    arrival, departure = (first_escape(candidate, order, linker) for order in (rows, rows[::-1]))
+    arrival, departure = (_first_escape(candidate, order, linker) for order in (rows, rows[::-1]))
     if arrival is None or departure is None:
         return candidate, None
     cut = candidate.between(arrival[0], departure[0])
     return cut, None if len(cut.touching()) < FEWEST_CONTACTS else (arrival[1], departure[1])
 
 
-def rows_from(candidate: Pass, here: Array) -> IntArray:
-    """Rows at which a closed pass can start, in its order from the one nearest to a place, (3,) mm."""
-    starts = candidate.starts()
-    first = int(np.searchsorted(starts, nearest_start(candidate, here)[0]))
-    return np.roll(starts, -first)
-
-
 def free_start(ring: Pass, linker: Linker) -> int:
-    """Row of a closed pass from which there is a way to the clearance plane, if one is found."""
+    """Find a row of a closed pass with a route to the clearance plane; its first row if none is found."""
     rows = ring.touching()
-    found = first_escape(ring, rows, linker)
+    found = _first_escape(ring, rows, linker)
     return int(rows[0]) if found is None else found[0]
 
 
-def first_escape(candidate: Pass, rows: IntArray, linker: Linker) -> tuple[int, Array] | None:
-    """Find a row with a way to the clearance plane among a few of some rows, the first ones preferred."""
+def _first_escape(candidate: Pass, rows: IntArray, linker: Linker) -> tuple[int, Array] | None:
+    """Find a row with a route to the clearance plane among some of the rows, the first ones preferred."""
     for k in np.unique(np.linspace(0, len(rows), STARTS, endpoint=False).astype(int)):
         row = int(rows[k])
-        way = linker.escape(candidate.centres[row], candidate.contacts.normals[row])
-        if way is not None:
-            return row, way
+        route = linker.escape(candidate.centres[row], candidate.contacts.normals[row])
+        if route is not None:
+            return row, route
     return None
+
+
+@dataclass(frozen=True, eq=False)
+class Relinker:
+    """Lays links, clear of the part, for passes that begin elsewhere than the planner chose.
+
+    Where the plan has arcs, a pass may begin only where an arc has room; ends that the planner itself left
+    without one stay without.
+
+    Parameters
+    ----------
+    linker : finds the routes
+    lead_in, lead_out : mm, radius of the arcs before and after passes; 0 for none
+    bare : keys of the ends without an arc in the plan
+    found : cache of leads
+    """
+
+    linker: Linker
+    lead_in: float = 0.0
+    lead_out: float = 0.0
+    bare: Collection[bytes] = frozenset()
+    found: dict[tuple[bytes, float], Lead | None] = field(default_factory=dict)
+
+    @classmethod
+    def like(cls, laid: Linking, lead_in: float, lead_out: float) -> Relinker:
+        """Lay links as a plan did."""
+        leads = [(e, a) for p in laid.passes for e, a in zip(p.ends(), (p.arrival, p.departure), strict=True)]
+        bare = frozenset(_key(end) for end, lead in leads if not len(lead.arc))
+        return cls(laid.linker, lead_in, lead_out, bare)
+
+    def __call__(self, leaving: PassEnd | None, arriving: PassEnd | None) -> Array | None:
+        """Lay the link between two ends (`fiveaxis.toolpath.passes.Relink`)."""
+        ends = (leaving, self.lead_out), (arriving, self.lead_in)
+        departure, arrival = (None if end is None else self._lead(end, radius) for end, radius in ends)
+        if leaving is None:
+            return None if arrival is None else _divided(arrival.centres[::-1])
+        if departure is None:
+            return None
+        if arriving is None:
+            link = departure.centres
+        elif arrival is None:
+            return None
+        else:
+            link = _lay_link((leaving, departure), (arriving, arrival), self.linker)
+        return _divided(np.vstack([leaving.pivot, link]))[1:]
+
+    def _lead(self, end: PassEnd, radius: float) -> Lead | None:
+        key = _key(end), radius
+        if key not in self.found:
+            self.found[key] = self._new_lead(end, radius)
+        return self.found[key]
+
+    def _new_lead(self, end: PassEnd, radius: float) -> Lead | None:
+        if radius > 0.0 and _key(end) not in self.bare:
+            return self.linker.lead((end.pivot, end.normal), end.outward, radius)
+        route = self.linker.escape(end.pivot, end.normal)
+        return None if route is None else Lead(EMPTY, route)
+
+
+def _divided(centres: Array) -> Array:
+    """Divide straight moves, (k, 3) mm, so that locations are at most `LINK_SPACING` apart, (m, 3) mm."""
+    lengths = np.linalg.norm(np.diff(centres, axis=0), axis=1)
+    parts = np.maximum(np.ceil(lengths / LINK_SPACING), 1.0).astype(np.int64)
+    pieces = [np.linspace(*ends, n, endpoint=False) for ends, n in zip(pairwise(centres), parts, strict=True)]
+    return np.vstack([*pieces, centres[-1:]])
+
+
+def _key(end: PassEnd) -> bytes:
+    return end.pivot.tobytes() + end.normal.tobytes() + end.outward.tobytes()

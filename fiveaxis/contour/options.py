@@ -16,28 +16,28 @@ from fiveaxis.toolpath import Tool
 Strategy = Literal["waterline", "raster"]
 Direction = Literal["climb", "conventional", "zigzag"]
 Order = Literal["levels", "islands"]
-# Units of the options that must be more than 0 if they are given.
+# Units of the options that must be above 0 if given.
 UNITS = {
     "stepdown": "mm", "stepover": "mm", "scallop": "mm", "spacing": "mm", "feed_mm_min": "mm/min",
     "clearance": "mm",
 }  # fmt: skip
-# Those that may be 0: nothing of the kind is wanted.
+# Options that may be 0, for none.
 MAY_BE_ZERO = ("lead_in", "lead_out", "min_length")
 CHOICES = {"strategy": Strategy, "direction": Direction, "order": Order}
-# mm, distance of the sections where nothing else is given.
+# mm, default distance of the sections.
 STEP = 1.0
-# Finest step, spacing and scallop's step as a share of the part's extent.
+# Finest step and spacing, as a share of the part's extent.
 FINEST_SHARE = 1e-5
 
 
 @dataclass(frozen=True)
 class PlanOptions:
-    """The options of `plan_contour` that are numbers and words, in the units of its arguments.
+    """The numbers and words among the arguments of `plan_contour`, in the same units.
 
     Raises
     ------
     SettingError
-        An option out of its range, an unknown word, options that exclude each other.
+        An option out of range, an unknown word, options that exclude each other.
     """
 
     strategy: Strategy = "waterline"
@@ -89,15 +89,15 @@ class PlanOptions:
 
     @property
     def step(self) -> float | None:
-        """Largest distance of neighbouring sections, mm; None where the scallop alone decides."""
+        """Largest distance of neighbouring sections, mm; None where only the scallop limits it."""
         step = self.stepover if self.strategy == "raster" else self.stepdown
         return STEP if step is None and self.scallop is None else step
 
     @property
     def frame(self) -> Array:
-        """(3, 3), rows: the section frame's axes in the workpiece frame; sections are normal to the last.
+        """(3, 3), rows: axes of the section frame in the workpiece frame; the last is the sections' normal.
 
-        A raster's passes run along the first: ``raster_angle`` from x towards y.
+        A raster's passes run along the first, at ``raster_angle`` from x towards y.
         """
         if self.strategy == "waterline":
             return np.eye(3)
@@ -108,15 +108,15 @@ class PlanOptions:
 
     @property
     def backward(self) -> bool:
-        """Whether passes run against the sections' own direction, which has the material to its right.
+        """Whether passes run against the sections' direction, which has the material to its right.
 
-        Waterlines climb with the wall to their right. A raster's engaged material is the strip that the next
-        passes cut; its sections are cut from the far end of their normal, so that strip lies to their left.
+        A waterline climbs with the wall to its right. A raster engages the strip that the next passes cut; as
+        its sections are cut in descending order along their normal, that strip lies to their left.
         """
         return (self.direction == "conventional") != (self.strategy == "raster")
 
     def check_tool(self, tool: Tool) -> None:
-        """Refuse cutters that aren't balls, and scallops that no ball of that size leaves."""
+        """Refuse cutters that aren't balls, and scallops too high for the ball."""
         if not tool.cutter.is_ball:
             raise ToolError(f"tool {tool}: passes are planned for balls only; give for example ball:10")
         if self.scallop is not None and self.scallop >= tool.radius:
@@ -125,7 +125,7 @@ class PlanOptions:
             )
 
     def check_size(self, extent: float, radius: float) -> None:
-        """Refuse steps that are tiny beside the part's extent, mm, before they fill the memory."""
+        """Refuse steps so small, compared with the part's extent in mm, that they would fill the memory."""
         finest = extent * FINEST_SHARE
         for name in ("stepdown", "stepover", "spacing"):
             value = getattr(self, name)
@@ -135,7 +135,7 @@ class PlanOptions:
                     f"{extent:g} mm; give more, or check the part's unit"
                 )
         if self.scallop is not None:
-            # On the flattest wall, between sections.
+            # Between sections, on the flattest wall.
             step = 2.0 * math.sqrt(2.0 * radius * self.scallop) * math.sin(FLATTEST_WALL)
             if step < finest:
                 raise SettingError(

@@ -3,27 +3,32 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fiveaxis.contour.ball_space import BallSpace
 from fiveaxis.contour.contacts import Contacts
-from fiveaxis.contour.walls import Walls
-from fiveaxis.geometry import Array, IntArray, angle_between
+from fiveaxis.contour.walls import FLATTEST_WALL, Walls
+from fiveaxis.geometry import Array, BoolArray, IntArray, angle_between
 from fiveaxis.mesh.surface import SHARP_EDGE
 
 FEWEST_CONTACTS = 3
+# Largest distance of neighbouring passes, as a multiple of the sections' distance: that on the flattest wall,
+# and a little more for its curvature.
+FARTHEST = 1.1 / float(np.sin(FLATTEST_WALL))
+# Contacts whose normals differ by more are on different walls, or on opposite sides of a thin one.
+WIDEST_TURN = np.radians(60.0)
 
 
 @dataclass(frozen=True, eq=False)
 class Pass:
-    """Contacts that are followed in one go, with the ball's centre at each.
+    """Contacts cut without interruption, with the ball's centre at each.
 
     Parameters
     ----------
-    contacts : rows; a closed pass returns to its first one
+    contacts : a closed pass returns to its first row
     centres : (n, 3), mm
     """
 
@@ -34,25 +39,25 @@ class Pass:
         return len(self.centres)
 
     def starts(self) -> IntArray:
-        """Rows at which the pass can start: only the first one, unless it is closed."""
+        """Return the rows at which the pass can start: only the first one, unless it is closed."""
         return self.touching() if self.contacts.closed else np.array([0])
 
     def touching(self) -> IntArray:
-        """Rows on which the ball touches a wall and doesn't just roll about an edge."""
+        """Return the rows at which the ball touches a wall and doesn't just roll about an edge."""
         return np.flatnonzero(~self.contacts.rolling)
 
     def between(self, first: int, last: int) -> Pass:
-        """Return the open pass from one row to another, both included."""
+        """Return the open pass from one row to another, inclusive."""
         rows = np.arange(first, last + 1)
         return Pass(self.contacts.take(rows, closed=False), self.centres[rows])
 
     def reversed(self) -> Pass:
-        """Return the pass followed the other way."""
+        """Return the pass cut in the other direction."""
         rows = np.arange(len(self))[::-1]
         return Pass(self.contacts.take(rows, closed=self.contacts.closed), self.centres[rows])
 
     def started_at(self, row: int) -> Pass:
-        """Return the pass opened at a row; a closed one comes back to it at its end."""
+        """Return the pass opened at a row, to which a closed one returns at its end."""
         if not self.contacts.closed:
             return self
         order = (row + np.arange(len(self) + 1)) % len(self)
@@ -62,23 +67,24 @@ class Pass:
 def split_passes(
     contacts: Contacts, space: BallSpace, walls: Walls, *, spacing: float, min_length: float = 0.0
 ) -> tuple[list[Pass], Counter[str]]:
-    """Keep the contacts on walls that the ball can touch, and split where it can't go on.
+    """Keep the contacts on walls that the ball can touch, and split where it can't continue.
 
-    Two neighbours stay in one pass if the normal turns by no more than `SHARP_EDGE`, the straight move
-    between them is clear, and, where contacts between them were taken out, the ball's centre moves no
-    farther than `spacing`: the facets of a fillet then don't tear a pass apart, but an inner corner does.
+    Two neighbours stay in one pass if the normal turns by at most `SHARP_EDGE`, the straight move between
+    them is clear and, where contacts between them were removed, the ball's centre moves by at most `spacing`.
+    The facets of a fillet then don't split a pass, but an inner corner does.
 
     Parameters
     ----------
     contacts : along one section curve
-    space : where the ball can be
-    walls : which contacts are wanted
-    spacing, min_length : mm, of contacts and of the shortest pass that is kept
+    space : where the ball fits
+    walls : which contacts to keep
+    spacing : mm, of contacts
+    min_length : mm, of the shortest pass that is kept
 
     Returns
     -------
     passes : in the order of the curve
-    left_out : what was taken out, with counts
+    left_out : what was removed, with counts
     """
     centres = contacts.points + space.radius * contacts.normals
     wall = walls.keep(contacts.normals) | contacts.rolling
@@ -87,9 +93,9 @@ def split_passes(
     rows = np.flatnonzero(kept)
     if len(rows) < FEWEST_CONTACTS:
         return [], left_out
-    joined = _joined(contacts, centres, rows, space, spacing)
+    joined = _continues(contacts, centres, rows, space, spacing)
     closed = bool(joined.all())
-    # A closed pass keeps all of its rolling rows, also those beside the curve's seam.
+    # A closed pass keeps all of its rolling rows, even those beside the curve's seam.
     runs = [rows] if closed else _runs(rows, joined, contacts.rolling)
     passes = []
     for run in runs:
@@ -103,24 +109,24 @@ def split_passes(
     return passes, left_out
 
 
-def _joined(
+def _continues(
     contacts: Contacts, centres: Array, rows: IntArray, space: BallSpace, spacing: float
-) -> NDArray[np.bool_]:
-    """(k,), whether each kept row goes on to the next one, the last to the first."""
+) -> BoolArray:
+    """Check whether each kept row continues to the next one, and the last to the first, (k,)."""
     after = np.roll(rows, -1)
     adjacent = (after - rows) % len(contacts) == 1
     moved = np.linalg.norm(centres[after] - centres[rows], axis=1)
     gentle = angle_between(contacts.normals[rows], contacts.normals[after]) <= SHARP_EDGE
-    joined: NDArray[np.bool_] = gentle & (adjacent | (moved <= spacing))
+    joined: BoolArray = gentle & (adjacent | (moved <= spacing))
     joined[-1] &= contacts.closed
     joined[joined] = space.chords_fit(centres[rows[joined]], centres[after[joined]])
     return joined
 
 
-def _runs(rows: IntArray, joined: NDArray[np.bool_], rolling: NDArray[np.bool_]) -> list[IntArray]:
-    """Split rows where they aren't joined; no run starts or ends by rolling about an edge."""
+def _runs(rows: IntArray, joined: BoolArray, rolling: BoolArray) -> list[IntArray]:
+    """Split rows where they aren't joined; no run starts or ends with rolling about an edge."""
     ends = np.flatnonzero(~joined)
-    # Start behind the first break, so that a run across the curve's seam stays whole.
+    # Start after the first break, so that a run across the curve's seam stays whole.
     shift = int(ends[0]) + 1
     runs = np.split(np.roll(rows, -shift), ends + 1 - shift)
     touching = [(run, np.flatnonzero(~rolling[run])) for run in runs]
@@ -130,3 +136,47 @@ def _runs(rows: IntArray, joined: NDArray[np.bool_], rolling: NDArray[np.bool_])
 def _length(points: Array, *, closed: bool) -> float:
     steps = np.diff(points, axis=0, append=points[:1] if closed else points[-1:])
     return float(np.linalg.norm(steps, axis=1).sum())
+
+
+def neighbours(upper: Sequence[Pass], lower: Sequence[Pass], plane: Array) -> set[tuple[int, int]]:
+    """Pair the passes of two neighbouring sections that lie next to each other on one wall.
+
+    Two passes are neighbours if, for some contact of one, the nearest contact in the other's section lies on
+    the other, close enough to be on the same wall.
+
+    Parameters
+    ----------
+    upper, lower : passes of each section
+    plane : (3,), unit normal of the sections
+
+    Returns
+    -------
+    Pairs of indices: upper pass, lower pass
+    """
+    if not upper or not lower:
+        return set()
+    gap = float((upper[0].contacts.points[0] - lower[0].contacts.points[0]) @ plane)
+    reach = FARTHEST * abs(gap)
+    down = _nearest(lower, upper, reach)
+    return {(b, a) for a, b in down} | _nearest(upper, lower, reach)
+
+
+def _nearest(own: Sequence[Pass], others: Sequence[Pass], reach: float) -> set[tuple[int, int]]:
+    """Return pairs (own, other) for which the nearest contact to some contact of own lies on the other."""
+    from scipy.spatial import cKDTree
+
+    points, normals, owner = _touching_rows(own)
+    other_points, other_normals, other_owner = _touching_rows(others)
+    distance, nearest = cKDTree(other_points).query(points, distance_upper_bound=reach)
+    found = np.isfinite(distance)
+    owner, normals, nearest = owner[found], normals[found], nearest[found]
+    same = np.einsum("ij,ij->i", normals, other_normals[nearest]) > np.cos(WIDEST_TURN)
+    return set(zip(owner[same].tolist(), other_owner[nearest[same]].tolist(), strict=True))
+
+
+def _touching_rows(passes: Sequence[Pass]) -> tuple[Array, Array, IntArray]:
+    """Return points, normals and pass of all touching rows."""
+    rows = [found.touching() for found in passes]
+    points = np.vstack([p.contacts.points[r] for p, r in zip(passes, rows, strict=True)])
+    normals = np.vstack([p.contacts.normals[r] for p, r in zip(passes, rows, strict=True)])
+    return points, normals, np.repeat(np.arange(len(passes)), [len(r) for r in rows])

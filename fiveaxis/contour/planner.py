@@ -17,6 +17,7 @@ from fiveaxis.contour.linking import (
     LINK_SPACING,
     LinkedPass,
     Linking,
+    Relinker,
     free_start,
     open_passes,
     shorten_links,
@@ -24,10 +25,9 @@ from fiveaxis.contour.linking import (
 from fiveaxis.contour.options import Direction, Order, PlanOptions, Strategy
 from fiveaxis.contour.ordering import Queue, by_levels, in_order, islands
 from fiveaxis.contour.passes import Pass, split_passes
-from fiveaxis.contour.relinking import Relinker
+from fiveaxis.contour.routes import Linker
 from fiveaxis.contour.spiral import Turns, join_spirals
 from fiveaxis.contour.walls import Walls
-from fiveaxis.contour.ways import Linker
 from fiveaxis.errors import MeshError
 from fiveaxis.geometry import Array, IntArray
 from fiveaxis.mesh import Surface, TriangleTree, take_mesh
@@ -39,21 +39,15 @@ if TYPE_CHECKING:
     import trimesh
 
 Progress = Callable[[int, int], None]
-# Rings of spirals are sampled a little finer: the way down makes each of their steps longer.
+# Rings of spirals are sampled a little finer, because their descent lengthens every step.
 SPIRAL_SPACING = 0.97
-# An order by islands is improved so often.
-RETRIES = 2
+# Rounds of improving an order by islands.
+ROUNDS = 2
 
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """A planned path, and what its planner knows beyond it.
-
-    Parameters
-    ----------
-    toolpath : the path
-    passes : its passes, with a way to link them anew where they begin elsewhere
-    """
+    """A planned path with its passes, which can be linked again from other starts."""
 
     toolpath: Toolpath
     passes: Passes
@@ -83,42 +77,40 @@ def plan_contour(
 ) -> Toolpath:
     """Plan finishing passes over a part's walls with a ball end mill.
 
-    The contacts lie on plane sections of the mesh: horizontal ones (waterlines), or upright parallel ones
-    (a raster), which also cut floors. At each contact the ball stays out of the mesh but for 0.01 mm, and so
-    it does on the links, which go from pass to pass through the air; contacts where it can't are taken out
-    and the pass is split there. Around a sharp convex edge the ball rolls without cutting, as a link. Only
-    the ball is looked at, not shank, holder, table or fixture. The postures are chosen later, so the path has
-    no tool axes.
+    The contacts lie on plane sections of the mesh: horizontal ones (waterlines), or vertical parallel ones
+    (a raster), which also cut floors. In cuts and links the ball sinks into the mesh by at most 0.01 mm.
+    Contacts where it would sink deeper are removed, and the pass is split there. Around a sharp convex edge
+    the ball rolls without cutting, as a link. Only the ball is checked: not shank, holder, table or fixture.
+    The postures are chosen later, so the path has no tool axes.
 
     Parameters
     ----------
-    part : mesh file, or mesh, in mm and in the workpiece frame with z up
-    tool : a ball end mill or a lollipop
-    strategy : ``waterline`` or ``raster``. A face within 10 degrees of its section planes is left out, and
-        so is one that looks straight down
+    part : mesh file or mesh, mm, workpiece frame with z up
+    tool : ball end mill or lollipop
+    strategy : ``waterline`` or ``raster``. Faces within 10 degrees of the section planes are left out, and
+        so are faces that point straight down
     stepdown : mm, between a waterline's sections; 1 mm unless `scallop` is given
     stepover : mm, between a raster's sections; 1 mm unless `scallop` is given
-    scallop : mm, highest ridge between neighbouring passes: sections lie as near to each other as the slope
-        and the curvature of the walls ask for (`fiveaxis.contour.levels`), and no farther apart than stepdown
-        or stepover, if one is given too
+    scallop : mm, highest ridge between neighbouring passes. It sets the distance of the sections by the
+        slope and curvature of the walls (`fiveaxis.contour.levels`), up to stepdown or stepover if given
     raster_angle : **degrees**, direction of a raster's passes, from x towards y; 0 by default
     spacing : mm, largest distance between contacts along a section
     overhang : only walls whose normals point downward
     spiral : join closed waterlines of one wall into one that descends without a link
     direction : ``climb`` or ``conventional`` for a spindle that turns clockwise, or ``zigzag``: open passes
-        are followed either way, whichever link is shorter. A climbing waterline has the material right of
-        the feed seen from above
+        are cut in the direction with the shorter link. A climbing waterline has the material to the right of
+        the feed, seen from above
     order : ``levels`` cuts every section before the next; ``islands`` goes down one wall as long as that
-        makes the links shorter, never before the passes above it are done
-    lead_in, lead_out : mm, radius of the arcs that lead to and from passes, tangential, in the plane of feed
-        and normal; 0 for none. Where a half or a quarter of it has no room either, the ball comes along the
-        normal, and that is counted
+        shortens the links, and never before the passes above are done
+    lead_in, lead_out : mm, radius of the arcs before and after passes, tangential, in the plane of feed and
+        normal; 0 for none. Where not even a quarter of it has room, the ball moves along the normal; such
+        leads are counted
     min_length : mm, shorter passes are left out
-    feed_mm_min : mm/min, cuts and links alike
-    clearance : mm, between the ball and the part's top while it crosses over; also how far it leaves the
-        surface along the normal, where there is room and the ball's diameter is no less
-    allow_open : go on with a mesh that isn't watertight
-    progress : called with sections done and their number
+    feed_mm_min : mm/min, of cuts and links
+    clearance : mm, between the part's top and the ball while it crosses over. The ball also lifts off the
+        surface by this, but at most by its diameter, where there is room
+    allow_open : accept a mesh that isn't watertight
+    progress : called with the sections done and their number
 
     Returns
     -------
@@ -127,11 +119,11 @@ def plan_contour(
     Raises
     ------
     MeshError
-        A mesh that can't be read or planned on; no walls, or none that the ball can reach.
+        The mesh can't be read or planned on; it has no walls, or none that the ball can reach.
     SettingError
-        An option outside its range, or that doesn't go with another.
+        An option out of range, or options that exclude each other.
     ToolError
-        A cutter that isn't a ball.
+        The cutter isn't a ball.
     """
     options = PlanOptions(
         strategy, stepdown, stepover, scallop, raster_angle, spacing, overhang, spiral, direction, order,
@@ -148,10 +140,7 @@ def plan_passes(
     allow_open: bool = False,
     progress: Progress | None = None,
 ) -> Plan:
-    """Plan as `plan_contour` does, and hand out how to link the passes where they begin elsewhere.
-
-    Its `Plan.passes` is what ``optimise(..., free_start=...)`` wants for passes that are reached by links.
-    """
+    """Plan as `plan_contour` does, and return the passes too, for ``optimise(..., free_start=...)``."""
     options.check_tool(tool)
     name = str(part) if isinstance(part, str | Path) else "mesh"
     surface = Surface.from_mesh(take_mesh(part, name=name, allow_open=allow_open))
@@ -176,7 +165,7 @@ def plan_passes(
 def _cut_levels(
     surface: Surface, space: BallSpace, options: PlanOptions, progress: Progress | None
 ) -> tuple[list[list[Pass]], Counter[str]]:
-    """Find the passes of every section, from the far end of the sections' normal on."""
+    """Find the passes of every section, in descending order along the sections' normal."""
     turned = surface if options.strategy == "waterline" else surface.turned(options.frame)
     walls = Walls(options.frame[2], options.overhang)
     heights = _heights(surface, turned, walls, space.radius, options)
@@ -192,7 +181,7 @@ def _cut_levels(
 
 
 def _heights(surface: Surface, turned: Surface, walls: Walls, radius: float, options: PlanOptions) -> Array:
-    """Heights of the sections in their own frame, mm."""
+    """Return the heights of the sections in their own frame, mm."""
     if options.scallop is None:
         return section_levels(turned, float(options.step or 0.0))
     kept = walls.keep(surface.facet_normals) & (np.linalg.norm(surface.facet_normals, axis=1) > 0.5)
@@ -200,12 +189,7 @@ def _heights(surface: Surface, turned: Surface, walls: Walls, radius: float, opt
 
 
 def _cut_level(
-    surface: Surface,
-    turned: Surface,
-    space: BallSpace,
-    walls: Walls,
-    options: PlanOptions,
-    height: float,
+    surface: Surface, turned: Surface, space: BallSpace, walls: Walls, options: PlanOptions, height: float
 ) -> tuple[list[Pass], Counter[str]]:
     passes: list[Pass] = []
     left_out: Counter[str] = Counter()
@@ -226,25 +210,25 @@ def _cut_level(
 
 
 def _opened(levels: list[list[Pass]], linker: Linker, options: PlanOptions) -> Linking:
-    """Open the passes in the order that was asked for."""
+    """Open the passes in the order of the options."""
     leads = {"lead_in": options.lead_in, "lead_out": options.lead_out}
-    either_way = options.direction == "zigzag"
-    best = open_passes(by_levels(levels, either_way=either_way), linker, **leads)
+    reversible = options.direction == "zigzag"
+    best = open_passes(by_levels(levels, reversible=reversible), linker, **leads)
     if options.order == "levels" or not best.passes:
         return best
     passes, below = islands(levels, options.frame[2])
-    nearest = open_passes(Queue(passes, below, either_way), linker, **leads)
+    nearest = open_passes(Queue(passes, below, reversible), linker, **leads)
     best = min(best, nearest, key=lambda found: found.length)
-    # Closed passes open elsewhere in another order, which leaves room for a second try.
-    for _ in range(RETRIES):
+    # In another order closed passes open elsewhere, so a second round may gain more.
+    for _ in range(ROUNDS):
         order = shorten_links(best, below)
-        again = open_passes(in_order(passes, order, either_way=either_way), linker, **leads)
+        again = open_passes(in_order(passes, order, reversible=reversible), linker, **leads)
         best = min(best, again, key=lambda found: found.length)
     return best
 
 
 def _nothing_left(surface: Surface, left_out: Counter[str], tool: Tool, *, overhang: bool) -> str:
-    """Say why there is no pass: no such wall, or none that the ball can follow."""
+    """Explain why there is no pass: no wall of the kind, or none that the ball can follow."""
     wall = "overhanging wall" if overhang else "wall"
     if left_out:
         reasons = ", ".join(f"{count} {what}" for what, count in sorted(left_out.items()))
@@ -256,7 +240,7 @@ def _nothing_left(surface: Surface, left_out: Counter[str], tool: Tool, *, overh
 def _toolpath(
     linked: list[LinkedPass], tool: Tool, options: PlanOptions, name: str, left_out: Counter[str]
 ) -> tuple[Toolpath, IntArray, IntArray]:
-    """Make one path of passes and links; with the rows at which each pass begins and ends."""
+    """Build one path of passes and links; return the first and last row of each pass with it."""
     pivot, contact, normal, kind = (
         np.concatenate(column) for column in zip(*map(_rows, linked), strict=True)
     )
@@ -277,20 +261,20 @@ def _toolpath(
     parts = np.where(in_air, np.ceil(path.lengths[1:] / LINK_SPACING), 1.0).astype(np.int64)
     parts = np.maximum(parts, 1)
     path = divide(path, parts)
-    ends = np.cumsum([len(p.approach) + len(p.cut) + len(p.retreat) for p in linked])
-    last = ends - 1 - [len(p.retreat) for p in linked]
+    ends = np.cumsum([len(p.approach) + len(p.cut) + len(p.retract) for p in linked])
+    last = ends - 1 - [len(p.retract) for p in linked]
     row = np.concatenate([[0], np.cumsum(parts)])
     first, last = row[last + 1 - [len(p.cut) for p in linked]], row[last]
     return replace(path, source=np.arange(1, len(path) + 1)), first, last
 
 
 def _rows(linked: LinkedPass) -> tuple[Array, Array, Array, IntArray]:
-    """Pivot, contact, normal and kind of a pass with its links."""
+    """Return pivot, contact, normal and kind of a pass with its links."""
     contacts = linked.cut.contacts
-    air = [np.full((len(way), 3), np.nan) for way in (linked.approach, linked.retreat)]
-    touching = ~contacts.rolling
-    on_part = [np.where(touching[:, None], rows, np.nan) for rows in (contacts.points, contacts.normals)]
-    kind = np.full(len(linked.approach) + len(contacts) + len(linked.retreat), MoveKind.LINK, dtype=np.int64)
-    kind[len(linked.approach) :][: len(contacts)][touching] = MoveKind.CUT
-    pivot = np.vstack([linked.approach, linked.cut.centres, linked.retreat])
-    return pivot, np.vstack([air[0], on_part[0], air[1]]), np.vstack([air[0], on_part[1], air[1]]), kind
+    pivot = np.vstack([linked.approach, linked.cut.centres, linked.retract])
+    cutting = np.zeros(len(pivot), dtype=bool)
+    cutting[len(linked.approach) :][: len(contacts)] = ~contacts.rolling
+    contact, normal = np.full_like(pivot, np.nan), np.full_like(pivot, np.nan)
+    contact[cutting] = contacts.points[~contacts.rolling]
+    normal[cutting] = contacts.normals[~contacts.rolling]
+    return pivot, contact, normal, np.where(cutting, MoveKind.CUT, MoveKind.LINK).astype(np.int64)

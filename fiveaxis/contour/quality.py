@@ -1,4 +1,4 @@
-"""How good a planned path is: the ridges that it leaves and the error of its straight moves, measured."""
+"""Quality of a planned path, measured: the ridges that it leaves and the error of its straight moves."""
 
 from __future__ import annotations
 
@@ -19,27 +19,26 @@ from fiveaxis.toolpath import Toolpath
 if TYPE_CHECKING:
     import trimesh
 
-# Places along a straight move at which its distance from the surface is measured.
+# Shares of a straight move at which its distance from the surface is measured.
 SHARES = (0.25, 0.5, 0.75)
 # Cosine of the largest angle between the normals of neighbouring passes, and of the surface between them.
 SAME_SIDE = 0.5
-# Passes nearer to each other than this share of the radius, as where a spiral begins, are one.
+# Passes closer together than this share of the radius, as where a spiral begins, count as one.
 COINCIDING = 0.03
 
 
 @dataclass(frozen=True)
 class PlanReport:
-    """What a planned path leaves on the surface.
+    """Figures of a planned path.
 
     Parameters
     ----------
     scallop_largest, scallop_mean : mm, height above the part of the ridges between neighbouring passes,
-        measured at every cutting contact to either side; the mean is weighted by the length cut
-    chord_largest : mm, how far the ball is from just touching the part between two contacts of a pass, at
-        most, in or off it
+        measured at every cutting contact on both sides; the mean is weighted by the length cut
+    chord_largest : mm, largest gap or depth between ball and part between two contacts of a pass
     ridges : number of measured ridges
-    edges : sides of contacts without a pass beside them on the wall, within the ball's reach
-    cut_length, link_length : mm, way of the ball's centre on cuts, and on links
+    edges : number of contacts' sides without a neighbouring pass within the ball's reach
+    cut_length, link_length : mm, travel of the ball's centre in cuts and in links
     """
 
     scallop_largest: float
@@ -62,28 +61,27 @@ def path_quality(
 ) -> PlanReport:
     """Measure ridges and chords of a path of contacts.
 
-    The section across the feed at a contact shows the balls of this pass and of the one beside it. Where
-    their outlines meet, the ridge has its tip; its height is the distance of the tip to the part: that is
-    exact on curved surfaces too, and on a flat one it is the ``R − sqrt(R² − d²/4)`` of passes at a distance
-    d. No formula of the planner is used. Only walls that were to be cut count, and only places that the ball
-    can touch: what an inner corner keeps is no ridge.
+    In the section normal to the feed at a contact, the outlines of the balls of this pass and its neighbour
+    meet at the tip of the ridge. Its height is the tip's distance from the part, which is exact on curved
+    surfaces too; on a flat one it is ``R − sqrt(R² − d²/4)`` for passes a distance d apart. No formula of the
+    planner is used. Only the walls to be cut count, and only points that the ball can touch: material left in
+    an inner corner isn't a ridge.
 
     Parameters
     ----------
-    toolpath : cuts with contacts and normals, of a ball
-    part : mesh file, or mesh, mm, workpiece frame
-    strategy, raster_angle, overhang : as they were given to `plan_contour`: what stays standing on faces that
-        these leave out is no ridge
-    allow_open : go on with a mesh that isn't watertight
+    toolpath : cuts of a ball, with contacts and normals
+    part : mesh file or mesh, mm, workpiece frame
+    strategy, raster_angle, overhang : as given to `plan_contour`; they select the walls that count
+    allow_open : accept a mesh that isn't watertight
 
     Raises
     ------
     ToolError
-        A cutter that isn't a ball.
+        The cutter isn't a ball.
     SettingError
         An unknown strategy, or an angle without a raster.
     MeshError
-        A mesh that can't be read.
+        The mesh can't be read.
     """
     if not toolpath.tool.cutter.is_ball:
         raise ToolError(f"tool {toolpath.tool}: ridges are measured for balls only; give for example ball:10")
@@ -92,17 +90,16 @@ def path_quality(
     options = PlanOptions(strategy, raster_angle=raster_angle, overhang=overhang)
     cuts = _Cuts.of(toolpath)
     heights, rows = _ridges(cuts, triangles, Walls(options.frame[2], overhang))
-    weight = cuts.way[rows]
+    weight = cuts.weight[rows]
     total = float(weight.sum())
-    length = toolpath.lengths
     return PlanReport(
         scallop_largest=float(heights.max(initial=0.0)),
         scallop_mean=float(heights @ weight / total) if total > 0.0 else 0.0,
         chord_largest=_chord_error(cuts, triangles),
         ridges=len(heights),
         edges=2 * int(cuts.moving.sum()) - len(heights),
-        cut_length=float(length[toolpath.cutting].sum()),
-        link_length=float(length[~toolpath.cutting].sum()),
+        cut_length=float(toolpath.lengths[toolpath.cutting].sum()),
+        link_length=float(toolpath.lengths[~toolpath.cutting].sum()),
     )
 
 
@@ -114,9 +111,9 @@ class _Cuts:
     ----------
     centres, points, normals : (n, 3), mm and unit vectors
     heading : (n, 3), unit vectors along the pass, zero where `moving` is false
-    moving : (n,), rows that have a neighbour on their own pass
+    moving : (n,), rows with a neighbour in their pass
     starts : (m,), rows from which a cutting move leads to the next row
-    way : (n,), mm, half of the moves before and after a row
+    weight : (n,), mm, half the length of the moves before and after a row
     radius : mm
     """
 
@@ -126,7 +123,7 @@ class _Cuts:
     heading: Array
     moving: BoolArray
     starts: IntArray
-    way: Array
+    weight: Array
     radius: float
 
     @classmethod
@@ -148,14 +145,14 @@ class _Cuts:
             heading=np.where(moving[:, None], heading, 0.0),
             moving=moving,
             starts=np.flatnonzero(joined),
-            way=(np.append(gaps, 0.0) + np.append(0.0, gaps)) / 2.0,
+            weight=(np.append(gaps, 0.0) + np.append(0.0, gaps)) / 2.0,
             radius=toolpath.tool.radius,
         )
 
 
 def _ridges(cuts: _Cuts, triangles: Array, walls: Walls) -> tuple[Array, IntArray]:
-    """Measure the ridges beside the passes: heights, (k,) mm, and the row at which each was measured."""
-    from fiveaxis.contour.crossings import crossings
+    """Measure the ridges next to passes: heights, (k,) mm, and the row at which each was measured."""
+    from fiveaxis.contour.crossings import crossings  # numba is slow to load
 
     if len(cuts.starts) == 0:
         return np.zeros(0), np.zeros(0, dtype=np.int64)
@@ -167,14 +164,14 @@ def _ridges(cuts: _Cuts, triangles: Array, walls: Walls) -> tuple[Array, IntArra
     apart = there - here
     distance2 = np.einsum("ij,ij->i", apart, apart)
     up = cuts.normals[row] + (1.0 - t) * cuts.normals[begin] + t * cuts.normals[begin + 1]
-    # Where passes all but coincide, the line between them says nothing about where up is.
+    # Where passes nearly coincide, the line between them doesn't define the upward direction.
     share = np.einsum("ij,ij->i", up, apart) / np.maximum(distance2, 1e-12)
     up -= np.where(distance2 > (COINCIDING * cuts.radius) ** 2, share, 0.0)[:, None] * apart
     depth = np.sqrt(np.maximum(0.0, cuts.radius**2 - distance2 / 4.0))
     tip = (here + there) / 2.0 - depth[:, None] * normalise(up)
     tree = TriangleTree.build(triangles)
     foot, triangle, height = tree.nearest(tip)
-    # Between the passes there may be something else than their wall: a floor, an edge, an inner corner.
+    # Between the passes there may be a floor, an edge or an inner corner instead of their wall.
     facet = facet_normals(triangles)[triangle]
     wall = walls.keep(facet) & (np.einsum("ij,ij->i", facet, normalise(up)) > SAME_SIDE)
     limit = cuts.radius - CHORD_GOUGE
@@ -184,7 +181,7 @@ def _ridges(cuts: _Cuts, triangles: Array, walls: Walls) -> tuple[Array, IntArra
 
 
 def _chord_error(cuts: _Cuts, triangles: Array) -> float:
-    """Largest deviation of the ball from just touching on straight cutting moves, mm."""
+    """Measure the largest gap or depth of the ball in straight cutting moves, mm."""
     start, end = cuts.centres[cuts.starts], cuts.centres[cuts.starts + 1]
     samples = np.vstack([start + share * (end - start) for share in SHARES])
     gaps = TriangleTree.build(triangles).distances(samples)

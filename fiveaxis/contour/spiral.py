@@ -1,9 +1,9 @@
 """Closed passes of one wall joined to a spiral that descends without a link.
 
-A turn leads from one ring to the next: its contacts lie between nearest places on both rings, in shares of
-the way round, and are set on the surface there. The first and the last ring of a spiral are followed whole,
-so that no strip is left at the wall's ends. Where a sharp edge leans much between two rings, the balls that
-roll about it on both don't lie beside each other, and the rings stay apart.
+A turn leads from one ring to the next: its contacts are blended from nearest points on both rings, by the
+share of the turn, and projected onto the surface. The first and the last ring of a spiral are cut whole, so
+no strip remains at the wall's ends. Where a sharp edge slants strongly between two rings, the ball rolls
+about it at different points of both, and the rings stay separate.
 """
 
 from __future__ import annotations
@@ -17,13 +17,12 @@ import numpy as np
 
 from fiveaxis.contour.ball_space import BallSpace
 from fiveaxis.contour.contacts import LEAN_DEPTH, Contacts, lean_normals, turn_between
-from fiveaxis.contour.neighbours import neighbours
-from fiveaxis.contour.passes import Pass
+from fiveaxis.contour.passes import Pass, neighbours
 from fiveaxis.geometry import Array, IntArray, angle_between
 from fiveaxis.mesh import TriangleTree
 from fiveaxis.mesh.surface import SHARP_EDGE, Surface
 
-# Moves of a turn that are longer than the spacing are halved at most so often.
+# Most halvings of moves of a turn that are longer than the spacing.
 HALVINGS = 4
 
 Start = Callable[[Pass], int]
@@ -37,14 +36,14 @@ def join_spirals(
     Parameters
     ----------
     levels : passes by level, from the top down
-    turns : makes the ways from ring to ring
+    turns : finds the turns from ring to ring
     plane : (3,), unit normal of the sections
     start : chooses the row at which the first ring of a spiral is opened
 
     Returns
     -------
-    levels : a spiral stands on the level of its first ring, its other rings are gone
-    left_out : closed passes that no spiral joins to the next one, with their count
+    levels : a spiral replaces its first ring; its other rings are gone
+    left_out : number of closed passes that no spiral joins to the next
     """
     found: list[list[Pass | None]] = [list(level) for level in levels]
     apart = 0
@@ -58,7 +57,7 @@ def join_spirals(
 
 
 def _stacks(levels: Sequence[Sequence[Pass]], plane: Array) -> list[list[tuple[int, int]]]:
-    """Chains of closed passes, (level, number), each the only neighbour of the next one."""
+    """Find chains of closed passes, (level, number), each the only neighbour of the next one."""
     following: dict[tuple[int, int], tuple[int, int]] = {}
     for k, (upper, lower) in enumerate(pairwise(levels)):
         pairs = sorted(neighbours(upper, lower, plane))
@@ -76,7 +75,7 @@ def _stacks(levels: Sequence[Sequence[Pass]], plane: Array) -> list[list[tuple[i
 
 
 def _spirals(rings: list[Pass], turns: Turns, start: Start) -> list[Pass | None]:
-    """Join the rings of one stack: in each ring's place a spiral, the ring alone, or nothing."""
+    """Join the rings of one stack: each ring becomes a spiral, stays as it is, or is part of a spiral."""
     result: list[Pass | None] = []
     k = 0
     while k < len(rings):
@@ -96,7 +95,7 @@ def _spirals(rings: list[Pass], turns: Turns, start: Start) -> list[Pass | None]
 
 
 def _chained(parts: list[Pass]) -> Pass:
-    """Put passes one behind the other."""
+    """Concatenate passes."""
     rows = [(p.contacts.points, p.contacts.normals, p.contacts.rolling, p.centres) for p in parts]
     points, normals, rolling, centres = (np.concatenate(column) for column in zip(*rows, strict=True))
     return Pass(Contacts(points, normals, rolling, closed=False), centres)
@@ -104,12 +103,12 @@ def _chained(parts: list[Pass]) -> Pass:
 
 @dataclass(frozen=True, eq=False)
 class Turns:
-    """Makes the turns of spirals on a surface.
+    """Finds the turns of spirals on a surface.
 
     Parameters
     ----------
     surface : the part
-    space : where the ball can be; of the surface's own triangles, in their order
+    space : where the ball fits; built from the surface's triangles, in their order
     spacing : mm, largest distance of contacts
     """
 
@@ -122,13 +121,13 @@ class Turns:
 
         Parameters
         ----------
-        upper : opened: its last row is its first one again
+        upper : opened; its last row repeats its first
         lower : closed
 
         Returns
         -------
-        turn : rows after the upper ring's start, up to the lower one's
-        opened : the lower ring, opened where the turn ends; None in place of both if the ball can't follow
+        turn : rows between the starts of both rings
+        opened : the lower ring, opened where the turn ends; None for both if the ball can't follow
         """
         touching = lower.touching()
         away = np.linalg.norm(lower.centres[touching] - upper.centres[0], axis=1)
@@ -137,13 +136,13 @@ class Turns:
         stations = _stations(longer.centres)
         sides = [_beside(ring, longer) for ring in (upper, opened)]
         between = _blend(sides[0], sides[1], (stations / stations[-1])[1:-1])
-        turn = self._followed(upper.between(0, 0), between, opened.between(0, 0))
+        turn = self._turn(upper.between(0, 0), between, opened.between(0, 0))
         return None if turn is None else (turn, opened)
 
-    def _followed(self, start: Pass, between: Contacts, end: Pass) -> Pass | None:
-        """Set contacts on the surface between the starts of two rings, if the ball can follow them."""
+    def _turn(self, start: Pass, between: Contacts, end: Pass) -> Pass | None:
+        """Place contacts on the surface between the starts of two rings, if the ball can follow them."""
         for _ in range(HALVINGS):
-            turn = _chained([start, self._seated(between), end])
+            turn = _chained([start, self._projected(between), end])
             gaps = np.linalg.norm(np.diff(turn.contacts.points, axis=0), axis=1)
             wide = np.flatnonzero(gaps > self.spacing * (1.0 + 1e-9))
             if not len(wide):
@@ -152,7 +151,7 @@ class Turns:
         return self._clear(turn)
 
     def _clear(self, turn: Pass) -> Pass | None:
-        """Take out what the ball can't touch; what is left, without its ends, must go on as passes do."""
+        """Remove contacts that the ball can't touch; the rest, without its ends, must be a valid pass."""
         rows = np.flatnonzero(self.space.fits(turn.centres))
         if rows[:1] != 0 or rows[-1:] != len(turn) - 1:
             return None
@@ -165,23 +164,23 @@ class Turns:
         clear = self.space.chords_fit(kept.centres[:-1], kept.centres[1:]).all()
         return kept.between(1, len(kept) - 1) if clear else None
 
-    def _seated(self, about: Contacts) -> Pass:
-        """Set contacts that are about there on the surface, with its smoothed normals, as on sections.
+    def _projected(self, near: Contacts) -> Pass:
+        """Project contacts near the surface onto it, with its smoothed normals, as on sections.
 
-        Where the ball rolls about an edge, or the nearest facet is the one beyond it, the normals stay.
+        Where the ball rolls about an edge, or the nearest facet lies beyond the edge, the normals stay.
         """
         surface, radius = self.surface, self.space.radius
-        foot, triangle, _ = self.space.tree.nearest(about.points)
+        foot, triangle, _ = self.space.tree.nearest(near.points)
         facets = surface.facet_normals[triangle]
         smooth = _smoothed(surface, triangle, foot)
         normals = lean_normals(facets, smooth, np.arccos(max(0.0, 1.0 - LEAN_DEPTH / radius)))
-        keep = about.rolling | (angle_between(facets, about.normals) > SHARP_EDGE)
-        normals = np.where(keep[:, None], about.normals, normals)
-        return Pass(Contacts(foot, normals, about.rolling, closed=False), foot + radius * normals)
+        keep = near.rolling | (angle_between(facets, near.normals) > SHARP_EDGE)
+        normals = np.where(keep[:, None], near.normals, normals)
+        return Pass(Contacts(foot, normals, near.rolling, closed=False), foot + radius * normals)
 
 
 def _beside(ring: Pass, longer: Pass) -> Contacts:
-    """Places on an opened ring nearest to the inner rows of another one, which may be itself."""
+    """Find the contacts of an opened ring nearest to the inner rows of another one, which may be itself."""
     inner = np.arange(1, len(longer) - 1)
     if ring is longer:
         return ring.contacts.take(inner, closed=False)
@@ -200,14 +199,14 @@ def _beside(ring: Pass, longer: Pass) -> Contacts:
 
 
 def _blend(first: Contacts, second: Contacts, share: Array) -> Contacts:
-    """Blend contacts row by row, by shares of the second, (n,)."""
+    """Blend contacts row by row; `share`, (n,), is that of the second."""
     points = (1.0 - share)[:, None] * first.points + share[:, None] * second.points
     normals = turn_between(first.normals, second.normals, share)
     return Contacts(points, normals, first.rolling & second.rolling, closed=False)
 
 
 def _halved(start: Pass, between: Contacts, end: Pass, wide: IntArray) -> Contacts:
-    """Insert a contact in the middle of each of some moves, counted from the start."""
+    """Insert a contact in the middle of the given moves, counted from the start."""
     points = np.vstack([start.contacts.points, between.points, end.contacts.points])
     normals = np.vstack([start.contacts.normals, between.normals, end.contacts.normals])
     middle = turn_between(normals[wide], normals[wide + 1], np.full(len(wide), 0.5))
@@ -220,9 +219,9 @@ def _halved(start: Pass, between: Contacts, end: Pass, wide: IntArray) -> Contac
 
 
 def _smoothed(surface: Surface, triangle: IntArray, points: Array) -> Array:
-    """Interpolate the normals of corners at points of triangles, (n, 3), not unit length."""
+    """Interpolate the corner normals at points of triangles, (n, 3), not unit length."""
     a, b, c = np.moveaxis(surface.triangles[triangle], 1, 0)
-    # Twice the areas opposite the corners, as vectors along the triangle's own normal.
+    # Twice the areas opposite the corners, as vectors along the triangle's normal.
     whole = np.cross(b - a, c - a)
     size = np.maximum(np.einsum("ij,ij->i", whole, whole), 1e-300)
     parts = [np.cross(q - p, points - p) for p, q in ((b, c), (c, a), (a, b))]
@@ -231,5 +230,5 @@ def _smoothed(surface: Surface, triangle: IntArray, points: Array) -> Array:
 
 
 def _stations(line: Array) -> Array:
-    """Way along a polyline, (n,) mm."""
+    """Return the arc length along a polyline, (n,) mm."""
     return np.append(0.0, np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1)))

@@ -1,4 +1,4 @@
-"""Where a programmed path touches the part: surface normals for paths that came without."""
+"""Contacts of a programmed path with the part: surface normals for paths that have none."""
 
 from __future__ import annotations
 
@@ -12,53 +12,51 @@ from fiveaxis.errors import SettingError, ToolpathError
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array, BoolArray, IntArray, angle_between, perpendicular
 from fiveaxis.mesh import take_mesh
-from fiveaxis.mesh.signed import AT_SURFACE, SignedSurface
+from fiveaxis.mesh.distance import AT_SURFACE, SignedSurface
 from fiveaxis.toolpath import MoveKind, Toolpath, Zone
 from fiveaxis.toolpath.cutter import ROUNDING
 
 if TYPE_CHECKING:
     import trimesh
 
-# Places around the tool axis that are tried first, and how often the best of them is then narrowed down.
+# Angles around the tool axis in the first round of a search, its rounds, and how much finer each one is.
 RING, ROUNDS, NARROWING = 32, 6, 4
-
-# mm: added to the gap of a zone that doesn't touch at the angle of its own nearest place.
+# mm: added to the gap of a zone that isn't touched at an angle of its own.
 FOREIGN = 1e6
-
-# rad: a normal that disagrees by more with the contact that was found isn't one.
+# rad: a normal that is off the direction of the contact found by more isn't one.
 SLIP = np.radians(2.0)
 
 
 def find_contacts(
     toolpath: Toolpath, part: str | Path | trimesh.Trimesh, *, tolerance: float = 0.05
 ) -> Toolpath:
-    """Find the surface normal at every cut of a programmed path, on the part that it cuts.
+    """Find the surface normal at every cut of a programmed path.
 
     The contact is where the cutter, at its programmed tip and axis, comes nearest to the part. A ball's
-    normal points from there to its centre: at an edge that is the direction in which the ball leans on it,
-    not a mean of the faces. Of any other cutter the place around the axis is searched first. A feed move that
-    ends farther than the tolerance from the surface touches nothing: it becomes a link.
+    normal points from there to its centre; at an edge it isn't the mean of the faces' normals. For other
+    cutters the angle around the axis is searched first. A feed move that ends farther than the tolerance from
+    the surface becomes a link.
 
     Parameters
     ----------
     toolpath : with tool axes
-    part : mesh file, or mesh, in mm and in the workpiece frame
+    part : mesh file or mesh, mm, workpiece frame
     tolerance : mm, largest gap or depth between cutter and part that counts as touching
 
     Returns
     -------
-    The path with contacts and normals at its cuts. Its findings tell ``off-surface`` (moves beyond the
-    tolerance, with the worst), ``sunk`` (cuts deeper in the part than the tolerance) and
-    ``no-single-contact`` (cuts on the flat bottom, or with another part of the profile).
+    The path with contacts and normals at its cuts, and the findings ``off-surface`` (moves beyond the
+    tolerance), ``sunk`` (cuts deeper than the tolerance) and ``no-single-contact`` (cuts on the flat bottom,
+    or with several points of the profile)
 
     Raises
     ------
     MeshError
         The part can't be read or has no area.
     SettingError
-        A tolerance that isn't positive.
+        The tolerance isn't positive.
     ToolpathError
-        No tool axes; no cut touches the part.
+        The path has no tool axes, or no cut touches the part.
     """
     if not (np.isfinite(tolerance) and tolerance > 0.0):
         raise SettingError(f"surface tolerance is {tolerance:g} mm; it must be a number above 0")
@@ -72,14 +70,14 @@ def find_contacts(
     touched = ~apart & touch.single
     if not touched.any() and several.any():
         raise ToolpathError(
-            f"{int(several.sum())} cuts lie on the part, and none with one point of {toolpath.tool}: it "
-            "stands on its flat bottom, or edge on edge; such cuts can't be turned about a contact",
+            f"{int(several.sum())} cuts touch the part, none with one point of {toolpath.tool}: it touches "
+            "with its flat bottom or edge on edge; the tool can't be turned about such a contact",
             file=toolpath.name,
         )
     if not touched.any():
         raise ToolpathError(
             f"no cut touches the part within {tolerance:g} mm (the nearest is {np.abs(touch.gap).min():.4g} "
-            "mm off it); check zero, unit and tool, or allow more (surface_tolerance)",
+            "mm off); check zero, unit and tool, or allow more (surface_tolerance)",
             file=toolpath.name,
         )
     normal = np.full_like(toolpath.axis, np.nan)
@@ -89,11 +87,11 @@ def find_contacts(
     known = replace(toolpath, kind=kind).touching_at(normal)
     texts = {
         "off-surface": (apart, f"feed moves end more than {tolerance:g} mm off the part, up to {{:.4g}} mm; "
-                        "they are taken as links"),
+                        "they become links"),
         "sunk": (sunk, f"cuts reach more than {tolerance:g} mm into the part, up to {{:.4g}} mm; check zero, "
                  "unit and tool"),
         "no-single-contact": (several, "cuts touch with more than one point, or with none that the cutter's "
-                              "profile has; they are taken as links"),
+                              "profile has; they become links"),
     }  # fmt: skip
     found = [
         _finding(toolpath, code, text, rows[bad], np.abs(touch.gap[bad]))
@@ -111,13 +109,13 @@ def _finding(toolpath: Toolpath, code: str, text: str, rows: IntArray, off: Arra
 
 @dataclass(frozen=True, eq=False)
 class _Touch:
-    """Where cutters come nearest to the part.
+    """The points of cutters nearest to the part.
 
     Parameters
     ----------
     normal : (n, 3), unit vectors
     gap : (n,), mm, negative where the cutter is inside the part
-    single : (n,), whether the cutter has one contact at the angle of that normal
+    single : (n,), whether the cutter has a single contact at the angle of that normal
     """
 
     normal: Array
@@ -126,15 +124,12 @@ class _Touch:
 
 
 def _touches(path: Toolpath, surface: SignedSurface) -> _Touch:
-    """Try every zone of the profile: of those whose own angles fit, the one that comes nearest touches."""
+    """Try every zone of the profile and choose the nearest of those that are touched at their own angles."""
     found = [_touch(path, zone, surface) for zone in path.tool.cutter.zones]
     rank = np.array([np.where(touch.single, touch.gap, touch.gap + FOREIGN) for touch in found])
-    best = rank.argmin(axis=0)[None]
-    return _Touch(
-        np.take_along_axis(np.array([t.normal for t in found]), best[..., None], axis=0)[0],
-        np.take_along_axis(np.array([t.gap for t in found]), best, axis=0)[0],
-        np.take_along_axis(np.array([t.single for t in found]), best, axis=0)[0],
-    )
+    best = rank.argmin(axis=0), np.arange(len(path))
+    normal, gap, single = zip(*((t.normal, t.gap, t.single) for t in found), strict=True)
+    return _Touch(np.array(normal)[best], np.array(gap)[best], np.array(single)[best])
 
 
 def _touch(path: Toolpath, zone: Zone, surface: SignedSurface) -> _Touch:
@@ -148,15 +143,15 @@ def _touch(path: Toolpath, zone: Zone, surface: SignedSurface) -> _Touch:
         gap = distance - zone.radius
     angle = angle_between(path.axis, normal)
     single = (angle >= zone.least - ROUNDING) & (angle <= zone.high + ROUNDING)
-    # Where an edge of the cutter lies on an edge of the part, the way between them is too short to tell a
-    # normal, and the contact that it would mean lies elsewhere.
+    # Where an edge of the cutter lies on an edge of the part, their distance is too small for a normal, and
+    # the contact that such a normal implies lies elsewhere.
     contact = zone.pivot_of_tip(tip, normal, path.axis) - zone.radius * normal
     slip = np.linalg.norm(contact - foot, axis=1)
     return _Touch(normal, gap, single & (slip <= np.abs(gap) + SLIP * abs(zone.offset) + AT_SURFACE))
 
 
 def _nearest_on_ring(centre: Array, axis: Array, zone: Zone, surface: SignedSurface) -> Array:
-    """Find the place of an arc's centre, on its circle about the tool axis, that is nearest to the part."""
+    """Find the position of an arc's centre on its circle about the tool axis that is nearest to the part."""
     rows = np.arange(len(centre))
     best, step = np.zeros(len(centre)), 2.0 * np.pi / RING
     offsets = step * np.arange(RING)
@@ -173,9 +168,9 @@ def _nearest_on_ring(centre: Array, axis: Array, zone: Zone, surface: SignedSurf
 def _nearest_on_barrel(
     tip: Array, axis: Array, zone: Zone, surface: SignedSurface
 ) -> tuple[Array, Array, Array]:
-    """Find normals, feet and gaps of an arc whose centre lies beyond the axis, over height and turn.
+    """Find normals, feet and gaps of an arc whose centre lies beyond the axis, by searching height and angle.
 
-    The nearest place to the arc's centre says nothing here: most of its circle isn't part of the cutter.
+    The point nearest to the arc's centre doesn't help, since most of its circle isn't part of the cutter.
     """
     rows = np.arange(len(tip))
     turn, step = np.zeros(len(tip)), 2.0 * np.pi / RING
@@ -201,7 +196,7 @@ def _nearest_on_barrel(
 
 
 def _around(axis: Array, angle: Array) -> Array:
-    """Give directions across tool axes, (n, 3), at angles about them, (n, m) rad; (n, m, 3)."""
+    """Return directions normal to tool axes, (n, 3), at angles about them, (n, m) rad; (n, m, 3)."""
     u = perpendicular(axis)
     v = np.cross(axis, u)
     return np.cos(angle)[..., None] * u[:, None] + np.sin(angle)[..., None] * v[:, None]

@@ -1,4 +1,4 @@
-"""Which places of the surface a strategy cuts, told by their normals."""
+"""Walls: the parts of the surface that a strategy cuts, selected by their normals."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ import numpy as np
 
 from fiveaxis.geometry import Array, BoolArray
 
-# A wall's normal is at least this far from the normal of the section planes; along flatter places the
-# passes would lie far apart. Faces that look straight down, by as much, lie on the table.
+# Least angle between a wall's normal and that of the section planes; on flatter faces the passes would be too
+# far apart. Faces within the same angle of straight down lie on the table.
 FLATTEST_WALL = np.radians(10.0)
-# A wall overhangs where its normal points at least this far below the horizontal.
+# An overhanging wall's normal points at least this far below the horizontal.
 LEAST_OVERHANG = np.radians(1.0)
 
 
 @dataclass(frozen=True, eq=False)
 class Walls:
-    """Selects walls.
+    """Selects walls by their normals.
 
     Parameters
     ----------
@@ -29,7 +29,7 @@ class Walls:
     overhang: bool = False
 
     def keep(self, normals: Array) -> BoolArray:
-        """Tell for normals, (n, 3) unit vectors in the workpiece frame, whether they are a wall's, (n,)."""
+        """Check which normals, (n, 3) unit vectors in the workpiece frame, belong to walls, (n,)."""
         across = normals @ self.plane
         flattest = np.cos(FLATTEST_WALL)
         wall: BoolArray = (np.abs(across) <= flattest) & (normals[:, 2] >= -flattest)

@@ -2,8 +2,7 @@
 
 from fiveaxis.mesh.distance import TriangleTree, tree_of
 from fiveaxis.mesh.kept import kept_by_mesh
-from fiveaxis.mesh.loading import SUFFIXES, check_mesh, load_mesh, take_mesh
-from fiveaxis.mesh.solids import read_solid, require_solid
+from fiveaxis.mesh.loading import SUFFIXES, check_mesh, load_mesh, read_solid, require_solid, take_mesh
 from fiveaxis.mesh.surface import Surface, facet_normals
 
 __all__ = [

@@ -1,4 +1,4 @@
-"""The exact distance from points to the surface of a mesh."""
+"""Exact distances from points to the surface of a mesh, and which side of it they are on."""
 
 from __future__ import annotations
 
@@ -9,12 +9,15 @@ import numpy as np
 
 from fiveaxis.geometry import Array, IntArray
 from fiveaxis.mesh.kept import kept_by_mesh
+from fiveaxis.mesh.surface import facet_normals
 
 if TYPE_CHECKING:
     import trimesh
 
 # Triangles in a leaf of the tree.
 LEAF = 4
+# mm: nearer to the surface than this, the facet's normal replaces the direction from the foot to the point.
+AT_SURFACE = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,9 +26,9 @@ class TriangleTree:
 
     Parameters
     ----------
-    triangles : (leaves * `LEAF`, 3, 3), mm, in the order of the leaves; filled up with repetitions
+    triangles : (leaves * `LEAF`, 3, 3), mm, in the order of the leaves, padded with repetitions
     boxes : (2 * leaves, 2, 3), mm; node 1 is the root, node i has the children 2i and 2i + 1
-    order : (leaves * `LEAF`,), place of each of these triangles in the array that the tree was built from
+    order : (leaves * `LEAF`,), index of each of these triangles in the original array
     """
 
     triangles: Array
@@ -34,7 +37,7 @@ class TriangleTree:
 
     @classmethod
     def build(cls, triangles: Array) -> TriangleTree:
-        """Sort triangles, (f, 3, 3) mm, into a tree: each node's longest extent is halved."""
+        """Sort triangles, (f, 3, 3) mm, into a tree by halving each node along its longest extent."""
         leaves = 1
         while leaves * LEAF < len(triangles):
             leaves *= 2
@@ -49,7 +52,7 @@ class TriangleTree:
         return cls(np.ascontiguousarray(ordered), _boxes(ordered, leaves), order)
 
     def distances(self, points: Array, bound: float = np.inf) -> Array:
-        """Distance of points to the nearest triangle, at most `bound`: (n, 3) mm → (n,) mm."""
+        """Compute the distance to the nearest triangle, at most `bound`: (n, 3) mm → (n,) mm."""
         from fiveaxis.mesh import kernels
 
         return kernels.nearest_all(np.ascontiguousarray(points), self.triangles, self.boxes, bound)
@@ -60,13 +63,12 @@ class TriangleTree:
         Parameters
         ----------
         points : (n, 3), mm
-        bound : mm, only what is nearer than this is found
+        bound : mm, largest distance searched
 
         Returns
         -------
-        foot : (n, 3), mm, on the surface; NaN where nothing is within `bound`
-        triangle : (n,), its place in the array that the tree was built from (a mesh's own face); −1 there.
-            A foot on an edge belongs to several: one of them is given.
+        foot : (n, 3), mm, on the surface; NaN where no triangle is within `bound`
+        triangle : (n,), index in the original array; −1 there. A foot on an edge has one of its triangles
         distance : (n,), mm; infinite there
         """
         from fiveaxis.mesh import kernels
@@ -77,7 +79,7 @@ class TriangleTree:
         return feet, np.where(rows >= 0, self.order[rows], -1), distances
 
     def reach(self, start: Array, end: Array, limit: float, finest: float) -> float:
-        """How far, mm, a point gets from start to end at least `limit` away from all triangles."""
+        """Compute how far, mm, a point can move from start to end with all triangles `limit` away."""
         from fiveaxis.mesh import kernels
 
         return kernels.reach(start, end, self.triangles, self.boxes, limit, finest)
@@ -87,6 +89,54 @@ class TriangleTree:
 def tree_of(mesh: trimesh.Trimesh) -> TriangleTree:
     """Sort the triangles of a mesh into a tree."""
     return TriangleTree.build(np.asarray(mesh.triangles, dtype=float))
+
+
+@dataclass(frozen=True, eq=False)
+class SignedSurface:
+    """A mesh with the tree and the normals, (f, 3), of its triangles; distances are negative inside."""
+
+    mesh: trimesh.Trimesh
+    tree: TriangleTree
+    facets: Array
+
+    @classmethod
+    def of(cls, mesh: trimesh.Trimesh) -> SignedSurface:
+        """Build the tree of a mesh in mm."""
+        return cls(mesh, tree_of(mesh), facet_normals(np.asarray(mesh.triangles, dtype=float)))
+
+    def nearest(self, points: Array) -> tuple[Array, Array, Array]:
+        """Find normals, feet and signed distances, (n, 3) each and (n,) mm, negative inside the mesh."""
+        foot, triangle, distance = self.tree.nearest(points)
+        offset, facet = points - foot, self.facets[triangle]
+        behind = np.flatnonzero(np.einsum("ij,ij->i", offset, facet) < 0.0)
+        # A point outside a sharp edge is also behind one of its two facets.
+        if self.mesh.is_watertight and len(behind):
+            behind = behind[np.asarray(self.mesh.contains(points[behind]))]
+        signed = distance.copy()
+        signed[behind] *= -1.0
+        far = distance > AT_SURFACE
+        towards = offset / np.where(far, signed, 1.0)[:, None]
+        return np.where(far[:, None], towards, facet), foot, signed
+
+
+def encloses(triangles: Array, point: Array) -> bool:
+    """Check whether a point is inside a closed mesh, by the solid angle of its triangles.
+
+    Parameters
+    ----------
+    triangles : (t, 3, 3), mm, anticlockwise seen from outside
+    point : (3,), mm, not on the surface
+
+    References
+    ----------
+    Van Oosterom and Strackee (1983), The solid angle of a plane triangle.
+    """
+    a, b, c = np.moveaxis(triangles - point, 1, 0)
+    la, lb, lc = (np.linalg.norm(v, axis=1) for v in (a, b, c))
+    volume = np.sum(a * np.cross(b, c), axis=1)
+    products = (np.sum(x * y, axis=1) * z for x, y, z in ((a, b, lc), (b, c, la), (c, a, lb)))
+    angle = 2.0 * np.arctan2(volume, la * lb * lc + sum(products))
+    return bool(abs(angle.sum()) > 2.0 * np.pi)
 
 
 def _sort_by_longest(nodes: IntArray, centres: Array) -> IntArray:

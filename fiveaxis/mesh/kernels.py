@@ -1,6 +1,6 @@
 """Compiled loops: the distance from a point to triangles in a tree of boxes.
 
-Importing this module loads numba; `distance` does so when it is first asked for a distance.
+Importing this module loads numba, so `distance` does it only when a distance is computed.
 """
 
 from __future__ import annotations
@@ -60,9 +60,9 @@ def box_gap(p: Array, box: Array) -> float:
 
 @compiled
 def push_children(p: Array, boxes: Array, node: int, waiting: IntArray, count: int) -> int:
-    """Put a node's children on the stack, and return how many nodes wait there.
+    """Put a node's children on the stack, and return the number of nodes there.
 
-    The child nearer to p is looked at first: what it holds rules out most of the other.
+    The child nearer to p is searched first, as it rules out most of the other.
     """
     swap = box_gap(p, boxes[2 * node]) < box_gap(p, boxes[2 * node + 1])
     waiting[count] = 2 * node + 1 if swap else 2 * node
@@ -72,10 +72,10 @@ def push_children(p: Array, boxes: Array, node: int, waiting: IntArray, count: i
 
 @compiled
 def nearest_triangle(p: Array, triangles: Array, boxes: Array, bound: float) -> tuple[int, float]:
-    """Row of the nearest triangle in the tree's order, and its distance, mm.
+    """Find the row of the nearest triangle, in the tree's order, and its distance, mm.
 
-    Where none is nearer than `bound`, −1 and that. Of triangles at the same distance (p is nearest to an edge
-    or corner they share) the first one that is met in the tree is told.
+    If none is within `bound`, they are −1 and `bound`. Of triangles that share the nearest edge or corner,
+    the first one met in the tree is returned.
 
     Parameters
     ----------
@@ -108,16 +108,13 @@ def nearest_triangle(p: Array, triangles: Array, boxes: Array, bound: float) -> 
 
 @compiled
 def nearest(p: Array, triangles: Array, boxes: Array, bound: float) -> float:
-    """Distance from a point to the nearest triangle, mm, or `bound` if there is none nearer than that.
-
-    Arguments as for `nearest_triangle`.
-    """
+    """Return only the distance of `nearest_triangle`, mm."""
     return nearest_triangle(p, triangles, boxes, bound)[1]
 
 
 @compiled
 def nearest_all(points: Array, triangles: Array, boxes: Array, bound: float) -> Array:
-    """`nearest` for each row of points, (n, 3) → (n,)."""
+    """Compute `nearest` for each row of points, (n, 3) → (n,)."""
     gaps = np.empty(len(points))
     for i in range(len(points)):
         gaps[i] = nearest(points[i], triangles, boxes, bound)
@@ -138,7 +135,7 @@ def foot_on_segment(p: Array, a: Array, b: Array) -> Array:
 
 @compiled
 def foot_on_triangle(p: Array, triangle: Array) -> Array:
-    """Nearest point to p on a triangle, (3, 3) → (3,) mm; the cases of `triangle_gap`."""
+    """Nearest point to p on a triangle, (3, 3) → (3,) mm; same cases as `triangle_gap`."""
     a, b, c = triangle[0], triangle[1], triangle[2]
     u, v, w = b - a, c - a, p - a
     n = np.array([u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]])
@@ -162,11 +159,11 @@ def foot_on_triangle(p: Array, triangle: Array) -> Array:
 
 @compiled
 def feet_all(points: Array, triangles: Array, boxes: Array, bound: float) -> tuple[Array, IntArray, Array]:
-    """Nearest point of the surface to each row of points.
+    """Find the nearest point of the surface to each row of points.
 
     Returns
     -------
-    feet : (n, 3), mm, NaN where nothing is nearer than `bound`
+    feet : (n, 3), mm, NaN where no triangle is within `bound`
     rows : (n,), triangle in the tree's order, −1 there
     distances : (n,), mm, infinite there
     """
@@ -184,10 +181,10 @@ def feet_all(points: Array, triangles: Array, boxes: Array, bound: float) -> tup
 
 @compiled
 def reach(start: Array, end: Array, triangles: Array, boxes: Array, limit: float, finest: float) -> float:
-    """How far a point can go from start towards end with every triangle at least `limit` away.
+    """Compute how far a point can move from start towards end with every triangle at least `limit` away.
 
-    Where the nearest triangle is at distance d the point may go on by ``d − limit`` unseen, since no distance
-    changes faster than the point moves; a step is never shorter than `finest`.
+    With the nearest triangle at distance d, the point may move by ``d − limit`` without another check, since
+    no distance changes faster than the point moves. A step is never shorter than `finest`.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Part meshes: read them, and refuse those that a path can't be planned on."""
+"""Mesh files: reading them, and refusing those that can't be planned on or checked for collisions."""
 
 from __future__ import annotations
 
@@ -14,13 +14,14 @@ from fiveaxis.files import MOST_MESH_BYTES, require_size
 if TYPE_CHECKING:
     import trimesh
 
-# Bytes of a binary STL: its head, of which the last four are the number of triangles, and one of these.
+SUFFIXES = (".stl", ".ply", ".obj", ".off")
+# Bytes of a binary STL: its header, whose last four are the number of triangles, and one triangle.
 STL_HEAD, STL_TRIANGLE = 84, 50
-DAMAGED = "it is damaged, cut off, or of another format; export it anew"
+DAMAGED = "it is damaged, truncated, or of another format; export it again"
+# Collision trees of larger meshes take more memory than many computers have.
+MOST_TRIANGLES = 5_000_000
 
 logger = logging.getLogger(__name__)
-
-SUFFIXES = (".stl", ".ply", ".obj", ".off")
 
 
 def load_mesh(path: str | Path, *, allow_open: bool = False, turn: bool = True) -> trimesh.Trimesh:
@@ -29,18 +30,17 @@ def load_mesh(path: str | Path, *, allow_open: bool = False, turn: bool = True) 
     Parameters
     ----------
     path : an STL, PLY, OBJ or OFF file
-    allow_open : go on with a mesh that isn't watertight
-    turn : turn the normals of a watertight mesh out of the material
+    allow_open : accept a mesh that isn't watertight
+    turn : turn the normals of a watertight mesh outward
 
     Returns
     -------
-    Mesh with merged vertices and, if it is watertight and they are turned, normals out of the material
+    Mesh with merged vertices
 
     Raises
     ------
     MeshError
-        Missing file, unknown suffix, a file too large or without triangles, vertices that aren't finite, a
-        mesh that isn't watertight.
+        The file is missing, too large, of an unknown suffix, or can't be parsed; or `check_mesh` refuses it.
     """
     file = Path(path)
     if not file.is_file():
@@ -57,25 +57,14 @@ def load_mesh(path: str | Path, *, allow_open: bool = False, turn: bool = True) 
 def check_mesh(
     mesh: trimesh.Trimesh, *, name: str, allow_open: bool = False, turn: bool = True
 ) -> trimesh.Trimesh:
-    """Return a copy with merged vertices and outward normals, or say why there can't be one.
-
-    Parameters
-    ----------
-    mesh : any mesh, mm
-    name : what to call it in messages
-    allow_open : go on with a mesh that isn't watertight
-    turn : turn the normals of a watertight mesh out of the material
+    """Return a copy of a mesh in mm with merged vertices; `name` is used in messages.
 
     Raises
     ------
     MeshError
         No triangles, vertices that aren't finite, not watertight.
     """
-    if len(mesh.faces) == 0:
-        raise MeshError("has no triangles", file=name)
-    bad = int((~np.isfinite(mesh.vertices).all(axis=1)).sum())
-    if bad:
-        raise MeshError(f"{bad} vertices have coordinates that aren't finite numbers", file=name)
+    _require_finite(mesh, name)
     checked = mesh.copy()
     checked.merge_vertices(merge_tex=True, merge_norm=True)
     if checked.is_watertight:
@@ -84,7 +73,7 @@ def check_mesh(
     elif not allow_open:
         raise MeshError(
             f"not watertight: {count_open_edges(checked)} of its edges don't join exactly two triangles; "
-            "mend the mesh, or use --allow-open to go on",
+            "repair the mesh, or accept it as it is (--allow-open)",
             file=name,
         )
     return checked
@@ -93,22 +82,58 @@ def check_mesh(
 def take_mesh(
     part: str | Path | trimesh.Trimesh, *, name: str = "mesh", allow_open: bool = False
 ) -> trimesh.Trimesh:
-    """Read a mesh's file (`load_mesh`), or check a mesh (`check_mesh`).
+    """Read a mesh file (`load_mesh`), or check a mesh without one (`check_mesh`)."""
+    if isinstance(part, str | Path):
+        return load_mesh(part, allow_open=allow_open)
+    return check_mesh(part, name=name, allow_open=allow_open)
 
-    Parameters
-    ----------
-    part : the file, or the mesh, mm
-    name : what to call a mesh without a file in messages
-    allow_open : go on with a mesh that isn't watertight
+
+def read_solid(file: str | Path) -> trimesh.Trimesh:
+    """Read a mesh for collision checks: normals aren't turned, holes are allowed.
 
     Raises
     ------
     MeshError
-        A mesh that can't be read, or is refused.
+        The file can't be read, or `require_solid` refuses the mesh.
     """
-    if isinstance(part, str | Path):
-        return load_mesh(part, allow_open=allow_open)
-    return check_mesh(part, name=name, allow_open=allow_open)
+    mesh = load_mesh(file, allow_open=True, turn=False)
+    require_solid(mesh, str(file))
+    return mesh
+
+
+def require_solid(mesh: trimesh.Trimesh, name: str) -> None:
+    """Refuse a mesh in mm that is too large, or closed without consistent outward normals.
+
+    Raises
+    ------
+    MeshError
+        No triangles, vertices that aren't finite, more than `MOST_TRIANGLES` triangles; in a closed mesh,
+        normals that point into the material, or neighbouring triangles that face opposite sides.
+    """
+    _require_finite(mesh, name)
+    if len(mesh.faces) > MOST_TRIANGLES:
+        raise MeshError(
+            f"has {len(mesh.faces):,} triangles, more than {MOST_TRIANGLES:,}; collisions need a coarser "
+            "one: export it with a larger chord tolerance",
+            file=name,
+        )
+    if not mesh.is_watertight:
+        return
+    remedy = "turn them outwards where the mesh was made (Flip or Harmonise normals; in trimesh fix_normals)"
+    if not mesh.is_winding_consistent:
+        raise MeshError(f"neighbouring triangles face opposite sides; {remedy}", file=name)
+    if mesh.volume < 0.0:
+        raise MeshError(
+            f"its normals point into the material: its volume is {mesh.volume:.6g} mm3; {remedy}", file=name
+        )
+
+
+def _require_finite(mesh: trimesh.Trimesh, name: str) -> None:
+    if len(mesh.faces) == 0:
+        raise MeshError("has no triangles", file=name)
+    bad = int((~np.isfinite(mesh.vertices).all(axis=1)).sum())
+    if bad:
+        raise MeshError(f"{bad} vertices have coordinates that aren't finite numbers", file=name)
 
 
 def count_open_edges(mesh: trimesh.Trimesh) -> int:
@@ -124,39 +149,32 @@ def _parse(file: Path) -> trimesh.Trimesh:
     if file.suffix.lower() == ".stl":
         _require_whole(file)
     try:
-        # Without processing, so that vertices that aren't numbers are seen and not silently dropped.
+        # Processing would silently drop vertices that aren't finite.
         return trimesh.load_mesh(file, process=False)
     except ImportError:
-        # trimesh guesses the encoding of text that isn't UTF-8 with a library that is not needed otherwise.
+        # trimesh guesses other encodings with a library that isn't installed.
         raise MeshError(f"can't be read as {file.suffix}: its text isn't UTF-8", file=file) from None
     except OSError as fault:
         raise MeshError(f"can't be read: {fault.strerror or fault}", file=file) from None
-    except MemoryError:
-        raise MeshError(f"can't be read as {file.suffix}: {DAMAGED}", file=file) from None
-    except (ValueError, LookupError, TypeError, ArithmeticError, HeaderError):
-        # The parser's own words are about its arrays, and help nobody.
+    except (MemoryError, ValueError, LookupError, TypeError, ArithmeticError, HeaderError):
+        # The parser's messages are about its arrays and don't help the user.
         raise MeshError(f"can't be read as {file.suffix}: {DAMAGED}", file=file) from None
 
 
 def _require_whole(file: Path) -> None:
-    """Refuse a binary STL that ends before its last triangle.
-
-    Raises
-    ------
-    MeshError
-        It was cut off.
-    """
+    """Raise `MeshError` if a binary STL ends before its last triangle."""
     with file.open("rb") as stream:
         head = stream.read(STL_HEAD)
     size = file.stat().st_size
-    # Text has no zero bytes; one that begins with "solid" may be binary all the same.
+    # Only text has no zero byte: a binary file may begin with "solid" too.
     if len(head) < STL_HEAD or b"\0" not in head:
         return
-    told = int.from_bytes(head[-4:], "little")
+    stated = int.from_bytes(head[-4:], "little")
     whole = (size - STL_HEAD) // STL_TRIANGLE
-    if told > whole:
+    if stated > whole:
         raise MeshError(
-            f"is cut off: its head tells of {told} triangles, and {whole} are there; copy or export it anew",
+            f"is truncated: its header states {stated} triangles, the file has {whole}; copy or export it "
+            "again",
             file=file,
         )
 

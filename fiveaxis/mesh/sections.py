@@ -1,4 +1,4 @@
-"""Plane sections of the part's surface, chained into directed loops."""
+"""Plane sections of the part's surface, chained to directed loops."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class Loop:
     ----------
     faces : (m,), triangle of each segment
     points : (m, 2, 3), mm, start and end of each segment
-    normals : (m, 2, 3), smoothed normals there, as the segment's own triangle has them (not unit length)
+    normals : (m, 2, 3), smoothed normals there in the segment's triangle (not unit length)
     closed : whether the last segment's end is the first one's start
     """
 
@@ -37,9 +37,9 @@ class Loop:
 def section_loops(surface: Surface, level: float) -> list[Loop]:
     """Cut the surface at a height and chain the segments.
 
-    Vertices on the level count as above it, so every crossed triangle has one edge on which the surface
-    rises through the level and one on which it falls, and neighbours are found by the edges they share:
-    no tolerance is involved. On an open mesh a chain ends where a neighbour is missing.
+    Vertices on the level count as above it, so every crossed triangle has one edge that rises through the
+    level and one that falls. Neighbours are found by the edges they share, without a tolerance. On an open
+    mesh a chain ends where a neighbour is missing.
 
     Parameters
     ----------
@@ -90,11 +90,11 @@ def _crossing(
 
 
 def _chains(entry: list[int], leaving: list[int]) -> list[tuple[IntArray, bool]]:
-    """Follow triangles from leaving edge to entry edge; each is in one chain."""
+    """Chain triangles from leaving edge to entry edge; each is in one chain."""
     entered_by: dict[int, list[int]] = {}
     for row, key in enumerate(entry):
         entered_by.setdefault(key, []).append(row)
-    # A non-manifold edge is entered by several triangles: they are used up in their order.
+    # A non-manifold edge is the entry of several triangles, which are used in their order.
     follower = [rows.pop(0) if (rows := entered_by.get(key)) else -1 for key in leaving]
     followed = set(follower)
     heads = [row for row in range(len(entry)) if row not in followed]

@@ -1,4 +1,4 @@
-"""The part's surface: triangles with normals that are smooth, but not across sharp edges."""
+"""The part's surface: triangles with normals that are smoothed, but not across sharp edges."""
 
 from __future__ import annotations
 
@@ -12,8 +12,7 @@ from fiveaxis.geometry import Array, IntArray, angle_between
 if TYPE_CHECKING:
     import trimesh
 
-# Facets that meet at a larger angle than this meet at an edge of the part; at less, the edge comes from
-# the tessellation of a curved surface.
+# Facets at a larger angle meet at an edge of the part; smaller angles come from the tessellation.
 SHARP_EDGE = np.radians(30.0)
 
 
@@ -36,7 +35,7 @@ class Surface:
 
     @classmethod
     def from_mesh(cls, mesh: trimesh.Trimesh) -> Surface:
-        """Take over a mesh and smooth its normals."""
+        """Smooth the normals of a mesh."""
         vertices = np.array(mesh.vertices, dtype=float)
         faces = np.array(mesh.faces, dtype=np.int64)
         facets = facet_normals(vertices[faces])
@@ -60,11 +59,11 @@ class Surface:
 
 
 def facet_normals(triangles: Array) -> Array:
-    """Give the unit normals of triangles, (f, 3, 3) mm → (f, 3); zero where a triangle has no area."""
+    """Compute the unit normals of triangles, (f, 3, 3) mm → (f, 3); zero for triangles without area."""
     doubled = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
     length = np.linalg.norm(doubled, axis=1, keepdims=True)
     longest = np.linalg.norm(triangles - np.roll(triangles, 1, axis=1), axis=2).max(axis=1, keepdims=True)
-    # A triangle a hundred thousand times longer than high has a direction made of rounding errors.
+    # The normal of a triangle 1e5 times longer than high is made of rounding errors.
     flat = length <= 1e-5 * longest**2
     return np.where(flat, 0.0, doubled / np.where(flat, 1.0, length))
 
@@ -72,8 +71,8 @@ def facet_normals(triangles: Array) -> Array:
 def corner_normals(vertices: Array, faces: IntArray, facets: Array) -> Array:
     """Smooth the normals at the corners of triangles.
 
-    The normal of face f at vertex v is the mean, weighted by the corners' angles, of the normals of those
-    faces around v whose normals are within `SHARP_EDGE` of the one of f: a crease keeps both its normals.
+    The normal of face f at vertex v is the mean, weighted by the corner angles, of the normals of the faces
+    around v that are within `SHARP_EDGE` of the normal of f, so a crease keeps both its normals.
 
     Parameters
     ----------
@@ -92,13 +91,13 @@ def corner_normals(vertices: Array, faces: IntArray, facets: Array) -> Array:
     weighted = corner_angles(vertices[faces]).reshape(-1)[other, None] * facets[other // 3]
     total = np.stack([np.bincount(own, weighted[:, k], minlength=faces.size) for k in range(3)], axis=1)
     length = np.linalg.norm(total, axis=1, keepdims=True)
-    # Triangles without area have no corner angle to average with: theirs stay zero, like the facet's.
+    # Triangles without area have no corner angles, so their corner normals stay zero.
     smooth: Array = np.divide(total, length, out=np.zeros_like(total), where=length > 0.0)
     return smooth.reshape(-1, 3, 3)
 
 
 def corner_angles(triangles: Array) -> Array:
-    """Measure the angles at the corners of triangles, (f, 3, 3) mm → (f, 3) rad."""
+    """Compute the angles at the corners of triangles, (f, 3, 3) mm → (f, 3) rad."""
     onward = np.roll(triangles, -1, axis=1) - triangles
     back = np.roll(triangles, 1, axis=1) - triangles
     return angle_between(onward, back)

@@ -1,24 +1,11 @@
 """Axis motion along a path, and its timing."""
 
 from fiveaxis.former import former_names
-from fiveaxis.motion.digest import motion_digest
-from fiveaxis.motion.fill import Fill, Filling
-from fiveaxis.motion.filling import (
-    PATH_TOLERANCE,
-    axis_deviation,
-    fill_in,
-    inside_rapids,
-    respaced,
-    tcp_deviation,
-    way_deviation,
-)
-from fiveaxis.motion.motion import Motion, follow, located
+from fiveaxis.motion.deviation import PATH_TOLERANCE, axis_deviation, joint_deviation, tcp_deviation
+from fiveaxis.motion.filling import Fill, Filling, fill_in, inside_rapids, respaced
+from fiveaxis.motion.motion import Motion, follow, located, motion_digest
 from fiveaxis.motion.planes import AXIS_TOLERANCE, FASTEST, AxisPlanes
-from fiveaxis.motion.program_motion import (
-    Interpolation,
-    Phase,
-    ProgramMotion,
-)
+from fiveaxis.motion.program_motion import Interpolation, Phase, ProgramMotion
 from fiveaxis.motion.rates import PeakRate, peak_rates
 from fiveaxis.motion.thinning import SPEED_TOLERANCE, Thinned, thinned
 from fiveaxis.motion.time_law import Samples, TimeLaw, time_motion
@@ -56,6 +43,7 @@ __all__ = [
     "fill_in",
     "follow",
     "inside_rapids",
+    "joint_deviation",
     "least_times",
     "located",
     "motion_digest",
@@ -68,7 +56,12 @@ __all__ = [
     "thinned",
     "time_motion",
     "times_rapids",
-    "way_deviation",
 ]
 
-__getattr__ = former_names(__name__, {"fill_in_rows": "fiveaxis.motion.fill_in"})
+__getattr__ = former_names(
+    __name__,
+    {
+        "fill_in_rows": "fiveaxis.motion.fill_in",
+        "way_deviation": "fiveaxis.motion.joint_deviation",
+    },
+)

@@ -1,4 +1,4 @@
-"""What bounds the speed of a motion: its feed, and the axes' highest speeds and accelerations."""
+"""Bounds on the speed of a motion: the axes' highest speeds and accelerations."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from fiveaxis.motion.timing import STANDSTILL
 
 @dataclass(frozen=True, eq=False)
 class AxisBounds:
-    """Highest speed and acceleration of every axis; infinite where the machine states none.
+    """Highest speed and acceleration of every axis; infinite if the machine states none.
 
     Parameters
     ----------
@@ -45,23 +45,24 @@ def axis_bounds(machine: Machine) -> AxisBounds:
         values = [getattr(axis, name) for axis in machine.axes]
         for axis, value in zip(machine.axes, values, strict=True):
             if value is not None and not value > 0.0:
-                shown = f"{axis.shown(value):g} {axis.unit}/{unit}"
                 raise MachineError(
-                    f"machine {machine.name!r}: {name} of {axis.letter} is {shown}; it must be above 0"
+                    f"machine {machine.name!r}: {name} of {axis.letter} is {axis.shown(value):g} "
+                    f"{axis.unit}/{unit}; it must be above 0"
                 )
         bounds[name] = np.array([np.inf if value is None else value for value in values])
     return AxisBounds(bounds["max_speed"], bounds["max_acceleration"])
 
 
 def require_motion(motion: Motion, machine: Machine) -> None:
-    """Raise unless a motion is one of this machine and made of numbers.
+    """Raise unless a motion belongs to this machine and can be timed.
 
     Raises
     ------
     ToolpathError
-        No rows; positions that aren't finite; times that aren't finite or negative; a move without a time.
+        No rows; positions that aren't finite; times that aren't finite or are negative; a move without a
+        time.
     MachineError
-        Other axes than the machine's.
+        The motion has other axes than the machine.
     """
     if motion.letters != machine.letters:
         raise MachineError(

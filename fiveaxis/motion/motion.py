@@ -1,7 +1,8 @@
-"""The motion of a machine along a path."""
+"""The motion of a machine along a path, and its digest."""
 
 from __future__ import annotations
 
+import hashlib
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -27,8 +28,8 @@ class Motion:
     time : (n,), s, duration of that move; 0 for the first row
     kind : (n,), `MoveKind` values
     source : (n,), line of the source
-    location : (n,), where each row lies among the locations of the path that was given: 3.25 lies a quarter
-        of the way from 3 to 4; None for a row at each of them
+    location : (n,), of each row among the locations of the given path: 3.25 is a quarter of the move from 3
+        to 4; None for one row at each location
     """
 
     letters: str
@@ -49,16 +50,16 @@ class Motion:
 
     @property
     def cutting(self) -> BoolArray:
-        """(n,), where the move that ends at the row cuts."""
+        """(n,), whether the move that ends at the row cuts."""
         return self.kind == MoveKind.CUT
 
     @property
     def rapid(self) -> BoolArray:
-        """(n,), where the move that ends at the row is a rapid move."""
+        """(n,), whether the move that ends at the row is a rapid move."""
         return self.kind == MoveKind.RAPID
 
     def at(self, rows: IntArray) -> Motion:
-        """Return some of the rows, given by their indices in order, as a motion without a name."""
+        """Return the motion of some rows, given by their indices in order."""
         return Motion(
             self.letters,
             self.positions[rows],
@@ -71,38 +72,34 @@ class Motion:
 
 
 def located(toolpath: Toolpath, motion: Motion) -> Toolpath:
-    """Give a path a location for each row of a motion along it, where the motion says where its rows lie.
+    """Refine a path to one location for each row of a motion along it, if the motion has `location`.
 
     Raises
     ------
     ToolpathError
-        The motion's rows lie on a path of another length, or not at all of its locations.
+        The path has another length, or the motion has no row at some of its locations.
     """
-    place = motion.location
-    if place is None or len(motion) == len(toolpath):
+    location = motion.location
+    if location is None or len(motion) == len(toolpath):
         return toolpath
-    given = place[place == np.floor(place)]
+    given = location[location == np.floor(location)]
     if not np.array_equal(given, np.arange(len(toolpath))):
         raise ToolpathError(
             f"has {len(toolpath)} locations, and the motion has rows at {len(given)}, the last at number "
-            f"{place[-1]:g}: it is along another path",
+            f"{location[-1]:g}: it is along another path",
             file=toolpath.name,
         )
-    return refined(toolpath, place)
+    return refined(toolpath, location)
 
 
 def follow(toolpath: Toolpath, machine: Machine, rotary: Array) -> Motion:
-    """Make the motion that takes the tool along a path with given rotary angles.
+    """Compute the motion along a path with given rotary angles; the tool turns about the path's pivots.
 
     Parameters
     ----------
     toolpath : the cutter locations
     machine : two rotary and three linear axes
     rotary : (n, 2), rad, chain order; turns count
-
-    Returns
-    -------
-    The motion; its tool turns about the path's pivots.
     """
     tips = toolpath.tips(tool_axes(machine, rotary))
     positions = linear_positions(machine, tips, rotary)
@@ -114,3 +111,22 @@ def follow(toolpath: Toolpath, machine: Machine, rotary: Array) -> Motion:
         kind=toolpath.kind,
         source=toolpath.source,
     )
+
+
+def motion_digest(motion: Motion, machine: Machine) -> str:
+    """Compute a digest, sha256 in hexadecimal, of the motion and machine that a verdict is about.
+
+    It covers positions, kinds of moves and the kinematic chain with the tool's length, but no durations: the
+    same motion at another speed takes the same path.
+    """
+    digest = hashlib.sha256(f"{motion.letters} {machine.code.text} {len(motion)}".encode())
+    lines = [(*joint.line.direction, *joint.line.point) for joint in machine.chain.joints]
+    for figures in (motion.positions, np.array(lines), machine.chain.tool_home):
+        digest.update(_bytes(figures))
+    digest.update(np.ascontiguousarray(motion.kind, dtype="<i8").tobytes())
+    return digest.hexdigest()
+
+
+def _bytes(figures: Array) -> bytes:
+    # Adding 0 turns −0 into 0.
+    return np.ascontiguousarray(np.asarray(figures, dtype="<f8") + 0.0).tobytes()

@@ -1,4 +1,4 @@
-"""A path in time: from speeds at nodes to phases in which the pace changes evenly."""
+"""A path in time: from speeds at nodes to phases of constant acceleration along the path."""
 
 from __future__ import annotations
 
@@ -11,29 +11,30 @@ from fiveaxis.geometry import Array, IntArray
 from fiveaxis.motion.bounds import AxisBounds
 from fiveaxis.motion.rounding import RoundedPath
 
-# mm: nodes nearer to each other are one.
+# mm: nodes closer together are one.
 ONE_NODE = 1e-9
-# s: shorter phases are rounding, and nothing can be found within them.
+# s: shorter phases are rounding.
 BRIEFEST = 1e-12
-# Intervals in the way on which the axes brake from the feed: the kink of quickest speeds is lost within one.
+# Intervals in the distance over which the axes brake from the feed: within one, the kink between accelerating
+# and braking is lost.
 NODES_PER_BRAKING = 8.0
-# Of a parabola: at least, per unit of |d₂ − d₁| (slopes must change little in an interval), at most.
+# Nodes of a parabola: at least, per unit of |d₂ − d₁| (slopes must change little in an interval), at most.
 FEWEST_NODES, NODES_PER_TURN, MOST_NODES = 2, 16.0, 32
-# Ratio of an axis's slopes at the ends of an interval up to which each end has its own speed bound.
+# Largest ratio of an axis's slopes at the ends of an interval at which each end has its own speed bound.
 FARTHEST_RATIO = 1.5
 
 
 @dataclass(frozen=True, eq=False)
 class Phases:
-    """Stretches of time in which the pace u̇ of the station changes evenly, in order.
+    """Intervals of time in which the pace u̇ of the station changes linearly, in order.
 
     Parameters
     ----------
     station : (p,), mm, at the start of each
     pace : (p,), mm/s, at the start
-    push : (p,), mm/s², its change
+    push : (p,), mm/s², rate of change of the pace
     duration : (p,), s
-    block : (p,), row of the motion in whose move it lies
+    block : (p,), row of the motion at which the phase's move ends
     """
 
     station: Array
@@ -47,7 +48,7 @@ class Phases:
 
     @cached_property
     def start(self) -> Array:
-        """(p,), s."""
+        """(p,), s, time at the start of each."""
         return np.cumsum(self.duration) - self.duration
 
     @property
@@ -75,10 +76,10 @@ class Phases:
 
 @dataclass(frozen=True, eq=False)
 class _Grid:
-    """A path cut into intervals, each within one block and on one straight side or one half of a parabola.
+    """A path divided into intervals, each within one block and on one straight side or half of a parabola.
 
     ``side``, ``blend`` and ``bend`` (s,) are those of `highest_speeds`; ``ceiling`` (s + 1,) is the highest
-    squared pace at each node, ``top`` (s,) within each straight piece; ``block`` (s,) counts rows.
+    squared pace at each node, ``top`` (s,) within each straight piece; ``block`` (s,) is a row.
     """
 
     node: Array
@@ -91,22 +92,23 @@ class _Grid:
 
 
 def run_phases(path: RoundedPath, station: Array, pace: Array, dwelling: Array, bounds: AxisBounds) -> Phases:
-    """Run along a path as quickly as its bounds allow.
+    """Compute the phases of the fastest run along a path within its bounds.
 
     Parameters
     ----------
-    path : l mm long
+    path : of the axes
     station : (n,), mm, of the rows
     pace : (n,), mm/s, at the feed of each block; NaN where nothing moves
-    dwelling : (n,), s, how long to rest at each row; 0 for no stop
-    bounds : of k axes
+    dwelling : (n,), s, rest at each row; 0 for none
+    bounds : of the axes
 
     Returns
     -------
     Phases of positive duration
     """
     if path.length == 0.0:
-        return _with_dwells(_no_phases(), station, dwelling)
+        none = np.zeros(0)
+        return _with_dwells(Phases(none, none, none, none, none.astype(np.int64)), station, dwelling)
     from fiveaxis.motion.reachability import highest_speeds  # numba is slow to load
 
     grid = _cut(path, station, pace, bounds)
@@ -132,7 +134,7 @@ def _cut(path: RoundedPath, station: Array, pace: Array, bounds: AxisBounds) -> 
     side = np.where(curved, corner - 1, path.side(middle))
     ends = np.stack([node[:-1], node[1:]])
     blends = np.where(curved, np.clip((ends - path.station[corner] + arm) / twice, 0.0, 1.0), 0.0)
-    # Row by row the first at or after an interval's middle: rows that stand still share a station.
+    # The first row at or after an interval's middle, as rows that stand still share a station.
     block = np.searchsorted(station, middle)
     first, second = path.directions[side], path.directions[np.minimum(side + 1, len(path.directions) - 1)]
     slopes = first + blends[:, :, None] * (second - first)
@@ -145,12 +147,12 @@ def _cut(path: RoundedPath, station: Array, pace: Array, bounds: AxisBounds) -> 
 
 
 def _speed_ceilings(slopes: Array, speed: Array) -> Array:
-    """Bound the squared pace at both ends of intervals so that no axis is too quick within.
+    """Bound the squared pace at both ends of intervals so that no axis is too fast within.
 
     An axis runs at ``g √x`` with g and x both linear. If both ends were at its bound v, with slopes of
     ratio r, it would reach ``g² x = v² · 4 (r² + r + 1)³ / (27 r² (r + 1)²)`` at ``(2 r + 1) / (3 r + 3)`` of
-    the interval: hardly more than v² while r is near 1, so both ends are lowered by that. Where r is far
-    from 1 the steeper end bounds both.
+    the interval. For r near 1 that is hardly more than v², and both ends are lowered by the ratio; otherwise
+    the steeper end bounds both.
 
     Parameters
     ----------
@@ -170,7 +172,7 @@ def _speed_ceilings(slopes: Array, speed: Array) -> Array:
 
 
 def _nodes(path: RoundedPath, station: Array, pace: Array, bounds: AxisBounds) -> Array:
-    """Stations at which anything changes, and enough of them on the parabolas."""
+    """Collect the stations at which bounds or slopes change, and enough of them on the parabolas."""
     inner = np.flatnonzero(path.arm > 0.0)
     arm, first, second = path.arm[inner], path.directions[inner - 1], path.directions[inner]
     moving = np.flatnonzero(np.isfinite(pace))
@@ -193,7 +195,7 @@ def _nodes(path: RoundedPath, station: Array, pace: Array, bounds: AxisBounds) -
 
 
 def _phases(path: RoundedPath, grid: _Grid, speeds: Array, bounds: AxisBounds) -> Phases:
-    """Three phases on a straight side (speeding up, cruising, braking), one on a piece of a parabola."""
+    """Build three phases on a straight side (accelerate, cruise, brake), one on a piece of a parabola."""
     length, straight = np.diff(grid.node), grid.bend == 0.0
     start, end = speeds[:-1], speeds[1:]
     with np.errstate(divide="ignore"):
@@ -201,37 +203,34 @@ def _phases(path: RoundedPath, grid: _Grid, speeds: Array, bounds: AxisBounds) -
     peak = np.minimum(grid.top, 0.5 * (start + end) + push * length)
     peak = np.where(straight, np.maximum(peak, np.maximum(start, end)), start)
     rising, falling = ((peak - x) / (2.0 * push) for x in (start, end))
-    ways = np.stack([rising, length - rising - falling, falling], axis=1)
-    ways = np.where(straight[:, None], np.maximum(ways, 0.0), np.stack([length, 0 * length, 0 * length], 1))
-    marks = np.sqrt(np.stack([start, peak, peak, end], axis=1))
-    marks[~straight, 1:] = marks[~straight, 3:]
-    return _timed(grid, ways, marks)
+    pieces = np.stack([rising, length - rising - falling, falling], axis=1)
+    whole = np.stack([length, 0 * length, 0 * length], axis=1)
+    pieces = np.where(straight[:, None], np.maximum(pieces, 0.0), whole)
+    paces = np.sqrt(np.stack([start, peak, peak, end], axis=1))
+    paces[~straight, 1:] = paces[~straight, 3:]
+    return _timed(grid, pieces, paces)
 
 
-def _timed(grid: _Grid, ways: Array, marks: Array) -> Phases:
-    used = ways > 0.0
-    station = (grid.node[:-1, None] + np.cumsum(ways, axis=1) - ways)[used]
-    way, pace, after = ways[used], marks[:, :-1][used], marks[:, 1:][used]
-    duration = 2.0 * way / (pace + after)
-    block = np.broadcast_to(grid.block[:, None], ways.shape)[used]
+def _timed(grid: _Grid, pieces: Array, paces: Array) -> Phases:
+    """Turn pieces of intervals, (s, 3) mm, with the paces at their ends, (s, 4), into phases."""
+    used = pieces > 0.0
+    station = (grid.node[:-1, None] + np.cumsum(pieces, axis=1) - pieces)[used]
+    pace, after = paces[:, :-1][used], paces[:, 1:][used]
+    duration = 2.0 * pieces[used] / (pace + after)
+    block = np.broadcast_to(grid.block[:, None], pieces.shape)[used]
     push = (after - pace) / duration
     long = duration > BRIEFEST
     return Phases(station[long], pace[long], push[long], duration[long], block[long])
 
 
-def _no_phases() -> Phases:
-    none = np.zeros(0)
-    return Phases(none, none, none, none, np.zeros(0, dtype=np.int64))
-
-
 def _with_dwells(phases: Phases, station: Array, dwelling: Array) -> Phases:
     """Insert rests at the rows that have them."""
     rows = np.flatnonzero(dwelling)
-    place = np.searchsorted(phases.station, station[rows] - ONE_NODE)
+    at = np.searchsorted(phases.station, station[rows] - ONE_NODE)
     return Phases(
-        station=np.insert(phases.station, place, station[rows]),
-        pace=np.insert(phases.pace, place, 0.0),
-        push=np.insert(phases.push, place, 0.0),
-        duration=np.insert(phases.duration, place, dwelling[rows]),
-        block=np.insert(phases.block, place, rows),
+        station=np.insert(phases.station, at, station[rows]),
+        pace=np.insert(phases.pace, at, 0.0),
+        push=np.insert(phases.push, at, 0.0),
+        duration=np.insert(phases.duration, at, dwelling[rows]),
+        block=np.insert(phases.block, at, rows),
     )

@@ -1,4 +1,4 @@
-"""The program's motion: every move that an NC program makes, from its approach to its lead-out."""
+"""The program's motion: every move of an NC program, from its approach to its retract."""
 
 from __future__ import annotations
 
@@ -8,12 +8,19 @@ from enum import IntEnum, StrEnum
 import numpy as np
 
 from fiveaxis.geometry import Array, BoolArray, IntArray
+from fiveaxis.kinematics import linear_positions, tool_poses
 from fiveaxis.machine import Machine
-from fiveaxis.motion.filling import turns_on_the_spot
-from fiveaxis.motion.leads import LAST, clear_way, lead_places
+from fiveaxis.motion.deviation import turns_on_the_spot
 from fiveaxis.motion.motion import Motion
 from fiveaxis.motion.timing import STANDSTILL, rapid_speeds
 from fiveaxis.toolpath import MoveKind
+
+# mm: length of the leads along the tool axis.
+LEAD_LENGTH = 5.0
+# mm: height above the lead's start at which a leg of Z begins or ends if Z has no limit.
+ABOVE = 100.0
+# Rows of a motion at which the lead-in ends and the lead-out begins.
+FIRST, LAST = 0, -1
 
 
 class Interpolation(StrEnum):
@@ -22,11 +29,11 @@ class Interpolation(StrEnum):
     JOINT = "joint"
     """All axes run linearly in time."""
     TCP = "tcp"
-    """The control leads the tool's tip straight, and the rotary axes turn in proportion."""
+    """The tool's tip moves straight, and the rotary axes turn in proportion."""
 
 
 class Phase(IntEnum):
-    """What a move of a program is for."""
+    """The purpose of a move in a program."""
 
     APPROACH = 0
     LEAD_IN = 1
@@ -37,13 +44,13 @@ class Phase(IntEnum):
 
 @dataclass(frozen=True, eq=False)
 class ProgramMotion:
-    """Every move of a program, one row a block.
+    """Every move of a program, one row per block.
 
     Parameters
     ----------
-    motion : m rows; row 0 is where the approach begins, and no move ends there
+    motion : m rows; row 0 is the start of the approach, at which no move ends
     phase : (m,), `Phase` values
-    interpolation : how the control moves from row to row
+    interpolation : of the control, from row to row
     first : the row of the path's first location
     """
 
@@ -65,30 +72,32 @@ class ProgramMotion:
     ) -> ProgramMotion:
         """Put approach, lead-in, lead-out and retract around the blocks of a path.
 
-        The rotary axes turn where the tool stands, X and Y go above the first location, and Z comes down to
-        the lead-in; a tip under TCP comes there in one move, from anywhere. Both leads are straight, at the
-        feed of the cut that they lead to or from.
+        The rotary axes turn first, X and Y move above the first location, and Z comes down to the lead-in;
+        under TCP interpolation the tip comes there in one move. Both leads are straight, at the feed of the
+        cut that they lead to or from.
 
         Parameters
         ----------
-        blocks : of the path, the first row where it begins
-        lead_in, lead_out : (k,), mm, from the first or last location off the part; by default `clear_way`
-        retract : mm, axis value of Z to which the program goes up at its end; None where it doesn't, or
-            nobody knows where that is
+        blocks : of the path
+        lead_in, lead_out : (k,), mm, from the first or last location off the part; by default `axis_lead`
+        retract : mm, axis value of Z to which the program retracts at its end; None for no retract, or one to
+            an unknown height
         """
-        lead_in = clear_way(blocks, machine) if lead_in is None else lead_in
-        lead_out = clear_way(blocks, machine, row=LAST) if lead_out is None else lead_out
-        raised, start, _ = lead_places(blocks, machine, lead_in)
+        lead_in = axis_lead(blocks, machine) if lead_in is None else lead_in
+        lead_out = axis_lead(blocks, machine, row=LAST) if lead_out is None else lead_out
+        leads_in, leads_out = (bool(np.linalg.norm(lead) > STANDSTILL) for lead in (lead_in, lead_out))
+        raised, start, _ = lead_positions(blocks, machine, lead_in)
+        end = blocks.positions[-1] + lead_out
         before = [raised] if interpolation is Interpolation.JOINT else []
-        before += [start] if _length(lead_in) > STANDSTILL else []
-        after = [blocks.positions[-1] + lead_out] if _length(lead_out) > STANDSTILL else []
-        above = [] if retract is None else [_at_z(blocks.positions[-1] + lead_out, machine, retract)]
+        before += [start] * leads_in
+        after = [end] * leads_out
+        above = [] if retract is None else [_at_z(end, machine, retract)]
         phase = [
-            *(Phase.APPROACH for _ in before),
-            Phase.LEAD_IN if _length(lead_in) > STANDSTILL else Phase.APPROACH,
-            *(Phase.PATH for _ in blocks.time[1:]),
-            *(Phase.LEAD_OUT for _ in after),
-            *(Phase.RETRACT for _ in above),
+            *[Phase.APPROACH] * len(before),
+            Phase.LEAD_IN if leads_in else Phase.APPROACH,
+            *[Phase.PATH] * (len(blocks) - 1),
+            *[Phase.LEAD_OUT] * len(after),
+            *[Phase.RETRACT] * len(above),
         ]
         motion = _extended(blocks, machine, before, [*after, *above], np.array(phase))
         return cls(motion, np.array(phase, dtype=np.int64), interpolation, len(before))
@@ -98,7 +107,7 @@ class ProgramMotion:
 
     @property
     def blocks(self) -> Motion:
-        """The path's own rows, from its first location to its last, with no duration before the first."""
+        """The rows of the path, from its first location to its last; the first has no duration."""
         found = self.motion.at(np.arange(self.first, self.last + 1))
         return replace(found, time=np.concatenate([[0.0], found.time[1:]]))
 
@@ -109,27 +118,78 @@ class ProgramMotion:
 
     @property
     def lead_in(self) -> Array:
-        """(k,), mm, from the first location to where the lead-in begins."""
+        """(k,), mm, from the first location to the start of the lead-in."""
         return self._step(self.first, Phase.LEAD_IN, -1.0)
 
     @property
     def lead_out(self) -> Array:
-        """(k,), mm, from the last location to where the lead-out ends."""
+        """(k,), mm, from the last location to the end of the lead-out."""
         return self._step(min(self.last + 1, len(self) - 1), Phase.LEAD_OUT, 1.0)
 
     def _step(self, row: int, phase: Phase, sign: float) -> Array:
         return sign * self.motion.moves[row] * float(self.phase[row] == phase)
 
     def rewinds(self, machine: Machine) -> BoolArray:
-        """(m,), moves in which nothing but rotary axes turns, back by whole turns."""
+        """Find the moves, (m,), that only turn rotary axes back by whole turns."""
         turned = np.abs(self.motion.moves[:, machine.rotary_columns]).max(axis=1, initial=0.0) > np.pi
         return np.asarray(turned & turns_on_the_spot(machine, self.motion.moves))
+
+
+def axis_lead(
+    motion: Motion,
+    machine: Machine,
+    direction: Array | None = None,
+    length: float = LEAD_LENGTH,
+    *,
+    row: int = FIRST,
+) -> Array:
+    """Compute a straight lead, (k,) mm, from the first or last location off the part, within axis limits.
+
+    It is zero if the path doesn't begin, or end, with a cut. With fixed rotary axes the linear axes are
+    linear in the tip, so a limit shortens the lead in proportion.
+
+    Parameters
+    ----------
+    direction : (3,), unit vector, workpiece frame, instead of the tool axis
+    length : mm
+    row : `FIRST` or `LAST`
+    """
+    location = motion.positions[row : row + 1 or None]
+    if motion.kind[row] != MoveKind.CUT:
+        return np.zeros(location.shape[1])
+    tip, axis = tool_poses(machine, location)
+    end = tip + length * (axis if direction is None else direction)
+    lead = (linear_positions(machine, end, location[:, machine.rotary_columns]) - location)[0]
+    room = np.where(lead > 0.0, machine.high - location[0], location[0] - machine.low)
+    moving = np.abs(lead) > STANDSTILL
+    fraction = float(np.min(room[moving] / np.abs(lead[moving]), initial=1.0))
+    return max(fraction, 0.0) * np.where(moving, lead, 0.0)
+
+
+def lead_positions(motion: Motion, machine: Machine, lead: Array, *, row: int = FIRST) -> Array:
+    """Return the positions of an approach, (3, k): start and end of its leg of Z, and the location.
+
+    A lead-out passes the same positions in reverse.
+
+    Parameters
+    ----------
+    lead : (k,), mm, from the location to the end of the leg of Z
+    row : `FIRST` or `LAST`
+    """
+    location = motion.positions[row]
+    end = location + lead
+    if "Z" not in machine.letters:
+        return np.array([end, end, location])
+    column = machine.column("Z")
+    top = float(machine.high[column])
+    height = max(top, end[column]) if np.isfinite(top) else end[column] + ABOVE
+    return np.array([_at_z(end, machine, height), end, location])
 
 
 def _extended(
     blocks: Motion, machine: Machine, before: list[Array], after: list[Array], phase: IntArray
 ) -> Motion:
-    """Add rows before and after a motion: rapid moves, but for the leads, which go at the feed of the cut."""
+    """Add rows before and after a motion: rapid moves, except leads, which have the feed of the cut."""
     owner = np.concatenate(
         [np.zeros(len(before), int), np.arange(len(blocks)), np.full(len(after), len(blocks) - 1)]
     )
@@ -147,11 +207,7 @@ def _extended(
     return replace(found, positions=positions, time=time, kind=kind)
 
 
-def _at_z(place: Array, machine: Machine, z: float) -> Array:
-    above = place.copy()
+def _at_z(position: Array, machine: Machine, z: float) -> Array:
+    above = position.copy()
     above[machine.column("Z")] = z
     return above
-
-
-def _length(way: Array) -> float:
-    return float(np.linalg.norm(way))

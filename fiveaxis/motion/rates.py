@@ -1,4 +1,4 @@
-"""How fast rotary axes turn, and how suddenly."""
+"""Peak speeds and accelerations of the rotary axes."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from fiveaxis.motion.motion import Motion
 
 @dataclass(frozen=True)
 class PeakRate:
-    """What a motion asks of one rotary axis at most.
+    """The peaks of one rotary axis in a motion.
 
     Parameters
     ----------
     speed : rad/s, mean over a move
-    acceleration : rad/s², change of that from one cutting move to the next, over the mean of their times
-    fastest, most_sudden : rows at which the moves end; None where nothing turns
+    acceleration : rad/s², its change from one cutting move to the next, over the mean of their durations
+    fastest, most_sudden : rows at which these moves end; None if the axis doesn't turn
     """
 
     speed: float
@@ -39,10 +39,9 @@ class PeakRate:
 
 
 def peak_rates(machine: Machine, motion: Motion) -> dict[str, PeakRate]:
-    """Find the highest speed and change of speed of every rotary axis, by letter.
+    """Find the highest speed and acceleration of every rotary axis, by letter.
 
-    Speeds are means over moves: what the axes do between two locations is for a time law to say
-    (`time_motion`).
+    Speeds are means over moves; a time law has those within a move (`time_motion`).
     """
     timed = motion.time > 0.0
     turns = motion.moves[:, machine.rotary_columns]
@@ -60,7 +59,7 @@ def peak_rates(machine: Machine, motion: Motion) -> dict[str, PeakRate]:
 
 
 def _peak(values: Array) -> tuple[float, int | None]:
-    """Give the largest value and its row, None where all are 0."""
+    """Return the largest value and its row, None if all are 0."""
     if not values.any():
         return 0.0, None
     row = int(np.argmax(values))

@@ -1,10 +1,10 @@
-"""Highest speeds along a path from which every bound can still be met, compiled.
+"""Highest speeds along a path within all bounds, compiled.
 
 The unknown is ``x = u̇²``, the squared speed of the station u along the path; its slope is twice ``w = ü``.
-Axis a runs at ``q'ₐ u̇`` and accelerates at ``q'ₐ w + q''ₐ x``: linear in (w, x), so that in each interval of
-the path two-variable linear programs tell all (TOPP-RA). Here w is constant in an interval, hence x is linear
-there, and so is q', since the path is made of straight lines and parabolas; the acceleration is then linear
-too, and what holds at both ends of an interval holds within it.
+Axis a runs at ``q'ₐ u̇`` and accelerates at ``q'ₐ w + q''ₐ x``, which is linear in (w, x), so each interval of
+the path needs only two-variable linear programs (TOPP-RA). Here w is constant in an interval, so x is linear,
+and so is q', as the path consists of straight lines and parabolas. The acceleration is then linear too, and
+bounds that hold at both ends of an interval hold within it.
 
 References
 ----------
@@ -19,9 +19,9 @@ import numpy as np
 from fiveaxis.compiled import compiled
 from fiveaxis.geometry import Array, IntArray
 
-# Steps of Newton's method on a convex function made of a few straight pieces; it takes two or three.
+# Most steps of Newton's method on a convex, piecewise linear function; it takes two or three.
 MOST_STEPS = 50
-# A slope that is less, of the change of q' in a corner, is 0: A / g would drown all digits of w.
+# Slopes below this share of the change of q' in a corner are 0: A / g would exceed the precision of w.
 NO_SLOPE = 1e-9
 
 
@@ -37,17 +37,17 @@ def highest_speeds(
 ) -> Array:
     """Find the highest squared speeds at the nodes of a path from rest to rest.
 
-    Backwards: the speeds from which the rest of the path can be run within bounds (from 0 to a highest one,
-    as standing still is always allowed). Forwards: as quick as these allow.
+    A backward pass finds the highest speeds from which the rest of the path can be run within bounds; all
+    lower speeds are possible too. A forward pass accelerates as much as these allow.
 
     Parameters
     ----------
     directions : (m, k), per mm, q' on the straight sides of the path
     before : (s,), the side on which, or after which, each interval lies
-    blend : (s,), how far q' has gone from that side's to the next one's at the interval's start, 0 … 1
-    bend : (s,), 1/mm, how fast it goes there; 0 on a straight side
+    blend : (s,), share of the change from that side's q' to the next one's at the interval's start, 0 … 1
+    bend : (s,), 1/mm, rate of that change; 0 on a straight side
     length : (s,), mm
-    ceiling : (s + 1,), (mm/s)², bound at the nodes from feed, axis speeds and stops
+    ceiling : (s + 1,), (mm/s)², bound at the nodes by feed, axis speeds and stops
     acceleration : (k,), mm/s² and rad/s²; infinite for no bound
 
     Returns
@@ -80,7 +80,7 @@ def highest_speeds(
 
 @compiled
 def _along_side(direction: Array, acceleration: Array) -> float:
-    """Highest acceleration along a straight side, which all axes share."""
+    """Return the highest acceleration along a straight side."""
     most = np.inf
     for a in range(len(direction)):
         if direction[a] != 0.0:
@@ -99,14 +99,14 @@ def _controllable(
     ceiling: float,
     following: float,
 ) -> float:
-    """Highest x at an interval's start from which some w leads to at most `following` at its end.
+    """Find the highest x at an interval's start from which some w leads to at most `following` at its end.
 
-    The lower end of the range of w is convex in x and the upper one concave, and at x = 0 the range contains
-    0: Newton's method from the right runs down to the highest x at which they meet, and ends there exactly.
+    The lower end of the range of w is convex in x, the upper one concave, and at x = 0 the range contains 0.
+    Newton's method from the right therefore ends exactly at the highest x at which they meet.
     """
     x = ceiling
     for a in range(len(first)):
-        # Where an axis turns back, w doesn't move it, and x alone must keep within its bound.
+        # Where an axis reverses, its acceleration depends on x alone.
         f = bend * (second[a] - first[a])
         start = first[a] + blend * (second[a] - first[a])
         none = NO_SLOPE * abs(second[a] - first[a])
@@ -116,7 +116,7 @@ def _controllable(
         low, low_slope, high, high_slope = _range_at(
             x, first, second, blend, bend, length, acceleration, following
         )
-        # Slopes come closer than rounding only where the bounds hold anyway.
+        # Slopes are equal up to rounding only where the bounds hold anyway.
         if low <= high or not low_slope > high_slope:
             break
         x -= (low - high) / (low_slope - high_slope)
@@ -134,10 +134,10 @@ def _range_at(
     acceleration: Array,
     following: float,
 ) -> tuple[float, float, float, float]:
-    """Range of w at squared speed x, and how both of its ends change with x.
+    """Compute the range of w at squared speed x, and the derivatives of its ends with respect to x.
 
     At the start an axis accelerates at ``g w + f x`` with ``g = q'``, ``f = q''``. At the end of the interval
-    of length h, ``q' + h q''`` and ``x + 2 h w`` take their places, which makes ``g = q' + 3 h q''``.
+    of length h, ``q' + h q''`` and ``x + 2 h w`` replace q' and x, so ``g = q' + 3 h q''``.
     """
     low, low_slope = -x / (2.0 * length), -0.5 / length
     high, high_slope = (following - x) / (2.0 * length), -0.5 / length
@@ -150,7 +150,7 @@ def _range_at(
         for g in (start, start + 3.0 * length * f):
             if abs(g) <= none:
                 continue
-            # g w + f x ≤ A and ≥ −A: for g < 0 the two change places.
+            # g w + f x ≤ A and ≥ −A; for g < 0 the two are exchanged.
             bound = acceleration[a] / abs(g)
             slope = -f / g
             if slope * x - bound > low:

@@ -1,12 +1,12 @@
-"""A path through the axes' values with its corners rounded, so that axes can pass them without stopping.
+"""A path in axis space with its corners rounded, so that axes can pass them without stopping.
 
-Axes run straight from row to row. Lengths along the path, its *stations*, are measured in mm with rotary axes
-on a lever, ``|Δ|² = Σ Δ_linear² + (reach · Δ_rotary)²``, and stay those of the polygon. With the unit vectors
-``d₁``, ``d₂`` before and after a corner at station U, the path within ``a`` of it is the parabola
+Axes run straight from row to row. Lengths along the path, its *stations*, are measured in mm with a lever for
+rotary axes, ``|Δ|² = Σ Δ_linear² + (lever · Δ_rotary)²``, and stay those of the polygon. With the unit
+vectors ``d₁``, ``d₂`` before and after a corner at station U, the path within ``a`` of it is the parabola
 
     q(u) = q_polygon(u) + (d₂ − d₁) (a − |u − U|)² / (4 a),        q'' = (d₂ − d₁) / (2 a),
 
-which joins both sides with one tangent and passes the corner at a distance of ``a |d₂ − d₁| / 4``.
+which is tangential to both sides and passes the corner at a distance of ``a |d₂ − d₁| / 4``.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ import numpy as np
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.motion.timing import STANDSTILL
 
-# Directions that differ by less are one: the rounding of sums of coordinates.
+# Directions that differ by less are equal but for rounding.
 STRAIGHT = 1e-9
 
 
@@ -30,8 +30,8 @@ class RoundedPath:
     ----------
     corners : (m, k), mm and rad, start, corners and end; axes run straight between them
     station : (m,), mm, of the corners along the polygon
-    directions : (m − 1, k), per mm of station: axis values gained on each side
-    arm : (m,), mm, how far before and after a corner its parabola reaches; 0 at start, end and stops
+    directions : (m − 1, k), change of the axis values per mm of station on each side
+    arm : (m,), mm, reach of a corner's parabola before and after it; 0 at start, end and stops
     """
 
     corners: Array
@@ -45,17 +45,17 @@ class RoundedPath:
         return float(self.station[-1])
 
     def nearest(self, station: Array) -> IntArray:
-        """Find the corner whose parabola may reach a station: the sides are shared out among the arms."""
+        """Find the corner whose parabola may reach a station."""
         side = self.side(station)
         return side + (station > self.station[side + 1] - self.arm[side + 1])
 
     def side(self, station: Array) -> IntArray:
-        """Find the side of the polygon that a station lies on."""
+        """Find the side of the polygon on which a station lies."""
         found = np.searchsorted(self.station, station, side="right") - 1
         return np.clip(found, 0, len(self.directions) - 1)
 
     def at(self, station: Array) -> tuple[Array, Array, Array]:
-        """Compute axis values and their first and second derivative by station.
+        """Compute axis values and their first and second derivatives with respect to the station.
 
         Parameters
         ----------
@@ -78,7 +78,7 @@ class RoundedPath:
 
     @property
     def bends(self) -> Array:
-        """(m, k), per mm²: second derivative in the parabola of each corner; 0 where it has none."""
+        """(m, k), per mm²: second derivative in each corner's parabola; 0 without one."""
         turns = np.zeros_like(self.corners)
         turns[1:-1] = np.diff(self.directions, axis=0)
         twice = 2.0 * self.arm[:, None]
@@ -91,16 +91,16 @@ def round_corners(
     """Round the corners of a path, each within its tolerance and its share of the sides.
 
     A corner's arm ends where its neighbour's begins: a side is shared in proportion to the shorter sides of
-    its two corners. Where a sampled curve is rounded, all arms meet, and the parabolas have the curve's own
-    curvature; such a corner is told by the distance at which its widest parabola passes it.
+    its two corners. On a sampled curve all arms meet, and the parabolas have the curve's curvature. A corner
+    is part of such a curve if its widest parabola passes it closely enough.
 
     Parameters
     ----------
     positions : (n, k), mm and rad
     lever : (k,), 1 for linear axes, mm per rad for rotary ones
-    stops : (n,), rows that are corners with a stop in any case
-    tolerance : mm, how near a corner must be passed; 0 stops there
-    smooth : mm, a corner passed nearer than this at its widest is part of a curve, never stopped at
+    stops : (n,), rows with a stop in any case
+    tolerance : mm, within which a corner must be passed; 0 stops there
+    smooth : mm, a corner whose widest parabola passes it within this is part of a curve and gets no stop
 
     Returns
     -------
@@ -134,36 +134,36 @@ def round_corners(
 
 
 def _ends(lengths: Array) -> Array:
-    """Stations of the ends of sides."""
+    """Return the stations of the ends of sides."""
     return np.concatenate([[0.0], np.cumsum(lengths)])
 
 
 def _sides(points: Array, lever: Array) -> tuple[Array, Array]:
-    """Lengths and directions of a polygon's sides."""
+    """Return lengths and directions of a polygon's sides."""
     moves = np.diff(points, axis=0)
     lengths = np.linalg.norm(moves * lever, axis=1)
     return lengths, moves / lengths[:, None]
 
 
 def _shares(sides: Array) -> Array:
-    """Share out each side among its corners: how far every corner's arms may reach, (m − 2,)."""
+    """Divide each side between its corners: return the largest arm of every corner, (m − 2,)."""
     if len(sides) < 2:
         return np.zeros(0)
     weight = np.minimum(sides[:-1], sides[1:])
-    # Start and end take as much as a corner would, so that a straight piece is left to start on.
+    # Start and end take as much as a corner would, which leaves a straight piece there.
     weight = np.concatenate([sides[:1], weight, sides[-1:]])
     near = sides * weight[:-1] / (weight[:-1] + weight[1:])
     return np.minimum((sides - near)[:-1], near[1:])
 
 
 def _moving_rows(scaled: Array) -> IntArray:
-    """Rows that lie off the row kept before them; a row that stands still is its predecessor again."""
+    """Find the rows that differ from the row kept before them."""
     steps = np.linalg.norm(np.diff(scaled, axis=0), axis=1)
-    # The row kept before is within STANDSTILL of the row before, so these are off both.
+    # The row before is within STANDSTILL of the last kept one, so rows beyond twice that differ from both.
     kept = np.concatenate([[True], steps > 2.0 * STANDSTILL])
     last = 0
     for row in np.flatnonzero(~kept).tolist():
-        # Measured from the last kept row, not row by row: many tiny steps are a move.
+        # Measured from the last kept row, as many tiny steps add up to a move.
         last = row - 1 if kept[row - 1] else last
         kept[row] = np.linalg.norm(scaled[row] - scaled[last]) > STANDSTILL
     return np.flatnonzero(kept)

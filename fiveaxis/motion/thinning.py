@@ -1,4 +1,4 @@
-"""Needless blocks: locations that a control passes at the same moment when they aren't written."""
+"""Redundant blocks: locations that a control passes at the same time without a block."""
 
 from __future__ import annotations
 
@@ -11,47 +11,47 @@ import numpy as np
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.kinematics import linear_positions, tool_axes, tool_poses
 from fiveaxis.machine import Machine
-from fiveaxis.motion.filling import WRITTEN_TOLERANCE, turns_on_the_spot
+from fiveaxis.motion.deviation import WRITTEN_TOLERANCE, turns_on_the_spot
 from fiveaxis.motion.motion import Motion
 from fiveaxis.motion.planes import AXIS_TOLERANCE
 from fiveaxis.motion.timing import standing_speeds
 from fiveaxis.toolpath import Toolpath
 
-# Blocks of one span differ in the speed along the way by less than this, relative.
+# Largest relative difference of the path speeds of the blocks in one span.
 SPEED_TOLERANCE = 0.01
-# The way is compared at the ends and the middle of every given block. A parabola through three places within
-# r of the way stays within 1.25 r of it between them.
+# The path is compared at the ends and the middle of every given block. A parabola through three points within
+# r of the path stays within 1.25 r of it between them.
 BETWEEN = 1.25
-# Between the ends of unit vectors that are as far apart as the tool axes may be, there.
+# Largest distance between the ends of the tool axes' unit vectors at these points.
 LARGEST_CHORD = 2.0 * math.sin(AXIS_TOLERANCE / BETWEEN / 2.0)
-# s: a block of no duration has no moment in it.
+# s: a shorter block has no duration.
 SHORTEST = 1e-9
-# Spans are sought within stretches of so many rows, all stretches at once; in stretches of so many times the
-# rows where they hold fewer spans than that on average, as each stretch ends with one cut short.
-STRETCH, LONGER = 64, 8
-# mm, rad, and a share of speeds: rounding.
+# Spans are searched in parallel within sections of this many rows. Each section ends with a truncated span,
+# so sections grow by the second factor while they hold fewer spans than that on average.
+SECTION, LONGER = 64, 8
+# Rounding, in mm and rad, and as a share of speeds.
 ROUNDING = 5e-7
 
 
 @dataclass(frozen=True, eq=False)
 class Thinned:
-    """A motion without its needless blocks.
+    """A motion without its redundant blocks.
 
     Parameters
     ----------
-    motion : m rows, what the blocks say
+    motion : m rows, the blocks
     kept : (m,), rows of the given motion
-    driven : n rows: where that takes the axes, at the moment of every given row
+    course : the given motion
     """
 
     motion: Motion
     kept: IntArray
-    driven: Motion
+    course: _Course
 
-    @property
-    def removed(self) -> int:
-        """How many rows were needless."""
-        return len(self.driven) - len(self.motion)
+    @cached_property
+    def driven(self) -> Motion:
+        """N rows: the axes at the time of every given row when only the kept ones are written."""
+        return replace(self.course.motion, positions=self.course.driven(self.kept))
 
 
 def thinned(
@@ -66,54 +66,44 @@ def thinned(
     planes: Array | None = None,
     inside: BoolArray | None = None,
 ) -> Thinned:
-    """Leave out the rows that a control passes by itself, at the moment at which it would.
+    """Remove the rows that a control passes at the same time without a block.
 
-    The control moves all axes linearly in time from one kept row to the next or, where it leads the tip, the
-    tip straight and the rotary axes in proportion. All along, the tool's centre stays within the tolerance of
-    where the given motion has it at that moment (on the straight way between given rows), and so does the
-    contact at rows that know one; the tool axis stays within `AXIS_TOLERANCE` of the given one, and of its
-    plane. It is always the given motion that is compared with, so nothing adds up. A span of blocks takes
-    their time together, and holds no change of kind or feed, no turn on the spot and no block of another
-    speed. An axis that stands in one of its blocks stands in all of it: many drives take their whole power
-    however slowly they move.
+    From one kept row to the next the control moves all axes linearly in time or, with TCP interpolation, the
+    tip straight and the rotary axes in proportion. The tool's centre, and the contact where one is known,
+    stay within the tolerance of their positions in the given motion at the same time. The tool axis stays
+    within `AXIS_TOLERANCE` of the given one and of its plane. As the given motion is always the reference,
+    deviations don't add up. A span that becomes one block keeps its duration; it contains no change of kind,
+    feed or speed and no turn on the spot. An axis that stands in one block of a span stands in the whole
+    span, since many drives draw their full power however slowly they move.
 
-    Spans are as long as they can be from where they begin; of those that come out no two neighbours could be
-    one.
+    Each span is as long as possible from its start, and no two neighbouring spans could be one.
 
     Parameters
     ----------
-    toolpath, motion : n locations and the axes there, as `fill_in` gives them
+    toolpath, motion : n locations and the axes there, as from `fill_in`
     machine : two rotary and three linear axes
     tolerance : mm
-    max_turn : rad, of a rotary axis in one block that stands for several
-    tcp : whether the control leads the tip
+    max_turn : rad, of a rotary axis in a block that replaces several
+    tcp : whether the control interpolates the tip
     needed : (n,), rows that stay in any case
-    planes : (n, 3), unit vectors at right angles to the plane in which the tool axis stays in the move to
-        each row (`AxisPlanes.demanded`); zero where there is none
-    inside : (n,), rows within rapid moves (`inside_rapids`), which get no block in any case
+    planes : (n, 3), unit normals of the planes of the tool axis in the move to each row
+        (`AxisPlanes.demanded`); zero where there is none
+    inside : (n,), rows within rapid moves (`inside_rapids`), which never get a block
     """
     if inside is not None and inside.any():
-        # A span may not end at one of them.
+        # A span must not end at one of them.
         needed = motion.rapid if needed is None else motion.rapid | needed
-    course = _Course(toolpath, machine, motion, tolerance / BETWEEN, max_turn, tcp, needed, planes)
+    course = _Course(toolpath, machine, motion, tolerance / BETWEEN, max_turn, tcp, needed, planes, inside)
     kept = _joined(course, _longest_spans(course))
     kept = kept if inside is None else kept[~inside[kept]]
-    time = np.append(0.0, np.add.reduceat(motion.time, kept[:-1] + 1)) if len(kept) > 1 else motion.time[kept]
     # The last span of `reduceat` runs to the end, and the last row is always kept.
-    few = Motion(
-        letters=motion.letters,
-        positions=motion.positions[kept],
-        feed=motion.feed[kept],
-        time=time,
-        kind=motion.kind[kept],
-        source=motion.source[kept],
-    )
-    return Thinned(few, kept, replace(motion, positions=course.driven(kept, inside)))
+    time = np.append(0.0, np.add.reduceat(motion.time, kept[:-1] + 1)) if len(kept) > 1 else motion.time[kept]
+    return Thinned(replace(motion.at(kept), time=time, location=None), kept, course)
 
 
 @dataclass(frozen=True, eq=False)
 class _Course:
-    """The given motion, and whether spans of it can be single blocks."""
+    """The given motion, and checks whether spans of it can be single blocks."""
 
     path: Toolpath
     machine: Machine
@@ -123,10 +113,11 @@ class _Course:
     tcp: bool
     needed: BoolArray | None
     planes: Array | None
+    inside: BoolArray | None
 
     @cached_property
     def clock(self) -> Array:
-        """(n,), s, at each row."""
+        """(n,), s, time of each row."""
         return np.cumsum(self.motion.time)
 
     @cached_property
@@ -141,12 +132,12 @@ class _Course:
 
     @cached_property
     def middles(self) -> Array:
-        """(n, 3), mm: halfway on the chord to each row; the first row's own place."""
+        """(n, 3), mm: tool's centre halfway on the chord to each row; at the first row itself."""
         centre = self.path.centres(self.poses[1])
         return (centre + np.concatenate([centre[:1], centre[:-1]])) / 2.0
 
     @cached_property
-    def leanings(self) -> Array:
+    def middle_axes(self) -> Array:
         """(n, 3), unit vectors: the tool axis halfway in the move to each row."""
         return tool_axes(
             self.machine, self.rotary - np.diff(self.rotary, axis=0, prepend=self.rotary[:1]) / 2.0
@@ -154,19 +145,19 @@ class _Course:
 
     @cached_property
     def speed(self) -> Array:
-        """(n,), mm/s, along the way in the block to each row."""
+        """(n,), mm/s, along the path in the block to each row."""
         lasting = self.motion.time > SHORTEST
         return np.divide(self.path.lengths, self.motion.time, out=np.zeros(len(self.motion)), where=lasting)
 
     @cached_property
     def moving_before(self) -> Array:
-        """(n, k), s, that each axis has moved for up to each row."""
+        """(n, k), s, for how long each axis has moved up to each row."""
         moving = np.abs(self.motion.moves) >= standing_speeds(self.machine) * self.motion.time[:, None]
         return np.cumsum(np.where(moving, self.motion.time[:, None], 0.0), axis=0)
 
     @cached_property
     def needed_before(self) -> IntArray:
-        """(n,), how many rows up to each one have to stay."""
+        """(n,), number of rows up to each one that have to stay."""
         motion = self.motion
         stays = np.zeros(len(motion), dtype=bool) if self.needed is None else self.needed.copy()
         stays[:-1] |= (np.diff(motion.kind) != 0) | (np.diff(motion.feed) != 0.0)
@@ -178,7 +169,7 @@ class _Course:
 
     @cached_property
     def next_pair(self) -> IntArray:
-        """(n,), the next row, from each one on, where two blocks can be one; else the last row."""
+        """(n,), the first row from each one on at which two blocks can be one; else the last row."""
         end = len(self.motion) - 1
         first = np.arange(max(end - 1, 0))
         rows = np.full(end + 1, end)
@@ -186,7 +177,7 @@ class _Course:
         return np.asarray(np.minimum.accumulate(rows[::-1])[::-1])
 
     def fits(self, first: IntArray, last: IntArray) -> BoolArray:
-        """Tell of spans, from row to row, (s,), which can be single blocks."""
+        """Check which spans, from row to row, (s,), can be single blocks."""
         single = last - first == 1
         ok = self.needed_before[last - 1] == self.needed_before[first]
         turns = np.abs(self.rotary[last] - self.rotary[first]).max(axis=1, initial=0.0)
@@ -198,10 +189,10 @@ class _Course:
         return ok | single
 
     def _keeps_standing(self, first: IntArray, last: IntArray) -> BoolArray:
-        """Tell of spans, (s,), in which every axis that would move does so in all of their blocks."""
+        """Check in which spans, (s,), every axis that would move does so in all of their blocks."""
         lasts = (self.clock[last] - self.clock[first])[:, None]
-        way = np.abs(self.motion.positions[last] - self.motion.positions[first])
-        moves = way >= standing_speeds(self.machine) * lasts
+        travel = np.abs(self.motion.positions[last] - self.motion.positions[first])
+        moves = travel >= standing_speeds(self.machine) * lasts
         stands = lasts - (self.moving_before[last] - self.moving_before[first]) > SHORTEST
         return np.asarray(~(moves & stands).any(axis=1))
 
@@ -217,19 +208,19 @@ class _Course:
         tip, axis = self._poses(ends, first[span], last[span])
         height = self.path.zone.height
         off = np.linalg.norm(tip + height * axis - self.path.centres(axis, row), axis=1)
-        bad = (off > self.tolerance) | self._leans_off(axis, self.poses[1][row], row)
+        bad = (off > self.tolerance) | self._tilts_off(axis, self.poses[1][row], row)
         level &= ~np.logical_or.reduceat(bad, begins)
-        # Most spans that are too long already show it there.
+        # Most spans that are too long have failed by now, so the middles are compared in the others only.
         left = np.flatnonzero(level[span])
         at, of = row[left], span[left]
-        halfway, leaning = self._poses(middle[left], first[of], last[of])
-        bad[left] |= np.linalg.norm(halfway + height * leaning - self.middles[at], axis=1) > self.tolerance
-        bad[left] |= self._leans_off(leaning, self.leanings[at], at)
+        tip, axis = self._poses(middle[left], first[of], last[of])
+        bad[left] |= np.linalg.norm(tip + height * axis - self.middles[at], axis=1) > self.tolerance
+        bad[left] |= self._tilts_off(axis, self.middle_axes[at], at)
         level &= ~np.logical_or.reduceat(bad, begins)
         return level & self._drives_no_more(row, begins, first[span], last[span]) if self.tcp else level
 
-    def _leans_off(self, axis: Array, wanted: Array, row: IntArray) -> BoolArray:
-        """Tell where tool axes are too far from the wanted ones, or from the planes of the moves to rows."""
+    def _tilts_off(self, axis: Array, wanted: Array, row: IntArray) -> BoolArray:
+        """Check which tool axes are too far from the wanted ones, or from the planes of the moves to rows."""
         chord = axis - wanted
         off = np.einsum("ni,ni->n", chord, chord) > LARGEST_CHORD**2
         if self.planes is None:
@@ -238,20 +229,20 @@ class _Course:
         return np.asarray(off | (out > math.sin(AXIS_TOLERANCE / BETWEEN)))
 
     def _shares(self, row: IntArray, first: IntArray, last: IntArray) -> tuple[Array, Array]:
-        """Give the moments of rows, and of the middles of the blocks to them, as shares of their spans."""
+        """Compute the times of rows, and of the middles of the blocks to them, as shares of their spans."""
         begin, long = self.clock[first], self.clock[last] - self.clock[first]
         before, now = self.clock[row - 1] - begin, self.clock[row] - begin
         return now / long, (now + before) / (2.0 * long)
 
     def _poses(self, share: Array, first: IntArray, last: IntArray) -> tuple[Array, Array]:
-        """Find tip and tool axis at shares of spans, as the control moves them."""
+        """Compute tip and tool axis at shares of spans, as the control moves them."""
         if not self.tcp:
             return tool_poses(self.machine, _between(self.motion.positions, share, first, last))
         tip = _between(self.poses[0], share, first, last)
         return tip, tool_axes(self.machine, _between(self.rotary, share, first, last))
 
     def _positions(self, row: IntArray, first: IntArray, last: IntArray) -> Array:
-        """Find the axes at the moments of rows within spans, as the control moves them."""
+        """Compute the axes at the times of rows within spans, as the control moves them."""
         share = (self.clock[row] - self.clock[first]) / (self.clock[last] - self.clock[first])
         if not self.tcp:
             return _between(self.motion.positions, share, first, last)
@@ -259,15 +250,15 @@ class _Course:
         return linear_positions(self.machine, tip, _between(self.rotary, share, first, last))
 
     def _drives_no_more(self, row: IntArray, begins: IntArray, first: IntArray, last: IntArray) -> BoolArray:
-        """Tell which spans, (s,), keep axes that follow a tip within limits, speeds and the given travel.
+        """Check which spans, (s,), keep axes that follow a tip within limits, speeds and the given travel.
 
-        A way that bends within the tolerance is nothing for the part, and yet an axis that goes to and fro on
-        it takes energy.
+        A path that wavers within the tolerance does no harm to the part, but makes axes reverse, which costs
+        energy.
 
         Parameters
         ----------
         row, first, last : (r,), rows at the ends of all blocks, and their spans' ends
-        begins : (s,), where the blocks of each span begin among them
+        begins : (s,), index among them of the first block of each span
         """
         axes, time = self.machine.axes, self.motion.time[row][:, None]
         most = np.array([math.inf if a.max_speed is None else a.max_speed for a in axes])
@@ -278,10 +269,10 @@ class _Course:
         travel = np.add.reduceat(moves - np.abs(self.motion.moves[row]), begins)
         return ~np.logical_or.reduceat(bad.any(axis=1), begins) & (travel <= ROUNDING).all(axis=1)
 
-    def driven(self, kept: IntArray, inside: BoolArray | None) -> Array:
-        """Find the axes at all rows when only some are written, (n, k); within rapid moves they are given."""
+    def driven(self, kept: IntArray) -> Array:
+        """Compute the axes at all rows when only some are written, (n, k); rapid moves stay as given."""
         positions = self.motion.positions.copy()
-        gone = np.ones(len(positions), dtype=bool) if inside is None else ~inside
+        gone = np.ones(len(positions), dtype=bool) if self.inside is None else ~self.inside
         gone[kept] = False
         left = np.flatnonzero(gone)
         span = np.searchsorted(kept, left)
@@ -291,30 +282,30 @@ class _Course:
 
 
 def _between(columns: Array, share: Array, first: IntArray, last: IntArray) -> Array:
-    """Take columns, (n, k), at shares of the way from first to last rows."""
+    """Interpolate columns, (n, k), at shares of spans from first to last rows."""
     return columns[first] + share[:, None] * (columns[last] - columns[first])
 
 
 def _longest_spans(course: _Course) -> IntArray:
-    """Take span after span, each as long as it can be, in stretches that hold several."""
-    count, stretch = len(course.motion) - 1, STRETCH
-    kept = _spans_within(course, stretch)
-    while stretch < count and LONGER * count > stretch * (len(kept) - 1):
-        stretch *= LONGER
-        kept = _spans_within(course, stretch)
+    """Find span after span, each as long as possible, in sections that hold several."""
+    count, section = len(course.motion) - 1, SECTION
+    kept = _spans_within(course, section)
+    while section < count and LONGER * count > section * (len(kept) - 1):
+        section *= LONGER
+        kept = _spans_within(course, section)
     return kept
 
 
-def _spans_within(course: _Course, stretch: int) -> IntArray:
-    """Do so in all stretches at once."""
+def _spans_within(course: _Course, section: int) -> IntArray:
+    """Find the spans in all sections in parallel."""
     end = len(course.motion) - 1
-    at = np.arange(0, max(end, 1), stretch)
-    stops = np.minimum(at + stretch, end)
+    at = np.arange(0, max(end, 1), section)
+    stops = np.minimum(at + section, end)
     kept = np.zeros(end + 1, dtype=bool)
     kept[at] = kept[end] = True
     while (going := at < stops).any():
         at, stops = at[going], stops[going]
-        # Rows from which a span is one block follow one another.
+        # Rows before the next pair that can be one block stay one after the other.
         begins = np.minimum(course.next_pair[at], stops)
         kept |= _between_rows(at, begins, end + 1)
         kept[begins] = True
@@ -326,7 +317,7 @@ def _spans_within(course: _Course, stretch: int) -> IntArray:
 
 
 def _between_rows(first: IntArray, last: IntArray, count: int) -> BoolArray:
-    """Mark the rows of ranges that don't overlap, (count,); their last ones aren't."""
+    """Mark the rows of ranges that don't overlap, (count,), without their last rows."""
     edges = np.zeros(count + 1, dtype=np.int64)
     np.add.at(edges, first, 1)
     np.add.at(edges, last, -1)
@@ -334,7 +325,7 @@ def _between_rows(first: IntArray, last: IntArray, count: int) -> BoolArray:
 
 
 def _farthest(course: _Course, at: IntArray, stops: IntArray) -> IntArray:
-    """Find for each row, (s,), how far a span may go from it: by doubled strides, then by halves."""
+    """Find the last row of the longest span from each row, (s,): by doubled strides, then by bisection."""
     good, bad = at + 1, stops + 1
     stride, going = 1, good < stops
     while going.any():
@@ -359,7 +350,7 @@ def _joined(course: _Course, kept: IntArray) -> IntArray:
         for parity in (0, 1):
             between = np.arange(parity + 1, len(kept) - 1, 2)
             if len(between):
-                needless = between[course.fits(kept[between - 1], kept[between + 1])]
-                kept = np.delete(kept, needless)
+                redundant = between[course.fits(kept[between - 1], kept[between + 1])]
+                kept = np.delete(kept, redundant)
         if len(kept) == before:
             return kept

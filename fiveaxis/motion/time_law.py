@@ -1,4 +1,4 @@
-"""The quickest run of a motion that feed, axis speeds and axis accelerations allow."""
+"""The fastest timing of a motion within feed, axis speeds and axis accelerations."""
 
 from __future__ import annotations
 
@@ -19,27 +19,27 @@ from fiveaxis.motion.phases import Phases, run_phases
 from fiveaxis.motion.rounding import RoundedPath, round_corners
 from fiveaxis.toolpath import part_places
 
-# mm: a corner that its widest rounding passes nearer than this is a point of a sampled curve.
+# mm: a corner whose widest rounding passes it within this is a point of a sampled curve.
 SMOOTH = 0.01
-# mm per rad: lever on which deviations of rotary axes count, about a cutter's radius.
+# mm per rad: lever for deviations of rotary axes, about a cutter's radius.
 LEVER = 10.0
-# A row on which no axis moves by more (mm, rad) and that takes longer (s) is a dwell; less is rounding.
+# A dwell is a row in which no axis moves by more (mm, rad) and that takes longer (s).
 NO_MOVE, SHORTEST_DWELL = 1e-9, 1e-3
-# s: blocks don't take less, and what limits for less isn't told.
+# s: shortest duration of a block, and of a limit that is reported.
 INSTANT = 1e-9
-# Gauss's two points in an interval from 0 to 1: exact for powers up to the third degree in time.
+# Gauss points of an interval from 0 to 1, exact for powers up to the third degree in time.
 GAUSS_POINTS = 0.5 + np.array([-0.5, 0.5]) / math.sqrt(3.0)
 
 
 @dataclass(frozen=True, eq=False)
 class Samples:
-    """A time law at moments whose weighted sum is the integral over time.
+    """A time law sampled so that the weighted sum is the integral over time.
 
     Parameters
     ----------
     time : (s,), s, ascending
-    weight : (s,), s; adds up to the whole time, by blocks to the blocks' times
-    block : (s,), row of the motion in whose move the moment lies
+    weight : (s,), s; the sum over a block is its duration
+    block : (s,), row of the motion at which the sample's move ends
     position, speed, acceleration : (s, k), mm and rad, per s, per s²
     """
 
@@ -53,15 +53,15 @@ class Samples:
 
 @dataclass(frozen=True, eq=False)
 class TimeLaw:
-    """How a motion runs in time: station along its path, in phases of constant second derivative.
+    """A motion in time: station along its path, in phases of constant second derivative.
 
     Parameters
     ----------
     motion : with the times of this law
-    path : where the axes run, corners rounded
-    phases : when
+    path : of the axes, corners rounded
+    phases : of the station in time
     feed_pace : (n,), mm/s of station in each block at its feed; NaN where nothing moves
-    bounds : what the axes may do
+    bounds : of the axes
     """
 
     motion: Motion
@@ -77,7 +77,7 @@ class TimeLaw:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """What may limit: ``feed``, ``X speed`` …, ``X acceleration`` …, ``dwell``, in `limiting`'s count."""
+        """Names of the limits: ``feed``, ``X speed`` …, ``X acceleration`` …, ``dwell``."""
         letters = self.motion.letters
         speeds, accelerations = (tuple(f"{c} {what}" for c in letters) for what in ("speed", "acceleration"))
         return ("feed", *speeds, *accelerations, "dwell")
@@ -91,7 +91,7 @@ class TimeLaw:
             return np.zeros_like(self.motion.positions)
         held = np.maximum(last, 0)
         pace = np.where(last < 0, 0.0, phases.end_pace[held])
-        # A hair before the end: at a corner taken without rounding the slope of the block itself counts.
+        # Just before the end, as at a corner without rounding the slope of the block itself counts.
         _, slope, _ = self.path.at(phases.end_station[held] - 1e-9)
         return slope * pace[:, None]
 
@@ -100,7 +100,7 @@ class TimeLaw:
 
         Parameters
         ----------
-        time : (s,) or one, s from the start; before it and after the end the motion stays at its ends
+        time : (s,) or one, s from the start; before it and after the end the motion rests
 
         Returns
         -------
@@ -113,15 +113,15 @@ class TimeLaw:
 
     @cached_property
     def samples(self) -> Samples:
-        """Two moments in every phase, for integrals of a power P(v, a) over time."""
+        """Two samples in every phase, for integrals of a power P(v, a) over time."""
         return self.sampled(np.ones(len(self.phases), dtype=np.int64))
 
     def sampled(self, parts: IntArray) -> Samples:
-        """Take two moments in every part of every phase, for a power that depends on the place too.
+        """Take two samples in every part of every phase, for a power that depends on the position too.
 
         Parameters
         ----------
-        parts : (p,), at least 1, into how many equal times each phase is cut
+        parts : (p,), at least 1, number of equal parts of each phase
         """
         phases = self.phases
         phase, begin = part_places(parts)
@@ -132,7 +132,7 @@ class TimeLaw:
 
     @cached_property
     def usage(self) -> Array:
-        """(s, 2 k + 2): how far each of the samples uses each bound, 1 at the bound, in order of `names`."""
+        """(s, 2 k + 2), utilisation of each limit in each sample, 1 at the limit, in the order of `names`."""
         samples = self.samples
         _, pace, _ = self.phases.at(samples.time)
         feed = np.nan_to_num(pace / self.feed_pace[samples.block])
@@ -143,7 +143,7 @@ class TimeLaw:
 
     @cached_property
     def shares(self) -> dict[str, float]:
-        """How long each bound is the one that limits, s; those that never do are left out."""
+        """For how long each limit is the active one, s; those that never are are left out."""
         spent = np.bincount(self.usage.argmax(axis=1), self.samples.weight, len(self.names))
         return {name: float(t) for name, t in zip(self.names, spent, strict=True) if t > INSTANT}
 
@@ -156,31 +156,30 @@ def time_motion(
     smooth: float = SMOOTH,
     lever: float = LEVER,
 ) -> TimeLaw:
-    """Find the quickest run of a motion, looking ahead over all its blocks.
+    """Compute the fastest timing of a motion, with look-ahead over all its blocks.
 
     Axes run straight from row to row and pass corners on a parabola (`round_corners`). On one of arm a
-    between the unit directions d₁ and d₂ axis j accelerates at ``(d₂ − d₁)_j u̇² / (2 a)`` when the pace u̇ is
-    steady, and ``a = 4 ε / |d₂ − d₁|`` passes the corner at the tolerance ε. So a corner with long sides is
-    passed at the pace
+    between the unit directions d₁ and d₂, at a constant pace u̇, axis j accelerates at
+    ``(d₂ − d₁)_j u̇² / (2 a)``, and ``a = 4 ε / |d₂ − d₁|`` passes the corner at the tolerance ε. So a corner
+    with long sides is passed at the pace
 
         u̇² = min_j  8 ε A_j / (|d₂ − d₁| · |d₂ − d₁|_j),
 
     which for one A in all directions and a turn by δ is ``u̇² = 2 ε A / sin²(δ/2)``. Along the path the
-    squared pace is found by reachability analysis (`highest_speeds`). Bounds hold all along the rounded path,
-    not only at its nodes, but for rounding (1e-6); jerk isn't bounded. The motion starts and ends at rest and
-    rests in dwells.
+    squared pace is found by reachability analysis (`highest_speeds`). Bounds hold all along the rounded path
+    to within rounding (1e-6); jerk isn't bounded. The motion starts and ends at rest and rests in dwells.
 
     Parameters
     ----------
-    motion : n rows with their times at the programmed feed, as `follow` gives them; a law's own motion
-        would be slowed twice
-    machine : highest speeds and accelerations; what an axis doesn't state sets no bound, and without any
-        acceleration the times are those of `block_times`
+    motion : n rows with their times at the programmed feed, as from `follow`; the motion of another time law
+        would be slowed down twice
+    machine : highest speeds and accelerations; an unstated one sets no bound, and without any acceleration
+        the times are those of `block_times`
     corners : ``exact-stop`` stops at every real corner; a number is the tolerance in mm to pass it; (n,)
-        bools tell at which rows the motion stops, corner or not, and all others are parts of curves
-    smooth : mm, a corner passed nearer than this by its widest rounding is part of a curve, not a real one;
-        without meaning where `corners` says it row by row
-    lever : mm per rad by which rotary axes' deviations count
+        bools are the rows with a stop, corner or not, and all others are parts of curves
+    smooth : mm, a corner whose widest rounding passes it within this is part of a curve, not a real one;
+        ignored if `corners` has bools
+    lever : mm per rad for deviations of rotary axes
 
     Returns
     -------
@@ -189,9 +188,9 @@ def time_motion(
     Raises
     ------
     ToolpathError, MachineError
-        Numbers that aren't finite, a move without a time; axes that the machine hasn't, limits not above 0.
+        The motion can't be timed (`require_motion`), or a limit isn't above 0.
     SettingError
-        A tolerance below 0 or another word for corners; stops for another number of rows.
+        A tolerance below 0 or an unknown word for corners; stops for another number of rows.
 
     References
     ----------
@@ -199,13 +198,13 @@ def time_motion(
     """
     require_motion(motion, machine)
     stops, tolerance = _corner_rule(corners, len(motion))
-    _require_length("smooth", smooth, least=0.0)
+    _require_length("smooth", smooth, or_zero=True)
     if stops is not None:
         smooth = math.inf
     _require_length("lever", lever)
     bounds = axis_bounds(machine)
     if bounds.accelerates_at_once:
-        tolerance = smooth = 0.0  # axes that can jump in speed need no rounding
+        tolerance = smooth = 0.0  # without acceleration limits corners need no rounding
     still = (np.abs(motion.moves) <= NO_MOVE).all(axis=1)
     dwells = still & (motion.time > SHORTEST_DWELL)
     levers = np.array([lever if axis.is_rotary else 1.0 for axis in machine.axes])
@@ -220,10 +219,10 @@ def time_motion(
 
 
 def _feed_pace(station: Array, times: Array) -> Array:
-    """Pace of station in each block at its feed, (n,), mm/s; NaN where nothing moves."""
+    """Compute the pace of station in each block at its feed, (n,), mm/s; NaN where nothing moves."""
     steps = np.diff(station, prepend=station[:1])
     moving = np.flatnonzero(steps > 0.0)
-    # Rows that stand still lie on the row before them; their instants belong to the next move.
+    # The time of rows that stand still is added to the next move.
     spent = np.diff(np.cumsum(times)[moving], prepend=0.0)
     pace = np.full(len(station), np.nan)
     pace[moving] = steps[moving] / np.maximum(spent, INSTANT)
@@ -231,7 +230,7 @@ def _feed_pace(station: Array, times: Array) -> Array:
 
 
 def _corner_rule(corners: str | float | BoolArray, rows: int) -> tuple[BoolArray | None, float]:
-    """Tell stops, (n,), where they are given row by row, and the tolerance of the others, mm."""
+    """Return the stops, (n,), if given row by row, and the tolerance of the other corners, mm."""
     if isinstance(corners, np.ndarray):
         if corners.shape != (rows,) or corners.dtype != np.bool_:
             raise SettingError(
@@ -242,13 +241,10 @@ def _corner_rule(corners: str | float | BoolArray, rows: int) -> tuple[BoolArray
         if corners != "exact-stop":
             raise SettingError(f"corners is {corners!r}; it must be 'exact-stop' or a tolerance in mm")
         return None, 0.0
-    _require_length("corners", corners, least=0.0)
+    _require_length("corners", corners, or_zero=True)
     return None, float(corners)
 
 
-def _require_length(name: str, value: float, least: float | None = None) -> None:
-    fine = math.isfinite(value) and (value > 0.0 if least is None else value >= least)
-    if not fine:
-        raise SettingError(
-            f"{name} is {value:g} mm; it must be {'above 0' if least is None else '0 or more'}"
-        )
+def _require_length(name: str, value: float, *, or_zero: bool = False) -> None:
+    if not (math.isfinite(value) and (value > 0.0 or (or_zero and value == 0.0))):
+        raise SettingError(f"{name} is {value:g} mm; it must be {'0 or more' if or_zero else 'above 0'}")

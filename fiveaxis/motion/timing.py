@@ -1,4 +1,4 @@
-"""How long a move takes."""
+"""Durations of moves."""
 
 from __future__ import annotations
 
@@ -9,26 +9,26 @@ from fiveaxis.geometry import Array
 from fiveaxis.machine import Machine
 from fiveaxis.toolpath import Toolpath
 
-# Shorter ways than this are rounding, not travel (mm): a control doesn't resolve them.
+# mm: smaller moves are rounding; a control doesn't resolve them.
 STANDSTILL = 1e-6
-# mm/s, rad/s: slower axes stand. A drive of constant power has that at any speed above 0, and what counts as
-# one mustn't depend on the last decimals of words (1e-5 mm in a block of 20 ms is half of this), nor on how
-# near to standstill an optimiser came, nor on how many rows a way is cut into. None was measured so slow.
+# mm/s, rad/s: slower axes count as standing. A drive of constant power draws it at any speed above 0, so the
+# limit must exceed rounding in the program (1e-5 mm in a block of 20 ms is half of it), residuals of an
+# optimiser and effects of dividing moves. No drive was measured at such a low speed.
 STANDING, STANDING_TURN = 1e-3, 2e-5
 
 
 def block_times(toolpath: Toolpath, machine: Machine, positions: Array) -> Array:
     """Compute the duration of every move at the programmed feed and the axes' highest speeds.
 
-    The feed is that of the pivot along its way in the workpiece, so it doesn't depend on the posture. A move
-    in which only rotary axes turn takes the programmed number as deg/min, as RS274/NGC controls do. An axis
-    that would be faster than its highest speed stretches the move. A rapid move has no feed: it takes as
-    long as the axis that needs longest at its `rapid_speeds`. Acceleration isn't considered.
+    The feed is that of the pivot in the workpiece, so it doesn't depend on the posture. A move that only
+    turns rotary axes takes the programmed number as deg/min, as RS274/NGC controls do. An axis that would
+    exceed its highest speed slows the move down. A rapid move takes as long as its slowest axis at
+    `rapid_speeds`. Acceleration isn't considered.
 
     Parameters
     ----------
-    toolpath : gives way, feed and kind
-    machine : gives highest speeds; an axis without one sets no bound on cuts and links
+    toolpath : lengths, feeds and kinds of the moves
+    machine : highest speeds; an axis without one sets no bound on cuts and links
     positions : (n, k), mm and rad
 
     Returns
@@ -56,21 +56,21 @@ def feed_times(toolpath: Toolpath, turn: Array | float = 0.0) -> Array:
     -------
     (n,), s; 0 for the first row
     """
-    way = toolpath.lengths
-    return np.where(way > STANDSTILL, way, np.degrees(turn)) / toolpath.feed
+    length = toolpath.lengths
+    return np.where(length > STANDSTILL, length, np.degrees(turn)) / toolpath.feed
 
 
 def standing_speeds(machine: Machine) -> Array:
-    """Give the speeds below which an axis counts as standing, (k,) mm/s and rad/s."""
+    """Return the speeds below which an axis counts as standing, (k,) mm/s and rad/s."""
     return np.where([axis.is_rotary for axis in machine.axes], STANDING_TURN, STANDING)
 
 
 def rapid_speeds(machine: Machine, feed: Array) -> Array:
-    """Give the speed of every axis in rapid moves: its highest, or where none is known the rows' feed.
+    """Return the speed of every axis in rapid moves: its highest or, if unknown, the rows' feed.
 
     Parameters
     ----------
-    feed : (n,), mm/s, that the path states for rapid moves; a rotary axis takes the number as deg/s
+    feed : (n,), mm/s, of the path for rapid moves; a rotary axis takes the number as deg/s
 
     Returns
     -------
@@ -82,12 +82,7 @@ def rapid_speeds(machine: Machine, feed: Array) -> Array:
 
 
 def rapid_findings(toolpath: Toolpath, machine: Machine, positions: Array) -> list[Finding]:
-    """Say which axes have no known speed in rapid moves, and what stands in for it; one finding, or none.
-
-    Parameters
-    ----------
-    positions : (n, k), mm and rad
-    """
+    """Report the axes without a known speed in rapid moves, and the feed used instead, in one finding."""
     rapid = np.flatnonzero(toolpath.rapid)
     if not len(rapid):
         return []
@@ -102,9 +97,9 @@ def rapid_findings(toolpath: Toolpath, machine: Machine, positions: Array) -> li
         Finding(
             Severity.WARNING,
             "rapid-speed-unknown",
-            f"machine {machine.name!r} doesn't tell the highest speed of {', '.join(unknown)}: in "
-            f"{len(rapid)} rapid moves {taken} mm/min (deg/min) is taken, as the path has it; give the rapid "
-            "speed (--rapid), or max_speed in the machine file",
+            f"machine {machine.name!r} states no highest speed of {', '.join(unknown)}: {len(rapid)} rapid "
+            f"moves are timed at the path's {taken} mm/min (deg/min); give the rapid speed (--rapid), or "
+            "max_speed in the machine file",
             toolpath.place(int(rapid[0])),
             float(len(rapid)),
         )
@@ -112,10 +107,10 @@ def rapid_findings(toolpath: Toolpath, machine: Machine, positions: Array) -> li
 
 
 def least_times(toolpath: Toolpath, machine: Machine) -> Array:
-    """Compute how much of every move's duration no posture changes.
+    """Compute the part of every move's duration that doesn't depend on the posture.
 
-    It is what the way takes at the programmed feed. A rapid move has no such part: its axes' travel is all of
-    its time. Where a linear axis has no known speed, what the way takes at the row's feed stands in for it.
+    It is the duration at the programmed feed. A rapid move has no such part, as its duration depends on the
+    axes' travel alone, unless a linear axis has no known speed: then the duration at the row's feed is used.
 
     Returns
     -------
@@ -125,5 +120,5 @@ def least_times(toolpath: Toolpath, machine: Machine) -> Array:
 
 
 def times_rapids(machine: Machine) -> bool:
-    """Tell whether the highest speed of every linear axis is known, which rapid moves take their time by."""
+    """Check whether the highest speed of every linear axis is known, so that rapid moves can be timed."""
     return all(machine.axes[column].max_speed is not None for column in machine.linear_columns)

@@ -14,7 +14,7 @@ from fiveaxis.geometry import Array, normalise
 from fiveaxis.machine import Machine
 from fiveaxis.mesh import TriangleTree, tree_of
 from fiveaxis.motion import PATH_TOLERANCE, STANDSTILL, Motion
-from fiveaxis.motion.leads import FIRST, LAST, clear_way, lead_places
+from fiveaxis.motion.program_motion import FIRST, LAST, axis_lead, lead_positions
 from fiveaxis.toolpath import MoveKind, Toolpath
 from fiveaxis.verification.check_context import DEFAULT_TOLERANCES, Tolerances, make_context
 from fiveaxis.verification.collisions import check_collisions
@@ -207,7 +207,7 @@ def _choose(
     ground: _Ground, motion: Motion, row: int, leg: bool, known: frozenset[str]
 ) -> tuple[Array, str | None]:
     """Find the first way, (k,) mm, that is clear; the usual one, and what it meets, where none is."""
-    usual = clear_way(motion, ground.machine, row=row)
+    usual = axis_lead(motion, ground.machine, row=row)
     blocked = None
     for way in (usual, *_others(ground, motion, row, none=row == FIRST or leg)):
         fault = _fault(ground, motion, way, row, leg, known)
@@ -224,7 +224,7 @@ def _fault(
 
     A way out is looked at from its end: what meets anything there does so in both directions.
     """
-    places = lead_places(motion, ground.machine, way, row=row)
+    places = lead_positions(motion, ground.machine, way, row=row)
     kinds = [MoveKind.RAPID, MoveKind.RAPID, MoveKind.CUT if way.any() else MoveKind.RAPID]
     rows = slice(0 if leg else 1, None)
     fault = ground.fault(places[rows], kinds[rows], known)
@@ -241,7 +241,7 @@ def _others(ground: _Ground, motion: Motion, row: int, *, none: bool) -> Iterato
         return
 
     def way(direction: Array | None = None, length: float = NEAR[0]) -> Array:
-        return clear_way(motion, machine, direction, length, row=row)
+        return axis_lead(motion, machine, direction, length, row=row)
 
     tip, axis = tool_poses(machine, motion.positions[:2] if row == FIRST else motion.positions[-2:])
     step = tip[-1] - tip[0]

@@ -1,4 +1,4 @@
-"""See the result: part, path coloured by energy, and the tool at work, in a browser and offline."""
+"""Simulation of the result in a browser: part, path coloured by power, tool and machine; works offline."""
 
 from fiveaxis.viewer.page import render_page, write_preview
 from fiveaxis.viewer.scene import build_scene

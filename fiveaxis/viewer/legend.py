@@ -1,4 +1,4 @@
-"""What the page says in words: legend and controls. All that comes from files is escaped."""
+"""The page's texts, legend and controls. Text from files is escaped."""
 
 from __future__ import annotations
 
@@ -9,29 +9,28 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fiveaxis.findings import Finding, group_findings
-from fiveaxis.viewer.colours import VIRIDIS
-from fiveaxis.viewer.marks import when_shown
+from fiveaxis.viewer.lines import VIRIDIS
 from fiveaxis.viewer.scene import Scene
-from fiveaxis.viewer.sides import Side
+from fiveaxis.viewer.tool_motion import Side
 
 if TYPE_CHECKING:
     from fiveaxis.posture.solution import Solution
 
-# Marks the box of what is shown a second time beside the baseline.
+# Marks the box of an object that is shown a second time beside the baseline.
 COPIED = ' data-copied="yes"'
-# Speeds of the show to choose from, of the programmed one.
+# Speeds of the show, as multiples of the programmed one.
 SPEEDS = (0.1, 0.25, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
-# No speed is offered that is this many times as fast, or as slow, as the one that the show begins with.
+# Only speeds within this factor of the initial one are offered.
 RANGE = 10.0
 
 
 def title_of(solution: Solution) -> str:
-    """Name the path, without its folder, as HTML."""
+    """Return the path's name, without its folder, as HTML."""
     return html.escape(Path(solution.toolpath.name).name)
 
 
 def make_legend(solution: Solution, scene: Scene, findings: Sequence[Finding]) -> str:
-    """Say in a corner of the page what there is to see, as HTML."""
+    """Return the legend as HTML."""
     lines = [
         f"<h1>{title_of(solution)}</h1>",
         f"<p>{len(solution.toolpath)} locations, {html.escape(solution.machine.name)}</p>",
@@ -46,11 +45,11 @@ def make_legend(solution: Solution, scene: Scene, findings: Sequence[Finding]) -
 
 
 def make_controls(pace: float) -> str:
-    """Make the bar below the scene: play and pause, the slider of the clock, the speed, as HTML.
+    """Return the bar below the scene as HTML: play and pause, the time slider, the speed.
 
     Parameters
     ----------
-    pace : machine seconds in one second of the show, as it begins; speeds are named by those of the machine
+    pace : initial machine seconds per second of the show, which the speeds are multiples of
     """
     offered = sorted({pace, *(s for s in SPEEDS if pace / RANGE <= s <= pace * RANGE or s == 1.0)})
     speeds = "".join(
@@ -66,7 +65,7 @@ def make_controls(pace: float) -> str:
 
 
 def _figures(side: Side) -> str:
-    """Say what a posture costs; both figures by the same measures."""
+    """Return energy and time of a side."""
     time = float(side.motion.time.sum())
     return f"{html.escape(side.name)} {side.energy:,.0f} J, {time:,.1f} s"
 
@@ -90,7 +89,7 @@ def _views(scene: Scene) -> list[str]:
 
 
 def _boxes(scene: Scene) -> list[str]:
-    """Make a box for everything that can be hidden."""
+    """Return a check box for every object that can be hidden."""
     copied = len(scene.sides) > 1
     wanted = [
         ("part", "part", scene.has_part, True, copied),
@@ -107,16 +106,16 @@ def _boxes(scene: Scene) -> list[str]:
 
 
 def _remarks(solution: Solution, scene: Scene) -> list[str]:
-    """Say what isn't as it seems."""
-    said = []
+    """Return the remarks on pace, fixtures and holder."""
+    remarks = []
     pace = scene.sides[0].frames.pace
     if round(pace, 1) > 1.0:
-        said.append(f"tool shown {pace:.3g} times as fast as programmed at first")
+        remarks.append(f"initially shown {pace:.3g} times as fast as programmed")
     if scene.fixtures:
-        said.append("fixtures: " + ", ".join(scene.fixtures))
+        remarks.append("fixtures: " + ", ".join(scene.fixtures))
     if solution.toolpath.tool.holder is None:
-        said.append("no holder is known; the shank's length is assumed")
-    return [f"<p>{html.escape(line)}</p>" for line in said]
+        remarks.append("no holder is known; the shank's length is assumed")
+    return [f"<p>{html.escape(line)}</p>" for line in remarks]
 
 
 def _scale(top: float) -> list[str]:
@@ -128,18 +127,18 @@ def _scale(top: float) -> list[str]:
 
 
 def _portable(finding: Finding) -> Finding:
-    """Name a finding's file without its folder: a page is passed on."""
+    """Remove the folder from a finding's file name, as the page may be passed on."""
     file = finding.place.file
     return finding if file is None else replace(finding, place=replace(finding.place, file=Path(file).name))
 
 
 def _listed(findings: Sequence[Finding], scene: Scene) -> list[str]:
-    """List findings by cause; one with a location is a button that takes the show to the worst."""
+    """List findings by cause, each a button that takes the show to the worst location, if there is one."""
     if not findings:
         return []
     entries = []
     for cause in group_findings(map(_portable, findings)):
-        time = when_shown(cause.worst, scene.sides[0])
+        time = scene.sides[0].when_shown(cause.worst)
         when = "" if time is None else f' data-time="{time:.3f}"'
         entries.append(
             f'<button type="button" class="{cause.severity}"{when}>{html.escape(str(cause))}</button>'

@@ -1,4 +1,4 @@
-"""meshcat, loaded when it is needed and made to repeat itself exactly."""
+"""meshcat, imported when needed, with reproducible identifiers."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from typing import Any
 
 import numpy as np
 
-# Identifiers of scene objects follow from this and their name: a scene has the same bytes each time.
+# Identifiers of scene objects follow from this and their name, so a scene always has the same bytes.
 NAMESPACE = uuid.UUID("5d0a4f0e-6c1b-5e55-9a0f-640123000000")
-# meshcat's cylinder stands along y about its middle; this turns it along z.
+# Turns meshcat's cylinder, which lies along y about its middle, along z.
 UPRIGHT = np.array([[1, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]], dtype=float)
 
 
 def load_meshcat() -> Any:
-    """Import meshcat without the deprecation warning of its own import of zmq."""
+    """Import meshcat without the deprecation warning of its import of zmq."""
     with warnings.catch_warnings():
         warnings.filterwarnings(
             "ignore", message="zmq.eventloop.ioloop is deprecated", category=DeprecationWarning
@@ -25,9 +25,9 @@ def load_meshcat() -> Any:
 
 
 def identify(thing: Any, name: str) -> Any:
-    """Give a meshcat object, its geometry and its material identifiers that follow from a name.
+    """Set the identifiers of a meshcat object, its geometry and its material, from a name.
 
-    meshcat takes them from the clock and the network card.
+    meshcat's own come from the clock and the network card.
     """
     thing.uuid = str(uuid.uuid5(NAMESPACE, name))
     thing.geometry.uuid = str(uuid.uuid5(NAMESPACE, f"{name}/geometry"))

@@ -1,17 +1,20 @@
-"""The scene as one HTML page that needs no network and no server."""
+"""The scene as one HTML page that needs no network and no server, with meshcat's commands packed in it."""
 
 from __future__ import annotations
 
+import base64
+import gzip
+import json
 import logging
 from collections.abc import Sequence
+from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from fiveaxis.files import write_atomically
 from fiveaxis.viewer.legend import make_controls, make_legend, title_of
 from fiveaxis.viewer.library import load_meshcat
-from fiveaxis.viewer.payload import Recorder, describe_show, pack_payload
-from fiveaxis.viewer.scene import build_scene
+from fiveaxis.viewer.scene import ROOT, Layout, Scene, build_scene
 
 if TYPE_CHECKING:
     import trimesh
@@ -22,11 +25,13 @@ if TYPE_CHECKING:
 
 logger = logging.getLogger(__name__)
 
-# The page may run what it carries and fetch nothing: a browser holds it to that.
+# The browser lets the page run only its own scripts and fetch nothing.
 POLICY = (
     "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:; "
     "connect-src data: blob:; font-src data:; base-uri 'none'; form-action 'none'"
 )
+# Digits of the show's figures.
+DIGITS = 6
 
 
 def write_preview(
@@ -37,13 +42,11 @@ def write_preview(
     surroundings: Surroundings | None = None,
     findings: Sequence[Finding] = (),
 ) -> Path:
-    """Write the scene as one HTML page that works offline.
-
-    The same solution gives the same bytes.
+    """Write the scene as one HTML page that works offline; the same solution gives the same bytes.
 
     Parameters
     ----------
-    solution : what to show
+    solution : to show
     path : of the page
     part : mesh of the part in mm, or its file; None takes that of the surroundings
     surroundings : stock and fixtures to show
@@ -52,7 +55,7 @@ def write_preview(
     Raises
     ------
     MeshError
-        The part, a fixture's mesh or one of the machine can't be read.
+        A mesh of the part, a fixture or the machine can't be read.
     SettingError
         The page can't be written there.
     """
@@ -68,7 +71,7 @@ def render_page(
     surroundings: Surroundings | None = None,
     findings: Sequence[Finding] = (),
 ) -> str:
-    """Make the page's text; see `write_preview`."""
+    """Return the text of the page that `write_preview` writes."""
     meshcat = load_meshcat()
     recorder = Recorder()
     vis = meshcat.Visualizer(window=recorder)
@@ -102,3 +105,63 @@ def render_page(
 
 def _text(path: Path) -> str:
     return path.read_text(encoding="utf-8")
+
+
+class Recorder:
+    """Replaces meshcat's window: keeps the commands, so that no server process is needed."""
+
+    def __init__(self) -> None:
+        self.commands: list[bytes] = []
+
+    def send(self, command: Any) -> None:
+        """Keep a command as the bytes that a browser would get."""
+        self.commands.append(import_module("umsgpack").packb(command.lower()))
+
+
+def pack_payload(commands: Sequence[bytes], head: dict[str, Any]) -> str:
+    """Pack a scene by gzip and base64, always to the same text.
+
+    Parameters
+    ----------
+    commands : as packed by meshcat
+    head : further data for the page's script; the lengths of the commands are added
+
+    Returns
+    -------
+    Four bytes with the length of the head (little-endian), the head as JSON, and all commands
+    """
+    text = json.dumps(head | {"lengths": [len(c) for c in commands]}, separators=(",", ":")).encode()
+    content = len(text).to_bytes(4, "little") + text + b"".join(commands)
+    return base64.b64encode(gzip.compress(content, mtime=0)).decode("ascii")
+
+
+def describe_show(scene: Scene) -> dict[str, Any]:
+    """Collect the data for the page's script: arrangements, copies, and times of the key frames."""
+    frames = scene.sides[0].frames
+    return {
+        "root": f"/meshcat/{ROOT}",
+        "layout": _arrangement(scene.layout),
+        "machine_layout": _arrangement(scene.layout.with_machine()),
+        "copies": scene.copies,
+        "duration": max(_round(side.frames.times[-1]) for side in scene.sides),
+        "pace": _round(frames.pace),
+        "times": [_round(time) for time in frames.times],
+        "rows": frames.rows.tolist(),
+    }
+
+
+def _arrangement(layout: Layout) -> dict[str, list[float]]:
+    return {
+        "together": _matrix(layout.together()),
+        "apart": _matrix(layout.apart()),
+        "shift": _matrix(layout.shift()),
+    }
+
+
+def _matrix(transform: Any) -> list[float]:
+    """Flatten a transform column by column, as three.js reads it."""
+    return [float(x) for x in transform.T.reshape(-1)]
+
+
+def _round(value: float) -> float:
+    return float(f"{float(value):.{DIGITS}g}")

@@ -1,6 +1,6 @@
 "use strict";
-// Runs in the page beside meshcat's library: unpacks the scene and lets its viewer be operated.
-const say = text => { const line = document.getElementById("fault"); line.textContent = text; line.hidden = false; };
+// Unpacks the scene into meshcat's viewer and connects the page's controls to it.
+const report = text => { const line = document.getElementById("fault"); line.textContent = text; line.hidden = false; };
 const pick = selector => document.querySelector(selector);
 const pickAll = selector => [...document.querySelectorAll(selector)];
 const parts = path => path.split("/").filter(name => name.length > 0);
@@ -16,7 +16,7 @@ async function unpack(text) {
   return {head, commands};
 }
 
-// What stands still is sent once; beside the baseline it is shown again.
+// Shared objects are sent once and cloned for the baseline.
 function copy(viewer, head) {
   for (const [from, to] of Object.entries(head.copies)) {
     const twin = viewer.scene_tree.find(parts(`${head.root}/${from}`)).object.clone();
@@ -49,11 +49,11 @@ function arrange(viewer, head) {
   }
 }
 
-// The clock: one slider for the whole show, in machine time.
+// One slider for the whole show; the clock shows machine time.
 function operate(viewer, head) {
   const animator = viewer.animator, slider = pick("#time"), button = pick("#play"), clock = pick("#clock");
   slider.max = head.duration;
-  const place = time => {
+  const locationAt = time => {
     let low = 0, high = head.times.length - 1;
     while (low < high) {
       const middle = (low + high + 1) >> 1;
@@ -62,12 +62,12 @@ function operate(viewer, head) {
     const next = Math.min(low + 1, head.times.length - 1);
     return head.rows[head.times[next] - time < time - head.times[low] ? next : low];
   };
-  const tell = () => {
-    clock.textContent = `${(animator.time * head.pace).toFixed(1)} s, location ${place(animator.time)}`;
+  const update = () => {
+    clock.textContent = `${(animator.time * head.pace).toFixed(1)} s, location ${locationAt(animator.time)}`;
     button.textContent = animator.playing ? "pause" : "play";
   };
-  const seek = time => { animator.pause(); animator.seek(time); animator.display_progress(time); tell(); };
-  button.addEventListener("click", () => { animator.playing ? animator.pause() : animator.play(); tell(); });
+  const seek = time => { animator.pause(); animator.seek(time); animator.display_progress(time); update(); };
+  button.addEventListener("click", () => { animator.playing ? animator.pause() : animator.play(); update(); });
   slider.addEventListener("input", () => seek(Number(slider.value)));
   pick("#speed").addEventListener("change", event => { animator.mixer.timeScale = Number(event.target.value); });
   for (const entry of pickAll("[data-time]"))
@@ -75,11 +75,11 @@ function operate(viewer, head) {
   document.addEventListener("keydown", event => {
     if (event.code === "Space" && event.target === document.body) { event.preventDefault(); button.click(); }
   });
-  let told = "";
+  let last = "";
   const follow = () => {
-    // meshcat's own controls work, too: whatever moved the clock, it is told.
+    // meshcat's own controls may move the clock too.
     const state = `${animator.time} ${animator.playing}`;
-    if (state !== told) { slider.value = animator.time; tell(); told = state; }
+    if (state !== last) { slider.value = animator.time; update(); last = state; }
     requestAnimationFrame(follow);
   };
   follow();
@@ -99,6 +99,6 @@ async function start() {
   document.body.dataset.ready = "yes";
 }
 start().catch(fault => {
-  say(`The scene can't be shown: ${fault.message}. It needs WebGL and a browser of 2023 or later.`);
+  report(`The scene can't be shown: ${fault.message}. It needs WebGL and a browser of 2023 or later.`);
   throw fault;
 });

@@ -1,9 +1,9 @@
-"""The scene: part, paths coloured by power, tools, machine; all in the workpiece frame, mm."""
+"""The scene in the workpiece frame, mm: part, paths coloured by power, tools, machine."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,16 +13,20 @@ from fiveaxis.collision import Surroundings
 from fiveaxis.findings import Finding
 from fiveaxis.geometry import Array
 from fiveaxis.kinematics import tool_poses
-from fiveaxis.viewer.around import add_part, add_surroundings, gather
-from fiveaxis.viewer.bodies import add_bodies, body_nodes, move_links
-from fiveaxis.viewer.layout import CAMERA, Layout
+from fiveaxis.viewer.bodies import (
+    add_bodies,
+    add_marks,
+    add_part,
+    add_surroundings,
+    add_tools,
+    body_nodes,
+    gather,
+    move_links,
+)
 from fiveaxis.viewer.library import identify, load_meshcat
 from fiveaxis.viewer.lines import add_paths, shown_points
-from fiveaxis.viewer.marks import add_marks
-from fiveaxis.viewer.sides import Side, choose_sides
 from fiveaxis.viewer.solids import corners
-from fiveaxis.viewer.tool_motion import KeyFrames, Poses, make_animation
-from fiveaxis.viewer.tools import add_tools
+from fiveaxis.viewer.tool_motion import KeyFrames, Poses, Side, choose_sides, make_animation
 
 if TYPE_CHECKING:
     import trimesh
@@ -30,26 +34,78 @@ if TYPE_CHECKING:
     from fiveaxis.posture.solution import Solution
 
 ROOT = "fiveaxis"
-# How much larger than the part the scene with all that stands around it may be shown.
+# Largest size of the view with fixtures and tools, as a multiple of the part's at the same scale.
 AROUND = 1.4
-# Radius of a finding's mark, share of the path's size.
+# Radius of a finding's mark, as a share of the path's size.
 MARK = 0.018
 BACKGROUND = ((0.16, 0.18, 0.22), (0.09, 0.10, 0.12))
+# Size of the scene in the view, for which the viewer's lights and clipping are made.
+SHOWN_SIZE = 2.4
+CAMERA = (1.75, 1.05, 1.75)  # x, up, -y
+# Direction across the view from left to right, workpiece frame.
+RIGHT = np.array([1.0, 1.0, 0.0]) / np.sqrt(2.0)
+# Side by side: distance of the two in sizes of the scene, and scale of each.
+GAP, SMALLER = 1.35, 0.62
+# Offset of the scene, alone, to the right of the middle, in its sizes: the legend is on the left.
+ASIDE = 0.28
+# Factor of the viewing distance with the machine. With its whole working space in view the part would be too
+# small.
+STEP_BACK = 4.0
+
+
+@dataclass(frozen=True, eq=False)
+class Layout:
+    """A box of the workpiece frame that is in view.
+
+    Parameters
+    ----------
+    low, high : (3,), mm, its corners
+    size : mm, of what fills the view, as a rule its longest side
+    """
+
+    low: Array
+    high: Array
+    size: float
+
+    def with_machine(self) -> Layout:
+        """Step back, so that table and spindle are visible around the part."""
+        return replace(self, size=STEP_BACK * self.size)
+
+    def together(self) -> Array:
+        """Return the transform, (4, 4), that scales the scene to the view, beside the legend."""
+        aside = ASIDE * self.size * RIGHT
+        return self._scaled(SHOWN_SIZE / self.size, (self.low + self.high) / 2.0 - aside)
+
+    def apart(self) -> Array:
+        """Return the transform, (4, 4), that shows the result and a baseline moved by `shift`."""
+        middle = (self.low + self.high + self.shift()[:3, 3]) / 2.0
+        return self._scaled(SMALLER * SHOWN_SIZE / self.size, middle)
+
+    def shift(self) -> Array:
+        """Return the transform, (4, 4) mm, that moves a baseline to the left of the result."""
+        moved = np.eye(4)
+        moved[:3, 3] = -GAP * self.size * RIGHT
+        return moved
+
+    @staticmethod
+    def _scaled(scale: float, middle: Array) -> Array:
+        scaled = np.diag([scale, scale, scale, 1.0])
+        scaled[:3, 3] = -scale * middle
+        return scaled
 
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """What the scene's colours and objects mean, and how they can be arranged.
+    """Contents and arrangement of a scene.
 
     Parameters
     ----------
-    top : W of the last colour
+    top : W, at the end of the colour scale
     sides : the result, and the baseline if there is one
     layout : in the view
     has_part, has_stock, has_machine, has_marks : whether they are in the scene
     fixtures : their names, in the order of their nodes
-    copies : nodes, below the root, to be shown a second time beside the baseline → where. Their objects
-        aren't sent twice
+    copies : nodes, below the root, that are shown a second time beside the baseline → nodes of the copies
     """
 
     top: float
@@ -71,24 +127,20 @@ def build_scene(
     surroundings: Surroundings | None = None,
     findings: Sequence[Finding] = (),
 ) -> Scene:
-    """Put a solution into a meshcat scene.
+    """Build the meshcat scene of a solution, with its baseline and the machine hidden at first.
 
     Parameters
     ----------
     vis : a meshcat visualizer
-    solution : what to show; its baseline and the machine's bodies stand beside it, hidden at first
+    solution : to show
     part : mesh of the part in mm, or its file; None takes that of the surroundings
     surroundings : stock and fixtures
-    findings : of verification, on the solution's motion; marks at their locations
-
-    Returns
-    -------
-    What colours and objects mean.
+    findings : of verification, on the solution's motion; shown as marks at their locations
 
     Raises
     ------
     MeshError
-        The part, a fixture's mesh or one of the machine can't be read.
+        A mesh of the part, a fixture or the machine can't be read.
     """
     mesh, around = gather(part, surroundings)
     sides = choose_sides(solution)
@@ -116,15 +168,16 @@ def build_scene(
 
 
 def _set_moving(vis: Any, solution: Solution, sides: Sequence[Side]) -> None:
-    """Add tools and machine, and set them going; what belongs to the baseline is hidden."""
+    """Add tools and machine with their animation, and hide those of the baseline."""
     machine = solution.machine
     moving: dict[str, tuple[KeyFrames, Poses]] = add_tools(vis, ROOT, machine, solution.toolpath.tool, sides)
     for side in sides:
         positions = side.motion.positions[side.frames.rows]
-        # The baseline's bodies are copies of the result's: only where they go is its own.
-        place = add_bodies if side is sides[0] else move_links
-        node = f"{ROOT}/machine" if side is sides[0] else f"{ROOT}/{side.node}/machine"
-        links = place(vis, node, machine, positions)
+        # The baseline's bodies are copies of the result's and differ only in motion.
+        if side is sides[0]:
+            links = add_bodies(vis, f"{ROOT}/machine", machine, positions)
+        else:
+            links = move_links(vis, f"{ROOT}/{side.node}/machine", machine, positions)
         moving |= {name: (side.frames, poses) for name, poses in links.items()}
     vis.set_animation(make_animation(vis, moving), play=True, repetitions=1000)
     for side in sides[1:]:
@@ -132,20 +185,20 @@ def _set_moving(vis: Any, solution: Solution, sides: Sequence[Side]) -> None:
 
 
 def _path_size(solution: Solution) -> float:
-    """Give the longest side of a box around the path, mm; a short path's tool is larger."""
+    """Return the longest side of the path's bounding box, mm, but at least the tool's diameter."""
     sides = np.ptp(solution.toolpath.pivot, axis=0)
     return max(float(sides.max()), solution.toolpath.tool.diameter)
 
 
 def _around_part(solution: Solution, around: Surroundings, sides: Sequence[Side]) -> Array:
-    """Give points, (p, 3) mm, of what the first view holds beside the part: fixtures, tools at the start.
+    """Return the points, (p, 3) mm, of fixtures and tools at the start, which the first view includes.
 
     Raises
     ------
     MeshError
         A fixture's mesh can't be read.
     """
-    # A shank that nobody has given may leave the view, as long as it is drawn.
+    # An assumed shank may leave the view.
     height = max(float(part.outline[-1, 1]) for part in solution.toolpath.tool.parts())
     points = [corners(fixture.shape) for fixture in around.fixtures]
     for side in sides:
@@ -159,13 +212,13 @@ def _set_stage(vis: Any, solution: Solution, mesh: trimesh.Trimesh | None, other
 
     Parameters
     ----------
-    others : (p, 3), mm, what is in view beside part and path
+    others : (p, 3), mm, points in view besides part and path
     """
     points = solution.toolpath.pivot if mesh is None else np.vstack([solution.toolpath.pivot, mesh.vertices])
     own = max(float(np.ptp(points, axis=0).max()), solution.toolpath.tool.diameter)
     points = np.vstack([points, others])
     low, high = points.min(axis=0), points.max(axis=0)
-    # What stands around may come nearer to the edges of the view than the part does.
+    # Other points may come closer to the edges of the view than the part.
     layout = Layout(low, high, max(own, float((high - low).max()) / AROUND))
     vis[ROOT].set_transform(layout.together())
     for name in ("/Grid", "/Axes"):

@@ -1,4 +1,4 @@
-"""The preview page on this computer's own address."""
+"""The preview page served on the loopback address."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from threading import Thread
-from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
 from fiveaxis.errors import SettingError
@@ -25,11 +24,11 @@ if TYPE_CHECKING:
 logger = logging.getLogger(__name__)
 
 LOOPBACK = "127.0.0.1"
-# How long closing may wait for the server to look up, s.
+# s: longest wait for the server when closing.
 POLL = 0.1
-# A connection that says nothing for so long is closed, s.
+# s: an idle connection is closed after this.
 PATIENCE = 10.0
-# Nothing may be guessed from the page, framed around it or read from another site.
+# Forbid caching, guessing of types, framing, referrers, and reading by other sites.
 HEADERS = {
     "Cache-Control": "no-store",
     "X-Content-Type-Options": "nosniff",
@@ -42,14 +41,13 @@ HEADERS = {
 class Preview:
     """A page that is served to this computer only, until it is closed.
 
-    meshcat's own server listens on every network interface; this one on the loopback address alone, and it
-    answers only requests that name that address, so that no web page can read a part through a host name
-    of its own.
+    meshcat's server listens on every network interface. This one listens on the loopback address only and
+    answers only requests that name it, so no web page can read a part through its own host name.
 
     Parameters
     ----------
     page : HTML text
-    port : 0 takes a free one
+    port : 0 chooses a free one
 
     Raises
     ------
@@ -61,14 +59,14 @@ class Preview:
         try:
             self._server = ThreadingHTTPServer((LOOPBACK, port), _handler(page.encode("utf-8")))
         except (OSError, OverflowError) as fault:
-            raise SettingError(f"the preview can't use port {port}: {fault}; take another, or 0") from None
+            raise SettingError(f"the preview can't use port {port}: {fault}; choose another, or 0") from None
         self._thread = Thread(
             target=self._server.serve_forever, args=(POLL,), name="fiveaxis-preview", daemon=True
         )
         self._thread.start()
 
     def url(self) -> str:
-        """Give the address of the page."""
+        """Return the address of the page."""
         return f"http://{LOOPBACK}:{self._server.server_port}/"
 
     def wait(self) -> None:
@@ -79,7 +77,7 @@ class Preview:
             self.close()
 
     def close(self) -> None:
-        """Stop serving; closing twice is no fault."""
+        """Stop serving; closing twice is allowed."""
         self._server.shutdown()
         self._thread.join()
         self._server.server_close()
@@ -87,12 +85,7 @@ class Preview:
     def __enter__(self) -> Preview:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        fault: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
 
@@ -108,21 +101,18 @@ def preview(
     """Show a solution in a browser on this computer.
 
     Returns at once; the page is served while the program runs. ``preview(solution).wait()`` serves until
-    Ctrl-C, ``with preview(solution):`` as long as the block lasts.
+    Ctrl-C, ``with preview(solution):`` until the end of the block.
 
     Parameters
     ----------
-    solution : what to show
-    part : mesh of the part in mm, or its file; None takes that of the surroundings
-    surroundings : stock and fixtures to show
-    findings : of verification, on the solution's motion
+    solution, part, surroundings, findings : as for `write_preview`
     open_browser : open the page
-    port : of the loopback address; 0 takes a free one
+    port : of the loopback address; 0 chooses a free one
 
     Raises
     ------
     MeshError
-        The part, a fixture's mesh or one of the machine can't be read.
+        A mesh of the part, a fixture or the machine can't be read.
     SettingError
         The port is taken.
     """
@@ -135,7 +125,7 @@ def preview(
 
 
 def _handler(page: bytes) -> type[BaseHTTPRequestHandler]:
-    """Make a request handler that knows one page."""
+    """Make a request handler that serves one page."""
 
     class Handler(BaseHTTPRequestHandler):
         server_version, sys_version = "fiveaxis", ""
@@ -146,7 +136,7 @@ def _handler(page: bytes) -> type[BaseHTTPRequestHandler]:
             if self.headers.get("Host") not in known:
                 self.send_error(HTTPStatus.FORBIDDEN)
             elif self.path == "/favicon.ico":
-                # Every browser asks for one, and shows a fault where there is none.
+                # Every browser requests one and reports an error without it.
                 self.send_response(HTTPStatus.NO_CONTENT)
                 self.end_headers()
             elif self.path != "/":
@@ -164,7 +154,7 @@ def _handler(page: bytes) -> type[BaseHTTPRequestHandler]:
             self.wfile.write(page)
 
         def log_message(self, format: str, *args: Any) -> None:
-            """Log requests for those who ask for details: the terminal belongs to the caller."""
+            """Log requests instead of printing them to the terminal."""
             logger.debug("%s", format % args)
 
     return Handler

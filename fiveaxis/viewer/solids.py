@@ -1,7 +1,8 @@
-"""Shapes as meshcat's geometries: boxes, cylinders, meshes, turned bodies, marks."""
+"""Shapes as meshcat's geometries: boxes, cylinders, thinned meshes, bodies of revolution, marks."""
 
 from __future__ import annotations
 
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,6 @@ from fiveaxis.geometry import Array, IntArray
 from fiveaxis.machine import Box, Cylinder, MeshShape
 from fiveaxis.machine.bodies import Shape
 from fiveaxis.mesh import load_mesh
-from fiveaxis.mesh.thinning import thin_mesh
 from fiveaxis.viewer.library import UPRIGHT, load_meshcat
 
 # Corners and faces of an octahedron of radius 1, anticlockwise seen from outside.
@@ -21,12 +21,7 @@ FACES = np.array(
 
 
 def make_geometry(shape: Shape, most_triangles: int) -> Any:
-    """Make a shape's geometry in its own frame.
-
-    Parameters
-    ----------
-    shape : box, cylinder or the file of a mesh
-    most_triangles : to which a mesh is thinned
+    """Make a shape's geometry in its own frame; a mesh is thinned.
 
     Raises
     ------
@@ -43,18 +38,18 @@ def make_geometry(shape: Shape, most_triangles: int) -> Any:
 
 
 def mesh_geometry(vertices: Array, faces: IntArray, most_triangles: int) -> Any:
-    """Make a mesh's geometry, thinned where it is too fine to be shown: (v, 3) mm, (f, 3)."""
+    """Make a mesh's geometry, thinned if it is too fine to be shown: (v, 3) mm, (f, 3)."""
     thin = thin_mesh(np.asarray(vertices, dtype=float), np.asarray(faces), most_triangles)
     return load_meshcat().geometry.TriangularMeshGeometry(*thin)
 
 
-def place(shape: Shape) -> Array:
-    """Place a shape's geometry where the shape says, (4, 4) mm: meshcat's cylinder lies along y."""
+def pose_of(shape: Shape) -> Array:
+    """Return the pose of a shape's geometry, (4, 4) mm; meshcat's cylinder lies along y."""
     return shape.frame @ UPRIGHT if isinstance(shape, Cylinder) else shape.frame
 
 
 def corners(shape: Shape) -> Array:
-    """Give the corners, (8, 3) mm, of a box around a shape, along the axes of its own frame.
+    """Return the corners, (8, 3) mm, of a shape's bounding box along the axes of its frame.
 
     Raises
     ------
@@ -68,19 +63,17 @@ def corners(shape: Shape) -> Array:
         sides = shape.size if isinstance(shape, Box) else (2 * shape.radius, 2 * shape.radius, shape.height)
         high = np.asarray(sides, dtype=float) / 2.0
         low = -high
-    own = np.array(
-        [[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])]
-    )
+    own = np.array(list(product(*zip(low, high, strict=True))))
     return own @ shape.frame[:3, :3].T + shape.frame[:3, 3]
 
 
 def is_flat(shape: Shape) -> bool:
-    """Tell whether faces are lit flat: a mesh has no normals of its own here, cylinders have round ones."""
+    """Check whether faces are lit flat: a mesh has no normals here, while a cylinder has smooth ones."""
     return isinstance(shape, MeshShape)
 
 
 def revolve(outline: Array, sectors: int = 36) -> tuple[Array, IntArray]:
-    """Turn an outline about the z axis into a closed body.
+    """Make the closed body of revolution of an outline about the z axis.
 
     Parameters
     ----------
@@ -105,19 +98,46 @@ def revolve(outline: Array, sectors: int = 36) -> tuple[Array, IntArray]:
     return vertices, np.concatenate([lower, upper])
 
 
-def scatter_marks(places: Array, radius: float) -> tuple[Array, IntArray]:
-    """Put an octahedron at every place, all in one mesh.
+def scatter_marks(points: Array, radius: float) -> tuple[Array, IntArray]:
+    """Make one mesh, (6 m, 3) mm and (8 m, 3), with an octahedron at every point, (m, 3) mm."""
+    vertices = (points[:, None] + radius * CORNERS).reshape(-1, 3)
+    first = len(CORNERS) * np.arange(len(points))
+    return vertices, (first[:, None, None] + FACES).reshape(-1, 3)
 
-    Parameters
-    ----------
-    places : (m, 3), mm
-    radius : mm
+
+def thin_mesh(vertices: Array, faces: IntArray, most: int) -> tuple[Array, IntArray]:
+    """Merge neighbouring vertices of a mesh until it has at most `most` triangles.
 
     Returns
     -------
-    vertices : (6m, 3), mm
-    faces : (8m, 3)
+    vertices, faces : (v, 3) mm and (f, 3); unchanged if few enough, else on a grid as fine as `most` allows
     """
-    vertices = (places[:, None] + radius * CORNERS).reshape(-1, 3)
-    first = len(CORNERS) * np.arange(len(places))
-    return vertices, (first[:, None, None] + FACES).reshape(-1, 3)
+    cells = 1024
+    thin = vertices, faces
+    while len(thin[1]) > most:
+        thin = _merge_cells(vertices, faces, cells)
+        # The number of triangles grows with the square of the cells, which nearly gives the right grid.
+        cells = int(cells * min(0.95, np.sqrt(most / max(len(thin[1]), 1))))
+    return thin
+
+
+def _merge_cells(vertices: Array, faces: IntArray, cells: int) -> tuple[Array, IntArray]:
+    low, size = vertices.min(axis=0), float(np.ptp(vertices, axis=0).max())
+    x, y, z = np.round((vertices - low) / size * cells).astype(np.int64).T
+    # One number per cell, as unique rows take a hundred times as long.
+    _, first, merged = np.unique(
+        (x * (cells + 1) + y) * (cells + 1) + z, return_index=True, return_inverse=True
+    )
+    joined = merged[faces]
+    a, b, c = joined.T
+    kept = joined[(a != b) & (b != c) & (c != a)]
+    return vertices[first], kept[_first_of_each(kept)]
+
+
+def _first_of_each(faces: IntArray) -> IntArray:
+    """Return the rows of triangles, (f, 3), whose corners aren't those of an earlier one."""
+    least, middle, most = np.sort(faces, axis=1).T
+    order = np.lexsort((most, middle, least))
+    same = (np.diff(least[order]) == 0) & (np.diff(middle[order]) == 0) & (np.diff(most[order]) == 0)
+    # lexsort keeps the order of equal rows, so the first of each run is the earliest.
+    return np.sort(order[np.append(True, ~same)[: len(order)]])

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from fiveaxis.kinematics import linear_positions, tool_axes
 from fiveaxis.machine import Machine, load_machine
 from fiveaxis.motion import AXIS_TOLERANCE, PATH_TOLERANCE, AxisPlanes, fill_in, follow, thinned
-from fiveaxis.motion.filling import WRITTEN_TOLERANCE
+from fiveaxis.motion.deviation import WRITTEN_TOLERANCE
 from fiveaxis.toolpath import Tool, Toolpath, interpolate
 from fiveaxis.verification.model import tool_poses
 

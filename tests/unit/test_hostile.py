@@ -123,14 +123,12 @@ def test_settings_too_large_to_read_are_refused_with_the_limit(tmp_path):
         load_machine(str(path))
 
 
-def test_a_mesh_that_was_cut_off_or_tells_of_more_than_it_holds_says_what_to_do(tmp_path):
+def test_a_truncated_mesh_says_what_to_do(tmp_path):
     whole = trimesh.creation.box((1, 1, 1)).export(file_type="stl")
     cut, off = tmp_path / "cut.stl", tmp_path / "lies.off"
     cut.write_bytes(whole[:300])
-    with pytest.raises(
-        MeshError, match=r"its head tells of 12 triangles, and 4 are there; copy or export it"
-    ):
+    with pytest.raises(MeshError, match=r"its header states 12 triangles, the file has 4; copy or export it"):
         load_mesh(cut)
     off.write_text("OFF\n2000000000 1 0\n0 0 0\n3 0 1 2\n")
-    with pytest.raises(MeshError, match=r"it is damaged, cut off, or of another format; export it anew"):
+    with pytest.raises(MeshError, match=r"it is damaged, truncated, or of another format; export it again"):
         load_mesh(off)

@@ -1,4 +1,4 @@
-"""How far a ball gets beside a part."""
+"""How far a ball can move near a part."""
 
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ def tree() -> TriangleTree:
     return TriangleTree.build(np.array(torus.triangles))
 
 
-def test_a_ball_goes_as_far_as_the_wall_lets_it(tree):
+def test_a_ball_reaches_as_far_as_the_wall_allows(tree):
     space = BallSpace(tree, radius=3.0)
     reached = space.reach(np.zeros(3), np.array([30.0, 0.0, 0.0]))
     # The hole's wall is 14 mm from the centre (a little more between the facets' corners).
@@ -22,7 +22,7 @@ def test_a_ball_goes_as_far_as_the_wall_lets_it(tree):
     assert space.reach(np.array([20.0, 0.0, 6.0]), np.zeros(3)) == -1.0
 
 
-def test_a_clear_way_is_told_from_one_through_the_part(tree):
+def test_a_move_through_the_part_is_not_clear(tree):
     space = BallSpace(tree, radius=3.0)
     above, inside, beyond = np.array([0.0, 0.0, 20.0]), np.zeros(3), np.array([0.0, 40.0, 0.0])
     assert space.clear(above, inside)

@@ -34,7 +34,7 @@ def test_a_normal_leans_no_farther_than_the_limit():
 
 
 @pytest.mark.parametrize("spacing", [0.2, 0.5, 3.0])
-def test_contacts_are_no_farther_apart_than_asked(spacing):
+def test_contacts_are_no_farther_apart_than_the_spacing(spacing):
     cylinder = trimesh.creation.cylinder(radius=10.0, height=10.0, sections=200)
     contacts = contacts_of(cylinder, level=1.0, spacing=spacing)
     gaps = np.linalg.norm(np.roll(contacts.points, -1, axis=0) - contacts.points, axis=1)

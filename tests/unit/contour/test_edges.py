@@ -73,7 +73,7 @@ def test_a_wedge_keeps_the_normals_of_both_its_walls(angle):
 
 
 @pytest.mark.parametrize("radius", [1.5, 3.0, 6.0])
-def test_an_edge_too_blunt_to_tell_from_a_tessellation_never_sinks_the_ball(radius):
+def test_an_edge_as_blunt_as_a_tessellation_never_sinks_the_ball(radius):
     # 25 degrees: the walls' normals lean towards each other, but by no more than the depth allows.
     contact, normal = cuts(plan_contour(wedge(25.0), Tool.ball(2.0 * radius), stepdown=3.0))
     front = (contact[:, 0] > 6.0) & (normal[:, 0] > 0.5)

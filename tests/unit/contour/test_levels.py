@@ -23,17 +23,17 @@ def ridge_between(centres: np.ndarray, radius: float, along: np.ndarray, wall: n
     Parameters
     ----------
     centres : (n, 2), mm
-    along, wall : (m, 2), mm, places on the wall's outline and the unit normals there
+    along, wall : (m, 2), mm, points on the wall's outline and the unit normals there
     """
     offset = along[:, None] - centres[None]
-    # The ray from a place along its normal leaves a ball's disc at the larger root, if it meets it at all.
+    # The ray from a point along its normal leaves a ball's disc at the larger root, if it meets it at all.
     b = np.einsum("ij,ikj->ik", wall, offset)
     under = b**2 - (offset**2).sum(axis=2) + radius**2
     left = np.where(under >= 0.0, -b - np.sqrt(np.maximum(under, 0.0)), np.inf)
     return float(left.min(axis=1).max())
 
 
-def test_the_ridge_of_a_step_on_a_flat_wall_has_the_height_asked_for():
+def test_the_ridge_of_a_step_on_a_flat_wall_has_the_wanted_height():
     step = float(scallop_step(3.0, 0.02))
     assert 3.0 - np.sqrt(9.0 - step**2 / 4.0) == pytest.approx(0.02, rel=1e-12)
 
@@ -92,7 +92,7 @@ def test_the_curvature_of_a_hole_is_negative_only_around_it():
 
 
 @pytest.mark.parametrize("scallop", [0.005, 0.05])
-def test_the_passes_of_a_cone_leave_the_ridges_asked_for(scallop):
+def test_the_passes_of_a_cone_leave_the_wanted_ridges(scallop):
     # Apex down; its outline in the plane through the axis is a straight line.
     cone = trimesh.creation.cone(radius=15.0, height=30.0, sections=512)
     cone.apply_transform(np.diag([1.0, -1.0, -1.0, 1.0]))

@@ -7,7 +7,7 @@ from fiveaxis.contour.contacts import Contacts
 from fiveaxis.contour.linking import open_passes
 from fiveaxis.contour.ordering import by_levels
 from fiveaxis.contour.passes import Pass
-from fiveaxis.contour.ways import Linker, quarter_arc
+from fiveaxis.contour.routes import Linker, quarter_arc
 from fiveaxis.mesh import TriangleTree
 
 X, Y, Z = np.eye(3)
@@ -28,12 +28,12 @@ def straight(start: np.ndarray, end: np.ndarray, normal: np.ndarray, n: int = 9)
     return Pass(contacts, points + 3.0 * normal)
 
 
-def test_from_a_free_side_the_way_goes_straight_up(linker):
-    way = linker.escape(np.array([33.0, 0.0, 2.0]), X)
-    np.testing.assert_allclose(way, [[38.0, 0.0, 2.0], [38.0, 0.0, 12.0]])
+def test_from_a_free_side_the_route_goes_straight_up(linker):
+    route = linker.escape(np.array([33.0, 0.0, 2.0]), X)
+    np.testing.assert_allclose(route, [[38.0, 0.0, 2.0], [38.0, 0.0, 12.0]])
 
 
-def test_from_under_a_table_the_way_goes_out_along_the_normal_then_up(linker):
+def test_from_under_a_table_the_route_goes_out_along_the_normal_then_up(linker):
     normal = (X - Z) / np.sqrt(2.0)
     away, out, top = linker.escape(np.array([10.0, 0.0, -10.0]), normal)
     assert away[2] == out[2]
@@ -42,12 +42,12 @@ def test_from_under_a_table_the_way_goes_out_along_the_normal_then_up(linker):
     np.testing.assert_allclose(top, [out[0], out[1], linker.plane])
 
 
-def test_every_way_found_is_clear(linker):
+def test_every_route_found_is_clear(linker):
     for heading in np.linspace(0.0, 2.0 * np.pi, 12, endpoint=False):
         normal = np.array([np.cos(heading), np.sin(heading), -1.0]) / np.sqrt(2.0)
         start = np.array([4.0, -7.0, -4.0])
-        way = linker.escape(start, normal)
-        assert linker.space.clear(start, *way)
+        route = linker.escape(start, normal)
+        assert linker.space.clear(start, *route)
 
 
 def test_near_passes_are_joined_close_to_the_surface(linker):
@@ -55,8 +55,8 @@ def test_near_passes_are_joined_close_to_the_surface(linker):
     opened = open_passes(by_levels([[high], [low]]), linker)
     linked, left_out = opened.joined(), opened.left_out
     np.testing.assert_allclose(linked[1].approach, [[38.0, -5.0, 3.0], [38.0, -5.0, 1.0]])
-    assert len(linked[0].retreat) == 0
-    assert linked[1].retreat[-1, 2] == linker.plane
+    assert len(linked[0].retract) == 0
+    assert linked[1].retract[-1, 2] == linker.plane
     assert not left_out
 
 
@@ -91,7 +91,7 @@ def test_an_open_pass_is_shortened_to_where_the_ball_gets_out():
     assert left_out["contacts without a clear link"] == len(wedged) - len(linked[0].cut) > 0
 
 
-def test_a_pass_without_any_way_out_is_left_out_and_counted():
+def test_a_pass_without_a_route_out_is_left_out_and_counted():
     cage = trimesh.creation.box(extents=[30.0, 30.0, 30.0])
     linker = Linker(BallSpace(TriangleTree.build(np.array(cage.triangles)), 3.0), cage.bounds, clearance=5.0)
     opened = open_passes(by_levels([[straight([15, -5, 0], [15, 5, 0], -X)]]), linker)
@@ -111,7 +111,7 @@ def test_an_arc_leaves_along_the_feed_and_ends_along_the_normal():
 
 
 def test_a_lead_takes_the_largest_arc_that_is_clear(linker):
-    # 4 mm beside the contact, off the wall x = 30, a second wall stands in the way of the full arc.
+    # 4 mm beside the contact, off the wall x = 30, a second wall blocks the full arc.
     assert len(linker.lead((np.array([33.0, 0.0, 2.0]), X), Y, 3.0).arc) >= 3
     wall = trimesh.creation.box(extents=[60.0, 60.0, 4.0])
     wall.apply_translation([0.0, 0.0, 2.0])
@@ -123,7 +123,7 @@ def test_a_lead_takes_the_largest_arc_that_is_clear(linker):
     lead = near.lead((centre, X), Y, 4.0)
     assert lead is not None
     assert lead.arc[-1] == pytest.approx(centre + 2.0 * X + 2.0 * Y)
-    assert near.space.clear(centre, *lead.arc, *lead.way)
+    assert near.space.clear(centre, *lead.arc, *lead.route)
 
 
 def test_leads_go_before_and_behind_a_pass(linker):
@@ -134,4 +134,4 @@ def test_leads_go_before_and_behind_a_pass(linker):
     np.testing.assert_allclose(linked.approach[-1][2], 2.0)
     assert linked.approach[-1][1] < -5.0
     assert any(np.allclose(p, [35.0, -7.0, 2.0]) for p in linked.approach)
-    assert any(np.allclose(p, [34.0, 6.0, 2.0]) for p in linked.retreat)
+    assert any(np.allclose(p, [34.0, 6.0, 2.0]) for p in linked.retract)

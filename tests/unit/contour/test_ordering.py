@@ -8,10 +8,8 @@ from hypothesis import strategies as st
 
 from fiveaxis.contour import plan_contour
 from fiveaxis.contour.contacts import Contacts
-from fiveaxis.contour.neighbours import neighbours
-from fiveaxis.contour.ordering import by_levels, in_order, islands
-from fiveaxis.contour.passes import Pass
-from fiveaxis.contour.shortening import Links, shortened
+from fiveaxis.contour.ordering import Links, by_levels, in_order, islands, shortened
+from fiveaxis.contour.passes import Pass, neighbours
 from fiveaxis.toolpath import Tool, Toolpath
 
 UP = np.array([0.0, 0.0, 1.0])
@@ -57,7 +55,7 @@ def test_an_island_goes_on_below_a_pass_as_soon_as_that_is_done():
     assert [passes[k] is levels[k // 2][k % 2] for k in range(6)] == [True] * 6
 
 
-def test_a_given_order_is_kept_and_what_it_misses_comes_last():
+def test_a_given_order_is_kept_and_missing_passes_come_last():
     passes = [straight([0, y, 0], [0, y + 5, 0]) for y in range(4)]
     queue = in_order(passes, [2, 0])
     while queue:
@@ -65,16 +63,16 @@ def test_a_given_order_is_kept_and_what_it_misses_comes_last():
     assert queue.taken == [2, 0, 1, 3]
 
 
-def test_an_open_pass_is_turned_round_only_if_it_may_be():
+def test_an_open_pass_is_reversed_only_if_allowed():
     end = np.array([3.0, 5.0, 0.0])
-    for either_way, first in ((False, 0.0), (True, 5.0)):
-        queue = by_levels([[straight([0, 0, 0], [0, 5, 0])]], either_way=either_way)
+    for reversible, first in ((False, 0.0), (True, 5.0)):
+        queue = by_levels([[straight([0, 0, 0], [0, 5, 0])]], reversible=reversible)
         assert queue.take(end).contacts.points[0, 1] == first
 
 
 @settings(max_examples=60, deadline=None)
 @given(seed=st.integers(0, 10_000), count=st.integers(1, 12))
-def test_a_shortened_order_holds_every_pass_once_keeps_what_must_be_and_is_no_longer(seed, count):
+def test_a_shortened_order_is_a_valid_order_and_no_longer(seed, count):
     rng = np.random.default_rng(seed)
     length = rng.uniform(0.0, 10.0, (count, count))
     below = [[j for j in range(k + 1, count) if rng.random() < 0.15] for k in range(count)]
@@ -85,7 +83,7 @@ def test_a_shortened_order_holds_every_pass_once_keeps_what_must_be_and_is_no_lo
     assert sum(length[k] for k in pairwise(order)) <= sum(length[k] for k in pairwise(range(count))) + 1e-9
 
 
-def test_an_order_is_shortened_by_true_lengths_where_guesses_promise_too_much():
+def test_an_order_is_shortened_by_true_lengths_where_lower_bounds_promise_too_much():
     true = np.full((3, 3), 5.0)
     links = Links(np.zeros((3, 3)), lambda a, b: float(true[a, b]))
     assert shortened([0, 1, 2], links, [[], [], []]) == [0, 1, 2]

@@ -108,7 +108,7 @@ def test_normals_of_a_cone_match_its_half_angle():
     assert lowest_gap(path, cone) >= -0.01
 
 
-def test_climb_goes_clockwise_around_a_boss_and_conventional_the_other_way():
+def test_climb_goes_clockwise_around_a_boss_and_conventional_anticlockwise():
     boss = trimesh.creation.cylinder(radius=10.0, height=6.0, sections=128)
     turned = {}
     for direction in ("climb", "conventional"):
@@ -241,7 +241,7 @@ def test_a_part_whose_walls_the_ball_can_not_touch_says_why():
         plan_contour(pocket, Tool.ball(20), allow_open=True)
 
 
-def test_an_open_part_is_planned_when_asked_to():
+def test_an_open_part_is_planned_if_allowed():
     shell = trimesh.creation.cylinder(radius=10.0, height=10.0, sections=64)
     shell.update_faces(np.abs(shell.face_normals[:, 2]) < 0.5)
     with pytest.raises(MeshError, match="128 of its edges"):

@@ -92,7 +92,7 @@ def test_ridges_of_a_hollow_are_lower_than_those_of_a_boss():
         assert found.scallop_largest == pytest.approx(heights[side], abs=1e-3)
 
 
-def test_what_an_inner_corner_keeps_is_no_ridge():
+def test_material_left_in_an_inner_corner_is_no_ridge():
     # Two blocks form a corner of 90 degrees that a ball of 10 mm can't finish.
     corner = trimesh.util.concatenate([upright(0.0, 60.0), upright(30.0, 20.0)])
     path = plan_contour(corner, Tool.ball(10), scallop=0.01, strategy="raster", raster_angle=90.0)
@@ -106,7 +106,7 @@ def test_faces_that_the_strategy_leaves_out_have_no_ridges():
     assert path_quality(path, cylinder).scallop_largest < 0.0105
 
 
-def test_planned_ridges_of_a_sphere_are_as_high_as_asked_for():
+def test_planned_ridges_of_a_sphere_have_the_wanted_height():
     sphere = trimesh.creation.icosphere(subdivisions=5, radius=20.0)
     chords = 20.0 - np.linalg.norm(sphere.triangles_center, axis=1).min()
     for options in ({}, {"strategy": "raster", "raster_angle": 30.0}, {"spiral": True}):

@@ -110,7 +110,7 @@ def test_a_raster_cuts_floors_and_walls_but_not_what_lies_on_the_table():
     assert {tuple(n) for n in np.round(normals, 6) + 0.0} == {(0, 0, 1), (1, 0, 0), (-1, 0, 0)}
 
 
-def test_a_raster_cuts_overhangs_alone_when_asked_to(spool):
+def test_a_raster_of_overhangs_cuts_nothing_else(spool):
     path = plan_contour(spool, Tool.ball(6), strategy="raster", stepover=2.0, overhang=True)
     assert path.normal[path.cutting, 2].max() < 0.0
     at, between = gap(path, spool)
@@ -141,7 +141,7 @@ def test_a_climbing_raster_has_what_it_has_yet_to_cut_on_its_right():
         assert np.sign(right @ ahead) == side
 
 
-def test_zigzag_follows_open_passes_either_way():
+def test_zigzag_cuts_open_passes_in_both_directions():
     block = trimesh.creation.box(extents=[20.0, 20.0, 10.0])
     lengths = {}
     for direction in ("climb", "zigzag"):
@@ -193,7 +193,7 @@ def test_passes_below_the_least_length_are_left_out_and_counted():
     assert path.contact[path.cutting, 0].min() > 20.0
 
 
-def test_a_closed_pass_counts_with_its_whole_way_round():
+def test_the_length_of_a_closed_pass_is_its_whole_circumference():
     post = trimesh.creation.cylinder(radius=10.0, height=6.0, sections=256)
     round_ = 2.0 * np.pi * 10.0
     assert plan_contour(post, Tool.ball(4), stepdown=2.0, min_length=0.999 * round_).ignored == {}

@@ -14,7 +14,7 @@ BOX = trimesh.creation.box((40.0, 40.0, 20.0))
 
 
 def on_sphere(tool, n=60, lean=0.6, seed=0):
-    """Tips of a tool that touches a sphere of radius 20 at random places, leaning by an angle."""
+    """Tips of a tool that touches a sphere of radius 20 at random points, tilted by an angle."""
     rng = np.random.default_rng(seed)
     normal = normalise(rng.normal(size=(n, 3)))
     side = normalise(np.cross(normal, rng.normal(size=(n, 3))))
@@ -37,7 +37,7 @@ def test_normals_of_a_sphere_point_from_its_centre(text, lean):
     np.testing.assert_allclose(found.tips(found.axis), path.tips(path.axis), atol=1e-9)
 
 
-def test_an_edge_gives_the_way_to_the_balls_centre_and_no_mean_normal():
+def test_at_an_edge_the_normal_points_to_the_balls_centre():
     tool = Tool.ball(10)
     lean = normalise(np.array([[0.9, 0.0, 0.1], [0.1, 0.0, 0.9]]))
     centre = np.array([20.0, 0.0, 10.0]) + 5.0 * lean
@@ -55,7 +55,7 @@ def test_a_thin_edge_is_seen_from_outside():
     np.testing.assert_allclose(find_contacts(path, wedge).normal, [[0.0, 0.0, 1.0]], atol=1e-12)
 
 
-def test_moves_off_the_part_become_links_and_are_told():
+def test_moves_off_the_part_become_links_with_a_finding():
     path, _ = on_sphere(Tool.ball(6), n=10)
     lifted = Toolpath.from_tips(
         path.tips(path.axis) + np.where(np.arange(10)[:, None] == 3, 2.0 * path.axis, 0.0),
@@ -72,7 +72,7 @@ def test_moves_off_the_part_become_links_and_are_told():
     assert str(finding).startswith("p.ngc:103, location 3: 1 feed moves end more than 0.05 mm off the part")
 
 
-def test_cuts_deep_in_the_part_are_told_with_their_depth():
+def test_cuts_deep_in_the_part_are_reported_with_their_depth():
     path, _ = on_sphere(Tool.ball(6), n=10)
     deeper = Toolpath.from_tips(0.98 * path.tips(path.axis), path.axis, path.tool)
     (finding,) = find_contacts(deeper, SPHERE).findings
@@ -84,7 +84,7 @@ def test_cuts_deep_in_the_part_are_told_with_their_depth():
     assert finding.value == pytest.approx(5.0)
 
 
-def test_a_tool_on_its_flat_bottom_is_told_and_not_guessed():
+def test_a_tool_on_its_flat_bottom_is_reported_and_gets_no_normal():
     tips, axes = [[0.0, 0.0, 10.0], [25.0, 0.0, 0.0]], [[0.0, 0.0, 1.0]] * 2
     found = find_contacts(Toolpath.from_tips(tips, axes, Tool.flat(10)), BOX)
     assert [f.code for f in found.findings] == ["no-single-contact"]
@@ -111,7 +111,7 @@ def test_a_tolerance_that_isnt_positive_and_a_missing_part_are_refused():
 
 
 @pytest.mark.parametrize("gap", [0.0, 0.0005, 0.01])
-def test_a_cutters_edge_on_an_edge_of_the_part_is_told_or_right(gap):
+def test_a_cutters_edge_on_an_edge_of_the_part_is_reported_or_right(gap):
     tool, rng, n = Tool.flat(6), np.random.default_rng(4), 60
     # The edge x = 20, z = 10 of the box runs along y; the normal at right angles to it and to the rim.
     turn = rng.uniform(0.15, 1.4, n)
@@ -128,7 +128,7 @@ def test_a_cutters_edge_on_an_edge_of_the_part_is_told_or_right(gap):
     assert wrong == ("no-single-contact" in {f.code for f in found.findings})
 
 
-def test_a_path_that_stands_on_its_flat_bottom_alone_is_refused():
+def test_a_path_on_the_flat_bottom_only_is_refused():
     flat = Toolpath.from_tips([[0.0, 0.0, 10.0], [3.0, 0.0, 10.0]], [[0.0, 0.0, 1.0]] * 2, Tool.flat(6))
-    with pytest.raises(ToolpathError, match="2 cuts lie on the part, and none with one point of flat:6"):
+    with pytest.raises(ToolpathError, match="2 cuts touch the part, none with one point of flat:6"):
         find_contacts(flat, BOX)

@@ -13,7 +13,7 @@ import fiveaxis as fx
 from fiveaxis.energy import motion_energy, move_energies
 from fiveaxis.job import MadeProgram, ProgramOptions, make_job, make_program, verify_program
 from fiveaxis.job.planned import may_thin
-from fiveaxis.motion import AXIS_TOLERANCE, fill, follow
+from fiveaxis.motion import AXIS_TOLERANCE, filling, follow
 from fiveaxis.nc import Coordinates
 from fiveaxis.posture import Solution
 from fiveaxis.toolpath import Constraints, Tool, Toolpath
@@ -114,12 +114,12 @@ def test_fewer_blocks_cost_no_more(solution):
 
 
 def test_where_fewer_blocks_fail_verification_all_stay(solution, monkeypatch):
-    careful = fill.thinned
+    careful = filling.thinned
 
     def careless(*args, **options):
         return careful(*args, **options, tolerance=0.1)
 
-    monkeypatch.setattr(fill, "thinned", careless)
+    monkeypatch.setattr(filling, "thinned", careless)
     program = program_of(solution)
     assert "contact-error" in program.held_back
     assert program.fill.removed == 0

@@ -3,6 +3,9 @@ import pytest
 import trimesh
 
 from fiveaxis.mesh import TriangleTree
+from fiveaxis.mesh.distance import SignedSurface, encloses
+
+BOX = SignedSurface.of(trimesh.creation.box((40.0, 40.0, 20.0)))
 
 
 @pytest.fixture(scope="module")
@@ -60,7 +63,7 @@ def test_the_nearest_triangle_of_a_tree_of_any_size_is_the_one_brute_force_finds
     np.testing.assert_allclose(distance, gaps.min(axis=0), atol=1e-12)
 
 
-def test_nothing_within_the_bound_is_told_apart_from_a_foot(tree):
+def test_a_point_without_a_triangle_within_the_bound_has_no_foot(tree):
     foot, triangle, distance = tree.nearest(np.array([[0.0, 0.0, 0.0], [27.0, 0.0, 0.0]]), bound=2.0)
     assert np.isnan(foot[0]).all()
     assert triangle[0] == -1
@@ -74,3 +77,29 @@ def test_the_nearest_point_of_a_triangle_without_area_is_on_its_line():
     foot, triangle, distance = TriangleTree.build(line).nearest(np.array([[1.5, 3.0, 4.0]]))
     np.testing.assert_allclose(foot, [[1.5, 0.0, 0.0]])
     assert (triangle[0], distance[0]) == (0, pytest.approx(5.0))
+
+
+def test_the_distance_is_negative_inside_and_the_normal_points_out():
+    normal, foot, distance = BOX.nearest(np.array([[1.0, 2.0, 13.0], [1.0, 2.0, 7.0]]))
+    np.testing.assert_allclose(distance, [3.0, -3.0])
+    np.testing.assert_allclose(foot, [[1.0, 2.0, 10.0]] * 2)
+    np.testing.assert_allclose(normal, [[0.0, 0.0, 1.0]] * 2)
+
+
+def test_a_point_on_the_surface_has_the_normal_of_its_facet():
+    normal, _, distance = BOX.nearest(np.array([[20.0, 1.0, 2.0]]))
+    np.testing.assert_allclose(normal, [[1.0, 0.0, 0.0]])
+    np.testing.assert_allclose(distance, [0.0])
+
+
+def test_off_an_edge_the_normal_points_from_the_edge_to_the_point():
+    normal, _, distance = BOX.nearest(np.array([[23.0, 0.0, 14.0]]))
+    np.testing.assert_allclose(normal, [[0.6, 0.0, 0.8]])
+    np.testing.assert_allclose(distance, [5.0])
+
+
+def test_a_point_is_inside_a_ring_or_it_is_not():
+    ring = trimesh.creation.annulus(r_min=10.0, r_max=20.0, height=8.0)
+    assert encloses(ring.triangles, np.array([15.0, 0.0, 1.0]))
+    assert not encloses(ring.triangles, np.array([0.5, 0.3, 0.0]))
+    assert not encloses(ring.triangles, np.array([15.0, 0.0, 4.1]))

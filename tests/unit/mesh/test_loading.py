@@ -5,8 +5,8 @@ import pytest
 import trimesh
 
 from fiveaxis.errors import MeshError
-from fiveaxis.mesh import load_mesh
-from fiveaxis.mesh.loading import check_mesh, count_open_edges
+from fiveaxis.mesh import load_mesh, read_solid, require_solid
+from fiveaxis.mesh.loading import MOST_TRIANGLES, check_mesh, count_open_edges
 
 MESHES = Path(__file__).parents[3].parent / "shared" / "data" / "meshes"
 
@@ -60,7 +60,10 @@ def test_vertices_that_are_not_numbers_are_refused(tmp_path):
 def test_an_open_mesh_is_refused_with_its_open_edges_counted():
     box = trimesh.creation.box()
     box.update_faces(np.arange(len(box.faces)) > 0)
-    with pytest.raises(MeshError, match=r"not watertight: 3 of its edges .* --allow-open to go on"):
+    with pytest.raises(
+        MeshError,
+        match=r"not watertight: 3 of its edges .*; repair the mesh, or accept it as it is \(--allow-open\)",
+    ):
         check_mesh(box, name="box")
     assert len(check_mesh(box, name="box", allow_open=True).faces) == 11
 
@@ -73,7 +76,7 @@ def test_normals_point_out_of_the_material_whatever_the_winding():
     assert sphere.volume < 0.0, "the caller's mesh must not change"
 
 
-def test_mixed_winding_is_mended():
+def test_mixed_winding_is_repaired():
     box = trimesh.creation.box()
     box.faces[3] = box.faces[3][::-1]
     assert check_mesh(box, name="box").volume == pytest.approx(1.0)
@@ -87,3 +90,27 @@ def test_the_bunny_is_refused_until_open_meshes_are_allowed():
     with pytest.raises(MeshError, match=f"not watertight: {count_open_edges(opened)} of its edges"):
         load_mesh(path)
     assert count_open_edges(opened) > 0
+
+
+@pytest.fixture
+def block() -> trimesh.Trimesh:
+    return trimesh.creation.box(extents=(20.0, 30.0, 40.0))
+
+
+def test_a_solid_inside_out_is_refused(block, tmp_path):
+    file = tmp_path / "block.stl"
+    block.export(file)
+    assert read_solid(file).volume == pytest.approx(24_000.0)
+    block.invert()
+    block.export(file)
+    with pytest.raises(MeshError, match="normals point into the material"):
+        read_solid(file)
+
+
+def test_a_mesh_too_large_for_collision_checks_is_refused_with_its_size(block):
+    class Huge:
+        faces = range(MOST_TRIANGLES + 1)
+        vertices = block.vertices
+
+    with pytest.raises(MeshError, match=r"big\.stl: has 5,000,001 triangles, more than 5,000,000"):
+        require_solid(Huge(), "big.stl")

@@ -1,4 +1,4 @@
-"""What axes that run linearly do between two locations."""
+"""Deviations between two locations, and locations inserted against them."""
 
 from dataclasses import replace
 from itertools import pairwise
@@ -13,9 +13,9 @@ from fiveaxis.motion import (
     fill_in,
     follow,
     inside_rapids,
+    joint_deviation,
     tcp_deviation,
     thinned,
-    way_deviation,
 )
 from fiveaxis.toolpath import MoveKind, Tool, Toolpath, divide
 
@@ -32,7 +32,7 @@ def blocks_of(path: Toolpath) -> np.ndarray:
 def test_inserted_locations_keep_the_ball_on_its_chord(hayashi):
     path = straight_cut()
     rotary = np.radians([[0, -20], [8, -20], [16, -30], [46, -50]])
-    assert way_deviation(path, hayashi, rotary, blocks_of(path)).max() > 0.1
+    assert joint_deviation(path, hayashi, rotary, blocks_of(path)).max() > 0.1
     filled, motion, _ = fill_in(path, hayashi, rotary, tolerance=0.005)
     assert len(filled) == len(motion) > len(path)
     # Sampled finely within every block, axes linear in time: independent of how blocks were inserted.
@@ -80,13 +80,13 @@ def test_a_bull_noses_centre_keeps_to_its_chord_and_its_contacts_stay(hayashi):
     # The centre, 1 mm above the tip, runs straight from location to location: no jump where blocks begin.
     centre = tip + 1.0 * axis
     for first, last in pairwise(kept):
-        way = (centre[last] - centre[first]) / np.linalg.norm(centre[last] - centre[first])
-        off = np.cross(centre[first : last + 1] - centre[first], way)
+        chord = (centre[last] - centre[first]) / np.linalg.norm(centre[last] - centre[first])
+        off = np.cross(centre[first : last + 1] - centre[first], chord)
         np.testing.assert_allclose(off, 0.0, atol=1e-9)
 
 
-def test_a_control_that_leads_the_tip_bends_the_way_of_the_balls_centre():
-    # A head that turns about the ball's centre: axes that run straight keep it on its way, a tip that does
+def test_tcp_interpolation_bends_the_path_of_the_balls_centre():
+    # A head that turns about the ball's centre: axes that run straight keep it on its path, a tip that does
     # so doesn't.
     machine = Machine.from_code("012346").with_tool_length(0.0)
     path = Toolpath.from_contacts(
@@ -102,7 +102,7 @@ def test_a_control_that_leads_the_tip_bends_the_way_of_the_balls_centre():
     filled, motion, _ = fill_in(path, machine, rotary, tcp=True)
     angles = motion.positions[:, machine.rotary_columns]
     assert tcp_deviation(filled, machine, angles, blocks_of(filled)).max() <= PATH_TOLERANCE
-    assert way_deviation(filled, machine, angles, blocks_of(filled)).max() <= PATH_TOLERANCE
+    assert joint_deviation(filled, machine, angles, blocks_of(filled)).max() <= PATH_TOLERANCE
     assert len(filled) > len(path)
 
 
@@ -119,7 +119,7 @@ def test_a_rapid_move_gets_no_block_between_its_ends(hayashi):
     assert motion.cutting.sum() > 3
 
 
-def test_where_a_control_leads_the_tip_it_goes_straight_in_rapid_moves(hayashi):
+def test_under_tcp_the_tip_goes_straight_in_rapid_moves(hayashi):
     path = with_a_rapid_move(straight_cut())
     rotary = np.radians([[0, -20], [8, -20], [160, -30], [170, -30]])
     filled, motion, row = fill_in(path, hayashi, rotary, tcp=True)

@@ -1,4 +1,4 @@
-"""The plane of the tool's directions at both ends of a cut: which cuts are filled in it, and how."""
+"""The plane of the tool's directions at both ends of a cut: the cuts filled in it, and how."""
 
 from dataclasses import replace
 
@@ -77,9 +77,9 @@ def test_cuts_that_leave_their_plane_by_less_stay_in_proportion(hayashi):
 @pytest.mark.parametrize(
     "degrees",
     [
-        [[0.0, -4.0], [150.0, -4.0]],  # all the way next to the singular direction
+        [[0.0, -4.0], [150.0, -4.0]],  # always near the singular direction
         [[0.0, 0.0], [40.0, -30.0]],  # from it
-        [[0.0, -30.0], [200.0, -30.0]],  # the other way round is nearer
+        [[0.0, -30.0], [200.0, -30.0]],  # shorter in the other direction
     ],
 )
 def test_cuts_whose_plane_takes_a_rotary_axis_much_faster_leave_it(hayashi, degrees):
@@ -100,16 +100,16 @@ def test_a_whole_turn_has_no_plane_and_leaves_its_direction(hayashi):
     assert planes.off == pytest.approx([np.radians(60.0)], rel=0.02)
 
 
-def test_rotary_axes_that_lean_the_tool_in_one_direction_only_stay_in_proportion():
+def test_rotary_axes_that_tilt_the_tool_in_one_direction_only_stay_in_proportion():
     machine = Machine.from_code("640123")
-    # Two axes along a line between y and z, on which the tool leans: a cone.
+    # Two axes along a line between y and z, about which the tool axis is inclined: a cone.
     along = Line((0.0, np.sqrt(0.5), np.sqrt(0.5)))
     joints = tuple(replace(j, line=along) if j.is_rotary else j for j in machine.chain.joints)
     parallel = replace(machine, chain=replace(machine.chain, joints=joints))
     assert planes_of(parallel, LEANING).left.tolist() == [True]
 
 
-def test_links_and_rapids_run_in_proportion_and_nobody_asks(hayashi):
+def test_links_and_rapids_run_in_proportion(hayashi):
     path = cut(3)
     for kind in (MoveKind.LINK, MoveKind.RAPID):
         planes = AxisPlanes.of(
@@ -120,7 +120,7 @@ def test_links_and_rapids_run_in_proportion_and_nobody_asks(hayashi):
         assert not planes.demanded(np.array([0.0, 0.5, 1.0])).any()
 
 
-def test_no_axis_passes_its_limit_for_the_plane(hayashi):
+def test_no_axis_exceeds_its_limit_for_the_plane(hayashi):
     halfway = np.radians(-44.9)
     for limit, kept in ((halfway, False), (np.radians(-44.0), True)):
         axes = tuple(replace(a, limits=Limits(-2.0, limit)) if a.letter == "A" else a for a in hayashi.axes)
@@ -130,7 +130,7 @@ def test_no_axis_passes_its_limit_for_the_plane(hayashi):
 
 
 def test_a_linear_axis_keeps_its_travel_too(hayashi):
-    # C carries the cut past a tool that stands, but for the way that A's to and fro takes Z.
+    # C carries the cut past a tool that stands, except for Z, which A's reversal moves.
     angle = np.radians([-10.0, 10.0])
     contact = np.stack([30.0 * np.cos(angle), 30.0 * np.sin(angle), np.full(2, 5.0)], axis=1)
     path = Toolpath.from_contacts(contact, np.tile([0.0, 0.0, 1.0], (2, 1)), Tool.ball(6))
@@ -150,14 +150,14 @@ def test_a_held_axis_stands(hayashi):
     assert planes_of(hayashi, LEANING, hold=()).kept.tolist() == [True]
 
 
-def test_the_plane_leads_into_no_cone_that_the_axes_keep_out_of(hayashi):
+def test_the_plane_enters_no_cone_that_the_axes_avoid(hayashi):
     degrees = [[0.0, -10.0], [60.0, -10.0]]
     nearest = np.arctan(np.tan(np.radians(10.0)) * np.cos(np.radians(30.0)))
     for cone, kept in ((nearest - 1e-3, True), (nearest + 1e-3, False), (np.radians(11.0), True)):
         assert planes_of(hayashi, degrees, cone=cone).kept.tolist() == [kept]
 
 
-def test_how_much_faster_an_axis_turns_is_told(hayashi):
+def test_the_fastest_turn_is_a_multiple_of_the_even_one(hayashi):
     degrees = [[0.0, -10.0], [60.0, -10.0]]
     planes = planes_of(hayashi, degrees)
     _, _, row = fill_in(cut(), hayashi, np.radians(degrees), planes=planes)

@@ -1,4 +1,4 @@
-"""What a motion asks of the rotary axes at most."""
+"""Peak speeds and accelerations of the rotary axes."""
 
 import numpy as np
 import pytest
@@ -26,7 +26,7 @@ def test_the_peaks_are_those_of_the_moves():
     assert (rates["A"].speed, rates["A"].fastest, rates["A"].most_sudden) == (0.0, None, None)
 
 
-def test_links_have_a_speed_but_no_acceleration_to_keep():
+def test_links_have_a_speed_but_no_acceleration():
     kinds = [MoveKind.CUT, MoveKind.LINK, MoveKind.CUT]
     rates = peak_rates(load_machine("hayashi-640123"), motion([0, 90, 90], [0, 1, 1], kinds))
     assert np.degrees(rates["C"].speed) == pytest.approx(90.0)

@@ -1,4 +1,4 @@
-"""The quickest run under the axes' limits: against closed forms, laws of scale, brute force, and toppra."""
+"""The fastest timing under the axes' limits: against closed forms, laws of scale, brute force, and toppra."""
 
 import warnings
 from dataclasses import replace
@@ -252,7 +252,7 @@ def test_stopping_takes_longest_and_wider_tolerances_less(seed):
     assert times[-1] < 0.85 * stop
 
 
-# --- against other ways
+# --- against other methods
 
 
 def quickest_by_dynamic_programming(law: TimeLaw, nodes: int, levels: int) -> float:
@@ -325,7 +325,7 @@ def toppra_time(toppra: object, positions: np.ndarray, speed: np.ndarray) -> flo
     return float(np.sum(2.0 * np.diff(grid) / (pace[1:] + pace[:-1])))
 
 
-# --- what a law tells
+# --- results of a time law
 
 
 def test_samples_integrate_over_time():
@@ -333,7 +333,7 @@ def test_samples_integrate_over_time():
     samples = law.samples
     by_block = np.bincount(samples.block, samples.weight, len(law.motion))
     np.testing.assert_allclose(by_block, law.motion.time, atol=1e-12)
-    # Speed over time is the way, and what speeds up a mass from rest to rest is given back.
+    # Speed over time is the travel, and energy that accelerates a mass is recovered from rest to rest.
     np.testing.assert_allclose(
         samples.weight @ samples.speed, law.motion.positions[-1] - law.motion.positions[0], atol=1e-9
     )
@@ -349,12 +349,12 @@ def limiting(law: TimeLaw) -> np.ndarray:
     return np.where(spent.any(axis=1), spent.argmax(axis=1), -1)
 
 
-def test_what_limits_is_told_block_by_block():
+def test_the_active_limit_of_every_block_is_known():
     law = time_motion(motion_of([[0.0] * 5, [50.0, 0, 0, 0, 0], [50.0, 0, 0, 0, 0.02]]), TRUNNION)
     assert [law.names[i] for i in limiting(law)[1:]] == ["X speed", "C acceleration"]
     assert limiting(law)[0] == -1
     assert sum(law.shares.values()) == pytest.approx(law.total)
-    assert law.usage.max(axis=1).min() > 1.0 - 1e-6  # something always limits on straight ways
+    assert law.usage.max(axis=1).min() > 1.0 - 1e-6  # something always limits on straight moves
 
 
 def test_a_rotary_axis_goes_on_turning_over_its_turns():
@@ -420,7 +420,7 @@ def test_a_motion_that_goes_nowhere_takes_no_time(rows):
     assert not speed.any()
 
 
-def test_a_way_back_over_the_same_line_is_a_corner():
+def test_a_reversal_on_the_same_line_is_a_corner():
     motion = motion_of([[0.0], [10.0], [0.0]], 1.0)
     stop, near = (time_motion(motion, TRUNNION, corners=c) for c in ("exact-stop", 0.5))
     assert stop.total == pytest.approx(2.0 * (1.0 + 10.0 / 300.0))

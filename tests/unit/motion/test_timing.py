@@ -1,4 +1,4 @@
-"""How long moves take."""
+"""Durations of moves."""
 
 from dataclasses import replace
 
@@ -10,11 +10,11 @@ from fiveaxis.motion import block_times, follow, least_times, rapid_findings
 from fiveaxis.toolpath import MoveKind, Tool, Toolpath
 
 
-def at_one_place(n: int) -> Toolpath:
+def at_one_point(n: int) -> Toolpath:
     return Toolpath.from_contacts(np.zeros((n, 3)), np.tile([0.0, 0.0, 1.0], (n, 1)), Tool.ball(6))
 
 
-def test_a_move_takes_its_way_at_the_feed_whatever_the_posture(hayashi):
+def test_the_duration_of_a_move_at_its_feed_does_not_depend_on_the_posture(hayashi):
     contact = np.array([[0.0, 0, 0], [10.0, 0, 0], [10.0, 20.0, 0]])
     path = Toolpath.from_contacts(contact, np.tile([0.0, 0, 1.0], (3, 1)), Tool.ball(6), feed_mm_min=600)
     for rotary in (np.zeros((3, 2)), np.array([[0, 0], [1, -1], [2, 0.3]])):
@@ -22,7 +22,7 @@ def test_a_move_takes_its_way_at_the_feed_whatever_the_posture(hayashi):
 
 
 def test_a_turn_on_the_spot_takes_the_number_as_degrees_per_minute(hayashi):
-    motion = follow(at_one_place(2), hayashi, np.radians([[0.0, 0.0], [50.0, 20.0]]))
+    motion = follow(at_one_point(2), hayashi, np.radians([[0.0, 0.0], [50.0, 20.0]]))
     assert motion.time[1] == pytest.approx(50.0 / (1000.0 / 60.0))
 
 
@@ -52,33 +52,33 @@ def test_a_rapid_move_takes_as_long_as_its_slowest_axis(name):
     machine = load_machine(name)
     path = rapid_path(30, feed_mm_min=1200.0)
     positions = np.cumsum(np.random.default_rng(5).normal(size=(30, 5)), axis=0)
-    # 1200 mm/min stands for what a machine doesn't tell: 20 mm/s and 20 deg/s.
+    # 1200 mm/min replaces the unknown speeds: 20 mm/s and 20 deg/s.
     stated = np.where([a.is_rotary for a in machine.axes], np.radians(20.0), 20.0)
     speeds = [s if a.max_speed is None else a.max_speed for a, s in zip(machine.axes, stated, strict=True)]
     needed = (np.abs(np.diff(positions, axis=0)) / speeds).max(axis=1)
     np.testing.assert_allclose(block_times(path, machine, positions)[1:], needed, rtol=1e-12)
 
 
-def test_a_rapid_move_of_known_speeds_has_no_feed(trunnion):
+def test_a_rapid_move_with_known_speeds_ignores_the_feed(trunnion):
     rotary = np.radians(np.column_stack([np.linspace(0.0, 90.0, 5), np.linspace(0.0, 30.0, 5)]))
     slow, quick = (follow(rapid_path(5, feed), trunnion, rotary).time for feed in (1.0, 1e6))
     np.testing.assert_array_equal(slow, quick)
     assert not rapid_findings(rapid_path(5), trunnion, follow(rapid_path(5), trunnion, rotary).positions)
 
 
-def test_what_stands_in_for_unknown_speeds_is_said_once_a_path(hayashi):
+def test_the_feed_used_for_unknown_speeds_is_reported_once_per_path(hayashi):
     path = rapid_path(5, feed_mm_min=6000.0)
     positions = follow(path, hayashi, np.zeros((5, 2))).positions
     (found,) = rapid_findings(path, hayashi, positions)
     assert found.code == "rapid-speed-unknown"
-    assert "highest speed of X: in 5 rapid moves 6000 mm/min" in found.message
+    assert "highest speed of X: 5 rapid moves are timed at the path's 6000 mm/min" in found.message
     assert not rapid_findings(replace(path, kind=np.zeros(5, dtype=np.int64)), hayashi, positions)
 
 
-def test_the_whole_time_of_a_rapid_move_goes_with_the_posture(trunnion, hayashi):
+def test_the_whole_duration_of_a_rapid_move_depends_on_the_posture(trunnion, hayashi):
     path = rapid_path(5, feed_mm_min=600.0)
     np.testing.assert_array_equal(least_times(path, trunnion), np.zeros(5))
-    # Speeds that nobody knows: its way at the feed that stands in for them.
+    # Unknown speeds: the duration at the path's feed.
     np.testing.assert_allclose(least_times(path, hayashi)[1:], 1.0)
     cuts = replace(path, kind=np.zeros(5, dtype=np.int64))
     np.testing.assert_allclose(least_times(cuts, trunnion)[1:], 1.0)

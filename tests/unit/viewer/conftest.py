@@ -1,4 +1,4 @@
-"""A small solution to look at."""
+"""A small solution to show."""
 
 from dataclasses import replace
 
@@ -29,7 +29,7 @@ def ring_path() -> Toolpath:
     return replace(path, kind=kind)
 
 
-def leant(path: Toolpath, degrees: float) -> np.ndarray:
+def tilted(path: Toolpath, degrees: float) -> np.ndarray:
     angle = np.radians(degrees)
     return np.cos(angle) * path.normal + np.sin(angle) * np.array([0.0, 0.0, 1.0])
 
@@ -39,7 +39,7 @@ def solution(hayashi) -> Solution:
     path = ring_path()
     found = {}
     for name, degrees in (("result", 20.0), ("normal", 60.0)):
-        rotary = np.unwrap(rotary_angles(hayashi, leant(path, degrees))[1], axis=0)
+        rotary = np.unwrap(rotary_angles(hayashi, tilted(path, degrees))[1], axis=0)
         motion = follow(path, hayashi, rotary)
         found[name] = Baseline(motion, motion_energy(hayashi, motion))
     return Solution(

@@ -1,4 +1,4 @@
-"""Bodies of the machine in the scene: where they are, hidden, and no burden."""
+"""Bodies of the machine in the scene: poses, visibility and size."""
 
 import re
 from dataclasses import replace
@@ -13,9 +13,9 @@ from fiveaxis.kinematics import link_poses, tool_poses
 from fiveaxis.machine import Body, Box, Chain, Cylinder, Line, Machine, MeshShape, parse_code
 from fiveaxis.viewer import build_scene, render_page
 from fiveaxis.viewer.bodies import MOST_TRIANGLES, add_bodies
-from fiveaxis.viewer.layout import ASIDE, RIGHT, SHOWN_SIZE, STEP_BACK
 from fiveaxis.viewer.library import load_meshcat
-from fiveaxis.viewer.payload import Recorder
+from fiveaxis.viewer.page import Recorder
+from fiveaxis.viewer.scene import ASIDE, RIGHT, SHOWN_SIZE, STEP_BACK
 from fiveaxis.viewer.tool_motion import choose_frames
 
 NODE = "/meshcat/fiveaxis/machine"
@@ -27,7 +27,7 @@ BODIES = (
     Body("Z", Box((60.0, 80.0, 200.0), (0.0, 0.0, 200.0))),
     Body("Z", Cylinder(20.0, 60.0, (0.0, 0.0, 70.0))),
 )
-# mm: places up to a metre away, in the single precision that browsers draw in.
+# mm: single precision, as used by browsers, up to a metre away.
 SINGLE = 1e-4
 SETUP = ((10.0, -20.0, 30.0), (0.0, 0.0, 90.0))
 

@@ -105,13 +105,13 @@ class Browser:
 
     def _listen(self, message: dict[str, Any]) -> None:
         """Keep what the console says of warnings and errors, and every exception."""
-        kind, said = message.get("method"), message.get("params", {})
+        kind, params = message.get("method"), message.get("params", {})
         if kind == "Runtime.exceptionThrown":
-            self.complaints.append(json.dumps(said["exceptionDetails"])[:500])
-        elif kind == "Runtime.consoleAPICalled" and said["type"] in {"error", "warning", "assert"}:
-            self.complaints.append(json.dumps(said["args"])[:500])
-        elif kind == "Log.entryAdded" and said["entry"]["level"] == "error":
-            self.complaints.append(said["entry"]["text"])
+            self.complaints.append(json.dumps(params["exceptionDetails"])[:500])
+        elif kind == "Runtime.consoleAPICalled" and params["type"] in {"error", "warning", "assert"}:
+            self.complaints.append(json.dumps(params["args"])[:500])
+        elif kind == "Log.entryAdded" and params["entry"]["level"] == "error":
+            self.complaints.append(params["entry"]["text"])
 
     def open(self, url: str) -> None:
         """Load a preview and wait until its scene is there."""
@@ -135,7 +135,7 @@ class Browser:
         """Take a picture, (h, w, 3) from 0 to 1, and keep it in a file."""
         from matplotlib.image import imread
 
-        # Two frames on: what was asked for is drawn.
+        # Two frames later the request is drawn.
         self.run("new Promise(done => requestAnimationFrame(() => requestAnimationFrame(() => done(1))))")
         path.write_bytes(base64.b64decode(self.ask("Page.captureScreenshot", format="png")["data"]))
         return imread(path)[:, :, :3]
@@ -225,7 +225,7 @@ def choose(browser: Browser, view: str) -> None:
     browser.run(f"pick('input[value={view}]').click()")
 
 
-def test_the_page_loads_without_a_complaint(opened):
+def test_the_page_loads_without_an_error(opened):
     assert opened.run("document.body.dataset.ready") == "yes"
     assert opened.run("pick('#fault').hidden") is True
     assert opened.complaints == []
@@ -297,8 +297,8 @@ def test_side_by_side_shows_both_with_parts_of_their_own(opened, tmp_path):
     assert seen(opened, "machine/Z/2")
     assert seen(opened, "before/machine/Z/2")
     opened.run("pick('input[value=machine]').click()")
-    places = [middle(opened, node) for node in ("part", "before/part")]
-    assert np.linalg.norm(np.subtract(*places)) > 1.0
+    middles = [middle(opened, node) for node in ("part", "before/part")]
+    assert np.linalg.norm(np.subtract(*middles)) > 1.0
     opened.shoot(tmp_path / "side-by-side.png")
     choose(opened, "after")
     assert not seen(opened, "before/part")
@@ -317,7 +317,7 @@ def test_names_from_files_are_text_and_nothing_else(opened):
     assert opened.run("document.querySelectorAll('#legend script, #legend b, #legend i').length") == 0
 
 
-def test_the_live_page_loads_without_a_complaint(browser, shown, around):
+def test_the_live_page_loads_without_an_error(browser, shown, around):
     with preview(shown, surroundings=around, open_browser=False) as live:
         browser.open(live.url())
         assert browser.complaints == []

@@ -54,7 +54,7 @@ def test_no_tag_fetches_anything(page):
         assert not {"src", "href", "srcset"} & set(attributes), (tag, attributes)
 
 
-def test_the_browser_is_told_to_fetch_nothing(page):
+def test_the_page_forbids_the_browser_to_fetch_anything(page):
     policies = [a["content"] for t, a in Tags(page).found if a.get("http-equiv") == "Content-Security-Policy"]
     assert len(policies) == 1
     assert policies[0].startswith("default-src 'none'")
@@ -71,7 +71,7 @@ def test_no_server_process_and_no_thread_is_left(solution, part, monkeypatch):
     assert threading.active_count() == before
 
 
-def test_names_are_escaped_and_no_folder_is_told(page):
+def test_names_are_escaped_and_without_their_folder(page):
     assert "&lt;ring&gt; &amp; co.csv" in page
     assert "<ring>" not in page
     assert "/some/folder" not in page
@@ -138,8 +138,8 @@ def dome_solution(machine, n: int) -> Solution:
     contact = 80.0 * normal + rng.normal(scale=0.01, size=(n, 3))
     path = Toolpath.from_contacts(contact, normal, Tool.ball(10.0))
     found = {}
-    for name, lean in (("result", 0.5), ("normal", 0.9)):
-        angles = np.stack([lean + 0.1 * np.sin(round_), round_ / 9.0], axis=1)
+    for name, tilt in (("result", 0.5), ("normal", 0.9)):
+        angles = np.stack([tilt + 0.1 * np.sin(round_), round_ / 9.0], axis=1)
         motion = follow(path, machine, angles + rng.normal(scale=0.001, size=(n, 2)))
         found[name] = Baseline(motion, motion_energy(machine, motion))
     result = found.pop("result")
@@ -147,7 +147,7 @@ def dome_solution(machine, n: int) -> Solution:
     return Solution(machine, path, tilt, result.motion, result.energy, found, missing={}, stages=())
 
 
-def test_a_place_that_cannot_be_written_is_an_error(solution, tmp_path):
+def test_a_path_that_cannot_be_written_is_an_error(solution, tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(SettingError, match="can't be written"):
         write_preview(solution, tmp_path / "file" / "page.html")

@@ -15,13 +15,13 @@ from fiveaxis.machine import Box, Cylinder
 from fiveaxis.toolpath import MoveKind, Tool, parse_tool
 from fiveaxis.toolpath.tool import Holder, Section
 from fiveaxis.viewer import build_scene
+from fiveaxis.viewer.bodies import FIXTURE_COLOUR, PART_COLOUR, STOCK_COLOUR, tool_outlines
 from fiveaxis.viewer.library import load_meshcat
 from fiveaxis.viewer.lines import LIFT, shown_points
-from fiveaxis.viewer.payload import Recorder
+from fiveaxis.viewer.page import Recorder
 from fiveaxis.viewer.solids import revolve, scatter_marks
-from fiveaxis.viewer.tools import tool_outlines
 
-# mm: places up to a metre away, in the single precision that browsers draw in.
+# mm: single precision, as used by browsers, up to a metre away.
 SINGLE = 1e-4
 
 
@@ -48,9 +48,9 @@ def test_the_scene_has_part_paths_and_tools_and_few_objects(solution, part):
 
 def test_the_whole_path_is_one_object_with_a_colour_per_move(solution):
     objects, _ = scene(solution)
-    way = objects["/meshcat/fiveaxis/after/path"]
-    assert way["object"]["type"] == "LineSegments"
-    attributes = way["geometries"][0]["data"]["attributes"]
+    lines = objects["/meshcat/fiveaxis/after/path"]
+    assert lines["object"]["type"] == "LineSegments"
+    attributes = lines["geometries"][0]["data"]["attributes"]
     points = floats(attributes["position"])
     colours = np.frombuffer(attributes["color"]["array"].data, dtype=np.uint8).reshape(-1, 3)
     assert attributes["color"]["normalized"] is True
@@ -159,11 +159,11 @@ def test_a_turned_outline_is_a_closed_body_of_its_volume():
     assert body.volume == pytest.approx(disc + corner + ring, rel=2e-3)
 
 
-def test_marks_stand_where_findings_are_one_object_per_severity(solution):
-    places = {"error": [5, 9, 5], "warning": [200]}
+def test_marks_are_one_object_per_severity_at_the_findings_locations(solution):
+    locations = {"error": [5, 9, 5], "warning": [200]}
     findings = [
         Finding(Severity(severity), "code", "said", Place(row))
-        for severity, rows in places.items()
+        for severity, rows in locations.items()
         for row in rows
     ]
     lost = [Finding(Severity.NOTE, "code", "said", Place(row)) for row in (None, -1, 10_000)]
@@ -171,8 +171,8 @@ def test_marks_stand_where_findings_are_one_object_per_severity(solution):
     build_scene(load_meshcat().Visualizer(window=recorder), solution, findings=[*findings, *lost])
     commands = [umsgpack.unpackb(c) for c in recorder.commands]
     marks = {c["path"]: c["object"] for c in commands if "/marks/" in c["path"]}
-    assert set(marks) == {f"/meshcat/fiveaxis/after/marks/{name}" for name in places}
-    for name, rows in places.items():
+    assert set(marks) == {f"/meshcat/fiveaxis/after/marks/{name}" for name in locations}
+    for name, rows in locations.items():
         shown = marks[f"/meshcat/fiveaxis/after/marks/{name}"]
         assert shown["materials"][0]["depthTest"] is False
         corners = floats(shown["geometries"][0]["data"]["attributes"]["position"]).reshape(-1, 6, 3)
@@ -187,7 +187,7 @@ def test_a_mark_is_a_closed_body():
     assert body.volume == pytest.approx(2.0 * 4.0 / 3.0 * 2.0**3)
 
 
-def test_stock_is_hidden_and_fixtures_stand_where_their_file_says(solution, part):
+def test_part_stock_and_fixtures_have_their_colours_poses_and_visibility(solution, part):
     post = Cylinder(5.0, 40.0, (0.0, 60.0, -10.0), (1.0, 0.0, 0.0))
     around = Surroundings(
         part=part,
@@ -199,8 +199,10 @@ def test_stock_is_hidden_and_fixtures_stand_where_their_file_says(solution, part
     assert built.fixtures == ("a/b", "post")
     commands = [umsgpack.unpackb(c) for c in recorder.commands]
     root = "/meshcat/fiveaxis/"
-    objects = {c["path"] for c in commands if c["type"] == "set_object"}
-    assert {root + name for name in ("part", "stock", "fixtures/0", "fixtures/1")} <= objects
+    objects = {c["path"]: c["object"] for c in commands if c["type"] == "set_object"}
+    colours = {"part": PART_COLOUR, "stock": STOCK_COLOUR}
+    colours |= {"fixtures/0": FIXTURE_COLOUR, "fixtures/1": FIXTURE_COLOUR}
+    assert {name: objects[root + name]["materials"][0]["color"] for name in colours} == colours
     placed = {c["path"]: np.reshape(c["matrix"], (4, 4)).T for c in commands if c["type"] == "set_transform"}
     np.testing.assert_allclose(placed[root + "fixtures/0"][:3, 3], [60.0, 0.0, 0.0])
     np.testing.assert_allclose(placed[root + "fixtures/1"][:3, 1], [1.0, 0.0, 0.0], atol=1e-12)

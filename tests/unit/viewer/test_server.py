@@ -77,7 +77,7 @@ def test_no_other_address_of_this_computer_answers():
         "/?file=/etc/passwd",
     ],
 )
-def test_nothing_but_the_page_is_served_whatever_is_asked_for(path):
+def test_nothing_but_the_page_is_served_whatever_is_requested(path):
     with Preview(PAGE) as shown:
         port = port_of(shown)
         status, content = get(port, path, host=f"127.0.0.1:{port}")
@@ -94,17 +94,17 @@ def test_the_page_can_only_be_read(method):
         connection.close()
 
 
-def test_a_browser_is_told_not_to_frame_keep_or_share_the_page():
+def test_headers_forbid_framing_caching_and_sharing_of_the_page():
     with Preview(PAGE) as shown:
         connection = http.client.HTTPConnection("127.0.0.1", port_of(shown), timeout=5.0)
         connection.request("GET", "/")
-        told = connection.getresponse().headers
+        headers = connection.getresponse().headers
         connection.close()
-    assert told["X-Frame-Options"] == "DENY"
-    assert told["X-Content-Type-Options"] == "nosniff"
-    assert told["Cache-Control"] == "no-store"
-    assert told["Cross-Origin-Resource-Policy"] == "same-origin"
-    assert "Python" not in told["Server"]
+    assert headers["X-Frame-Options"] == "DENY"
+    assert headers["X-Content-Type-Options"] == "nosniff"
+    assert headers["Cache-Control"] == "no-store"
+    assert headers["Cross-Origin-Resource-Policy"] == "same-origin"
+    assert "Python" not in headers["Server"]
 
 
 def test_the_icon_that_browsers_ask_for_is_nothing():
@@ -112,7 +112,7 @@ def test_the_icon_that_browsers_ask_for_is_nothing():
         assert get(port_of(shown), "/favicon.ico") == (204, b"")
 
 
-def test_closed_means_gone_and_closing_twice_is_no_fault():
+def test_closed_means_gone_and_closing_twice_is_allowed():
     before = set(threading.enumerate())
     shown = Preview(PAGE)
     port = port_of(shown)

@@ -1,4 +1,4 @@
-"""Ways through the air for the ball's centre: out to the clearance plane, and from contact to contact."""
+"""Clear routes of the ball's centre through the air: to the clearance plane, and between contacts."""
 
 from __future__ import annotations
 
@@ -10,43 +10,47 @@ import numpy as np
 from fiveaxis.contour.ball_space import BallSpace
 from fiveaxis.geometry import Array
 
-# Shares of the largest lift by which the ball may leave the surface along its normal, best first.
+# Lifts off the surface along its normal, as shares of the largest one, best first.
 LIFTS = (1.0, 0.5, 0.2, 0.05, 0.01)
-# Horizontal directions in which a way out from under an overhang is looked for, and the most places
-# along each.
-DIRECTIONS, PLACES = 16, 24
-# Shares of the wanted radius of a lead's arc, best first.
+# Horizontal directions searched for a route out from under an overhang, and most points tried along each.
+DIRECTIONS, TRIALS = 16, 24
+# Radii of a lead's arc, as shares of the wanted one, best first.
 LEADS = (1.0, 0.5, 0.25)
-# mm, a pass's last step along the surface that has a direction.
+# mm: a shorter last step of a pass along the surface has no direction.
 SHORTEST = 1e-6
-# mm, how far the straight moves along such an arc cut its corners, at most.
+# mm: largest chord error of the straight moves along an arc.
 ARC_DEPTH = 0.01
 
 
 @dataclass(frozen=True, eq=False)
 class Lead:
-    """How the ball leaves a contact, or, backwards, how it comes to one.
+    """How the ball leaves a contact or, in reverse, approaches one.
 
     Parameters
     ----------
-    arc : (k, 3), mm, centres on the lead's arc from the contact outward; empty where there is none
-    way : (m, 3), mm, centres from there on, the last one on the clearance plane
+    arc : (k, 3), mm, centres on the arc from the contact outward; may be empty
+    route : (m, 3), mm, centres from there to the clearance plane
     """
 
     arc: Array
-    way: Array
+    route: Array
+
+    @property
+    def centres(self) -> Array:
+        """(k + m, 3), mm, arc and route."""
+        return np.vstack([self.arc, self.route])
 
 
 @dataclass(frozen=True, eq=False)
 class Linker:
-    """Finds ways for the ball's centre that keep it out of the part.
+    """Finds routes of the ball's centre that keep the ball out of the part.
 
     Parameters
     ----------
-    space : where the ball can be
+    space : where the ball fits
     bounds : (2, 3), mm, the part's lowest and highest coordinates
-    clearance : mm, between the ball and the part's top on the clearance plane
-    found : (kept by itself) ways that were asked for before: orders are tried with the same ends again
+    clearance : mm, between the part's top and the ball on the clearance plane
+    found : cache of routes: different orders of the passes need the same ones
     """
 
     space: BallSpace
@@ -61,25 +65,25 @@ class Linker:
 
     @property
     def lifts(self) -> list[float]:
-        """Lifts off the surface, mm, best first: the clearance, but no more than the ball's diameter."""
+        """Lifts off the surface, mm, best first; the largest is the clearance or the ball's diameter."""
         return [share * min(self.clearance, 2.0 * self.space.radius) for share in LIFTS]
 
     @property
     def farthest(self) -> float:
-        """Places no farther apart than this, mm, may be joined close to the surface."""
+        """Largest distance, mm, of contacts that are linked close to the surface."""
         return 2.0 * (2.0 * self.space.radius + self.clearance)
 
     @property
     def span(self) -> float:
-        """A horizontal way of this length, mm, leads from anywhere over the part to beside it."""
+        """Length of a horizontal move, mm, that ends beside the part wherever it begins."""
         across = np.linalg.norm(self.bounds[1, :2] - self.bounds[0, :2])
         return float(across + 2.0 * self.space.radius + self.clearance)
 
     def escape(self, centre: Array, normal: Array) -> Array | None:
-        """Find a way from a contact to the clearance plane.
+        """Find a route from a contact to the clearance plane.
 
-        Along the normal, then straight up; where something overhangs, first horizontally until the way up
-        is free, at the latest beside the part. Directions near the normal's own are tried first.
+        It follows the normal, then goes straight up. Under an overhang it first goes horizontally until the
+        move up is clear, at the latest beside the part. Directions near the normal's are tried first.
 
         Parameters
         ----------
@@ -88,24 +92,23 @@ class Linker:
 
         Returns
         -------
-        (2 or 3, 3), mm, centres after the contact, the last one on the clearance plane; None if no way that
-        was tried is clear
+        (2 or 3, 3), mm, centres after the contact, the last one on the clearance plane; None if no route is
+        clear
         """
         return self._once((centre, normal), lambda: self._escape(centre, normal))
 
     def lead(self, contact: tuple[Array, Array], outward: Array, radius: float) -> Lead | None:
-        """Find a quarter of an arc that leaves the surface tangentially, with a way on from its end.
+        """Find a quarter circle that leaves the surface tangentially, and a route from its end.
 
         Parameters
         ----------
         contact : centre, (3,) mm, and normal, (3,) unit vector
-        outward : (3,), direction from the contact away from the pass, of any length
-        radius : mm, of the largest arc; one of a half and of a quarter are tried too
+        outward : (3,), direction away from the pass, any length
+        radius : mm, of the largest arc; half and a quarter of it are tried too
 
         Returns
         -------
-        None if no arc of these is clear, or none has a way to the clearance plane, or the pass has no
-        direction there
+        None if no arc and route are clear, or the pass has no direction there
         """
         centre, normal = contact
         if np.linalg.norm(np.cross(outward, normal)) < SHORTEST:
@@ -113,17 +116,17 @@ class Linker:
         for share in LEADS:
             arc = quarter_arc(centre, normal, outward, share * radius)
             if self.space.clear(centre, *arc):
-                way = self.escape(arc[-1], normal)
-                if way is not None:
-                    return Lead(arc, way)
+                route = self.escape(arc[-1], normal)
+                if route is not None:
+                    return Lead(arc, route)
         return None
 
     def shortcut(self, leaving: tuple[Array, Array], arriving: tuple[Array, Array]) -> Array | None:
-        """Find a way close to the surface between contacts (centre, normal) that are near each other.
+        """Find a route close to the surface between two contacts (centre, normal).
 
         Returns
         -------
-        (2, 3), mm, centres off the one contact and before the other; None if too far or not clear
+        (2, 3), mm, centres above the first and the second contact; None if too far apart or not clear
         """
         (start, start_normal), (end, end_normal) = leaving, arriving
         if np.linalg.norm(end - start) > self.farthest:
@@ -132,7 +135,7 @@ class Linker:
         return self._once(ends, lambda: self._shortcut(*ends))
 
     def _once(self, ends: tuple[Array, ...], search: Callable[[], Array | None]) -> Array | None:
-        """Search for a way between ends only if they are new."""
+        """Look up the route for these ends, or search for it."""
         key = b"".join(end.tobytes() for end in ends)
         if key not in self.found:
             self.found[key] = search()
@@ -142,8 +145,8 @@ class Linker:
         for lift in self.lifts:
             away = centre + lift * normal
             if self.space.clear(centre, away):
-                way = self._up(away) or self._out_and_up(away, normal)
-                return None if way is None else np.array([away, *way])
+                route = self._up(away) or self._out_and_up(away, normal)
+                return None if route is None else np.array([away, *route])
         return None
 
     def _shortcut(self, start: Array, start_normal: Array, end: Array, end_normal: Array) -> Array | None:
@@ -154,17 +157,17 @@ class Linker:
                 return np.array([away, before])
         return None
 
-    def _up(self, place: Array) -> list[Array] | None:
-        top = np.array([place[0], place[1], self.plane])
-        return [top] if self.space.clear(place, top) else None
+    def _up(self, centre: Array) -> list[Array] | None:
+        top = np.array([centre[0], centre[1], self.plane])
+        return [top] if self.space.clear(centre, top) else None
 
-    def _out_and_up(self, place: Array, normal: Array) -> list[Array] | None:
+    def _out_and_up(self, centre: Array, normal: Array) -> list[Array] | None:
         for direction in _compass(normal):
-            free = self.space.reach(place, place + self.span * direction)
-            # Nearer to each other than the ball is wide, one place is as good as the next.
-            places = min(PLACES, int(np.ceil(free / self.space.radius)))
-            for way in np.linspace(0.0, free, places + 1)[1:]:
-                out = place + way * direction
+            free = self.space.reach(centre, centre + self.span * direction)
+            # Points closer together than the ball's radius would hardly differ.
+            trials = min(TRIALS, int(np.ceil(free / self.space.radius)))
+            for length in np.linspace(0.0, free, trials + 1)[1:]:
+                out = centre + length * direction
                 up = self._up(out)
                 if up is not None:
                     return [out, *up]
@@ -172,12 +175,13 @@ class Linker:
 
 
 def quarter_arc(centre: Array, normal: Array, outward: Array, radius: float) -> Array:
-    """Sample a quarter of a circle that is tangential to the surface at its start.
+    """Sample a quarter circle that is tangential to the surface at its start.
 
     Parameters
     ----------
-    centre : (3,), mm, where it starts
-    normal, outward : (3,), unit normal of the surface there, and direction of the arc's start, any length
+    centre : (3,), mm, its start
+    normal : (3,), unit normal of the surface there
+    outward : (3,), direction of the arc at its start, any length
     radius : mm
 
     Returns
@@ -193,7 +197,7 @@ def quarter_arc(centre: Array, normal: Array, outward: Array, radius: float) -> 
 
 
 def _compass(normal: Array) -> Array:
-    """Horizontal unit vectors all around, those nearest to a normal's first, (k, 3)."""
+    """Return horizontal unit vectors all around, (k, 3), those nearest to the normal first."""
     heading = np.arctan2(normal[1], normal[0])
     offsets = np.arange(DIRECTIONS) * (2.0 * np.pi / DIRECTIONS)
     nearest_first = np.argsort(np.abs((offsets + np.pi) % (2.0 * np.pi) - np.pi), kind="stable")

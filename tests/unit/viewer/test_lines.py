@@ -1,4 +1,4 @@
-"""Power as colour."""
+"""Paths coloured by power."""
 
 from dataclasses import replace
 
@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fiveaxis.toolpath import MoveKind
-from fiveaxis.viewer.colours import (
+from fiveaxis.viewer.lines import (
     AIR,
     VIRIDIS,
     colour_top,
@@ -25,7 +25,7 @@ def test_shares_outside_the_scale_and_unknown_ones_have_colours():
     np.testing.assert_array_equal(found, VIRIDIS[[0, -1, 0, -1]])
 
 
-def test_the_scale_grows_lighter_all_the_way():
+def test_the_scale_grows_lighter_throughout():
     luminance = viridis(np.linspace(0.0, 1.0, 101)) @ [0.2126, 0.7152, 0.0722]
     assert (np.diff(luminance) > 0.0).all()
 
@@ -50,19 +50,19 @@ def test_a_path_that_costs_nothing_still_has_a_scale(powers):
     assert colour_top(np.array(powers)) == 1.0
 
 
-def test_one_dear_move_does_not_darken_the_rest():
+def test_one_costly_move_does_not_darken_the_rest():
     assert colour_top(np.append(np.ones(999), 1e6)) == 1.0
 
 
-def test_a_very_dear_baseline_does_not_darken_the_result():
+def test_a_very_costly_baseline_does_not_darken_the_result():
     assert colour_top(np.full(100, 2.0), np.full(100, 500.0)) == 6.0
 
 
-def test_one_dear_move_among_free_ones_is_seen():
+def test_one_costly_move_among_free_ones_is_seen():
     assert colour_top(np.append(np.zeros(999), 3.0)) == 3.0
 
 
-def test_moves_without_power_are_grey_and_the_dearest_have_the_last_colour():
+def test_moves_without_power_are_grey_and_the_costliest_have_the_last_colour():
     colours = move_colours(np.array([np.nan, 5.0, 7.0]), 5.0)
     last = np.round(255.0 * VIRIDIS[-1])
     np.testing.assert_array_equal(colours, [np.round(255.0 * np.array(AIR)), last, last])

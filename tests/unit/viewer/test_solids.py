@@ -2,12 +2,12 @@ import numpy as np
 import pytest
 import trimesh
 
-from fiveaxis.mesh.thinning import thin_mesh
+from fiveaxis.viewer.solids import thin_mesh
 
 MOST = 150_000
 
 
-def test_a_small_mesh_stays_as_it_is():
+def test_a_small_mesh_is_not_thinned():
     part = trimesh.creation.icosphere(subdivisions=2)
     vertices, faces = thin_mesh(part.vertices, part.faces, most=MOST)
     assert vertices is part.vertices
