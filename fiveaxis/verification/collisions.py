@@ -84,7 +84,7 @@ def check_collisions(
     choice = choose_pairs(scene, surroundings.clearances)
     sweep = Sweep(TOLERANCE, {} if effort is None else effort)
     met = _sweep_all(context, choice.pairs, sweep, tcp_height)
-    asked = sum(cost.asked for cost in sweep.effort.values())
+    asked = sum(cost.queries for cost in sweep.effort.values())
     culled = sum(cost.culled for cost in sweep.effort.values())
     logger.info(
         "%d pairs of bodies along %d locations: %d queries, %d stretches clear by their boxes alone",

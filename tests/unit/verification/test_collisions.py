@@ -214,7 +214,7 @@ def test_what_is_far_away_is_not_even_asked_about(table_table):
     far = trimesh.creation.box(bounds=[[500.0] * 3, [600.0] * 3])
     rows = [[x, 0.0, 0.0, 0.0, 0.0] for x in np.linspace(0.0, 50.0, 300)]
     assert check(context_of(table_table, rows), effort=effort, part=far) == {}
-    assert {names: e.asked for names, e in effort.items()} == {("shank", "part"): 0, ("holder", "part"): 0}
+    assert {names: e.queries for names, e in effort.items()} == {("shank", "part"): 0, ("holder", "part"): 0}
     assert all(e.culled > 0 for e in effort.values())
 
 
