@@ -1,4 +1,4 @@
-"""An independent check of a motion: other kinematics than the optimiser's, the same path and machine."""
+"""An independent check of a motion, with other kinematics than the optimiser's."""
 
 from fiveaxis.former import former_names
 from fiveaxis.verification.approach import Leads, choose_leads

@@ -32,14 +32,14 @@ class ToolModel:
 
 
 def build_model(machine: Machine) -> ToolModel:
-    """Build the chain of a machine, the workpiece being the model's universe.
+    """Build the chain of a machine, with the workpiece as the model's universe.
 
-    Every joint's frame is parallel to the machine frame at home and lies on the axis's line, so placements
-    are plain offsets and all geometry is in the joints' directions.
+    Every joint's frame is parallel to the machine frame at home with its origin on the axis, so placements
+    are pure offsets and the joints' directions hold the geometry.
 
     Parameters
     ----------
-    machine : its `chain`; limits play no part here
+    machine : its `chain`; limits don't matter here
 
     Raises
     ------
@@ -62,7 +62,7 @@ def build_model(machine: Machine) -> ToolModel:
 
 
 def tool_poses(machine: Machine, positions: Array) -> tuple[Array, Array]:
-    """Compute where the tool is, relative to the workpiece, with pinocchio.
+    """Compute the tool poses relative to the workpiece, with pinocchio.
 
     Parameters
     ----------
@@ -93,7 +93,7 @@ def tool_poses(machine: Machine, positions: Array) -> tuple[Array, Array]:
 
 
 def load_pinocchio() -> Any:
-    """Import pinocchio, or say what it is needed for.
+    """Import pinocchio.
 
     Raises
     ------
@@ -108,7 +108,7 @@ def load_pinocchio() -> Any:
         raise MissingDependency(
             "pinocchio",
             "verification",
-            "install the wheel `pin` (Linux, macOS); there is none for Windows, use WSL there",
+            "install the wheel `pin` (Linux, macOS); on Windows use WSL",
         ) from None
     return pinocchio
 

@@ -1,4 +1,4 @@
-"""What an optimisation was bound by, to be held against the motion that came out of it."""
+"""The constraints of an optimisation, against which the resulting motion is checked."""
 
 from __future__ import annotations
 
@@ -15,20 +15,21 @@ from fiveaxis.toolpath import Constraints, TiltBounds, Toolpath, turned
 
 @dataclass(frozen=True, eq=False)
 class PathConstraints:
-    """Bounds on postures and turns; what is None or empty wasn't asked for.
+    """Bounds on postures and turns; None or empty is no bound.
 
     Parameters
     ----------
     leaning : on the angles between the tool axis and directions
-    hold : rad by letter, where rotary axes stand
+    hold : rad by letter, at which rotary axes are held
     max_turn : rad, of a rotary axis in one cutting move
-    turn_rate : rad/mm, of a rotary axis over the way of the pivot in cutting moves
-    cone : rad, half angle about the first rotary axis in which that axis turns by `cone_rate` at most
+    turn_rate : rad/mm, of a rotary axis per length of the pivot's path in cutting moves
+    cone : rad, half angle about the first rotary axis, in which that axis turns by at most `cone_rate`
     cone_rate : rad/mm
-    cutting : (n,), whether the move to a location cuts: the lean between two is bound only there; None where
-        all do
-    inserted : (n,), locations between those that were given; None where there are none
-    passed : (n,), those of them that nobody optimised: the axes pass them; None where there are none
+    cutting : (n,), whether the move to a location cuts: only there the lean between locations is bounded;
+        None if all do
+    inserted : (n,), locations inserted between the given ones; None if there are none
+    passed : (n,), inserted locations whose posture wasn't optimised but follows from the axes' motion; None
+        if there are none
     """
 
     leaning: TiltBounds | None = None
@@ -43,7 +44,7 @@ class PathConstraints:
 
     @classmethod
     def of(cls, toolpath: Toolpath, machine: Machine, constraints: Constraints) -> PathConstraints:
-        """Apply constraints to a path in the zone that they ask for (`Constraints.zoned`).
+        """Apply constraints to a path in their zone (`Constraints.zoned`).
 
         Raises
         ------
@@ -72,13 +73,12 @@ class PathConstraints:
     def between(self, row: Array) -> PathConstraints:
         """Return the bounds for a path with inserted locations.
 
-        What a bound refers to (a normal, a programmed axis) turns evenly from one location to the next.
-        Within a link or a rapid move nothing binds.
+        The direction that a bound refers to (a normal, a programmed axis) turns uniformly from one location
+        to the next. Within a link or a rapid move there is no bound.
 
         Parameters
         ----------
-        row : (m,), places of the locations in rows of the path that the bounds are of: 3.25 lies between
-            3 and 4
+        row : (m,), fractional rows of the path with these bounds: 3.25 lies between 3 and 4
         """
         passed: BoolArray = row != np.floor(row)
         inserted = passed

@@ -127,9 +127,9 @@ def test_out_from_under_a_ledge_the_tool_goes_to_the_side_and_up_from_there(haya
     [
         (40.0, None),
         (5.1, None),
-        (4.0, "goes down from Z 5.000, where the way out ends"),
+        (4.0, "goes down from Z 5.000, where the lead-out ends"),
         (-50.0, "goes down from Z 5.000"),
-        (41.0, "lies beyond its travel, -200 to 40"),
+        (41.0, "is beyond its travel, -200 to 40"),
     ],
 )
 def test_a_retract_goes_up_and_no_further_than_z_can(hayashi, lollipop, retract, said):

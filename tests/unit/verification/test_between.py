@@ -77,7 +77,7 @@ def test_a_digest_is_of_places_kinds_and_chain(motion, hayashi):
 
 
 def test_an_unknown_way_is_refused(path, motion, hayashi):
-    with pytest.raises(SettingError, match="write joint, tcp"):
+    with pytest.raises(SettingError, match="write joint or tcp"):
         verify(motion, hayashi, path, between="tips")
 
 

@@ -125,7 +125,7 @@ def test_a_turn_that_is_legal_at_both_ends_is_wrong_in_the_middle(table_table):
         assert check(context_of(table_table, [end]), fixtures=(clamp,)) == {}
     found = check(context_of(table_table, ends), fixtures=(clamp,))
     assert found["fixture-collision"].rows.tolist() == [1]
-    assert "on the way here" in found["fixture-collision"].message(0)
+    assert "in the move to here" in found["fixture-collision"].message(0)
     far = replace(clamp, shape=replace(clamp.shape, center=(0.0, -60.0 * side, 0.0)))
     assert check(context_of(table_table, ends), fixtures=(far,)) == {}
 
@@ -206,7 +206,7 @@ def test_a_trunnion_swings_into_the_head_between_two_locations(table_table):
         assert check(context_of(machine, [row], tool=Tool.ball(6))) == {}
     found = check(context_of(machine, rows, tool=Tool.ball(6)))
     assert found["machine-collision"].rows.tolist() == [1]
-    assert "on the way here" in found["machine-collision"].message(0)
+    assert "in the move to here" in found["machine-collision"].message(0)
 
 
 def test_what_is_far_away_is_not_even_asked_about(table_table):

@@ -73,7 +73,7 @@ def test_a_link_through_the_part_is_found_between_two_good_locations(hayashi, bo
     )
     report = verify(upright(path, hayashi), hayashi, path, part=box)
     assert report.counts == {"gouge": 1}
-    assert "on the way here" in report.findings[0].message
+    assert "in the move to here" in report.findings[0].message
 
 
 def test_a_path_wholly_inside_the_part_is_no_clearance(hayashi, box):
@@ -146,7 +146,7 @@ def test_an_edge_passed_between_two_good_locations_is_found(hayashi, box):
     )
     report = verify(upright(path, hayashi), hayashi, path, part=box)
     assert rows_of(report) == [1]
-    assert "on the way here" in report.findings[0].message
+    assert "in the move to here" in report.findings[0].message
     assert report.figures["gouge_depth_mm"] == pytest.approx(0.05, abs=0.01)
 
 
@@ -163,7 +163,7 @@ def test_a_turn_between_two_good_locations_sweeps_the_flank_into_the_part(hayash
     _, way = gouge_depths(context, box, tcp_height=path.zone.height)
     shares = np.linspace(0.0, 1.0, 401)[1:-1]
     ways = MovePoses(context, path.zone.height, tool.cutter.outline())
-    places = ways.places(np.ones(len(shares), dtype=int), shares)
+    places = ways.poses(np.ones(len(shares), dtype=int), shares)
     body = CuttingBody.of(tool)
     tree = TriangleTree.build(np.asarray(box.triangles))
     dense = body.depths(places.tip, places.axis, tree, np.full(len(shares), -10.0))
@@ -250,9 +250,9 @@ def test_no_point_of_the_cutter_goes_farther_than_is_reckoned_with(hayashi, led)
     motion = Motion(hayashi.letters, positions, path.feed, np.ones(40), path.kind, path.source)
     ways = MovePoses(make_context(motion, hayashi, path, None, DEFAULT_TOLERANCES), led, AROUND)
     row = np.arange(1, 40)
-    ends = [ways.places(row, np.full(39, share)) for share in (0.0, 1.0)]
+    ends = [ways.poses(row, np.full(39, share)) for share in (0.0, 1.0)]
     bound = ways.movement(*ends) + ways.bends(row) / 2.0
-    dense = [ways.places(row, np.full(39, share)) for share in np.linspace(0.0, 1.0, 51)]
+    dense = [ways.poses(row, np.full(39, share)) for share in np.linspace(0.0, 1.0, 51)]
     for height in (0.0, RADIUS, 2.0 * RADIUS):
         points = np.array([place.tip + height * place.axis for place in dense])
         length = np.linalg.norm(np.diff(points, axis=0), axis=2).sum(axis=0)

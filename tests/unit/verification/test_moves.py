@@ -41,7 +41,7 @@ def test_a_change_of_rotary_speed_beyond_the_highest_acceleration_is_a_warning(h
         assert report.figures["rotary_acceleration_share"] == pytest.approx(2.0 / bound)
     warning = report.findings[0]
     assert warning.severity is Severity.WARNING
-    assert "C changes its speed by 2 deg/s²" in warning.message
+    assert "C accelerates by 2 deg/s²" in warning.message
     assert "can do 1.9 deg/s²" in warning.message
 
 
@@ -75,8 +75,8 @@ def test_an_axis_without_a_highest_acceleration_is_said_to_be_unchecked(hayashi,
     report = verify(turned(path, hayashi, [0] * N), hayashi, path)
     assert report.figures["rotary_acceleration_share"] is None
     text = " ".join(report.not_checked)
-    assert "acceleration of X, Y, Z: the machine states no highest one" in text
-    assert "acceleration of A, C: the machine states no highest one" in text
+    assert "acceleration of X, Y, Z: the machine states no maximum" in text
+    assert "acceleration of A, C: the machine states no maximum" in text
 
 
 def test_a_duration_that_is_none_hides_only_its_own_changes(hayashi, path):
