@@ -41,9 +41,7 @@ def middle(motion: Motion, machine: Machine) -> np.ndarray:
 
 
 @pytest.mark.parametrize("between", ["joint", "tcp"])
-def test_a_gouge_in_a_link_under_either_interpolation_is_found_by_default(
-    path, motion, hayashi, interpolation
-):
+def test_a_gouge_in_a_link_under_either_interpolation_is_found_by_default(path, motion, hayashi, between):
     x, y = middle(motion, hayashi)[:2] if between == "joint" else (0.0, 2.0)
     post = trimesh.creation.box(bounds=[[x - 2, y - 2, -5], [x + 2, y + 2, 20]])
     report = verify(motion, hayashi, path, part=post)
