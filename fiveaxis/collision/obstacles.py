@@ -58,9 +58,8 @@ class Obstacle:
         tip, axis = np.ascontiguousarray(tip, dtype=float), np.ascontiguousarray(axis, dtype=float)
 
         def test(at: int) -> BoolArray:
-            return np.asarray(
-                meets_all(tip[at : at + CHUNK], axis[at : at + CHUNK], frusta, triangles, boxes)
-            )
+            rows = slice(at, at + CHUNK)
+            return np.asarray(meets_all(tip[rows], axis[rows], frusta, triangles, boxes))
 
         starts = range(0, len(tip), CHUNK)
         if len(starts) == 1:

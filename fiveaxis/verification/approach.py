@@ -17,10 +17,9 @@ from fiveaxis.motion import PATH_TOLERANCE, STANDSTILL, Motion
 from fiveaxis.motion.leads import FIRST, LAST, clear_way, lead_places
 from fiveaxis.toolpath import MoveKind, Toolpath
 from fiveaxis.verification.between import JOINT_ONLY
-from fiveaxis.verification.check_context import DEFAULT_TOLERANCES, Tolerances, make_context
+from fiveaxis.verification.check_context import DEFAULT_TOLERANCES, PathConstraints, Tolerances, make_context
 from fiveaxis.verification.cutting_body import CuttingBody
 from fiveaxis.verification.model import tool_poses
-from fiveaxis.verification.path_constraints import PathConstraints
 from fiveaxis.verification.report import APPROACH, Gap, Report, make_report
 from fiveaxis.verification.verdict import BODY_CHECKS, Examination, run_checks
 

@@ -83,13 +83,7 @@ JOINT_ONLY = CheckedInterpolation(Interpolation.JOINT, Interpolation.JOINT)
 def check_gouges(
     context: CheckContext, mesh: trimesh.Trimesh | None, interpolation: CheckedInterpolation
 ) -> Result:
-    """Run `check_gouge`, for links under both interpolations if `CheckedInterpolation.links` is set.
-
-    Raises
-    ------
-    MeshError
-        As `check_gouge`.
-    """
+    """Run `check_gouge`, for links under both interpolations if `CheckedInterpolation.links` is set."""
     centre = context.toolpath.zone.height
     straight = interpolation.gouges is Interpolation.TCP
     height, other_height = (centre, None) if straight else (None, centre)

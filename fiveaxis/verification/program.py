@@ -13,8 +13,7 @@ from fiveaxis.geometry import Array, IntArray
 from fiveaxis.motion import AXIS_TOLERANCE, FASTEST, PATH_TOLERANCE, SPEED_TOLERANCE, Fill
 from fiveaxis.toolpath import Constraints
 from fiveaxis.verification.between import JOINT_ONLY
-from fiveaxis.verification.check_context import Tolerances, make_context
-from fiveaxis.verification.path_constraints import PathConstraints
+from fiveaxis.verification.check_context import PathConstraints, Tolerances, make_context
 from fiveaxis.verification.read_back import SAME_TIME, ExpectedText, ReadBack, check_text
 from fiveaxis.verification.report import Report, Result
 from fiveaxis.verification.verdict import Examination, examine

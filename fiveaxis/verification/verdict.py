@@ -18,6 +18,7 @@ from fiveaxis.verification.check_context import (
     DEFAULT_TOLERANCES,
     GOUGE_TOLERANCE,
     CheckContext,
+    PathConstraints,
     Tolerances,
     make_context,
 )
@@ -25,7 +26,6 @@ from fiveaxis.verification.checks import check_contact, check_finite, check_limi
 from fiveaxis.verification.collisions import check_collisions
 from fiveaxis.verification.gouging import check_gouge
 from fiveaxis.verification.moves import KINDS, Within, check_accelerations, check_deviation, check_speeds
-from fiveaxis.verification.path_constraints import PathConstraints
 from fiveaxis.verification.report import Report, Result, make_report
 from fiveaxis.verification.turns import check_hold, check_jumps, check_singular, check_turn_rate
 
@@ -261,11 +261,6 @@ def examine(examination: Examination, not_checked: Iterable[str] = ()) -> Report
     ----------
     examination : what they look at
     not_checked : sentences on what no check covers
-
-    Raises
-    ------
-    SettingError, ToolpathError, MeshError, MissingDependency
-        As `verify`.
     """
     context = examination.context
     report = make_report(run_checks(examination), context.toolpath, not_checked)
