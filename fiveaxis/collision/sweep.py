@@ -119,10 +119,20 @@ class Sweep:
         started = time.perf_counter()
         effort = self.effort.setdefault((pair.first.name, pair.second.name), SweepCount())
         back = np.zeros(len(stretch), dtype=bool) if withdrawn is None else withdrawn
-        found = [
-            self._pieces(pair, first, second, clearance, stretch, counted, back, effort)
-            for first, second, clearance in pair.pieces
-        ]
+        found = []
+        for first, second, clearance in pair.pieces:
+            # The smaller piece is the mover: its points stay nearer together.
+            if first.size <= second.size:
+                travel = Travel(stretch, first, second, pair.first.link, pair.second.link)
+            else:
+                travel = Travel(stretch, second, first, pair.second.link, pair.first.link)
+            search = _Search(travel, self.tolerance, effort)
+            hits = search.find_with_depths(clearance, counted)
+            effort.queries += search.query.count
+            if pair.rapid_only:
+                found.append(search.of_rapids(hits, counted, back))
+            else:
+                found += [hits, _enclosed(travel, hits, counted)]
         effort.seconds += time.perf_counter() - started
         hits = join(found).worst()
         logger.debug(
@@ -136,34 +146,6 @@ class Sweep:
         )
         return hits
 
-    def _pieces(
-        self,
-        pair: Pair,
-        first: Piece,
-        second: Piece,
-        clearance: float,
-        stretch: Stretch,
-        counted: BoolArray,
-        withdrawn: BoolArray,
-        effort: SweepCount,
-    ) -> Hits:
-        # The smaller piece is the mover: its points stay nearer together.
-        if first.size <= second.size:
-            travel = Travel(stretch, first, second, pair.first.link, pair.second.link)
-        else:
-            travel = Travel(stretch, second, first, pair.second.link, pair.first.link)
-        search = _Search(travel, self.tolerance, effort)
-        near = search.find(clearance, counted)
-        hits = near
-        if clearance > 0.0:
-            rows = np.zeros(len(stretch), dtype=bool)
-            rows[near.rows[~near.touching]] = True
-            hits = join([near, search.find(0.0, rows)]) if rows.any() else near
-        effort.queries += search.query.count
-        if pair.rapid_only:
-            return search.of_rapids(hits, counted, withdrawn)
-        return join([hits, _enclosed(travel, hits, counted)])
-
 
 class _Search:
     """One piece against another along a stretch."""
@@ -171,6 +153,13 @@ class _Search:
     def __init__(self, travel: Travel, tolerance: float, effort: SweepCount) -> None:
         self.travel, self.tolerance, self.effort = travel, tolerance, effort
         self.query = PairQuery(travel.mover, travel.other)
+
+    def find_with_depths(self, clearance: float, counted: BoolArray) -> Hits:
+        """Find rows nearer than a clearance, mm, and search those that don't touch for an overlap again."""
+        near = self.find(clearance, counted)
+        rows = np.zeros(len(counted), dtype=bool)
+        rows[near.rows[~near.touching]] = True
+        return join([near, self.find(0.0, rows)]) if rows.any() else near
 
     def find(self, margin: float, counted: BoolArray) -> Hits:
         """Find rows with a pose nearer than a margin, mm; with margin 0, rows with an overlap.

@@ -45,8 +45,9 @@ MISSING_ROOM = "the cutter ends less than {room:g} mm from the part"
 
 @dataclass(frozen=True, eq=False)
 class _LeadCheck:
-    """The check of a lead: what it looks at."""
+    """The search for clear leads of a motion."""
 
+    motion: Motion
     machine: Machine
     toolpath: Toolpath
     around: Surroundings
@@ -57,7 +58,63 @@ class _LeadCheck:
         part = self.around.part
         return None if part is None else TriangleTree.build(np.asarray(part.triangles, dtype=float))
 
-    def leaves_room(self, position: Array, lead: Array) -> bool:
+    def choose(self, row: int, leg: bool) -> tuple[Array, str | None]:
+        """Find the first clear lead, (k,) mm; if none is clear, return the default one and its error.
+
+        Parameters
+        ----------
+        row : `FIRST` or `LAST` location
+        leg : whether a Z move follows off the part
+        """
+        default, blocked = clear_way(self.motion, self.machine, row=row), None
+        for lead in (default, *self._others(row, none=row == FIRST or leg)):
+            fault = self.fault(lead, row, leg)
+            if fault is None:
+                return lead, None
+            blocked = blocked or fault
+        return default, blocked
+
+    def fault(self, lead: Array, row: int, leg: bool) -> str | None:
+        """Return the error of a lead, (k,) mm, at the first or last location; None if it is clear.
+
+        A lead-out is checked from its end to the path: collisions don't depend on the sense.
+        """
+        positions = lead_places(self.motion, self.machine, lead, row=row)
+        kinds = [MoveKind.RAPID, MoveKind.RAPID, MoveKind.CUT if lead.any() else MoveKind.RAPID]
+        rows = slice(0 if leg else 1, None)
+        fault = self._first_error(positions[rows], kinds[rows], row)
+        # Without a lead-out the Z move goes straight up from the last location.
+        leads_out = row == LAST and (lead.any() or not leg)
+        if fault is None and leads_out and not self._leaves_room(positions[1], lead):
+            return MISSING_ROOM.format(room=ROOM)
+        return fault
+
+    def _others(self, row: int, *, none: bool) -> Iterator[Array]:
+        """Yield other leads, (k,) mm, in the order in which they are tried; no lead comes last, if allowed."""
+        motion, machine, normal = self.motion, self.machine, self.toolpath.normal[row]
+        if motion.kind[row] != MoveKind.CUT:
+            return
+
+        def lead(direction: Array | None = None, length: float = NEAR[0]) -> Array:
+            return clear_way(motion, machine, direction, length, row=row)
+
+        tip, axis = tool_poses(machine, motion.positions[:2] if row == FIRST else motion.positions[-2:])
+        step = tip[-1] - tip[0]
+        length = float(np.linalg.norm(step))
+        beyond = step / length if length > STANDSTILL else np.zeros(3)
+        beyond = -beyond if row == FIRST else beyond
+        left = np.cross(axis[row], beyond if row == LAST else -beyond)
+        yield from (lead(length=mm) for mm in NEAR[1:])
+        if np.isfinite(normal).all():
+            yield from (lead(normal, mm) for mm in NEAR)
+        if length > STANDSTILL:
+            sides = [normalise(side + rise * axis[row]) for rise in RISES for side in (beyond, left, -left)]
+            yield from (lead(side, mm) for side in sides for mm in BESIDE)
+        yield from (lead(length=mm) for mm in (*FAR, *(FARTHEST if row == LAST else ())))
+        if none:
+            yield np.zeros(len(machine.letters))
+
+    def _leaves_room(self, position: Array, lead: Array) -> bool:
         """Check whether the cutter is off the part at the end, (k,), of a lead from the last cut.
 
         Without a part only the surface that the cut touches is known: the lead has to go away from that.
@@ -71,13 +128,14 @@ class _LeadCheck:
             return bool(body.depths(tip[1:], axis[1:], self._tree, floor)[0] <= -ROOM)
         return not np.isfinite(normal).all() or float(moved @ normal) >= ROOM
 
-    def fault(self, positions: Array, kind: list[MoveKind], known: frozenset[str]) -> str | None:
-        """Return the first error of a lead through positions, (m, k); None if it is clear.
+    def _first_error(self, positions: Array, kind: list[MoveKind], row: int) -> str | None:
+        """Return the first error of moves through positions, (m, k), to the path; None if they are clear.
+
+        Errors that the path's location has in any case don't count.
 
         Parameters
         ----------
         kind : (m,), of the moves that end there
-        known : codes already found at the last row, where the lead meets the path
         """
         moves = np.linalg.norm(np.diff(positions, axis=0), axis=1) > STANDSTILL
         kept = [*np.flatnonzero(moves).tolist(), len(positions) - 1]
@@ -85,13 +143,15 @@ class _LeadCheck:
             return None
         for finding in self._errors(positions[kept], [kind[i] for i in kept]):
             at_path = finding.place.location == len(kept) - 1
-            if not (at_path and finding.code in known):
+            if not (at_path and finding.code in self._known[row]):
                 return finding.message
         return None
 
-    def codes_at(self, position: Array) -> frozenset[str]:
-        """Return the codes of the errors at a position of the path itself, (k,), whatever leads there."""
-        return frozenset(f.code for f in self._errors(position[None], [MoveKind.CUT]))
+    @cached_property
+    def _known(self) -> dict[int, frozenset[str]]:
+        """Codes of the errors at the first and the last location themselves."""
+        ends = {row: self._errors(self.motion.positions[row][None], [MoveKind.CUT]) for row in (FIRST, LAST)}
+        return {row: frozenset(finding.code for finding in found) for row, found in ends.items()}
 
     def _errors(self, positions: Array, kind: list[MoveKind]) -> list[Finding]:
         """Find gouges and collisions of moves through positions, (m, k)."""
@@ -155,15 +215,14 @@ def choose_leads(
     MeshError, MissingDependency
         As `verify`.
     """
-    check = _LeadCheck(machine, toolpath, surroundings, tolerances)
-    lead_in, blocked = _choose(check, motion, FIRST, leg, check.codes_at(motion.positions[FIRST]))
+    check = _LeadCheck(motion, machine, toolpath, surroundings, tolerances)
+    lead_in, blocked = check.choose(FIRST, leg)
     found = [] if blocked is None else [_finding("approach-blocked", blocked, toolpath.place(0))]
-    up, known = retract is not None, check.codes_at(motion.positions[LAST])
-    lead_out = np.zeros(len(machine.letters))
+    up, lead_out = retract is not None, np.zeros(len(machine.letters))
     if leaves and motion.kind[LAST] == MoveKind.CUT:
-        lead_out, blocked = _choose(check, motion, LAST, up, known)
+        lead_out, blocked = check.choose(LAST, up)
     else:
-        blocked = _fault(check, motion, lead_out, LAST, up, known) if up else None
+        blocked = check.fault(lead_out, LAST, up) if up else None
     place = toolpath.place(len(toolpath) - 1)
     if blocked is not None:
         found.append(_finding("retreat-blocked", blocked, place))
@@ -194,64 +253,6 @@ def _bad_retract(machine: Machine, begin: Array, end: float, place: Place) -> It
         return
     text = f"{fact}; give a higher position within the travel (--retract)"
     yield Finding(Severity.ERROR, "retreat-blocked", text, place, value - begins)
-
-
-def _choose(
-    check: _LeadCheck, motion: Motion, row: int, leg: bool, known: frozenset[str]
-) -> tuple[Array, str | None]:
-    """Find the first clear lead, (k,) mm; if none is clear, return the default one and its error."""
-    default = clear_way(motion, check.machine, row=row)
-    blocked = None
-    for lead in (default, *_others(check, motion, row, none=row == FIRST or leg)):
-        fault = _fault(check, motion, lead, row, leg, known)
-        if fault is None:
-            return lead, None
-        blocked = blocked or fault
-    return default, blocked
-
-
-def _fault(
-    check: _LeadCheck, motion: Motion, lead: Array, row: int, leg: bool, known: frozenset[str]
-) -> str | None:
-    """Return the error of a lead, (k,) mm, at the first or last location; None if it is clear.
-
-    A lead-out is checked from its end to the path: collisions don't depend on the sense.
-    """
-    positions = lead_places(motion, check.machine, lead, row=row)
-    kinds = [MoveKind.RAPID, MoveKind.RAPID, MoveKind.CUT if lead.any() else MoveKind.RAPID]
-    rows = slice(0 if leg else 1, None)
-    fault = check.fault(positions[rows], kinds[rows], known)
-    # Without a lead-out the Z move goes straight up from the last location.
-    leads_out = row == LAST and (lead.any() or not leg)
-    if fault is None and leads_out and not check.leaves_room(positions[1], lead):
-        return MISSING_ROOM.format(room=ROOM)
-    return fault
-
-
-def _others(check: _LeadCheck, motion: Motion, row: int, *, none: bool) -> Iterator[Array]:
-    """Yield other leads, (k,) mm, in the order in which they are tried; at last none, if that is allowed."""
-    machine, normal = check.machine, check.toolpath.normal[row]
-    if motion.kind[row] != MoveKind.CUT:
-        return
-
-    def lead(direction: Array | None = None, length: float = NEAR[0]) -> Array:
-        return clear_way(motion, machine, direction, length, row=row)
-
-    tip, axis = tool_poses(machine, motion.positions[:2] if row == FIRST else motion.positions[-2:])
-    step = tip[-1] - tip[0]
-    length = float(np.linalg.norm(step))
-    beyond = step / length if length > STANDSTILL else np.zeros(3)
-    beyond = -beyond if row == FIRST else beyond
-    left = np.cross(axis[row], beyond if row == LAST else -beyond)
-    yield from (lead(length=mm) for mm in NEAR[1:])
-    if np.isfinite(normal).all():
-        yield from (lead(normal, mm) for mm in NEAR)
-    if length > STANDSTILL:
-        sides = [normalise(side + rise * axis[row]) for rise in RISES for side in (beyond, left, -left)]
-        yield from (lead(side, mm) for side in sides for mm in BESIDE)
-    yield from (lead(length=mm) for mm in (*FAR, *(FARTHEST if row == LAST else ())))
-    if none:
-        yield np.zeros(len(machine.letters))
 
 
 def _finding(code: str, fault: str, place: Place) -> Finding:
