@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import chain
 
 import numpy as np
 
@@ -67,7 +68,7 @@ class _LeadCheck:
         leg : whether a Z move follows off the part
         """
         default, blocked = clear_way(self.motion, self.machine, row=row), None
-        for lead in (default, *self._others(row, none=row == FIRST or leg)):
+        for lead in chain([default], self._others(row, none=row == FIRST or leg)):
             fault = self.fault(lead, row, leg)
             if fault is None:
                 return lead, None
@@ -90,7 +91,7 @@ class _LeadCheck:
         return fault
 
     def _others(self, row: int, *, none: bool) -> Iterator[Array]:
-        """Yield other leads, (k,) mm, in the order in which they are tried; no lead comes last, if allowed."""
+        """Yield other leads, (k,) mm, in the order in which they are tried; last none, if allowed."""
         motion, machine, normal = self.motion, self.machine, self.toolpath.normal[row]
         if motion.kind[row] != MoveKind.CUT:
             return
