@@ -135,12 +135,7 @@ def _revolved(run: Array, frame: Array) -> Piece:
         [np.column_stack([r * ring, np.full(SECTORS, h)]) for r, h in run[radius > 1e-9]]
         + [np.array([[0.0, 0.0, low], [0.0, 0.0, high]])]
     )
-    return convex_piece(points, frame)
-
-
-def convex_piece(points: Array, frame: Array) -> Piece:
-    """Build the convex hull of points, (v, 3) mm, own frame."""
-    return replace(_hull(np.ascontiguousarray(points, dtype=float).tobytes()), frame=frame)
+    return replace(_hull(points.tobytes()), frame=frame)
 
 
 # One tool is checked along many moves, and its hulls take most of the time of a short move.

@@ -153,20 +153,8 @@ def _lid(radius: float, height: float, low: float = QUARTER) -> Zone:
 
 
 def _rows(zones: list[Zone] | tuple[Zone, ...]) -> Array:
-    return np.array(
-        [
-            (
-                z.radius,
-                z.offset,
-                z.height,
-                math.sin(z.low),
-                math.cos(z.low),
-                math.sin(z.high),
-                math.cos(z.high),
-            )
-            for z in zones
-        ]
-    )
+    ends = [[f(angle) for angle in (z.low, z.high) for f in (math.sin, math.cos)] for z in zones]
+    return np.array([[z.radius, z.offset, z.height, *end] for z, end in zip(zones, ends, strict=True)])
 
 
 def _heart(piece: Piece, height: float) -> float:

@@ -9,7 +9,7 @@ import numpy as np
 
 from fiveaxis.errors import MissingDependency
 from fiveaxis.geometry import Array, IntArray
-from fiveaxis.machine import Joint, Machine
+from fiveaxis.machine import Machine
 
 if TYPE_CHECKING:
     import pinocchio
@@ -52,7 +52,8 @@ def build_model(machine: Machine) -> ToolModel:
     for joint in machine.chain.joints:
         point = np.array(joint.line.point) if joint.is_rotary else origin
         placement = pin.SE3(np.eye(3), point - origin)
-        parent = model.addJoint(parent, _joint_model(pin, joint), placement, joint.letter)
+        kind = pin.JointModelRevoluteUnaligned if joint.is_rotary else pin.JointModelPrismaticUnaligned
+        parent = model.addJoint(parent, kind(np.array(joint.line.direction)), placement, joint.letter)
         origin = point
     home = machine.chain.tool_home
     at_tool = pin.SE3(home[:3, :3].copy(), home[:3, 3] - origin)
@@ -111,12 +112,3 @@ def load_pinocchio() -> Any:
             "install the wheel `pin` (Linux, macOS); on Windows use WSL",
         ) from None
     return pinocchio
-
-
-def _joint_model(pin: Any, joint: Joint) -> Any:
-    direction = np.array(joint.line.direction)
-    return (
-        pin.JointModelRevoluteUnaligned(direction)
-        if joint.is_rotary
-        else pin.JointModelPrismaticUnaligned(direction)
-    )
