@@ -5,17 +5,14 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-import numpy as np
-
 from fiveaxis.collision import Surroundings
-from fiveaxis.findings import Severity
-from fiveaxis.geometry import Array, IntArray
-from fiveaxis.motion import AXIS_TOLERANCE, FASTEST, PATH_TOLERANCE, SPEED_TOLERANCE, Fill
+from fiveaxis.geometry import IntArray
+from fiveaxis.motion import AXIS_TOLERANCE, PATH_TOLERANCE, SPEED_TOLERANCE, Fill
 from fiveaxis.toolpath import Constraints
 from fiveaxis.verification.between import JOINT_ONLY
 from fiveaxis.verification.check_context import PathConstraints, Tolerances, make_context
-from fiveaxis.verification.read_back import SAME_TIME, ExpectedText, ReadBack, check_text
-from fiveaxis.verification.report import Report, Result
+from fiveaxis.verification.read_back import SAME_TIME, ExpectedText, ReadBack, WrittenText
+from fiveaxis.verification.report import Report
 from fiveaxis.verification.verdict import Examination, examine
 
 # rad: allowed overrun of tilt bounds between two locations that keep them.
@@ -64,17 +61,11 @@ def verify_text(
         # spans turns are proportional to time, and lengths only as far as their blocks have one speed.
         faster = fill.planes.fastest(fill.row) * (1.0 if exact else 1.0 + SPEED_TOLERANCE)
         applied = replace(applied, turn_rate=applied.turn_rate * faster)
-    more = (
-        *check_text(back, rows, expected),
-        _check_planes(fill, driven.positions[:, machine.rotary_columns]),
-    )
     accelerations = fill.path is fill.given and exact
     context = make_context(driven, machine, fill.path, applied, allowed_between(tolerances, expected))
     left = (JERK,) if accelerations else (JERK, NO_ACCELERATIONS)
-    within = back.within(fill)
-    return examine(
-        Examination(context, surroundings, JOINT_ONLY, accelerations, more=more, within=within), left
-    )
+    text = WrittenText(back, fill, rows, expected)
+    return examine(Examination(context, surroundings, JOINT_ONLY, accelerations, text=text), left)
 
 
 def allowed_between(tolerances: Tolerances, expected: ExpectedText) -> Tolerances:
@@ -100,24 +91,4 @@ def allowed_between(tolerances: Tolerances, expected: ExpectedText) -> Tolerance
         # Both ends of a move are rounded.
         step=2.0 * expected.step,
         turn=2.0 * math.radians(expected.turn),
-    )
-
-
-def _check_planes(fill: Fill, rotary: Array) -> Result:
-    """Check that the tool axis stays in the plane of its end directions in each cut."""
-    off = fill.off_plane(rotary)
-    moves = np.flatnonzero(fill.planes.left)
-    degrees, most = np.degrees(off[moves]), math.degrees(AXIS_TOLERANCE)
-    return Result(
-        code="axis-off-plane",
-        severity=Severity.WARNING,
-        rows=np.searchsorted(fill.row, moves + 1.0),
-        values=degrees,
-        message=lambda i: (
-            "within the cut the tool axis leaves the plane of its two end directions by "
-            f"{degrees[i]:.3g} deg (at most {most:g} deg): in the plane a rotary axis would turn more than "
-            f"{FASTEST:g} times as fast, or leave its bounds; put locations closer together"
-        ),
-        figures={"axis_off_plane_deg": math.degrees(off.max(initial=0.0))},
-        checked=(f"tool axis within {most:g} deg of the plane of its end directions in each cut",),
     )

@@ -134,6 +134,24 @@ class ExpectedText:
     is_list: bool = False
 
 
+@dataclass(frozen=True, eq=False)
+class WrittenText:
+    """One of our own programs, for the checks of its text.
+
+    Parameters
+    ----------
+    back : the text with the planned motion
+    fill : the locations that its blocks represent
+    rows : (m,), the location of the fill at which each planned row ends
+    expected : properties that the text must have
+    """
+
+    back: ReadBack
+    fill: Fill
+    rows: IntArray
+    expected: ExpectedText
+
+
 def check_text(back: ReadBack, rows: IntArray, expected: ExpectedText) -> tuple[Result, ...]:
     """Compare a text with the planned motion: positions, durations, modes, spindle.
 

@@ -1,4 +1,4 @@
-"""The checks on rotary axes: held axes, and turns in cuts."""
+"""The checks on rotary axes: held axes, turns in cuts, and the plane of the tool axis."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import numpy as np
 
 from fiveaxis.findings import Severity
 from fiveaxis.geometry import Array, angle_between
+from fiveaxis.motion import AXIS_TOLERANCE, FASTEST, Fill
 from fiveaxis.toolpath import Toolpath
 from fiveaxis.verification.check_context import CheckContext
 from fiveaxis.verification.checks import largest
@@ -213,3 +214,29 @@ def nearest_angles(context: CheckContext) -> Array:
 
     at = measured(context.axis)
     return np.concatenate([at[:1], np.minimum(np.minimum(at[1:], at[:-1]), measured(halfway))])
+
+
+def check_planes(fill: Fill, rotary: Array) -> Result:
+    """Check that the tool axis stays in the plane of its end directions in each cut.
+
+    Parameters
+    ----------
+    fill : the locations that a program's blocks represent
+    rotary : (n, r), rad, at these locations
+    """
+    off = fill.off_plane(rotary)
+    moves = np.flatnonzero(fill.planes.left)
+    degrees, most = np.degrees(off[moves]), math.degrees(AXIS_TOLERANCE)
+    return Result(
+        code="axis-off-plane",
+        severity=Severity.WARNING,
+        rows=np.searchsorted(fill.row, moves + 1.0),
+        values=degrees,
+        message=lambda i: (
+            "within the cut the tool axis leaves the plane of its two end directions by "
+            f"{degrees[i]:.3g} deg (at most {most:g} deg): in the plane a rotary axis would turn more than "
+            f"{FASTEST:g} times as fast, or leave its bounds; put locations closer together"
+        ),
+        figures={"axis_off_plane_deg": math.degrees(off.max(initial=0.0))},
+        checked=(f"tool axis within {most:g} deg of the plane of its end directions in each cut",),
+    )

@@ -25,9 +25,10 @@ from fiveaxis.verification.check_context import (
 from fiveaxis.verification.checks import check_contact, check_finite, check_limits, check_tilt
 from fiveaxis.verification.collisions import check_collisions
 from fiveaxis.verification.gouging import check_gouge
-from fiveaxis.verification.moves import KINDS, Within, check_accelerations, check_deviation, check_speeds
+from fiveaxis.verification.moves import KINDS, check_accelerations, check_deviation, check_speeds
+from fiveaxis.verification.read_back import WrittenText, check_text
 from fiveaxis.verification.report import Report, Result, make_report
-from fiveaxis.verification.turns import check_hold, check_jumps, check_singular, check_turn_rate
+from fiveaxis.verification.turns import check_hold, check_jumps, check_planes, check_singular, check_turn_rate
 
 if TYPE_CHECKING:
     import trimesh
@@ -171,8 +172,7 @@ class Examination:
     interpolation : between rows, for gouges and collisions
     accelerations : whether accelerations follow from the blocks' speeds; not if moves were divided
     own : for a program with rows of its own
-    more : results of checks on a program's text
-    within : computes the axes within moves as the program's text moves them
+    text : for one of our own programs
     """
 
     context: CheckContext
@@ -180,8 +180,7 @@ class Examination:
     interpolation: CheckedInterpolation
     accelerations: bool = True
     own: OwnRows | None = None
-    more: tuple[Result, ...] = ()
-    within: Within | None = None
+    text: WrittenText | None = None
 
 
 def _positions(e: Examination) -> Iterable[Result]:
@@ -209,10 +208,17 @@ def _accelerations(e: Examination) -> Iterable[Result]:
 
 def _deviations(e: Examination) -> Iterable[Result]:
     if e.own is None:
-        yield check_deviation(e.context, e.interpolation.of_deviation, e.within)
+        within = None if e.text is None else e.text.back.within(e.text.fill)
+        yield check_deviation(e.context, e.interpolation.of_deviation, within)
     # With a path given, `following` checks what lies between blocks.
     elif e.own.tcp_height is None and e.own.following is None:
         yield check_deviation(e.context, Severity.WARNING)
+
+
+def _text(e: Examination) -> Iterable[Result]:
+    if e.text is not None:
+        yield from check_text(e.text.back, e.text.rows, e.text.expected)
+        yield check_planes(e.text.fill, e.context.motion.positions[:, e.context.machine.rotary_columns])
 
 
 def _gouges(e: Examination) -> Iterable[Result]:
@@ -244,7 +250,7 @@ CHECKS: tuple[CheckFunction, ...] = (
     _speeds,
     _accelerations,
     _deviations,
-    lambda e: e.more,
+    _text,
     *BODY_CHECKS,
 )
 
