@@ -156,7 +156,7 @@ def _surrounding_bodies(
 
 
 def _machine_bodies(machine: Machine) -> tuple[list[SceneBody], list[str]]:
-    """Build the machine's bodies; to place those of the head takes the tool length."""
+    """Build the machine's bodies; placing those of the head requires the tool length."""
     bodies = []
     unplaced = machine.tool_length == 0.0 and any(b.link in machine.code.head for b in machine.bodies)
     for i, body in enumerate(machine.bodies):

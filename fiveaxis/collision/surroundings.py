@@ -1,4 +1,4 @@
-"""What stands around the tool: part, stock and fixtures, and the clearances to them."""
+"""Bodies around the tool: part, stock and fixtures, and the clearances to them."""
 
 from __future__ import annotations
 
