@@ -127,7 +127,7 @@ def test_from_under_a_ledge_the_tool_leaves_sideways_and_then_upwards(hayashi, l
     [
         (40.0, None),
         (5.1, None),
-        (4.0, "goes down from Z 5.000, where the lead-out ends"),
+        (4.0, "goes down from Z 5.000 mm, where the lead-out ends"),
         (-50.0, "goes down from Z 5.000"),
         (41.0, "is beyond its travel, -200 to 40"),
     ],
