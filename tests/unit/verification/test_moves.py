@@ -42,7 +42,7 @@ def test_a_change_of_rotary_speed_beyond_the_highest_acceleration_is_a_warning(h
     warning = report.findings[0]
     assert warning.severity is Severity.WARNING
     assert "C accelerates by 2 deg/s²" in warning.message
-    assert "can do 1.9 deg/s²" in warning.message
+    assert "at most 1.9 deg/s²" in warning.message
 
 
 def test_the_figure_equals_the_peak_rates(hayashi, path):
