@@ -1,6 +1,5 @@
-"""Bodies around the tool, and whether anything comes too near to anything else."""
+"""Bodies around the tool, and checks whether any two of them come too near."""
 
-from fiveaxis.collision.fixtures import Fixture, FixtureTable
-from fiveaxis.collision.surroundings import Clearances, ClearanceTable, Surroundings
+from fiveaxis.collision.surroundings import Clearances, ClearanceTable, Fixture, FixtureTable, Surroundings
 
 __all__ = ["ClearanceTable", "Clearances", "Fixture", "FixtureTable", "Surroundings"]

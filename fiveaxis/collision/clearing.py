@@ -1,4 +1,4 @@
-"""From what stands around the tool to the mask that keeps it clear."""
+"""The collision mask of the optimiser, built from the bodies around the tool."""
 
 from __future__ import annotations
 
@@ -9,42 +9,46 @@ import numpy as np
 
 from fiveaxis.collision.accessibility import Accessibility
 from fiveaxis.collision.obstacles import Obstacle
-from fiveaxis.collision.shapes import shape_triangles
+from fiveaxis.collision.scene import links_of
 from fiveaxis.collision.solids import Solid, tool_solids
 from fiveaxis.collision.surroundings import Clearances, Surroundings
 from fiveaxis.geometry import Array
-from fiveaxis.machine import BED, Cylinder, Machine
+from fiveaxis.machine import Box, Cylinder, Machine, MeshShape
+from fiveaxis.mesh import load_mesh
 from fiveaxis.toolpath import Tool, Toolpath
 from fiveaxis.toolpath.tool import CUTTER, SHANK
 
 logger = logging.getLogger(__name__)
 
-# mm: the cutter may reach so deep into the part; it touches it, after all.
+# mm: allowed depth of the cutter in the part, which it touches.
 GOUGE = 0.01
 HEAD = "head"
-# mm and 1: how far a cylinder of the head may be off the tool axis and still turn with it.
+# mm and 1: a cylinder of the head this near to the tool axis, and this parallel to it, turns with the tool.
 OFF_AXIS, OFF_DIRECTION = 1e-6, 1e-9
+# Sides of the prism around a cylinder; its edges lie up to 0.12 % of the radius outside.
+SIDES = 64
 
 
 def find_accessible(
     toolpath: Toolpath, machine: Machine, surroundings: Surroundings, *, extra: float = 0.0
 ) -> Accessibility | None:
-    """Make the mask that admits postures in which the tool is clear of all that stands with the workpiece.
+    """Build the mask that admits postures in which the tool is clear of everything on the workpiece side.
 
-    Cutter, shank, holder and cylinders of the head about the tool axis are held against part, fixtures, the
-    bodies that move with the workpiece and, without the cutter, the stock. All else, a trunnion or a head of
-    another shape, depends on where the axes stand, and only verification looks at it.
+    Cutter, shank, holder and the head's cylinders about the tool axis are tested against part, fixtures, the
+    bodies that move with the workpiece and, except the cutter, the stock. Other bodies, such as a trunnion,
+    depend on the axis values; only verification tests them.
 
     Parameters
     ----------
-    toolpath : with its tool, and the part of its profile that touches (`for_tilt`)
+    toolpath : with its tool, in the zone of the cutter that touches (`Constraints.zoned`)
     machine : with its bodies
     surroundings : with the clearances
     extra : mm, added to every clearance
 
     Returns
     -------
-    None where there is nothing to keep clear of, or nothing to keep clear: a mere ball doesn't lean
+    None if there are no obstacles, or nothing that could touch them: a bare ball covers the same space at
+    any lean
 
     Raises
     ------
@@ -52,42 +56,34 @@ def find_accessible(
         A fixture's or body's mesh can't be read.
     """
     tool, clearances = toolpath.tool, surroundings.clearances
-    head = list(head_solids(machine))
+    head = [solid.grown(clearances.machine + extra) for solid in head_solids(machine)]
     obstacles = []
     for name, mesh in surroundings.meshes.items():
-        solids = [*_beside_the_cut(tool, clearances, extra), *_grown(head, clearances.machine + extra)]
+        solids = [*_solids_above_cut(tool, clearances, extra), *head]
         if name == "part":
-            solids.insert(0, _cutter_beside_the_cut(tool))
+            solids.insert(0, _cutter_in_cut(tool))
         obstacles.append(Obstacle.build(name, mesh.triangles, solids))
     around = [(fixture.name, shape_triangles(fixture.shape)) for fixture in surroundings.fixtures]
-    around += list(_bodies_of_the_table(machine))
-    clear = [
-        solid.grown(clearances.by_kind[solid.name] + extra)
-        if clearances.by_kind[solid.name] + extra
-        else solid
-        for solid in tool_solids(tool)
-    ]
-    for name, triangles in around:
-        obstacles.append(Obstacle.build(name, triangles, [*clear, *_grown(head, clearances.machine + extra)]))
+    solids = [solid.grown(clearances.by_kind[solid.name] + extra) for solid in tool_solids(tool)]
+    for name, triangles in (*around, *_table_bodies(machine)):
+        obstacles.append(Obstacle.build(name, triangles, [*solids, *head]))
     obstacles = [obstacle for obstacle in obstacles if obstacle.solids]
-    _tell(toolpath, obstacles)
+    _log_obstacles(toolpath, obstacles)
     return Accessibility(toolpath, machine, obstacles) if obstacles else None
 
 
-def _tell(toolpath: Toolpath, obstacles: list[Obstacle]) -> None:
-    """Log what the postures are kept clear of, and what is held against each."""
-    named = ", ".join(obstacle.name for obstacle in obstacles) or "nothing that a leaning tool could touch"
-    logger.info("postures of %d locations are kept clear of %s", len(toolpath), named)
+def _log_obstacles(toolpath: Toolpath, obstacles: list[Obstacle]) -> None:
+    names = ", ".join(obstacle.name for obstacle in obstacles) or "nothing that a leaning tool could touch"
+    logger.info("postures of %d locations are kept clear of %s", len(toolpath), names)
     for obstacle in obstacles:
         solids = ", ".join(dict.fromkeys(solid.name for solid in obstacle.solids))
-        logger.debug("%s is held against %s", obstacle.name, solids)
+        logger.debug("%s is tested against %s", obstacle.name, solids)
 
 
 def head_solids(machine: Machine) -> Iterator[Solid]:
-    """Give the cylinders of the head that stand about the tool axis, as the spindle's nose does."""
-    links = (*machine.code.table, BED, *machine.code.head)
+    """Yield the head's cylinders about the tool axis, such as the spindle nose."""
     for body in machine.bodies:
-        if body.link != links[-1] or not isinstance(body.shape, Cylinder):
+        if body.link != links_of(machine.code)[-1] or not isinstance(body.shape, Cylinder):
             continue
         frame = np.linalg.inv(machine.chain.tool_home) @ machine.machine_frame @ body.shape.frame
         on_axis = np.hypot(frame[0, 3], frame[1, 3]) < OFF_AXIS and abs(frame[2, 2]) > 1.0 - OFF_DIRECTION
@@ -96,12 +92,8 @@ def head_solids(machine: Machine) -> Iterator[Solid]:
             yield Solid(HEAD, np.array([[low, body.shape.radius, high, body.shape.radius]]))
 
 
-def _grown(solids: list[Solid], margin: float) -> list[Solid]:
-    return [solid.grown(margin) if margin else solid for solid in solids]
-
-
-def _cutter_beside_the_cut(tool: Tool) -> Solid:
-    """Give what of the cutter may touch the part but not enter; a ball stays where it is as it leans."""
+def _cutter_in_cut(tool: Tool) -> Solid:
+    """Build the portion of the cutter that a lean could push into the part; a ball turns in place."""
     cutter = tool.cutter
     solid = tool_solids(tool)[0].grown(-GOUGE)
     if not cutter.is_ball:
@@ -112,28 +104,47 @@ def _cutter_beside_the_cut(tool: Tool) -> Solid:
     return Solid(CUTTER, solid.frusta[solid.frusta[:, 0] >= ball - GOUGE])
 
 
-def _beside_the_cut(tool: Tool, clearances: Clearances, extra: float) -> Iterator[Solid]:
-    """Give shank and holder with their clearance to what is being cut.
+def _solids_above_cut(tool: Tool, clearances: Clearances, extra: float) -> Iterator[Solid]:
+    """Yield shank and holder, grown by their clearance to part and stock.
 
-    The shank goes on from the cutter, which touches: its clearance grows from nothing over a length of its
-    own radius.
+    The shank starts at the cutter, which touches: its clearance grows from 0 over a length of its own radius.
     """
     for solid in tool_solids(tool)[1:]:
         margin = clearances.by_kind[solid.name] + extra
         if solid.name != SHANK:
-            yield solid.grown(margin) if margin else solid
+            yield solid.grown(margin)
             continue
         low, radius, high, _ = solid.frusta[0]
-        begun = min(low + radius, high)
-        cone = [low, radius, begun, radius + margin * (begun - low) / radius]
-        rest = [begun, cone[3], high, cone[3]]
-        yield Solid(SHANK, np.array([cone, rest] if high > begun else [cone]))
+        top = min(low + radius, high)
+        cone = [low, radius, top, radius + margin * (top - low) / radius]
+        rest = [top, cone[3], high, cone[3]]
+        yield Solid(SHANK, np.array([cone, rest] if high > top else [cone]))
 
 
-def _bodies_of_the_table(machine: Machine) -> Iterator[tuple[str, Array]]:
-    """Give name and triangles, (f, 3, 3) mm, workpiece frame, of bodies that move with the workpiece."""
-    carrier = (*machine.code.table, BED)[0]
+def _table_bodies(machine: Machine) -> Iterator[tuple[str, Array]]:
+    """Yield name and triangles, (f, 3, 3) mm, workpiece frame, of bodies that move with the workpiece."""
     for number, body in enumerate(machine.bodies):
-        if body.link == carrier:
+        if body.link == links_of(machine.code)[0]:
             frame = machine.machine_frame
             yield f"{body.link} body {number}", shape_triangles(body.shape) @ frame[:3, :3].T + frame[:3, 3]
+
+
+def shape_triangles(shape: Box | Cylinder | MeshShape) -> Array:
+    """Triangulate a shape, (f, 3, 3) mm, in the frame that it is placed in; a cylinder's prism contains it.
+
+    Raises
+    ------
+    MeshError
+        Its mesh can't be read.
+    """
+    import trimesh
+
+    if isinstance(shape, MeshShape):
+        triangles = shape.scale * load_mesh(shape.file, allow_open=True).triangles
+    elif isinstance(shape, Box):
+        triangles = trimesh.creation.box(extents=shape.size).triangles
+    else:
+        outside = shape.radius / np.cos(np.pi / SIDES)
+        triangles = trimesh.creation.cylinder(outside, shape.height, sections=SIDES).triangles
+    frame = shape.frame
+    return np.asarray(triangles @ frame[:3, :3].T + frame[:3, 3])

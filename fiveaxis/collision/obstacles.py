@@ -1,4 +1,10 @@
-"""What the tool must keep clear of, in the workpiece frame, as triangles."""
+"""What the tool must stay clear of, as triangles in the workpiece frame.
+
+In the tool's own frame a cylinder or cone is ``ρ ≤ a + b z`` between two heights, ρ being the distance from
+the tool axis. ``g = ρ − a − b z`` is convex, so over a triangle clipped to those heights, which is a convex
+polygon, its minimum lies where the axis pierces the polygon or on an edge, and there it has a closed form.
+The answer is exact, not sampled.
+"""
 
 from __future__ import annotations
 
@@ -9,13 +15,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fiveaxis.collision.kernel import meets_all
 from fiveaxis.collision.solids import Solid
-from fiveaxis.geometry import Array, BoolArray
+from fiveaxis.compiled import compiled
+from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.mesh import TriangleTree
+from fiveaxis.mesh.kernels import STACK
 
-# Questions to each thread at once: enough for the work to outweigh the call.
+# Tools per thread at once: enough for the work to outweigh the call.
 CHUNK = 250
+# A triangle clipped to a slab has no more corners than this.
+CORNERS = 8
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,20 +48,185 @@ class Obstacle:
         tree = TriangleTree.build(np.ascontiguousarray(triangles, dtype=float))
         return cls(name, tree, tuple(s for s in solids if len(s.frusta)))
 
-    def met(self, tip: Array, axis: Array) -> BoolArray:
-        """Tell which tools at tips, (m, 3) mm, along unit vectors, (m, 3), reach into it; (m,)."""
+    def hit_by(self, tip: Array, axis: Array) -> BoolArray:
+        """Find which tools with tips, (m, 3) mm, and axes, (m, 3) unit vectors, reach into it; (m,)."""
         if not self.solids or not len(tip):
             return np.zeros(len(tip), dtype=bool)
-        # The thick parts are quickest to meet, and to keep clear.
+        # Thick parts first: they hit soonest.
         frusta = np.ascontiguousarray(np.concatenate([s.frusta for s in reversed(self.solids)]))
         triangles, boxes = self.tree.triangles, self.tree.boxes
         tip, axis = np.ascontiguousarray(tip, dtype=float), np.ascontiguousarray(axis, dtype=float)
+
+        def test(at: int) -> BoolArray:
+            rows = slice(at, at + CHUNK)
+            return np.asarray(meets_all(tip[rows], axis[rows], frusta, triangles, boxes))
+
         starts = range(0, len(tip), CHUNK)
         if len(starts) == 1:
-            return np.asarray(meets_all(tip, axis, frusta, triangles, boxes))
+            return test(0)
         with ThreadPoolExecutor(os.cpu_count()) as pool:
-            parts = pool.map(
-                lambda at: meets_all(tip[at : at + CHUNK], axis[at : at + CHUNK], frusta, triangles, boxes),
-                starts,
-            )
-            return np.concatenate(list(parts))
+            return np.concatenate(list(pool.map(test, starts)))
+
+
+@compiled
+def meets_all(tip: Array, axis: Array, frusta: Array, triangles: Array, boxes: Array) -> BoolArray:
+    """Find which tools with tips, (m, 3) mm, and axes, (m, 3), meet a triangle; (m,)."""
+    met = np.zeros(len(tip), dtype=np.bool_)
+    polygon, cut = np.empty((CORNERS, 3)), np.empty((CORNERS, 3))
+    stack = np.empty(STACK, dtype=np.int64)
+    for i in range(len(tip)):
+        met[i] = _meets(tip[i], axis[i], frusta, triangles, boxes, stack, polygon, cut)
+    return met
+
+
+@compiled
+def _meets(
+    tip: Array,
+    axis: Array,
+    frusta: Array,
+    triangles: Array,
+    boxes: Array,
+    stack: IntArray,
+    polygon: Array,
+    cut: Array,
+) -> bool:
+    leaves = len(boxes) // 2
+    leaf = len(triangles) // leaves
+    across, beside = _frame(axis)
+    top = 1
+    stack[0] = 1
+    while top > 0:
+        top -= 1
+        node = stack[top]
+        if not _near(tip, axis, frusta, boxes[node]):
+            continue
+        if node < leaves:
+            stack[top] = 2 * node
+            stack[top + 1] = 2 * node + 1
+            top += 2
+            continue
+        first = (node - leaves) * leaf
+        for t in range(first, first + leaf):
+            for k in range(3):
+                dx = triangles[t, k, 0] - tip[0]
+                dy = triangles[t, k, 1] - tip[1]
+                dz = triangles[t, k, 2] - tip[2]
+                polygon[k, 0] = dx * across[0] + dy * across[1] + dz * across[2]
+                polygon[k, 1] = dx * beside[0] + dy * beside[1] + dz * beside[2]
+                polygon[k, 2] = dx * axis[0] + dy * axis[1] + dz * axis[2]
+            for f in range(len(frusta)):
+                if _triangle_meets(polygon, frusta[f], cut):
+                    return True
+    return False
+
+
+@compiled
+def _frame(axis: Array) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
+    """Return two unit vectors at right angles to an axis and to each other."""
+    x, y, z = axis[0], axis[1], axis[2]
+    if abs(z) < 0.9:
+        length = np.sqrt(x * x + y * y)
+        a = (-y / length, x / length, 0.0)
+    else:
+        length = np.sqrt(y * y + z * z)
+        a = (0.0, -z / length, y / length)
+    b = (y * a[2] - z * a[1], z * a[0] - x * a[2], x * a[1] - y * a[0])
+    return a, b
+
+
+@compiled
+def _near(tip: Array, axis: Array, frusta: Array, box: Array) -> bool:
+    """Check whether a box may meet a frustum: never False where it does.
+
+    At any one height they are separate if they are so along the direction from the axis to the box's centre.
+    """
+    height, span, square = 0.0, 0.0, 0.0
+    for k in range(3):
+        middle = (box[0, k] + box[1, k]) / 2.0 - tip[k]
+        height += middle * axis[k]
+        span += (box[1, k] - box[0, k]) / 2.0 * abs(axis[k])
+        square += middle * middle
+    out = np.sqrt(max(square - height * height, 0.0))
+    away = out * out
+    for k in range(3):
+        middle = (box[0, k] + box[1, k]) / 2.0 - tip[k]
+        away -= (box[1, k] - box[0, k]) / 2.0 * abs(middle - height * axis[k])
+    # Both sides are multiplied by `out`, which may be 0.
+    for f in range(len(frusta)):
+        low, high = max(frusta[f, 0], height - span), min(frusta[f, 2], height + span)
+        if low > high:
+            continue
+        slope = (frusta[f, 3] - frusta[f, 1]) / (frusta[f, 2] - frusta[f, 0])
+        widest = frusta[f, 1] + slope * ((high if slope > 0.0 else low) - frusta[f, 0])
+        if away <= widest * out:
+            return True
+    return False
+
+
+@compiled
+def _triangle_meets(corners: Array, frustum: Array, cut: Array) -> bool:
+    """Check whether a triangle in the tool's frame, (3, 3) mm, reaches into a frustum."""
+    z0, r0, z1, r1 = frustum[0], frustum[1], frustum[2], frustum[3]
+    lowest = min(corners[0, 2], corners[1, 2], corners[2, 2])
+    highest = max(corners[0, 2], corners[1, 2], corners[2, 2])
+    if lowest >= z1 or highest <= z0:
+        return False
+    slope = (r1 - r0) / (z1 - z0)
+    count = _clip_to_slab(corners, z0, z1, cut)
+    if count == 0:
+        return False
+    # Seen along the axis, it pierces the polygon if all edges turn about it with one sign.
+    left, right = False, False
+    for k in range(count):
+        j = k + 1 if k + 1 < count else 0
+        ax, ay, az = cut[k, 0], cut[k, 1], cut[k, 2]
+        dx, dy, dz = cut[j, 0] - ax, cut[j, 1] - ay, cut[j, 2] - az
+        if _least_on_edge(ax, ay, az, dx, dy, dz, slope) < r0 - slope * z0:
+            return True
+        turn = ax * dy - ay * dx
+        left = left or turn > 0.0
+        right = right or turn < 0.0
+    return left != right
+
+
+@compiled
+def _clip_to_slab(corners: Array, z0: float, z1: float, cut: Array) -> int:
+    """Clip a triangle to the heights z0 to z1; return the number of the polygon's corners."""
+    count = 0
+    for k in range(3):
+        j = (k + 1) % 3
+        za, zb = corners[k, 2], corners[j, 2]
+        if z0 <= za <= z1:
+            cut[count] = corners[k]
+            count += 1
+        # Crossings in the order in which the edge meets the two planes.
+        first, second = (z0, z1) if zb > za else (z1, z0)
+        for level in (first, second):
+            if (za < level < zb) or (zb < level < za):
+                share = (level - za) / (zb - za)
+                for c in range(2):
+                    cut[count, c] = corners[k, c] + share * (corners[j, c] - corners[k, c])
+                cut[count, 2] = level
+                count += 1
+    return count
+
+
+@compiled
+def _least_on_edge(ax: float, ay: float, az: float, dx: float, dy: float, dz: float, slope: float) -> float:
+    """Minimum of ``ρ − slope z`` along the edge from a to a + d."""
+    along = dx * dx + dy * dy
+    beta = slope * dz
+    start = np.sqrt(ax * ax + ay * ay) - slope * az
+    ex, ey = ax + dx, ay + dy
+    least = min(start, np.sqrt(ex * ex + ey * ey) - slope * (az + dz))
+    if along <= beta * beta or along == 0.0:
+        return least
+    middle = -(ax * dx + ay * dy) / along
+    cx, cy = ax + middle * dx, ay + middle * dy
+    # ρ² = along (s − middle)² + c²: its derivative equals beta here.
+    offset = beta * np.sqrt((cx * cx + cy * cy) / (along * (along - beta * beta)))
+    share = middle + offset
+    if 0.0 < share < 1.0:
+        px, py = ax + share * dx, ay + share * dy
+        least = min(least, np.sqrt(px * px + py * py) - slope * (az + share * dz))
+    return least

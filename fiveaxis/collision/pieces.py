@@ -1,4 +1,4 @@
-"""Bodies for coal: convex ones exactly or by a polygon around them, meshes as trees of boxes."""
+"""Bodies for coal: convex bodies, exact or as circumscribed polyhedra, and meshes as bounding-box trees."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ import numpy as np
 from fiveaxis.errors import MissingDependency
 from fiveaxis.geometry import Array, IntArray, translation
 
-# Sides of the polygon around a circle that coal has no shape for: it is 0.054 % wider at its corners.
+# Sides of the polygon around a circle, 0.054 % wider at its corners, for shapes that coal hasn't got.
 SECTORS = 96
-# Most contacts of one query: the depth is the deepest of them.
+# Largest number of contacts of one query, of which the deepest counts.
 MOST_CONTACTS = 256
 
 
@@ -23,12 +23,12 @@ class Piece:
 
     Parameters
     ----------
-    geometry : coal's
+    geometry : coal's object
     frame : (4, 4), mm, its own frame in the workpiece frame, every axis at 0
     low, high : (3,), mm, its bounding box in its own frame
     inner : (3,), mm, a point of it in its own frame
-    triangles : (t, 3, 3), mm, own frame; None where it is no mesh
-    closed : whether it has an inside that the triangles tell
+    triangles : (t, 3, 3), mm, own frame; None unless it is a mesh
+    closed : whether its triangles enclose a volume
     """
 
     geometry: Any
@@ -52,19 +52,19 @@ class Piece:
 
     @property
     def is_mesh(self) -> bool:
-        """Whether it is a surface of triangles, with or without an inside."""
+        """Whether it is a surface of triangles, open or closed."""
         return self.triangles is not None
 
     @property
     def memory(self) -> int:
-        """Bytes that a mesh takes with its tree; 0 for other shapes."""
+        """Memory of a mesh with its tree, bytes; 0 for other shapes."""
         if self.triangles is None:
             return 0
         return int(load_coal().computeMemoryFootprint(self.geometry)) + self.triangles.nbytes
 
 
 def load_coal() -> Any:
-    """Import coal, or say what it is needed for.
+    """Import coal.
 
     Raises
     ------
@@ -79,39 +79,39 @@ def load_coal() -> Any:
         raise MissingDependency(
             "coal",
             "the check of collisions",
-            "install the wheel `pin`, which brings it (Linux, macOS); for Windows there is none, use WSL",
+            "install the wheel `pin`, which contains it (Linux, macOS); on Windows use WSL",
         ) from None
     return coal
 
 
 def box_piece(size: Array, frame: Array) -> Piece:
-    """Make a box of three sides in mm about the origin of its frame."""
+    """Build a box of size (3,) mm, centred on the origin of its frame."""
     half = np.asarray(size, dtype=float) / 2.0
     return Piece(load_coal().Box(*(2.0 * half)), frame, -half, half, np.zeros(3))
 
 
 def cylinder_piece(radius: float, height: float, frame: Array) -> Piece:
-    """Make a cylinder, mm, its axis along z and its middle at the origin of its frame."""
+    """Build a cylinder, mm, along z and centred on the origin of its frame."""
     half = np.array([radius, radius, height / 2.0])
     return Piece(load_coal().Cylinder(radius, height), frame, -half, half, np.zeros(3))
 
 
 def revolved_pieces(outline: Array, frame: Array) -> list[Piece]:
-    """Turn an outline about the z axis: as many convex pieces as it takes.
+    """Revolve an outline about the z axis, as one or more convex pieces.
 
-    Cylinders are exact. Other shapes are polygons of `SECTORS` sides around the circles, so nothing is left
-    out but what the points of the outline leave out.
+    Cylinders are exact. In other shapes polygons of `SECTORS` sides replace the circles from outside, so the
+    pieces contain the revolved outline.
 
     Parameters
     ----------
-    outline : (m, 2), mm: distance from the axis and height, from the bottom up
-    frame : (4, 4), mm, the frame whose z axis it is, in the workpiece frame
+    outline : (m, 2), mm: distance from the axis and height, bottom up
+    frame : (4, 4), mm, the frame with that z axis, in the workpiece frame
     """
     return [_revolved(run, frame) for run in convex_runs(outline)]
 
 
 def convex_runs(outline: Array) -> list[Array]:
-    """Split an outline, (m, 2) mm, where it turns inwards; what has no height is left out."""
+    """Split an outline, (m, 2) mm, where it turns inwards; parts without height are left out."""
     runs, begin = [], 0
     steps = np.diff(outline, axis=0)
     for i in range(1, len(steps)):
@@ -135,18 +135,13 @@ def _revolved(run: Array, frame: Array) -> Piece:
         [np.column_stack([r * ring, np.full(SECTORS, h)]) for r, h in run[radius > 1e-9]]
         + [np.array([[0.0, 0.0, low], [0.0, 0.0, high]])]
     )
-    return convex_piece(points, frame)
+    return replace(_hull(points.tobytes()), frame=frame)
 
 
-def convex_piece(points: Array, frame: Array) -> Piece:
-    """Make the convex hull of points, (v, 3) mm in its own frame."""
-    return replace(_hull(np.ascontiguousarray(points, dtype=float).tobytes()), frame=frame)
-
-
-# The ways of one tool are checked again and again, and its hulls take most of the time of a short one.
+# One tool is checked along many moves, and its hulls take most of the time of a short move.
 @lru_cache(maxsize=32)
 def _hull(rows: bytes) -> Piece:
-    """Make the convex hull of points, (v, 3) mm, in the workpiece frame; its shape is shared."""
+    """Build the convex hull of points, (v, 3) mm, in the workpiece frame; its shape is shared."""
     from scipy.spatial import ConvexHull
 
     coal = load_coal()
@@ -169,18 +164,18 @@ def _hull(rows: bytes) -> Piece:
 
 
 def mesh_piece(vertices: Array, faces: IntArray, frame: Array, *, closed: bool) -> Piece:
-    """Make a tree of a mesh.
+    """Build the bounding-box tree of a mesh.
 
     Parameters
     ----------
     vertices : (v, 3), mm, own frame
     faces : (t, 3), indices of vertices
     frame : (4, 4), mm, own frame in the workpiece frame, every axis at 0
-    closed : whether it has an inside
+    closed : whether it encloses a volume
     """
     points = np.ascontiguousarray(vertices, dtype=float)
     corners = np.ascontiguousarray(faces, dtype=np.int64)
-    # Boxes alone suffice to ask whether something is nearer than a distance, and take half of the memory.
+    # Oriented boxes suffice for queries by distance and take half the memory of OBBRSS.
     tree = load_coal().BVHModelOBB()
     tree.beginModel(len(corners), len(points))
     tree.addVertices(points)
@@ -191,56 +186,56 @@ def mesh_piece(vertices: Array, faces: IntArray, frame: Array, *, closed: bool) 
     return Piece(tree, frame, low, high, used[0], triangles=points[corners], closed=closed)
 
 
-class Question:
-    """One pair of pieces, asked at many relative places.
+class PairQuery:
+    """One pair of pieces, queried at many relative poses.
 
     Parameters
     ----------
-    mover, other : the pieces; places are of the mover's own frame in the other's own frame
+    mover, other : the pieces; a pose is that of the mover's own frame in the other's own frame
     """
 
     def __init__(self, mover: Piece, other: Piece) -> None:
         coal = load_coal()
-        # coal keeps no hold of the shapes itself.
+        # coal holds no reference to the shapes.
         self._pieces = mover, other
-        self._ask = coal.ComputeCollision(mover.geometry, other.geometry)
-        self._place, self._origin = coal.Transform3s(), coal.Transform3s()
-        self._request, self._result = coal.CollisionRequest(), coal.CollisionResult()
+        self._compute = coal.ComputeCollision(mover.geometry, other.geometry)
+        self._pose, self._origin = coal.Transform3s(), coal.Transform3s()
+        self._near, self._result = coal.CollisionRequest(), coal.CollisionResult()
         self._deep = coal.CollisionRequest(coal.CollisionRequestFlag.CONTACT, MOST_CONTACTS)
-        self.asked = 0
+        self.count = 0
 
-    def nearer(self, place: Array, margin: float) -> bool:
-        """Tell whether the pieces overlap or come nearer to each other than a margin.
+    def nearer(self, pose: Array, margin: float) -> bool:
+        """Check whether the pieces overlap or are nearer to each other than a margin.
 
         Parameters
         ----------
-        place : (4, 4), mm
+        pose : (4, 4), mm
         margin : mm, 0 or more
         """
-        self.asked += 1
-        self._place.setTransform(place[:3, :3], place[:3, 3])
-        self._request.security_margin = margin
-        self._result.clear()
-        return bool(self._ask(self._place, self._origin, self._request, self._result))
+        self._near.security_margin = margin
+        return self._run(pose, self._near)
 
-    def depth(self, place: Array) -> float:
-        """Measure how far the mover would have to move to be clear of the triangle that it is deepest in.
+    def depth(self, pose: Array) -> float:
+        """Measure how far the mover would have to move to leave the triangle that it is deepest in.
 
         Returns
         -------
-        mm, 0 where they don't overlap
+        mm, 0 if they don't overlap
         """
-        self.asked += 1
-        self._place.setTransform(place[:3, :3], place[:3, 3])
-        self._result.clear()
-        if not self._ask(self._place, self._origin, self._deep, self._result):
+        if not self._run(pose, self._deep):
             return 0.0
         return max(-float(contact.penetration_depth) for contact in self._result.getContacts())
 
-    def gap(self, place: Array, most: float) -> float:
-        """Measure the room between pieces that are nearer than `most`, mm, to 1 % of that; never too much."""
+    def gap(self, pose: Array, most: float) -> float:
+        """Measure the gap between pieces nearer than `most`, mm, to 1 % of that and never too large."""
         low, high = 0.0, most
         while high - low > 0.01 * most:
             middle = (low + high) / 2.0
-            low, high = (low, middle) if self.nearer(place, middle) else (middle, high)
+            low, high = (low, middle) if self.nearer(pose, middle) else (middle, high)
         return low
+
+    def _run(self, pose: Array, request: Any) -> bool:
+        self.count += 1
+        self._pose.setTransform(pose[:3, :3], pose[:3, 3])
+        self._result.clear()
+        return bool(self._compute(self._pose, self._origin, request, self._result))

@@ -1,4 +1,4 @@
-"""Everything that may touch something, each on its link: tool, part, stock, fixtures, machine bodies."""
+"""All bodies that may touch, each on its link: tool, part, stock, fixtures, machine bodies."""
 
 from __future__ import annotations
 
@@ -27,21 +27,21 @@ if TYPE_CHECKING:
 
 PART, STOCK, FIXTURE, BODY = "part", "stock", "fixture", "body"
 TOOL_KINDS = (CUTTER, SHANK, HOLDER)
-# A mesh of more triangles is worth a sentence about the memory it takes.
+# For a mesh of more triangles the report states the memory it takes.
 MANY_TRIANGLES = 1_000_000
 
 
 @dataclass(frozen=True, eq=False)
 class SceneBody:
-    """One rigid body, made of pieces that hang together.
+    """One rigid body.
 
     Parameters
     ----------
-    name : by which findings call it
+    name : for findings
     kind : ``cutter``, ``shank``, ``holder``, ``part``, ``stock``, ``fixture`` or ``body`` (of the machine)
     link : the link that carries it
     pieces : at least one
-    beside_cut : how many of them, from the first, go on from the cutter: where that touches, they are near
+    beside_cut : number of first pieces next to the cutter, and so near to what it cuts
     """
 
     name: str
@@ -60,7 +60,7 @@ class Scene:
     links : from the workpiece to the tool
     code : of the machine
     bodies : tool first, then the workpiece side, then the machine
-    checked, not_checked : what the bodies take for granted and what they leave out, in sentences
+    checked, not_checked : sentences on the bodies, and on what is missing
     """
 
     links: tuple[str, ...]
@@ -71,12 +71,12 @@ class Scene:
 
 
 def links_of(code: FormShapingCode) -> tuple[str, ...]:
-    """Name the links from the workpiece to the tool."""
+    """List the links from the workpiece to the tool."""
     return (*code.table, BED, *code.head)
 
 
 def build_scene(machine: Machine, tool: Tool, surroundings: Surroundings) -> Scene:
-    """Put all bodies where they stand with every axis at 0.
+    """Place all bodies as they are with every axis at 0.
 
     Raises
     ------
@@ -98,22 +98,22 @@ def build_scene(machine: Machine, tool: Tool, surroundings: Surroundings) -> Sce
 
 
 def tool_bodies(tool: Tool, home: Array, link: str) -> list[SceneBody]:
-    """Make bodies of the parts of a tool that are known (`Tool.parts`).
+    """Build bodies of the parts of a tool that are known (`Tool.parts`).
 
-    The first piece of a shank reaches as far up as it is thick: half of its diameter.
+    The first piece of a shank is as high as its radius.
 
     Parameters
     ----------
     home : (4, 4), mm, tool-tip frame in the workpiece frame, every axis at 0
-    link : that carries it
+    link : the link that carries it
     """
     bodies = []
     for part in tool.parts():
         outlines = [part.outline]
         if part.name == SHANK:
-            (thick, low), (_, high) = part.outline.tolist()
-            ends = [low, min(low + thick, high), high]
-            outlines = [np.array([[thick, a], [thick, b]]) for a, b in pairwise(ends)]
+            (radius, low), (_, high) = part.outline.tolist()
+            ends = [low, min(low + radius, high), high]
+            outlines = [np.array([[radius, a], [radius, b]]) for a, b in pairwise(ends)]
         elif part.name == HOLDER:
             outlines = [part.outline[i : i + 2] for i in range(0, len(part.outline), 2)]
         pieces = tuple(piece for outline in outlines for piece in revolved_pieces(outline, home))
@@ -130,14 +130,14 @@ def _unknown_of(tool: Tool) -> list[str]:
     if tool.holder is None:
         unknown.append("shank and holder against anything: the tool states no holder")
     elif tool.shank_diameter is None:
-        unknown.append("whether the shank is as thick as the cutter's upper end, as it states no diameter")
+        unknown.append("shank diameter: not stated, taken as that of the cutter's upper end")
     return unknown
 
 
 def _surrounding_bodies(
     surroundings: Surroundings, link: str
 ) -> tuple[list[SceneBody], list[str], list[str]]:
-    """Make part, stock and fixtures, with sentences about what they take and what they can't tell."""
+    """Build part, stock and fixtures, with sentences on their memory and on what open meshes leave open."""
     bodies, facts, gaps = [], [], []
     for name, mesh in surroundings.meshes.items():
         piece = _of_mesh(mesh, np.eye(4))
@@ -145,18 +145,18 @@ def _surrounding_bodies(
         if len(mesh.faces) > MANY_TRIANGLES:
             facts.append(f"{name}: {len(mesh.faces):,} triangles, {piece.memory / 2**20:,.0f} MiB of memory")
         if not mesh.is_watertight:
-            gaps.append(f"whether something lies wholly inside the {name}: its mesh isn't watertight")
+            gaps.append(f"whether a body lies wholly inside the {name}: its mesh isn't watertight")
     for fixture in surroundings.fixtures:
         name = f"fixture {fixture.name!r}"
         piece = _of_shape(fixture.shape, np.eye(4))
         bodies.append(SceneBody(name, FIXTURE, link, (piece,)))
         if piece.is_mesh and not piece.closed:
-            gaps.append(f"whether something lies wholly inside {name}: its mesh isn't watertight")
+            gaps.append(f"whether a body lies wholly inside {name}: its mesh isn't watertight")
     return bodies, facts, gaps
 
 
 def _machine_bodies(machine: Machine) -> tuple[list[SceneBody], list[str]]:
-    """Make the machine's bodies; those of the head need to know how far the tip is from the spindle."""
+    """Build the machine's bodies; placing those of the head requires the tool length."""
     bodies = []
     unplaced = machine.tool_length == 0.0 and any(b.link in machine.code.head for b in machine.bodies)
     for i, body in enumerate(machine.bodies):
@@ -166,8 +166,7 @@ def _machine_bodies(machine: Machine) -> tuple[list[SceneBody], list[str]]:
         piece = _of_shape(body.shape, machine.machine_frame)
         bodies.append(SceneBody(f"machine body {i + 1} on {where}", BODY, body.link, (piece,)))
     if unplaced:
-        gap = "bodies of the head: how far the tip is from the spindle isn't said (tool_length)"
-        return bodies, [gap]
+        return bodies, ["bodies of the head: the machine states no tool_length, from spindle to tip"]
     if machine.bodies:
         return bodies, []
     why = "they aren't known while an axis is clamped" if machine.clamped else "its file states none"
@@ -175,7 +174,7 @@ def _machine_bodies(machine: Machine) -> tuple[list[SceneBody], list[str]]:
 
 
 def _of_shape(shape: Box | Cylinder | MeshShape, base: Array) -> Piece:
-    """Make a piece of a shape that is placed in a frame, (4, 4) mm, of the workpiece frame."""
+    """Build the piece of a shape that is placed in a frame, (4, 4) mm, of the workpiece frame."""
     frame = base @ shape.frame
     if isinstance(shape, Box):
         return box_piece(np.array(shape.size), frame)

@@ -9,10 +9,10 @@ import numpy as np
 from fiveaxis.geometry import Array
 from fiveaxis.toolpath import Tool
 
-# mm: pieces of an outline lower than this are steps; the piece beside them is as wide.
+# mm: segments of an outline lower than this are steps; the next segment has the same radius there.
 LOWEST = 1e-9
-# Shares of a margin at which the space below and above a profile is cut into pieces; heights in a piece at
-# which its chord is compared with what it stands for.
+# Fractions of a margin at which the space below and above a profile is divided; heights per segment at which
+# its chord is compared with the exact profile.
 CAP_STEPS = np.array([1.0, 0.75, 0.5, 0.25])
 LIFTED = 17
 
@@ -32,46 +32,41 @@ class Solid:
 
     @classmethod
     def of_outline(cls, name: str, outline: Array) -> Solid:
-        """Make a solid of its outline from the bottom up, (m, 2) mm: distance from the axis, height."""
+        """Build a solid from its outline, bottom up, (m, 2) mm: distance from the axis, height."""
         low, high = outline[:-1], outline[1:]
         frusta = np.column_stack([low[:, 1], low[:, 0], high[:, 1], high[:, 0]])
         return cls(name, frusta[frusta[:, 2] - frusta[:, 0] > LOWEST])
 
     def grown(self, margin: float) -> Solid:
-        """Return the solid with its surface moved out by a margin, mm; inwards where that is negative.
+        """Return the solid with its surface offset outwards by a margin, mm; inwards if it is negative.
 
-        Outwards nothing nearer than the margin is left out, and sharp ends stand in place of round ones.
-        Inwards the lower end of the lowest piece moves up with the surface; a piece that nothing is left of
-        is dropped.
+        An outward offset covers every point nearer than the margin; its convex edges are sharp, not rounded.
+        An inward offset also raises the lower end of the lowest segment and drops segments that vanish.
         """
+        if margin == 0.0:
+            return self
         return Solid(
             self.name, _widened(self.frusta, margin) if margin > 0.0 else _shrunk(self.frusta, -margin)
         )
 
-    @property
-    def reach(self) -> float:
-        """Largest distance of its points from the tip, mm."""
-        ends = np.concatenate([self.frusta[:, :2], self.frusta[:, 2:]])
-        return float(np.hypot(*ends.T).max(initial=0.0))
-
 
 def _widened(frusta: Array, margin: float) -> Array:
-    """Move the surface of a stack, (m, 4) mm, outwards."""
+    """Offset the surface of a stack, (m, 4) mm, outwards."""
     if not len(frusta):
         return frusta
     z0, r0, z1, r1 = frusta.T
     slope = (r1 - r0) / (z1 - z0)
     joined = (np.abs(z1[:-1] - z0[1:]) <= LOWEST) & (np.abs(r1[:-1] - r0[1:]) <= LOWEST)
-    # Where a profile steps or bends inwards, each side has a margin of its own.
+    # Where a profile steps or bends inwards, the two sides are offset separately.
     ends = np.flatnonzero(~(joined & (slope[1:] <= slope[:-1] + LOWEST))) + 1
     return np.concatenate([_merged(_convex_widened(run, margin)) for run in np.split(frusta, ends)])
 
 
 def _convex_widened(frusta: Array, margin: float) -> Array:
-    """Move the surface of a stack that nowhere bends inwards outwards, (m, 4) mm.
+    """Offset the surface of a convex stack, (m, 4) mm, outwards.
 
-    No point of the wider body is beyond any of the parallel lines of the profile, nor farther out than its
-    widest place and the margin. That bound is concave, so the chords of it that the pieces are get a lift.
+    The offset body lies inside every offset line of the profile and inside the largest radius plus the
+    margin. That bound is concave, so its chords, the new segments, are raised to lie outside it.
     """
     z0, r0, z1, r1 = frusta.T
     slope = (r1 - r0) / (z1 - z0)
@@ -85,11 +80,11 @@ def _convex_widened(frusta: Array, margin: float) -> Array:
     bound = np.minimum(lines.min(axis=0), widest)
     chord = bound[:, :1] + (bound[:, -1:] - bound[:, :1]) * np.linspace(0.0, 1.0, LIFTED)
     lift = (bound - chord).max(axis=1)
-    return _above_nothing(np.column_stack([low[:, 0], bound[:, 0] + lift, high[:, 0], bound[:, -1] + lift]))
+    return _trim_negative(np.column_stack([low[:, 0], bound[:, 0] + lift, high[:, 0], bound[:, -1] + lift]))
 
 
 def _merged(frusta: Array) -> Array:
-    """Join neighbours that lie on one line, (m, 4) mm: fewer pieces are quicker to test."""
+    """Merge neighbours that lie on one line, (m, 4) mm: fewer segments are quicker to test."""
     kept = [frusta[0]]
     for z0, r0, z1, r1 in frusta[1:]:
         low, radius, high, end = kept[-1]
@@ -102,7 +97,7 @@ def _merged(frusta: Array) -> Array:
 
 
 def _shrunk(frusta: Array, margin: float) -> Array:
-    """Move the surface of a stack, (m, 4) mm, inwards; its upper end stays where it is."""
+    """Offset the surface of a stack, (m, 4) mm, inwards; its upper end stays."""
     z0, r0, z1, r1 = frusta.T
     if not len(frusta):
         return frusta
@@ -111,15 +106,15 @@ def _shrunk(frusta: Array, margin: float) -> Array:
     low = z0.copy()
     low[0] += margin
     lower, upper = r0 + slope * (low - z0) - narrower, r1 - narrower
-    # Where two pieces join, what is left is as wide as the narrower one is there.
+    # Where two segments join, the narrower one sets the radius.
     joint = np.minimum(upper[:-1], (r0 - narrower)[1:])
     joined = np.abs(z1[:-1] - z0[1:]) <= LOWEST
     upper[:-1], lower[1:] = (np.where(joined, joint, own) for own in (upper[:-1], lower[1:]))
-    return _above_nothing(np.column_stack([low, lower, z1, upper]))
+    return _trim_negative(np.column_stack([low, lower, z1, upper]))
 
 
-def _above_nothing(frusta: Array) -> Array:
-    """Cut off what has a radius below 0, (m, 4) mm."""
+def _trim_negative(frusta: Array) -> Array:
+    """Trim segments, (m, 4) mm, to radii of 0 and more."""
     z0, r0, z1, r1 = frusta.T
     kept = (np.maximum(r0, r1) > 0.0) & (z1 - z0 > LOWEST)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -129,5 +124,5 @@ def _above_nothing(frusta: Array) -> Array:
 
 
 def tool_solids(tool: Tool) -> tuple[Solid, ...]:
-    """Make solids of the parts of a tool that are known (`Tool.parts`), from the tip upwards."""
+    """Build solids of the parts of a tool that are known (`Tool.parts`), from the tip upwards."""
     return tuple(Solid.of_outline(part.name, part.outline) for part in tool.parts())

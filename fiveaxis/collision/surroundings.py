@@ -1,41 +1,149 @@
-"""What stands around the tool: part, stock and fixtures, and how near anything may come to them."""
+"""Bodies around the tool: part, stock and fixtures, and the clearances to them."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field, fields
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
-from pydantic import Field
+from pydantic import Field, model_validator
 
-from fiveaxis.collision.fixtures import Fixture
-from fiveaxis.errors import SettingError
+from fiveaxis.errors import JobError, SettingError
+from fiveaxis.geometry import normalise
+from fiveaxis.machine.bodies import Box, Cylinder, MeshShape, Shape
+from fiveaxis.machine.chain import Triple, as_triple
 from fiveaxis.mesh import read_solid, require_solid
 from fiveaxis.settings import StrictModel
 
 if TYPE_CHECKING:
     import trimesh
 
+Positive = Annotated[float, Field(gt=0.0)]
+
 
 @dataclass(frozen=True)
-class Clearances:
-    """How near bodies may come to each other before it is worth a warning; touching is an error anyhow.
-
-    The defaults are the house's: no standard says them. Zero asks for no more than not touching.
+class Fixture:
+    """A clamp, vice or other body that is fixed in the workpiece frame.
 
     Parameters
     ----------
-    shank : mm, shank and the workpiece side: part, stock, fixtures, bodies of the table. To part and stock it
-        counts from half the shank's diameter above the cutter on: below, the shank is as near as the cut
-    holder : mm, holder and the workpiece side
-    cutter : mm, cutter and everything that it isn't meant to cut: fixtures, bodies of the table
-    machine : mm, bodies of the machine, head side, and the workpiece side or each other
+    name : for findings, e.g. ``left clamp``
+    shape : box, cylinder or mesh, placed in the workpiece frame instead of the machine frame
 
     Raises
     ------
     SettingError
-        A negative one, or one that isn't a finite number.
+        No name, or a dimension that isn't a number above 0.
+    """
+
+    name: str
+    shape: Shape
+
+    def __post_init__(self) -> None:
+        if not self.name.strip():
+            raise SettingError("a fixture has no name; give it one, for the findings")
+        for key in ("size", "radius", "height", "scale"):
+            values = np.atleast_1d(getattr(self.shape, key, 1.0))
+            if not (np.isfinite(values) & (values > 0.0)).all():
+                text = ", ".join(f"{value:g}" for value in values)
+                raise SettingError(f"fixture {self.name!r}: {key} is {text}; it must be above 0")
+        if not np.isfinite(self.shape.frame).all():
+            raise SettingError(f"fixture {self.name!r}: its position or direction isn't finite")
+
+
+class BoxSides(StrictModel):
+    """A box along the axes of the workpiece frame."""
+
+    size: tuple[Positive, Positive, Positive] = Field(description="sides along X, Y and Z, mm")
+    center: Triple = Field((0.0, 0.0, 0.0), description="centre in the workpiece frame, mm")
+
+
+class CylinderSides(StrictModel):
+    """A cylinder."""
+
+    radius: float = Field(gt=0.0, description="mm")
+    height: float = Field(gt=0.0, description="length along the axis, mm")
+    center: Triple = Field((0.0, 0.0, 0.0), description="centre in the workpiece frame, mm")
+    direction: Triple = (0.0, 0.0, 1.0)
+
+    @model_validator(mode="after")
+    def _points_somewhere(self) -> CylinderSides:
+        if not any(self.direction):
+            raise ValueError("direction has length 0; give three numbers, not all zero")
+        return self
+
+
+class FixtureTable(StrictModel):
+    """A clamp, vice or other body that is fixed in the workpiece frame."""
+
+    name: str = Field(min_length=1, description="for findings")
+    box: BoxSides | None = None
+    cylinder: CylinderSides | None = None
+    mesh: str | None = Field(None, min_length=1, description="file, relative to this one")
+    scale: float = Field(1.0, gt=0.0, description="mm in one unit of the mesh file")
+
+    @model_validator(mode="after")
+    def _has_one_shape(self) -> FixtureTable:
+        given = [key for key in ("box", "cylinder", "mesh") if getattr(self, key) is not None]
+        if len(given) != 1:
+            found = " and ".join(given) if given else "none of them"
+            raise ValueError(f"fixture {self.name!r} must have a box, a cylinder or a mesh; it has {found}")
+        if "scale" in self.model_fields_set and self.mesh is None:
+            raise ValueError(f"fixture {self.name!r}: scale is for a mesh only")
+        return self
+
+    @property
+    def file(self) -> Path | None:
+        """The mesh's file, None for a box or cylinder."""
+        return None if self.mesh is None else Path(self.mesh)
+
+    def beside(self, folder: Path) -> FixtureTable:
+        """Return the table with its mesh file joined to a folder."""
+        return self if self.mesh is None else self.model_copy(update={"mesh": str(folder / self.mesh)})
+
+    def build(self, folder: Path) -> Fixture:
+        """Build the fixture.
+
+        Parameters
+        ----------
+        folder : base of a relative mesh file
+
+        Raises
+        ------
+        JobError
+            No such mesh file.
+        """
+        if self.box is not None:
+            return Fixture(self.name, Box(self.box.size, self.box.center))
+        if self.cylinder is not None:
+            sides = self.cylinder
+            direction = as_triple(normalise(np.array(sides.direction)))
+            return Fixture(self.name, Cylinder(sides.radius, sides.height, sides.center, direction))
+        file = folder / str(self.mesh)
+        if not file.is_file():
+            raise JobError(f"fixture {self.name!r}: no such file: {file}")
+        return Fixture(self.name, MeshShape(file, self.scale))
+
+
+@dataclass(frozen=True)
+class Clearances:
+    """Clearances: bodies that come nearer get a warning; bodies that touch get an error in any case.
+
+    The defaults are this project's choice: no standard gives any. Zero requires only that bodies don't touch.
+
+    Parameters
+    ----------
+    shank : mm, between shank and workpiece side: part, stock, fixtures, bodies of the table. To part and
+        stock it applies from half the shank's diameter above the cutter: below, the shank is beside the cut
+    holder : mm, between holder and workpiece side
+    cutter : mm, between cutter and what it isn't meant to cut: fixtures, bodies of the table
+    machine : mm, between the head's bodies and the workpiece side, and among the machine's bodies
+
+    Raises
+    ------
+    SettingError
+        A clearance that is negative or not finite.
     """
 
     shank: float = 0.2
@@ -55,7 +163,7 @@ class Clearances:
 
 
 class ClearanceTable(StrictModel):
-    """How near bodies may come to each other, mm."""
+    """Clearances between bodies, mm."""
 
     shank: float = Field(Clearances.shank, ge=0.0, description="to part, stock, fixtures and table")
     holder: float = Field(Clearances.holder, ge=0.0, description="to part, stock, fixtures and table")
@@ -63,19 +171,19 @@ class ClearanceTable(StrictModel):
     machine: float = Field(Clearances.machine, ge=0.0, description="of the head to all else")
 
     def build(self) -> Clearances:
-        """Make the clearances."""
+        """Build the clearances."""
         return Clearances(**self.model_dump())
 
 
 @dataclass(frozen=True, eq=False)
 class Surroundings:
-    """What the tool and the head must keep away from, beside the machine's own bodies.
+    """What the tool and the head must keep away from, besides the machine's own bodies.
 
     Parameters
     ----------
     part : mesh of the finished part, mm, workpiece frame
-    stock : mesh of what it is cut from, mm, workpiece frame
-    fixtures : clamps, vices: bodies that stand still in the workpiece frame
+    stock : mesh of the stock, mm, workpiece frame
+    fixtures : bodies that are fixed in the workpiece frame
     clearances : mm, by kind of body
 
     Raises
@@ -97,7 +205,7 @@ class Surroundings:
         names = [fixture.name for fixture in self.fixtures]
         twice = sorted({name for name in names if names.count(name) > 1})
         if twice:
-            raise SettingError(f"two fixtures are called {twice[0]!r}; findings couldn't tell them apart")
+            raise SettingError(f"two fixtures are called {twice[0]!r}; give each a name of its own")
 
     @classmethod
     def load(
@@ -107,7 +215,7 @@ class Surroundings:
         fixtures: tuple[Fixture, ...] = (),
         clearances: Clearances | None = None,
     ) -> Surroundings:
-        """Make surroundings of meshes or their files; parameters as for the class.
+        """Build surroundings from meshes or their files; parameters as for the class.
 
         Raises
         ------
@@ -125,6 +233,6 @@ class Surroundings:
 
     @property
     def meshes(self) -> dict[str, trimesh.Trimesh]:
-        """``part`` and ``stock``, those that there are."""
+        """``part`` and ``stock``, without those that are None."""
         given = {"part": self.part, "stock": self.stock}
         return {name: mesh for name, mesh in given.items() if mesh is not None}

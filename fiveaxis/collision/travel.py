@@ -1,4 +1,4 @@
-"""How one piece moves as seen from another, and how far at most between two samples."""
+"""The motion of one piece relative to another, with a bound on its path between two samples."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from fiveaxis.collision.scene import links_of
 from fiveaxis.geometry import Array, IntArray, inverse_transform
 from fiveaxis.machine import Machine
 
-# Axis values, (n, k) mm and rad → link → how far it has moved from home, (n, 4, 4) mm, workpiece frame.
+# Axis values, (n, k) mm and rad → link → its displacement from home, (n, 4, 4) mm, workpiece frame.
 Poses = Callable[[Array], Mapping[str, Array]]
 
 
 @dataclass(frozen=True, eq=False)
 class Stretch:
-    """Locations in a row, with known axis values, and the moves between them: all axes linear in time.
+    """Consecutive locations with known axis values, and moves between them with all axes linear in time.
 
     Parameters
     ----------
     machine : chain and column order
-    poses : where the links are, for given axis values
+    poses : poses of the links for given axis values
     positions : (n, k), mm and rad
     """
 
@@ -42,16 +42,16 @@ class Stretch:
 
     @cached_property
     def middles(self) -> Mapping[str, Array]:
-        """Link → (n − 1, 4, 4), mm, halfway in the moves."""
+        """Link → (n − 1, 4, 4), mm, halfway through the moves."""
         return self.poses((self.positions[:-1] + self.positions[1:]) / 2.0)
 
     def between(self, moves: IntArray, shares: Array) -> Mapping[str, Array]:
-        """Place the links within moves.
+        """Compute the poses of the links within moves.
 
         Parameters
         ----------
         moves : (m,), index of the location where each begins
-        shares : (m,), of its way
+        shares : (m,), 0…1, of the move
         """
         before, after = self.positions[moves], self.positions[moves + 1]
         return self.poses(before + shares[:, None] * (after - before))
@@ -72,27 +72,27 @@ class Travel:
         self.stretch, self.mover, self.other = stretch, mover, other
         self._links = mover_link, other_link
         self._base = inverse_transform(other.frame)
-        self.places = self._relative(stretch.links)
-        self.corners = self.corners_at(self.places)
+        self.poses = self._relative(stretch.links)
+        self.corners = self.corners_at(self.poses)
 
     def along(self, stretch: Stretch) -> Travel:
-        """Take the same pieces along another stretch."""
+        """Return the travel of the same pieces along another stretch."""
         return Travel(stretch, self.mover, self.other, *self._links)
 
     def between(self, moves: IntArray, shares: Array) -> Array:
-        """Place the mover in the other's frame within moves: (m,) and shares, (m,) → (m, 4, 4) mm."""
+        """Compute the mover's poses in the other's frame: moves, (m,), and shares, (m,) → (m, 4, 4) mm."""
         return self._relative(self.stretch.between(moves, shares))
 
     def middles(self, moves: IntArray) -> Array:
-        """Place the mover in the other's frame halfway in moves: (m,) → (m, 4, 4) mm."""
+        """Compute the mover's poses in the other's frame halfway through moves: (m,) → (m, 4, 4) mm."""
         if not len(moves):
             return np.empty((0, 4, 4))
         return self._relative({link: self.stretch.middles[link][moves] for link in self._links})
 
-    def corners_at(self, places: Array) -> Array:
-        """Place the corners of the mover's box in the other's frame: (m, 4, 4) → (m, 8, 3) mm."""
-        turned = np.einsum("nij,kj->nki", places[:, :3, :3], self.mover.corners)
-        return turned + places[:, None, :3, 3]
+    def corners_at(self, poses: Array) -> Array:
+        """Compute the corners of the mover's box in the other's frame: (m, 4, 4) → (m, 8, 3) mm."""
+        turned = np.einsum("nij,kj->nki", poses[:, :3, :3], self.mover.corners)
+        return turned + poses[:, None, :3, 3]
 
     def _relative(self, links: Mapping[str, Array]) -> Array:
         mover, other = (links[link] for link in self._links)
@@ -100,13 +100,13 @@ class Travel:
 
     @cached_property
     def bends(self) -> Array:
-        """(n − 1,), mm: bound of the second derivative of any point's place by the share of a move.
+        """Bound on the second derivative of any point's position by the share of a move, (n − 1,) mm.
 
-        A point's place is a product of one factor per joint between the links. Its second derivative by two
-        joint values is 0 where the one nearer to the other piece is linear; where it turns it is the cross
-        product of its direction with the derivative by the second one, so no longer than that, which is 1
-        for a linear joint and the point's distance to the axis for a rotary one. That distance is measured
-        at the start of the move and grows no more than the joints between the axis and the piece move it.
+        A point's position is a product of one factor per joint between the links. Its second derivative by
+        two joint values is 0 if the joint nearer to the other piece is linear. If it is rotary, it is the
+        cross product of that joint's direction with the derivative by the second value, and so no longer than
+        that derivative: 1 for a linear joint, the point's distance to the axis for a rotary one. The distance
+        is measured at the start of the move and grows by at most what the joints beyond the axis move it.
         """
         machine, links = self.stretch.machine, self.stretch.links
         names = links_of(machine.code)

@@ -11,12 +11,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fiveaxis.collision import Clearances, Fixture, Surroundings
-from fiveaxis.collision.accessibility import CELLS, Accessibility
+from fiveaxis.collision.accessibility import CELLS, Accessibility, cell_centres
 from fiveaxis.collision.clearing import find_accessible
-from fiveaxis.collision.directions import cell_centres
 from fiveaxis.collision.pairs import choose_pairs
 from fiveaxis.collision.scene import build_scene
-from fiveaxis.collision.tightened import Ask, Tightened
+from fiveaxis.collision.tightened import Tightened
 from fiveaxis.errors import Infeasible
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array, IntArray
@@ -356,7 +355,7 @@ def colliding_rows(solution: Postures, around: Surroundings) -> IntArray:
     return np.unique(np.concatenate([ends, np.maximum(ends - 1, 0)]))
 
 
-def _joined(admits: Accessibility | None, own: Ask | None) -> Tightened:
+def _joined(admits: Accessibility | None, own: MaskFunction | None) -> Tightened:
     """Put our mask and the user's together; ours is asked first, as it is quick."""
     if admits is None or own is None:
         return Tightened(admits or own, getattr(admits or own, "rough", None))

@@ -1,11 +1,10 @@
-"""An independent check of a motion: other kinematics than the optimiser's, the same path and machine."""
+"""An independent check of a motion, with other kinematics than the optimiser's."""
 
 from fiveaxis.former import former_names
 from fiveaxis.verification.approach import Leads, choose_leads
 from fiveaxis.verification.between import CheckedInterpolation
-from fiveaxis.verification.check_context import DEFAULT_TOLERANCES, Tolerances
+from fiveaxis.verification.check_context import DEFAULT_TOLERANCES, PathConstraints, Tolerances
 from fiveaxis.verification.model import build_model, tool_poses
-from fiveaxis.verification.path_constraints import PathConstraints
 from fiveaxis.verification.program import LEAN_BETWEEN, verify_text
 from fiveaxis.verification.read_back import ExpectedText, ReadBack, check_text
 from fiveaxis.verification.report import Report

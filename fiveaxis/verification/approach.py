@@ -1,10 +1,11 @@
-"""The ways to the first location and off the last, which an NC program adds to a motion."""
+"""The lead-in and lead-out that an NC program adds to a motion."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import chain
 
 import numpy as np
 
@@ -16,38 +17,38 @@ from fiveaxis.mesh import TriangleTree, tree_of
 from fiveaxis.motion import PATH_TOLERANCE, STANDSTILL, Motion
 from fiveaxis.motion.program_motion import FIRST, LAST, axis_lead, lead_positions
 from fiveaxis.toolpath import MoveKind, Toolpath
-from fiveaxis.verification.check_context import DEFAULT_TOLERANCES, Tolerances, make_context
-from fiveaxis.verification.collisions import check_collisions
+from fiveaxis.verification.between import JOINT_ONLY
+from fiveaxis.verification.check_context import DEFAULT_TOLERANCES, PathConstraints, Tolerances, make_context
 from fiveaxis.verification.cutting_body import CuttingBody
-from fiveaxis.verification.gouging import check_gouge
 from fiveaxis.verification.model import tool_poses
-from fiveaxis.verification.path_constraints import PathConstraints
 from fiveaxis.verification.report import APPROACH, Gap, Report, make_report
+from fiveaxis.verification.verdict import BODY_CHECKS, Examination, run_checks
 
-# mm: ways that are tried: near ones, those beside the cut, far ones, which pass stock at the cut's feed.
+# mm: lengths of the leads that are tried: near, beside the cut, and far, through stock at the cut's feed.
 NEAR, BESIDE, FAR = (5.0, 2.5, 1.0), (5.0, 10.0, 20.0, 40.0), (10.0, 20.0, 40.0)
-# mm: out of a slot as wide as the cutter it is as far as the slot is deep.
+# mm: to leave a slot as wide as the cutter takes its depth.
 FARTHEST = (80.0, 160.0)
-# Ways to a side rise by such shares of their length: else a rapid move may end on the part.
+# Rise of sideways leads, as shares of their length; without it a rapid move may end on the part.
 RISES = (0.2, 0.0)
-# mm: between part and cutter where a way out ends.
+# mm: between part and cutter at the end of a lead-out.
 ROOM = 0.5
-# mm: rounding of a retract's place.
+# mm: rounding of a retract position.
 RETRACT = 1e-3
 LEG = "to the end of its travel, or by 100 mm"
-TURNS = "the turn of the rotary axes, where the tool stands, before the approach"
-ACROSS = "the rapid move of X and Y, at the height where Z stands, to above the first location"
-FROM_ANYWHERE = "the rapid move of the tip to the first location, from where it stands"
-RETRACT_AND_HOME = "where retract and home at the end lie, and the moves there beyond Z"
+TURNS = "the initial turn of the rotary axes, before the approach"
+ACROSS = "the rapid move of X and Y at the initial height of Z to above the first location"
+FROM_ANYWHERE = "the rapid move of the tip from its initial position to the first location"
+RETRACT_AND_HOME = "the positions of retract and home at the end, and the moves there other than Z"
 NO_LEAD_OUT = "the retract after the last location: the program ends there"
 END_OF_LEAD_OUT = "the retract from the end of the lead-out: the program ends there"
-MISSING_ROOM = "the cutter is left with less than {room:g} mm of room to the part"
+MISSING_ROOM = "the cutter ends less than {room:g} mm from the part"
 
 
 @dataclass(frozen=True, eq=False)
-class _Ground:
-    """Against what ways are checked."""
+class _LeadCheck:
+    """The search for clear leads of a motion."""
 
+    motion: Motion
     machine: Machine
     toolpath: Toolpath
     around: Surroundings
@@ -58,12 +59,68 @@ class _Ground:
         part = self.around.part
         return None if part is None else tree_of(part)
 
-    def leaves_room(self, place: Array, way: Array) -> bool:
-        """Tell whether the cutter is off the part at a place, (k,), to which a way from the last cut leads.
+    def choose(self, row: int, leg: bool) -> tuple[Array, str | None]:
+        """Find the first clear lead, (k,) mm; if none is clear, return the default one and its error.
 
-        Without a part only the surface is known that the cut touches: the way has to lead off that.
+        Parameters
+        ----------
+        row : `FIRST` or `LAST` location
+        leg : whether a Z move follows off the part
         """
-        tip, axis = tool_poses(self.machine, np.array([place - way, place]))
+        default, blocked = axis_lead(self.motion, self.machine, row=row), None
+        for lead in chain([default], self._others(row, none=row == FIRST or leg)):
+            fault = self.fault(lead, row, leg)
+            if fault is None:
+                return lead, None
+            blocked = blocked or fault
+        return default, blocked
+
+    def fault(self, lead: Array, row: int, leg: bool) -> str | None:
+        """Return the error of a lead, (k,) mm, at the first or last location; None if it is clear.
+
+        A lead-out is checked from its end to the path: collisions don't depend on the sense.
+        """
+        positions = lead_positions(self.motion, self.machine, lead, row=row)
+        kinds = [MoveKind.RAPID, MoveKind.RAPID, MoveKind.CUT if lead.any() else MoveKind.RAPID]
+        rows = slice(0 if leg else 1, None)
+        fault = self._first_error(positions[rows], kinds[rows], row)
+        # Without a lead-out the Z move goes straight up from the last location.
+        leads_out = row == LAST and (lead.any() or not leg)
+        if fault is None and leads_out and not self._leaves_room(positions[1], lead):
+            return MISSING_ROOM.format(room=ROOM)
+        return fault
+
+    def _others(self, row: int, *, none: bool) -> Iterator[Array]:
+        """Yield other leads, (k,) mm, in the order in which they are tried; last none, if allowed."""
+        motion, machine, normal = self.motion, self.machine, self.toolpath.normal[row]
+        if motion.kind[row] != MoveKind.CUT:
+            return
+
+        def lead(direction: Array | None = None, length: float = NEAR[0]) -> Array:
+            return axis_lead(motion, machine, direction, length, row=row)
+
+        tip, axis = tool_poses(machine, motion.positions[:2] if row == FIRST else motion.positions[-2:])
+        step = tip[-1] - tip[0]
+        length = float(np.linalg.norm(step))
+        beyond = step / length if length > STANDSTILL else np.zeros(3)
+        beyond = -beyond if row == FIRST else beyond
+        left = np.cross(axis[row], beyond if row == LAST else -beyond)
+        yield from (lead(length=mm) for mm in NEAR[1:])
+        if np.isfinite(normal).all():
+            yield from (lead(normal, mm) for mm in NEAR)
+        if length > STANDSTILL:
+            sides = [normalise(side + rise * axis[row]) for rise in RISES for side in (beyond, left, -left)]
+            yield from (lead(side, mm) for side in sides for mm in BESIDE)
+        yield from (lead(length=mm) for mm in (*FAR, *(FARTHEST if row == LAST else ())))
+        if none:
+            yield np.zeros(len(machine.letters))
+
+    def _leaves_room(self, position: Array, lead: Array) -> bool:
+        """Check whether the cutter is off the part at the end, (k,), of a lead from the last cut.
+
+        Without a part only the surface that the cut touches is known: the lead has to go away from that.
+        """
+        tip, axis = tool_poses(self.machine, np.array([position - lead, position]))
         normal, moved = self.toolpath.normal[LAST], tip[1] - tip[0]
         if float(np.linalg.norm(moved)) < ROOM:
             return False
@@ -72,45 +129,44 @@ class _Ground:
             return bool(body.depths(tip[1:], axis[1:], self._tree, floor)[0] <= -ROOM)
         return not np.isfinite(normal).all() or float(moved @ normal) >= ROOM
 
-    def fault(self, places: Array, kind: list[MoveKind], known: frozenset[str]) -> str | None:
-        """Say what is wrong with a way through places, (m, k); None where it is clear.
+    def _first_error(self, positions: Array, kind: list[MoveKind], row: int) -> str | None:
+        """Return the first error of moves through positions, (m, k), to the path; None if they are clear.
+
+        Errors that the path's location has in any case don't count.
 
         Parameters
         ----------
         kind : (m,), of the moves that end there
-        known : codes that were found already where the way meets the path, at its last row
         """
-        # The tool may move so little that there is nothing to look at twice.
-        moves = np.linalg.norm(np.diff(places, axis=0), axis=1) > STANDSTILL
-        kept = [*np.flatnonzero(moves).tolist(), len(places) - 1]
+        moves = np.linalg.norm(np.diff(positions, axis=0), axis=1) > STANDSTILL
+        kept = [*np.flatnonzero(moves).tolist(), len(positions) - 1]
         if not moves.any():
             return None
-        for finding in self._errors(places[kept], [kind[i] for i in kept]):
+        for finding in self._errors(positions[kept], [kind[i] for i in kept]):
             at_path = finding.place.location == len(kept) - 1
-            if not (at_path and finding.code in known):
+            if not (at_path and finding.code in self._known[row]):
                 return finding.message
         return None
 
-    def codes_at(self, place: Array) -> frozenset[str]:
-        """Give the codes of what is wrong at a place of the path itself, (k,), whatever leads there."""
-        return frozenset(f.code for f in self._errors(place[None], [MoveKind.CUT]))
+    @cached_property
+    def _known(self) -> dict[int, frozenset[str]]:
+        """Codes of the errors at the first and the last location themselves."""
+        ends = {row: self._errors(self.motion.positions[row][None], [MoveKind.CUT]) for row in (FIRST, LAST)}
+        return {row: frozenset(finding.code for finding in found) for row, found in ends.items()}
 
-    def _errors(self, places: Array, kind: list[MoveKind]) -> list[Finding]:
-        """Find gouges and collisions of a move through places, (m, k)."""
-        path, motion = self._way(places, kind)
+    def _errors(self, positions: Array, kind: list[MoveKind]) -> list[Finding]:
+        """Find gouges and collisions of moves through positions, (m, k)."""
+        tip, axis = tool_poses(self.machine, positions)
+        path = Toolpath.from_tips(tip, axis, self.toolpath.tool, kind=kind, name=self.toolpath.name)
+        path = replace(path, touching=self.toolpath.touching)
+        time = np.ones(len(positions))
+        motion = Motion(self.machine.letters, positions, path.feed, time, path.kind, path.source)
         more = self.tolerances.chord_allowance + PATH_TOLERANCE
         allowed = replace(self.tolerances, row_allowance=more, chord_allowance=more)
         context = make_context(motion, self.machine, path, PathConstraints(), allowed)
-        results = check_gouge(context, self.around.part), *check_collisions(context, self.around)
+        results = run_checks(Examination(context, self.around, JOINT_ONLY), BODY_CHECKS)
         found = make_report(results, path, ()).findings
         return [finding for finding in found if finding.severity is Severity.ERROR]
-
-    def _way(self, places: Array, kind: list[MoveKind]) -> tuple[Toolpath, Motion]:
-        tip, axis = tool_poses(self.machine, places)
-        path = Toolpath.from_tips(tip, axis, self.toolpath.tool, kind=kind, name=self.toolpath.name)
-        path = replace(path, touching=self.toolpath.touching)
-        still = np.ones(len(places))
-        return path, Motion(self.machine.letters, places, path.feed, still, path.kind, path.source)
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,10 +175,9 @@ class Leads:
 
     Parameters
     ----------
-    lead_in : (k,), mm, from the first location to where the lead-in begins
-    lead_out : (k,), mm, from the last location to where the lead-out ends
-    report : what is wrong with them, ``approach-blocked`` and ``retreat-blocked``, what was checked of
-        them, and what wasn't
+    lead_in : (k,), mm, from the first location to the beginning of the lead-in
+    lead_out : (k,), mm, from the last location to the end of the lead-out
+    report : findings ``approach-blocked`` and ``retreat-blocked``, what was checked, and what wasn't
     """
 
     lead_in: Array
@@ -143,46 +198,44 @@ def choose_leads(
 ) -> Leads:
     """Choose a clear lead-in and lead-out.
 
-    The usual lead-in is 5 mm along the tool axis. Where it, or the leg of Z that comes before, isn't clear,
-    others are tried in a fixed order: shorter ones, along the surface normal, back along the cut and to both
-    sides of it, longer ones, none. The lead-out of a last cut is chosen in the same manner, on along the cut
-    in place of back; it ends with room to the part, and where Z goes up from there that leg is clear, too.
+    The default lead-in is 5 mm along the tool axis. If it, or the Z move before it, isn't clear, others are
+    tried in a fixed order: shorter ones, along the surface normal, back along the cut and to both sides of
+    it, longer ones, none. The lead-out of a last cut is chosen likewise, forwards along the cut instead of
+    back; it ends clear of the part, and a Z move up from there must be clear, too.
 
     Parameters
     ----------
     motion : the path's own blocks
-    machine, toolpath, surroundings, tolerances : as for `verify`; the path gives tool, name and the first
-        surface normal
-    leg : whether the program comes down by Z alone; else, in words of the tip, in a line from anywhere
-    retract : mm, the machine's place of Z to which the program goes up at its end; None where it doesn't
-    leaves : whether it leads the tool out of a last cut before that
+    machine, toolpath, surroundings, tolerances : as for `verify`
+    leg : whether the program comes down by Z alone; else the tip comes in a straight line from anywhere
+    retract : mm, machine position of Z to which the program retracts at its end; None if it doesn't
+    leaves : whether the program has a lead-out from a last cut before that
 
     Raises
     ------
     MeshError, MissingDependency
         As `verify`.
     """
-    ground, none = _Ground(machine, toolpath, surroundings, tolerances), np.zeros(len(machine.letters))
-    lead_in, blocked = _choose(ground, motion, FIRST, leg, ground.codes_at(motion.positions[FIRST]))
+    check = _LeadCheck(motion, machine, toolpath, surroundings, tolerances)
+    lead_in, blocked = check.choose(FIRST, leg)
     found = [] if blocked is None else [_finding("approach-blocked", blocked, toolpath.place(0))]
-    up, known = retract is not None, ground.codes_at(motion.positions[LAST])
-    lead_out = none
+    up, lead_out = retract is not None, np.zeros(len(machine.letters))
     if leaves and motion.kind[LAST] == MoveKind.CUT:
-        lead_out, blocked = _choose(ground, motion, LAST, up, known)
+        lead_out, blocked = check.choose(LAST, up)
     else:
-        blocked = _fault(ground, motion, lead_out, LAST, up, known) if up else None
+        blocked = check.fault(lead_out, LAST, up) if up else None
     place = toolpath.place(len(toolpath) - 1)
     if blocked is not None:
         found.append(_finding("retreat-blocked", blocked, place))
     if retract is not None:
-        found += _downwards(machine, motion.positions[LAST] + lead_out, retract, place)
-    return Leads(lead_in, lead_out, _reported(found, (lead_in, lead_out), leg=leg, retracts=up))
+        found += _bad_retract(machine, motion.positions[LAST] + lead_out, retract, place)
+    return Leads(lead_in, lead_out, _make_report(found, (lead_in, lead_out), leg=leg, retracts=up))
 
 
-def _downwards(machine: Machine, begin: Array, end: float, place: Place) -> Iterator[Finding]:
-    """Find a retract, to a place of Z in mm, that goes down from where the way out ends, or too far.
+def _bad_retract(machine: Machine, begin: Array, end: float, place: Place) -> Iterator[Finding]:
+    """Find a retract, to a Z in mm, that goes down from the end of the lead-out, or beyond the travel.
 
-    Only a machine whose travel of Z is known counts it from the control's own zero.
+    Only a machine with known travel of Z has its zero there.
     """
     if "Z" not in machine.letters:
         return
@@ -191,87 +244,29 @@ def _downwards(machine: Machine, begin: Array, end: float, place: Place) -> Iter
     if not np.isfinite([limits.low, limits.high]).all():
         return
     value, begins = -end if axis.reversed else end, float(begin[column])
-    at = f"the retract to Z {end:g} mm of the machine"
+    at = f"the retract to machine position Z {end:g} mm"
     if not limits.low - RETRACT <= value <= limits.high + RETRACT:
         low, high = sorted((axis.shown(limits.low), axis.shown(limits.high)))
-        fact = f"{at} lies beyond its travel, {low:g} to {high:g}"
+        fact = f"{at} is beyond its travel, {low:g} to {high:g} mm"
     elif value < begins - RETRACT:
-        fact = f"{at} goes down from Z {axis.shown(begins):.3f}, where the way out ends"
+        fact = f"{at} goes down from Z {axis.shown(begins):.3f} mm, where the lead-out ends"
     else:
         return
-    text = f"{fact}; give a place above that (--retract)"
+    text = f"{fact}; give a higher position within the travel (--retract)"
     yield Finding(Severity.ERROR, "retreat-blocked", text, place, value - begins)
-
-
-def _choose(
-    ground: _Ground, motion: Motion, row: int, leg: bool, known: frozenset[str]
-) -> tuple[Array, str | None]:
-    """Find the first way, (k,) mm, that is clear; the usual one, and what it meets, where none is."""
-    usual = axis_lead(motion, ground.machine, row=row)
-    blocked = None
-    for way in (usual, *_others(ground, motion, row, none=row == FIRST or leg)):
-        fault = _fault(ground, motion, way, row, leg, known)
-        if fault is None:
-            return way, None
-        blocked = blocked or fault
-    return usual, blocked
-
-
-def _fault(
-    ground: _Ground, motion: Motion, way: Array, row: int, leg: bool, known: frozenset[str]
-) -> str | None:
-    """Say what is wrong with a way, (k,) mm, at the first or last location; None where it is clear.
-
-    A way out is looked at from its end: what meets anything there does so in both directions.
-    """
-    places = lead_positions(motion, ground.machine, way, row=row)
-    kinds = [MoveKind.RAPID, MoveKind.RAPID, MoveKind.CUT if way.any() else MoveKind.RAPID]
-    rows = slice(0 if leg else 1, None)
-    fault = ground.fault(places[rows], kinds[rows], known)
-    # Straight up from the last location is a way, too, where Z goes there.
-    if fault is None and row == LAST and (way.any() or not leg) and not ground.leaves_room(places[1], way):
-        return MISSING_ROOM.format(room=ROOM)
-    return fault
-
-
-def _others(ground: _Ground, motion: Motion, row: int, *, none: bool) -> Iterator[Array]:
-    """Make ways, (k,) mm, in the order in which they are tried; at last none, where that is allowed."""
-    machine, normal = ground.machine, ground.toolpath.normal[row]
-    if motion.kind[row] != MoveKind.CUT:
-        return
-
-    def way(direction: Array | None = None, length: float = NEAR[0]) -> Array:
-        return axis_lead(motion, machine, direction, length, row=row)
-
-    tip, axis = tool_poses(machine, motion.positions[:2] if row == FIRST else motion.positions[-2:])
-    step = tip[-1] - tip[0]
-    length = float(np.linalg.norm(step))
-    beyond = step / length if length > STANDSTILL else np.zeros(3)
-    beyond = -beyond if row == FIRST else beyond
-    left = np.cross(axis[row], beyond if row == LAST else -beyond)
-    yield from (way(length=mm) for mm in NEAR[1:])
-    if np.isfinite(normal).all():
-        yield from (way(normal, mm) for mm in NEAR)
-    if length > STANDSTILL:
-        sides = [normalise(side + rise * axis[row]) for rise in RISES for side in (beyond, left, -left)]
-        yield from (way(side, mm) for side in sides for mm in BESIDE)
-    yield from (way(length=mm) for mm in (*FAR, *(FARTHEST if row == LAST else ())))
-    if none:
-        yield np.zeros(len(machine.letters))
 
 
 def _finding(code: str, fault: str, place: Place) -> Finding:
     remedy = {
-        "approach-blocked": "no way to the first location is clear, straight or from the side; on the usual "
-        "one {}; begin the path where the tool gets to, or with a rapid move of its own",
-        "retreat-blocked": "no way out of the last location is clear, straight or to the side, with the way "
-        "up of a retract; on the usual one {}; end the path where the tool gets out, or with a rapid move of "
-        "its own",
+        "approach-blocked": "no lead-in to the first location is clear; on the default one {}; begin the "
+        "path where the tool has access, or with a rapid move",
+        "retreat-blocked": "no lead-out from the last location is clear, with the retract after it; on the "
+        "default one {}; end the path where the tool has access, or with a rapid move",
     }
     return Finding(Severity.ERROR, code, remedy[code].format(fault.partition(";")[0]), place)
 
 
-def _reported(found: list[Finding], leads: tuple[Array, Array], *, leg: bool, retracts: bool) -> Report:
+def _make_report(found: list[Finding], leads: tuple[Array, Array], *, leg: bool, retracts: bool) -> Report:
     lead_in, lead_out = (float(np.linalg.norm(lead)) for lead in leads)
     moves = [f"a lead-in of {lead_in:.3g} mm"] if lead_in > STANDSTILL else []
     moves += ["Z down to it from the end of its travel, or from 100 mm above"] if leg else []

@@ -1,4 +1,4 @@
-"""By which interpolation moves are checked, and gouges in links under each of them."""
+"""The interpolation under which moves are checked, and gouges in links under both."""
 
 from __future__ import annotations
 
@@ -13,35 +13,31 @@ from fiveaxis.former import warn_former
 from fiveaxis.geometry import IntArray
 from fiveaxis.motion import Interpolation
 from fiveaxis.toolpath import MoveKind
-from fiveaxis.verification.check_context import CheckContext
+from fiveaxis.verification.check_context import WORDING, CheckContext
+from fiveaxis.verification.checks import largest
 from fiveaxis.verification.gouging import check_gouge
 from fiveaxis.verification.report import Result
 
 if TYPE_CHECKING:
     import trimesh
 
-# What the two were called in versions before 0.2.
+# Their names in versions before 0.2.
 FORMER = {"axes": Interpolation.JOINT, "led": Interpolation.TCP}
-# How a report says them.
-WORDING = {
-    Interpolation.JOINT: "all axes linear in time",
-    Interpolation.TCP: "the tool's centre point straight",
-}
 # rad: a link in which no rotary axis turns by more is the same move under either interpolation.
 NO_TURN = 1e-9
 
 
 @dataclass(frozen=True)
 class CheckedInterpolation:
-    """By which interpolation each check looks at the moves between locations.
+    """The interpolation that each check assumes between locations.
 
     Parameters
     ----------
     gouges : of the cutter, in all moves
     collisions : of all bodies, in all moves
-    links : whether gouges in links and rapid moves are looked for under the other one, too
-    deviation : whether to tell that the tool's centre leaves its chords under joint interpolation: not where
-        a program inserts blocks between the locations, and in any case where ``gouges`` says ``joint``
+    links : whether links and rapid moves are checked for gouges under the other interpolation, too
+    deviation : whether to report that the tool's centre leaves its chords under joint interpolation; not if a
+        program inserts blocks between the locations, and always if ``gouges`` is ``joint``
     """
 
     gouges: Interpolation
@@ -51,7 +47,7 @@ class CheckedInterpolation:
 
     @classmethod
     def of(cls, between: Interpolation | str | CheckedInterpolation | None) -> CheckedInterpolation:
-        """Take one interpolation for all checks or, where none is named, each check's usual one.
+        """Use one interpolation for all checks or, by default, each check's usual one.
 
         Raises
         ------
@@ -69,27 +65,25 @@ class CheckedInterpolation:
         try:
             every = Interpolation(between)
         except ValueError:
-            raise SettingError(f"between {between!r}: write joint, tcp, or leave it out") from None
+            raise SettingError(f"between is {between!r}; write joint or tcp, or leave it out") from None
         return cls(every, every, deviation=True)
 
     @property
     def of_deviation(self) -> Severity | None:
-        """How bad it is that the tool's centre leaves a chord: an error in what blocks of axis words say."""
+        """Severity of leaving a chord with the tool's centre: an error under joint interpolation."""
         if self.gouges is Interpolation.JOINT:
             return Severity.ERROR
         return Severity.NOTE if self.deviation else None
 
 
+# For rows so close that a straight tip and linear axes are the same move between them.
+JOINT_ONLY = CheckedInterpolation(Interpolation.JOINT, Interpolation.JOINT)
+
+
 def check_gouges(
     context: CheckContext, mesh: trimesh.Trimesh | None, interpolation: CheckedInterpolation
 ) -> Result:
-    """Check for gouges as `check_gouge` does, links under both interpolations where that is wanted.
-
-    Raises
-    ------
-    MeshError
-        As `check_gouge`.
-    """
+    """Run `check_gouge`, for links under both interpolations if `CheckedInterpolation.links` is set."""
     centre = context.toolpath.zone.height
     straight = interpolation.gouges is Interpolation.TCP
     height, other_height = (centre, None) if straight else (None, centre)
@@ -97,14 +91,15 @@ def check_gouges(
     rows = _turning_links(context)
     if mesh is None or not interpolation.links or not len(rows):
         return found
-    other = check_gouge(_apart(context, rows), mesh, tcp_height=other_height)
-    # Each link is three rows: where it begins, where it ends, and a gap.
+    other = check_gouge(_separate(context, rows), mesh, tcp_height=other_height)
+    # Each link is three rows: its begin, its end, and a gap.
     ends = np.flatnonzero(other.rows % 3 == 1)
     where = rows[other.rows[ends] // 3]
     new = ~np.isin(where, found.rows)
     ends, where = ends[new], where[new]
     how = WORDING[Interpolation.JOINT if straight else Interpolation.TCP]
     count = len(found.rows)
+    depths = np.array([r.figures["gouge_depth_mm"] for r in (found, other)], dtype=float)
 
     def message(i: int) -> str:
         return found.message(i) if i < count else f"with {how}, {other.message(int(ends[i - count]))}"
@@ -114,7 +109,7 @@ def check_gouges(
         rows=np.concatenate([found.rows, where]),
         values=np.concatenate([found.values, other.values[ends]]),
         message=message,
-        figures=_deepest(found, other),
+        figures={"gouge_depth_mm": largest(depths)},
         checked=(*found.checked, f"links and rapid moves with {how}, too"),
     )
 
@@ -125,8 +120,8 @@ def _turning_links(context: CheckContext) -> IntArray:
     return np.flatnonzero((context.toolpath.kind != MoveKind.CUT) & (turns > NO_TURN))
 
 
-def _apart(context: CheckContext, rows: IntArray) -> CheckContext:
-    """Take the moves to some rows apart from each other, an unknown place after each."""
+def _separate(context: CheckContext, rows: IntArray) -> CheckContext:
+    """Select the moves to some rows, with an unknown pose after each to separate them."""
     taken = np.column_stack([rows - 1, rows, rows]).reshape(-1)
     gap = np.where(np.arange(len(taken)) % 3 == 2, np.nan, 0.0)[:, None]
     inserted = context.constraints.inserted
@@ -138,9 +133,3 @@ def _apart(context: CheckContext, rows: IntArray) -> CheckContext:
         toolpath=context.toolpath.at(taken),
         constraints=replace(context.constraints, inserted=None if inserted is None else inserted[taken]),
     )
-
-
-def _deepest(found: Result, other: Result) -> dict[str, float | None]:
-    depths = [r.figures["gouge_depth_mm"] for r in (found, other)]
-    known = [depth for depth in depths if depth is not None]
-    return {"gouge_depth_mm": max(known, default=None)}

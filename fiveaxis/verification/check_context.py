@@ -1,29 +1,34 @@
-"""What the checks look at: the motion beside the path, and where the tool really is."""
+"""What the checks look at: the motion with its path, and the tool poses."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from fiveaxis.errors import SettingError, ToolpathError
 from fiveaxis.geometry import Array, BoolArray
 from fiveaxis.machine import Machine
-from fiveaxis.motion import Motion
-from fiveaxis.toolpath import Toolpath
+from fiveaxis.motion import Interpolation, Motion
+from fiveaxis.toolpath import Constraints, TiltBounds, Toolpath, turned
 from fiveaxis.verification.model import tool_poses
-from fiveaxis.verification.path_constraints import PathConstraints
 
-# mm: how deep a cutter may reach into the part before that is a gouge.
+# mm: allowed depth of the cutter in the part.
 GOUGE_TOLERANCE = 0.01
-# mm: how far a curve may be from the chords that stand for it, in a path and in the mesh of its part.
+# mm: allowed distance of a curve from its chords, in a path and in the mesh of its part.
 CHORD_ERROR = 0.01
+# Interpolations in reports.
+WORDING = {
+    Interpolation.JOINT: "all axes linear in time",
+    Interpolation.TCP: "the tool centre point straight",
+}
 
 
 @dataclass(frozen=True)
 class Tolerances:
-    """From where on a difference is a finding; below it is rounding.
+    """Bounds beyond which a difference is a finding; smaller differences are rounding.
 
     Parameters
     ----------
@@ -31,17 +36,17 @@ class Tolerances:
     angle : rad, overrun of a rotary axis's limits, and of bounds on its angle and its turns
     lean : rad, overrun of the tilt bounds at a location
     lean_between : rad, the same between two locations
-    contact : mm, distance of the reached ball centre, or contact, from the wanted one
-    jump : rad, the largest turn of a rotary axis in one cutting block, where none was asked for
-    least_turn : rad, that a rotary axis may turn in any cutting block, however short
+    contact : mm, distance of the reached ball centre, or contact, from that of the path
+    jump : rad, the largest turn of a rotary axis in one cutting block if no constraint gives one
+    least_turn : rad, allowed turn of a rotary axis in any cutting block, however short
     deviation : mm, of the ball centre from the chord in a block that moves all axes linearly
     time : relative, of a block's duration against the axes' highest speeds
     acceleration : relative, of a change of speed against the axes' highest accelerations
-    step, turn : mm and rad, of words: what axes move by more or less than planned because of rounding
-    gouge : mm, the gouge tolerance: how deep the cutter may reach into the part at a location
-    location_allowance : mm, more than that at locations of the path, from rounding
-    row_allowance : mm, more than that at rows that aren't locations but lie on chords of the path
-    chord_allowance : mm, more than that within a move, which is the chord of a curve
+    step, turn : mm and rad, by which the rounding of words changes the moves of axes
+    gouge : mm, the gouge tolerance: allowed depth of the cutter in the part at a location
+    location_allowance : mm, added at locations of the path, for rounding
+    row_allowance : mm, added at rows that lie on chords of the path between locations
+    chord_allowance : mm, added within a move, which is the chord of a curve
 
     Raises
     ------
@@ -72,26 +77,26 @@ class Tolerances:
 
     @property
     def location_gouge(self) -> float:
-        """How deep the cutter may reach into the part at a location, mm."""
+        """Allowed depth of the cutter in the part at a location, mm."""
         return self.gouge + self.location_allowance
 
     @property
     def row_gouge(self) -> float:
-        """How deep the cutter may reach into the part at a row, mm."""
+        """Allowed depth at a row, mm."""
         return self.gouge + self.row_allowance
 
     @property
     def chord_gouge(self) -> float:
-        """How deep it may reach within a move, mm: by default `CHORD_ERROR` more than at a location."""
+        """Allowed depth within a move, mm: by default `CHORD_ERROR` more than at a location."""
         return self.gouge + self.chord_allowance
 
     def with_gouge(self, depth: float) -> Tolerances:
-        """Take another gouge tolerance, mm; what rows and chords may have more stays.
+        """Return these tolerances with another gouge tolerance, mm; the allowances stay.
 
         Raises
         ------
         SettingError
-            No finite depth above 0; these tolerances have one of their own already.
+            A depth that isn't finite and above 0; a gouge tolerance was set before.
         """
         if depth != self.gouge and self.gouge != GOUGE_TOLERANCE:
             raise SettingError(
@@ -104,16 +109,98 @@ DEFAULT_TOLERANCES = Tolerances()
 
 
 @dataclass(frozen=True, eq=False)
-class CheckContext:
-    """A motion under examination.
+class PathConstraints:
+    """Bounds on postures and turns; None or empty is no bound.
 
     Parameters
     ----------
-    motion, machine, toolpath : what is checked against what
-    positions : (n, k), mm and rad; rows that aren't finite are NaN throughout
-    tip, axis : (n, 3), mm and unit vectors, workpiece frame: where pinocchio finds the tool
-    constraints : bounds on postures and turns, as far as they were given
-    tolerances : what counts as a difference
+    leaning : on the angles between the tool axis and directions
+    hold : rad by letter, at which rotary axes are held
+    max_turn : rad, of a rotary axis in one cutting move
+    turn_rate : rad/mm, of a rotary axis per length of the pivot's path in cutting moves
+    cone : rad, half angle about the first rotary axis, in which that axis turns by at most `cone_rate`
+    cone_rate : rad/mm
+    cutting : (n,), whether the move to a location cuts: only there the lean between locations is bounded;
+        None if all do
+    inserted : (n,), locations inserted between the given ones; None if there are none
+    passed : (n,), inserted locations whose posture wasn't optimised but follows from the axes' motion; None
+        if there are none
+    """
+
+    leaning: TiltBounds | None = None
+    hold: Mapping[str, float] = field(default_factory=dict)
+    max_turn: float | None = None
+    turn_rate: float | None = None
+    cone: float | None = None
+    cone_rate: float = 0.0
+    cutting: BoolArray | None = None
+    inserted: BoolArray | None = None
+    passed: BoolArray | None = None
+
+    @classmethod
+    def of(cls, toolpath: Toolpath, machine: Machine, constraints: Constraints) -> PathConstraints:
+        """Apply constraints to a path in their zone (`Constraints.zoned`).
+
+        Raises
+        ------
+        SettingError
+            A held axis that the machine hasn't got; a plane without another bound on the lean.
+        ToolpathError
+            A path without the direction that a bound refers to.
+        """
+        foreign = sorted(set(constraints.hold) - set(machine.rotaries))
+        if foreign:
+            raise SettingError(
+                f"{', '.join(foreign)} can't be held: the rotary axes of {machine.name} are "
+                f"{', '.join(machine.rotaries)}; write for example C=30"
+            )
+        return cls(
+            leaning=constraints.lean_bounds(toolpath) if constraints.bounds_lean else None,
+            hold=constraints.hold,
+            max_turn=constraints.max_turn,
+            turn_rate=constraints.turn_rate,
+            cone=constraints.singular_cone,
+            cone_rate=constraints.singular_rate,
+            cutting=toolpath.cutting,
+            inserted=toolpath.inserted if toolpath.inserted.any() else None,
+        )
+
+    def between(self, row: Array) -> PathConstraints:
+        """Return the bounds for a path with inserted locations.
+
+        The direction that a bound refers to (a normal, a programmed axis) turns uniformly from one location
+        to the next. Within a link or a rapid move there is no bound.
+
+        Parameters
+        ----------
+        row : (m,), fractional rows of the path with these bounds: 3.25 lies between 3 and 4
+        """
+        passed: BoolArray = row != np.floor(row)
+        inserted = passed
+        if self.inserted is not None:
+            inserted = inserted | self.inserted[np.floor(row).astype(np.int64)]
+        cutting = None if self.cutting is None else self.cutting[np.ceil(row).astype(np.int64)]
+        spread = replace(self, cutting=cutting, inserted=inserted, passed=passed)
+        if self.leaning is None:
+            return spread
+        every = [replace(b, reference=turned(b.reference, row), beside=()) for b in self.leaning.all]
+        leaning = replace(every[0], beside=tuple(every[1:]))
+        if cutting is not None:
+            leaning = leaning.only(cutting | (row == np.floor(row)))
+        return replace(spread, leaning=leaning)
+
+
+@dataclass(frozen=True, eq=False)
+class CheckContext:
+    """A motion to be checked.
+
+    Parameters
+    ----------
+    motion, machine, toolpath : the motion, and what it is checked against
+    positions : (n, k), mm and rad; rows with a value that isn't finite are NaN throughout
+    tip, axis : (n, 3), mm and unit vectors, workpiece frame: the tool poses by pinocchio
+    constraints : bounds on postures and turns
+    tolerances : bounds beyond which a difference is a finding
     """
 
     motion: Motion
@@ -127,17 +214,17 @@ class CheckContext:
 
     @property
     def centre(self) -> Array:
-        """(n, 3), mm, workpiece frame: where the axis values put the tool's centre (`Toolpath.centres`)."""
+        """The tool's centre (`Toolpath.centres`) by the axis values, (n, 3) mm, workpiece frame."""
         return self.tip + self.toolpath.zone.height * self.axis
 
     @property
     def steps(self) -> Array:
-        """(n, k), mm and rad: size of each axis's move to the row, 0 for the first, NaN where unknown."""
+        """Size of each axis's move to the row, (n, k) mm and rad; 0 at the first row, NaN if unknown."""
         return np.abs(np.diff(self.positions, axis=0, prepend=self.positions[:1]))
 
     @property
     def cutting(self) -> BoolArray:
-        """(n,), where the move that ends at the row cuts; the first row has no move."""
+        """Whether the move that ends at the row cuts, (n,); the first row has no move."""
         cuts: BoolArray = self.toolpath.cutting & (np.arange(len(self.toolpath)) > 0)
         return cuts
 
@@ -149,15 +236,15 @@ def make_context(
     constraints: PathConstraints,
     tolerances: Tolerances,
 ) -> CheckContext:
-    """Put a motion beside its path and find its tool poses.
+    """Combine a motion with its path and compute its tool poses.
 
-    What cuts is taken from the path, never from the motion: a motion can't exempt itself by calling a cut a
-    link.
+    The kinds of moves are taken from the path, never from the motion: a motion can't exempt a cut by calling
+    it a link.
 
     Raises
     ------
     SettingError
-        Axes of another machine, or arrays of the motion that don't fit each other.
+        Axes of another machine, or arrays of the motion that don't match each other.
     ToolpathError
         Another number of locations than the path.
     """

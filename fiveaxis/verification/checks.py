@@ -14,7 +14,7 @@ from fiveaxis.verification.report import Result, left_out
 
 
 def check_finite(context: CheckContext) -> Result:
-    """Check that every axis value is a number and every duration one that isn't negative."""
+    """Check that every axis value is finite and every duration finite and not negative."""
     motion = context.motion
     times = motion.time[:, None]
     bad = np.hstack([~np.isfinite(motion.positions), ~(np.isfinite(times) & (times >= 0.0))])
@@ -43,7 +43,8 @@ def check_limits(context: CheckContext) -> Result:
     rotary = np.array([a.is_rotary for a in machine.axes])
     rows, columns = np.nonzero(overrun > np.where(rotary, tolerances.angle, tolerances.length))
     shown = machine.shown(overrun)
-    limited, unlimited = _limit_sentences(context)
+    limited = ", ".join(a.letter for a in machine.axes if not a.limits.unlimited)
+    unlimited = ", ".join(a.letter for a in machine.axes if a.limits.unlimited)
 
     def message(i: int) -> str:
         axis, value = machine.axes[columns[i]], context.positions[rows[i], columns[i]]
@@ -64,26 +65,16 @@ def check_limits(context: CheckContext) -> Result:
             "limit_overrun_mm": _overrun_figure(shown[:, ~rotary]),
             "limit_overrun_deg": _overrun_figure(shown[:, rotary]),
         },
-        checked=limited,
-        not_checked=unlimited,
+        checked=(f"axis limits of {limited} at every location",) if limited else (),
+        not_checked=(f"limits of {unlimited}: the machine states none",) if unlimited else (),
     )
 
 
-def _limit_sentences(context: CheckContext) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Say of which axes limits are checked, and of which they aren't."""
-    axes = context.machine.axes
-    limited = [a.letter for a in axes if not a.limits.unlimited]
-    free = [a.letter for a in axes if a.limits.unlimited]
-    some = f"axis limits of {', '.join(limited)} at every location" if limited else None
-    none = f"limits of {', '.join(free)}: the machine states none" if free else None
-    return _only(some), _only(none)
-
-
 def check_contact(context: CheckContext) -> Result:
-    """Check that the axis values put the tool's centre and its contact where the path wants them.
+    """Check that the axis values put the tool's centre and its contact where the path has them.
 
-    The reached centre is ``tip + b·o``, the reached contact ``centre − a·e − r·n``, with the figures of the
-    zone that touches (a ball's centre and radius). Where the contact is unknown the centre alone counts.
+    The reached centre is ``tip + b·o``, the reached contact ``centre − a·e − r·n``, with the dimensions of
+    the zone that touches (a ball's centre and radius). Where the contact is unknown only the centre counts.
     """
     path, zone = context.toolpath, context.toolpath.zone
     at_centre = np.linalg.norm(context.centre - path.centres(context.axis), axis=1)
@@ -95,7 +86,7 @@ def check_contact(context: CheckContext) -> Result:
 
     def message(i: int) -> str:
         return (
-            f"the axis values miss the wanted contact by {error[rows[i]]:.3g} mm (at most "
+            f"the axis values miss the path's contact by {error[rows[i]]:.3g} mm (at most "
             f"{context.tolerances.contact:g} mm); solve the linear axes again for this posture"
         )
 
@@ -111,13 +102,13 @@ def check_contact(context: CheckContext) -> Result:
 
 
 def check_tilt(context: CheckContext) -> Result:
-    """Check the angle between tool axis and reference at every location of a cut that has one.
+    """Check the angle between tool axis and reference at every cutting location that has a reference.
 
-    A cutter that touches with one part of its profile only has a second reference, the surface normal.
+    A cutter that touches with only one zone of its profile has a second reference, the surface normal.
     """
     if context.constraints.leaning is None:
-        nothing = {"tilt_min_deg": None, "tilt_max_deg": None}
-        return left_out("tilt", nothing, "tilt: no tilt range or cone was given")
+        figures = {"tilt_min_deg": None, "tilt_max_deg": None}
+        return left_out("tilt", figures, "tilt: no tilt range or cone was given")
     every = context.constraints.leaning.all
     angles = np.array([bounds.angles(context.axis) for bounds in every])
     lows, highs = np.array([[bounds.low, bounds.high] for bounds in every]).T
@@ -148,11 +139,11 @@ def check_tilt(context: CheckContext) -> Result:
         figures={"tilt_min_deg": smallest(tilt), "tilt_max_deg": largest(tilt)},
         checked=tuple(
             f"angle between tool axis and {b.name} within {math.degrees(b.low):g}…"
-            f"{math.degrees(b.high):g} deg at every location of a cut{' that has one' * bool(lost)}"
+            f"{math.degrees(b.high):g} deg at every location of a cut{' where it is known' * bool(lost)}"
             for b, lost in zip(every, blind, strict=True)
         ),
         not_checked=tuple(
-            f"angle between tool axis and {b.name} at {lost} cuts: where that points isn't known there"
+            f"angle between tool axis and {b.name} at {lost} cuts: its direction isn't known there"
             for b, lost in zip(every, blind, strict=True)
             if lost
         ),
@@ -160,22 +151,18 @@ def check_tilt(context: CheckContext) -> Result:
 
 
 def largest(values: Array) -> float | None:
-    """Give the largest number, None where there is none; NaN doesn't count."""
+    """Return the largest finite number, None if there is none."""
     known = values[np.isfinite(values)]
     return float(known.max()) if known.size else None
 
 
 def smallest(values: Array) -> float | None:
-    """Give the smallest number, None where there is none; NaN doesn't count."""
+    """Return the smallest finite number, None if there is none."""
     known = values[np.isfinite(values)]
     return float(known.min()) if known.size else None
 
 
 def _overrun_figure(overrun: Array) -> float | None:
-    """Give the worst overrun, 0 where all stay inside, None where no axis has limits (overrun −∞)."""
+    """Return the worst overrun, 0 if all stay inside, None if no axis has limits (overrun −∞)."""
     worst = largest(overrun)
     return None if worst is None else max(worst, 0.0)
-
-
-def _only(sentence: str | None) -> tuple[str, ...]:
-    return () if sentence is None else (sentence,)

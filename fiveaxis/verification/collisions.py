@@ -1,4 +1,4 @@
-"""The check that nothing touches what it mustn't, at the locations and all the way between them."""
+"""The check for collisions, at the locations and throughout the moves between them."""
 
 from __future__ import annotations
 
@@ -11,39 +11,40 @@ import numpy as np
 from fiveaxis.collision import Surroundings
 from fiveaxis.collision.pairs import MACHINE, Pair, choose_pairs
 from fiveaxis.collision.scene import FIXTURE, build_scene, links_of
-from fiveaxis.collision.sweep import Hits, Sweep, SweepCount
+from fiveaxis.collision.sweep import Hits, Sweep, SweepCount, join
 from fiveaxis.collision.travel import Poses, Stretch
 from fiveaxis.findings import Severity
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.machine import Machine
+from fiveaxis.motion import Interpolation
 from fiveaxis.toolpath import MoveKind
 from fiveaxis.toolpath.tool import CUTTER, HOLDER, SHANK
-from fiveaxis.verification.check_context import CheckContext
-from fiveaxis.verification.leading import led_positions
+from fiveaxis.verification.check_context import WORDING, CheckContext
 from fiveaxis.verification.model import build_model, load_pinocchio
 from fiveaxis.verification.report import Result
+from fiveaxis.verification.tcp_moves import divide_tcp_moves
 
 logger = logging.getLogger(__name__)
 
-# mm: where a move is this short, it is judged by its middle.
+# mm: moves this short are judged by their middle.
 TOLERANCE = 0.05
 # Locations whose link poses are held in memory at once.
 LONGEST_STRETCH = 20_000
-# mm and rad: what leads and turns the tool by no more while it goes back along its axis is rounding.
+# mm and rad: smaller sideways movement and turn while the tool goes back along its axis are rounding.
 MOST_ASIDE, MOST_TURNED = 0.01, 1e-4
-# Kind of pair → its finding's code, and what to do about it.
+# Kind of pair → code of its findings, and what to do about them.
 CODES = {SHANK: "shank", HOLDER: "holder", CUTTER: FIXTURE, MACHINE: MACHINE}
 REMEDIES = {
     SHANK: "tilt the tool away, or take a thinner or longer one",
     HOLDER: "tilt the tool away, or clamp it with more stick-out",
-    CUTTER: "lead the path around it, or move it",
+    CUTTER: "route the path around it, or move it",
     MACHINE: "move the part on the table, take a longer tool, or bound the rotary axes",
 }
 
 
 @dataclass(frozen=True, eq=False)
-class _Met:
-    """A pair and where it met."""
+class _PairHits:
+    """A pair with its hits."""
 
     pair: Pair
     hits: Hits
@@ -56,22 +57,22 @@ def check_collisions(
     tcp_height: float | None = None,
     effort: dict[tuple[str, str], SweepCount] | None = None,
 ) -> tuple[Result, ...]:
-    """Check all pairs of bodies that could touch, with coal, along the real motion of the axes.
+    """Check all pairs of bodies that could touch, with coal, along the motion of the axes.
 
-    Between locations all axes move linearly in time, or a point of the tool moves straight; links and
-    rapids are checked like cuts.
+    Between locations all axes are linear in time, or a point of the tool moves straight; links and rapids are
+    checked like cuts.
 
     Parameters
     ----------
-    context : motion, machine and path; the path's tool is what is in the spindle
+    context : motion, machine, and path with the tool
     surroundings : part, stock, fixtures and clearances
-    tcp_height : mm above the tip, of the point that goes straight under TCP; None with joint interpolation
-    effort : takes what each pair cost, by the names of its bodies
+    tcp_height : mm above the tip, of the point that moves straight under TCP; None with joint interpolation
+    effort : receives the cost of each pair, by the names of its bodies
 
     Returns
     -------
     Errors ``shank-collision``, ``holder-collision``, ``fixture-collision`` (of the cutter),
-    ``machine-collision``, and warnings of the same names with ``-clearance`` where bodies only come too near.
+    ``machine-collision``, and warnings of the same names with ``-clearance`` for bodies that come too near.
 
     Raises
     ------
@@ -83,33 +84,31 @@ def check_collisions(
     scene = build_scene(context.machine, context.toolpath.tool, surroundings)
     choice = choose_pairs(scene, surroundings.clearances)
     sweep = Sweep(TOLERANCE, {} if effort is None else effort)
-    met = _sweep_all(context, choice.pairs, sweep, tcp_height)
-    asked = sum(cost.asked for cost in sweep.effort.values())
-    culled = sum(cost.culled for cost in sweep.effort.values())
+    found = _sweep_all(context, choice.pairs, sweep, tcp_height)
     logger.info(
         "%d pairs of bodies along %d locations: %d queries, %d stretches clear by their boxes alone",
         len(choice.pairs),
         len(context.positions),
-        asked,
-        culled,
+        sum(cost.queries for cost in sweep.effort.values()),
+        sum(cost.culled for cost in sweep.effort.values()),
     )
     unknown = int(np.isnan(context.positions).any(axis=1).sum())
-    gap = f"collisions at {unknown} locations whose axis values aren't numbers, and on the way to them"
-    how = "all axes linear in time" if tcp_height is None else "the tool centre point straight"
-    way = f"collisions between locations: {how}, to {TOLERANCE:g} mm of movement"
-    checked = (*scene.checked, *choice.checked, *((way,) if choice.pairs else ()))
+    gap = f"collisions at {unknown} locations whose axis values aren't finite, and in the moves to them"
+    how = WORDING[Interpolation.JOINT if tcp_height is None else Interpolation.TCP]
+    moves = f"collisions between locations: {how}, to {TOLERANCE:g} mm of movement"
+    checked = (*scene.checked, *choice.checked, *((moves,) if choice.pairs else ()))
     not_checked = (*scene.not_checked, *choice.not_checked, *((gap,) if unknown else ()))
-    first, *others = [result for kind in CODES for result in _results_of(kind, met)]
+    first, *others = [result for kind in CODES for result in _results_of(kind, found)]
     return (replace(first, checked=checked, not_checked=not_checked), *others)
 
 
 def pinocchio_poses(machine: Machine) -> Poses:
-    """Make the function that places a machine's links, with pinocchio and not with the optimiser's equations.
+    """Return the function that computes the poses of a machine's links, with pinocchio.
 
     Returns
     -------
-    Axis values, (n, k) mm and rad → link → (n, 4, 4) mm, how far it has moved from where it is with every
-    axis at 0, seen from the workpiece
+    Axis values, (n, k) mm and rad → link → its displacement from its pose with every axis at 0, (n, 4, 4) mm,
+    workpiece frame
     """
     pin, built = load_pinocchio(), build_model(machine)
     model, data = built.model, built.model.createData()
@@ -133,20 +132,20 @@ def pinocchio_poses(machine: Machine) -> Poses:
 
 def _sweep_all(
     context: CheckContext, pairs: tuple[Pair, ...], sweep: Sweep, tcp_height: float | None
-) -> list[_Met]:
-    """Take every pair along every stretch of known axis values."""
+) -> list[_PairHits]:
+    """Sweep every pair along every stretch of known axis values."""
     poses = pinocchio_poses(context.machine)
     rapid = context.toolpath.kind == MoveKind.RAPID
     back = _withdrawn(context)
-    met = []
+    found = []
     known = np.asarray(np.isfinite(context.positions).all(axis=1))
     for begin, end in _stretches(known):
         positions, place = context.positions[begin:end], np.arange(float(end - begin))
         if tcp_height is not None:
-            positions, place = led_positions(context.machine, positions, tcp_height)
+            positions, place = divide_tcp_moves(context.machine, positions, tcp_height)
         row = np.ceil(place).astype(np.int64)
         stretch = Stretch(context.machine, poses, positions)
-        # The first row may be the last one of the stretch before.
+        # The first row may be the last one of the previous stretch.
         new = np.arange(begin, end) > (begin if begin and known[begin - 1] else -1)
         for pair in pairs:
             counted = new & rapid[begin:end] if pair.rapid_only else new
@@ -154,12 +153,12 @@ def _sweep_all(
             hits = hits.at(new[row[hits.rows]])
             hits = hits if tcp_height is None else _of_rows(hits, place)
             if len(hits.rows):
-                met.append(_Met(pair, hits.moved(begin)))
-    return met
+                found.append(_PairHits(pair, hits.moved(begin)))
+    return found
 
 
 def _withdrawn(context: CheckContext) -> BoolArray:
-    """Tell which moves, (n,), draw the tool back along its own axis, and turn nothing."""
+    """Find the moves, (n,), that retract the tool along its own axis, without a turn."""
     steps = np.diff(context.tip, axis=0, prepend=context.tip[:1])
     back = np.sum(steps * context.axis, axis=1)
     aside = np.linalg.norm(steps - back[:, None] * context.axis, axis=1)
@@ -168,7 +167,7 @@ def _withdrawn(context: CheckContext) -> BoolArray:
 
 
 def _of_rows(hits: Hits, place: Array) -> Hits:
-    """Count hits in rows that moves were cut from: place, (m,), of each part's end in those rows."""
+    """Convert hits to rows of the undivided moves: `place`, (m,), is the end of each part in those rows."""
     parts = np.diff(place, prepend=place[0])
     at = place[hits.rows] - (1.0 - hits.shares) * parts[hits.rows]
     row = np.ceil(place[hits.rows]).astype(np.int64)
@@ -176,28 +175,28 @@ def _of_rows(hits: Hits, place: Array) -> Hits:
 
 
 def _stretches(known: BoolArray) -> Iterator[tuple[int, int]]:
-    """Split rows into runs that are known; long runs into shorter ones that share a row."""
+    """Split rows into runs of known rows, and long runs into shorter ones that share a row."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], known, [False]]).astype(np.int64)))
     for begin, end in edges.reshape(-1, 2).tolist():
         for start in range(begin, max(end - 1, begin + 1), LONGEST_STRETCH):
             yield start, min(start + LONGEST_STRETCH + 1, end)
 
 
-def _results_of(kind: str, met: list[_Met]) -> Iterator[Result]:
-    """Make the two results of a kind of pair: bodies that overlap, and bodies that come too near."""
-    own = [m for m in met if m.pair.kind == kind]
-    touching = [_Met(m.pair, m.hits.at(m.hits.touching)) for m in own]
-    bad = {int(row) for m in touching for row in m.hits.rows}
-    near = [_Met(m.pair, m.hits.at(~m.hits.touching & ~np.isin(m.hits.rows, sorted(bad)))) for m in own]
+def _results_of(kind: str, found: list[_PairHits]) -> Iterator[Result]:
+    """Build the two results of a kind of pair: bodies that overlap, and bodies that come too near."""
+    own = [f for f in found if f.pair.kind == kind]
+    touching = [_PairHits(f.pair, f.hits.at(f.hits.touching)) for f in own]
+    bad = {int(row) for f in touching for row in f.hits.rows}
+    near = [_PairHits(f.pair, f.hits.at(~f.hits.touching & ~np.isin(f.hits.rows, sorted(bad)))) for f in own]
     yield _collisions(kind, touching)
     yield _too_near(kind, near)
 
 
-def _collisions(kind: str, met: list[_Met]) -> Result:
-    which, row, share, depth, others = _worst_of(met, [m.hits.depths for m in met])
+def _collisions(kind: str, found: list[_PairHits]) -> Result:
+    which, row, share, depth, others = _worst_of(found, [f.hits.depths for f in found])
 
     def message(i: int) -> str:
-        pair = met[which[i]].pair
+        pair = found[which[i]].pair
         how = f"reaches {depth[i]:.3g} mm into" if np.isfinite(depth[i]) else "is wholly inside or around"
         return (
             f"the {pair.first.name} {how} the {pair.second.name} {_where(share[i])}{_more(others[i])}; "
@@ -215,12 +214,12 @@ def _collisions(kind: str, met: list[_Met]) -> Result:
     )
 
 
-def _too_near(kind: str, met: list[_Met]) -> Result:
-    lacking = [m.pair.clearance - m.hits.gaps for m in met]
-    which, row, share, lack, others = _worst_of(met, lacking)
+def _too_near(kind: str, found: list[_PairHits]) -> Result:
+    lacking = [f.pair.clearance - f.hits.gaps for f in found]
+    which, row, share, lack, others = _worst_of(found, lacking)
 
     def message(i: int) -> str:
-        pair = met[which[i]].pair
+        pair = found[which[i]].pair
         return (
             f"the {pair.first.name} comes within {pair.clearance - lack[i]:.3g} mm of the {pair.second.name} "
             f"{_where(share[i])} (clearance {pair.clearance:g} mm){_more(others[i])}; {REMEDIES[kind]}"
@@ -236,20 +235,19 @@ def _too_near(kind: str, met: list[_Met]) -> Result:
     )
 
 
-def _worst_of(met: list[_Met], values: list[Array]) -> tuple[IntArray, IntArray, Array, Array, IntArray]:
+def _worst_of(
+    found: list[_PairHits], values: list[Array]
+) -> tuple[IntArray, IntArray, Array, Array, IntArray]:
     """Keep the worst pair of every row.
 
     Returns
     -------
     which, row, share, value : (m,), index of the pair, location, share of the move to it, and figure
-    others : (m,), number of other pairs that met in the row
+    others : (m,), number of other pairs with a hit in the row
     """
-    count = [len(v) for v in values]
-    which = np.repeat(np.arange(len(met), dtype=np.int64), count)
-    empty = np.empty(0)
-    row = np.concatenate([*(m.hits.rows for m in met), empty]).astype(np.int64)
-    share = np.concatenate([*(m.hits.shares for m in met), empty])
-    value = np.concatenate([*values, empty])
+    which = np.repeat(np.arange(len(found), dtype=np.int64), [len(v) for v in values])
+    hits = join([f.hits for f in found])
+    row, share, value = hits.rows, hits.shares, np.concatenate([*values, np.empty(0)])
     order = np.lexsort((which, -value, row))
     rows, first, number = np.unique(row[order], return_index=True, return_counts=True)
     best = order[first]
@@ -257,8 +255,8 @@ def _worst_of(met: list[_Met], values: list[Array]) -> tuple[IntArray, IntArray,
 
 
 def _where(share: float) -> str:
-    return "here" if share == 1.0 else f"on the way here, after {100.0 * share:.3g} % of the move"
+    return "here" if share == 1.0 else f"in the move to here, after {100.0 * share:.3g} % of it"
 
 
 def _more(others: int) -> str:
-    return "" if not others else f", and {others} more {'pair' if others == 1 else 'pairs'} meet"
+    return "" if not others else f", and {others} more {'pair does' if others == 1 else 'pairs do'}"

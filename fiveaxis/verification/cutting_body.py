@@ -1,4 +1,4 @@
-"""The cutting part of a tool as bodies whose depth in a mesh can be told exactly."""
+"""The cutting portion of a tool as bodies whose depth in a mesh can be computed exactly."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from fiveaxis.toolpath import Tool
 from fiveaxis.toolpath.cutter import Zone
 
 QUARTER = math.pi / 2.0
-# Rows that one thread takes at a time.
+# Rows per thread at once.
 CHUNK = 256
-# Places on the axis among which the one deepest inside the cutter is looked for.
+# Points on the axis among which the one deepest inside the cutter is chosen.
 HEARTS = 65
 
 
@@ -28,7 +28,7 @@ class Piece:
     Parameters
     ----------
     zones : (m, 7), see `gouge_kernel.inside`
-    low, high : mm above the tip, between which the body is there; ∓∞ where its own profile closes it
+    low, high : mm above the tip, ends of the body; ∓∞ where its own profile closes it
     is_ball : whether it is the whole ball about ``(0, zones[0].height)``
     """
 
@@ -38,7 +38,7 @@ class Piece:
     is_ball: bool = False
 
     def depths(self, tips: Array, axes: Array, tree: TriangleTree, floors: Array) -> Array:
-        """How deep the body reaches into triangles at each row; `floors` where it is no deeper, (n,) mm."""
+        """Measure how deep the body reaches into triangles at each row, at least `floors`; (n,) mm."""
         from fiveaxis.verification import gouge_kernel
 
         if self.is_ball:
@@ -52,16 +52,16 @@ class Piece:
 
 @dataclass(frozen=True, eq=False)
 class CuttingBody:
-    """What of a tool cuts.
+    """The cutting portion of a tool.
 
     Parameters
     ----------
-    pieces : convex bodies; the cutter is all of them together
-    height : mm, how far above the tip it reaches
-    is_stated : whether the tool says so; else it is the profile's end, at least the cutter's radius
-    heart : mm above the tip, the place on the axis that is deepest inside
+    pieces : convex bodies; the cutter is their union
+    height : mm above the tip, of its upper end
+    is_stated : whether the tool states it; else it is the profile's end, at least the cutter's radius
+    heart : mm above the tip, of the point on the axis that is deepest inside
     radius : mm, the largest
-    finest : mm, moves of the cutter by less aren't divided
+    finest : mm, movement of the cutter below which moves aren't divided
     """
 
     pieces: tuple[Piece, ...]
@@ -73,7 +73,7 @@ class CuttingBody:
 
     @classmethod
     def of(cls, tool: Tool) -> CuttingBody:
-        """Make the body of a tool's cutter; a ball without cutting length is the whole ball."""
+        """Build the body of a tool's cutter; a ball without cutting length is the whole ball."""
         cutter = tool.cutter
         top = float(np.vstack([zone.outline() for zone in cutter.zones])[-1, 1])
         height = max(top, tool.radius) if cutter.length is None else cutter.length
@@ -86,19 +86,20 @@ class CuttingBody:
     def depths(self, tips: Array, axes: Array, tree: TriangleTree, floors: Array) -> Array:
         """Measure how deep the cutter reaches into triangles.
 
-        Depth is the least way from the deepest point of the surface out of the cutter's profile, sideways,
-        towards the tip or past its upper end: the profile, shrunk inwards by as much, would only touch. Of
-        several pieces the largest counts, so where neck and ball of a lollipop meet it is a little too small.
+        Depth is the shortest distance from the deepest point of the surface out of the cutter's profile,
+        sideways, towards the tip or past its upper end: offset inwards by the depth, the profile would only
+        touch. Of several pieces the largest depth counts, so where neck and ball of a lollipop meet it is
+        slightly too small.
 
         Parameters
         ----------
         tips, axes : (n, 3), mm and unit vectors
         tree : of the part
-        floors : (n,), mm; smaller depths aren't told apart
+        floors : (n,), mm; returned for smaller depths
 
         Returns
         -------
-        (n,), mm; negative is room
+        (n,), mm; negative is clearance
         """
         tips, axes = np.ascontiguousarray(tips), np.ascontiguousarray(axes)
         depths = np.array(floors, dtype=float)
@@ -113,21 +114,21 @@ class CuttingBody:
         return depths
 
 
-# mm: finest division of a ball's way, less where a corner passed between two places could be deeper than SAG.
+# mm: finest division of a ball's path; finer if a corner between two poses could be deeper than SAG.
 COARSE, SAG = 0.5, 0.002
-# mm: of other cutters, whose edges may be sharp.
+# mm: the same for other cutters, which may have sharp edges.
 FINEST = 0.1
 
 
 def _ball_pieces(tool: Tool, height: float) -> tuple[Piece, ...]:
-    """Make the whole ball, and the cylinder on it: as wide as the ball, or a lollipop's neck."""
+    """Build the whole ball and the cylinder above it: as wide as the ball, or a lollipop's neck."""
     ball = Piece(_rows(tool.cutter.zones), 0.0, 2.0 * tool.radius, is_ball=True)
     end, top = tool.cutter.zones[0].outline()[-1]
     return (ball, _above(end, top, height)) if height > top + 1e-9 else (ball,)
 
 
 def _pieces(zones: tuple[Zone, ...], top: float, height: float) -> tuple[Piece, ...]:
-    """Split a profile where it stops being convex: where it narrows it goes on as a cylinder."""
+    """Split a profile where it stops being convex; above a profile that narrows there is a cylinder."""
     first, last = zones[0], zones[-1]
     if first.low > 0.0:
         zones = (Zone("tip", 0.0, 0.0, 0.0, 0.0, first.low), *zones)
@@ -141,35 +142,23 @@ def _pieces(zones: tuple[Zone, ...], top: float, height: float) -> tuple[Piece, 
 
 
 def _above(radius: float, low: float, high: float) -> Piece:
-    """Make the cylinder that goes on from a profile."""
+    """Build the cylinder above a profile."""
     side = Zone("side", 0.0, radius, 0.0, QUARTER, QUARTER)
     return Piece(_rows([side, _lid(radius, high)]), low, math.inf)
 
 
 def _lid(radius: float, height: float, low: float = QUARTER) -> Zone:
-    """Close a profile at its end: what comes in from above comes in gradually, so that no way hides it."""
+    """Close a profile at its end, so that depth grows gradually for what enters from above."""
     return Zone("lid", 0.0, radius, height, low, math.pi)
 
 
 def _rows(zones: list[Zone] | tuple[Zone, ...]) -> Array:
-    return np.array(
-        [
-            (
-                z.radius,
-                z.offset,
-                z.height,
-                math.sin(z.low),
-                math.cos(z.low),
-                math.sin(z.high),
-                math.cos(z.high),
-            )
-            for z in zones
-        ]
-    )
+    ends = [[f(angle) for angle in (z.low, z.high) for f in (math.sin, math.cos)] for z in zones]
+    return np.array([[z.radius, z.offset, z.height, *end] for z, end in zip(zones, ends, strict=True)])
 
 
 def _heart(piece: Piece, height: float) -> float:
-    """Find the place of the axis that is deepest inside a piece, mm above the tip."""
+    """Find the point of the axis that is deepest inside a piece, mm above the tip."""
     from fiveaxis.verification import gouge_kernel
 
     heights = np.linspace(0.0, min(piece.high, height), HEARTS)

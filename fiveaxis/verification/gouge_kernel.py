@@ -1,16 +1,16 @@
-"""Compiled loops: how deep a convex body of revolution reaches into triangles.
+"""Compiled loops: the depth of a convex body of revolution in triangles.
 
-Within a convex body the distance to its surface is the least over all its supporting planes, and outside the
-same expression is minus the distance. For a body of revolution whose profile is a chain of arcs (`Zone`, with
-centre (a, b), radius r and angles φ from lo to hi) that is::
+Inside a convex body the distance to its surface is the minimum over all its supporting planes, and outside
+the same expression is minus the distance. For a body of revolution whose profile is a chain of arcs (`Zone`,
+with centre (a, b), radius r and angles φ from lo to hi) that is::
 
     s(ρ, z) = min over zones of  r + min over φ of  (a − ρ) sin φ + (z − b) cos φ
 
-The inner minimum is r − |p − centre| where the direction from the centre to p lies within the zone, else it
-is at an end of it. s is concave in space, as a minimum of concave functions (−ρ is concave, sin φ ≥ 0), so
-on a plane it is largest where the plane meets the meridian plane that contains its normal (mirror the body
-in that one), and on a triangle there or on an edge. Along a line tangents bound a concave function from
-above: most triangles are ruled out by the first.
+The inner minimum is r − |p − centre| if the direction from the centre to p lies within the zone, else it is
+at an end of it. s is concave in space, as a minimum of concave functions (−ρ is concave, sin φ ≥ 0). So on a
+plane it is largest where the plane meets the meridian plane that contains its normal (by symmetry), and on a
+triangle there or on an edge. Along a line tangents bound a concave function from above: the first of them
+rules out most triangles.
 
 Importing this module loads numba.
 """
@@ -23,17 +23,17 @@ from fiveaxis.compiled import compiled
 from fiveaxis.geometry import Array
 from fiveaxis.mesh.kernels import STACK, nearest
 
-# mm: a depth is told this exactly.
+# mm: accuracy of a depth.
 EXACT = 1e-9
-# Steps along a line; each halves at least what is left, nearly.
+# Steps along a line; each shortens the bracket to about half or less.
 MOST_STEPS = 80
-# A point of a line this near, mm, to a corner's edge counts as on it.
+# mm: a point of a line this near to a corner's edge counts as on it.
 EDGE = 1e-12
 
 
 @compiled
 def inside(rho: float, z: float, zones: Array) -> tuple[float, float, float]:
-    """Signed distance of a place to the body's surface, positive inside, and its slopes in ρ and z.
+    """Signed distance of a point to the body's surface, positive inside, and its slopes in ρ and z.
 
     Parameters
     ----------
@@ -62,22 +62,22 @@ def inside(rho: float, z: float, zones: Array) -> tuple[float, float, float]:
 
 
 @compiled
-def along(p: Array, way: Array, t: float, zones: Array) -> tuple[float, float]:
-    """`inside` at ``p + t·way``, and its slope in t."""
-    x, y, z = p[0] + t * way[0], p[1] + t * way[1], p[2] + t * way[2]
+def along(p: Array, step: Array, t: float, zones: Array) -> tuple[float, float]:
+    """`inside` at ``p + t·step``, and its slope in t."""
+    x, y, z = p[0] + t * step[0], p[1] + t * step[1], p[2] + t * step[2]
     rho = np.sqrt(x * x + y * y)
     value, slope_rho, slope_z = inside(rho, z, zones)
-    # On the axis a concave function of ρ has a peak: no slope there is above its tangents.
-    turning = (x * way[0] + y * way[1]) / rho if rho > 0.0 else 0.0
-    return value, slope_rho * turning + slope_z * way[2]
+    # On the axis a concave function of ρ has its peak: there 0 is the slope of a tangent.
+    turning = (x * step[0] + y * step[1]) / rho if rho > 0.0 else 0.0
+    return value, slope_rho * turning + slope_z * step[2]
 
 
 @compiled
-def deepest_on_line(p: Array, way: Array, start: float, end: float, zones: Array, best: float) -> float:
-    """Largest `inside` on ``p + t·way``, t from start to end, or `best` if none is larger."""
+def deepest_on_line(p: Array, step: Array, start: float, end: float, zones: Array, best: float) -> float:
+    """Largest `inside` on ``p + t·step``, t from start to end, or `best` if none is larger."""
     low, high = start, end
-    f_low, g_low = along(p, way, low, zones)
-    f_high, g_high = along(p, way, high, zones)
+    f_low, g_low = along(p, step, low, zones)
+    f_high, g_high = along(p, step, high, zones)
     best = max(best, f_low, f_high)
     if g_low <= 0.0 or g_high >= 0.0:
         return best
@@ -88,7 +88,7 @@ def deepest_on_line(p: Array, way: Array, start: float, end: float, zones: Array
         if f_low + g_low * (meet - low) <= best + EXACT:
             break
         t = min(max(meet, low + 0.05 * width), high - 0.05 * width)
-        f, g = along(p, way, t, zones)
+        f, g = along(p, step, t, zones)
         best = max(best, f)
         if g > 0.0:
             low, f_low, g_low = t, f, g
@@ -101,7 +101,7 @@ def deepest_on_line(p: Array, way: Array, start: float, end: float, zones: Array
 
 @compiled
 def clipped(corners: Array, count: int, height: float, sign: float, out: Array) -> int:
-    """Cut a polygon at a height: keep what is above (sign 1) or below (sign −1); gives the corners left."""
+    """Clip a polygon at a height, above (sign 1) or below (sign −1) it; return the number of corners left."""
     kept = 0
     for i in range(count):
         p, q = corners[i], corners[(i + 1) % count]
@@ -127,9 +127,9 @@ def deepest_across(corners: Array, count: int, normal: Array, zones: Array, best
     """
     off = normal[0] * corners[0, 0] + normal[1] * corners[0, 1] + normal[2] * corners[0, 2]
     level = np.sqrt(normal[0] ** 2 + normal[1] ** 2)
-    foot, way = off * normal, np.zeros(3)
+    foot, line = off * normal, np.zeros(3)
     if level > EDGE:
-        way[0], way[1], way[2] = -normal[2] * normal[0] / level, -normal[2] * normal[1] / level, level
+        line[0], line[1], line[2] = -normal[2] * normal[0] / level, -normal[2] * normal[1] / level, level
     start, end = -np.inf, np.inf
     for i in range(count):
         a, b = corners[i], corners[(i + 1) % count]
@@ -138,7 +138,7 @@ def deepest_across(corners: Array, count: int, normal: Array, zones: Array, best
         cy = normal[2] * ex - normal[0] * ez
         cz = normal[0] * ey - normal[1] * ex
         here = cx * (foot[0] - a[0]) + cy * (foot[1] - a[1]) + cz * (foot[2] - a[2])
-        rise = cx * way[0] + cy * way[1] + cz * way[2]
+        rise = cx * line[0] + cy * line[1] + cz * line[2]
         if abs(rise) <= EDGE * (abs(ex) + abs(ey) + abs(ez)):
             if here < 0.0:
                 return best
@@ -148,7 +148,7 @@ def deepest_across(corners: Array, count: int, normal: Array, zones: Array, best
             end = min(end, -here / rise)
     if level <= EDGE:
         return max(best, inside(0.0, foot[2], zones)[0])
-    return deepest_on_line(foot, way, start, end, zones, best) if start < end < np.inf else best
+    return deepest_on_line(foot, line, start, end, zones, best) if start < end < np.inf else best
 
 
 @compiled
@@ -214,7 +214,7 @@ def frame_of(axis: Array) -> Array:
 
 @compiled
 def box_bound(tip: Array, axis: Array, box: Array, zones: Array, low: float, high: float) -> float:
-    """Bound `inside` over a box from above: no distance changes faster than the place does; mm."""
+    """Bound `inside` over a box from above, mm: no distance changes faster than the point moves."""
     z = rho2 = half2 = reach = 0.0
     for k in range(3):
         off = 0.5 * (box[0, k] + box[1, k]) - tip[k]
@@ -240,12 +240,12 @@ def deepest(
     boxes: Array,
     floor: float,
 ) -> float:
-    """How deep one body reaches into the triangles of a tree, mm; `floor` where it is no deeper than that.
+    """Depth of one body in the triangles of a tree, mm; `floor` if it is no deeper.
 
     Parameters
     ----------
     tip, axis : (3,), mm and unit vector
-    zones, low, high : the body's profile and the heights between which it is there
+    zones, low, high : the body's profile and the heights of its ends
     triangles, boxes : as in `fiveaxis.mesh.kernels.nearest`
     """
     leaves = len(boxes) // 2
@@ -273,7 +273,7 @@ def deepest(
             continue
         one = box_bound(tip, axis, boxes[2 * node], zones, low, high)
         two = box_bound(tip, axis, boxes[2 * node + 1], zones, low, high)
-        # The child that may be deeper is looked at first: what it holds rules out most of the other.
+        # The child that may be deeper comes first: it rules out most of the other.
         first = 2 * node if one > two else 2 * node + 1
         waiting[count], bounds[count] = 4 * node + 1 - first, min(one, two)
         waiting[count + 1], bounds[count + 1] = first, max(one, two)
@@ -301,7 +301,7 @@ def deepest_all(
 
 @compiled
 def sunk_balls(centres: Array, radius: float, triangles: Array, boxes: Array, floors: Array) -> Array:
-    """How deep balls reach into triangles, radius less distance or the floor: (n, 3), (n,) → (n,) mm."""
+    """Depth of balls in triangles, radius less distance, at least the floor: (n, 3), (n,) → (n,) mm."""
     depths = np.empty(len(centres))
     for i in range(len(centres)):
         depths[i] = radius - nearest(centres[i], triangles, boxes, radius - floors[i])

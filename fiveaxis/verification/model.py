@@ -9,7 +9,7 @@ import numpy as np
 
 from fiveaxis.errors import MissingDependency
 from fiveaxis.geometry import Array, IntArray
-from fiveaxis.machine import Joint, Machine
+from fiveaxis.machine import Machine
 
 if TYPE_CHECKING:
     import pinocchio
@@ -32,14 +32,14 @@ class ToolModel:
 
 
 def build_model(machine: Machine) -> ToolModel:
-    """Build the chain of a machine, the workpiece being the model's universe.
+    """Build the chain of a machine, with the workpiece as the model's universe.
 
-    Every joint's frame is parallel to the machine frame at home and lies on the axis's line, so placements
-    are plain offsets and all geometry is in the joints' directions.
+    Every joint's frame is parallel to the machine frame at home with its origin on the axis, so placements
+    are pure offsets and the joints' directions hold the geometry.
 
     Parameters
     ----------
-    machine : its `chain`; limits play no part here
+    machine : its `chain`; limits don't matter here
 
     Raises
     ------
@@ -52,7 +52,8 @@ def build_model(machine: Machine) -> ToolModel:
     for joint in machine.chain.joints:
         point = np.array(joint.line.point) if joint.is_rotary else origin
         placement = pin.SE3(np.eye(3), point - origin)
-        parent = model.addJoint(parent, _joint_model(pin, joint), placement, joint.letter)
+        kind = pin.JointModelRevoluteUnaligned if joint.is_rotary else pin.JointModelPrismaticUnaligned
+        parent = model.addJoint(parent, kind(np.array(joint.line.direction)), placement, joint.letter)
         origin = point
     home = machine.chain.tool_home
     at_tool = pin.SE3(home[:3, :3].copy(), home[:3, 3] - origin)
@@ -62,7 +63,7 @@ def build_model(machine: Machine) -> ToolModel:
 
 
 def tool_poses(machine: Machine, positions: Array) -> tuple[Array, Array]:
-    """Compute where the tool is, relative to the workpiece, with pinocchio.
+    """Compute the tool poses relative to the workpiece, with pinocchio.
 
     Parameters
     ----------
@@ -93,7 +94,7 @@ def tool_poses(machine: Machine, positions: Array) -> tuple[Array, Array]:
 
 
 def load_pinocchio() -> Any:
-    """Import pinocchio, or say what it is needed for.
+    """Import pinocchio.
 
     Raises
     ------
@@ -108,15 +109,6 @@ def load_pinocchio() -> Any:
         raise MissingDependency(
             "pinocchio",
             "verification",
-            "install the wheel `pin` (Linux, macOS); there is none for Windows, use WSL there",
+            "install the wheel `pin` (Linux, macOS); on Windows use WSL",
         ) from None
     return pinocchio
-
-
-def _joint_model(pin: Any, joint: Joint) -> Any:
-    direction = np.array(joint.line.direction)
-    return (
-        pin.JointModelRevoluteUnaligned(direction)
-        if joint.is_rotary
-        else pin.JointModelPrismaticUnaligned(direction)
-    )

@@ -1,4 +1,4 @@
-"""The checks on what happens between two locations: speeds, and the way of the ball."""
+"""The checks on moves between locations: speeds, accelerations, and the path of the tool's centre."""
 
 from __future__ import annotations
 
@@ -16,7 +16,8 @@ from fiveaxis.verification.report import Result, left_out
 
 # Rows, (m,), and a share of the moves that end there → axes, (m, k) mm and rad.
 Within = Callable[[IntArray, float], Array]
-# Where within a block the ball's deviation from its chord is measured, as shares of the block.
+KINDS = {"rotary": True, "linear": False}
+# Shares of a block at which the deviation of the tool's centre from its chord is measured.
 SAMPLES = (0.25, 0.5, 0.75)
 
 
@@ -36,41 +37,90 @@ def check_speeds(context: CheckContext) -> Result:
         axis, step = axes[columns[i]], context.steps[rows[i], columns[i]]
         return (
             f"{axis.letter} needs {needed[rows[i], columns[i]]:.4g} s for {axis.shown(step):.4g} {axis.unit} "
-            f"at its highest speed {axis.shown(speeds[columns[i]]):g} {axis.unit}/s, the block lasts "
+            f"at its highest speed {axis.shown(speeds[columns[i]]):g} {axis.unit}/s, but the block lasts "
             f"{given[rows[i], 0]:.4g} s; lower the feed"
         )
 
-    known = [a.letter for a in axes if a.max_speed is not None]
-    unknown = [a.letter for a in axes if a.max_speed is None]
+    known = ", ".join(a.letter for a in axes if a.max_speed is not None)
+    unknown = ", ".join(a.letter for a in axes if a.max_speed is None)
+    lasting = time > 0.0
     return Result(
         code="speed",
         severity=Severity.ERROR,
         rows=rows,
         values=(needed - given)[rows, columns],
         message=message,
-        figures={"speed_share": _largest_share(needed, given) if known else None},
-        checked=(f"highest speed of {', '.join(known)} in every block",) if known else (),
-        not_checked=(f"speed of {', '.join(unknown)}: the machine states no highest one",) if unknown else (),
+        figures={"speed_share": largest(needed[lasting] / given[lasting]) if known else None},
+        checked=(f"highest speed of {known} in every block",) if known else (),
+        not_checked=(f"speed of {unknown}: the machine states no maximum",) if unknown else (),
     )
 
 
-def _largest_share(needed: Array, given: Array) -> float | None:
-    """Give the largest share of an axis's highest speed that any block with a duration uses."""
-    lasting = given[:, 0] > 0.0
-    return largest(needed[lasting] / given[lasting])
+def check_accelerations(context: CheckContext, kind: str) -> Result:
+    """Check the change of every axis's mean speed from one cutting block to the next.
+
+    The change is divided by the mean of both durations. Beyond the highest acceleration a control slows down
+    or rounds the corner, so the feed isn't the programmed one: a warning.
+
+    Parameters
+    ----------
+    kind : axes to check, ``rotary`` or ``linear``
+    """
+    axes = context.machine.axes
+    columns = [c for c, a in enumerate(axes) if a.is_rotary is KINDS[kind]]
+    known = [c for c in columns if axes[c].max_acceleration is not None]
+    unknown = ", ".join(axes[c].letter for c in columns if c not in known)
+    most = np.array([axes[c].max_acceleration for c in known], dtype=float)
+    change = speed_changes(context)[:, known]
+    share = np.divide(change, most, out=np.zeros_like(change), where=most > 0.0)
+    rows, which = np.nonzero(share > 1.0 + context.tolerances.acceleration)
+
+    def message(i: int) -> str:
+        axis = axes[known[which[i]]]
+        value, bound = axis.shown(change[rows[i], which[i]]), axis.shown(most[which[i]])
+        return (
+            f"{axis.letter} accelerates by {value:.4g} {axis.unit}/s² from one cutting block to the next (at "
+            f"most {bound:g} {axis.unit}/s²): the control slows down or rounds the corner; lower the feed or "
+            "smooth the path"
+        )
+
+    letters = ", ".join(axes[c].letter for c in known)
+    return Result(
+        code=f"{kind}-acceleration",
+        severity=Severity.WARNING,
+        rows=rows,
+        values=share[rows, which],
+        message=message,
+        figures={f"{kind}_acceleration_share": largest(share) if known else None},
+        checked=(f"acceleration of {letters} from each cutting block to the next",) if known else (),
+        not_checked=(f"acceleration of {unknown}: the machine states no maximum",) if unknown else (),
+    )
+
+
+def speed_changes(context: CheckContext) -> Array:
+    """Measure the change of speed at each location between two cuts; (n, k) mm/s² and rad/s², 0 elsewhere."""
+    time = context.motion.time
+    timed = context.cutting & np.isfinite(time) & (time > 0.0)
+    lasting = np.where(timed, time, 1.0)
+    speed = np.diff(context.positions, axis=0, prepend=context.positions[:1]) / lasting[:, None]
+    both = timed[1:] & timed[:-1]
+    between = (lasting[1:] + lasting[:-1]) / 2.0
+    change = np.zeros_like(speed)
+    change[:-1][both] = np.abs(np.diff(speed, axis=0))[both] / between[both, None]
+    # Next to a value that isn't finite (`check_finite`) nothing is known.
+    return np.nan_to_num(change, nan=0.0, posinf=math.inf)
 
 
 def check_deviation(context: CheckContext, severity: Severity | None, within: Within | None = None) -> Result:
-    """Measure how far the tool's centre leaves its chord between two rows.
+    """Check how far the tool's centre leaves its chord between two rows.
 
-    A control with tool centre point programming keeps the centre on the chord; one without doesn't, and this
-    is what it cuts too deep or leaves.
+    A control with TCP keeps the centre on the chord; one without cuts too deep or leaves material by this.
 
     Parameters
     ----------
     context : the motion
-    severity : of leaving it; None where blocks are inserted between the rows, so that only the figure counts
-    within : gives the axes within moves, as a program's text leads them; by default all of them run linearly
+    severity : of leaving it; None if blocks are inserted between the rows, so that only the figure counts
+    within : computes the axes within moves as a program's text moves them; by default all are linear in time
     """
     deviation = chord_deviations(context, within)
     figures = {"tip_deviation_mm": largest(deviation)}
@@ -78,13 +128,12 @@ def check_deviation(context: CheckContext, severity: Severity | None, within: Wi
         return left_out("tip-deviation", figures)
     limit = context.tolerances.deviation
     rows = np.flatnonzero(deviation > limit)
-
     how = "with all axes linear in machine coordinates " if within is None else ""
 
     def message(i: int) -> str:
         return (
             f"{how}the tool's centre leaves its chord by {deviation[rows[i]]:.3g} mm (at most {limit:g} mm); "
-            "use tool centre point control or put locations closer together"
+            "use a control with TCP or put locations closer together"
         )
 
     return Result(
@@ -96,11 +145,7 @@ def check_deviation(context: CheckContext, severity: Severity | None, within: Wi
         figures=figures,
         checked=(
             "path of the tool's centre within each cutting block, "
-            + (
-                "if the control has no TCP"
-                if within is None
-                else f"within {limit:g} mm, as the text leads it"
-            ),
+            + ("if the control has no TCP" if within is None else f"to {limit:g} mm, by the program's text"),
         ),
     )
 
@@ -110,12 +155,12 @@ def chord_deviations(context: CheckContext, within: Within | None = None) -> Arr
 
     Parameters
     ----------
-    within : gives the axes, (m, k) mm and rad, at a share of the moves that end at rows, (m,); by default all
-        of them run linearly
+    within : computes the axes, (m, k) mm and rad, at a share of the moves that end at rows, (m,); by default
+        all are linear in time
 
     Returns
     -------
-    (n,), mm; NaN where no cut ends or an axis value is unknown
+    (n,), mm; NaN if no cut ends there or an axis value is unknown
     """
     ends = np.flatnonzero(context.cutting)
     positions, wanted = context.positions, context.toolpath.centres(context.axis)
@@ -133,9 +178,9 @@ def chord_deviations(context: CheckContext, within: Within | None = None) -> Arr
 
 def segment_distances(points: Array, start: Array, end: Array) -> Array:
     """Measure the distance of points to segments, row by row: (n, 3) mm each → (n,) mm."""
-    way = end - start
-    length = np.sum(way * way, axis=1)
-    along = np.sum((points - start) * way, axis=1)
-    share = np.clip(along / np.where(length > 0.0, length, 1.0), 0.0, 1.0)
-    distances: Array = np.linalg.norm(points - (start + share[:, None] * way), axis=1)
+    step = end - start
+    square = np.sum(step * step, axis=1)
+    along = np.sum((points - start) * step, axis=1)
+    share = np.clip(along / np.where(square > 0.0, square, 1.0), 0.0, 1.0)
+    distances: Array = np.linalg.norm(points - (start + share[:, None] * step), axis=1)
     return distances

@@ -1,12 +1,11 @@
-"""A program's text, read back by our own reader, beside the motion that it was written for.
+"""A program's text, read back by our own reader, compared with the planned motion.
 
-What is verified is what the text says: the places of the axes, the durations and the modes that the reader
-finds in it. Here its rows are laid beside the rows that were planned, and the differences are findings.
+Verification checks what the text says: the axis positions, durations and modes that the reader finds in it.
+Here its rows are compared with the planned rows, and differences are findings.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -18,40 +17,40 @@ from fiveaxis.machine import Machine
 from fiveaxis.motion import Fill, Interpolation, Motion, ProgramMotion
 from fiveaxis.toolpath import MoveKind
 from fiveaxis.verification.checks import largest
-from fiveaxis.verification.leading import positions_between
 from fiveaxis.verification.model import tool_poses
 from fiveaxis.verification.moves import Within
 from fiveaxis.verification.report import Report, Result
+from fiveaxis.verification.tcp_moves import positions_between
 
-# What nobody should have to assume of a program of ours.
-SAYS_ITSELF = ("unit-assumed", "rotary-assumed", "zero-assumed", "several-tools", "long-dwell")
-# A block's duration may differ from the planned one by this share, from the decimals of F.
+# Assumptions that the text of our own programs mustn't leave to a reader.
+MUST_STATE = ("unit-assumed", "rotary-assumed", "zero-assumed", "several-tools", "long-dwell")
+# Allowed relative difference of a block's duration from the planned one, from the decimals of F.
 SAME_TIME = 0.01
-# s: shorter differences are none.
+# s: smaller differences don't count.
 MOMENT = 1e-3
-# Steps of the last decimal by which a linear place may differ: half a step of rounding, or the two by which
-# an axis stands rather than creep beside a turn.
+# Allowed difference of a linear position, in steps of the last decimal: half a step of rounding, or two steps
+# if an axis stands instead of creeping beside a turn.
 STEPS = 3.1
-# The same of rotary words: rounding, with room for that of floating point.
+# The same for rotary words: half a step, with a margin for floating point.
 HALF_STEP = 0.51
-# rad: of directions of the tool, whose words are rounded as well.
+# rad: of tool directions, whose words are rounded as well.
 SAME_AXIS = 1e-5
 
 
 @dataclass(frozen=True, eq=False)
 class ReadBack:
-    """A program's motion as planned, and as its text says it.
+    """A program's motion as planned, and as its text states it.
 
     Parameters
     ----------
     machine : on which it runs
     planned : m rows
     read : n rows, of the text
-    tcp : (n,), which of them are moves of the tool's tip
+    tcp : (n,), whether the move is under TCP
     spindle : (n,), rev/min, signed by its sense
-    owner : (n,), planned row at which the block ends that a row is part of; -1 for none
-    by_angle : whether the text names the rotary axes; else the control picks them for the tool's direction
-    assumed : what the reader had to assume of the text
+    owner : (n,), planned row at the end of the block that a row is part of; -1 for none
+    by_angle : whether the text has rotary words; else the control solves them for the tool's direction
+    assumed : what the reader had to assume
     """
 
     machine: Machine
@@ -65,41 +64,41 @@ class ReadBack:
 
     @cached_property
     def _last(self) -> IntArray:
-        """(m,), the last row of the text in each planned row's block; -1 for a row without one."""
+        """The last row of the text in each planned row's block, (m,); -1 for a row without one."""
         last = np.full(len(self.planned), -1, dtype=np.int64)
         some = np.flatnonzero(self.owner >= 0)
         last[self.owner[some]] = some
         return last
 
     def unsaid(self) -> Report:
-        """Report what a text of ours has to say itself, and leaves to the reader to assume."""
+        """Report, as errors, the assumptions that the text of our own programs mustn't leave to a reader."""
         return Report.of_findings(
-            replace(f, severity=Severity.ERROR) for f in self.assumed if f.code in SAYS_ITSELF
+            replace(f, severity=Severity.ERROR) for f in self.assumed if f.code in MUST_STATE
         )
 
     @property
     def written(self) -> IntArray:
-        """(w,), the planned rows that have a block in the text."""
+        """The planned rows that have a block in the text, (w,)."""
         return np.flatnonzero(self._last >= 0)
 
     @cached_property
     def end(self) -> IntArray:
-        """(m,), row of the text where each planned row is reached; without a block the axes stand there."""
+        """The row of the text at which each planned row is reached, (m,); without a block the axes stand."""
         return np.maximum(np.maximum.accumulate(self._last), 0)
 
     def driven(self, fill: Fill) -> Motion:
-        """Find where the text leads the axes at every location of the fill, and when."""
+        """Compute the axis positions and durations at every location of the fill by the text."""
         blocks = self.planned.first + fill.place
         positions = positions_between(
             self.machine, self.read.positions[self.end], blocks, self.planned.interpolation
         )
         clock = np.interp(self._in_text(blocks), np.arange(len(self.read)), np.cumsum(self.read.time))
-        # How long a rapid move takes isn't in the text.
+        # The duration of a rapid move isn't in the text.
         time = np.where(fill.path.rapid, fill.motion.time, np.diff(clock, prepend=clock[:1]))
         return replace(fill.motion, positions=positions, time=time)
 
     def within(self, fill: Fill) -> Within:
-        """Give what leads the axes between the locations of a fill, as the text does."""
+        """Return the function that computes the axes between the locations of a fill by the text."""
         blocks, ends = self.planned.first + fill.place, self.read.positions[self.end]
 
         def positions(rows: IntArray, share: float) -> Array:
@@ -109,7 +108,7 @@ class ReadBack:
         return positions
 
     def _in_text(self, blocks: Array) -> Array:
-        """Turn fractional planned rows into rows of the text; the parts of a block last equally long."""
+        """Convert fractional planned rows to rows of the text; the parts of a block last equally long."""
         after = np.ceil(blocks).astype(np.int64)
         before = np.maximum(after - 1, 0)
         share = blocks - before
@@ -118,14 +117,14 @@ class ReadBack:
 
 @dataclass(frozen=True)
 class ExpectedText:
-    """What a text must be like, beside the places in it.
+    """Properties that a text must have, besides its positions.
 
     Parameters
     ----------
-    step, turn : the last decimal of linear words, mm, and of rotary ones, deg
-    coarse : whether the control's F can't say the duration of some blocks, as the writer has told already
-    rpm : the spindle's speed that was asked for, rev/min, negative for a left-hand one; None for none
-    is_list : whether it is a list of cutter locations: that has feeds, and neither durations nor a spindle
+    step, turn : the last decimal of linear words, mm, and of rotary words, deg
+    coarse : whether the control's F can't express the duration of some blocks, as the writer has reported
+    rpm : spindle speed, rev/min, negative for counterclockwise; None for none
+    is_list : whether it is a list of cutter locations, with feeds but no durations and no spindle
     """
 
     step: float
@@ -135,14 +134,32 @@ class ExpectedText:
     is_list: bool = False
 
 
-def check_text(back: ReadBack, rows: IntArray, expected: ExpectedText) -> tuple[Result, ...]:
-    """Compare a text with what was planned: places, durations, modes, spindle.
+@dataclass(frozen=True, eq=False)
+class WrittenText:
+    """One of our own programs, for the checks of its text.
 
     Parameters
     ----------
-    rows : (m,), row of the path that findings about a planned row name
+    back : the text with the planned motion
+    fill : the locations that its blocks represent
+    rows : (m,), the location of the fill at which each planned row ends
+    expected : properties that the text must have
     """
-    always = _check_places(back, rows, expected), _check_rapids(back, rows)
+
+    back: ReadBack
+    fill: Fill
+    rows: IntArray
+    expected: ExpectedText
+
+
+def check_text(back: ReadBack, rows: IntArray, expected: ExpectedText) -> tuple[Result, ...]:
+    """Compare a text with the planned motion: positions, durations, modes, spindle.
+
+    Parameters
+    ----------
+    rows : (m,), row of the path for findings on each planned row
+    """
+    always = _check_positions(back, rows, expected), _check_rapids(back, rows)
     if expected.is_list:
         return *always, _check_feeds(back, rows)
     return (
@@ -153,7 +170,7 @@ def check_text(back: ReadBack, rows: IntArray, expected: ExpectedText) -> tuple[
     )
 
 
-def _check_places(back: ReadBack, rows: IntArray, expected: ExpectedText) -> Result:
+def _check_positions(back: ReadBack, rows: IntArray, expected: ExpectedText) -> Result:
     machine, written = back.machine, back.written
     wanted, found = back.planned.motion.positions[written], back.read.positions[back.end[written]]
     tips, axes = zip(*(tool_poses(machine, p) for p in (wanted, found)), strict=True)
@@ -170,8 +187,8 @@ def _check_places(back: ReadBack, rows: IntArray, expected: ExpectedText) -> Res
     def message(i: int) -> str:
         k = bad[i]
         return (
-            f"the program's text has the axes {aside[k]:.3g} mm and {turned[k]:.3g} deg from where they were "
-            "planned; this is a fault of the control's table, or of the writer: don't run the program"
+            f"the program's text has the axes {aside[k]:.3g} mm and {turned[k]:.3g} deg from their planned "
+            "positions; this is a fault of the control's table or of the writer: don't run the program"
         )
 
     return Result(
@@ -181,7 +198,7 @@ def _check_places(back: ReadBack, rows: IntArray, expected: ExpectedText) -> Res
         values=np.maximum(aside, turned)[bad],
         message=message,
         figures={"text_off_mm": largest(aside), "text_off_deg": largest(turned) if back.by_angle else None},
-        checked=("the program's text, read back: every block ends where it was planned to",),
+        checked=("the program's text, read back: every block ends at its planned position",),
     )
 
 
@@ -196,7 +213,7 @@ def _check_durations(back: ReadBack, rows: IntArray, coarse: bool) -> Result:
     def message(i: int) -> str:
         k = bad[i]
         return (
-            f"by the program's text the block takes {found[k]:.4g} s where {wanted[k]:.4g} s were planned; "
+            f"by the program's text the block takes {found[k]:.4g} s, but {wanted[k]:.4g} s were planned; "
             "choose a control or coordinates whose F has enough digits"
         )
 
@@ -208,12 +225,12 @@ def _check_durations(back: ReadBack, rows: IntArray, coarse: bool) -> Result:
         values=off[bad],
         message=message,
         figures={"duration_off_share": abs(float(found[timed].sum()) / total - 1.0) if total else None},
-        checked=("feed and duration of every block, as its F says them",),
+        checked=("feed and duration of every block, by its F",),
     )
 
 
 def _check_feeds(back: ReadBack, rows: IntArray) -> Result:
-    """Compare the feeds of a list of cutter locations: how long it takes depends on the machine it meets."""
+    """Compare the feeds of a list of cutter locations, whose duration depends on the machine."""
     written = back.written[(back.planned.motion.kind != MoveKind.RAPID)[back.written]]
     wanted, found = back.planned.motion.feed[written], back.read.feed[back.end[written]]
     off = np.abs(found - wanted)
@@ -222,7 +239,7 @@ def _check_feeds(back: ReadBack, rows: IntArray) -> Result:
     def message(i: int) -> str:
         k = bad[i]
         return (
-            f"by the list the feed is {60.0 * found[k]:.6g} mm/min where {60.0 * wanted[k]:.6g} were "
+            f"by the list the feed is {60.0 * found[k]:.6g} mm/min, but {60.0 * wanted[k]:.6g} mm/min was "
             "planned; choose a table whose feeds have enough digits"
         )
 
@@ -241,10 +258,10 @@ def _check_rapids(back: ReadBack, rows: IntArray) -> Result:
     written = back.written
     quick = back.read.kind[back.end[written]] == MoveKind.RAPID
     bad = written[quick & (back.planned.motion.kind[written] != MoveKind.RAPID) & (written > 0)]
-    return _plain(
+    return _same_message(
         "rapid-in-cut",
         rows[bad],
-        "by the program's text this move is rapid, and it was planned at feed; don't run the program",
+        "by the program's text this move is rapid, but it was planned at feed; don't run the program",
         "rapid moves where they were planned, and nowhere else",
     )
 
@@ -254,24 +271,23 @@ def _check_modes(back: ReadBack, rows: IntArray) -> Result:
     wanted = back.planned.interpolation is Interpolation.TCP
     bad = written[back.tcp[back.end[written]] != wanted] if back.by_angle else written[:0]
     state = "on" if wanted else "off"
-    return _plain(
+    return _same_message(
         "tcp-state",
         rows[bad],
-        f"tool centre point control isn't {state} in this block, and its words are meant with it {state}; "
-        "don't run the program",
-        f"tool centre point control is {state} in every block of the path",
+        f"TCP isn't {state} in this block, but its words require it {state}; don't run the program",
+        f"TCP is {state} in every block of the path",
     )
 
 
 def _check_spindle(back: ReadBack, rows: IntArray, rpm: float | None) -> Result:
     if rpm is None:
         gap = ("spindle: no speed was given, and none is written",)
-        return _plain("spindle-off", rows[:0], "", *(), not_checked=gap)
+        return _same_message("spindle-off", rows[:0], "", not_checked=gap)
     written = back.written[back.written >= back.planned.first]
     cuts = written[back.planned.motion.cutting[written]]
     found = back.spindle[back.end[cuts]]
     bad = cuts[~(np.abs(found - rpm) <= 0.5)]
-    return _plain(
+    return _same_message(
         "spindle-off",
         rows[bad],
         f"the spindle doesn't turn at {abs(rpm):g} rev/min in its sense in this block; don't run the program",
@@ -279,8 +295,10 @@ def _check_spindle(back: ReadBack, rows: IntArray, rpm: float | None) -> Result:
     )
 
 
-def _plain(code: str, rows: IntArray, text: str, *checked: str, not_checked: Sequence[str] = ()) -> Result:
-    """Give the result of a check whose findings all say the same."""
+def _same_message(
+    code: str, rows: IntArray, text: str, *checked: str, not_checked: tuple[str, ...] = ()
+) -> Result:
+    """Build the result of a check whose findings all have one message."""
     return Result(
         code=code,
         severity=Severity.ERROR,
@@ -289,5 +307,5 @@ def _plain(code: str, rows: IntArray, text: str, *checked: str, not_checked: Seq
         message=lambda _: text,
         figures={},
         checked=checked,
-        not_checked=tuple(not_checked),
+        not_checked=not_checked,
     )

@@ -1,8 +1,7 @@
-"""The verdict on a motion: what checks found, and how reports are joined to one.
+"""Reports: what checks found, and how reports are merged.
 
-Every report carries the checks that it rests on, each with the number of violations that it found and the
-rows that it looked at. So reports can be merged in any order: the same check on the same rows counts once,
-different ones add up.
+Every report has its checks, each with the number of violations found and the rows that it covers. So reports
+can be merged in any order: the same check on the same rows counts once, different ones add up.
 """
 
 from __future__ import annotations
@@ -22,10 +21,10 @@ from fiveaxis.toolpath import Toolpath
 
 T = TypeVar("T")
 
-# A path can have a million bad places; a report lists this many of a check: the worst, and the first.
+# Most findings that a report lists per check: the worst, and the first on the path.
 MOST_LISTED = 1000
-# Rows that checks look at: those of the path, a program's inserted ones included; those of the program's ways
-# in and out; and none, where reading said something.
+# Rows that checks cover: those of the path, inserted ones included; those of approach and retract; and none,
+# for findings of a reader.
 PATH, APPROACH, READING = "path", "approach", "reading"
 # Figures whose worst value is the smallest.
 SMALLEST = ("tilt_min_deg",)
@@ -39,12 +38,12 @@ class Result:
     ----------
     code, severity : of its findings
     rows : (m,), location of each violation
-    values : (m,), the figure that ranks the violations, worst is largest; NaN where there is none
-    message : text of violation number 0…m−1; made only for those that are listed
-    figures : worst values over the whole path by name, None where the path has none
-    checked : sentences that say what was checked
-    not_checked : sentences that say what wasn't
-    was_made : False for a check that wasn't made at all; then `not_checked` says why
+    values : (m,), figure that ranks the violations, worst is largest; NaN for none
+    message : message of violation 0…m−1, called only for those listed
+    figures : worst values over the whole path by name, None for none
+    checked : sentences on what was checked
+    not_checked : sentences on what wasn't
+    was_made : False for a check that wasn't run; then `not_checked` states why
     """
 
     code: str
@@ -59,7 +58,7 @@ class Result:
 
 
 def left_out(code: str, figures: Mapping[str, float | None], *why: str) -> Result:
-    """Give the result of a check that wasn't made: its figures, as far as they are known, and why."""
+    """Return the result of a check that wasn't run: its known figures, and why."""
     return Result(
         code=code,
         severity=Severity.ERROR,
@@ -74,12 +73,12 @@ def left_out(code: str, figures: Mapping[str, float | None], *why: str) -> Resul
 
 @dataclass(frozen=True)
 class Check:
-    """One check: what it looks for, and where.
+    """One check on some rows.
 
     Parameters
     ----------
     code : of its findings
-    rows : name of the rows that it looks at; those of one name are the same places
+    rows : name of the rows that it covers
     """
 
     code: str
@@ -93,8 +92,7 @@ class Gap:
     Parameters
     ----------
     sentence : what, and why
-    settled_by : the check that wasn't made; None for what no check of this version looks at, or what one that
-        was made leaves open
+    settled_by : the check that wasn't run; None if no check covers it, or the check that ran leaves it open
     """
 
     sentence: str
@@ -107,13 +105,12 @@ class Report:
 
     Parameters
     ----------
-    findings : sorted by severity, place and code; at most `MOST_LISTED` of a check
-    checks : the checks that were made, with the number of violations that each found, those that aren't
-        listed included
-    figures : the worst value of every check, by name with its unit; None where there was nothing to measure
-    checked : sentences that say what the verdict rests on
-    gaps : what it leaves open
-    about : `motion_digest` of the motion; None where that isn't known
+    findings : sorted by severity, place and code; at most `MOST_LISTED` per check
+    checks : the checks that were run, with the number of violations found, including those not listed
+    figures : the worst value of every check, by name with its unit; None if there was nothing to measure
+    checked : sentences on what was checked
+    gaps : what wasn't
+    about : `motion_digest` of the motion; None if unknown
     """
 
     findings: tuple[Finding, ...]
@@ -127,13 +124,13 @@ class Report:
     def of_findings(
         cls, findings: Iterable[Finding], rows: str = READING, counts: Mapping[str, int] | None = None
     ) -> Report:
-        """Make a report of findings that no check on rows of a motion made.
+        """Build a report from findings that don't come from a check on rows of a motion.
 
         Parameters
         ----------
         findings : in any order
-        rows : what they are about
-        counts : how many there are by code, where more were found than are listed
+        rows : name of the rows that they are about
+        counts : number by code, if more were found than are listed
         """
         listed = sort_findings(findings)
         total = Counter(f.code for f in listed) | Counter(counts)
@@ -141,12 +138,12 @@ class Report:
 
     @property
     def ok(self) -> bool:
-        """Whether no finding must keep the motion off a machine; warnings don't."""
+        """Whether there are no errors; warnings are acceptable."""
         return not has_errors(self.findings)
 
     @property
     def counts(self) -> dict[str, int]:
-        """Number of violations by code, sorted by code, those that aren't listed included."""
+        """Number of violations by code, sorted by code, including those not listed."""
         total: Counter[str] = Counter()
         for check, count in self.checks.items():
             total[check.code] += count
@@ -154,24 +151,24 @@ class Report:
 
     @property
     def not_checked(self) -> tuple[str, ...]:
-        """Sentences that say what the verdict leaves open."""
+        """Sentences on what wasn't checked."""
         return _each_once(gap.sentence for gap in self.gaps)
 
     def summary(self) -> tuple[Cause, ...]:
-        """Give one cause a code, for people: how many findings, the worst and where the first one is."""
+        """Group the findings by code: their number, the worst, and the place of the first."""
         return group_findings(self.findings, self.counts)
 
     def merge(self, *others: Report) -> Report:
-        """Join reports on one motion; nothing else in the project does.
+        """Merge reports on one motion; nothing else in the project does.
 
-        The order of the reports decides nothing but that of sentences and figures, and a report that comes
-        twice counts once. The joint report has
+        The order of the reports affects only that of sentences and figures, and a repeated report counts
+        once. The merged report has
 
-        - the findings of all, those with the same code, place and message once, the severest of them;
-        - every check that one of them made. One that several made on the same rows has the largest of their
-          numbers; checks on different rows add up in `counts`;
-        - of every figure the worst: the largest, and of `SMALLEST` the smallest;
-        - all sentences once, but none about a check that wasn't made if another report made it on those rows.
+        - all findings; of those with the same code, place and message the severest one;
+        - all checks. One that several reports ran on the same rows has the largest of their numbers; checks
+          on different rows add up in `counts`;
+        - the worst of every figure: the largest, for `SMALLEST` the smallest;
+        - all sentences once, but none about a check that wasn't run if another report ran it on those rows.
 
         Raises
         ------
@@ -220,7 +217,7 @@ def _worst_figures(reports: Sequence[Report]) -> dict[str, float | None]:
 
 
 def _the_motion(reports: Sequence[Report]) -> str | None:
-    """Give the motion that reports agree on; None where none says."""
+    """Return the motion that the reports agree on; None if none states it."""
     known = {report.about for report in reports if report.about is not None}
     if len(known) > 1:
         raise SettingError("the reports are about different motions; merge those about one motion")
@@ -228,13 +225,13 @@ def _the_motion(reports: Sequence[Report]) -> str | None:
 
 
 def make_report(results: Sequence[Result], toolpath: Toolpath, not_checked: Iterable[str]) -> Report:
-    """Put the results of checks on the rows of a motion together.
+    """Build a report from the results of checks on the rows of a motion.
 
     Parameters
     ----------
     results : in the order in which their figures and sentences appear
-    toolpath : gives file and line of every location
-    not_checked : sentences about what no check looks at
+    toolpath : has file and line of every location
+    not_checked : sentences on what no check covers
     """
     checks: Counter[Check] = Counter()
     for result in results:
@@ -255,7 +252,7 @@ def make_report(results: Sequence[Result], toolpath: Toolpath, not_checked: Iter
 
 
 def _list_worst(result: Result, toolpath: Toolpath) -> Iterable[Finding]:
-    """Make findings of the worst violations, and of the first one on the path."""
+    """Yield findings of the worst violations, and of the first one on the path."""
     listed = np.argsort(-result.values, kind="stable")[:MOST_LISTED]
     if len(listed) == MOST_LISTED:
         listed[-1] = listed[-1] if result.rows.min() in result.rows[listed] else result.rows.argmin()

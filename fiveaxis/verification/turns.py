@@ -1,4 +1,4 @@
-"""The checks on rotary axes: where they are held, and how far they turn in a cut."""
+"""The checks on rotary axes: held axes, turns in cuts, and the plane of the tool axis."""
 
 from __future__ import annotations
 
@@ -8,18 +8,19 @@ import numpy as np
 
 from fiveaxis.findings import Severity
 from fiveaxis.geometry import Array, angle_between
+from fiveaxis.motion import AXIS_TOLERANCE, FASTEST, Fill
 from fiveaxis.toolpath import Toolpath
 from fiveaxis.verification.check_context import CheckContext
 from fiveaxis.verification.checks import largest
 from fiveaxis.verification.model import tool_poses
 from fiveaxis.verification.report import Result, left_out
 
-# A way shorter than this, mm, tells no turn per mm.
-SHORTEST_WAY = 1e-3
+# mm: turn per length is reported for moves longer than this.
+SHORTEST = 1e-3
 
 
 def check_hold(context: CheckContext) -> Result:
-    """Check that held rotary axes stand at their angle, in links too."""
+    """Check that held rotary axes keep their angle, in links too."""
     hold, machine = context.constraints.hold, context.machine
     if not hold:
         return left_out("held-axis", {"held_axis_off_deg": None}, "held axes: none were named")
@@ -32,8 +33,8 @@ def check_hold(context: CheckContext) -> Result:
         letter = letters[which[i]]
         value = math.degrees(context.positions[rows[i], columns[which[i]]])
         return (
-            f"{letter} = {value:.6g} deg, and it is held at {math.degrees(hold[letter]):g} deg; optimise "
-            "again with this axis held"
+            f"{letter} = {value:.6g} deg, but it is to be held at {math.degrees(hold[letter]):g} deg; "
+            "optimise again with this axis held"
         )
 
     held = ", ".join(f"{letter} at {math.degrees(hold[letter]):g} deg" for letter in letters)
@@ -51,15 +52,15 @@ def check_hold(context: CheckContext) -> Result:
 def check_jumps(context: CheckContext, programmed: Array | None = None, *, blocks: bool = False) -> Result:
     """Check that no rotary axis turns suddenly while the tool cuts.
 
-    A control that interpolates in machine coordinates would sweep the tool through the part. Links and
-    rapids may turn as far as they like, and a cut in which the program itself turns the tool as far as that.
+    A control that interpolates in machine coordinates would sweep the tool through the part. Links and rapid
+    moves may turn without limit, and a cut may turn as far as the program turns the tool in it.
 
     Parameters
     ----------
     context : the motion
-    programmed : (n,), rad, that the move to each row may turn in any case; by default what the context's own
-        path turns the tool by
-    blocks : whether cuts with one line in the program count as one, as parts of a block do
+    programmed : (n,), rad, allowed in the move to each row in any case; by default the turn of the tool in
+        the context's own path
+    blocks : whether consecutive cuts from one line of the program count as one
     """
     most = context.tolerances.jump if context.constraints.max_turn is None else context.constraints.max_turn
     allowed = np.maximum(most, programmed_turns(context.toolpath) if programmed is None else programmed)
@@ -73,11 +74,11 @@ def check_jumps(context: CheckContext, programmed: Array | None = None, *, block
     def message(i: int) -> str:
         return (
             f"{context.machine.rotaries[which[i]]} turns {degrees[rows[i], which[i]]:.4g} deg within one "
-            f"cutting block (at most {math.degrees(allowed[rows[i]]):g} deg); link with a retract "
-            "there, or put locations closer together"
+            f"cutting block (at most {math.degrees(allowed[rows[i]]):g} deg); insert a link with a retract, "
+            "or put locations closer together"
         )
 
-    farther = ", farther only where the program turns the tool farther" if allowed.max() > most else ""
+    farther = ", more only where the program turns the tool by more" if allowed.max() > most else ""
     return Result(
         code="jump",
         severity=Severity.ERROR,
@@ -92,7 +93,7 @@ def check_jumps(context: CheckContext, programmed: Array | None = None, *, block
 
 
 def _steps_of_moves(context: CheckContext) -> Array:
-    """Measure the moves between given locations, (n, k), at their last rows; 0 at inserted locations."""
+    """Measure the moves between the given locations, (n, k), at their last rows; 0 at inserted locations."""
     numbers, positions = context.toolpath.numbers, context.positions
     if numbers is None:
         return context.steps
@@ -103,7 +104,7 @@ def _steps_of_moves(context: CheckContext) -> Array:
 
 
 def _by_block(turns: Array, context: CheckContext) -> Array:
-    """Add up the turns, (n, r), of cuts with one line, at the last of them."""
+    """Add up the turns, (n, r), of consecutive cuts from one line, at the last of them."""
     line, cutting = context.toolpath.source, context.cutting
     begins = np.append(True, (line[1:] != line[:-1]) | (cutting[1:] != cutting[:-1]))
     first = np.flatnonzero(begins)
@@ -113,9 +114,9 @@ def _by_block(turns: Array, context: CheckContext) -> Array:
 
 
 def programmed_turns(toolpath: Toolpath) -> Array:
-    """Measure how far a path turns the tool in the move to each location, (n,) rad; 0 where unknown.
+    """Measure the turn of the tool in the move to each location of a path, (n,) rad; 0 where unknown.
 
-    A location that was inserted knows no axis: the parts of a move count as the whole of it.
+    Inserted locations have no axis: every part of a move counts with the turn of the whole.
     """
     axis = toolpath.axis
     known = np.flatnonzero(np.isfinite(axis).all(axis=1))
@@ -127,23 +128,23 @@ def programmed_turns(toolpath: Toolpath) -> Array:
 
 
 def check_turn_rate(context: CheckContext) -> Result:
-    """Check the turn of rotary axes over the way of the pivot in cuts."""
+    """Check the turn of rotary axes per length of the pivot's path in cuts."""
     rate, figure = context.constraints.turn_rate, "turn_rate_deg_mm"
     if rate is None:
-        return left_out("turn-rate", {figure: None}, "turn of rotary axes per mm of the way: none was given")
-    way = context.toolpath.lengths
+        return left_out("turn-rate", {figure: None}, "turn of rotary axes per mm of path: no limit was given")
+    length = context.toolpath.lengths
     turns = np.where(context.cutting[:, None], context.steps[:, context.machine.rotary_columns], 0.0)
-    # A place that is there twice would forbid every turn between its two locations.
-    allowed = np.maximum(rate * way, context.tolerances.least_turn)
+    # Coincident locations would otherwise forbid any turn between them.
+    allowed = np.maximum(rate * length, context.tolerances.least_turn)
     rows, which = np.nonzero(turns > allowed[:, None] + context.tolerances.angle)
-    long = way > SHORTEST_WAY
+    long = length > SHORTEST
 
     def message(i: int) -> str:
         turn = math.degrees(turns[rows[i], which[i]])
         return (
-            f"{context.machine.rotaries[which[i]]} turns {turn:.4g} deg over {way[rows[i]]:.4g} mm (at most "
-            f"{math.degrees(rate):g} deg/mm, {math.degrees(allowed[rows[i]]):.4g} deg here); optimise again "
-            "or allow more"
+            f"{context.machine.rotaries[which[i]]} turns {turn:.4g} deg over {length[rows[i]]:.4g} mm (at "
+            f"most {math.degrees(rate):g} deg/mm, {math.degrees(allowed[rows[i]]):.4g} deg here); optimise "
+            "again or allow more"
         )
 
     return Result(
@@ -152,20 +153,20 @@ def check_turn_rate(context: CheckContext) -> Result:
         rows=rows,
         values=np.degrees(turns[rows, which]),
         message=message,
-        figures={figure: largest(np.degrees(turns[long] / way[long, None]))},
+        figures={figure: largest(np.degrees(turns[long] / length[long, None]))},
         checked=(f"turn of every rotary axis in cuts, at most {math.degrees(rate):g} deg/mm",),
     )
 
 
 def check_singular(context: CheckContext) -> Result:
-    """Check that the first rotary axis is held, or turns slowly, in cuts that pass its singular cone.
+    """Check that the first rotary axis is held, or turns slowly, in cuts through its singular cone.
 
-    There it turns far for little of the tool's direction: a control slows down, and can do no harm.
+    There small changes of the tool axis take large turns. A control slows down and does no harm: a warning.
     """
     cone, figure = context.constraints.cone, "singular_turn_deg"
     if cone is None:
         return left_out(
-            "singular-turn", {figure: None}, "turns next to the singular direction: no cone given"
+            "singular-turn", {figure: None}, "turns near the singular direction: no cone was given"
         )
     machine, tolerances = context.machine, context.tolerances
     turns = context.steps[:, machine.rotary_columns[0]]
@@ -198,9 +199,10 @@ def check_singular(context: CheckContext) -> Result:
 
 
 def nearest_angles(context: CheckContext) -> Array:
-    """Measure how near each move comes to the singular direction: at its ends and halfway, (n,) rad.
+    """Measure the smallest angle of each move to the singular direction, at its ends and halfway, (n,) rad.
 
-    It is the direction of the first rotary axis, either way along it; the first row has its own angle.
+    The singular direction is that of the first rotary axis, in either sense. The first row has no move and
+    gets its own angle.
     """
     line = next(j.line.direction for j in context.machine.chain.joints if j.is_rotary)
     positions = context.positions
@@ -212,3 +214,29 @@ def nearest_angles(context: CheckContext) -> Array:
 
     at = measured(context.axis)
     return np.concatenate([at[:1], np.minimum(np.minimum(at[1:], at[:-1]), measured(halfway))])
+
+
+def check_planes(fill: Fill, rotary: Array) -> Result:
+    """Check that the tool axis stays in the plane of its end directions in each cut.
+
+    Parameters
+    ----------
+    fill : the locations that a program's blocks represent
+    rotary : (n, r), rad, at these locations
+    """
+    off = fill.off_plane(rotary)
+    moves = np.flatnonzero(fill.planes.left)
+    degrees, most = np.degrees(off[moves]), math.degrees(AXIS_TOLERANCE)
+    return Result(
+        code="axis-off-plane",
+        severity=Severity.WARNING,
+        rows=np.searchsorted(fill.row, moves + 1.0),
+        values=degrees,
+        message=lambda i: (
+            "within the cut the tool axis leaves the plane of its two end directions by "
+            f"{degrees[i]:.3g} deg (at most {most:g} deg): in the plane a rotary axis would turn more than "
+            f"{FASTEST:g} times as fast, or leave its bounds; put locations closer together"
+        ),
+        figures={"axis_off_plane_deg": math.degrees(off.max(initial=0.0))},
+        checked=(f"tool axis within {most:g} deg of the plane of its end directions in each cut",),
+    )

@@ -1,4 +1,4 @@
-"""One list of checks, for locations, for the text of our own programs and for those of others."""
+"""The one list of checks: for motions, for the text of our own programs and for foreign programs."""
 
 from __future__ import annotations
 
@@ -18,31 +18,30 @@ from fiveaxis.verification.check_context import (
     DEFAULT_TOLERANCES,
     GOUGE_TOLERANCE,
     CheckContext,
+    PathConstraints,
     Tolerances,
     make_context,
 )
 from fiveaxis.verification.checks import check_contact, check_finite, check_limits, check_tilt
 from fiveaxis.verification.collisions import check_collisions
 from fiveaxis.verification.gouging import check_gouge
-from fiveaxis.verification.moves import Within, check_deviation, check_speeds
-from fiveaxis.verification.path_constraints import PathConstraints
-from fiveaxis.verification.rates import KINDS, check_accelerations
+from fiveaxis.verification.moves import KINDS, check_accelerations, check_deviation, check_speeds
+from fiveaxis.verification.read_back import WrittenText, check_text
 from fiveaxis.verification.report import Report, Result, make_report
-from fiveaxis.verification.turns import check_hold, check_jumps, check_singular, check_turn_rate
+from fiveaxis.verification.turns import check_hold, check_jumps, check_planes, check_singular, check_turn_rate
 
 if TYPE_CHECKING:
     import trimesh
 
 logger = logging.getLogger(__name__)
 
-# No check of this version looks at these; a report says so each time.
+# Not covered by any check; every report states it.
 NOT_CHECKED = (
     "tilt and axis limits between locations: checked at the locations",
     "jerk, acceleration in links, and whether the durations keep the programmed feed",
 )
-# mm above the tip, of the point that a control leads.
+# mm above the tip, of the point that a control moves straight under TCP.
 TIP = 0.0
-NO_ACCELERATIONS = "acceleration: inserted locations cut moves into parts whose speeds don't tell it"
 
 
 def verify(
@@ -66,10 +65,10 @@ def verify(
     gouge_tolerance: float = GOUGE_TOLERANCE,
     tolerances: Tolerances = DEFAULT_TOLERANCES,
 ) -> Report:
-    """Check a motion against its machine, its path and what was asked for, with kinematics of its own.
+    """Check a motion against its machine, its path and its constraints, with independent kinematics.
 
-    Bounds are taken as `optimise` takes them. The tool's place follows from the axis values through
-    pinocchio, not through the equations that made them.
+    Constraints are given as for `optimise`. The tool poses are computed from the axis values by pinocchio,
+    not by the equations that produced the axis values.
 
     Parameters
     ----------
@@ -78,23 +77,23 @@ def verify(
     toolpath : the path that the motion follows
     tilt : smallest and largest angle between tool axis and surface normal, degrees
     cone : largest angle between tool axis and programmed axis, degrees
-    lead, lean : smallest and largest angle by which the tool is tipped into the feed and to its left, degrees
-    plane : a vector at right angles to a plane that the tool axis stays in, beside the others; with none of
-        them, tilt isn't checked
-    hold : degrees by letter, where rotary axes stand
+    lead, lean : smallest and largest angle of the tool forwards into the feed and to its left, degrees
+    plane : normal of a plane that the tool axis stays in, besides the others; with none of them, tilt isn't
+        checked
+    hold : degrees by letter, at which rotary axes are held
     max_turn : largest turn of a rotary axis in one cutting move, degrees; else `Tolerances.jump`
-    turn_rate : largest turn of a rotary axis over the way of the pivot in cuts, deg/mm
-    singular_cone, singular_rate : half angle, degrees, about the direction of the first rotary axis in which
-        a cut turns that axis by this many deg/mm at most
+    turn_rate : largest turn of a rotary axis per length of the pivot's path in cuts, deg/mm
+    singular_cone, singular_rate : half angle, degrees, of a cone about the first rotary axis; inside it that
+        axis turns by at most this many deg/mm in cuts
     part : mesh of the finished part in mm, or its file; without it, gouges aren't checked
-    surroundings : part, stock and fixtures that cutter, shank, holder and machine keep away from, in place
-        of `part`; the bodies of the machine are held against each other in any case
-    between : how the axes move between locations: ``joint``, all of them linear in time, as blocks of axis
-        words say; ``tcp``, the tool centre point straight. By default each check has its usual one: gouges
-        ``tcp``, those of links both, and collisions ``joint``; the report says which was checked how
-    gouge_tolerance : mm, how deep the cutter may reach into the part at a location; within a move it may
-        reach 0.01 mm deeper, as the move is the chord of a curve
-    tolerances : from where on any other difference is a finding
+    surroundings : part, stock and fixtures that cutter, shank, holder and machine keep away from, instead of
+        `part`; the bodies of the machine are checked against each other in any case
+    between : interpolation between locations: ``joint``, all axes linear in time, as in blocks of axis words;
+        ``tcp``, the tool centre point straight. By default each check has its usual one: gouges ``tcp``, in
+        links both, and collisions ``joint``; the report states which
+    gouge_tolerance : mm, allowed depth of the cutter in the part at a location; within a move 0.01 mm more,
+        as the move is the chord of a curve
+    tolerances : bounds beyond which any other difference is a finding
 
     Returns
     -------
@@ -103,15 +102,15 @@ def verify(
     (errors), ``singular-turn``, ``rotary-acceleration``, ``linear-acceleration``, ``…-clearance`` (warnings:
     a control slows down, or bodies come near), ``tip-deviation``, and the worst figure of every check.
 
-    ``tip-deviation``, moves in which the tool's centre leaves its chord if all axes run linearly, is an error
-    with `between` ``axes``. Else it is a note, as tool centre point control, or the blocks that
-    `write_program` inserts, keep the tool on its path.
+    ``tip-deviation``, moves in which the tool's centre leaves its chord with all axes linear in time, is an
+    error with `between` ``joint``. Otherwise it is a note, as TCP, or the blocks that `write_program`
+    inserts, keep the tool on its path.
 
     Raises
     ------
     SettingError
-        Both tilt and cone; a bad range, bound or way; a gouge tolerance that isn't a finite number above 0; a
-        motion of other axes than the machine's.
+        Both tilt and cone; a bad range, bound or interpolation; a gouge tolerance that isn't a finite number
+        above 0; a motion with other axes than the machine.
     ToolpathError
         A motion of another length than the path; a path without the direction that tilt or cone refers to.
     MeshError
@@ -144,15 +143,15 @@ def verify(
 
 @dataclass(frozen=True, eq=False)
 class OwnRows:
-    """What is known of a program whose rows aren't the locations of a path.
+    """Data on a program whose rows aren't the locations of a path.
 
     Parameters
     ----------
-    following : how it follows its path; None without one
-    lean : the check of the tool's lean, where what that refers to is known
-    turns : the check of sudden turns
-    tcp_height : mm above the tip, of the point that goes straight between rows; None with joint interpolation
-    has_tool : whether anybody has named the tool
+    following : check that it follows its path; None without a path
+    lean : check of the tool's lean, at rows where its reference is known
+    turns : check of sudden turns
+    tcp_height : mm above the tip, of the point that moves straight; None with joint interpolation
+    has_tool : whether the tool is known
     """
 
     following: Result | None
@@ -168,13 +167,12 @@ class Examination:
 
     Parameters
     ----------
-    context : the motion beside its path
+    context : the motion with its path
     surroundings : part, stock and fixtures
-    interpolation : on which ways between rows gouges and collisions are looked for
-    accelerations : whether the blocks' speeds tell accelerations; not where moves were cut into parts
+    interpolation : between rows, for gouges and collisions
+    accelerations : whether accelerations follow from the blocks' speeds; not if moves were divided
     own : for a program with rows of its own
-    more : results of checks on a program's text
-    within : gives the axes within moves, as a program's text leads them
+    text : for one of our own programs
     """
 
     context: CheckContext
@@ -182,11 +180,10 @@ class Examination:
     interpolation: CheckedInterpolation
     accelerations: bool = True
     own: OwnRows | None = None
-    more: tuple[Result, ...] = ()
-    within: Within | None = None
+    text: WrittenText | None = None
 
 
-def _places(e: Examination) -> Iterable[Result]:
+def _positions(e: Examination) -> Iterable[Result]:
     if e.own is None:
         yield check_contact(e.context)
     elif e.own.following is not None:
@@ -195,7 +192,7 @@ def _places(e: Examination) -> Iterable[Result]:
 
 def _speeds(e: Examination) -> Iterable[Result]:
     found = check_speeds(e.context)
-    # A control slows a foreign program down; in our own such a duration is a fault.
+    # A control slows a foreign program down; in our own programs such a duration is a fault.
     yield found if e.own is None else replace(found, code="feed-over", severity=Severity.WARNING)
 
 
@@ -211,10 +208,17 @@ def _accelerations(e: Examination) -> Iterable[Result]:
 
 def _deviations(e: Examination) -> Iterable[Result]:
     if e.own is None:
-        yield check_deviation(e.context, e.interpolation.of_deviation, e.within)
-    # Beside a path what lies between blocks is checked against that: few blocks may well follow its bends.
+        within = None if e.text is None else e.text.back.within(e.text.fill)
+        yield check_deviation(e.context, e.interpolation.of_deviation, within)
+    # With a path given, `following` checks what lies between blocks.
     elif e.own.tcp_height is None and e.own.following is None:
         yield check_deviation(e.context, Severity.WARNING)
+
+
+def _text(e: Examination) -> Iterable[Result]:
+    if e.text is not None:
+        yield from check_text(e.text.back, e.text.rows, e.text.expected)
+        yield check_planes(e.text.fill, e.context.motion.positions[:, e.context.machine.rotary_columns])
 
 
 def _gouges(e: Examination) -> Iterable[Result]:
@@ -226,17 +230,19 @@ def _gouges(e: Examination) -> Iterable[Result]:
 
 def _collisions(e: Examination) -> Iterable[Result]:
     if e.own is None:
-        straight = e.interpolation.collisions is Interpolation.TCP
-        tcp_height = TIP if straight else None
+        tcp_height = TIP if e.interpolation.collisions is Interpolation.TCP else None
         yield from check_collisions(e.context, e.surroundings, tcp_height=tcp_height)
     elif e.own.has_tool:
         yield from check_collisions(e.context, e.surroundings, tcp_height=e.own.tcp_height)
 
 
-# Every check there is, in the order in which a report speaks of them.
-CHECKS: tuple[Callable[[Examination], Iterable[Result]], ...] = (
+CheckFunction = Callable[[Examination], Iterable[Result]]
+# The checks of the cutter and all bodies against their surroundings.
+BODY_CHECKS: tuple[CheckFunction, ...] = (_gouges, _collisions)
+# All checks, in the order of the report.
+CHECKS: tuple[CheckFunction, ...] = (
     lambda e: (check_finite(e.context), check_limits(e.context), check_hold(e.context)),
-    _places,
+    _positions,
     lambda e: (check_tilt(e.context) if e.own is None else e.own.lean,),
     lambda e: (check_jumps(e.context) if e.own is None else e.own.turns,),
     _turn_rates,
@@ -244,28 +250,26 @@ CHECKS: tuple[Callable[[Examination], Iterable[Result]], ...] = (
     _speeds,
     _accelerations,
     _deviations,
-    lambda e: e.more,
-    _gouges,
-    _collisions,
+    _text,
+    *BODY_CHECKS,
 )
 
 
+def run_checks(examination: Examination, checks: Iterable[CheckFunction] = CHECKS) -> tuple[Result, ...]:
+    """Run checks of the list, by default all of them."""
+    return tuple(result for check in checks for result in check(examination))
+
+
 def examine(examination: Examination, not_checked: Iterable[str] = ()) -> Report:
-    """Make every check, and put what they found into one report.
+    """Run all checks and report what they found.
 
     Parameters
     ----------
     examination : what they look at
-    not_checked : sentences about what no check looks at
-
-    Raises
-    ------
-    SettingError, ToolpathError, MeshError, MissingDependency
-        As `verify`.
+    not_checked : sentences on what no check covers
     """
     context = examination.context
-    results = [result for check in CHECKS for result in check(examination)]
-    report = make_report(results, context.toolpath, not_checked)
+    report = make_report(run_checks(examination), context.toolpath, not_checked)
     found = ", ".join(f"{code} {count}" for code, count in report.counts.items())
     counted = len(context.toolpath), context.machine.name, found or "nothing"
     logger.info("%d locations on %s: found %s", *counted)

@@ -232,7 +232,7 @@ def time_collisions(part: Path, hayashi: fx.Machine) -> None:
             len(planned),
             lambda around=around, effort=effort: check_collisions(context, around, effort=effort),
         )
-        asked = {first: f"{e.asked / 2:,.0f}" for (first, _), e in effort.items()}
+        asked = {first: f"{e.queries / 2:,.0f}" for (first, _), e in effort.items()}
         bad = sum(len(result.rows) for result in check_collisions(context, around))
         print(f"{'':45} {len(planned):,} locations, {bad:,} findings, queries {asked}")
 

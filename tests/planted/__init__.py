@@ -1,1 +1,1 @@
-"""Faults planted in programs of every control, and a measure of its own of whether each matters."""
+"""Faults planted in programs of every control, and an independent measure of whether each matters."""

@@ -1,4 +1,4 @@
-"""Faults in the words of one move, in any mode: a wrong number, a wrong place of a number, a lost block."""
+"""Faults in the words of one move, in any mode: a wrong number, swapped numbers, a lost block."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from fiveaxis.kinematics import linear_positions
 from planted.measure import Measure
 from planted.words import DIRECTION, LINEAR, ROTARY, Text, Words, with_words, words_of
 
-# Blocks that are tried before a fault is given up: not every block has the words that it changes.
+# Blocks that are tried per fault: not every block has the words that it changes.
 TRIES = 40
 
 
 @dataclass(frozen=True)
-class Place:
-    """A move whose words are changed: its own words, those in force there, and what they mean."""
+class Target:
+    """A move whose words are changed: its own words, those in force there, and their meaning."""
 
     words: Words
     state: Words
@@ -43,74 +43,74 @@ class Place:
         return dict(zip(DIRECTION, (np.cos(angle) * axis + np.sin(angle) * across).tolist(), strict=True))
 
 
-# Gives the words that change; None where the block hasn't what is changed.
-Change = Callable[[Place], Words | None]
+# Returns the changed words; None if the block hasn't got them.
+Change = Callable[[Target], Words | None]
 
 
-def shift(place: Place) -> Words | None:
+def shift(target: Target) -> Words | None:
     """0.1 mm in one linear word."""
-    if not place.having(LINEAR):
+    if not target.having(LINEAR):
         return None
-    letter = place.one_of(LINEAR)
-    return {letter: place.words[letter] + float(place.rng.choice([-0.1, 0.1]))}
+    letter = target.one_of(LINEAR)
+    return {letter: target.words[letter] + float(target.rng.choice([-0.1, 0.1]))}
 
 
-def turn(place: Place) -> Words | None:
+def turn(target: Target) -> Words | None:
     """Half a degree in one rotary word, or of the tool's direction."""
-    if place.has_direction:
-        return place.turned(0.5)
-    if not place.having(ROTARY):
+    if target.has_direction:
+        return target.turned(0.5)
+    if not target.having(ROTARY):
         return None
-    letter = place.one_of(ROTARY)
-    return {letter: place.words[letter] + float(place.rng.choice([-0.5, 0.5]))}
+    letter = target.one_of(ROTARY)
+    return {letter: target.words[letter] + float(target.rng.choice([-0.5, 0.5]))}
 
 
-def half_turn(place: Place) -> Words | None:
+def half_turn(target: Target) -> Words | None:
     """C half a turn off, or the direction that this makes."""
-    if place.has_direction:
-        return {c: -place.words[c] for c in "IJ"}
-    if "C" not in place.words:
+    if target.has_direction:
+        return {c: -target.words[c] for c in "IJ"}
+    if "C" not in target.words:
         return None
-    return {"C": place.words["C"] + float(place.rng.choice([-180.0, 180.0]))}
+    return {"C": target.words["C"] + float(target.rng.choice([-180.0, 180.0]))}
 
 
-def inches(place: Place) -> Words | None:
+def inches(target: Target) -> Words | None:
     """Lengths in the wrong unit."""
-    return {c: 25.4 * place.words[c] for c in place.having(LINEAR)} or None
+    return {c: 25.4 * target.words[c] for c in target.having(LINEAR)} or None
 
 
-def negate(place: Place) -> Words | None:
+def negate(target: Target) -> Words | None:
     """The sign of one word."""
-    letter = str(place.rng.choice(sorted(place.words)))
-    return {letter: -place.words[letter]}
+    letter = str(target.rng.choice(sorted(target.words)))
+    return {letter: -target.words[letter]}
 
 
-def swap(place: Place) -> Words | None:
-    """Two words that changed places."""
-    if len(place.having(LINEAR)) < 2:
+def swap(target: Target) -> Words | None:
+    """Two words swapped."""
+    if len(target.having(LINEAR)) < 2:
         return None
-    one, two = place.rng.choice(place.having(LINEAR), 2, replace=False)
-    return {str(one): place.words[two], str(two): place.words[one]}
+    one, two = target.rng.choice(target.having(LINEAR), 2, replace=False)
+    return {str(one): target.words[two], str(two): target.words[one]}
 
 
-def lean_over(place: Place) -> Words | None:
-    """Some degrees of lean that the linear words follow, so that the tool's centre stays."""
-    degrees = float(place.rng.choice([-50.0, -20.0, 20.0, 50.0]))
-    letter = place.measure.meaning.rotary_letters[0]
-    if not (place.has_direction or letter in place.words) or len(place.having(LINEAR)) < 3:
+def lean_over(target: Target) -> Words | None:
+    """Some degrees of lean, with linear words that keep the tool's centre."""
+    degrees = float(target.rng.choice([-50.0, -20.0, 20.0, 50.0]))
+    letter = target.measure.meaning.rotary_letters[0]
+    if not (target.has_direction or letter in target.words) or len(target.having(LINEAR)) < 3:
         return None
-    change = place.turned(degrees) if place.has_direction else {letter: place.words[letter] + degrees}
-    meaning, height = place.measure.meaning, place.measure.path.zone.height
-    rows = np.array([meaning.row(state) for state in (place.state, place.state | change)])
+    change = target.turned(degrees) if target.has_direction else {letter: target.words[letter] + degrees}
+    meaning, height = target.measure.meaning, target.measure.path.zone.height
+    rows = np.array([meaning.row(state) for state in (target.state, target.state | change)])
     tip, axis = meaning.poses(rows)
     if meaning.mode == "axes":
-        return change | _followed(place, rows[1], tip[0] + height * (axis[0] - axis[1]))
+        return change | _followed(target, rows[1], tip[0] + height * (axis[0] - axis[1]))
     return change | dict(zip(LINEAR, (tip[0] + height * (axis[0] - axis[1])).tolist(), strict=True))
 
 
-def _followed(place: Place, row: Array, tip: Array) -> Words:
+def _followed(target: Target, row: Array, tip: Array) -> Words:
     """Solve the linear axes that keep a tip, in the control's sign."""
-    machine = place.measure.meaning.machine
+    machine = target.measure.meaning.machine
     solved = linear_positions(machine, tip[None], row[None][:, machine.rotary_columns])[0]
     return {
         a.letter: float(solved[machine.column(a.letter)]) * (-1.0 if a.reversed else 1.0)
@@ -123,24 +123,24 @@ CHANGES: tuple[Change, ...] = (shift, turn, half_turn, inches, negate, swap, lea
 
 
 def changed(text: Text, change: Change, measure: Measure, rng: np.random.Generator) -> Text | None:
-    """Change the words of one move on the path; None where no move has what is changed."""
+    """Change the words of one move on the path; None if no move has them."""
     for _ in range(TRIES):
         n = int(rng.choice(text.cuts))
         line = text.moves[n]
         words = words_of(text.lines[line])
-        other = change(Place(words, text.states[n], measure, rng))
+        other = change(Target(words, text.states[n], measure, rng))
         if other is not None:
             return text.replaced(line, with_words(text.lines[line], words | other))
     return None
 
 
 def dropped(text: Text, measure: Measure, rng: np.random.Generator) -> Text:
-    """Leave out one move on the path."""
+    """Remove one move on the path."""
     return text.replaced(text.moves[int(rng.choice(text.cuts))])
 
 
 def rewritten(text: Text) -> Text:
-    """Write every move's words anew, with the numbers that they have: no fault."""
+    """Rewrite every move's words with the same numbers: no fault."""
     for line in text.moves:
         text = text.replaced(line, with_words(text.lines[line], words_of(text.lines[line])))
     return text

@@ -1,7 +1,7 @@
-"""Whether a fault matters: where the words of a program take the tool, held against the path.
+"""Whether a fault matters: the tool's motion by the words of a program, compared with the path.
 
-The equations of `fiveaxis.kinematics`, dense samples along every move, distances to straight chords; nothing
-of the verification.
+It uses the equations of `fiveaxis.kinematics`, dense samples along every move and distances to straight
+chords, and nothing of the verification.
 """
 
 from __future__ import annotations
@@ -21,18 +21,17 @@ from planted.words import DIRECTION, LINEAR, Text, Words
 
 Mode = Literal["axes", "tip", "vector"]
 
-# mm: a tool off its path, or past a location, by more matters: what a gouge may be at a location, and as much
-# again along blocks.
+# mm: a larger distance from the path, or from a location, matters: twice the gouge tolerance.
 ALONG_BLOCKS = 0.02
-# deg: so does a lean beyond its bounds by more, beyond what a chord of directions and rounding take.
+# deg: a larger overrun of the lean's bounds matters; chords of directions and rounding cause less.
 LEAN = 0.3
 # Samples of each move.
 PARTS = 30
 
 
-def distances(points: Array, ways: Array) -> Array:
-    """Measure how far points, (m, 3), are from each chord of a polyline, (n, 3): (m, n - 1), mm."""
-    a, step = ways[:-1], np.diff(ways, axis=0)
+def distances(points: Array, polyline: Array) -> Array:
+    """Measure the distance of points, (m, 3), from each chord of a polyline, (n, 3): (m, n - 1), mm."""
+    a, step = polyline[:-1], np.diff(polyline, axis=0)
     length = np.maximum((step**2).sum(axis=1), 1e-30)
     share = np.clip(np.einsum("mnk,nk->mn", points[:, None] - a, step) / length, 0.0, 1.0)
     gaps = np.linalg.norm(points[:, None] - a - share[..., None] * step, axis=2)
@@ -41,7 +40,7 @@ def distances(points: Array, ways: Array) -> Array:
 
 @dataclass(frozen=True)
 class Meaning:
-    """What the words of a mode are: rows of numbers that change in proportion along a move, and their poses.
+    """The meaning of a mode's words: rows of numbers that are linear along a move, and their poses.
 
     Rows are axis values in machine order, mm and rad (axes); the tip and rotary angles (tip); the tip and the
     tool's direction (vector).
@@ -55,22 +54,22 @@ class Meaning:
         return [self.machine.axes[c].letter for c in self.machine.rotary_columns]
 
     def angles(self, state: Words) -> list[float]:
-        """Give the rotary axes' values, rad, in the machine's sign."""
+        """Return the rotary axes' values, rad, in the machine's sign."""
         signs = {a.letter: -1.0 if a.reversed else 1.0 for a in self.machine.axes}
         return [np.radians(signs[c] * state[c]) for c in self.rotary_letters]
 
     def direction(self, state: Words) -> Array:
-        """Give the tool's direction: the words of one, else that of the angles."""
+        """Return the tool's direction, from its words or from the angles."""
         if "I" in state:
             return np.array([state[c] for c in DIRECTION])
         return np.asarray(self._axes(np.array([self.angles(state)]))[0])
 
     def row(self, state: Words) -> Array:
-        places = [state[c] for c in LINEAR]
+        linear = [state[c] for c in LINEAR]
         if self.mode == "vector":
-            return np.array([*places, *self.direction(state)])
+            return np.array([*linear, *self.direction(state)])
         if self.mode == "tip":
-            return np.array([*places, *self.angles(state)])
+            return np.array([*linear, *self.angles(state)])
         row = np.zeros(len(self.machine.axes))
         row[self.machine.rotary_columns] = self.angles(state)
         for axis in self.machine.axes:
@@ -79,7 +78,7 @@ class Meaning:
         return row
 
     def poses(self, rows: Array) -> tuple[Array, Array]:
-        """Place tip and axis, (n, 3) each, on the workpiece."""
+        """Compute tip and axis, (n, 3) each, workpiece frame."""
         if self.mode == "axes":
             return tool_poses(self.machine, rows)
         if self.mode == "tip":
@@ -87,7 +86,7 @@ class Meaning:
         return rows[:, :3], normalise(rows[:, 3:])
 
     def beyond_travel(self, rows: Array) -> bool:
-        """Tell whether words name places beyond an axis's travel."""
+        """Check whether positions are beyond an axis's travel."""
         columns = self.machine.rotary_columns
         if self.mode == "vector":
             return False
@@ -111,7 +110,7 @@ class Measure:
     tilt: tuple[float, float]
 
     def matters(self, text: Text) -> bool:
-        """Whether a program leaves the path, passes a location by, leans too far, or breaks a limit."""
+        """Check whether a program leaves the path, misses a location, leans too far, or exceeds a limit."""
         states = [text.states[n] for n in text.cuts]
         rows = np.array([self.meaning.row(state) for state in states])
         if self.meaning.beyond_travel(rows):

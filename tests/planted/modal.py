@@ -1,4 +1,4 @@
-"""Faults beside the words of places: what a program puts in force, or forgets to. Each of them matters."""
+"""Faults in modal state: what a program sets wrongly, or doesn't set. Each of them matters."""
 
 from __future__ import annotations
 
@@ -34,15 +34,15 @@ def rapid(text: Text, rng: np.random.Generator) -> Text | None:
 
 
 def feed(text: Text, rng: np.random.Generator) -> Text | None:
-    """The feed of one cut twice as high; of an APT file all of it that is said once."""
-    said = _first(text, FEDRAT)
-    if said is not None:
-        return text.replaced(said, FEDRAT.sub(lambda m: f"{2.0 * float(m[0]):.3f}", text.lines[said]))
+    """Double the feed of one cut; in an APT file the one FEDRAT."""
+    stated = _first(text, FEDRAT)
+    if stated is not None:
+        return text.replaced(stated, FEDRAT.sub(lambda m: f"{2.0 * float(m[0]):.3f}", text.lines[stated]))
     line = text.moves[int(rng.choice(text.cuts[1:]))]
     was = text.lines[line]
     if IN_LIST.match(was):
-        *places, value, cut, quick = was.split(",")
-        return text.replaced(line, ",".join([*places, f"{2.0 * float(value):.3f}", cut, quick]))
+        *columns, value, cut, quick = was.split(",")
+        return text.replaced(line, ",".join([*columns, f"{2.0 * float(value):.3f}", cut, quick]))
     if not FEED.search(was):
         return None
     return text.replaced(line, FEED.sub(lambda m: f"{2.0 * float(m[0]):.3f}", was))
@@ -54,7 +54,7 @@ def _first(text: Text, pattern: re.Pattern[str]) -> int | None:
     )
 
 
-def _taken_out(text: Text, pattern: re.Pattern[str]) -> Text | None:
+def _without(text: Text, pattern: re.Pattern[str]) -> Text | None:
     """Take out what a pattern finds, and the line where nothing else stands in it."""
     line = _first(text, pattern)
     if line is None:
@@ -65,16 +65,16 @@ def _taken_out(text: Text, pattern: re.Pattern[str]) -> Text | None:
 
 def tcp_lost(text: Text, _: np.random.Generator) -> Text | None:
     """Tool centre point control isn't switched on."""
-    return _taken_out(text, TCP)
+    return _without(text, TCP)
 
 
 def unit_lost(text: Text, _: np.random.Generator) -> Text | None:
-    """The unit isn't said."""
-    return _taken_out(text, UNIT)
+    """The unit isn't stated."""
+    return _without(text, UNIT)
 
 
 def unit_inch(text: Text, _: np.random.Generator) -> Text | None:
-    """The unit is inch, and the numbers are mm."""
+    """The unit is inch, but the numbers are in mm."""
     line = _first(text, UNIT)
     if line is None:
         return None
@@ -83,24 +83,24 @@ def unit_inch(text: Text, _: np.random.Generator) -> Text | None:
 
 
 def speed_lost(text: Text, _: np.random.Generator) -> Text | None:
-    """The spindle's speed isn't said."""
-    return _taken_out(text, SPEED)
+    """The spindle's speed isn't stated."""
+    return _without(text, SPEED)
 
 
 def sense_lost(text: Text, _: np.random.Generator) -> Text | None:
     """The spindle isn't switched on."""
-    return _taken_out(text, SENSE)
+    return _without(text, SENSE)
 
 
 def sense_wrong(text: Text, _: np.random.Generator) -> Text | None:
-    """The spindle turns the other way."""
+    """The spindle turns in the wrong sense."""
     line = _first(text, SENSE)
     return None if line is None else text.replaced(line, text.lines[line].replace("M3", "M4"))
 
 
 def feed_mode_lost(text: Text, _: np.random.Generator) -> Text | None:
-    """F is read in mm/min where it is one over a block's duration."""
-    return _taken_out(text, INVERSE_TIME)
+    """F, the inverse of a block's duration, is read in mm/min."""
+    return _without(text, INVERSE_TIME)
 
 
 FAULTS: tuple[Callable[[Text, np.random.Generator], Text | None], ...] = (

@@ -1,4 +1,4 @@
-"""Programs of every control and mode, and what finds a fault in their text: as a file, and read back."""
+"""Programs of every control and mode, and the two checks of their text: as a file, and read back."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ MODAL = tuple(fault.__name__ for fault in FAULTS)
 
 
 def cone_wall(rise: float) -> Toolpath:
-    """A pass around a quarter of a cone, whose normals rise by so much on a length of 1."""
+    """A pass around a quarter of a cone, whose normals rise by so much per length of 1."""
     turn = np.radians(np.linspace(0.0, 90.0, 40))
     normal = np.column_stack([np.cos(turn), np.sin(turn), np.full_like(turn, rise)])
     contact = np.column_stack([25.0 * np.cos(turn), 25.0 * np.sin(turn), np.full_like(turn, 20.0)])
@@ -46,14 +46,14 @@ def on_hayashi() -> fx.Solution:
 
 
 def on_trunnion() -> fx.Solution:
-    """An upright wall, on a machine whose rotary axes count the other way and are offset."""
+    """An upright wall, on a machine whose rotary axes are reversed and offset."""
     machine = fx.load_machine("linuxcnc-xyzac-trt").with_drives_of(fx.load_machine("hayashi-640123"))
     return fx.optimise(cone_wall(0.0), machine, tilt=TILT, effort="quick")
 
 
 @dataclass(frozen=True, eq=False)
 class Trial:
-    """One program, in which faults are planted."""
+    """A program in which faults are planted."""
 
     solution: fx.Solution
     control: str
@@ -61,7 +61,7 @@ class Trial:
 
     @property
     def settings(self) -> ProgramSettings:
-        """A program with a spindle, where it isn't a list of locations."""
+        """Settings with a spindle, unless it is a list of locations."""
         return ProgramSettings(spindle_rpm=None if DIALECTS[self.control].language != "blocks" else 8000)
 
     @cached_property
@@ -78,7 +78,7 @@ class Trial:
         return Measure(meaning, self.solution.toolpath, TILT)
 
     def found_by_program(self, text: Text, folder: Path) -> bool:
-        """Whether the text is refused as a program of somebody's, beside path and machine."""
+        """Check whether the text is refused as a foreign program, with path and machine."""
         file = folder / f"program{self.made.text.suffix}"
         file.write_text("\n".join(text.lines) + "\n")
         path = self.solution.toolpath
@@ -88,7 +88,7 @@ class Trial:
             return True
 
     def found_by_read_back(self, text: Text) -> bool:
-        """Whether the text is refused as the one that was written for the planned motion."""
+        """Check whether the text is refused as that of the planned motion."""
         options = ProgramOptions(control=self.control, coordinates=self.mode, settings=self.settings)
         wording = options.wording(self.solution.machine)
         draft = replace(self.made.text, lines=text.lines, rows=text.rows)
@@ -113,11 +113,11 @@ class Trial:
         return PlannedProgram(self.made.motion, self.made.fill, Leads(none, none)).path_rows
 
     def clean(self) -> list[Text]:
-        """The program as it is, and with its numbers written anew."""
+        """Return the program as it is, and with its numbers rewritten."""
         return [self.text, rewritten(self.text)]
 
     def geometric(self, count: int, rng: np.random.Generator) -> Iterator[tuple[str, Text]]:
-        """Plant so many faults of each class in the words of moves."""
+        """Plant `count` faults of each class in the words of moves."""
         for _ in range(count):
             for change in CHANGES:
                 text = changed(self.text, change, self.measure, rng)
@@ -126,7 +126,7 @@ class Trial:
             yield DROP, dropped(self.text, self.measure, rng)
 
     def modal(self, rng: np.random.Generator) -> Iterator[tuple[str, Text]]:
-        """Plant one fault of each class in what is in force, those that the program can have."""
+        """Plant one fault of each class in the modal state, of those that apply to the program."""
         for fault in FAULTS:
             text = fault(self.text, rng)
             if text is not None:
@@ -135,7 +135,7 @@ class Trial:
 
 @dataclass
 class Count:
-    """Of one class of faults: how many were made, mattered, were found by each, and which weren't."""
+    """Numbers of faults of one class: made, mattered, found by each check; and those missed."""
 
     made: int = 0
     mattered: int = 0
@@ -145,7 +145,7 @@ class Count:
 
 
 def first_difference(clean: Text, faulty: Text) -> str:
-    """Show where a text is another, for messages."""
+    """Return the first different line, for messages."""
     for number, (a, b) in enumerate(zip(clean.lines, faulty.lines, strict=False), start=1):
         if a != b:
             return f"line {number}: {a!r} became {b!r}"
@@ -171,6 +171,6 @@ def try_program(trial: Trial, folder: Path, count: int, seed: int) -> dict[str, 
         tally.by_program += found[0]
         tally.by_read_back += found[1]
         if not all(found):
-            ways = "program" * (not found[0]) + " read-back" * (not found[1])
-            tally.missed.append(f"{name} by {ways.strip()}, {first_difference(trial.text, text)}")
+            checks = "program" * (not found[0]) + " read-back" * (not found[1])
+            tally.missed.append(f"{name} by {checks.strip()}, {first_difference(trial.text, text)}")
     return counts

@@ -1,4 +1,4 @@
-"""Words of moves in every control's language, by a parser of its own, apart from the project's readers."""
+"""Words of moves in every control's language, by a parser independent of the project's readers."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ MEANING = dict(zip(("TX", "TY", "TZ", "A3", "B3", "C3"), 2 * DIRECTION, strict=T
 
 
 def spans(line: str) -> dict[str, tuple[int, int]]:
-    """Find where the number of each word stands in a line; nothing where it makes no move."""
+    """Find the span of each word's number in a line; empty if the line is no move."""
     if COMMENT.match(line):
         return {}
     listed = IN_LIST.match(line)
@@ -37,7 +37,7 @@ def words_of(line: str) -> Words:
 
 
 def with_words(line: str, words: Words) -> str:
-    """Put other numbers into the words of a line."""
+    """Replace the numbers in the words of a line."""
     plus = "+" if KLARTEXT.match(line) else ""
     for key, (a, b) in reversed(spans(line).items()):
         line = f"{line[:a]}{words[key]:{plus}.9f}{line[b:]}"
@@ -46,7 +46,7 @@ def with_words(line: str, words: Words) -> str:
 
 @dataclass(frozen=True)
 class Text:
-    """A program's lines, and the planned row that each writes, -1 for none."""
+    """A program's lines, with the planned row that each one writes, -1 for none."""
 
     lines: tuple[str, ...]
     rows: tuple[int, ...]

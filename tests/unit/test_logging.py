@@ -76,7 +76,11 @@ def told(tmp_path_factory) -> Kept:
     [
         ("nc", "path.csv: 5 locations", ""),
         ("nc", "motion.csv: 5 locations, axes X Y Z A C", ""),
-        ("collision", "postures of 5 locations are kept clear of part", "part is held against shank, holder"),
+        (
+            "collision",
+            "postures of 5 locations are kept clear of part",
+            "part is tested against shank, holder",
+        ),
         ("collision", "", "holder against part: 5 of 5 locations and the moves to them; 0 overlap, 0 come"),
         ("verification", "5 locations on hayashi-640123: found nothing", "checked: "),
         ("verification", "pairs of bodies along 5 locations: ", "not checked: "),

@@ -1,11 +1,10 @@
-"""The mask that keeps the tool clear of what stands with the workpiece."""
+"""The mask that keeps the tool clear of the workpiece side."""
 
 import numpy as np
 import pytest
 
 import fiveaxis as fx
-from fiveaxis.collision.accessibility import Accessibility
-from fiveaxis.collision.directions import cell_centres, cells_of
+from fiveaxis.collision.accessibility import Accessibility, cell_centres, cells_of
 from fiveaxis.collision.obstacles import Obstacle
 from fiveaxis.collision.solids import tool_solids
 from fiveaxis.geometry import angle_between
@@ -85,7 +84,7 @@ def test_both_branches_of_a_posture_get_one_answer(beside_a_wall):
     assert np.array_equal(answers[0], beside_a_wall.clear(rows, axis))
 
 
-def test_the_rough_map_is_off_by_no_more_than_a_cell_and_asks_about_nothing_twice(beside_a_wall):
+def test_the_rough_map_is_off_by_at_most_a_cell_and_tests_each_cell_once(beside_a_wall):
     draw = np.random.default_rng(5)
     rows = draw.integers(0, 3, 4000)
     rotary = np.column_stack([draw.uniform(-np.pi, np.pi, 4000), draw.uniform(-1.5, 0.0, 4000)])
@@ -97,12 +96,12 @@ def test_the_rough_map_is_off_by_no_more_than_a_cell_and_asks_about_nothing_twic
     steady = (around == exact).all(axis=0)
     assert steady.mean() > 0.3
     assert np.array_equal(rough[steady], exact[steady])
-    before = beside_a_wall.asked
+    before = beside_a_wall.tested
     assert np.array_equal(beside_a_wall.rough(rows[::-1], rotary[::-1]), rough[::-1])
-    assert beside_a_wall.asked == before
+    assert beside_a_wall.tested == before
 
 
-def test_answers_depend_on_the_question_alone(beside_a_wall):
+def test_answers_depend_on_the_query_alone(beside_a_wall):
     draw = np.random.default_rng(6)
     rows = draw.integers(0, 3, 500)
     rotary = np.column_stack([draw.uniform(-np.pi, np.pi, 500), draw.uniform(-1.5, 0.0, 500)])

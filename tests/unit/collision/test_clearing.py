@@ -1,4 +1,4 @@
-"""What the optimiser's mask holds against what."""
+"""The bodies that the optimiser's mask tests."""
 
 from dataclasses import replace
 
@@ -8,8 +8,7 @@ import trimesh
 
 import fiveaxis as fx
 from fiveaxis.collision import Clearances, Fixture, Surroundings
-from fiveaxis.collision.clearing import find_accessible, head_solids
-from fiveaxis.collision.shapes import shape_triangles
+from fiveaxis.collision.clearing import find_accessible, head_solids, shape_triangles
 from fiveaxis.collision.solids import tool_solids
 from fiveaxis.machine import Body, Box, Cylinder
 from fiveaxis.toolpath import shapes
@@ -54,7 +53,7 @@ def test_a_clamp_bounds_the_lean_at_the_angle_where_the_holder_comes_too_near(pa
         assert _first_refused(mask, lean) == pytest.approx(edge, abs=0.1)
 
 
-def test_a_mere_ball_has_nothing_to_keep_clear_of_the_part(machine):
+def test_a_bare_ball_needs_no_mask(machine):
     path = fx.Toolpath.from_contacts(
         [[0.0, 0.0, 0.0]], [[0.0, 0.0, 1.0]], tool=fx.Tool.ball(8.0), feed_mm_min=1000.0
     )
@@ -64,7 +63,7 @@ def test_a_mere_ball_has_nothing_to_keep_clear_of_the_part(machine):
 
 
 def test_a_shank_as_thick_as_its_ball_may_lie_almost_on_the_surface(path, machine):
-    """It goes on where the ball ends, so no clearance can be asked where the ball touches."""
+    """It starts where the ball ends, so it can have no clearance where the ball touches."""
     part = trimesh.creation.box(extents=(1000.0, 1000.0, 20.0))
     part.apply_translation([0.0, 0.0, -10.0])
     long = replace(path.tool, holder=Holder(400.0, (Section(1.0, 8.0),)))
@@ -83,7 +82,7 @@ def test_a_cutter_may_touch_the_part_at_any_lean_but_not_enter(machine, cutter):
         assert mask.clear(rows, axes).tolist() == [is_clear] * 3
 
 
-def test_an_end_mill_of_which_nobody_said_more_cuts_to_its_radius_and_goes_on_as_a_shank():
+def test_an_end_mill_without_lengths_cuts_up_to_its_radius_and_has_a_shank_above():
     tool = fx.Tool.flat(10.0, holder=Holder(40.0, (Section(50.0, 40.0),)))
     assert [(solid.name, solid.frusta.tolist()) for solid in tool_solids(tool)] == [
         (CUTTER, [[0.0, 5.0, 5.0, 5.0]]),
@@ -92,7 +91,7 @@ def test_an_end_mill_of_which_nobody_said_more_cuts_to_its_radius_and_goes_on_as
     ]
 
 
-def test_a_ball_of_which_nobody_said_more_is_whole():
+def test_a_ball_without_lengths_is_a_whole_ball():
     (ball,) = tool_solids(fx.Tool.ball(8.0))
     ends = np.concatenate([ball.frusta[:, :2], ball.frusta[:, 2:]])
     assert np.hypot(ends[:, 0] - 4.0, ends[:, 1]) == pytest.approx(4.0)
@@ -107,7 +106,7 @@ def test_a_cylinder_of_the_head_about_the_tool_axis_turns_with_the_tool(machine)
     assert [solid.frusta.tolist() for solid in found] == [[[140.0, 60.0, 160.0, 60.0]]]
 
 
-def test_bodies_that_carry_the_workpiece_are_kept_clear_of(path, machine):
+def test_the_tool_stays_clear_of_bodies_that_carry_the_workpiece(path, machine):
     table = Body("C", Box((400.0, 400.0, 10.0), (0.0, 0.0, -60.0)))
     around = Surroundings(clearances=Clearances(0.0, 0.0, 0.0, 0.0))
     mask = find_accessible(path, replace(machine, bodies=(table,)), around)

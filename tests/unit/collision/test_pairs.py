@@ -1,4 +1,4 @@
-"""Which bodies are held against which."""
+"""The pairs of bodies that are checked."""
 
 from dataclasses import replace
 
@@ -55,14 +55,14 @@ def test_the_cutter_meets_the_stock_in_rapid_moves_only(bodied):
     assert [(p.first.name, p.second.name) for p in choice.pairs if p.rapid_only] == [("cutter", "stock")]
 
 
-def test_bodies_of_one_link_are_not_held_against_each_other(bodied):
+def test_bodies_of_one_link_are_not_checked_against_each_other(bodied):
     spindle = "machine body 4 on link Z"
     table = "machine body 1 on link C"
     for _, first, second in names(bodied):
         assert {first, second} not in [{spindle, "holder"}, {table, "part"}, {table, "fixture 'clamp'"}]
 
 
-def test_neighbours_that_touch_at_home_are_left_out_and_said(bodied):
+def test_neighbours_that_touch_at_home_are_left_out_and_reported(bodied):
     choice = choose_pairs(build_scene(bodied, TOOL, surroundings()), Clearances())
     pairs = {(p.first.name, p.second.name) for p in choice.pairs}
     assert ("machine body 2 on link A", "machine body 1 on link C") not in pairs
@@ -73,18 +73,18 @@ def test_neighbours_that_touch_at_home_are_left_out_and_said(bodied):
     ]
 
 
-def test_a_part_that_overlaps_a_neighbouring_link_is_not_taken_for_construction(bodied):
+def test_a_part_that_overlaps_a_neighbouring_link_is_checked(bodied):
     deep = replace(bodied, bodies=(Body("A", Box((120.0, 80.0, 10.0))),))
     assert ("machine", "machine body 1 on link A", "part") in names(deep)
 
 
-def test_a_head_of_unknown_tool_length_is_left_out_and_said(bodied):
+def test_a_head_of_unknown_tool_length_is_left_out_and_reported(bodied):
     scene = build_scene(bodied.with_tool_length(0.0), TOOL, surroundings())
     assert "machine body 4 on link Z" not in [b.name for b in scene.bodies]
     assert any("tool_length" in sentence for sentence in scene.not_checked)
 
 
-def test_what_a_tool_does_not_say_is_said(bodied):
+def test_what_a_tool_does_not_state_is_reported(bodied):
     scene = build_scene(bodied, Tool.ball(6), surroundings())
     assert scene.not_checked[:2] == (
         "cutting edges above 6 mm: the tool states no cutting length",
@@ -92,32 +92,32 @@ def test_what_a_tool_does_not_say_is_said(bodied):
     )
     bare = build_scene(bodied, Tool.ball(6, holder=TOOL.holder), surroundings())
     assert "shank" in {body.name for body in bare.bodies}
-    assert "whether the shank is as thick as the cutter's upper end" in bare.not_checked[1]
+    assert "shank diameter: not stated" in bare.not_checked[1]
 
 
 def test_a_sentence_names_each_body_with_its_clearance(bodied):
     choice = choose_pairs(build_scene(bodied, TOOL, surroundings()), Clearances(holder=1.5))
-    (said,) = [s for s in choice.checked if s.startswith("holder ")]
-    assert "part, stock, fixture 'clamp', machine body 1 on link C" in said
-    assert said.endswith("clearance 1.5 mm")
+    (sentence,) = [s for s in choice.checked if s.startswith("holder ")]
+    assert "part, stock, fixture 'clamp', machine body 1 on link C" in sentence
+    assert sentence.endswith("clearance 1.5 mm")
 
 
-def test_the_shanks_sentence_says_from_where_on_it_keeps_clear_of_the_cut(bodied):
+def test_the_shanks_sentence_states_where_its_clearance_to_the_cut_begins(bodied):
     choice = choose_pairs(build_scene(bodied, TOOL, surroundings()), Clearances())
-    (said,) = [s for s in choice.checked if s.startswith("shank ")]
-    assert said.endswith("clearance 0.2 mm, to part and stock from half its diameter above the cutter on")
+    (sentence,) = [s for s in choice.checked if s.startswith("shank ")]
+    assert sentence.endswith("clearance 0.2 mm, to part and stock from half its diameter above the cutter")
 
 
-def test_a_clamped_axis_leaves_no_bodies_and_that_is_said(bodied):
+def test_a_clamped_axis_leaves_no_bodies_and_that_is_reported(bodied):
     scene = build_scene(bodied.holding("C", 0.0), TOOL, surroundings())
     assert "bodies of the machine: they aren't known while an axis is clamped" in scene.not_checked
 
 
-def test_an_open_mesh_is_said(bodied):
+def test_an_open_mesh_is_reported(bodied):
     part = trimesh.creation.box(extents=(20.0, 20.0, 20.0))
     part.update_faces([True] * 11 + [False])
     scene = build_scene(bodied, TOOL, Surroundings(part))
-    assert "whether something lies wholly inside the part: its mesh isn't watertight" in scene.not_checked
+    assert "whether a body lies wholly inside the part: its mesh isn't watertight" in scene.not_checked
 
 
 def test_a_fixtures_mesh_that_is_inside_out_is_refused(bodied, tmp_path):
@@ -129,8 +129,8 @@ def test_a_fixtures_mesh_that_is_inside_out_is_refused(bodied, tmp_path):
         build_scene(bodied, TOOL, Surroundings(fixtures=fixtures))
 
 
-def test_a_mesh_of_a_million_triangles_is_taken_and_its_memory_said(bodied, monkeypatch):
+def test_a_mesh_of_many_triangles_is_accepted_and_its_memory_reported(bodied, monkeypatch):
     monkeypatch.setattr("fiveaxis.collision.scene.MANY_TRIANGLES", 1000)
     part = trimesh.creation.icosphere(subdivisions=4)
-    (said,) = build_scene(bodied, TOOL, Surroundings(part)).checked
-    assert said == "part: 5,120 triangles, 2 MiB of memory"
+    (sentence,) = build_scene(bodied, TOOL, Surroundings(part)).checked
+    assert sentence == "part: 5,120 triangles, 2 MiB of memory"

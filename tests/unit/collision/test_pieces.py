@@ -1,4 +1,4 @@
-"""coal's answers against geometry by hand, and against brute force."""
+"""coal's answers against hand calculation and brute force."""
 
 import numpy as np
 import pytest
@@ -6,7 +6,7 @@ import trimesh
 from scipy.spatial.transform import Rotation
 
 from fiveaxis.collision.pieces import (
-    Question,
+    PairQuery,
     box_piece,
     convex_runs,
     cylinder_piece,
@@ -36,28 +36,28 @@ def test_a_micrometre_decides_between_a_cylinder_and_a_wall(margin, miss, near, 
     reach = radius * np.cos(lean) + height / 2.0 * np.sin(lean)
     place = translation((reach + margin + miss, 3.0, 2.0))
     place[:3, :3] = Rotation.from_euler("y", lean).as_matrix()
-    assert Question(cylinder_piece(radius, height, HERE), wall()).nearer(place, margin) is near
+    assert PairQuery(cylinder_piece(radius, height, HERE), wall()).nearer(place, margin) is near
 
 
 def test_the_depth_of_a_cylinder_in_a_wall_is_the_overlap():
-    question = Question(cylinder_piece(5.0, 30.0, HERE), wall())
-    assert question.depth(translation((4.3, 0.0, 0.0))) == pytest.approx(0.7, abs=1e-6)
-    assert question.depth(translation((5.1, 0.0, 0.0))) == 0.0
+    query = PairQuery(cylinder_piece(5.0, 30.0, HERE), wall())
+    assert query.depth(translation((4.3, 0.0, 0.0))) == pytest.approx(0.7, abs=1e-6)
+    assert query.depth(translation((5.1, 0.0, 0.0))) == 0.0
 
 
-def test_the_gap_is_never_said_too_large():
-    question = Question(cylinder_piece(5.0, 30.0, HERE), wall())
-    gap = question.gap(translation((6.3, 0.0, 0.0)), 2.0)
+def test_the_gap_is_never_overestimated():
+    query = PairQuery(cylinder_piece(5.0, 30.0, HERE), wall())
+    gap = query.gap(translation((6.3, 0.0, 0.0)), 2.0)
     assert 1.28 <= gap <= 1.3 + 1e-9
 
 
-def test_a_cone_is_as_wide_as_it_should_be_and_hardly_wider():
+def test_a_cone_has_its_width_and_hardly_more():
     (cone,) = revolved_pieces(np.array([[10.0, 0.0], [20.0, 30.0]]), HERE)
-    question = Question(cone, box_piece(np.array([2.0, 2.0, 2.0]), HERE))
+    query = PairQuery(cone, box_piece(np.array([2.0, 2.0, 2.0]), HERE))
     for height, radius in ((1.0, 10.0 + 2.0 / 3.0), (15.0, 15.0 + 1.0 / 3.0), (29.0, 20.0)):
         edge = 1.0 + radius
-        assert question.nearer(translation((edge - 1e-3, 0.0, -height)), 0.0)
-        assert not question.nearer(translation((edge + 0.012, 0.0, -height)), 0.0)
+        assert query.nearer(translation((edge - 1e-3, 0.0, -height)), 0.0)
+        assert not query.nearer(translation((edge + 0.012, 0.0, -height)), 0.0)
 
 
 def test_an_outline_is_split_where_it_turns_inwards():
@@ -70,7 +70,7 @@ def test_random_cylinders_meet_a_mesh_where_dense_samples_of_it_lie_inside_them(
     mesh = trimesh.creation.icosphere(subdivisions=3, radius=20.0)
     samples, spacing = trimesh.sample.sample_surface_even(mesh, 40_000, seed=3)[0], 0.6
     radius, height = 4.0, 25.0
-    question = Question(cylinder_piece(radius, height, HERE), mesh_of(mesh))
+    query = PairQuery(cylinder_piece(radius, height, HERE), mesh_of(mesh))
     rng = np.random.default_rng(7)
     decided = 0
     for _ in range(150):
@@ -81,7 +81,7 @@ def test_random_cylinders_meet_a_mesh_where_dense_samples_of_it_lie_inside_them(
         over = np.maximum(np.hypot(local[:, 0], local[:, 1]) - radius, np.abs(local[:, 2]) - height / 2.0)
         if over.min() < 0.0 or over.min() > spacing:
             decided += 1
-            assert question.nearer(place, 0.0) is bool(over.min() < 0.0)
+            assert query.nearer(place, 0.0) is bool(over.min() < 0.0)
     assert decided > 120
 
 
@@ -92,9 +92,9 @@ def test_a_meshs_memory_is_known():
 
 
 @pytest.mark.parametrize(("gap", "margin", "near"), [(0.9, 1.0, True), (1.1, 1.0, False), (-0.1, 0.0, True)])
-def test_two_meshes_are_told_apart_by_their_gap(gap, margin, near):
+def test_two_meshes_are_near_if_their_gap_is_within_the_margin(gap, margin, near):
     first, second = (mesh_of(trimesh.creation.box(extents=(10.0, 20.0, 30.0))) for _ in range(2))
-    question = Question(first, second)
+    query = PairQuery(first, second)
     place = translation((10.0 + gap, 3.0, 4.0))
-    assert question.nearer(place, margin) is near
-    assert (question.depth(place) > 0.0) is (gap < 0.0)
+    assert query.nearer(place, margin) is near
+    assert (query.depth(place) > 0.0) is (gap < 0.0)

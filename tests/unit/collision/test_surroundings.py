@@ -1,4 +1,4 @@
-"""What stands around the tool is looked at before anything is checked against it."""
+"""Bodies around the tool are validated before anything is checked against them."""
 
 import numpy as np
 import pytest
@@ -25,27 +25,27 @@ def block() -> trimesh.Trimesh:
     return trimesh.creation.box(extents=(20.0, 30.0, 40.0))
 
 
-def test_a_mesh_that_is_inside_out_is_refused_and_told_how_to_mend(block):
+def test_a_mesh_that_is_inside_out_is_refused_with_a_remedy(block):
     block.invert()
     with pytest.raises(MeshError, match=r"part: its normals point into the .*-24000 mm3.*fix_normals"):
         Surroundings(part=block)
 
 
-def test_a_file_that_is_inside_out_is_refused_too_and_not_mended_in_silence(block, tmp_path):
+def test_a_file_that_is_inside_out_is_refused_and_not_inverted_silently(block, tmp_path):
     block.invert()
     block.export(tmp_path / "part.stl")
     with pytest.raises(MeshError, match=r"part\.stl: its normals point into the material"):
         Surroundings.load(tmp_path / "part.stl")
 
 
-def test_one_triangle_that_faces_the_other_way_is_seen(block):
+def test_one_inverted_triangle_is_found(block):
     faces = block.faces.copy()
     faces[0] = faces[0, ::-1]
     with pytest.raises(MeshError, match="stock: neighbouring triangles face opposite sides"):
         Surroundings(stock=trimesh.Trimesh(block.vertices, faces, process=False))
 
 
-def test_an_open_mesh_is_taken_as_it_is(block):
+def test_an_open_mesh_is_accepted(block):
     block.update_faces(np.arange(len(block.faces)) != 0)
     assert Surroundings(part=block).meshes == {"part": block}
 
@@ -62,7 +62,7 @@ def test_a_clearance_that_cannot_be_is_refused(value):
         Clearances(holder=value)
 
 
-def test_no_clearance_is_a_clearance():
+def test_a_clearance_may_be_zero():
     assert Clearances(0.0, 0.0, 0.0, 0.0).by_kind == dict.fromkeys(
         ("shank", "holder", "cutter", "machine"), 0.0
     )
@@ -72,7 +72,7 @@ def test_no_clearance_is_a_clearance():
     "shape",
     [Box((1.0, 0.0, 1.0)), Cylinder(-1.0, 2.0), Cylinder(1.0, float("nan")), Box((1, 1, 1), (np.inf, 0, 0))],
 )
-def test_a_fixture_of_impossible_size_or_place_is_refused(shape):
+def test_a_fixture_of_impossible_size_or_position_is_refused(shape):
     with pytest.raises(SettingError, match="fixture 'vice'"):
         Fixture("vice", shape)
 
@@ -106,9 +106,9 @@ holder = 3
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "message"),
     [
-        ("[[fixture]]\nname = 'c'", "is a box, a cylinder or a mesh; it has none of them"),
+        ("[[fixture]]\nname = 'c'", "must have a box, a cylinder or a mesh; it has none of them"),
         (
             "[[fixture]]\nname = 'c'\nmesh = 'a.stl'\nbox = {size = [1, 1, 1]}",
             "a mesh; it has box and mesh",
@@ -123,8 +123,8 @@ holder = 3
         ("[clearance]\nshank = -1", "at least 0"),
     ],
 )
-def test_a_wrong_table_is_refused_with_its_file(tmp_path, text, said):
-    with pytest.raises(InputError, match=rf"job\.toml.*{said}"):
+def test_a_wrong_table_is_refused_with_its_file(tmp_path, text, message):
+    with pytest.raises(InputError, match=rf"job\.toml.*{message}"):
         read(tmp_path, text)
 
 

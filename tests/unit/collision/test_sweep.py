@@ -1,11 +1,11 @@
-"""What a sweep proves clear is clear, and what it finds is there: against samples close together."""
+"""What a sweep proves clear is clear, and what it finds is there, compared with dense samples."""
 
 import numpy as np
 import pytest
 import trimesh
 
 from fiveaxis.collision.pairs import Pair
-from fiveaxis.collision.pieces import Question, box_piece, cylinder_piece, mesh_piece
+from fiveaxis.collision.pieces import PairQuery, box_piece, cylinder_piece, mesh_piece
 from fiveaxis.collision.scene import SceneBody
 from fiveaxis.collision.sweep import Hits, Sweep, join
 from fiveaxis.collision.travel import Stretch, Travel
@@ -49,12 +49,12 @@ def sampled_depths(pair: Pair, stretch: Stretch, samples: int = SAMPLES) -> np.n
     """Deepest overlap of samples in the move to each row, 0 where none."""
     (first,), (second,) = pair.first.pieces, pair.second.pieces
     travel = Travel(stretch, first, second, pair.first.link, pair.second.link)
-    question = Question(first, second)
+    query = PairQuery(first, second)
     depths = np.zeros(len(stretch))
-    depths[0] = question.depth(travel.places[0])
+    depths[0] = query.depth(travel.poses[0])
     for move in range(len(stretch) - 1):
         places = travel.between(np.full(samples, move), np.linspace(0.0, 1.0, samples))
-        depths[move + 1] = max(question.depth(place) for place in places)
+        depths[move + 1] = max(query.depth(place) for place in places)
     return depths
 
 
@@ -76,7 +76,7 @@ def test_a_sweep_finds_what_close_samples_find_and_nothing_else(machine, obstacl
 
 
 def test_groups_of_short_moves_hide_nothing(machine):
-    """A dense path is proven clear in groups; nearly all of it without a look at its single locations."""
+    """A dense path is proven clear in groups, mostly without queries at single locations."""
     stretch, pair = random_stretch(machine, 1, n=1500), pair_of("torus", 0.0)
     sweep = Sweep(TOLERANCE)
     hits = sweep.run(pair, stretch, np.ones(len(stretch), dtype=bool))
@@ -91,7 +91,7 @@ def test_groups_of_short_moves_hide_nothing(machine):
     hits = clear.run(pair, Stretch(machine, stretch.poses, above), np.ones(len(above), dtype=bool))
     assert len(hits.rows) == 0
     (effort,) = clear.effort.values()
-    assert 0 < effort.asked < len(above) / 10
+    assert 0 < effort.queries < len(above) / 10
 
 
 def test_a_clearance_finds_all_that_touching_finds(machine):
@@ -104,7 +104,7 @@ def test_a_clearance_finds_all_that_touching_finds(machine):
         assert near.rows[near.touching].tolist() == touching.rows.tolist()
 
 
-def test_moves_that_do_not_count_are_not_looked_at(machine):
+def test_moves_that_do_not_count_are_not_checked(machine):
     stretch, pair = random_stretch(machine, 0), pair_of("torus", 0.0)
     every = np.ones(len(stretch), dtype=bool)
     rows = Sweep(TOLERANCE).run(pair, stretch, every).rows

@@ -1,4 +1,4 @@
-"""A mask that refuses what turned out to collide."""
+"""A mask that refuses postures found to collide."""
 
 import numpy as np
 
@@ -15,7 +15,7 @@ def test_a_posture_that_collides_is_refused_with_those_near_it_at_its_location_a
     assert mask.rough(ROWS, near).tolist() == [False, True, True]
 
 
-def test_a_whole_turn_further_it_is_the_same_posture():
+def test_postures_a_whole_turn_apart_are_the_same():
     mask = Tightened()
     mask.refuse(np.array([3]), np.array([[0.2, -0.4]]))
     assert mask(
@@ -27,7 +27,7 @@ def test_a_whole_turn_further_it_is_the_same_posture():
     ]
 
 
-def test_what_comes_back_is_refused_twice_as_far():
+def test_a_location_that_comes_up_again_is_refused_twice_as_widely():
     mask = Tightened()
     for _ in range(2):
         mask.refuse(np.array([3]), np.array([[0.0, 0.0]]))
@@ -35,7 +35,7 @@ def test_what_comes_back_is_refused_twice_as_far():
     assert mask(ROWS, postures).tolist() == [False, True, True]
 
 
-def test_what_the_other_mask_refuses_stays_refused_and_it_isnt_asked_about_spots():
+def test_the_other_mask_decides_beside_the_spots_only():
     asked = []
 
     def exact(rows, rotary):

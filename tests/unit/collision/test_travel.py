@@ -1,4 +1,4 @@
-"""How far a piece can get between two samples is a bound, on any machine."""
+"""The bound on the path between two samples, on any machine."""
 
 import numpy as np
 import pytest
@@ -46,7 +46,7 @@ def test_no_point_leaves_its_chord_by_more_than_an_eighth_of_the_bend(code, ends
         assert (away <= travel.bends / 8.0 + 1e-9).all()
 
 
-def test_the_bend_of_one_turning_axis_is_nearly_what_it_must_be():
+def test_the_bend_of_one_rotary_axis_is_nearly_exact():
     machine = machine_of("640123")
     positions = np.zeros((2, 5))
     positions[1, machine.column("C")] = 0.2

@@ -1,4 +1,4 @@
-"""What a program adds before and after a motion is checked like the motion, and goes around obstacles."""
+"""Lead-in and lead-out are checked like the motion, and avoid obstacles."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def along_x(tool: Tool) -> Toolpath:
 
 
 def ledge(*, over: tuple[float, float]) -> trimesh.Trimesh:
-    """A ledge over a floor, over some y; the balls of these tests fit below it."""
+    """A ledge above a floor, over a range of y; the balls of these tests fit below it."""
     floor = box([-60, -40, -10], [60, 40, 0])
     return trimesh.util.concatenate([box([-60, over[0], 11], [60, over[1], 16]), floor])
 
@@ -45,7 +45,7 @@ def lollipop() -> Tool:
 
 @dataclass
 class After:
-    """A report on a motion with its leads, and these."""
+    """A motion's leads with their report."""
 
     lead_in: np.ndarray
     lead_out: np.ndarray
@@ -70,7 +70,7 @@ def verified(machine, path, part, rotary=UPRIGHT, **options):
     return motion, report, After(leads.lead_in, leads.lead_out, report.merge(leads.report))
 
 
-def test_an_open_place_is_approached_along_the_tool_axis(hayashi, lollipop):
+def test_an_open_location_is_approached_along_the_tool_axis(hayashi, lollipop):
     _, before, after = verified(hayashi, along_x(lollipop), box([-60, -40, -10], [60, 40, 0]))
     assert after.ok == before.ok is True
     assert np.allclose(after.lead_in, [0.0, 0.0, 5.0, 0.0, 0.0])
@@ -91,7 +91,7 @@ def test_under_a_ledge_the_tool_comes_from_the_side(hayashi, lollipop):
     assert begin[2] == f"G0 Z{motion.positions[0, 2] + z:.6f}"
 
 
-def test_where_no_way_in_is_clear_no_program_is_written(hayashi, lollipop):
+def test_without_a_clear_lead_in_no_program_is_written(hayashi, lollipop):
     _, before, after = verified(hayashi, along_x(lollipop), box([-200, -200, 95], [200, 200, 99]))
     assert before.counts == {}
     assert after.counts == {"approach-blocked": 1}
@@ -100,14 +100,14 @@ def test_where_no_way_in_is_clear_no_program_is_written(hayashi, lollipop):
     assert Gate.of(after.report, ["approach-blocked"]).is_open
 
 
-def test_an_open_place_is_left_along_the_tool_axis(hayashi, lollipop):
+def test_an_open_location_is_left_along_the_tool_axis(hayashi, lollipop):
     _, _, after = verified(hayashi, along_x(lollipop), box([-60, -40, -10], [60, 40, 0]))
     assert np.allclose(after.lead_out, [0.0, 0.0, 5.0, 0.0, 0.0])
     assert "retract: a lead-out of 5 mm, for gouges and collisions" in after.checked
     assert "the retract from the end of the lead-out: the program ends there" in after.not_checked
 
 
-def test_out_from_under_a_ledge_the_tool_goes_to_the_side_and_up_from_there(hayashi, lollipop):
+def test_from_under_a_ledge_the_tool_leaves_sideways_and_then_upwards(hayashi, lollipop):
     motion, before, after = verified(hayashi, along_x(lollipop), ledge(over=(2.5, 40.0)), retract=100.0)
     assert before.ok
     assert after.ok
@@ -118,33 +118,33 @@ def test_out_from_under_a_ledge_the_tool_goes_to_the_side_and_up_from_there(haya
     lines = program_of(motion, hayashi, after, ProgramSettings(retract=100.0)).lines
     out = next(i for i, line in enumerate(lines) if f"Y{motion.positions[-1, 1] + y:.6f} Z{z:.6f} F" in line)
     assert next(line for line in lines[out + 1 :] if line[:2] != "G9") == "G53 G0 Z100.000000"
-    said = " ".join(line.strip("() ") for line in lines)
-    assert "retract: a lead-out of 5 mm and Z up from it to the end of its travel" in said
+    text = " ".join(line.strip("() ") for line in lines)
+    assert "retract: a lead-out of 5 mm and Z up from it to the end of its travel" in text
 
 
 @pytest.mark.parametrize(
-    ("retract", "said"),
+    ("retract", "message"),
     [
         (40.0, None),
         (5.1, None),
-        (4.0, "goes down from Z 5.000, where the way out ends"),
+        (4.0, "goes down from Z 5.000 mm, where the lead-out ends"),
         (-50.0, "goes down from Z 5.000"),
-        (41.0, "lies beyond its travel, -200 to 40"),
+        (41.0, "is beyond its travel, -200 to 40"),
     ],
 )
-def test_a_retract_goes_up_and_no_further_than_z_can(hayashi, lollipop, retract, said):
+def test_a_retract_goes_up_and_stays_within_the_travel_of_z(hayashi, lollipop, retract, message):
     column = hayashi.column("Z")
     short = replace(hayashi.axes[column], limits=Limits(-200.0, 40.0))
     axes = tuple(short if i == column else axis for i, axis in enumerate(hayashi.axes))
     around = box([-60, -40, -10], [60, 40, 0])
-    for machine, fault in ((replace(hayashi, axes=axes), said), (hayashi, None)):
+    for machine, fault in ((replace(hayashi, axes=axes), message), (hayashi, None)):
         _, _, after = verified(machine, along_x(lollipop), around, retract=retract)
         found = [f.message for f in after.findings if f.code == "retreat-blocked"]
         assert len(found) == (fault is not None)
         assert fault is None or fault in found[0]
 
 
-def test_from_below_a_roof_no_way_leads_up_and_without_a_retract_none_is_needed(hayashi, lollipop):
+def test_below_a_roof_there_is_no_clear_retract_and_without_one_no_error(hayashi, lollipop):
     # The shank passes a slot in the roof that is as long as the path.
     slotted = trimesh.util.concatenate(
         [
@@ -164,8 +164,8 @@ def test_from_below_a_roof_no_way_leads_up_and_without_a_retract_none_is_needed(
     assert not Gate.of(up.report).is_open
 
 
-def test_along_a_wall_the_tool_leaves_with_room_to_it(hayashi):
-    """The tool's axis leads along the wall that its side cuts: the way out goes off it."""
+def test_the_tool_leaves_a_wall_sideways(hayashi):
+    """The tool axis is parallel to the wall that the flank cuts: the lead-out goes off the wall."""
     tool = Tool.ball(10.0)
     tips = np.column_stack([np.linspace(-20.0, 20.0, 9), np.full(9, -5.0), np.full(9, 1.0)])
     path = Toolpath.from_tips(tips, np.tile([0.0, 0.0, 1.0], (9, 1)), tool)
@@ -175,7 +175,7 @@ def test_along_a_wall_the_tool_leaves_with_room_to_it(hayashi):
     assert after.lead_out[1] < -0.5
 
 
-def test_a_slot_as_wide_as_the_tool_is_left_to_its_end(hayashi):
+def test_the_tool_leaves_a_slot_of_its_own_width_at_the_open_end(hayashi):
     tool = Tool.ball(10.0)
     sides = [box([-60, 5, -9], [60, 40, 45]), box([-60, -40, -9], [60, -5, 45])]
     floor = box([-60, -40, -9], [60, 40, 0])
@@ -186,7 +186,7 @@ def test_a_slot_as_wide_as_the_tool_is_left_to_its_end(hayashi):
     assert after.lead_out[0] > 40.0 or after.lead_out[2] > 45.0
 
 
-def test_a_path_that_ends_in_a_link_is_left_as_it_is(hayashi, lollipop):
+def test_a_path_that_ends_in_a_link_gets_no_lead_out(hayashi, lollipop):
     path = along_x(lollipop)
     path = replace(path, kind=np.array([*[MoveKind.CUT] * 8, MoveKind.LINK]))
     _, _, after = verified(hayashi, path, ledge(over=(2.5, 40.0)))
@@ -195,7 +195,7 @@ def test_a_path_that_ends_in_a_link_is_left_as_it_is(hayashi, lollipop):
     assert up.counts == {"retreat-blocked": 1}
 
 
-def test_where_the_way_out_is_turned_down_the_straight_way_up_is_checked(hayashi, lollipop):
+def test_without_a_lead_out_the_retract_straight_up_is_checked(hayashi, lollipop):
     floor = box([-60, -40, -10], [60, 40, 0])
     _, _, plain = verified(hayashi, along_x(lollipop), floor, leaves=False)
     assert not np.any(plain.lead_out)
@@ -223,7 +223,7 @@ def test_a_leg_of_z_with_a_tilted_tool_is_checked():
     assert any(text.startswith("the rapid move of the tip") for text in led.not_checked)
 
 
-def test_what_was_found_at_the_first_location_is_not_found_again(hayashi, lollipop):
+def test_an_error_at_the_first_location_is_not_reported_for_the_lead_in_too(hayashi, lollipop):
     sunk = box([-60, -40, -10], [60, 40, 0.5])
     _, before, after = verified(hayashi, along_x(lollipop), sunk)
     assert before.counts["gouge"] == after.counts["gouge"]

@@ -1,4 +1,4 @@
-"""A report says on which motion it is, and looks between locations as it is asked to."""
+"""The interpolation between locations that verification assumes, and the motion that a report names."""
 
 from __future__ import annotations
 
@@ -36,27 +36,27 @@ def motion(path: Toolpath, hayashi: Machine) -> Motion:
 
 
 def middle(motion: Motion, machine: Machine) -> np.ndarray:
-    """Say where the tip is halfway of the link with all axes linear."""
+    """Return the tip halfway through the link, with all axes linear in time."""
     return tool_poses(machine, motion.positions[2:4].mean(axis=0)[None])[0][0]
 
 
-@pytest.mark.parametrize("way", ["joint", "tcp"])
-def test_a_gouge_on_either_way_of_a_link_is_found_by_default(path, motion, hayashi, way):
-    x, y = middle(motion, hayashi)[:2] if way == "joint" else (0.0, 2.0)
+@pytest.mark.parametrize("between", ["joint", "tcp"])
+def test_a_gouge_in_a_link_under_either_interpolation_is_found_by_default(path, motion, hayashi, between):
+    x, y = middle(motion, hayashi)[:2] if between == "joint" else (0.0, 2.0)
     post = trimesh.creation.box(bounds=[[x - 2, y - 2, -5], [x + 2, y + 2, 20]])
     report = verify(motion, hayashi, path, part=post)
     assert report.counts["gouge"] == 1
     assert next(f for f in report.findings if f.code == "gouge").place.location == 3
-    other = "tcp" if way == "joint" else "joint"
-    assert "gouge" in verify(motion, hayashi, path, part=post, between=way).counts
+    other = "tcp" if between == "joint" else "joint"
+    assert "gouge" in verify(motion, hayashi, path, part=post, between=between).counts
     assert "gouge" not in verify(motion, hayashi, path, part=post, between=other).counts
 
 
-def test_the_two_ways_of_a_link_differ(motion, hayashi):
+def test_the_two_interpolations_of_the_link_differ(motion, hayashi):
     assert np.linalg.norm(middle(motion, hayashi)[:2] - [0.0, 2.0]) > 10.0
 
 
-def test_a_collision_on_the_way_that_is_led_is_found_where_it_is_asked_for(path, motion, hayashi):
+def test_a_collision_in_a_tcp_move_is_found_with_that_interpolation(path, motion, hayashi):
     around = Surroundings(fixtures=(Fixture("pin", Box((4, 4, 40), (0, 2, 14))),))
     by_axes = verify(motion, hayashi, path, surroundings=around)
     straight = verify(motion, hayashi, path, surroundings=around, between="tcp")
@@ -64,7 +64,7 @@ def test_a_collision_on_the_way_that_is_led_is_found_where_it_is_asked_for(path,
     assert straight.counts["fixture-collision"] == 1
 
 
-def test_a_digest_is_of_places_kinds_and_chain(motion, hayashi):
+def test_a_digest_depends_on_positions_kinds_and_chain(motion, hayashi):
     digest = motion_digest(motion, hayashi)
     assert digest == motion_digest(replace(motion, time=2.0 * motion.time), hayashi)
     assert digest == motion_digest(replace(motion, positions=motion.positions * 1.0), hayashi)
@@ -76,12 +76,12 @@ def test_a_digest_is_of_places_kinds_and_chain(motion, hayashi):
     assert len({digest, *others}) == 4
 
 
-def test_an_unknown_way_is_refused(path, motion, hayashi):
-    with pytest.raises(SettingError, match="write joint, tcp"):
+def test_an_unknown_interpolation_is_refused(path, motion, hayashi):
+    with pytest.raises(SettingError, match="write joint or tcp"):
         verify(motion, hayashi, path, between="tips")
 
 
 @pytest.mark.parametrize(("former", "now"), [("axes", "joint"), ("led", "tcp")])
-def test_the_former_words_still_do_for_a_version_and_warn(former, now):
+def test_the_former_words_still_work_and_warn(former, now):
     with pytest.warns(DeprecationWarning, match=f"is now '{now}'"):
         assert CheckedInterpolation.of(former) == CheckedInterpolation.of(now)

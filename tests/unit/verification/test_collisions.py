@@ -1,4 +1,4 @@
-"""Nothing touches what it mustn't: at known angles, within moves, and between the machine's own bodies."""
+"""Collisions at known angles, within moves, and between the machine's own bodies."""
 
 from dataclasses import replace
 
@@ -32,12 +32,12 @@ AROUND = 5.4e-4
 
 @pytest.fixture(scope="module")
 def table_table() -> Machine:
-    """Machine X Y Z hold the tool upright, A and then C turn the part: tip and axis values are plain."""
+    """X Y Z carry the upright tool, A and then C turn the part: tip and axis values follow simply."""
     return Machine.from_code("640123")
 
 
 def context_of(machine: Machine, rows, kind=MoveKind.CUT, tool: Tool = TOOL) -> CheckContext:
-    """Make a motion of axis values X Y Z in mm, A C in degrees, with a path that follows it."""
+    """Build a motion from axis values X Y Z in mm, A C in degrees, with its path."""
     positions = np.array(rows, dtype=float) * [1.0, 1.0, 1.0, np.pi / 180.0, np.pi / 180.0]
     n = len(positions)
     kinds = np.full(n, kind)
@@ -47,7 +47,7 @@ def context_of(machine: Machine, rows, kind=MoveKind.CUT, tool: Tool = TOOL) -> 
 
 
 def wall(x: float) -> trimesh.Trimesh:
-    """A closed wall whose face looks towards −x and stands at x."""
+    """A closed wall whose face at x looks towards −x."""
     box = trimesh.creation.box(extents=(10.0, 400.0, 400.0))
     box.apply_translation((x + 5.0, 0.0, 0.0))
     return box
@@ -59,7 +59,7 @@ def check(context: CheckContext, effort=None, **kinds) -> dict[str, Result]:
 
 
 def leaning_to_x(degrees: float) -> list[float]:
-    """The tool leans towards +x: C turns its lean, which A makes in the plane of y and z."""
+    """The tool leans towards +x: A leans it in the plane of y and z, and C turns that lean."""
     return [0.0, 0.0, 0.0, degrees, 0.0]
 
 
@@ -83,7 +83,7 @@ def test_a_holder_meets_a_wall_beyond_the_analytic_angle(table_table, as_box):
         assert ("holder-collision" in check(context, clearances=TOUCHING_ONLY, **bodies)) is hits
 
 
-def test_a_ball_in_a_bore_has_the_room_that_it_should_have(table_table, tmp_path):
+def test_a_ball_in_a_bore_has_the_expected_clearance(table_table, tmp_path):
     ring = trimesh.creation.annulus(r_min=10.0, r_max=30.0, height=40.0, sections=720)
     tool = Tool.ball(8)
     context = context_of(table_table, [[x, 0.0, 0.0, 0.0, 0.0] for x in (0.0, 5.5, 5.99, 6.01)], tool=tool)
@@ -114,8 +114,8 @@ def test_a_micrometre_decides_while_the_shank_grazes_a_wall(table_table, gap, hi
         np.testing.assert_allclose(found["shank-collision"].values, MICROMETRE, atol=COAL)
 
 
-def test_a_turn_that_is_legal_at_both_ends_is_wrong_in_the_middle(table_table):
-    """The table turns half a turn under the tool, 60 mm off its axis; a clamp comes by halfway."""
+def test_a_turn_that_is_clear_at_both_ends_collides_in_the_middle(table_table):
+    """The table turns half a turn under the tool, 60 mm off its axis; a clamp passes halfway."""
     clamp = Fixture("clamp", Box((10.0, 10.0, 200.0), (0.0, 60.0, 0.0)))
     ends = [[60.0, 0.0, 0.0, 0.0, c] for c in (0.0, 180.0)]
     there = link_poses(table_table, np.array([[60.0, 0.0, 0.0, 0.0, np.pi / 2.0]]))["Z"]
@@ -125,7 +125,7 @@ def test_a_turn_that_is_legal_at_both_ends_is_wrong_in_the_middle(table_table):
         assert check(context_of(table_table, [end]), fixtures=(clamp,)) == {}
     found = check(context_of(table_table, ends), fixtures=(clamp,))
     assert found["fixture-collision"].rows.tolist() == [1]
-    assert "on the way here" in found["fixture-collision"].message(0)
+    assert "in the move to here" in found["fixture-collision"].message(0)
     far = replace(clamp, shape=replace(clamp.shape, center=(0.0, -60.0 * side, 0.0)))
     assert check(context_of(table_table, ends), fixtures=(far,)) == {}
 
@@ -137,7 +137,7 @@ def test_a_thin_pin_between_two_locations_is_not_missed(table_table):
     assert found["fixture-collision"].rows.tolist() == [1]
 
 
-def test_only_the_holder_is_named_where_only_the_holder_is_met(table_table):
+def test_only_the_holder_is_named_if_only_the_holder_collides(table_table):
     shelf = trimesh.creation.box(bounds=[[10.0, -20.0, 50.0], [60.0, 20.0, 60.0]])
     found = check(context_of(table_table, [[0.0] * 5]), part=shelf)
     assert set(found) == {"holder-collision"}
@@ -145,7 +145,7 @@ def test_only_the_holder_is_named_where_only_the_holder_is_met(table_table):
     assert "into the part here" in found["holder-collision"].message(0)
 
 
-def test_a_clamp_is_named_and_the_depth_told(table_table):
+def test_a_clamp_is_named_with_the_depth(table_table):
     clamp = Fixture("left clamp", Box((20.0, 20.0, 20.0), (12.0, 0.0, 15.0)))
     found = check(context_of(table_table, [[0.0] * 5]), fixtures=(clamp,))
     assert set(found) == {"shank-collision", "fixture-collision"}
@@ -153,12 +153,12 @@ def test_a_clamp_is_named_and_the_depth_told(table_table):
     assert found["shank-collision"].values[0] == pytest.approx(1.0, abs=1e-4)
 
 
-def test_a_fixture_is_not_cut_so_the_whole_shank_keeps_clear_of_it(table_table):
+def test_the_whole_shank_stays_clear_of_a_fixture(table_table):
     clamp = Fixture("clamp", Box((10.0, 10.0, 10.0), (SHANK + 5.1, 0.0, 0.9)))
     assert "shank-clearance" in check(context_of(table_table, [[0.0] * 5]), fixtures=(clamp,))
 
 
-def test_too_near_is_a_warning_with_the_room_left(table_table):
+def test_too_near_is_a_warning_with_the_remaining_clearance(table_table):
     shelf = trimesh.creation.box(bounds=[[20.7, -20.0, 50.0], [60.0, 20.0, 60.0]])
     found = check(context_of(table_table, [[0.0] * 5]), part=shelf, clearances=Clearances(holder=1.0))
     (result,) = found.values()
@@ -177,7 +177,7 @@ def test_just_above_the_cutter_the_shank_may_be_as_near_as_the_cut(table_table, 
     assert set(found) == (set() if code is None else {f"shank-{code}"})
 
 
-def test_a_tool_wholly_inside_the_part_has_not_slipped_through(table_table):
+def test_a_tool_wholly_inside_the_part_is_found(table_table):
     block = trimesh.creation.box(extents=(300.0, 300.0, 300.0))
     rows = [[float(x), 0.0, 0.0, 0.0, 0.0] for x in range(5)]
     found = check(context_of(table_table, rows), part=block)
@@ -206,15 +206,15 @@ def test_a_trunnion_swings_into_the_head_between_two_locations(table_table):
         assert check(context_of(machine, [row], tool=Tool.ball(6))) == {}
     found = check(context_of(machine, rows, tool=Tool.ball(6)))
     assert found["machine-collision"].rows.tolist() == [1]
-    assert "on the way here" in found["machine-collision"].message(0)
+    assert "in the move to here" in found["machine-collision"].message(0)
 
 
-def test_what_is_far_away_is_not_even_asked_about(table_table):
+def test_bodies_far_away_need_no_queries(table_table):
     effort = {}
     far = trimesh.creation.box(bounds=[[500.0] * 3, [600.0] * 3])
     rows = [[x, 0.0, 0.0, 0.0, 0.0] for x in np.linspace(0.0, 50.0, 300)]
     assert check(context_of(table_table, rows), effort=effort, part=far) == {}
-    assert {names: e.asked for names, e in effort.items()} == {("shank", "part"): 0, ("holder", "part"): 0}
+    assert {names: e.queries for names, e in effort.items()} == {("shank", "part"): 0, ("holder", "part"): 0}
     assert all(e.culled > 0 for e in effort.values())
 
 
@@ -271,7 +271,7 @@ def test_a_rapid_that_leaves_the_stock_and_enters_it_again_is_an_error(table_tab
     )
 
 
-def test_rows_that_are_not_numbers_are_left_out_and_said(table_table):
+def test_rows_that_are_not_finite_are_left_out_and_reported(table_table):
     rows = [[0.0] * 5, [np.nan] * 5, [0.0] * 5, [0.0] * 5]
     results = check_collisions(context_of(table_table, rows), Surroundings(part=wall(SHANK - 1.0)))
     report = make_report(results, context_of(table_table, rows).toolpath, ())
@@ -279,7 +279,7 @@ def test_rows_that_are_not_numbers_are_left_out_and_said(table_table):
     assert any(s.startswith("collisions at 1 locations") for s in report.not_checked)
 
 
-def test_a_long_path_is_taken_in_stretches_without_a_seam(table_table, monkeypatch):
+def test_a_long_path_is_swept_in_stretches_without_gaps(table_table, monkeypatch):
     rows = [[0.0, float(y), 0.0, 0.0, 0.0] for y in range(30)]
     bodies = {"part": trimesh.creation.box(bounds=[[2.0, 3.5, -5.0], [9.0, 11.5, 30.0]])}
     whole = check(context_of(table_table, rows), **bodies)
@@ -289,7 +289,7 @@ def test_a_long_path_is_taken_in_stretches_without_a_seam(table_table, monkeypat
     assert whole["shank-collision"].rows.tolist() == list(range(2, 15))
 
 
-def test_pairs_that_meet_at_one_place_are_one_finding_with_the_worst(table_table):
+def test_pairs_that_collide_at_one_location_are_one_finding_on_the_worst(table_table):
     deep = Fixture("deep", Box((10.0, 10.0, 10.0), (6.0, 0.0, 20.0)))
     shallow = Fixture("shallow", Box((10.0, 10.0, 10.0), (-7.5, 0.0, 20.0)))
     result = check(context_of(table_table, [[0.0] * 5]), fixtures=(shallow, deep))["shank-collision"]
@@ -307,7 +307,7 @@ def test_pinocchio_places_links_where_our_equations_do(trunnion):
         np.testing.assert_allclose(found[link], expected[link], atol=1e-9)
 
 
-def test_the_same_motion_gives_the_same_words_twice(table_table):
+def test_the_same_motion_gives_the_same_report_twice(table_table):
     rows = [[float(x), 0.0, 0.0, 0.0, 0.0] for x in range(20)]
     context = context_of(table_table, rows)
     reports = [
@@ -319,7 +319,7 @@ def test_the_same_motion_gives_the_same_words_twice(table_table):
 
 
 def test_a_machine_of_meshes_is_checked_against_a_part_inside_it(table_table, tmp_path):
-    """A small part inside a closed mesh touches no surface and is found all the same."""
+    """A small part inside a closed mesh is found, though it touches no surface."""
     trimesh.creation.box(extents=(80.0, 80.0, 80.0)).export(tmp_path / "yoke.stl")
     machine = replace(table_table, bodies=(Body("A", MeshShape(tmp_path / "yoke.stl")),))
     part = trimesh.creation.box(extents=(10.0, 10.0, 10.0))

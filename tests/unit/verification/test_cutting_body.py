@@ -45,7 +45,7 @@ def leant(degrees: float) -> np.ndarray:
 @pytest.mark.parametrize("lift", [-MICRON, 0.0, MICRON])
 @pytest.mark.parametrize("tool", TOOLS, ids=str)
 def test_a_cutter_upright_over_a_plane_is_as_deep_as_its_tip(tool, lift):
-    # A drill is left sideways through its cone, which is nearer than its tip.
+    # The shortest distance out of a drill is sideways through its cone.
     nearer = np.cos(np.radians(31.0)) if tool.cutter.shape == "drill" and lift < 0.0 else 1.0
     assert depth(tool, plane(UP), [3.0, -4.0, lift]) == pytest.approx(-lift * nearer, abs=EXACT)
 
@@ -97,7 +97,7 @@ def test_a_lollipop_cuts_an_undercut_that_a_ball_on_a_shank_would_not_clear():
     assert depth(tool, ceiling, [0.0, 0.0, 1.5]) == pytest.approx(reached, abs=EXACT)
 
 
-def test_flutes_above_the_ball_are_checked_as_far_as_the_tool_says():
+def test_flutes_above_the_ball_are_checked_up_to_the_cutting_length():
     beside = np.array([[[4.9, -50, 15], [4.9, 50, 15], [4.9, 0, 60]]], dtype=float)
     assert depth(Tool(shapes.ball(10, length=25)), beside, [0.0, 0.0, 0.0]) == pytest.approx(0.1, abs=EXACT)
     assert depth(Tool(shapes.ball(10, length=14)), beside, [0.0, 0.0, 0.0]) < 0.0
@@ -125,7 +125,7 @@ def test_no_sampled_point_of_the_surface_is_deeper_than_the_depth_and_one_is_as_
     axes /= np.linalg.norm(axes, axis=1)[:, None]
     found = body.depths(tips, axes, tree, np.full(6, FAR))
     places, _ = trimesh.sample.sample_surface(mesh, 40000, seed=3)
-    for tip, axis, told in zip(tips, axes, found, strict=True):
+    for tip, axis, depth in zip(tips, axes, found, strict=True):
         off = places - tip
         heights = off @ axis
         rho = np.linalg.norm(off - heights[:, None] * axis, axis=1)
@@ -137,12 +137,12 @@ def test_no_sampled_point_of_the_surface_is_deeper_than_the_depth_and_one_is_as_
                 for r, z in zip(rho[within], heights[within], strict=True)
             ]
             best = max(best, max(values, default=-np.inf))
-        assert best <= told + EXACT
+        assert best <= depth + EXACT
         # 40 000 points on the sphere lie about half a millimetre apart.
-        assert told < 0.0 or told - best < 0.5
+        assert depth < 0.0 or depth - best < 0.5
 
 
-def test_coal_says_of_a_flat_end_and_a_ball_whether_they_touch():
+def test_coal_agrees_whether_a_flat_end_and_a_ball_touch():
     """A cylinder and a sphere of coal against a BVH of the same triangles, at poses near the surface."""
     coal = pytest.importorskip("coal")
     rng = np.random.default_rng(11)

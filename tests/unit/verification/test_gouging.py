@@ -1,4 +1,4 @@
-"""The cutter against a mesh, at locations and on the ways between them."""
+"""The cutter against a mesh, at locations and in the moves between them."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -73,17 +73,17 @@ def test_a_link_through_the_part_is_found_between_two_good_locations(hayashi, bo
     )
     report = verify(upright(path, hayashi), hayashi, path, part=box)
     assert report.counts == {"gouge": 1}
-    assert "on the way here" in report.findings[0].message
+    assert "in the move to here" in report.findings[0].message
 
 
-def test_a_path_wholly_inside_the_part_is_no_clearance(hayashi, box):
+def test_a_path_wholly_inside_the_part_is_a_gouge(hayashi, box):
     path = along_top(-SIDE / 2.0 - RADIUS, n=31)
     report = verify(upright(path, hayashi), hayashi, path, part=box)
     assert report.counts == {"gouge": len(path)}
     assert report.figures["gouge_depth_mm"] == pytest.approx(RADIUS + SIDE / 2.0)
 
 
-def test_an_open_mesh_is_checked_and_what_it_cannot_tell_is_said(hayashi, box):
+def test_an_open_mesh_is_checked_and_what_it_leaves_open_is_reported(hayashi, box):
     lid = box.copy()
     lid.update_faces(np.arange(len(lid.faces)) != 0)
     path = along_top()
@@ -130,7 +130,7 @@ def test_the_flank_of_a_flat_end_is_checked_up_to_its_cutting_length(hayashi, bo
     assert "cutter, up to 25 mm above its tip" in " ".join(report.checked)
 
 
-def test_a_cutting_length_that_nobody_states_is_named(hayashi, box):
+def test_a_missing_cutting_length_is_reported(hayashi, box):
     path = along_top()
     report = verify(upright(path, hayashi), hayashi, path, part=box)
     assert any("states no cutting length" in sentence for sentence in report.not_checked)
@@ -140,18 +140,20 @@ def test_an_edge_passed_between_two_good_locations_is_found(hayashi, box):
     """A flat end passes diagonally over the box's edge: free at both ends, 0.07 mm deep in the middle."""
     edge = np.array([SIDE / 2.0, 0.0, SIDE / 2.0])
     corner = edge + np.array([5.0, 0.0, 0.0]) + np.array([-0.05, 0.0, -0.05])
-    way = np.array([1.0, 0.0, -1.0])
+    step = np.array([1.0, 0.0, -1.0])
     path = Toolpath.from_tips(
-        np.array([corner - 0.5 * way, corner + 0.5 * way]), np.tile([0.0, 0.0, 1.0], (2, 1)), Tool.flat(10.0)
+        np.array([corner - 0.5 * step, corner + 0.5 * step]),
+        np.tile([0.0, 0.0, 1.0], (2, 1)),
+        Tool.flat(10.0),
     )
     report = verify(upright(path, hayashi), hayashi, path, part=box)
     assert rows_of(report) == [1]
-    assert "on the way here" in report.findings[0].message
+    assert "in the move to here" in report.findings[0].message
     assert report.figures["gouge_depth_mm"] == pytest.approx(0.05, abs=0.01)
 
 
 def test_a_turn_between_two_good_locations_sweeps_the_flank_into_the_part(hayashi, box):
-    """The tip stands beside the box; leant away from it at both ends, upright on the way."""
+    """The tip stands beside the box; the tool leans away from it at both ends and is upright between."""
     tip = np.array([[SIDE / 2.0 + 4.5, -1.0, 0.0], [SIDE / 2.0 + 4.5, 1.0, 0.0]])
     tool = Tool(shapes.flat(10.0, length=60.0))
     lean = np.radians(30.0)
@@ -160,31 +162,31 @@ def test_a_turn_between_two_good_locations_sweeps_the_flank_into_the_part(hayash
     rotary = np.unwrap(rotary_angles(hayashi, path.axis)[1], axis=0)
     motion = follow(path, hayashi, rotary)
     context = make_context(motion, hayashi, path, None, DEFAULT_TOLERANCES)
-    _, way = gouge_depths(context, box, tcp_height=path.zone.height)
+    _, within = gouge_depths(context, box, tcp_height=path.zone.height)
     shares = np.linspace(0.0, 1.0, 401)[1:-1]
-    ways = MovePoses(context, path.zone.height, tool.cutter.outline())
-    places = ways.places(np.ones(len(shares), dtype=int), shares)
+    moves = MovePoses(context, path.zone.height, tool.cutter.outline())
+    poses = moves.poses(np.ones(len(shares), dtype=int), shares)
     body = CuttingBody.of(tool)
     tree = TriangleTree.build(np.asarray(box.triangles))
-    dense = body.depths(places.tip, places.axis, tree, np.full(len(shares), -10.0))
-    assert way[1] == pytest.approx(dense.max(), abs=0.01)
+    dense = body.depths(poses.tip, poses.axis, tree, np.full(len(shares), -10.0))
+    assert within[1] == pytest.approx(dense.max(), abs=0.01)
 
 
 @pytest.mark.parametrize("tool", [shapes.flat(10.0), shapes.bull(10.0, 1.0), shapes.lollipop(10.0, 6.0)])
-def test_what_comes_in_through_the_upper_end_and_goes_out_below_is_found(hayashi, tool):
+def test_a_block_that_passes_through_the_cutter_from_above_is_found(hayashi, tool):
     """A small block above the cutter at one location and below it at the next."""
     tips = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 14.0]])
     path = Toolpath.from_tips(tips, np.tile([0.0, 0.0, 1.0], (2, 1)), Tool(tool))
     block = trimesh.creation.box(extents=(1.0, 1.0, 1.0))
     block.apply_translation([1.0, 0.0, 12.0])
     context = make_context(upright(path, hayashi), hayashi, path, None, DEFAULT_TOLERANCES)
-    here, way = gouge_depths(context, block)
+    here, within = gouge_depths(context, block)
     assert (here < 0.0).all()
-    assert way[1] > 1.0
+    assert within[1] > 1.0
 
 
-def test_axes_that_run_linearly_leave_the_straight_way_of_the_centre(hayashi, box):
-    """Half a turn of the table while the ball should pass over the part: led straight it stays on top."""
+def test_linear_axes_leave_the_straight_path_of_the_centre(hayashi, box):
+    """Half a turn of the table while the ball passes over the part: under TCP it stays on top."""
     contact = np.array([[-10.0, 8.0, SIDE / 2.0], [10.0, 8.0, SIDE / 2.0]])
     path = Toolpath.from_contacts(contact, np.tile([0.0, 0.0, 1.0], (2, 1)), Tool.ball(2.0 * RADIUS))
     first, last = (rotary_angles(hayashi, leant_axis(a))[1][0] for a in (25.0, 65.0))
@@ -196,8 +198,8 @@ def test_axes_that_run_linearly_leave_the_straight_way_of_the_centre(hayashi, bo
     assert abs(linear[1]) > 0.1
 
 
-def test_a_control_that_leads_the_tip_takes_the_ball_off_its_place(hayashi):
-    """A lollipop turns about its ball's centre under a ceiling: with the tip led, that bulges upwards."""
+def test_a_control_that_moves_the_tip_straight_displaces_the_ball(hayashi):
+    """A lollipop turns about its ball's centre under a ceiling: with TCP at the tip it bulges upwards."""
     half, tilt = np.radians(30.0), np.radians(45.0)
     axes = np.array([[0.0, np.sin(a), np.cos(a)] for a in (-half, half)])
     path = Toolpath.from_tips(-RADIUS * axes, axes, Tool(shapes.lollipop(2.0 * RADIUS, 4.0)))
@@ -209,15 +211,15 @@ def test_a_control_that_leads_the_tip_takes_the_ball_off_its_place(hayashi):
     ceiling.apply_transform(trimesh.geometry.align_vectors([1.0, 0.0, 0.0], towards))
     ceiling.apply_translation((RADIUS + 10.0) * towards)
     bulge = RADIUS * (1.0 - np.cos(half)) * np.cos(tilt)
-    for led, depth in ((RADIUS, 0.0), (0.0, bulge)):
-        here, way = gouge_depths(context, ceiling, tcp_height=led)
+    for tcp_height, depth in ((RADIUS, 0.0), (0.0, bulge)):
+        here, within = gouge_depths(context, ceiling, tcp_height=tcp_height)
         assert here == pytest.approx(0.0, abs=1e-6)
-        assert way[1] == pytest.approx(depth, abs=0.005)
+        assert within[1] == pytest.approx(depth, abs=0.005)
 
 
 @pytest.mark.parametrize("step", [1.0, 1.9, 4.0])
 @pytest.mark.parametrize("arm", [200.0, 1000.0])
-def test_axes_that_run_linearly_bulge_between_ends_that_coincide(hayashi, arm, step):
+def test_linear_axes_bulge_between_ends_that_coincide(hayashi, arm, step):
     """A ball that turns about its centre, far from the axis of A: between the rows it swings aside."""
     angle = np.radians(step)
     rotary = np.array([[0.0, 0.0], [0.0, -angle], [0.0, -2.0 * angle]])
@@ -228,8 +230,8 @@ def test_axes_that_run_linearly_bulge_between_ends_that_coincide(hayashi, arm, s
     motion = Motion(hayashi.letters, positions, path.feed, np.ones(3), path.kind, path.source)
     context = make_context(motion, hayashi, path, None, DEFAULT_TOLERANCES)
     bulge = arm * (1.0 - np.cos(angle / 2.0))
-    tip, way = tool_poses(hayashi, (positions[1:] + positions[:-1]) / 2.0)
-    aside = tip + RADIUS * way - [0.0, 0.0, arm]
+    tip, axis = tool_poses(hayashi, (positions[1:] + positions[:-1]) / 2.0)
+    aside = tip + RADIUS * axis - [0.0, 0.0, arm]
     assert np.linalg.norm(aside, axis=1) == pytest.approx(bulge, rel=1e-6)
     wall = trimesh.creation.box(extents=(20.0, 100.0, 100.0))
     wall.apply_transform(trimesh.geometry.align_vectors([1.0, 0.0, 0.0], aside[0]))
@@ -240,19 +242,19 @@ def test_axes_that_run_linearly_bulge_between_ends_that_coincide(hayashi, arm, s
         assert deepest[1:] == pytest.approx(bulge, abs=0.005)
 
 
-@pytest.mark.parametrize("led", [None, 0.0, RADIUS])
-def test_no_point_of_the_cutter_goes_farther_than_is_reckoned_with(hayashi, led):
+@pytest.mark.parametrize("tcp_height", [None, 0.0, RADIUS])
+def test_no_point_of_the_cutter_exceeds_the_bound_on_its_movement(hayashi, tcp_height):
     generator = np.random.default_rng(8)
     positions = np.cumsum(generator.normal(size=(40, 5)) * [3.0, 3.0, 3.0, 0.02, 0.02], axis=0)
     positions[:, :3] += 100.0
     tip, axis = tool_poses(hayashi, positions)
     path = Toolpath.from_tips(tip, axis, Tool.ball(2.0 * RADIUS))
     motion = Motion(hayashi.letters, positions, path.feed, np.ones(40), path.kind, path.source)
-    ways = MovePoses(make_context(motion, hayashi, path, None, DEFAULT_TOLERANCES), led, AROUND)
+    moves = MovePoses(make_context(motion, hayashi, path, None, DEFAULT_TOLERANCES), tcp_height, AROUND)
     row = np.arange(1, 40)
-    ends = [ways.places(row, np.full(39, share)) for share in (0.0, 1.0)]
-    bound = ways.movement(*ends) + ways.bends(row) / 2.0
-    dense = [ways.places(row, np.full(39, share)) for share in np.linspace(0.0, 1.0, 51)]
+    ends = [moves.poses(row, np.full(39, share)) for share in (0.0, 1.0)]
+    bound = moves.movement(*ends) + moves.bends(row) / 2.0
+    dense = [moves.poses(row, np.full(39, share)) for share in np.linspace(0.0, 1.0, 51)]
     for height in (0.0, RADIUS, 2.0 * RADIUS):
         points = np.array([place.tip + height * place.axis for place in dense])
         length = np.linalg.norm(np.diff(points, axis=0), axis=2).sum(axis=0)
@@ -280,9 +282,9 @@ PART = Path(__file__).parents[3] / "examples" / "overhang" / "part.stl"
 def test_a_path_that_was_planned_for_a_ball_gouges_nowhere(hayashi, plan):
     path = plan_contour(PART, Tool.ball(8.0), spacing=1.0, **plan)
     context = make_context(upright(path, hayashi), hayashi, path, PathConstraints(), DEFAULT_TOLERANCES)
-    here, way = gouge_depths(context, load_mesh(PART), tcp_height=path.zone.height)
+    here, within = gouge_depths(context, load_mesh(PART), tcp_height=path.zone.height)
     assert here.max() <= DEFAULT_TOLERANCES.gouge
-    assert way.max() <= DEFAULT_TOLERANCES.chord_gouge
+    assert within.max() <= DEFAULT_TOLERANCES.chord_gouge
     # Links among them, and somewhere it touches.
     assert (path.kind != MoveKind.CUT).any()
     assert here.max() > -1e-6

@@ -83,7 +83,7 @@ def test_columns_follow_the_letters_and_not_the_chain():
     assert built.columns.tolist() == [4, 3, 0, 1, 2]
 
 
-def test_a_row_that_is_not_a_number_gives_nan_and_spoils_no_other(hayashi):
+def test_a_row_with_nan_gives_nan_and_affects_no_other(hayashi):
     positions = random_positions(hayashi, 3)
     expected, _ = tool_poses(hayashi, positions)
     positions[1] = np.nan
@@ -93,7 +93,7 @@ def test_a_row_that_is_not_a_number_gives_nan_and_spoils_no_other(hayashi):
     np.testing.assert_array_equal(tip[[0, 2]], expected[[0, 2]])
 
 
-def test_without_pinocchio_the_error_says_what_to_install(hayashi, monkeypatch):
+def test_without_pinocchio_the_error_names_what_to_install(hayashi, monkeypatch):
     real = builtins.__import__
 
     def absent(name, *args, **kwargs):
@@ -106,7 +106,7 @@ def test_without_pinocchio_the_error_says_what_to_install(hayashi, monkeypatch):
         build_model(hayashi)
 
 
-def test_verification_takes_no_equation_from_what_it_checks():
+def test_verification_uses_no_equation_of_what_it_checks():
     folder = Path(fiveaxis.verification.__file__).parent
     for module in sorted(folder.glob("*.py")):
         for node in ast.walk(ast.parse(module.read_text(encoding="utf-8"))):

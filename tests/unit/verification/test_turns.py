@@ -1,4 +1,4 @@
-"""Held axes, turns in a block and per mm, and turns next to the singular direction."""
+"""Held axes, turns in a block and per mm, and turns near the singular direction."""
 
 from dataclasses import replace
 
@@ -21,7 +21,7 @@ def line(n: int, axis=UP, spacing: float = 1.0, **more) -> Toolpath:
 
 
 def turning(path: Toolpath, machine, c=0.0, a=0.0):
-    """Follow a path with angles of C and A in degrees, each one number or one a location."""
+    """Follow a path with angles of C and A in degrees, each one number or one per location."""
     angles = np.stack(np.broadcast_arrays(c, a, np.zeros(len(path)))[:2], axis=1)
     return follow(path, machine, np.radians(angles))
 
@@ -37,7 +37,7 @@ def test_an_axis_off_its_held_angle_is_an_error_there_in_links_too(hayashi):
     assert rows_of(report, "held-axis") == [2, 4]
     assert not report.ok
     assert report.figures["held_axis_off_deg"] == pytest.approx(1.0)
-    assert "C = 31 deg, and it is held at 30 deg" in report.findings[0].message
+    assert "C = 31 deg, but it is to be held at 30 deg" in report.findings[0].message
     assert any("C at 30 deg" in sentence for sentence in report.checked)
 
 
@@ -49,7 +49,7 @@ def test_a_whole_turn_is_not_the_held_angle(hayashi):
 
 
 @pytest.mark.parametrize(("bound", "fires"), [(10.0, False), (9.999, True)])
-def test_the_turn_of_a_block_is_held_against_what_was_asked_for(hayashi, bound, fires):
+def test_the_turn_of_a_block_is_checked_against_max_turn(hayashi, bound, fires):
     path = line(4)
     report = verify(turning(path, hayashi, c=[0, 10, 10, 10]), hayashi, path, max_turn=bound)
     assert rows_of(report, "jump") == ([1] if fires else [])
@@ -63,11 +63,11 @@ def test_a_cut_may_turn_as_far_as_the_program_turns_the_tool_and_no_farther(haya
     for far, fires in ((50.0, False), (50.1, True)):
         report = verify(turning(path, hayashi, a=[0, 0, far]), hayashi, path, max_turn=15.0)
         assert rows_of(report, "jump") == ([2] if fires else [])
-    assert any("farther only where the program" in sentence for sentence in report.checked)
+    assert any("more only where the program" in sentence for sentence in report.checked)
 
 
 def test_parts_of_a_move_may_turn_as_far_as_the_whole(hayashi):
-    """Locations that were inserted know no tool axis."""
+    """Inserted locations have no tool axis."""
     leant = [0.0, -np.sin(np.radians(50.0)), np.cos(np.radians(50.0))]
     path = line(5, axis=np.array([UP, UP, UP, leant, leant]))
     axis = path.axis.copy()
@@ -77,7 +77,7 @@ def test_parts_of_a_move_may_turn_as_far_as_the_whole(hayashi):
     assert rows_of(report, "jump") == [4]
 
 
-def test_a_turn_per_mm_is_measured_over_the_way_of_cuts(hayashi):
+def test_a_turn_per_mm_is_measured_along_cuts(hayashi):
     path = line(5, spacing=2.0, kind=[0, 0, 0, MoveKind.LINK, 0])
     motion = turning(path, hayashi, c=[0, 6, 12.1, 40, 40])
     report = verify(motion, hayashi, path, turn_rate=3.0)
@@ -87,7 +87,7 @@ def test_a_turn_per_mm_is_measured_over_the_way_of_cuts(hayashi):
     assert report.figures["turn_rate_deg_mm"] == pytest.approx(3.05)
 
 
-def test_a_place_that_is_there_twice_may_turn_by_a_hundredth_of_a_degree(hayashi):
+def test_coincident_locations_may_turn_by_a_hundredth_of_a_degree(hayashi):
     path = line(2, spacing=0.0)
     for far, fires in ((0.01, False), (0.011, True)):
         report = verify(turning(path, hayashi, c=[0, far]), hayashi, path, turn_rate=1.0)
@@ -99,7 +99,7 @@ def test_a_turn_within_the_singular_cone_is_a_warning(hayashi):
     path = line(6, kind=[0, 0, 0, 0, MoveKind.LINK, 0])
     motion = turning(path, hayashi, c=[0, 3, 6, 9, 12, 12], a=[-20, -8, -4, 8, -4, -4])
     report = verify(motion, hayashi, path, singular_cone=5.0)
-    # Into the cone, and through it: the move to 3 passes it halfway. What turns outside or in a link is free.
+    # Into the cone, and through it: the move to 3 passes it halfway. Turns outside or in links are free.
     assert rows_of(report, "singular-turn") == [2, 3]
     assert {f.severity for f in report.findings if f.code == "singular-turn"} == {Severity.WARNING}
     assert report.ok
@@ -107,13 +107,13 @@ def test_a_turn_within_the_singular_cone_is_a_warning(hayashi):
     assert "singular-turn" not in verify(motion, hayashi, path, singular_cone=5.0, singular_rate=3.0).counts
 
 
-def test_the_singular_direction_counts_either_way_along_it(hayashi):
+def test_the_singular_direction_counts_in_both_senses(hayashi):
     path = line(2)
     motion = turning(path, hayashi, c=[0, 3], a=[-178, -178])
     assert rows_of(verify(motion, hayashi, path, singular_cone=5.0), "singular-turn") == [1]
 
 
-def test_what_was_not_asked_for_is_said_to_be_unchecked(hayashi):
+def test_constraints_not_given_are_reported_as_unchecked(hayashi):
     path = line(2)
     report = verify(turning(path, hayashi), hayashi, path)
     text = " ".join(report.not_checked)
@@ -124,7 +124,7 @@ def test_what_was_not_asked_for_is_said_to_be_unchecked(hayashi):
 
 
 @pytest.mark.parametrize(
-    ("bounds", "said"),
+    ("bounds", "message"),
     [
         ({"hold": {"B": 1.0}}, "B can't be held: the rotary axes of .* are C, A"),
         ({"max_turn": 0.0}, "max_turn is 0 deg; it must be above 0"),
@@ -135,7 +135,7 @@ def test_what_was_not_asked_for_is_said_to_be_unchecked(hayashi):
         ({"singular_rate": 1.0}, "belongs to a singular cone"),
     ],
 )
-def test_a_bound_that_makes_no_sense_is_refused(hayashi, bounds, said):
+def test_an_invalid_bound_is_refused(hayashi, bounds, message):
     path = line(2)
-    with pytest.raises(SettingError, match=said):
+    with pytest.raises(SettingError, match=message):
         verify(turning(path, hayashi), hayashi, path, **bounds)

@@ -1,4 +1,4 @@
-"""A correct motion passes, and every check fires on the fault that is its own and on no other."""
+"""A correct motion passes, and every check finds its own fault and no other."""
 
 import json
 from dataclasses import replace
@@ -195,7 +195,7 @@ def test_a_speed_at_its_limit_passes_and_a_millionth_above_does_not(good, hayash
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
-def test_a_value_that_is_no_number_is_found_and_no_other_check_stumbles(good, hayashi, ring, value):
+def test_a_value_that_is_not_finite_is_found_and_no_other_check_fails(good, hayashi, ring, value):
     positions = good.positions.copy()
     positions[ROW, hayashi.column("Y")] = value
     report = verify(with_positions(good, positions), hayashi, ring, tilt=TILT)
@@ -205,7 +205,7 @@ def test_a_value_that_is_no_number_is_found_and_no_other_check_stumbles(good, ha
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf, -1.0])
-def test_a_duration_that_is_no_duration_is_found(good, hayashi, ring, value):
+def test_an_invalid_duration_is_found(good, hayashi, ring, value):
     time = good.time.copy()
     time[ROW] = value
     report = verify(replace(good, time=time), hayashi, ring, tilt=TILT)
@@ -236,7 +236,7 @@ def test_the_deviation_of_a_rotating_block_is_the_sagitta_of_its_arc(hayashi):
     assert inserted.figures == report.figures
 
 
-def test_what_was_not_checked_is_said(good, hayashi, ring):
+def test_what_was_not_checked_is_reported(good, hayashi, ring):
     report = verify(good, hayashi, ring)
     text = " ".join(report.not_checked)
     for word in (

@@ -41,11 +41,11 @@ def test_a_change_of_rotary_speed_beyond_the_highest_acceleration_is_a_warning(h
         assert report.figures["rotary_acceleration_share"] == pytest.approx(2.0 / bound)
     warning = report.findings[0]
     assert warning.severity is Severity.WARNING
-    assert "C changes its speed by 2 deg/s²" in warning.message
-    assert "can do 1.9 deg/s²" in warning.message
+    assert "C accelerates by 2 deg/s²" in warning.message
+    assert "at most 1.9 deg/s²" in warning.message
 
 
-def test_it_is_what_the_peak_rates_say(hayashi, path):
+def test_the_figure_equals_the_peak_rates(hayashi, path):
     machine = with_axis(hayashi, "C", max_acceleration=1.0)
     motion = turned(path, machine, [0, 1, 5, 4, 9])
     peak = peak_rates(machine, motion)["C"].acceleration
@@ -64,22 +64,22 @@ def test_a_corner_of_a_linear_axis_has_a_code_of_its_own(hayashi, path):
     assert report.ok
 
 
-def test_links_change_their_speed_as_they_like(hayashi, path):
+def test_links_may_change_their_speed_without_bound(hayashi, path):
     machine = with_axis(hayashi, "C", max_acceleration=1e-6)
     linked = replace(path, kind=np.array([0, 0, MoveKind.LINK, 0, MoveKind.LINK]))
     report = verify(turned(linked, machine, [0, 0, 2, 2, 2]), machine, linked)
     assert "rotary-acceleration" not in report.counts
 
 
-def test_an_axis_without_a_highest_acceleration_is_said_to_be_unchecked(hayashi, path):
+def test_an_axis_without_a_highest_acceleration_is_reported_as_unchecked(hayashi, path):
     report = verify(turned(path, hayashi, [0] * N), hayashi, path)
     assert report.figures["rotary_acceleration_share"] is None
     text = " ".join(report.not_checked)
-    assert "acceleration of X, Y, Z: the machine states no highest one" in text
-    assert "acceleration of A, C: the machine states no highest one" in text
+    assert "acceleration of X, Y, Z: the machine states no maximum" in text
+    assert "acceleration of A, C: the machine states no maximum" in text
 
 
-def test_a_duration_that_is_none_hides_only_its_own_changes(hayashi, path):
+def test_an_invalid_duration_hides_only_its_own_changes(hayashi, path):
     machine = with_axis(hayashi, "C", max_acceleration=np.radians(1.0))
     motion = turned(path, machine, [0, 0, 0, 3, 3])
     time = motion.time.copy()

@@ -1,7 +1,7 @@
-"""The way of the axes where a control leads a point of the tool straight between rows.
+"""Axis positions in moves under TCP, where the control moves a point of the tool straight between rows.
 
-The rotary axes turn in proportion to that way, and the linear ones make up for it: they don't run straight.
-Such moves are cut into parts in which axes that do run straight keep the point on its way.
+The rotary axes turn in proportion to the path of that point and the linear axes compensate, so they aren't
+linear in time. Such moves are divided into parts in which linear axes keep the point on its path.
 """
 
 from __future__ import annotations
@@ -14,24 +14,24 @@ from fiveaxis.motion import PATH_TOLERANCE, Interpolation
 from fiveaxis.toolpath import divided_rows, interpolate
 from fiveaxis.verification.model import tool_poses
 
-# Rounds of measuring and cutting; each divides a deviation by the square of the parts.
+# Rounds of measuring and dividing; each divides a deviation by the square of the number of parts.
 MOST_ROUNDS = 12
 
 
-def led_positions(machine: Machine, positions: Array, height: float) -> tuple[Array, Array]:
-    """Cut the moves between rows until axes that run linearly lead a point of the tool straight.
+def divide_tcp_moves(machine: Machine, positions: Array, height: float) -> tuple[Array, Array]:
+    """Divide the moves between rows until axes linear in time move a point of the tool straight.
 
     Parameters
     ----------
-    machine : whose axes they are
+    machine : chain and column order
     positions : (n, k), mm and rad
-    height : mm above the tip, of the point that goes straight
+    height : mm above the tip, of the point that moves straight
 
     Returns
     -------
-    positions : (m, k), mm and rad, the given rows among them; the point is within `PATH_TOLERANCE` of its
-        straight way halfway in every part
-    row : (m,), places in rows as they were given: 3.25 lies between 3 and 4
+    positions : (m, k), mm and rad, the given rows included; halfway through every part the point is within
+        `PATH_TOLERANCE` of its straight path
+    row : (m,), fractional given rows: 3.25 lies between 3 and 4
     """
     tip, axis = tool_poses(machine, positions)
     straight, row, every = tip + height * axis, np.arange(len(positions), dtype=float), positions
@@ -39,26 +39,26 @@ def led_positions(machine: Machine, positions: Array, height: float) -> tuple[Ar
         tips, axes = tool_poses(machine, (every[1:] + every[:-1]) / 2.0)
         wanted = interpolate(straight, (row[1:] + row[:-1]) / 2.0)
         off = np.linalg.norm(tips + height * axes - wanted, axis=1)
-        # A parabola's height falls with the square of the parts that its chord is cut into.
+        # A parabola's height over its chord falls with the square of the number of parts.
         parts = np.maximum(np.ceil(np.sqrt(np.nan_to_num(off) / PATH_TOLERANCE)), 1.0).astype(np.int64)
         if (parts == 1).all():
             break
         row = interpolate(row[:, None], divided_rows(parts))[:, 0]
         every = interpolate(positions, row)
         between = np.flatnonzero(row != np.floor(row))
-        every[between] = put_at(machine, every[between], interpolate(straight, row[between]), height)
+        every[between] = _move_point(machine, every[between], interpolate(straight, row[between]), height)
     return every, row
 
 
 def positions_between(
     machine: Machine, positions: Array, place: Array, interpolation: Interpolation
 ) -> Array:
-    """Find the axes between the ends of blocks as a control moves them.
+    """Compute the axis positions between the ends of blocks as a control moves them.
 
     Parameters
     ----------
     positions : (m, k), mm and rad, at the ends of blocks
-    place : (n,), in rows of these: 3.25 is after a quarter of the block to row 4
+    place : (n,), fractional rows of these: 3.25 is after a quarter of the block to row 4
 
     Returns
     -------
@@ -69,14 +69,14 @@ def positions_between(
     if interpolation is Interpolation.JOINT or not len(inner):
         return found
     tip = interpolate(tool_poses(machine, positions)[0], place[inner])
-    found[inner] = put_at(machine, found[inner], tip, 0.0)
+    found[inner] = _move_point(machine, found[inner], tip, 0.0)
     return found
 
 
-def put_at(machine: Machine, positions: Array, wanted: Array, height: float) -> Array:
-    """Move the linear axes of rows, (m, k), so that the point is where it is wanted, (m, 3) mm.
+def _move_point(machine: Machine, positions: Array, wanted: Array, height: float) -> Array:
+    """Move the linear axes of rows, (m, k), so that the point reaches wanted positions, (m, 3) mm.
 
-    Its place is linear in them. Where no place of the axes leads it there, a control can't either: they stay.
+    Its position is linear in them. Directions in which the axes can't move it are left as they are.
     """
     columns = machine.linear_columns
     tip, axis = tool_poses(machine, positions)

@@ -1,4 +1,4 @@
-"""Tool of revolution against triangles: the compiled test beside sampling, coal and closed forms."""
+"""Tool of revolution against triangles: the compiled test compared with sampling, coal and closed forms."""
 
 from itertools import pairwise
 
@@ -47,10 +47,10 @@ def test_random_triangles_meet_a_cone_where_a_dense_sample_of_them_does():
         frustum = np.array(
             [draw.uniform(-1, 0), draw.uniform(0, 1), draw.uniform(0.1, 1), draw.uniform(0, 1)]
         )
-        here = _obstacle(triangle[None], frustum).met(np.zeros((1, 3)), UPRIGHT)[0]
+        here = _obstacle(triangle[None], frustum).hit_by(np.zeros((1, 3)), UPRIGHT)[0]
         turn, shift = Rotation.random(random_state=number).as_matrix(), draw.normal(size=3)
         moved = _obstacle((triangle @ turn.T + shift)[None], frustum)
-        assert moved.met(shift[None], turn[:, 2][None])[0] == here
+        assert moved.hit_by(shift[None], turn[:, 2][None])[0] == here
         gap = _sampled_gap(triangle, frustum)
         # A sample finds no point that isn't there, and misses a piece no larger than its step.
         assert here if gap < 0.0 else (not here or gap < 0.1)
@@ -76,7 +76,7 @@ def test_cylinders_against_a_mesh_answer_as_coal_does():
     # Middles between "touches at an end" and "touches with its side" and somewhat beyond.
     middle = turns[:, :, 2] * 0.0 + draw.normal(size=(800, 3))
     middle *= (draw.uniform(35.0, 65.0, 800) / np.linalg.norm(middle, axis=1))[:, None]
-    ours = _obstacle(mesh.triangles, (-25.0, 12.0, 25.0, 12.0)).met(middle, turns[:, :, 2])
+    ours = _obstacle(mesh.triangles, (-25.0, 12.0, 25.0, 12.0)).hit_by(middle, turns[:, :, 2])
     theirs = [
         coal.collide(
             cylinder,
@@ -96,10 +96,10 @@ def test_cylinders_against_a_mesh_answer_as_coal_does():
 @pytest.mark.parametrize("side", [-1.0, 1.0])
 def test_a_cylinder_beside_a_wall_grazes_it_to_a_micron(side):
     wall = [[[5.0, -50.0, -50.0], [5.0, 50.0, -50.0], [5.0, 0.0, 80.0]]]
-    met = _obstacle(wall, (0.0, 5.0 + side * MICRON, 40.0, 5.0 + side * MICRON)).met(
+    hit = _obstacle(wall, (0.0, 5.0 + side * MICRON, 40.0, 5.0 + side * MICRON)).hit_by(
         np.zeros((1, 3)), UPRIGHT
     )
-    assert met[0] == (side > 0.0)
+    assert hit[0] == (side > 0.0)
 
 
 def test_a_holder_leans_against_a_wall_at_the_angle_that_trigonometry_gives():
@@ -110,10 +110,10 @@ def test_a_holder_leans_against_a_wall_at_the_angle_that_trigonometry_gives():
     edge = np.degrees(np.arcsin(30.0 / np.hypot(40.0, 20.0)) - np.arctan2(20.0, 40.0))
     lean = np.radians(np.arange(0.0, 45.0, 0.01))
     axis = np.column_stack([np.sin(lean), np.zeros_like(lean), np.cos(lean)])
-    met = holder.met(np.zeros_like(axis), axis)
-    first = np.degrees(lean[np.argmax(met)])
-    assert met.any()
-    assert met[np.argmax(met) :].all()
+    hit = holder.hit_by(np.zeros_like(axis), axis)
+    first = np.degrees(lean[np.argmax(hit)])
+    assert hit.any()
+    assert hit[np.argmax(hit) :].all()
     assert first == pytest.approx(edge, abs=0.02)
 
 
@@ -122,13 +122,13 @@ def test_a_cone_in_a_bore_meets_it_at_the_depth_where_it_is_as_wide():
     inner = 10.0 * np.cos(np.pi / 720)  # the middle of a facet is nearer than its corners
     # A cone of slope 1 whose radius is its height: at depth d it is d + 10 wide where the bore ends.
     cone = _obstacle(bore.triangles, (0.0, 0.0, 30.0, 30.0))
-    for depth, is_met in ((20.0 + inner - 2 * MICRON, False), (20.0 + inner + 2 * MICRON, True)):
+    for depth, is_hit in ((20.0 + inner - 2 * MICRON, False), (20.0 + inner + 2 * MICRON, True)):
         tip = np.array([[0.0, 0.0, 10.0 - (depth - 20.0)]])
-        assert cone.met(tip, UPRIGHT)[0] == is_met
+        assert cone.hit_by(tip, UPRIGHT)[0] == is_hit
 
 
 def test_a_margin_is_kept_in_every_direction():
-    """Grown by a margin a cone meets what is nearer than that, and nothing much farther than that."""
+    """A cone grown by a margin meets what is nearer than that and nothing much farther."""
     draw = np.random.default_rng(4)
     frustum = (10.0, 6.0, 30.0, 12.0)
     profile = np.array([[0.0, 10.0], [6.0, 10.0], [12.0, 30.0], [0.0, 30.0]])
@@ -136,34 +136,37 @@ def test_a_margin_is_kept_in_every_direction():
     inside = (
         (points[:, 1] > 10.0) & (points[:, 1] < 30.0) & (points[:, 0] < 6.0 + 0.3 * (points[:, 1] - 10.0))
     )
-    ways = [np.linalg.norm(points - _nearest(points, a, b), axis=1) for a, b in pairwise(profile)]
-    gap = np.where(inside, 0.0, np.min(ways, axis=0))
+    gaps = [np.linalg.norm(points - _nearest(points, a, b), axis=1) for a, b in pairwise(profile)]
+    gap = np.where(inside, 0.0, np.min(gaps, axis=0))
     for point, distance in zip(points, gap, strict=True):
         speck = np.array(
             [[[point[0], 0.0, point[1]], [point[0] + 1e-6, 0.0, point[1]], [point[0], 1e-6, point[1]]]]
         )
-        met = _obstacle(speck, frustum, margin=2.0).met(np.zeros((1, 3)), UPRIGHT)[0]
+        hit = _obstacle(speck, frustum, margin=2.0).hit_by(np.zeros((1, 3)), UPRIGHT)[0]
         if distance < 2.0 - 1e-5:
-            assert met
+            assert hit
         if distance > 2.0 * 1.9:  # sharp ends in place of round ones
-            assert not met
+            assert not hit
 
 
 def test_a_grown_ball_is_a_larger_ball():
-    """Its sampled profile has nearly flat pieces at the bottom: they don't run far out."""
+    """Nearly flat segments at the bottom of its sampled profile must not run far out."""
     ball = Solid.of_outline("cutter", Tool.ball(8.0).cutter.outline()).grown(0.5)
     points = np.random.default_rng(7).uniform([-6.0, -6.0, -2.0], [6.0, 6.0, 4.0], (3000, 3))
     away = np.linalg.norm(points - [0.0, 0.0, 4.0], axis=1)
     specks = points[:, None] + 1e-6 * np.eye(3)[None]
-    met = np.array(
-        [Obstacle.build("speck", speck[None], [ball]).met(np.zeros((1, 3)), UPRIGHT)[0] for speck in specks]
+    hit = np.array(
+        [
+            Obstacle.build("speck", speck[None], [ball]).hit_by(np.zeros((1, 3)), UPRIGHT)[0]
+            for speck in specks
+        ]
     )
     # The profile's chords lie inside of the ball by up to 4 (1 − cos 2.5 deg).
-    assert met[away < 4.5 - 0.005].all()
-    assert not met[away > 4.5 + 0.3].any()
+    assert hit[away < 4.5 - 0.005].all()
+    assert not hit[away > 4.5 + 0.3].any()
 
 
 def _nearest(points, a, b):
-    way = b - a
-    share = np.clip((points - a) @ way / (way @ way), 0.0, 1.0)
-    return a + share[:, None] * way
+    edge = b - a
+    share = np.clip((points - a) @ edge / (edge @ edge), 0.0, 1.0)
+    return a + share[:, None] * edge

@@ -1,4 +1,4 @@
-"""Bounds at locations that were inserted between those of a path."""
+"""Bounds at locations inserted between those of a path."""
 
 import numpy as np
 import pytest
@@ -43,14 +43,14 @@ def angles_of(constraints: PathConstraints) -> list[float]:
     return np.degrees(np.arctan2(-reference[:, 1], reference[:, 2])).tolist()
 
 
-def test_what_a_bound_refers_to_turns_evenly_between_two_locations(hayashi):
+def test_the_reference_of_a_bound_turns_uniformly_between_two_locations(hayashi):
     constraints = PathConstraints.of(bent(), hayashi, Constraints.of_degrees(tilt=(10.0, 60.0)))
     found = constraints.between(np.array([0.0, 0.5, 1.0, 1.25, 2.0]))
     assert angles_of(found) == pytest.approx([0.0, 10.0, 20.0, 25.0, 40.0], abs=0.2)
     assert (found.leaning.low, found.leaning.high) == (constraints.leaning.low, constraints.leaning.high)
 
 
-def test_bounds_beside_the_first_are_spread_too(hayashi):
+def test_further_bounds_are_interpolated_too(hayashi):
     constraints = PathConstraints.of(
         bent(), hayashi, Constraints.of_degrees(lead=(-10.0, 20.0), lean=(-5.0, 5.0))
     )
@@ -59,7 +59,7 @@ def test_bounds_beside_the_first_are_spread_too(hayashi):
     assert all(b.reference.shape == (3, 3) for b in found.leaning.all)
 
 
-def test_next_to_a_link_nothing_is_known(hayashi):
+def test_within_a_link_there_is_no_bound(hayashi):
     path = bent().with_links(np.array([False, True, False]))
     found = PathConstraints.of(path, hayashi, Constraints.of_degrees(tilt=(10.0, 60.0))).between(
         np.array([0.0, 0.5, 1.0, 1.5, 2.0])
@@ -67,7 +67,7 @@ def test_next_to_a_link_nothing_is_known(hayashi):
     assert np.isfinite(found.leaning.reference).all(axis=1).tolist() == [True, False, False, False, True]
 
 
-def test_a_lean_that_is_kept_at_both_ends_only_is_found_between_them(hayashi):
+def test_a_lean_out_of_bounds_only_between_locations_is_found(hayashi):
     """A swings from one side of the normal to the other: right at both ends, upright in the middle."""
     path = bent(2, step=0.0)
     rotary = np.radians([[0.0, -30.0], [0.0, 30.0]])
