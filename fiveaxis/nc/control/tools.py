@@ -1,4 +1,4 @@
-"""Which tools a program takes, and where it changes from one to another."""
+"""Tools and tool changes of a program."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from fiveaxis.findings import Finding, Place, Severity
 from fiveaxis.nc.languages.block import Block
 from fiveaxis.nc.source import Source
 
-# Words that put the selected tool into the spindle, however a language writes them.
+# Words that load the selected tool, in any language.
 CHANGES = ("M6", "TOOL CALL")
-# Putting the last tool away.
+# An empty spindle.
 EMPTY = ("T0", "TOOL CALL 0")
 
 # Line, name of the tool, word.
@@ -20,37 +20,37 @@ _Change = tuple[int, str | None, str]
 
 @dataclass
 class Tools:
-    """The tools that a program names, in order.
+    """The tools of a program, in order.
 
-    T selects a tool and M6 puts it in; a program without M6, as for turrets and where T alone changes the
-    tool on Sinumerik, changes it by T. TOOL CALL does both.
+    T selects a tool and M6 loads it. In a program without M6, as for turrets and some Sinumerik machines, T
+    changes the tool. TOOL CALL does both.
 
     Parameters
     ----------
-    selected : lines and names of tools, as far as the program writes T
-    changed : the same for changes; the name is None where the program doesn't say which
+    selected : lines and names of selected tools
+    changed : lines, names and words of changes; the name is None if the program doesn't give it
     """
 
     selected: list[tuple[int, str]] = field(default_factory=list)
     changed: list[_Change] = field(default_factory=list)
 
     def take(self, block: Block) -> None:
-        """Take what a block says of tools."""
+        """Read the tool words of a block."""
         name = block.tool or (f"T{block.words['T']:g}" if "T" in block.words else None)
         if name is not None:
             self.selected.append((block.line, name))
         for word in CHANGES:
             if word in block.m or word in block.ignored:
-                # A change by name is done by T before; without T nobody knows which tool it is.
+                # The tool is that of the last T; without T it is unknown.
                 latest = self.selected[-1][1] if self.selected else None
                 self.changed.append((block.line, latest, word))
 
     def findings(self, source: Source, last: int) -> list[Finding]:
-        """Say where the program takes its second tool; a path and a machine have one.
+        """Return a warning at the first change to a second tool: a path has one tool only.
 
         Parameters
         ----------
-        last : line of the last move; a tool that nothing is done with doesn't count, nor does none
+        last : line of the last move; later tools and an empty spindle don't count
         """
         found: list[_Change] = self.changed or [(line, name, name) for line, name in self.selected]
         found = [new for new in found if new[0] <= last and new[1] not in EMPTY]
@@ -64,8 +64,8 @@ class Tools:
             Finding(
                 Severity.WARNING,
                 "several-tools",
-                f"{what} takes another tool{more}, and all of the program is read with one; write one "
-                "program for each tool",
+                f"{what} loads another tool{more}, and the whole program is read with one tool; split it "
+                "into one program per tool",
                 Place(line=line, file=source.name),
             )
         ]

@@ -1,4 +1,4 @@
-"""What is in force in a Klartext program from one block to the next."""
+"""Modal state of a Klartext program."""
 
 from __future__ import annotations
 
@@ -9,35 +9,31 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from fiveaxis.geometry import Array
-from fiveaxis.nc.languages.block import FrameChange
+from fiveaxis.nc.languages.block import BlockError, FrameChange
 from fiveaxis.nc.languages.planes import Plane, turns
-
-
-class PlaneError(ValueError):
-    """A plane or a place that isn't determined; the message names the fact, and the caller knows the line."""
 
 
 @dataclass
 class State:
-    """A control that knows what its words stand for, and leaves the moves to others.
+    """Modal state of the control.
 
-    The coordinates of a program are shifted by the datum shift, turned by PLANE, shifted again by a datum
-    shift that was written after PLANE, and turned by cycle 10, in this order (coordinate systems W-CS, WPL-CS
-    and I-CS of the TNC 640 manual).
+    Program coordinates are shifted by the datum shift, rotated by PLANE, shifted again by a datum shift that
+    follows PLANE, and rotated by cycle 10, in this order (coordinate systems W-CS, WPL-CS and I-CS of the
+    TNC 640 manual).
 
     Parameters
     ----------
     begun : whether BEGIN PGM was read
-    parameters : Q parameters with their values
+    parameters : values of the Q parameters
     tool_feed : of the last TOOL CALL, for F AUTO
     tip_control : whether M128 or FUNCTION TCPM is in force
-    spatial : A, B and C in deg, where FUNCTION TCPM takes them for spatial angles (AXIS SPAT); else None
-    positioned : whether the control itself has turned the tool into a plane: its angles aren't in the program
-    now : the last value of each word of an axis, in the frame in force; without those that aren't known
+    spatial : A, B and C, deg, if FUNCTION TCPM takes them as spatial angles (AXIS SPAT); else None
+    positioned : whether the control has turned the tool into a plane by angles that aren't in the program
+    now : last value of each axis word in the frame in force, if known
     pole : X and Y of the last CC
     datum, tilt, shift, spin : the four parts of the frame
-    zero : the preset or the line of the datum table in force
-    moved : whether a move has been counted from it
+    zero : the preset or the datum table line in force
+    moved : whether the program has moved relative to it
     """
 
     begun: bool = False
@@ -57,29 +53,29 @@ class State:
 
     @property
     def is_tilted(self) -> bool:
-        """Whether PLANE turns the coordinates."""
+        """Whether PLANE rotates the coordinates."""
         return not np.array_equal(self.tilt, np.eye(3))
 
     def frame(self, word: str) -> FrameChange:
-        """Give the sum of all parts, as a change that a word makes; places known before are so no more."""
+        """Return the combined frame, set by `word`; positions known in the frame before are discarded."""
         self.now.clear()
         self.pole = None
         plane = Plane(self.datum, self.tilt).then(Plane(self.shift, turns("Z", [self.spin])))
         return plane.change(word)
 
     def shift_datum(self, words: Mapping[str, float], increments: str) -> None:
-        """Shift the datum along the named axes: of the workpiece, or of the plane where one is tilted.
+        """Shift the datum along axes of the workpiece, or of the tilted plane if there is one.
 
         Raises
         ------
-        PlaneError
-            A shift whose place in the order of shifts and turns isn't determined.
+        BlockError
+            The order of this shift and a rotation in force is undetermined.
         """
         if self.spin:
-            raise PlaneError("a datum shift while cycle 10 turns isn't read; end the turn before")
+            raise BlockError("a datum shift while cycle 10 rotates isn't supported; reset cycle 10 before")
         if self.is_tilted and self.datum.any():
-            raise PlaneError(
-                "a datum shift in a tilted plane, while one from before the plane is in force, isn't read; "
+            raise BlockError(
+                "a datum shift in a tilted plane, with one from before the plane in force, isn't supported; "
                 "write PLANE RESET before"
             )
         part = self.shift if self.is_tilted else self.datum
@@ -88,36 +84,36 @@ class State:
             part[column] = value + (part[column] if letter in increments else 0.0)
 
     def tilt_plane(self, rotation: Array) -> None:
-        """Turn the working plane.
+        """Tilt the working plane.
 
         Raises
         ------
-        PlaneError
-            A shift or a turn is in force that counts in the plane before.
+        BlockError
+            The plane before is shifted or rotated.
         """
         if self.shift.any() or self.spin:
-            raise PlaneError(
-                "a new plane while the last one is shifted or turned isn't read; end that before"
+            raise BlockError(
+                "a new plane while the last one is shifted or rotated isn't supported; reset that before"
             )
         self.tilt = rotation
 
     def change_zero(self, name: str) -> None:
-        """Take note of a preset or a line of the datum table.
+        """Set the preset or the datum table line.
 
         Raises
         ------
-        PlaneError
-            Moves have been counted from another.
+        BlockError
+            The program has moved relative to another.
         """
         if self.moved and name != self.zero:
-            raise PlaneError(
+            raise BlockError(
                 f"{name} moves the program's zero away from {self.zero or 'where the program began'}, and "
                 "only the control knows how far; write one program for each"
             )
         self.zero = name
 
     def remember(self, words: Mapping[str, float], increments: str = "") -> None:
-        """Keep where axes are, as far as the words say."""
+        """Update the axis positions by a block's words."""
         if not increments:
             self.now.update(words)
             return
@@ -127,38 +123,38 @@ class State:
             elif letter in self.now:
                 self.now[letter] += value
 
-    def place(self) -> tuple[float, float]:
-        """Give X and Y where the tool is.
+    def position(self) -> tuple[float, float]:
+        """Return X and Y of the tool.
 
         Raises
         ------
-        PlaneError
-            The program doesn't say.
+        BlockError
+            The program doesn't give it.
         """
         if "X" not in self.now or "Y" not in self.now:
-            raise PlaneError("X and Y of the place before aren't in the program up to here; write them")
+            raise BlockError("X and Y of the position before aren't in the program yet; write them")
         return self.now["X"], self.now["Y"]
 
-    def polar_place(self) -> tuple[float, float]:
-        """Give radius and angle in deg where the tool is, about the pole.
+    def polar_position(self) -> tuple[float, float]:
+        """Return radius and angle, deg, of the tool about the pole.
 
         Raises
         ------
-        PlaneError
-            The program doesn't say.
+        BlockError
+            The program doesn't give it.
         """
-        x, y = self.place()
+        x, y = self.position()
         px, py = self.need_pole()
         return math.hypot(x - px, y - py), math.degrees(math.atan2(y - py, x - px))
 
     def need_pole(self) -> tuple[float, float]:
-        """Give the pole.
+        """Return the pole.
 
         Raises
         ------
-        PlaneError
+        BlockError
             No CC is in force.
         """
         if self.pole is None:
-            raise PlaneError("there is no pole in these coordinates; write CC with X and Y before")
+            raise BlockError("there is no pole in these coordinates; write CC with X and Y before")
         return self.pole

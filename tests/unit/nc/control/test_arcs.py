@@ -58,17 +58,17 @@ def test_radii_that_differ_by_rounding_grow_along_the_arc():
 
 
 def test_radii_that_differ_by_more_are_a_fault():
-    with pytest.raises(ValueError, match=r"begins 5 mm from its centre and ends 5\.1 mm"):
+    with pytest.raises(ValueError, match=r"starts 5 mm from its centre and ends 5\.1 mm"):
         arc_about((5, 0), (0, 5.1), (0, 0), clockwise=False)
     # On a large circle 0.1 % is more than the 0.5 mm that are allowed at most.
-    with pytest.raises(ValueError, match="begins 1000 mm"):
+    with pytest.raises(ValueError, match="starts 1000 mm"):
         arc_about((1000, 0), (0, 1000.6), (0, 0), clockwise=False)
 
 
 def test_arcs_without_radius_are_a_fault():
-    with pytest.raises(ValueError, match="begins at its centre"):
+    with pytest.raises(ValueError, match="starts at its centre"):
         arc_about((1, 1), (2, 2), (1, 1), clockwise=False)
-    with pytest.raises(ValueError, match="may lie anywhere"):
+    with pytest.raises(ValueError, match="a full circle can't be given by R"):
         arc_of_radius((1, 1), (1, 1), 5, clockwise=False)
 
 

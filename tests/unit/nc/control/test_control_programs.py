@@ -224,18 +224,18 @@ def test_a_helix_of_both_languages_ends_where_it_says_after_all_turns(tmp_path):
     [
         ("a.mpf", "TRAORI\nG1 X1 Y2 Z3 A3=1 B3=1 C3=1 F9\nX2", "a.mpf:2"),
         ("a.h", "BEGIN PGM A MM\nM128\nLN X1 Y2 Z3 TX1 TY1 TZ1 F9\nLN X2 TX1 TY0 TZ0", "a.h:3"),
-        ("a.mpf", "G710\nG0 X0 Y0 Z0\nG1 X1\nX=2", "a.mpf:3: a feed move, and no F"),
-        ("a.h", "BEGIN PGM A MM\nL X0 Y0 Z0 FMAX\nCC X5 Y5\nC X9 Y0 DR+ F5", "a.h:4: the arc begins"),
+        ("a.mpf", "G710\nG0 X0 Y0 Z0\nG1 X1\nX=2", "a.mpf:3: a feed move without F"),
+        ("a.h", "BEGIN PGM A MM\nL X0 Y0 Z0 FMAX\nCC X5 Y5\nC X9 Y0 DR+ F5", "a.h:4: the arc starts"),
         ("a.mpf", "TRAORI\nG0 X0 Y0 Z0\nG1 X1 F5\nG700 X5", "a.mpf:4"),
         (
             "a.mpf",
             'G710\nG0 X0 Y0 Z0\nCYCLE800(1,"",0,57,0,0,0,0,30,0,0,0,0,-1)\nG0 X1 Y1\nG1 X2 F5',
-            "a.mpf:5: a feed move, and",
+            "a.mpf:5: a feed move without",
         ),
         (
             "a.h",
             "BEGIN PGM A MM\nL X0 Y0 Z0 FMAX\nPLANE SPATIAL SPA+9 SPB0 SPC0 TURN\nL X1 Y1 FMAX\nL X2 F5",
-            "a.h:5: a feed move, and",
+            "a.h:5: a feed move without",
         ),
     ],
 )

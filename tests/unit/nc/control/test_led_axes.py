@@ -63,8 +63,8 @@ def test_after_a_direction_or_a_plane_a_cut_needs_the_angles_again(read, word):
         read(text + AWAY[suffix] + ON[suffix], suffix)
     assert caught.value.line == len(text.split("\n")) + 1
     assert caught.value.message == (
-        f"a feed move, and it doesn't name A, C: on line {line} the control began to turn them itself, into "
-        "directions or a plane, and their angles aren't in the program; name A, C"
+        f"a feed move without A, C: since line {line} the control turns them itself, to directions or a plane, "
+        "and their angles aren't in the program; write A, C"
     )
 
 
@@ -82,7 +82,9 @@ def test_after_a_direction_or_a_plane_named_angles_count(read, word):
 def test_without_a_machine_nobody_can_name_them(read, word):
     suffix, text, line = LED[word]
     text = text.replace(" A0 C0", "")
-    with pytest.raises(ToolpathError, match=rf"name the rotary axes: on line {line} .* give the machine"):
+    with pytest.raises(
+        ToolpathError, match=rf"without the rotary axes: since line {line} .* give the machine"
+    ):
         read(text + AWAY[suffix] + ON[suffix], suffix, machine=None)
     assert len(read(text, suffix, machine=None)) > 1
 
@@ -97,7 +99,7 @@ def test_without_a_machine_nobody_can_name_them(read, word):
     ],
 )
 def test_one_angle_after_a_direction_doesnt_tell_the_other(read, suffix, text, missing):
-    with pytest.raises(ToolpathError, match=f"it doesn't name {missing}: on line"):
+    with pytest.raises(ToolpathError, match=f"a feed move without {missing}: since line"):
         read((SINUMERIK if suffix == "mpf" else ISO) + text, suffix)
 
 
@@ -117,7 +119,7 @@ def test_the_way_of_an_angle_after_a_direction_isnt_counted_from_before(read):
 
 def test_a_direction_in_a_standing_frame_is_refused_whatever_angles_came_before(read):
     text = LED["G43.5"][1]
-    with pytest.raises(ToolpathError, match="positions=machine, and the block gives the tool's direction"):
+    with pytest.raises(ToolpathError, match="positions=machine, and the block gives the tool direction"):
         read(text, positions="machine")
 
 

@@ -261,7 +261,7 @@ def test_a_retract_while_the_tip_is_led_ends_that_until_the_program_says_so_agai
     for after in ("", "G49\nG53 G0 X0 Y0\n", "G43.4 H1\nG0 X0 Y0 Z50\n"):
         motion = read(text + after, machine, program_zero={"Z": 0.0})
         assert (motion.positions[:, machine.column("Z")] == 0.0).any()
-    with pytest.raises(ToolpathError, match=r"after G53 under tool centre point control \(line 5\)"):
+    with pytest.raises(ToolpathError, match=r"after G53 under TCP \(line 5\)"):
         read(text + "G1 X20\n", machine)
 
 
@@ -449,13 +449,13 @@ def test_blocks_after_a_slash_move_unless_they_are_to_be_skipped(read):
 @pytest.mark.parametrize(
     ("text", "line", "fact"),
     [
-        ("G1 X1\n", 1, "no F in force"),
-        ("G1 F0 X1\n", 1, "F0; a feed must be above 0"),
-        ("F-5\n", 1, "F-5; a feed must be above 0"),
-        ("G1 X1 F60\nG93 X2\n", 2, "G93 needs one in each"),
-        ("G93 G1 X1 F60\nX2\n", 2, "G93 needs one in each"),
-        ("G1 X1 F60\nG95 X2 S100\n", 2, "no F in force for G95"),
-        ("G95 G1 X1 F1\n", 1, "no S above 0"),
+        ("G1 X1\n", 1, "without F in force"),
+        ("G1 F0 X1\n", 1, "F0: a feed must be above 0"),
+        ("F-5\n", 1, "F-5: a feed must be above 0"),
+        ("G1 X1 F60\nG93 X2\n", 2, "G93 needs F in each one"),
+        ("G93 G1 X1 F60\nX2\n", 2, "G93 needs F in each one"),
+        ("G1 X1 F60\nG95 X2 S100\n", 2, "without F in force for G95"),
+        ("G95 G1 X1 F1\n", 1, "without S above 0"),
         ("X1\n", 1, "none of G0, G1, G2, G3 is in force"),
         ("G0 X1\nG80\nX2\n", 3, "none of G0, G1, G2, G3 is in force"),
         ("G0 G1 X1\n", 1, "G0 and G1 in one block"),
@@ -467,28 +467,28 @@ def test_blocks_after_a_slash_move_unless_they_are_to_be_skipped(read):
         ("G0 X1 Q5\n", 1, "Q5: doesn't belong to anything"),
         ("G0 X1E3\n", 1, "have no exponent"),
         ("G0 X1000001\n", 1, "beyond 1e+06"),
-        ("G41 D1 G1 X1 F1\n", 1, "G41 shifts the way by the tool's radius"),
+        ("G41 D1 G1 X1 F1\n", 1, "G41 offsets the path by the tool radius"),
         ("G0 Z1\nG81 X1 Z-1 R1 F1\n", 2, "G81 is a cycle"),
-        ("G68 X0 Y0 R45\n", 1, "G68 shifts, turns or scales"),
-        ("G92 X0\n", 1, "G92 shifts"),
+        ("G68 X0 Y0 R45\n", 1, "G68 shifts, rotates or scales"),
+        ("G92 X0\n", 1, "G92 is supported for rotary axes only"),
         ("M98 P100\n", 1, "M98 calls or ends a subprogram"),
         ("G65 P1\n", 1, "G65 calls"),
         ("G30 Z0\n", 1, "G30 goes to a second reference"),
-        ("G1234 X1\n", 1, "G1234 isn't known"),
+        ("G1234 X1\n", 1, "G1234 is unknown"),
         ("G54 G0 X1\nG55 X2\n", 2, "G55 here and G54 since line 1"),
         ("G0 X1\nG55 X2\n", 2, "G55 here and G54 before"),
         ("G4 X1\n", 1, "G4 X1 without a decimal point is in s or ms"),
-        ("G4 X1. Y2\n", 1, "G4 is read as a dwell of P seconds"),
+        ("G4 X1. Y2\n", 1, "G4 takes P in seconds"),
         ("G4 P-1\n", 1, "can't be negative"),
         ("G91 G53 G0 X1\n", 1, "G53 needs G0 or G1, and G90"),
         ("G2 X1 F1\n", 1, "an arc in G17 needs I or J, or R alone, and has none"),
         ("G2 X1 K1 F1\n", 1, "and has K"),
         ("G2 X1 I1 R1 F1\n", 1, "and has I, R"),
-        ("G2 X1 I5 F1\n", 1, "begins 5 mm from its centre and ends 4 mm"),
+        ("G2 X1 I5 F1\n", 1, "starts 5 mm from its centre and ends 4 mm"),
         ("G2 X10 R1 F1\n", 1, "R1 is too small"),
-        ("G2 X0 R1 F1\n", 1, "may lie anywhere"),
+        ("G2 X0 R1 F1\n", 1, "a full circle can't be given by R"),
         ("G2 X1 I.5 J9999999 F1\n", 1, "an arc of more than 1e+06 mm"),
-        ("G2 X2 I1\n", 1, "no F in force"),
+        ("G2 X2 I1\n", 1, "without F in force"),
         ("O1\nG1 X1 F1\nO2\n", 3, "a second program begins"),
         ("", None, "no block moves an axis"),
         ("G4 P1\n", None, "no block moves an axis"),
@@ -514,11 +514,11 @@ def test_units_may_not_change_in_a_program(fault):
 @pytest.mark.parametrize(
     ("text", "fact"),
     [
-        ("G1 X1 F60\n", "the place of X, Y, Z isn't in the program up to here; give start"),
-        ("G0 X0 Y0\nG1 Z1 F60\n", "the place of Z isn't"),
+        ("G1 X1 F60\n", "the position of X, Y, Z isn't in the program yet; set start"),
+        ("G0 X0 Y0\nG1 Z1 F60\n", "the position of Z isn't"),
         ("G91 G0 X1\n", "X by an increment (G91)"),
-        ("G0 X1\n", "never gives the place of Y, Z"),
-        ("G0 X1 Y1 Z1\n", "only goes to where it begins"),
+        ("G0 X1\n", "never gives the position of Y, Z"),
+        ("G0 X1 Y1 Z1\n", "only moves to its start"),
     ],
 )
 def test_a_move_from_nowhere_is_refused(fault, text, fact):
@@ -529,8 +529,8 @@ def test_a_rapid_move_of_unknown_speed_is_refused_with_axis_and_remedy(fault, ha
     line, message = fault("G1 X1 F1\nG0 C5\n", hayashi, rapid_mm_min=None)
     assert line == 2
     assert message == (
-        "a rapid move of C, whose highest speed machine 'hayashi-640123' doesn't tell, has no duration; give "
-        "rapid_mm_min (--rapid), or max_speed in the machine file"
+        "a rapid move of C, which has no max_speed in machine 'hayashi-640123'; set rapid_mm_min (--rapid), or "
+        "max_speed in the machine file"
     )
 
 
@@ -569,7 +569,7 @@ def test_twenty_thousand_blocks_take_seconds_at_most(read, trunnion):
 def test_a_program_of_wrapped_rotary_words_is_not_read_as_another_motion(tmp_path, trunnion):
     path = tmp_path / "modulo.ngc"
     path.write_text("(needs WRAPPED_ROTARY = 1)\nG21 G90 G0 X0 Y0 Z0 A0 C359\nG1 C1 F100\n")
-    with pytest.raises(ToolpathError, match=r"modulo.ngc:1: .*say wrap=signed \(--wrap signed\) if they do"):
+    with pytest.raises(ToolpathError, match=r"modulo.ngc:1: .*set wrap=signed \(--wrap signed\) if they are"):
         read_program(path, trunnion)
     turned = {
         wrap: np.degrees(np.ptp(read_program(path, trunnion, wrap=wrap).positions[:, 4]))

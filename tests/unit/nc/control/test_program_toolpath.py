@@ -130,14 +130,14 @@ def test_the_haas_program_is_read_to_its_last_block(data):
     [tools] = [f for f in path.findings if f.code == "several-tools"]
     assert tools.severity.name == "WARNING"
     assert tools.place.line == 371
-    assert tools.message.startswith("T9 M6 takes another tool, the first of 13 changes")
+    assert tools.message.startswith("T9 M6 loads another tool, the first of 13 changes")
 
 
 def test_a_program_without_its_unit_is_read_in_mm_and_says_so(data):
     file = data / "toolpaths" / "nx_haas_vf2tr_machine_inch.nc"
     path = fx.read_toolpath(file, machine=haas_trunnion(), tool=BALL)
     [finding] = [f for f in path.findings if f.code == "unit-assumed"]
-    assert "say unit=inch" in finding.message
+    assert "set unit=inch" in finding.message
 
 
 def machine_of(code, lines, reverse):
@@ -195,8 +195,8 @@ def test_a_fanuc_program_of_nine_work_offsets_is_read_to_its_last_block(data):
 def test_a_program_whose_positions_stay_with_the_machine_is_doubted(data):
     """The NMV's post lets the frame stand while the table turns: read so, the tip goes half the way."""
     [doubt] = [f for f in nmv(data).findings if f.code == "positions-doubtful"]
-    assert doubt.message.startswith("in the 9 cuts that turn the table the tip goes 184.512 mm")
-    assert "80.4616 mm in one of the machine" in doubt.message
+    assert doubt.message.startswith("in the 9 cuts that turn the table, the tip path is 184.512 mm")
+    assert "80.4616 mm in that of the machine" in doubt.message
     assert doubt.place.line == 351
     assert "positions-doubtful" not in codes(nmv(data, positions="machine"))
 
@@ -355,7 +355,7 @@ def test_axes_that_a_program_never_names_are_taken_to_stand_at_0(read, trunnion)
     np.testing.assert_allclose(tips(path), [[0, 0, 0], [1, 0, 0]], atol=1e-12)
     [assumed] = [f for f in path.findings if f.code == "rotary-assumed"]
     assert assumed.message == (
-        "the program cuts before it names A, C; 0 deg is taken, say otherwise with start"
+        "the program cuts before it gives A, C; 0 deg is assumed, set start if it isn't"
     )
     turned = read("G0 X0 Y0 Z5\nG1 Z0 F60\nX1\n", trunnion, start={"A": -90, "C": 0})
     assert "rotary-assumed" not in codes(turned)
@@ -395,8 +395,8 @@ def test_the_shorter_way_is_told_whichever_reading_is_chosen(read):
     # The tip stands still on the table, or goes half a circle on it.
     moving = read(text, machine, positions="machine")
     [doubt] = [f for f in moving.findings if f.code == "positions-doubtful"]
-    assert "goes 31.4" in doubt.message
-    assert doubt.message.endswith("say positions=table")
+    assert "the tip path is 31.4" in doubt.message
+    assert doubt.message.endswith("set positions=table if that is meant")
     assert "positions-doubtful" not in codes(read(text, machine))
 
 
@@ -445,7 +445,7 @@ def test_after_a_switch_a_cut_names_every_linear_axis(read, fault, trunnion):
     line, message = fault(text, trunnion)
     assert line == 4
     assert message.startswith(
-        "a feed move, and it doesn't name Z: since tool centre point control was switched on on line 3"
+        "a feed move without Z: TCP was switched on on line 3, and Z isn't in the program since"
     )
     named = read(text.replace("X1 Y1", "X1 Y1 Z1"), trunnion)
     np.testing.assert_allclose(tips(named)[-1], [1, 1, 1], atol=1e-12)
@@ -455,7 +455,7 @@ def test_tip_control_that_ends_within_a_turning_cut_is_refused(read, fault, trun
     text = "M428\nG0 X0 Y0 Z5 A0 C0\nG1 X1 A-5 F60\nM429\nG1 X2 Y0 Z0 A-10\n"
     line, message = fault(text, trunnion)
     assert line == 5
-    assert message.startswith("rotary axes turn in a cut in which tool centre point control was switched off")
+    assert message.startswith("rotary axes turn in a cut in which TCP was switched off")
     retracted = text.replace("M429\nG1", "M429\nG0 X0 Y0 Z50\nG1")
     assert len(read(retracted, trunnion)) == 4
 
@@ -477,7 +477,7 @@ def test_retractions_to_places_of_the_machine_are_left_out_and_said(read, word):
     assert path.ignored[MACHINE_MOVES] == 1
     [note] = [f for f in path.findings if f.code == "machine-zero-moves"]
     assert note.place.line == 3
-    assert note.message.startswith("1 moves to places of the machine")
+    assert note.message.startswith("1 moves in machine coordinates")
 
 
 def test_with_the_zero_known_a_retraction_is_in_the_path(read):
@@ -556,17 +556,17 @@ def test_g98_from_below_the_level_leads_back_to_the_level(read):
     [
         ("G81 X1 Y1 Z-5 F60", 2, "G81 needs Z and R"),
         ("G81 X1 Y1 Z-5 R2 L3 F60", 2, "G81 L3 repeats the cycle"),
-        ("G81 X1 Y1 Z-5 R2", 2, "no F in force"),
+        ("G81 X1 Y1 Z-5 R2", 2, "without F in force"),
         ("G18 G81 X1 Y1 Z-5 R2 F1", 2, "a cycle in G18"),
         ("M98 P100", 2, "M98 calls or ends a subprogram"),
         ("G65 P9000", 2, "G65 calls"),
-        ("M430", 2, "kinematics of the user's own"),
-        ("G1 X1", 2, "no F in force"),
+        ("M430", 2, "user-defined kinematics"),
+        ("G1 X1", 2, "without F in force"),
         ("G1 X1 X2 F1", 2, "X has two values"),
         ("G1 X1E3 F1", 2, "no exponent"),
         ("G20 G1 X1 F1", 2, "unit=mm was asked for"),
-        ("G2 X1 I5 F1", 2, "begins 5 mm from its centre and ends 4 mm"),
-        ("X#7", 2, "#7 has no value up to here"),
+        ("G2 X1 I5 F1", 2, "starts 5 mm from its centre and ends 4 mm"),
+        ("X#7", 2, "#7 has no value yet"),
         ("WHILE [#1 LT 5] DO1", 2, "jumps or repeats"),
         ("IF [#1 EQ 5] GOTO 9", 2, "jumps or repeats"),
     ],

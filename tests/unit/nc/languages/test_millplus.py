@@ -79,12 +79,12 @@ def test_a_cycle_drills_where_it_is_called():
 @pytest.mark.parametrize(
     ("text", "fact"),
     [
-        ("G79 X1", "none was given before"),
+        ("G79 X1", "none is in force"),
         ("G1 X1 X2", "X has two values"),
         ("G1 X1 Q", "'Q' isn't a word of MillPlus"),
-        ("G1 X=E5", "X=E5 isn't read"),
-        ("G1 X1 K7=3", "K7=3.0 isn't read"),
-        ("X" + "1" * 50, "isn't a number that a control takes"),
+        ("G1 X=E5", "X=E5 isn't supported"),
+        ("G1 X1 K7=3", "K7=3.0 isn't supported"),
+        ("X" + "1" * 50, "is longer than any number"),
     ],
 )
 def test_what_is_no_word_is_refused_with_its_line(text, fact):
