@@ -63,8 +63,8 @@ def test_after_a_direction_or_a_plane_a_cut_needs_the_angles_again(read, word):
         read(text + AWAY[suffix] + ON[suffix], suffix)
     assert caught.value.line == len(text.split("\n")) + 1
     assert caught.value.message == (
-        f"a feed move without A, C: since line {line} the control turns them itself, to directions or a plane, "
-        "and their angles aren't in the program; write A, C"
+        f"a feed move without A, C: since line {line} the control turns them itself, to directions or a "
+        "plane, and their angles aren't in the program; write A, C"
     )
 
 

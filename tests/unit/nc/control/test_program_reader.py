@@ -529,8 +529,8 @@ def test_a_rapid_move_of_unknown_speed_is_refused_with_axis_and_remedy(fault, ha
     line, message = fault("G1 X1 F1\nG0 C5\n", hayashi, rapid_mm_min=None)
     assert line == 2
     assert message == (
-        "a rapid move of C, which has no max_speed in machine 'hayashi-640123'; set rapid_mm_min (--rapid), or "
-        "max_speed in the machine file"
+        "a rapid move of C, which has no max_speed in machine 'hayashi-640123'; set rapid_mm_min "
+        "(--rapid), or max_speed in the machine file"
     )
 
 

@@ -44,7 +44,7 @@ def tools(tmp_path, hayashi):
 def test_a_second_tool_is_a_warning_with_its_line(tools, suffix, first, second, name):
     moves = f"L {AXES} R0 FMAX\nL X+1 F100\n" if suffix == "h" else f"G0 {AXES}\nG1 X1 F100\n"
     line = len((first + moves).split("\n"))
-    assert tools(first + moves + second + moves, suffix) == [(line, f"{name} takes another tool")]
+    assert tools(first + moves + second + moves, suffix) == [(line, f"{name} loads another tool")]
     # The same tool again is none, nor is one that nothing is done with.
     assert tools(first + moves + moves + second, suffix) == []
     if name != "M6":
