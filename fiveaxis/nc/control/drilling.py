@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from fiveaxis.nc.control.modal import CYCLES
-from fiveaxis.nc.languages.block import Block
-from fiveaxis.nc.source import Source
+from fiveaxis.nc.languages.block import Block, BlockError
 
 
 @dataclass
@@ -18,7 +17,6 @@ class DrillingCycle:
 
     Parameters
     ----------
-    source : the program
     word : key of `CYCLES`
     initial : mm, level before the first cycle; None if unknown
     level, depth : mm, R and Z
@@ -28,7 +26,6 @@ class DrillingCycle:
     Kramer, Proctor, Messina: The NIST RS274/NGC Interpreter, Version 3 (2000), 3.5.16 and 3.5.20.
     """
 
-    source: Source
     word: str
     initial: float | None
     level: float | None = None
@@ -39,22 +36,21 @@ class DrillingCycle:
 
         Raises
         ------
-        ToolpathError
+        BlockError
             Repetitions; an increment from an unknown level.
         """
         for letter in "KL":
             if block.words.get(letter, 1.0) != 1.0:
-                raise self.source.error(
+                raise BlockError(
                     f"{self.word} {letter}{block.words[letter]:g} repeats the cycle, which isn't supported; "
-                    "write one block for each hole",
-                    block.line,
+                    "write one block for each hole"
                 )
         if "R" in block.words:
             self.level = self._level(block.words["R"] * scale, self.initial, block, incremental=incremental)
         if "Z" in block.words:
             self.depth = self._level(block.words["Z"] * scale, self.level, block, incremental=incremental)
 
-    def levels(self, now: float | None, *, to_initial: bool, line: int) -> list[tuple[float, bool]]:
+    def levels(self, now: float | None, *, to_initial: bool) -> list[tuple[float, bool]]:
         """Return the levels of Z, mm, and whether each is reached at feed; the first move positions X and Y.
 
         Parameters
@@ -63,12 +59,11 @@ class DrillingCycle:
         to_initial : G98, not G99
         """
         if self.level is None or self.depth is None:
-            raise self.source.error(f"{self.word} needs depth Z and level R; write both", line)
+            raise BlockError(f"{self.word} needs depth Z and level R; write both")
         if to_initial and self.initial is None:
-            raise self.source.error(
+            raise BlockError(
                 f"{self.word} under G98 returns to the initial level, which isn't in the program; move Z "
-                "before, or write G99",
-                line,
+                "before, or write G99"
             )
         # A tool that started below R doesn't return below it.
         back = max(self.initial, self.level) if to_initial and self.initial is not None else self.level
@@ -81,8 +76,7 @@ class DrillingCycle:
         if not incremental:
             return value
         if begin is None:
-            raise self.source.error(
-                f"{self.word} in increments (G91) from a level that isn't in the program; write G90",
-                block.line,
+            raise BlockError(
+                f"{self.word} in increments (G91) from a level that isn't in the program; write G90"
             )
         return begin + value

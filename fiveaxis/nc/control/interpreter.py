@@ -17,7 +17,7 @@ from fiveaxis.nc.control.axis_track import NO_MOVE, Counting
 from fiveaxis.nc.control.interpreter_state import CUT, RAPID, Switch
 from fiveaxis.nc.control.modal import CYCLES, END, G92_WORDS, HARMLESS, MOTION, PARAMETERS, unknown_word
 from fiveaxis.nc.control.moves import STRAIGHT, Moves
-from fiveaxis.nc.languages.block import Block
+from fiveaxis.nc.languages.block import Block, BlockError
 from fiveaxis.nc.languages.planes import Plane
 from fiveaxis.nc.rows import LARGEST_POSITION, MILLIMETRES
 
@@ -36,10 +36,8 @@ _NOTHING_ELSE = list(Block(0)[8:])
 class Interpreter(Moves):
     """A control that records the positions of its axes."""
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        self.plain = False
-        self.suspended: int | None = None
+    plain: bool = False
+    suspended: int | None = None
 
     def run(self, blocks: Iterable[Block]) -> int | None:
         """Run blocks up to the end of the program; return the line of the block that ends it.
@@ -49,19 +47,17 @@ class Interpreter(Moves):
         ToolpathError
             With file and line: an unsupported or misplaced word, an undetermined move.
         """
-        for block in blocks:
-            if not (self.plain and self._take_plainly(block)) and self.take(block):
-                return block.line
+        try:
+            for block in blocks:
+                self.line = block.line
+                if not (self.plain and self._take_plainly(block)) and self.take(block):
+                    return block.line
+        except BlockError as fault:
+            raise self.source.error(str(fault), self.line) from None
         return None
 
     def take(self, block: Block) -> bool:
-        """Run a block; return whether it ends the program.
-
-        Raises
-        ------
-        ToolpathError
-            As `run`.
-        """
+        """Run a block; return whether it ends the program."""
         if block.skipped:
             self.ignored["/"] += 1
             return False
@@ -136,7 +132,7 @@ class Interpreter(Moves):
                 return False
             value = word * scales[column] + offsets[column]
             if column in wrapped:
-                value = self._unwrapped(column, word, offsets[column], line) + offsets[column]
+                value = self._unwrapped(column, word, offsets[column]) + offsets[column]
             if not -LARGEST_POSITION <= value <= LARGEST_POSITION:
                 return False
             target[column] = value
@@ -176,11 +172,6 @@ class Interpreter(Moves):
         """Switch TCP off for a retract by G53.
 
         The program doesn't give the tip after it, so it must switch TCP off or on before the next move.
-
-        Raises
-        ------
-        ToolpathError
-            It doesn't.
         """
         if block.tip_control is not None:
             self.suspended = None
@@ -192,10 +183,9 @@ class Interpreter(Moves):
             and "G53" not in block.g
             and not self.columns.keys().isdisjoint(block.words)
         ):
-            raise self.source.error(
+            raise BlockError(
                 f"a move after G53 under TCP (line {self.suspended}): the program doesn't give the tip "
-                "after G53; switch TCP off before",
-                block.line,
+                "after G53; switch TCP off before"
             )
         return block
 
@@ -236,7 +226,6 @@ class Interpreter(Moves):
                 "angles-as-written",
                 "M126 makes rotary axes that wrap at 360 deg take the shorter direction; angles are read as "
                 "written, set wrap=shorter if the axes wrap",
-                block.line,
             )
 
     def _count_length(self) -> None:
@@ -265,11 +254,11 @@ class Interpreter(Moves):
         acting = (*block.g, *block.m, self.modes.motion if self.modes.motion in CYCLES else "")
         if any(letter in PARAMETERS.get(word, "") for word in acting):
             return False
-        raise unknown_word(self.source, self.track.machine, letter, block, stand_in=self.stand_in)
+        raise unknown_word(self.track.machine, letter, block, stand_in=self.stand_in)
 
     def _count(self, block: Block) -> None:
         if "O" in block.words and self.ignored["O"]:
-            raise self.source.error("a second program begins; split the file", block.line)
+            raise BlockError("a second program begins; split the file")
         if block.m or block.ignored or block.tool or "T" in block.words:
             self.tools.take(block)
         switches = block.tip_control is not None
@@ -282,25 +271,19 @@ class Interpreter(Moves):
         """Shift rotary axes (G92), or cancel the shifts; nothing moves."""
         at, track = self.coordinates, self.track
         if any(word in MOTION for word in block.g):
-            raise self.source.error(
-                "G92 together with a move isn't supported; write it in its own block", block.line
-            )
+            raise BlockError("G92 together with a move isn't supported; write it in its own block")
         if "G92" not in block.g:
             at.reset_rotary()
             return
         if not axes or any(self.columns[letter] not in track.rotary for letter in axes):
-            raise self.source.error(
-                "G92 is supported for rotary axes only; post without it, or name rotary axes",
-                block.line,
-            )
+            raise BlockError("G92 is supported for rotary axes only; post without it, or name rotary axes")
         for letter in axes:
             column = self.columns[letter]
             now = track.now[column]
             if now is None:
-                raise self.source.error(
+                raise BlockError(
                     f"G92 shifts {letter}, whose position isn't in the program yet; set start, or write a "
-                    "move before",
-                    block.line,
+                    "move before"
                 )
             at.shift_rotary(column, now, block.words[letter])
 
@@ -308,23 +291,20 @@ class Interpreter(Moves):
         others = [c for c in block.words if c in self.columns or c in "IJKR"]
         time = block.words.get("P")
         if time is None or others:
-            raise self.source.error(
-                "G4 takes P in seconds, in a block without moves; write it like that", block.line
-            )
+            raise BlockError("G4 takes P in seconds, in a block without moves; write it like that")
         if time < 0.0:
-            raise self.source.error(f"G4 P{time:g}: a dwell can't be negative; correct it", block.line)
+            raise BlockError(f"G4 P{time:g}: a dwell can't be negative; correct it")
         if time > LONGEST_DWELL:
             self.note(
                 Severity.WARNING,
                 "long-dwell",
                 f"G4 P{time:g} is taken as seconds; if it is in ms, write seconds",
-                block.line,
             )
         if not self.modes.for_motion:
             self.ignored["G4"] += 1
         elif None in self.track.now:
             self.ignored["G4 before the motion begins"] += 1
         else:
-            self._begin(block.line)
+            self._begin()
             kind = self.track.rows[-1][2]
-            self.track.add(self.track.now, block.line, kind, time)
+            self.track.add(self.track.now, self.line, kind, time)

@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from fiveaxis.errors import ToolpathError
 from fiveaxis.findings import Finding, Place, Severity
 from fiveaxis.nc.control.axis_track import NO_MOVE, AxisTrack, Values
 from fiveaxis.nc.control.coordinates import Coordinates, Point
@@ -15,7 +14,7 @@ from fiveaxis.nc.control.drilling import DrillingCycle
 from fiveaxis.nc.control.modal import Modes
 from fiveaxis.nc.control.tools import Tools
 from fiveaxis.nc.control.wrapping import Wrapping
-from fiveaxis.nc.languages.block import Block, Triple
+from fiveaxis.nc.languages.block import Block, BlockError, Triple
 from fiveaxis.nc.rows import LARGEST_POSITION, MILLIMETRES
 from fiveaxis.nc.source import Source
 from fiveaxis.toolpath import MoveKind
@@ -39,6 +38,7 @@ class InterpreterState:
     Parameters
     ----------
     source : the program
+    line : of the block being run
     modes : modal words in force
     track : axis positions and rows
     coordinates : frames of the words
@@ -63,6 +63,7 @@ class InterpreterState:
     noted: set[str] = field(default_factory=set)
     switch: Switch | None = None
     cycle: DrillingCycle | None = None
+    line: int = 0
     machine_move_line: int = 0
     tools: Tools = field(default_factory=Tools)
     turned_local: Point = field(default_factory=lambda: [None, None, None])
@@ -80,9 +81,10 @@ class InterpreterState:
         """X, Y and Z of the tool as words in the frame in force, mm."""
         return self.turned_local if self.coordinates.turned else self.coordinates.to_local(self.track.now)
 
-    def note(self, severity: Severity, code: str, message: str, line: int) -> None:
-        """Add a finding unless there is one of its code."""
-        self._keep(Finding(severity, code, message, Place(line=line, file=self.source.name)))
+    def note(self, severity: Severity, code: str, message: str, line: int | None = None) -> None:
+        """Add a finding, at the present line by default, unless there is one of its code."""
+        place = Place(line=self.line if line is None else line, file=self.source.name)
+        self._keep(Finding(severity, code, message, place))
 
     def _keep(self, finding: Finding) -> None:
         if finding.code not in self.noted:
@@ -104,22 +106,20 @@ class InterpreterState:
             if self._is_increment(letter, block):
                 begin = local["XYZ".index(letter)] if turned else target[column]
                 if begin is None:
-                    raise self.source.error(
+                    raise BlockError(
                         f"{letter} by an increment (G91) from a position that isn't in the program yet; set "
-                        "start, or write an absolute position (G90) before",
-                        block.line,
+                        "start, or write an absolute position (G90) before"
                     )
                 value += begin
             elif not turned:
                 offset = 0.0 if of_machine else at.offsets[column]
                 if column in self.wrapped:
-                    value = self._unwrapped(column, value, offset, block.line)
+                    value = self._unwrapped(column, value, offset)
                 value += offset
             if not abs(value) <= LARGEST_POSITION:
-                raise self.source.error(
+                raise BlockError(
                     f"{letter}{word:g} goes to {value:g} {axis.unit}, beyond {LARGEST_POSITION:g}; check the "
-                    "unit and the decimal point",
-                    block.line,
+                    "unit and the decimal point"
                 )
             if turned:
                 local["XYZ".index(letter)] = value
@@ -131,19 +131,18 @@ class InterpreterState:
             target[column] = coordinate
         return target, local
 
-    def _unwrapped(self, column: int, word: float, offset: float, line: int) -> float:
+    def _unwrapped(self, column: int, word: float, offset: float) -> float:
         """Return a rotary word from 0 to 360 as the unwrapped angle to which the axis turns."""
         now, letter = self.track.now[column], self.track.machine.letters[column]
         fault = self.wrapping.fault(letter, word)
         if fault is not None:
-            raise self.source.error(fault, line)
+            raise BlockError(fault)
         if now is None:
             self.note(
                 Severity.NOTE,
                 "turn-assumed",
                 f"rotary words of {letter} are in 0 to 360, so the program doesn't give the turn on which "
                 "the axis starts; the first turn is assumed, set start if it isn't",
-                line,
             )
         return self.wrapping.unwrap(word, None if now is None else now - offset)
 
@@ -160,54 +159,50 @@ class InterpreterState:
     def _pace(self, block: Block) -> tuple[float | None, float | None]:
         return (None, 1.0) if self.fixed_feed else self.modes.pace(block)
 
-    def _prepare_feed(self, target: Values, line: int) -> None:
+    def _prepare_feed(self, target: Values) -> None:
         """Raise if a feed move is undetermined: in a motion its start must be known, in a path its end."""
         track, switch = self.track, self.switch
         self.switch = None
         if self.modes.for_motion and not track.rows:
-            self._begin(line)
+            self._begin()
             return
         if not self.modes.for_motion:
-            self._assume_rotary(target, line)
+            self._assume_rotary(target)
         missing = track.unknown(target)
         if missing:
-            raise self._undetermined(missing, target, switch, line)
+            raise self._undetermined(missing, target, switch)
         turned = track.vector is None and any(target[i] != track.now[i] for i in track.rotary)
         if switch is not None and switch.in_cut and not switch.to_tip and turned:
-            raise self.source.error(
+            raise BlockError(
                 f"rotary axes turn in a cut in which {_describe(switch)} on line {switch.line}: the tip "
-                "leaves its path on the workpiece; retract before, or leave TCP on",
-                line,
+                "leaves its path on the workpiece; retract before, or leave TCP on"
             )
 
-    def _undetermined(self, missing: str, target: Values, switch: Switch | None, line: int) -> ToolpathError:
+    def _undetermined(self, missing: str, target: Values, switch: Switch | None) -> BlockError:
         """Return the error for a feed move to an unknown position."""
         track = self.track
         silent = [track.machine.letters[i] for i in track.rotary if target[i] is None]
         if track.control_turned and track.vector is None and (silent or not track.rotary):
             turned = ", ".join(silent) or "the rotary axes"
             cure = f"write {turned}" if silent else "give the machine, and write its rotary axes"
-            return self.source.error(
+            return BlockError(
                 f"a feed move without {turned}: since line {track.control_turned} the control turns them "
-                f"itself, to directions or a plane, and their angles aren't in the program; {cure}",
-                line,
+                f"itself, to directions or a plane, and their angles aren't in the program; {cure}"
             )
         if switch is not None:
-            return self.source.error(
+            return BlockError(
                 f"a feed move without {missing}: {_describe(switch)} on line {switch.line}, and {missing} "
-                "isn't in the program since; write X, Y and Z, or begin with a rapid move",
-                line,
+                "isn't in the program since; write X, Y and Z, or begin with a rapid move"
             )
-        return self._unknown_position(missing, line)
+        return self._unknown_position(missing)
 
-    def _unknown_position(self, missing: str, line: int) -> ToolpathError:
-        return self.source.error(
+    def _unknown_position(self, missing: str) -> BlockError:
+        return BlockError(
             f"a feed move, and the position of {missing} isn't in the program yet; set start, or write a "
-            "rapid move before",
-            line,
+            "rapid move before"
         )
 
-    def _assume_rotary(self, target: Values, line: int) -> None:
+    def _assume_rotary(self, target: Values) -> None:
         """Assume 0 for rotary axes that the program hasn't written yet, with a warning."""
         track = self.track
         if track.vector is not None:
@@ -221,19 +216,18 @@ class InterpreterState:
                 Severity.WARNING,
                 "rotary-assumed",
                 f"the program cuts before it gives {letters}; 0 deg is assumed, set start if it isn't",
-                line,
             )
 
-    def _begin(self, line: int) -> None:
+    def _begin(self) -> None:
         """Add the first row of a motion, the start of its first move."""
         track = self.track
         missing = track.unknown(track.now)
         if missing:
-            raise self._unknown_position(missing, line)
+            raise self._unknown_position(missing)
         if not track.rows:
-            track.add(track.now, line, RAPID, 0.0)
+            track.add(track.now, self.line, RAPID, 0.0)
 
-    def go_rapid(self, target: Values, line: int, *, turns: bool = False) -> None:
+    def go_rapid(self, target: Values, *, turns: bool = False) -> None:
         """Add a rapid move; until all axes are known it only updates their positions."""
         track = self.track
         if self.modes.for_motion and not track.rows:
@@ -241,9 +235,9 @@ class InterpreterState:
                 track.now = target
                 track.approach += 1
                 if not track.unknown(target):
-                    self._begin(line)
+                    self._begin()
                 return
-            self._begin(line)
+            self._begin()
         if track.unknown(target):
             track.now = target
             track.approach += 1
@@ -252,7 +246,7 @@ class InterpreterState:
         if target == track.now and not turns and track.rows:
             self.ignored[NO_MOVE] += 1
             return
-        track.add(target, line, RAPID)
+        track.add(target, self.line, RAPID)
 
 
 def _describe(switch: Switch) -> str:

@@ -10,12 +10,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from fiveaxis.errors import ToolpathError
 from fiveaxis.machine import Machine
 from fiveaxis.nc.control.spindle import Spindle
-from fiveaxis.nc.languages.block import Block
+from fiveaxis.nc.languages.block import Block, BlockError
 from fiveaxis.nc.rows import MILLIMETRES
-from fiveaxis.nc.source import Source
 from fiveaxis.nc.units import Units
 
 MOTION = ("G0", "G1", "G2", "G3")
@@ -120,7 +118,7 @@ class Modes:
 
     Parameters
     ----------
-    source, units : the file and its unit
+    units : the length unit of the file
     motion : one of `MOTION` or `CYCLES`, None before the first and after G80
     plane : of arcs
     incremental : G91
@@ -136,7 +134,6 @@ class Modes:
     knows_zero : whether the caller has given the zero of a work offset
     """
 
-    source: Source
     units: Units
     for_motion: bool
     knows_zero: Callable[[str], bool]
@@ -163,8 +160,8 @@ class Modes:
 
         Raises
         ------
-        ToolpathError
-            With file and line: an unsupported or unknown word, two of a group, mixed units or work offsets,
+        BlockError, ToolpathError
+            An unsupported or unknown word, two of a group, mixed units or work offsets,
             F not above 0.
         """
         if block.g or block.m:
@@ -179,7 +176,7 @@ class Modes:
         if "F" in block.words:
             self.feed = block.words["F"]
             if self.feed <= 0.0:
-                raise self.source.error(f"F{self.feed:g}: a feed must be above 0; correct it", block.line)
+                raise BlockError(f"F{self.feed:g}: a feed must be above 0; correct it")
 
     def pace(self, block: Block) -> tuple[float | None, float | None]:
         """Return the duration, s, or else the feed of a feed move, in units of `feed_step` or degrees per s.
@@ -189,7 +186,7 @@ class Modes:
 
         Raises
         ------
-        ToolpathError
+        BlockError
             A feed move without F, G95 without S.
 
         References
@@ -199,37 +196,31 @@ class Modes:
         if self.feed_mode != "G93":
             return None, self._feed_now(block.line) / 60.0
         if "F" not in block.words:
-            raise self.source.error("a feed move without F; G93 needs F in each one", block.line)
+            raise BlockError("a feed move without F; G93 needs F in each one")
         return 60.0 / block.words["F"], None
 
     def _feed_now(self, line: int) -> float:
         """Return F per minute."""
         if self.feed is None:
-            raise self.source.error(
-                f"a feed move without F in force for {self.feed_mode}; write F here or before", line
-            )
+            raise BlockError(f"a feed move without F in force for {self.feed_mode}; write F here or before")
         if self.feed_mode == "G94":
             return self.feed
         speed = self.spindle.speed
         if speed is None or speed <= 0.0:
-            raise self.source.error(
-                "F per revolution (G95) without S above 0 in force; write S, or post with G94", line
-            )
+            raise BlockError("F per revolution (G95) without S above 0 in force; write S, or post with G94")
         return self.feed * speed
 
     def _require_read(self, block: Block) -> None:
         for word in (*block.g, *block.m):
             reason = REFUSED.get(word) or (REFUSED_IN_MOTION.get(word) if self.for_motion else None)
             if reason is not None:
-                raise self.source.error(f"{word} {reason}", block.line)
+                raise BlockError(f"{word} {reason}")
             if word[0] == "G" and word not in ACTING and word not in HARMLESS:
-                raise self.source.error(f"{word} is unknown; if it moves nothing, remove it", block.line)
+                raise BlockError(f"{word} is unknown; if it moves nothing, remove it")
         for group in GROUPS if len(block.g) > 1 else ():
             present = sorted({word for word in block.g if word in group})
             if len(present) > 1:
-                raise self.source.error(
-                    f"{' and '.join(present)} in one block; write one of them", block.line
-                )
+                raise BlockError(f"{' and '.join(present)} in one block; write one of them")
 
     def _set(self, word: str, block: Block) -> None:
         line = block.line
@@ -261,22 +252,19 @@ class Modes:
         known = self.knows_zero(word) and self.knows_zero(self.frame)
         if begun and word != self.frame and not known:
             where = f"since line {self.frame_line}" if self.frame_line is not None else "before"
-            raise self.source.error(
+            raise BlockError(
                 f"{word} here and {self.frame} {where}: their distance isn't in the program; write one "
-                f"program for each, or give both zeros (program_zero, for example {self.frame}X and {word}X)",
-                line,
+                f"program for each, or give both zeros (program_zero, for example {self.frame}X and {word}X)"
             )
         self.frame, self.frame_line = word, self.frame_line or line
 
 
-def unknown_word(
-    source: Source, machine: Machine, letter: str, block: Block, *, stand_in: bool
-) -> ToolpathError:
+def unknown_word(machine: Machine, letter: str, block: Block, *, stand_in: bool) -> BlockError:
     """Return the error for a letter that is no axis and belongs to nothing in its block.
 
     Parameters
     ----------
-    source, machine : the program and the machine of its axis words
+    machine : the machine of the axis words
     letter, block : the word and its block
     stand_in : whether the machine is a placeholder because none was given
     """
@@ -293,4 +281,4 @@ def unknown_word(
         fact = "isn't an axis, and numbers of G-code have no exponent; write the number out"
     else:
         fact = "doesn't belong to anything in its block; remove it if it moves nothing"
-    return source.error(f"{letter}{block.words[letter]:g}: {fact}", block.line)
+    return BlockError(f"{letter}{block.words[letter]:g}: {fact}")

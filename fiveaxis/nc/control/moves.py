@@ -14,7 +14,7 @@ from fiveaxis.nc.control.drilling import DrillingCycle
 from fiveaxis.nc.control.interpreter_state import CUT, InterpreterState
 from fiveaxis.nc.control.modal import CYCLES
 from fiveaxis.nc.control.round_moves import between, round_points
-from fiveaxis.nc.languages.block import Block, Triple
+from fiveaxis.nc.languages.block import Block, BlockError, Triple
 from fiveaxis.nc.rows import MILLIMETRES
 
 # Key of the counts: moves that a path on the workpiece can't contain.
@@ -30,15 +30,13 @@ class Moves(InterpreterState):
     def _move(self, axes: list[str], block: Block) -> None:
         motion, line = self.modes.motion, block.line
         if motion is None and axes:
-            raise self.source.error(
-                "axis words, and none of G0, G1, G2, G3 is in force; write one of them", line
-            )
+            raise BlockError("axis words, and none of G0, G1, G2, G3 is in force; write one of them")
         if "G53" in block.g:
             if motion not in STRAIGHT or self.modes.incremental:
-                raise self.source.error("G53 needs G0 or G1, and G90; write them in its block", line)
-            if self._omit_move("G53", {c: block.words[c] for c in axes}, line):
+                raise BlockError("G53 needs G0 or G1, and G90; write them in its block")
+            if self._omit_move("G53", {c: block.words[c] for c in axes}):
                 return
-            self._note_machine_zero("G53", line)
+            self._note_machine_zero("G53")
         before = self.track.vector
         vector = self._vector(axes, block)
         if vector is None:
@@ -52,16 +50,16 @@ class Moves(InterpreterState):
             self._drill(block)
             return
         target, local = self._target(block, of_machine="G53" in block.g)
-        self._note_plane(target, line)
+        self._note_plane(target)
         if motion in ("G2", "G3") and not positions:
             self._add_arc(target, local, block, before)
         elif motion == "G1" and not positions:
             self._add_cut(target, block, turns=self.track.vector != before)
         else:
-            self.go_rapid(target, line, turns=self.track.vector != before)
+            self.go_rapid(target, turns=self.track.vector != before)
         self.turned_local = local
 
-    def _note_plane(self, target: Values, line: int) -> None:
+    def _note_plane(self, target: Values) -> None:
         """Warn that a tilted plane is assumed to turn with the workpiece."""
         at, track = self.coordinates, self.track
         by_plane = at.turned and not at.tip_control and track.vector is None
@@ -71,7 +69,6 @@ class Moves(InterpreterState):
                 "plane-on-workpiece",
                 "a tilted plane without TCP, and rotary axes that aren't at 0: X, Y and Z are taken on the "
                 "workpiece, as after a swivel cycle; check whether the control turns the plane with it",
-                line,
             )
 
     def _points(self, block: Block) -> bool:
@@ -92,16 +89,14 @@ class Moves(InterpreterState):
         if given is None:
             return None if by_angle else self.track.vector
         if by_angle:
-            raise self.source.error(
-                f"a tool direction and {', '.join(by_angle)} in one block; write one of them", block.line
-            )
+            raise BlockError(f"a tool direction and {', '.join(by_angle)} in one block; write one of them")
         if not self.coordinates.of_tip:
-            raise self.source.error("a tool direction, and TCP is off; switch it on before", block.line)
+            raise BlockError("a tool direction, and TCP is off; switch it on before")
         self.named.update(self.track.rotary)
         return self._on_workpiece(given)
 
     def _add_cut(self, target: Values, block: Block, *, turns: bool) -> None:
-        self._prepare_feed(target, block.line)
+        self._prepare_feed(target)
         if target == self.track.now and not turns and self.track.rows:
             self.ignored[NO_MOVE] += 1
             return
@@ -110,19 +105,16 @@ class Moves(InterpreterState):
 
     def _add_arc(self, target: Values, local: Point, block: Block, before: Triple | None) -> None:
         """Add the chords of an arc; other axes move in proportion to its angle."""
-        self._prepare_feed(target, block.line)
+        self._prepare_feed(target)
         track, begin = self.track, self.track.now
         missing = track.unknown(begin)
         if missing:
-            raise self.source.error(
+            raise BlockError(
                 f"an arc, and the position of {missing} at its start isn't in the program; begin with a "
-                "straight move",
-                block.line,
+                "straight move"
             )
         scale = MILLIMETRES[self.modes.units.now]
-        points, length = round_points(
-            self.source, self.modes, block, [float(c or 0.0) for c in self.local], local, scale
-        )
+        points, length = round_points(self.modes, block, [float(c or 0.0) for c in self.local], local, scale)
         time, feed = self._pace(block)
         parts = len(points)
         scale = self.modes.feed_scale
@@ -145,37 +137,36 @@ class Moves(InterpreterState):
     def _drill(self, block: Block) -> None:
         """Add the moves of a drilling cycle: above the hole, to the level R, down at feed, and back."""
         if self.modes.plane != "G17":
-            raise self.source.error(
-                f"a cycle in {self.modes.plane}; cycles are supported in G17, along Z; write G17", block.line
+            raise BlockError(
+                f"a cycle in {self.modes.plane}; cycles are supported in G17, along Z; write G17"
             )
         track, word = self.track, str(self.modes.motion)
         if self.cycle is None:
-            self.cycle = DrillingCycle(self.source, word, self.local[2])
+            self.cycle = DrillingCycle(word, self.local[2])
         self.cycle.word = word
         scale = MILLIMETRES[self.modes.units.now]
         self.cycle.take(block, scale, incremental=self.modes.incremental)
         rest = {c: v for c, v in block.words.items() if c != "Z"}
         over, point = self._target(block._replace(words=rest))
-        self._assume_rotary(over, block.line)
+        self._assume_rotary(over)
         self.note(
             Severity.NOTE,
             "cycle-simplified",
             f"{word} is read as one move down and one back; pecks, shifts and dwells aren't in the path",
-            block.line,
         )
-        self._rise(self.cycle.level, block.line)
-        for height, at_feed in self.cycle.levels(point[2], to_initial=self.modes.to_initial, line=block.line):
+        self._rise(self.cycle.level)
+        for height, at_feed in self.cycle.levels(point[2], to_initial=self.modes.to_initial):
             point = [point[0], point[1], height]
             target = self._at(over, point)
             if at_feed:
-                self._prepare_feed(target, block.line)
+                self._prepare_feed(target)
                 time, feed = self._pace(block)
                 track.add(target, block.line, CUT, time, feed)
             elif target != track.now:
-                self.go_rapid(target, block.line)
+                self.go_rapid(target)
         self.turned_local = point
 
-    def _rise(self, level: float | None, line: int) -> None:
+    def _rise(self, level: float | None) -> None:
         """Raise a tool below the level R to it first, as RS274/NGC requires, with a warning."""
         here = list(self.local)
         if level is None or here[2] is None or here[2] >= level:
@@ -185,9 +176,8 @@ class Moves(InterpreterState):
             "cycle-from-below",
             f"{self.modes.motion} starts at Z {here[2]:g} mm, below its level R {level:g}; the tool is "
             "assumed to rise first, as on LinuxCNC; Fanuc goes straight to the hole",
-            line,
         )
-        self.go_rapid(self._at(self.track.now, [*here[:2], level]), line)
+        self.go_rapid(self._at(self.track.now, [*here[:2], level]))
 
     def _at(self, values: Values, local: Point) -> Values:
         """Return a row's values with X, Y, Z given in the frame in force, mm."""
@@ -208,7 +198,6 @@ class Moves(InterpreterState):
                 Severity.WARNING,
                 "reference-without-axes",
                 f"{word} names no axis, so none moves, as on Fanuc; LinuxCNC would move all; name the axes",
-                block.line,
             )
             self.ignored[word] += 1
             return
@@ -217,27 +206,26 @@ class Moves(InterpreterState):
         if not (self.modes.incremental and any(self.track.now[c] is None for c in columns)):
             target, local = self._target(block)
             if target != self.track.now:
-                self.go_rapid(target, block.line)
+                self.go_rapid(target)
             self.turned_local = local
         # The position of the second reference is unknown.
-        if self._omit_move(word, dict.fromkeys(axes, None if word == "G30" else 0.0), block.line):
+        if self._omit_move(word, dict.fromkeys(axes, None if word == "G30" else 0.0)):
             return
-        self._note_machine_zero(word, block.line)
+        self._note_machine_zero(word)
         home = self.track.now.copy()
         for column in columns:
             home[column] = 0.0
-        self.go_rapid(home, block.line)
+        self.go_rapid(home)
         self.turned_local = self.coordinates.to_local(self.track.now)
 
-    def _omit_move(self, word: str, targets: Mapping[str, float | None], line: int) -> bool:
+    def _omit_move(self, word: str, targets: Mapping[str, float | None]) -> bool:
         """Omit a move in machine coordinates from a path that can't contain it; return whether it is omitted.
 
         A motion contains it, and so does a path of axis positions with a known zero.
         """
         if self.modes.for_motion and self.coordinates.of_tip:
-            raise self.source.error(
-                f"{word} under TCP: the program doesn't give the tip after it; switch TCP off before",
-                line,
+            raise BlockError(
+                f"{word} under TCP: the program doesn't give the tip after it; switch TCP off before"
             )
         known = self.coordinates.zero is not None and not self.coordinates.of_tip and word != "G30"
         if self.modes.for_motion or known:
@@ -251,19 +239,18 @@ class Moves(InterpreterState):
                 # Rotary axes at machine positions end the tool direction in force.
                 self.track.vector = None
             if column in self.track.rotary and target is not None:
-                self._note_machine_zero(word, line)
+                self._note_machine_zero(word)
         self.track.now = now
         self.turned_local = self.coordinates.to_local(now)
         self.ignored[MACHINE_MOVES] += 1
-        self.machine_move_line = self.machine_move_line or line
+        self.machine_move_line = self.machine_move_line or self.line
         return True
 
-    def _note_machine_zero(self, word: str, line: int) -> None:
+    def _note_machine_zero(self, word: str) -> None:
         if self.coordinates.zero is None:
             self.note(
                 Severity.WARNING,
                 "zero-assumed",
                 f"{word} is in machine coordinates, whose zero is assumed to be the program's; set "
                 "program_zero (--program-zero) if it isn't",
-                line,
             )

@@ -12,9 +12,8 @@ from fiveaxis.motion import PATH_TOLERANCE
 from fiveaxis.nc.control.arcs import Arc, Pair, arc_about, arc_of_radius
 from fiveaxis.nc.control.coordinates import Point
 from fiveaxis.nc.control.modal import Modes
-from fiveaxis.nc.languages.block import Block, Triple
+from fiveaxis.nc.languages.block import Block, BlockError, Triple
 from fiveaxis.nc.rows import LARGEST_POSITION
-from fiveaxis.nc.source import Source
 
 PLANES = {"G17": "XY", "G18": "ZX", "G19": "YZ"}
 CENTRE = {"X": "I", "Y": "J", "Z": "K"}
@@ -23,13 +22,13 @@ MOST_TURNS = 1000
 
 
 def round_points(
-    source: Source, modes: Modes, block: Block, begin: list[float], end: Point, scale: float
+    modes: Modes, block: Block, begin: list[float], end: Point, scale: float
 ) -> tuple[Array, float]:
     """Compute the ends of chords within `PATH_TOLERANCE` of an arc.
 
     Parameters
     ----------
-    source, modes, block : the program, its modal state, and the arc
+    modes, block : the modal state and the arc
     begin, end : X, Y, Z in program coordinates, mm
     scale : mm per program unit
 
@@ -40,8 +39,8 @@ def round_points(
 
     Raises
     ------
-    ToolpathError
-        With file and line: the arc is undetermined or ambiguous.
+    BlockError
+        The arc is undetermined or ambiguous.
     """
     letters = PLANES[modes.plane]
     columns = ["XYZ".index(c) for c in letters]
@@ -52,7 +51,7 @@ def round_points(
         if not 0 <= block.turns <= MOST_TURNS:
             raise ValueError(f"{block.turns} full turns; at most {MOST_TURNS} are supported")
     except ValueError as fault:
-        raise source.error(str(fault), block.line) from None
+        raise BlockError(str(fault)) from None
     arc = replace(arc, sweep=arc.sweep + math.copysign(2.0 * math.pi * block.turns, arc.sweep))
     [third] = {0, 1, 2} - set(columns)
     parts = arc.parts(PATH_TOLERANCE)

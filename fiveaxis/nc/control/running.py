@@ -51,7 +51,7 @@ def run_program(
     """
     wrapping = find_wrapping(source, machine, options.wrap, stand_in=stand_in)
     offsets = WorkOffsets(options.program_zero, machine)
-    modes = Modes(source, Units(source, options.unit), for_motion, offsets.knows)
+    modes = Modes(Units(source, options.unit), for_motion, offsets.knows)
     coordinates = Coordinates(machine, offsets)
     ignored: Counter[str] = Counter()
     now = _begin(options.start, machine, coordinates.offsets)
