@@ -107,10 +107,7 @@ def arc_of_radius(start: Pair, end: Pair, radius: float, *, clockwise: bool) -> 
         raise ValueError("a full circle can't be given by R; write I, J, K")
     half = chord / 2.0
     if half - abs(radius) > max(ROUNDING, LARGEST_SHARE * abs(radius)):
-        raise ValueError(
-            f"R{radius:g} is too small: start and end of the arc are {chord:.6g} mm apart; correct R or the "
-            "end"
-        )
+        raise ValueError(f"R{radius:g} is too small for ends {chord:.6g} mm apart; correct R or the end")
     height = math.sqrt(max(radius * radius - half * half, 0.0))
     # Clockwise, the centre of the shorter arc lies to the right of the chord.
     side = height / chord if clockwise == (radius > 0.0) else -height / chord

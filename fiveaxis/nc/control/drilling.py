@@ -46,9 +46,9 @@ class DrillingCycle:
                     "write one block for each hole"
                 )
         if "R" in block.words:
-            self.level = self._level(block.words["R"] * scale, self.initial, block, incremental=incremental)
+            self.level = self._level(block.words["R"] * scale, self.initial, incremental=incremental)
         if "Z" in block.words:
-            self.depth = self._level(block.words["Z"] * scale, self.level, block, incremental=incremental)
+            self.depth = self._level(block.words["Z"] * scale, self.level, incremental=incremental)
 
     def levels(self, now: float | None, *, to_initial: bool) -> list[tuple[float, bool]]:
         """Return the levels of Z, mm, and whether each is reached at feed; the first move positions X and Y.
@@ -72,11 +72,9 @@ class DrillingCycle:
         moves += [(back, False)]
         return [move for i, move in enumerate(moves) if i == 0 or move[0] != moves[i - 1][0]]
 
-    def _level(self, value: float, begin: float | None, block: Block, *, incremental: bool) -> float:
+    def _level(self, value: float, begin: float | None, *, incremental: bool) -> float:
         if not incremental:
             return value
         if begin is None:
-            raise BlockError(
-                f"{self.word} in increments (G91) from a level that isn't in the program; write G90"
-            )
+            raise BlockError(f"{self.word} under G91 from a level that isn't in the program; write G90")
         return begin + value

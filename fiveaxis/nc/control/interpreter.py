@@ -281,10 +281,7 @@ class Interpreter(Moves):
             column = self.columns[letter]
             now = track.now[column]
             if now is None:
-                raise BlockError(
-                    f"G92 shifts {letter}, whose position isn't in the program yet; set start, or write a "
-                    "move before"
-                )
+                raise BlockError(f"G92 shifts {letter}, whose position isn't in the program yet; set start")
             at.shift_rotary(column, now, block.words[letter])
 
     def _dwell(self, block: Block) -> None:

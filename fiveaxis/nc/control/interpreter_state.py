@@ -12,7 +12,7 @@ from fiveaxis.nc.control.axis_track import NO_MOVE, AxisTrack, Values
 from fiveaxis.nc.control.coordinates import Coordinates, Point
 from fiveaxis.nc.control.drilling import DrillingCycle
 from fiveaxis.nc.control.modal import Modes
-from fiveaxis.nc.control.tools import Tools
+from fiveaxis.nc.control.spindle import Tools
 from fiveaxis.nc.control.wrapping import Wrapping
 from fiveaxis.nc.languages.block import Block, BlockError, Triple
 from fiveaxis.nc.rows import LARGEST_POSITION, MILLIMETRES
@@ -85,6 +85,19 @@ class InterpreterState:
         """Add a finding, at the present line by default, unless there is one of its code."""
         place = Place(line=self.line if line is None else line, file=self.source.name)
         self._keep(Finding(severity, code, message, place))
+
+    def report(
+        self,
+        severity: Severity,
+        code: str,
+        message: str,
+        line: int,
+        location: int,
+        value: float | None = None,
+    ) -> None:
+        """Add a finding at a location of the result, even if there are others of its code."""
+        place = Place(location=location, line=line, file=self.source.name)
+        self.findings.append(Finding(severity, code, message, place, value))
 
     def _keep(self, finding: Finding) -> None:
         if finding.code not in self.noted:

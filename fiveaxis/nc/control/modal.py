@@ -194,12 +194,12 @@ class Modes:
         Kramer, Proctor, Messina: The NIST RS274/NGC Interpreter, Version 3 (2000), 2.1.2.5.
         """
         if self.feed_mode != "G93":
-            return None, self._feed_now(block.line) / 60.0
+            return None, self._feed_now() / 60.0
         if "F" not in block.words:
             raise BlockError("a feed move without F; G93 needs F in each one")
         return 60.0 / block.words["F"], None
 
-    def _feed_now(self, line: int) -> float:
+    def _feed_now(self) -> float:
         """Return F per minute."""
         if self.feed is None:
             raise BlockError(f"a feed move without F in force for {self.feed_mode}; write F here or before")

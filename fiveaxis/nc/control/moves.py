@@ -110,8 +110,7 @@ class Moves(InterpreterState):
         missing = track.unknown(begin)
         if missing:
             raise BlockError(
-                f"an arc, and the position of {missing} at its start isn't in the program; begin with a "
-                "straight move"
+                f"an arc whose start isn't in the program ({missing}); begin with a straight move"
             )
         scale = MILLIMETRES[self.modes.units.now]
         points, length = round_points(self.modes, block, [float(c or 0.0) for c in self.local], local, scale)
@@ -137,9 +136,7 @@ class Moves(InterpreterState):
     def _drill(self, block: Block) -> None:
         """Add the moves of a drilling cycle: above the hole, to the level R, down at feed, and back."""
         if self.modes.plane != "G17":
-            raise BlockError(
-                f"a cycle in {self.modes.plane}; cycles are supported in G17, along Z; write G17"
-            )
+            raise BlockError(f"a cycle in {self.modes.plane}; cycles are supported in G17; write G17")
         track, word = self.track, str(self.modes.motion)
         if self.cycle is None:
             self.cycle = DrillingCycle(word, self.local[2])
@@ -225,7 +222,7 @@ class Moves(InterpreterState):
         """
         if self.modes.for_motion and self.coordinates.of_tip:
             raise BlockError(
-                f"{word} under TCP: the program doesn't give the tip after it; switch TCP off before"
+                f"{word} under TCP: the tip after it isn't in the program; switch TCP off before"
             )
         known = self.coordinates.zero is not None and not self.coordinates.of_tip and word != "G30"
         if self.modes.for_motion or known:

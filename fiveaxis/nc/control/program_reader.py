@@ -19,7 +19,7 @@ from typing import Literal
 import numpy as np
 
 from fiveaxis.errors import ToolpathError
-from fiveaxis.findings import Finding, Place, Severity
+from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Motion
@@ -109,8 +109,8 @@ def read_program(
     """
     if lists_locations(path):
         raise ToolpathError(
-            "is a list of cutter locations, without axes; read it as a toolpath (read_toolpath, `fiveaxis "
-            "optimise`)",
+            "is a list of cutter locations, which names no axes; read it as a toolpath (read_toolpath, "
+            "`fiveaxis optimise`)",
             file=path,
         )
     options = ReadOptions(
@@ -189,14 +189,12 @@ def _note_turns(interpreter: Interpreter, columns: Columns, lines: IntArray) -> 
     move, column = np.unravel_index(np.argmax(turns), turns.shape)
     letter = track.machine.axes[track.rotary[column]].letter
     line = int(columns.lines[move + 1])
-    interpreter.findings.append(
-        Finding(
-            Severity.WARNING,
-            "long-turn",
-            f"{letter} turns by {turns[move, column]:.1f} deg in a feed move, the longest of {len(long)} "
-            f"beyond {HALF_TURN:g} deg; check it: a control that takes the shorter direction moves "
-            "differently",
-            Place(location=int(np.flatnonzero(lines == line)[-1]), line=line, file=interpreter.source.name),
-            value=float(turns[move, column]),
-        )
+    interpreter.report(
+        Severity.WARNING,
+        "long-turn",
+        f"{letter} turns by {turns[move, column]:.1f} deg in a feed move, the longest of {len(long)} beyond "
+        f"{HALF_TURN:g} deg; check it: a control that takes the shorter direction moves differently",
+        line,
+        int(np.flatnonzero(lines == line)[-1]),
+        float(turns[move, column]),
     )

@@ -187,16 +187,15 @@ def _note_doubt(
     other = "machine" if chosen == "table" else "table"
     if lengths[other] < DOUBTFUL * lengths[chosen]:
         first = int(np.argmax(moves)) + 1
-        interpreter.findings.append(
-            Finding(
-                Severity.WARNING,
-                "positions-doubtful",
-                f"in the {int(moves.sum())} cuts that turn the table, the tip path is {lengths[chosen]:.6g} "
-                f"mm with positions in the frame of the {chosen}, as they are read, and "
-                f"{lengths[other]:.6g} mm in that of the {other}; set positions={other} if that is meant",
-                Place(location=first, line=int(columns.lines[first]), file=interpreter.source.name),
-                value=lengths[chosen],
-            )
+        interpreter.report(
+            Severity.WARNING,
+            "positions-doubtful",
+            f"in the {int(moves.sum())} cuts that turn the table, the tip path is {lengths[chosen]:.6g} mm "
+            f"with positions in the frame of the {chosen}, as they are read, and {lengths[other]:.6g} mm in "
+            f"that of the {other}; set positions={other} if that is meant",
+            int(columns.lines[first]),
+            first,
+            lengths[chosen],
         )
 
 
@@ -209,19 +208,14 @@ def _note_long_turns(columns: Columns, interpreter: Interpreter) -> None:
         letter = track.machine.axes[track.rotary[column]].letter
         begin, end = columns.values[[move, move + 1], track.rotary[column]]
         cut = columns.kinds[move + 1] == MoveKind.CUT
-        interpreter.findings.append(
-            Finding(
-                Severity.WARNING if cut else Severity.NOTE,
-                "long-turn",
-                f"{letter} turns by {abs(end - begin):.1f} deg, from {begin:g} to {end:g}, in a "
-                f"{'feed' if cut else 'rapid'} move",
-                Place(
-                    location=int(move) + 1,
-                    line=int(columns.lines[move + 1]),
-                    file=interpreter.source.name,
-                ),
-                value=float(abs(end - begin)),
-            )
+        interpreter.report(
+            Severity.WARNING if cut else Severity.NOTE,
+            "long-turn",
+            f"{letter} turns by {abs(end - begin):.1f} deg, from {begin:g} to {end:g}, in a "
+            f"{'feed' if cut else 'rapid'} move",
+            int(columns.lines[move + 1]),
+            int(move) + 1,
+            float(abs(end - begin)),
         )
     if len(found) > MOST_REPORTED:
         interpreter.note(

@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Mapping
 
 from fiveaxis.errors import SettingError
-from fiveaxis.findings import Finding, Place, Severity
+from fiveaxis.findings import Severity
 from fiveaxis.machine import Machine
 from fiveaxis.nc.control.axis_track import AxisTrack, Values
 from fiveaxis.nc.control.coordinates import Coordinates, WorkOffsets
@@ -103,7 +103,7 @@ def why_nothing_moves(track: AxisTrack) -> str:
 def note_assumptions(interpreter: Interpreter) -> None:
     """Add findings for what the program doesn't state: unit, start of the first moves, machine zero."""
     units, track = interpreter.modes.units, interpreter.track
-    line, file = track.rows[0][1], interpreter.source.name
+    line = track.rows[0][1]
     if units.stated is None and units.asked is None:
         interpreter.note(
             Severity.WARNING,
@@ -112,17 +112,15 @@ def note_assumptions(interpreter: Interpreter) -> None:
             line,
         )
     if track.approach:
-        interpreter.findings.append(
-            Finding(
-                Severity.NOTE,
-                "approach-unknown",
-                f"{track.approach} rapid moves before this line start at positions that the program doesn't "
-                "give; they aren't in the motion; set start"
-                if interpreter.modes.for_motion
-                else f"{track.approach} rapid moves end before the program has given all axes; they "
-                "aren't in the path",
-                Place(location=0, line=line, file=file),
-            )
+        interpreter.report(
+            Severity.NOTE,
+            "approach-unknown",
+            f"{track.approach} rapid moves before this line start at positions that the program doesn't "
+            "give; they aren't in the motion; set start"
+            if interpreter.modes.for_motion
+            else f"{track.approach} rapid moves end before all axes are given; they aren't in the path",
+            line,
+            0,
         )
     count = interpreter.ignored[MACHINE_MOVES]
     if count:

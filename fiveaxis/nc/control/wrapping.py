@@ -113,14 +113,10 @@ def find_wrapping(source: Source, machine: Machine, wrap: Wrap | None, *, stand_
         return Wrapping()
     if language == SINUMERIK:
         if wrap is not None:
-            raise SettingError(
-                f"wrap = {wrap!r}, and Sinumerik words state their direction (DC, ACP, ACN); omit it"
-            )
+            raise SettingError(f"wrap = {wrap!r}, and Sinumerik words have their own (DC, ACP, ACN); omit it")
         return Wrapping()
     if rule == "signed" and language == KLARTEXT:
-        raise SettingError(
-            "wrap = 'signed', and Klartext takes the shorter direction (M126); set wrap=shorter"
-        )
+        raise SettingError("wrap = 'signed', and Klartext takes the shorter direction; set wrap=shorter")
     columns = _columns(machine, letters)
     if not columns and wrap is not None:
         missing = "give the machine" if stand_in else f"machine {machine.name!r} has none; omit it"

@@ -3,21 +3,13 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import PurePath
 from pkgutil import resolve_name
-from typing import Protocol, cast
 
 from fiveaxis.nc.languages.block import Block
 from fiveaxis.nc.source import Source
-
-
-class Splitter(Protocol):
-    """Function that yields the blocks of a program; see `fiveaxis.nc.languages.iso.split_blocks`."""
-
-    def __call__(self, source: Source, *, block_delete: bool = False) -> Iterator[Block]:
-        """Yield the blocks of a program."""
 
 
 @dataclass(frozen=True)
@@ -27,7 +19,7 @@ class Language:
     Parameters
     ----------
     name : for messages
-    splitter : module and function of its `Splitter`, imported on use
+    splitter : module and function that yields the blocks of a program, as `iso.split_blocks`; imported on use
     signs : patterns that occur in no other language, in upper case lines without comments
     suffixes : suffixes that decide if no sign is found
     """
@@ -38,9 +30,10 @@ class Language:
     suffixes: tuple[str, ...] = ()
 
     @property
-    def split(self) -> Splitter:
+    def split(self) -> Callable[..., Iterator[Block]]:
         """The language's splitter."""
-        return cast(Splitter, resolve_name(self.splitter))
+        split: Callable[..., Iterator[Block]] = resolve_name(self.splitter)
+        return split
 
 
 ISO = Language("ISO", "fiveaxis.nc.languages.iso:split_blocks")

@@ -13,9 +13,8 @@ from collections.abc import Iterator
 
 from fiveaxis.nc.languages.block import NO_WORDS, Block, BlockError, block_error
 from fiveaxis.nc.languages.draft import put_word
-from fiveaxis.nc.languages.expressions import LONGEST_NUMBER
+from fiveaxis.nc.languages.expressions import LONGEST_NUMBER, evaluate, evaluate_prefix
 from fiveaxis.nc.languages.iso_coordinates import PLANE_WORDS, TipSwitch, set_plane
-from fiveaxis.nc.languages.macro import Macro
 from fiveaxis.nc.source import Source
 
 WORD_NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)"
@@ -26,21 +25,15 @@ _LETTER = re.compile("([A-Z])")
 _PLAIN_G = {0.0: ("G0",), 1.0: ("G1",)}
 
 _PLAIN = "post the program with plain numbers"
-_SINUMERIK = "is Sinumerik code in an ISO program (Fanuc, Haas, LinuxCNC); post the program in one language"
+_SINUMERIK = "is Sinumerik code in an ISO program (Fanuc, Haas, LinuxCNC); post it in one language"
 
 # What a line that doesn't consist of words may be; the first match gives the reason.
 NOT_WORDS: tuple[tuple[re.Pattern[str], str], ...] = tuple(
     (re.compile(pattern), reason)
     for pattern, reason in (
-        (
-            r"BEGINPGM|BLKFORM|TOOLCALL|FMAX",
-            "is Heidenhain code in an ISO program; post the program in one language",
-        ),
+        (r"BEGINPGM|BLKFORM|TOOLCALL|FMAX", "is Heidenhain code in an ISO program; post it in one language"),
         (r"M?CYCLE[0-9]*|MCALL", "is a cycle, which isn't expanded; post its moves"),
-        (
-            r"A?ROTS?|A?TRANS|A?MIRROR|A?SCALE",
-            "changes the coordinates, which isn't supported; post without it",
-        ),
+        (r"A?ROTS?|A?TRANS|A?MIRROR|A?SCALE", "changes the coordinates; post without it"),
         (r"TRAFOOF|SUPA|DEF|MSG", _SINUMERIK),
         (
             r"IF|WHILE|GOTO|REPEAT|FOR|ENDFOR|CALL|SUB|DO[0-9]|END[0-9]",
@@ -52,6 +45,13 @@ NOT_WORDS: tuple[tuple[re.Pattern[str], str], ...] = tuple(
         (r",[A-Z]", "is a chamfer or a rounding, which isn't supported; post its moves"),
     )
 )
+
+_NAME = r"#(?:[0-9]+|<[A-Z0-9_]+>)"
+_ASSIGNED = re.compile(f"({_NAME})=")
+# Value of a word: one variable or one pair of brackets. No control accepts X#1+2.
+_VALUE = re.compile(rf"([A-Z])([+-]?)(?:({_NAME})(?![-+*/=])|(?=\[))")
+_BRACKET = re.compile(r"[\[\]]")
+_FLOW = re.compile(r"IF|WHILE|GOTO|REPEAT|CALL|SUB|DO[0-9#\[]|END[0-9]|[<>]=|\bO<")
 
 
 def split_blocks(source: Source, *, block_delete: bool = False, quickly: bool = True) -> Iterator[Block]:
@@ -209,3 +209,73 @@ def _explain(code: str) -> str:
             return f"{found[0]!r} {reason}"
     rest = next(part for part in WORD.split(code)[::3] if part)
     return f"{rest[:20]!r} isn't a word of a letter and a number; correct it"
+
+
+class Macro:
+    """The variables that have a value."""
+
+    def __init__(self) -> None:
+        self.values: dict[str, float] = {}
+
+    def take(self, code: str) -> str:
+        """Replace variables and brackets by numbers; execute and remove assignments.
+
+        Parameters
+        ----------
+        code : a block without comments and blanks, upper case
+
+        Returns
+        -------
+        Words of letters and numbers. Anything else is left unchanged, for the parser to refuse.
+
+        Raises
+        ------
+        BlockError
+            A variable without a value, a result that isn't a number.
+        """
+        if _FLOW.search(code):
+            return code
+        return self._assign(code) if _ASSIGNED.match(code) else self._fill_in(code)
+
+    def _assign(self, code: str) -> str:
+        """Execute ``#1=5#2=#1+2``: as in RS274/NGC, all values take effect after the block."""
+        found, end, values = _ASSIGNED.match(code), 0, {}
+        while found is not None:
+            values[_key(found[1])], end = evaluate_prefix(code, found.end(), self._look_up)
+            found = _ASSIGNED.match(code, end)
+        if end < len(code):
+            return code[end:] if "=" in code[end:] else f"={code[end:]}"
+        self.values |= values
+        return ""
+
+    def _fill_in(self, code: str) -> str:
+        parts, begin = [], 0
+        while (found := _VALUE.search(code, begin)) is not None:
+            end = found.end() if found[3] else _closing(code, found.end())
+            value = self._look_up(found[3]) if found[3] else evaluate(code[found.end() : end], self._look_up)
+            # Without an exponent, as controls accept it.
+            number = f"{-value if found[2] == '-' else value:.12f}".rstrip("0")
+            parts.append(f"{code[begin : found.start()]}{found[1]}{number}")
+            begin = end
+        return "".join(parts) + code[begin:]
+
+    def _look_up(self, name: str) -> float:
+        try:
+            return self.values[_key(name)]
+        except KeyError:
+            raise BlockError(f"{name} has no value yet; write the number") from None
+
+
+def _key(name: str) -> str:
+    """Return the same key for ``#1`` and ``#001``."""
+    return name if name[1] == "<" else f"#{int(name[1:20])}"
+
+
+def _closing(code: str, start: int) -> int:
+    """Return the index after the closing bracket; the end of the block if it isn't closed."""
+    depth = 0
+    for sign in _BRACKET.finditer(code, start):
+        depth += 1 if sign[0] == "[" else -1
+        if depth == 0:
+            return sign.end()
+    return len(code)

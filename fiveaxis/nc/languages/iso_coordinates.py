@@ -67,9 +67,7 @@ def set_plane(block: Block) -> Block:
     if word == "G69":
         return block._replace(frame=FrameChange("set", (0.0, 0.0, 0.0), np.eye(3), word))
     if block.words.get("P", 0.0) != 0.0:
-        raise BlockError(
-            f"G68.2 P{block.words['P']:g}: only Euler angles I, J, K are supported; post the plane with them"
-        )
+        raise BlockError(f"G68.2 P{block.words['P']:g} isn't supported; post Euler angles I, J, K, without P")
     x, y, z = (block.words.get(c, 0.0) for c in "XYZ")
     rotation = turns("ZXZ", [block.words.get(c, 0.0) for c in "IJK"])
     rest = {c: value for c, value in block.words.items() if c not in "XYZIJKP"}

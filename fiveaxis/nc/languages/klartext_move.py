@@ -68,7 +68,7 @@ class Move(Line):
         elif kind == "side":
             if word[0] != "R0":
                 raise BlockError(
-                    f"{word[0]} offsets the path by the tool radius; post the tool path itself, with R0"
+                    f"{word[0]} offsets the path by the tool radius; post the offset path with R0"
                 )
         elif kind in ("retract", "axes"):
             draft.ignored.append("M138" if kind == "axes" else "MB")

@@ -204,9 +204,7 @@ class SetUp(Line):
             self.draft.frame = state.frame("cycle 10")
         elif number == 19:
             if any(self.axes_of(rest)[0].values()):
-                raise BlockError(
-                    "cycle 19 tilts by angles whose meaning depends on the machine; write PLANE SPATIAL"
-                )
+                raise BlockError("cycle 19 angles depend on the machine; write PLANE SPATIAL")
             state.tilt_plane(np.eye(3))
             self.draft.frame = state.frame("cycle 19")
         elif rest and not (number == 11 and self._last_number(rest.replace("SCL", " ")) == 1.0):

@@ -92,9 +92,7 @@ class State:
             The plane before is shifted or rotated.
         """
         if self.shift.any() or self.spin:
-            raise BlockError(
-                "a new plane while the last one is shifted or rotated isn't supported; reset that before"
-            )
+            raise BlockError("a new plane while the last one is shifted or rotated; reset that before")
         self.tilt = rotation
 
     def change_zero(self, name: str) -> None:

@@ -112,15 +112,19 @@ def _plain(
         return Block(line, tuple(g), tuple(m), words, tip_control=tip_control)
     # The letters give the plane of the arc, and the vector goes from its centre to its start.
     words = {c: -value if c in centre else value for c, value in words.items()}
-    assumed = Finding(
-        Severity.WARNING,
-        "arc-centre-assumed",
+    message = (
         "I, J and K are taken from an arc's centre to its start, as NX writes them for this control; check "
-        "full circles, which also fit the reverse",
-        Place(line=line, file=source.name),
+        "full circles, which also fit the reverse"
     )
     g = [_PLANES[centre], *g] if centre in _PLANES else g
-    return Block(line, tuple(g), tuple(m), words, tip_control=tip_control, findings=(assumed,))
+    return Block(
+        line,
+        tuple(g),
+        tuple(m),
+        words,
+        tip_control=tip_control,
+        findings=_warn(source, line, "arc-centre-assumed", message),
+    )
 
 
 def _shift(line: int, words: dict[str, float], state: _State) -> Block:
@@ -134,18 +138,18 @@ def _tilt(line: int, indexed: dict[str, float | str], state: _State, source: Sou
     """Read ``G7 A5= B5= C5=``: angles about fixed X, Y and Z, in this order."""
     a, b, c = (float(indexed.get(f"{letter}5", 0.0)) for letter in "ABC")
     plane = Plane(np.array(state.shift), turns("ZYX", (c, b, a)))
-    findings: tuple[Finding, ...] = ()
-    if sum(v != 0.0 for v in (a, b, c)) > 1:
-        findings = (
-            Finding(
-                Severity.WARNING,
-                "plane-assumed",
-                f"G7 A5={a:g} B5={b:g} C5={c:g} is taken as angles about X, then Y, then Z of the work "
-                "offset; check it if the machine is set up differently",
-                Place(line=line, file=source.name),
-            ),
-        )
-    return Block(line, frame=plane.change("G7"), findings=findings)
+    block = Block(line, frame=plane.change("G7"))
+    if sum(v != 0.0 for v in (a, b, c)) <= 1:
+        return block
+    message = (
+        f"G7 A5={a:g} B5={b:g} C5={c:g} is taken as angles about X, then Y, then Z of the work offset; check "
+        "it if the machine is set up differently"
+    )
+    return block._replace(findings=_warn(source, line, "plane-assumed", message))
+
+
+def _warn(source: Source, line: int, code: str, message: str) -> tuple[Finding, ...]:
+    return (Finding(Severity.WARNING, code, message, Place(line=line, file=source.name)),)
 
 
 def _drill(line: int, words: dict[str, float], state: _State) -> Iterator[Block]:

@@ -141,9 +141,7 @@ def read_hole(name: str, values: Sequence[Value]) -> Hole:
         raise BlockError(f"{name} needs RTP, RFP, and DP or DPR; write them")
     near = reference + (_number(values, 2) or 0.0)
     if depth > near:
-        raise BlockError(
-            f"{name} begins at {near:g} and ends at {depth:g}, above it; correct RFP, SDIS or DP"
-        )
+        raise BlockError(f"{name} begins at {near:g} and ends at {depth:g}, above it; correct the depth")
     down, out = (0.0, 0.0) if kind.feeds is None else (_number(values, i) or 0.0 for i in kind.feeds)
     if kind.thread is not None:
         down = out = abs((_number(values, kind.thread[0]) or 0.0) * (_number(values, kind.thread[1]) or 0.0))
@@ -153,27 +151,25 @@ def read_hole(name: str, values: Sequence[Value]) -> Hole:
 
 
 def _doubts(name: str, back: float, reference: float, *, threaded: bool) -> tuple[tuple[str, str], ...]:
-    doubts = []
-    if back < reference:
-        doubts.append(
-            (
-                "cycle-retracts-below",
-                f"{name} retracts to {back:g}, below its reference plane {reference:g}; check RTP, which is "
-                "relative to the program zero",
-            )
-        )
-    if name in ("CYCLE84", "CYCLE840") and not threaded:
-        doubts.append(
-            ("tap-feed-assumed", f"{name} gives no pitch and speed; F is taken as the tapping feed; check it")
-        )
-    if name == "CYCLE76":
-        doubts.append(
-            (
-                "cycle-as-hole",
-                "CYCLE76 without a width is taken as boring, as NX posts it; check it",
-            )
-        )
-    return tuple(doubts)
+    doubts = (
+        (
+            back < reference,
+            "cycle-retracts-below",
+            f"{name} retracts to {back:g}, below its reference plane {reference:g}; check RTP, which is "
+            "relative to the program zero",
+        ),
+        (
+            name in ("CYCLE84", "CYCLE840") and not threaded,
+            "tap-feed-assumed",
+            f"{name} gives no pitch and speed; F is taken as the tapping feed; check it",
+        ),
+        (
+            name == "CYCLE76",
+            "cycle-as-hole",
+            "CYCLE76 without a width is taken as boring, as NX posts it; check it",
+        ),
+    )
+    return tuple((code, message) for applies, code, message in doubts if applies)
 
 
 @dataclass(frozen=True)
@@ -219,9 +215,7 @@ def read_swivel(values: Sequence[Value]) -> Swivel | None:
     mode = int(_number(values, 3) or 0.0)
     if mode >> 6 != _AXIS_BY_AXIS:
         kind = _MODES[mode >> 6] if 0 < mode < 256 else "unknown"
-        raise BlockError(
-            f"CYCLE800 in mode {mode} ({kind}) isn't supported; post it axis by axis, as mode 57 or 27"
-        )
+        raise BlockError(f"CYCLE800 in mode {mode} ({kind}) isn't supported; post it axis by axis (mode 57)")
     order = [mode & 3, mode >> 2 & 3, mode >> 4 & 3]
     angles = [_number(values, i) or 0.0 for i in (7, 8, 9)]
     if any(angle and not axis for angle, axis in zip(angles, order, strict=True)):

@@ -326,9 +326,7 @@ class Statement:
         draft = self.draft
         alone = not (draft.g or draft.m or self.machine or self.hole or draft.vector or draft.centre)
         if not alone or not set(draft.words) <= set(AXES) or draft.increments or draft.absolutes:
-            raise BlockError(
-                f"{name} takes numbers for X, Y, Z (ROT: or RPL), in its own block; write it like that"
-            )
+            raise BlockError(f"{name} takes numbers for X, Y, Z (ROT: or RPL) and no other words; correct it")
         draft.frame = self.state.change_frame(name, draft.words, self.plane_angle)
         draft.words = {}
         draft.ignored.append(name)

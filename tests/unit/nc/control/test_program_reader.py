@@ -203,7 +203,7 @@ def test_a_tool_direction_has_no_angles_in_a_motion(fault, trunnion):
     text = "G21 G0 X0 Y0 Z0 A0 C0\nG43.5 H1\nG0 X0 Y0 Z0 I0 J0 K1\nG1 X1 I.6 K.8 F60\n"
     line, message = fault(text, trunnion, start=None)
     assert line == 3
-    assert "gives the tool's direction" in message
+    assert "gives the tool direction" in message
 
 
 # Ways

@@ -265,7 +265,7 @@ def test_klartext_in_inches_counts_feeds_in_tenths(read, trunnion):
     assert path.source[-1] == 7
     assert path.lengths[-1] / path.feed[-1] == pytest.approx(6)
     [note] = [f for f in path.findings if f.code == "feed-unit-assumed"]
-    assert note.message.startswith("F counts in 0.1 inch/min")
+    assert note.message.startswith("F is in units of 0.1 inch/min")
     metric = read(text.replace("INCH", "MM"), trunnion, suffix=".h", unit=None)
     assert metric.feed[1] == pytest.approx(100 / 60)
     assert "feed-unit-assumed" not in codes(metric)
@@ -385,7 +385,7 @@ def test_a_direction_in_a_standing_frame_is_refused(fault):
     text = "G43.5 H1\nG0 X1 Y2 Z3 K1\nG1 X2 I.6 K.8 F60\n"
     line, message = fault(text, NUTATING, positions="machine")
     assert line == 2
-    assert message.startswith("positions=machine, and the block gives the tool's direction")
+    assert message.startswith("positions=machine, and the block gives the tool direction")
 
 
 def test_the_shorter_way_is_told_whichever_reading_is_chosen(read):
@@ -433,7 +433,7 @@ def test_a_plane_on_a_turned_workpiece_is_an_assumption(read, trunnion):
 
 
 def test_other_kinds_of_planes_are_refused(fault):
-    assert "only Euler's angles" in fault("G68.2 P1 X0 Y0 Z0 I1\n")[1]
+    assert "post Euler angles I, J, K, without P" in fault("G68.2 P1 X0 Y0 Z0 I1\n")[1]
     assert "G53.1 and G68.2 in one block" in fault("G68.2 G53.1 X0\n")[1]
 
 
@@ -540,7 +540,7 @@ def test_depth_and_level_of_a_cycle_end_with_it(read, fault):
     for between in ("G80\n", "G0 Z50\n"):
         line, message = fault(text.format(between))
         assert line == 4
-        assert message.startswith("G81 needs Z and R")
+        assert message.startswith("G81 needs depth Z and level R")
 
 
 def test_g98_from_below_the_level_leads_back_to_the_level(read):
@@ -554,7 +554,7 @@ def test_g98_from_below_the_level_leads_back_to_the_level(read):
 @pytest.mark.parametrize(
     ("text", "line", "fact"),
     [
-        ("G81 X1 Y1 Z-5 F60", 2, "G81 needs Z and R"),
+        ("G81 X1 Y1 Z-5 F60", 2, "G81 needs depth Z and level R"),
         ("G81 X1 Y1 Z-5 R2 L3 F60", 2, "G81 L3 repeats the cycle"),
         ("G81 X1 Y1 Z-5 R2", 2, "without F in force"),
         ("G18 G81 X1 Y1 Z-5 R2 F1", 2, "a cycle in G18"),

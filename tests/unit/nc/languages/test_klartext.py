@@ -335,7 +335,7 @@ def test_presets_may_be_named_before_moves_and_not_changed_after():
         ("TCH PROBE 400", "is a cycle, which isn't expanded"),
         ("CYCL DEF 8.1 X", "mirrors or scales"),
         ("CYCL DEF 11.1 SCL 0.5", "mirrors or scales"),
-        ("CYCL DEF 19.1 A+0 B+45 C+0", "whose meaning depends on the machine; write PLANE SPATIAL"),
+        ("CYCL DEF 19.1 A+0 B+45 C+0", "cycle 19 angles depend on the machine; write PLANE SPATIAL"),
         ("CYCL DEF 7.1 C+5", "a datum shift is supported for X, Y and Z"),
         ("CYCL DEF 7.1 X+5 what", "'WHAT' isn't a word of an axis"),
         ("CYCL DEF A", "CYCL DEF must be followed by a number"),

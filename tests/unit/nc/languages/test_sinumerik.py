@@ -328,7 +328,7 @@ def test_work_offsets_may_be_named_before_moves_and_not_changed_after():
         ("SCALE X2", "scales or mirrors"),
         ("MIRROR X0", "scales or mirrors"),
         ("TRANS C10", "TRANS takes numbers for X, Y, Z"),
-        ("ROT Z10 G1", "in its own block"),
+        ("ROT Z10 G1", "and no other words"),
         ("TRANSMIT", "is a transformation that isn't supported"),
         ("GOTOF MARK", "jumps, repeats or calls"),
         ("IF R1==1 GOTOB A", "jumps, repeats or calls"),
