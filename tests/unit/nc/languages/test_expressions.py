@@ -77,7 +77,7 @@ def test_arithmetic_has_its_usual_meaning(text, value):
         ("-" * 5000 + "1", "more than 40 brackets"),
     ],
 )
-def test_what_has_no_value_is_refused_with_its_reason(text, fact):
+def test_expressions_without_a_value_are_refused_with_the_reason(text, fact):
     with pytest.raises(BlockError) as caught:
         evaluate(text, lookup)
     assert fact in str(caught.value)
