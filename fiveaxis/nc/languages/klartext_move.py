@@ -119,13 +119,10 @@ class Move(Line):
             self.machine = True
         elif number in (136, 137):
             draft.g.append("G95" if number == 136 else "G94")
-        elif number in (92, 140):
-            self.omitted = True
-            draft.ignored.append(f"M{number}")
         else:
             draft.ignored.append(f"M{number}")
-        if number in (126, 127):
-            draft.shorter = number == 126
+            self.omitted = self.omitted or number in (92, 140)
+            draft.shorter = number == 126 if number in (126, 127) else draft.shorter
 
     # The move as a whole
 

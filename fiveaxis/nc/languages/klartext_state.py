@@ -17,6 +17,8 @@ from fiveaxis.nc.languages.planes import Plane, turns
 class State:
     """Modal state of the control.
 
+    Methods raise BlockError for what the program leaves undetermined, or what isn't supported.
+
     Program coordinates are shifted by the datum shift, rotated by PLANE, shifted again by a datum shift that
     follows PLANE, and rotated by cycle 10, in this order (coordinate systems W-CS, WPL-CS and I-CS of the
     TNC 640 manual).
@@ -64,13 +66,7 @@ class State:
         return plane.change(word)
 
     def shift_datum(self, words: Mapping[str, float], increments: str) -> None:
-        """Shift the datum along axes of the workpiece, or of the tilted plane if there is one.
-
-        Raises
-        ------
-        BlockError
-            The order of this shift and a rotation in force is undetermined.
-        """
+        """Shift the datum along axes of the workpiece, or of the tilted plane if there is one."""
         if self.spin:
             raise BlockError("a datum shift while cycle 10 rotates isn't supported; reset cycle 10 before")
         if self.is_tilted and self.datum.any():
@@ -84,25 +80,13 @@ class State:
             part[column] = value + (part[column] if letter in increments else 0.0)
 
     def tilt_plane(self, rotation: Array) -> None:
-        """Tilt the working plane.
-
-        Raises
-        ------
-        BlockError
-            The plane before is shifted or rotated.
-        """
+        """Tilt the working plane, unless the one before is shifted or rotated."""
         if self.shift.any() or self.spin:
             raise BlockError("a new plane while the last one is shifted or rotated; reset that before")
         self.tilt = rotation
 
     def change_zero(self, name: str) -> None:
-        """Set the preset or the datum table line.
-
-        Raises
-        ------
-        BlockError
-            The program has moved relative to another.
-        """
+        """Set the preset or the datum table line, unless the program has moved relative to another."""
         if self.moved and name != self.zero:
             raise BlockError(
                 f"{name} moves the program's zero away from {self.zero or 'where the program began'}, and "
@@ -122,37 +106,19 @@ class State:
                 self.now[letter] += value
 
     def position(self) -> tuple[float, float]:
-        """Return X and Y of the tool.
-
-        Raises
-        ------
-        BlockError
-            The program doesn't give it.
-        """
+        """Return X and Y of the tool."""
         if "X" not in self.now or "Y" not in self.now:
             raise BlockError("X and Y of the position before aren't in the program yet; write them")
         return self.now["X"], self.now["Y"]
 
     def polar_position(self) -> tuple[float, float]:
-        """Return radius and angle, deg, of the tool about the pole.
-
-        Raises
-        ------
-        BlockError
-            The program doesn't give it.
-        """
+        """Return radius and angle, deg, of the tool about the pole."""
         x, y = self.position()
         px, py = self.need_pole()
         return math.hypot(x - px, y - py), math.degrees(math.atan2(y - py, x - px))
 
     def need_pole(self) -> tuple[float, float]:
-        """Return the pole.
-
-        Raises
-        ------
-        BlockError
-            No CC is in force.
-        """
+        """Return the pole of the last CC."""
         if self.pole is None:
             raise BlockError("there is no pole in these coordinates; write CC with X and Y before")
         return self.pole

@@ -115,17 +115,19 @@ class State:
         self.program = step if name in ("TRANS", "ROT") else self.program.then(step)
         return self.frame(name)
 
-    def change_zero(self, word: str) -> bool:
-        """Set the work offset; return False if its distance from the last one is unknown.
+    def change_zero(self, word: str) -> None:
+        """Set the work offset; raise BlockError if its distance from the last one is unknown.
 
         The interpreter knows the four offsets that ISO programs have too, and before the first move the
         distance doesn't matter.
         """
         known = word in _ISO_ZEROS and self.zero in _ISO_ZEROS
-        allowed = known or word == self.zero or not self.moved
-        if allowed:
-            self.zero = word
-        return allowed
+        if self.moved and word != self.zero and not known:
+            raise BlockError(
+                f"{word} moves the program's zero away from {self.zero or 'where the program began'}, and "
+                "only the control knows how far; write one program for each"
+            )
+        self.zero = word
 
     def remember(self, words: Mapping[str, float], increments: str = "", absolutes: str = "") -> None:
         """Update the feed and the rotary axes' end angles."""

@@ -213,7 +213,7 @@ class Statement:
             self.apart = True
             draft.ignored.append(word)
         elif number == 500 or 505 <= number <= 599:
-            self._use_zero(word)
+            self.state.change_zero(word)
             draft.ignored.append(word)
         elif number in IGNORED_G:
             draft.ignored.append(word)
@@ -237,16 +237,8 @@ class Statement:
         elif word in ("G90", "G91"):
             state.incremental = word == "G91"
         elif word in ("G54", "G55", "G56", "G57"):
-            self._use_zero(word)
+            state.change_zero(word)
         self.draft.g.append(word)
-
-    def _use_zero(self, word: str) -> None:
-        before = self.state.zero or "where the program began"
-        if not self.state.change_zero(word):
-            raise BlockError(
-                f"{word} moves the program's zero away from {before}, and only the control knows how far; "
-                "write one program for each"
-            )
 
     def _m(self, number: float) -> None:
         if number != int(number):

@@ -123,7 +123,7 @@ def haas_trunnion():
         for j in machine.chain.joints
     )
     chain = replace(machine.chain, joints=joints)
-    # Its control counts B with the table's rotation: p = Rz(B) Rx(-A) (X, Y, Z), see ../shared/data/README.md.
+    # This control counts B as the table turns: p = Rz(B) Rx(-A) (X, Y, Z), see ../shared/data/README.md.
     axes = tuple(replace(a, reversed=a.letter == "A") for a in machine.axes)
     return replace(machine, chain=chain, axes=axes)
 

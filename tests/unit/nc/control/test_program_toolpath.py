@@ -78,7 +78,7 @@ def test_the_impeller_has_its_4492_poses_and_one_rewind(data, trunnion):
     # Line 10: X 6.302 Y -11.560 Z 27.743 A -71.841 C -35.930 F 318, inverse time.
     [row] = np.flatnonzero(path.source == 10)
     np.testing.assert_allclose(tips(path)[row], [6.302, -11.560, 27.743], atol=1e-12)
-    a, c = np.radians([71.841, 35.930])  # this control counts both axes the other way
+    a, c = np.radians([71.841, 35.930])  # this control reverses both axes
     along = [np.sin(c) * np.sin(a), -np.cos(c) * np.sin(a), np.cos(a)]
     np.testing.assert_allclose(path.axis[row], along, atol=1e-9)
     assert path.lengths[row] / path.feed[row] == pytest.approx(60 / 318)
@@ -107,7 +107,7 @@ def haas_trunnion():
         replace(j, line=replace(j.line, direction=(0.0, 0.0, 1.0))) if j.letter == "B" else j
         for j in machine.chain.joints
     )
-    # Its control counts B with the table's rotation: p = Rz(B) Rx(-A) (X, Y, Z), see ../shared/data/README.md.
+    # This control counts B as the table turns: p = Rz(B) Rx(-A) (X, Y, Z), see ../shared/data/README.md.
     axes = tuple(replace(a, reversed=a.letter == "A") for a in machine.axes)
     return replace(machine, chain=replace(machine.chain, joints=joints), axes=axes)
 
@@ -193,7 +193,7 @@ def test_a_fanuc_program_of_nine_work_offsets_is_read_to_its_last_block(data):
 
 
 def test_positions_in_the_machine_frame_are_reported(data):
-    """The NMV's post keeps the frame in the machine while the table turns; read like that, the tip path is half as long."""
+    """The NMV's post keeps the frame in the machine: read like that, the tip path is half as long."""
     [doubt] = [f for f in nmv(data).findings if f.code == "positions-doubtful"]
     assert doubt.message.startswith("in the 9 cuts that turn the table, the tip path is 184.512 mm")
     assert "80.4616 mm in that of the machine" in doubt.message

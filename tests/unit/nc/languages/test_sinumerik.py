@@ -113,7 +113,7 @@ def test_single_words_may_be_incremental_or_absolute():
 
 
 @pytest.mark.parametrize(
-    ("begin", "way", "end"),
+    ("begin", "mode", "end"),
     [
         (350.0, "DC(10)", 370.0),
         (10.0, "DC(350)", -10.0),
@@ -126,8 +126,8 @@ def test_single_words_may_be_incremental_or_absolute():
         (90.0, "ACN(90)", 90.0),
     ],
 )
-def test_dc_acp_and_acn_give_the_end_angle(begin, way, end):
-    block = blocks_of(f"G0 C{begin}", "X1", f"G0 C={way}")[-1]
+def test_dc_acp_and_acn_give_the_end_angle(begin, mode, end):
+    block = blocks_of(f"G0 C{begin}", "X1", f"G0 C={mode}")[-1]
     assert block.words["C"] == pytest.approx(end, abs=1e-9)
     assert block.absolutes == "C"
 
