@@ -14,10 +14,9 @@ from collections.abc import Iterator
 
 from fiveaxis.nc.languages.block import Block, BlockError, Triple, block_error
 from fiveaxis.nc.languages.draft import LONGEST_BLOCK, NUMBER, require_short, strip_comment
-from fiveaxis.nc.languages.klartext_line import Line
 from fiveaxis.nc.languages.klartext_move import MOVES, Move
 from fiveaxis.nc.languages.klartext_setup import SetUp
-from fiveaxis.nc.languages.klartext_state import State
+from fiveaxis.nc.languages.klartext_state import Line, State
 from fiveaxis.nc.languages.klartext_words import IGNORED_LINES, refusal
 from fiveaxis.nc.source import Source
 

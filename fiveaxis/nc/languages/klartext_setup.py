@@ -9,7 +9,7 @@ import numpy as np
 from fiveaxis.findings import Severity
 from fiveaxis.geometry import Array
 from fiveaxis.nc.languages.block import BlockError
-from fiveaxis.nc.languages.klartext_line import VALUE, Line
+from fiveaxis.nc.languages.klartext_state import VALUE, Line
 from fiveaxis.nc.languages.klartext_words import IGNORED_CYCLES, refusal
 from fiveaxis.nc.languages.planes import turns
 
