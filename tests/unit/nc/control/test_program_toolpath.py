@@ -297,8 +297,7 @@ def test_a_program_of_three_axes_needs_no_machine(read):
 def test_a_rotary_word_without_a_machine_is_an_error_that_names_the_option(fault):
     assert fault("G0 X0 Y0 Z5 A10\n") == (
         1,
-        "A10: is the angle of a rotary axis, and how the axis lies isn't known; give the machine that the "
-        "program was written for (--machine)",
+        "A10: is a rotary axis, and no machine is given; give the one of the program (--machine)",
     )
 
 
