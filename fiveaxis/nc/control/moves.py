@@ -109,9 +109,7 @@ class Moves(InterpreterState):
         track, begin = self.track, self.track.now
         missing = track.unknown(begin)
         if missing:
-            raise BlockError(
-                f"an arc whose start isn't in the program ({missing}); begin with a straight move"
-            )
+            raise BlockError(f"an arc from unknown {missing}; begin with a straight move")
         scale = MILLIMETRES[self.modes.units.now]
         points, length = round_points(self.modes, block, [float(c or 0.0) for c in self.local], local, scale)
         time, feed = self._pace(block)

@@ -37,7 +37,6 @@ _LABEL = re.compile(r"[A-Z_][A-Z0-9_]*:(?!=)")
 _MODE = re.compile(r"\s*(IC|AC|DC|ACP|ACN)\s*\(")
 _CLOSE = re.compile(r"\s*\)")
 _TEXT = re.compile(r'\s*"[^"]*"')
-_BLANK = re.compile(r"\s*")
 
 _CENTRE = {"I": "X", "J": "Y", "K": "Z"}
 _TOOL_AXIS = {"G17": "Z", "G18": "Y", "G19": "X"}
@@ -85,14 +84,9 @@ class Statement:
         if label is not None:
             self.draft.ignored.append("label")
             at = label.end()
-        at = self._skip(at)
         while at < len(self.code):
-            at = self._skip(self._take(at))
+            at = at + 1 if self.code[at].isspace() else self._take(at)
         self._complete()
-
-    def _skip(self, at: int) -> int:
-        blank = _BLANK.match(self.code, at)
-        return at if blank is None else blank.end()
 
     def _take(self, at: int) -> int:
         """Read what begins at an index; return the index after it."""
