@@ -1,1 +1,1 @@
-"""What a control makes of blocks: places of axes and tips, one after the other."""
+"""Interpretation of blocks: positions of axes and tips, row by row."""

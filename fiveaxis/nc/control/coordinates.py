@@ -1,29 +1,73 @@
-"""What a program's coordinates count from: work offset, shifted and tilted planes, tip control."""
+"""Frames of a program's coordinates: work offset, shifted and tilted planes, TCP."""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
+
 import numpy as np
 
+from fiveaxis.errors import SettingError
 from fiveaxis.geometry import Array
 from fiveaxis.kinematics import linear_positions, tool_poses
 from fiveaxis.machine import Machine
 from fiveaxis.nc.control.axis_track import Counting, Values, axis_values
-from fiveaxis.nc.control.work_offsets import WorkOffsets
 from fiveaxis.nc.languages.planes import Plane
 
-Place = list[float | None]
+# X, Y and Z, mm; None where the program hasn't given them yet.
+Point = list[float | None]
 
 
-class Coordinates:
-    """From words to places: of the axes, or of the tip on the workpiece.
-
-    In a plane that is turned the words are the tip's place, as under tool centre point control: a plane lies
-    on the workpiece, and the control leads the tip along it.
+class WorkOffsets:
+    """Machine positions of the zeros of G54, G55 and so on, in the control's own sign.
 
     Parameters
     ----------
-    machine : whose axes they are
-    offsets : the zeros of G54 and so on
+    given : axis letter -> mm or deg, of the program's only work offset; or word and letter (``G55X``,
+        ``G54.1P3Z``) of one among several; None if unknown
+    machine : the machine of these axes
+
+    Raises
+    ------
+    SettingError
+        A number that isn't finite.
+    MachineError
+        A letter that isn't an axis of the machine.
+    """
+
+    def __init__(self, given: Mapping[str, float] | None, machine: Machine) -> None:
+        self.machine = machine
+        self.by_frame: dict[str, dict[int, float]] = {}
+        for key, value in ({} if given is None else given).items():
+            name = "".join(key.split()).upper()
+            frame, letter = name[:-1], name[-1:]
+            if not math.isfinite(value):
+                raise SettingError(f"program_zero of {key} is {value:g}; give a finite number, mm or deg")
+            self.by_frame.setdefault(frame, {})[machine.column(letter)] = float(value)
+        self.given = given is not None
+
+    def knows(self, frame: str) -> bool:
+        """Whether the caller has given this work offset by its name."""
+        return frame in self.by_frame
+
+    def of(self, frame: str) -> list[float] | None:
+        """Return the zero of a work offset, (k,) mm and deg; None if unknown."""
+        if not self.given:
+            return None
+        values = self.by_frame.get("", {}) | self.by_frame.get(frame, {})
+        return [values.get(column, 0.0) for column in range(len(self.machine.axes))]
+
+
+class Coordinates:
+    """Conversion of words to axis positions, or to the tip on the workpiece.
+
+    In a rotated plane the words are tip positions, as under TCP: the plane lies on the workpiece, and the
+    control moves the tip in it.
+
+    Parameters
+    ----------
+    machine : the machine of the axes
+    offsets : zeros of G54 and so on
     """
 
     def __init__(self, machine: Machine, offsets: WorkOffsets) -> None:
@@ -33,29 +77,29 @@ class Coordinates:
         self.plane = Plane()
         columns = {a.letter: i for i, a in enumerate(machine.axes)}
         self.xyz = [columns[c] for c in "XYZ" if c in columns]
-        # deg, by which G92 shifts the words of rotary axes.
-        self.renamed = [0.0] * len(machine.axes)
+        # deg, shifts of the rotary axes by G92.
+        self.rotary_shifts = [0.0] * len(machine.axes)
         self.signs = [-1.0 if a.reversed else 1.0 for a in machine.axes]
-        self.settle()
+        self.update()
 
     @property
     def of_tip(self) -> bool:
-        """Whether words are the tip's place."""
+        """Whether X, Y and Z are tip positions."""
         return self.tip_control or not self.plane.is_unturned
 
     @property
     def zero(self) -> list[float] | None:
-        """(k,), mm and deg, machine position of the zero in force; None where nobody has said."""
+        """(k,), mm and deg, machine position of the zero in force; None if unknown."""
         return self.work_offsets.of(self.frame)
 
-    def settle(self) -> None:
-        """Compute what a word is shifted by, after anything has changed.
+    def update(self) -> None:
+        """Recompute the shifts of words after a change.
 
-        `offsets` are added to the words of each axis, (k,); `total` places a turned plane.
+        `offsets`, (k,), are added to the words of each axis; `total` is the frame of a rotated plane.
         """
         zero = self.zero
-        placed = [0.0] * len(self.machine.axes) if zero is None else list(zero)
-        self.offsets = [p + r for p, r in zip(placed, self.renamed, strict=True)]
+        base_offsets = [0.0] * len(self.machine.axes) if zero is None else list(zero)
+        self.offsets = [p + r for p, r in zip(base_offsets, self.rotary_shifts, strict=True)]
         base = self._base(zero) if self.of_tip else Plane()
         self.total = base.then(self.plane)
         self.turned = not self.total.is_unturned
@@ -63,62 +107,61 @@ class Coordinates:
             shift = float(self.total.origin[i])
             self.offsets[column] = shift if self.of_tip else self.offsets[column] + shift
 
-    def name_anew(self, column: int, now: float, word: float) -> None:
-        """Let a word name the place, deg, where a rotary axis stands (G92)."""
-        self.renamed[column] += now - self.offsets[column] - word
-        self.settle()
+    def shift_rotary(self, column: int, now: float, word: float) -> None:
+        """Shift a rotary axis so that its position `now`, deg, becomes `word` (G92)."""
+        self.rotary_shifts[column] += now - self.offsets[column] - word
+        self.update()
 
-    def name_back(self) -> None:
-        """Let words name places as before any G92 (G92.1)."""
-        self.renamed = [0.0] * len(self.machine.axes)
-        self.settle()
+    def reset_rotary(self) -> None:
+        """Cancel the shifts of G92 (G92.1)."""
+        self.rotary_shifts = [0.0] * len(self.machine.axes)
+        self.update()
 
     def _base(self, zero: list[float] | None) -> Plane:
-        """Give the plane of the work offset on the workpiece; the workpiece's own where nobody has said."""
+        """Return the frame of the work offset on the workpiece; the workpiece frame if it is unknown."""
         if zero is None:
             return Plane()
         home, _ = tool_poses(self.machine, axis_values(self.machine, zero, Counting.AXES))
         return Plane(home[0], self.machine.machine_frame[:3, :3])
 
-    def to_place(self, local: Place) -> Place:
-        """Turn X, Y, Z of a turned plane, mm, into the tip's place; unknown while one of them is."""
+    def to_tip(self, local: Point) -> Point:
+        """Convert X, Y, Z of a rotated plane to the tip; unknown if one of them is."""
         if None in local:
             return [None] * 3
         point = self.total.rotation @ np.array(local, dtype=float) + self.total.origin
         return [float(c) for c in point]
 
-    def to_local(self, values: Values) -> Place:
-        """Give X, Y, Z, mm, of the plane that is in force, as words would name them."""
-        place = [values[c] for c in self.xyz]
+    def to_local(self, values: Values) -> Point:
+        """Convert a row to X, Y, Z as words in the frame in force, mm."""
+        point = [values[c] for c in self.xyz]
         if not self.turned:
-            return [None if p is None else p - self.offsets[c] for p, c in zip(place, self.xyz, strict=True)]
-        if None in place:
+            return [None if p is None else p - self.offsets[c] for p, c in zip(point, self.xyz, strict=True)]
+        if None in point:
             return [None] * 3
-        point = self.total.rotation.T @ (np.array(place, dtype=float) - self.total.origin)
-        return [float(c) for c in point]
+        local = self.total.rotation.T @ (np.array(point, dtype=float) - self.total.origin)
+        return [float(c) for c in local]
 
     def from_local(self, points: Array) -> Array:
-        """Turn X, Y, Z of the plane in force, (n, 3) mm, into what rows hold."""
+        """Convert X, Y, Z in the frame in force, (n, 3) mm, to the X, Y, Z of rows."""
         if self.turned:
             return points @ self.total.rotation.T + self.total.origin
         return points + np.array([self.offsets[c] for c in self.xyz])
 
     def exchange(self, values: Values, *, to_tip: bool) -> Values:
-        """Carry a place over from axis positions to the tip's, or back.
+        """Convert a row from axis positions to the tip, or back.
 
-        Where the zero isn't known, or an axis, X, Y and Z aren't known either: the control knows them, the
-        program doesn't say.
+        If the zero or an axis is unknown, X, Y and Z become unknown.
         """
         new = list(values)
         known = self.zero is not None and None not in values
-        place: Place = [None] * 3
+        point: Point = [None] * 3
         if known and to_tip:
             tip, _ = tool_poses(self.machine, axis_values(self.machine, values, Counting.AXES))
-            place = [float(c) for c in tip[0]]
+            point = [float(c) for c in tip[0]]
         elif known:
             row = axis_values(self.machine, values, Counting.TIP)
             found = linear_positions(self.machine, row[:, self.xyz], row[:, self.machine.rotary_columns])
-            place = [float(found[0, c] * self.signs[c]) for c in self.xyz]
-        for column, value in zip(self.xyz, place, strict=False):
+            point = [float(found[0, c] * self.signs[c]) for c in self.xyz]
+        for column, value in zip(self.xyz, point, strict=False):
             new[column] = value
         return new

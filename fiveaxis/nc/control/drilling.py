@@ -1,26 +1,24 @@
-"""Drilling cycles as the way of the tip: to the level R, down at feed, and back."""
+"""Drilling cycles as moves of the tip: to the level R, down at feed, and back."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 from fiveaxis.nc.control.modal import CYCLES
-from fiveaxis.nc.languages.block import Block
-from fiveaxis.nc.source import Source
+from fiveaxis.nc.languages.block import Block, BlockError
 
 
 @dataclass
 class DrillingCycle:
-    """Cycles in force, one after the other, at as many places as the program names.
+    """A series of cycles at successive positions, until G80 or a straight or circular move.
 
-    They end with G80 or a straight or round move. Up to there R and Z hold on, also from one word to the next
-    (LinuxCNC wants them again with another word, Fanuc doesn't), and G98 leads back to where the first began.
+    R and Z stay in force throughout, even if the cycle word changes (LinuxCNC requires them again then, Fanuc
+    doesn't), and G98 returns to the level before the first cycle.
 
     Parameters
     ----------
-    source : the program
     word : key of `CYCLES`
-    initial : mm, the level that the tool had before the first of them; None where the program hasn't said
+    initial : mm, level before the first cycle; None if unknown
     level, depth : mm, R and Z
 
     References
@@ -28,63 +26,55 @@ class DrillingCycle:
     Kramer, Proctor, Messina: The NIST RS274/NGC Interpreter, Version 3 (2000), 3.5.16 and 3.5.20.
     """
 
-    source: Source
     word: str
     initial: float | None
     level: float | None = None
     depth: float | None = None
 
     def take(self, block: Block, scale: float, *, incremental: bool) -> None:
-        """Take what a block says about levels; R counts from where the tool came, Z from R, under G91.
+        """Read the levels of a block; under G91, R is relative to the initial level, and Z to R.
 
         Raises
         ------
-        ToolpathError
-            Repetitions; an increment from nowhere.
+        BlockError
+            Repetitions; an increment from an unknown level.
         """
         for letter in "KL":
             if block.words.get(letter, 1.0) != 1.0:
-                raise self.source.error(
-                    f"{self.word} {letter}{block.words[letter]:g} repeats the cycle, which isn't run; write "
-                    "one block for each place",
-                    block.line,
+                raise BlockError(
+                    f"{self.word} {letter}{block.words[letter]:g} repeats the cycle, which isn't supported; "
+                    "write one block for each hole"
                 )
         if "R" in block.words:
-            self.level = self._level(block.words["R"] * scale, self.initial, block, incremental=incremental)
+            self.level = self._level(block.words["R"] * scale, self.initial, incremental=incremental)
         if "Z" in block.words:
-            self.depth = self._level(block.words["Z"] * scale, self.level, block, incremental=incremental)
+            self.depth = self._level(block.words["Z"] * scale, self.level, incremental=incremental)
 
-    def levels(self, now: float | None, *, to_initial: bool, line: int) -> list[tuple[float, bool]]:
-        """List where Z goes, mm, and whether at feed; the first move leads over the place.
+    def levels(self, now: float | None, *, to_initial: bool) -> list[tuple[float, bool]]:
+        """Return the levels of Z, mm, and whether each is reached at feed; the first move positions X and Y.
 
         Parameters
         ----------
-        now : where it is; None where the program hasn't said
-        to_initial : G98, and not G99
+        now : Z, mm; None if unknown
+        to_initial : G98, not G99
         """
         if self.level is None or self.depth is None:
-            raise self.source.error(
-                f"{self.word} needs Z and R, the depth and the level to begin at; give both", line
-            )
+            raise BlockError(f"{self.word} needs depth Z and level R; write both")
         if to_initial and self.initial is None:
-            raise self.source.error(
-                f"{self.word} under G98 goes back to where it came from, which isn't in the program; move Z "
-                "before, or write G99",
-                line,
+            raise BlockError(
+                f"{self.word} under G98 returns to the initial level, which isn't in the program; move Z "
+                "before, or write G99"
             )
-        # From below R the tool isn't led back down there.
+        # A tool that started below R doesn't return below it.
         back = max(self.initial, self.level) if to_initial and self.initial is not None else self.level
         over = self.level if now is None else max(now, self.level)
-        ways = [(over, False), (self.level, False), (self.depth, True), (self.level, CYCLES[self.word])]
-        ways += [(back, False)]
-        return [way for i, way in enumerate(ways) if i == 0 or way[0] != ways[i - 1][0]]
+        moves = [(over, False), (self.level, False), (self.depth, True), (self.level, CYCLES[self.word])]
+        moves += [(back, False)]
+        return [move for i, move in enumerate(moves) if i == 0 or move[0] != moves[i - 1][0]]
 
-    def _level(self, value: float, begin: float | None, block: Block, *, incremental: bool) -> float:
+    def _level(self, value: float, begin: float | None, *, incremental: bool) -> float:
         if not incremental:
             return value
         if begin is None:
-            raise self.source.error(
-                f"{self.word} by increments (G91), and where they begin isn't in the program; write G90",
-                block.line,
-            )
+            raise BlockError(f"{self.word} under G91 from a level that isn't in the program; write G90")
         return begin + value

@@ -1,8 +1,8 @@
-"""From blocks to rows: what RS274/NGC says of each word, whatever the control's language.
+"""Interpreter: blocks to rows, by RS274/NGC's meaning of the words, for all languages.
 
-A row's X, Y and Z are positions of the machine's axes or, under tool centre point control and in a tilted
-plane, the place of the tool's tip on the workpiece (`fiveaxis.nc.control.coordinates`). Where one becomes the
-other, the program doesn't say where the axes are until it names them again.
+X, Y and Z of a row are positions of the machine's axes or, under TCP and in a tilted plane, the tip on the
+workpiece (`fiveaxis.nc.control.coordinates`). After a switch between the two, the axis positions are unknown
+until the program gives them.
 """
 
 from __future__ import annotations
@@ -15,54 +15,49 @@ import numpy as np
 from fiveaxis.findings import Severity
 from fiveaxis.nc.control.axis_track import NO_MOVE, Counting
 from fiveaxis.nc.control.interpreter_state import CUT, RAPID, Switch
-from fiveaxis.nc.control.modal import CYCLES, END, HARMLESS, MOTION, PARAMETERS, RENAMING
+from fiveaxis.nc.control.modal import CYCLES, END, G92_WORDS, HARMLESS, MOTION, PARAMETERS, unknown_word
 from fiveaxis.nc.control.moves import STRAIGHT, Moves
-from fiveaxis.nc.languages.block import Block
+from fiveaxis.nc.languages.block import Block, BlockError
 from fiveaxis.nc.languages.planes import Plane
-from fiveaxis.nc.languages.unknown_words import unknown_word
 from fiveaxis.nc.rows import LARGEST_POSITION, MILLIMETRES
 
-# Letters that may stand in any block: F acts, the others are counted.
+# Letters allowed in any block besides F; they are only counted.
 COUNTED = "STDHO"
 
-# s: a longer dwell is likelier one in ms, as Fanuc controls count P without a decimal point.
+# s: a longer dwell is probably in ms, as P without a decimal point on Fanuc.
 LONGEST_DWELL = 60.0
 
 _PLAIN_MOTION = {(): None, ("G0",): "G0", ("G1",): "G1"}
-# What the rest of a block is where it has nothing but motion, words and directions.
+# The other fields of a block that has only motion, words and directions.
 _NOTHING_ELSE = list(Block(0)[8:])
 
 
 @dataclass
 class Interpreter(Moves):
-    """A control that writes down where its axes go."""
+    """A control that records the positions of its axes."""
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        self.plain = False
-        self.suspended: int | None = None
+    plain: bool = False
+    suspended: int | None = None
 
     def run(self, blocks: Iterable[Block]) -> int | None:
-        """Act on blocks up to the one that ends the program; give its line.
+        """Run blocks up to the end of the program; return the line of the block that ends it.
 
         Raises
         ------
         ToolpathError
-            With file and line: a word that isn't read or doesn't fit, a move that isn't determined.
+            With file and line: an unsupported or misplaced word, an undetermined move.
         """
-        for block in blocks:
-            if not (self.plain and self._take_plainly(block)) and self.take(block):
-                return block.line
+        try:
+            for block in blocks:
+                self.line = block.line
+                if not (self.plain and self._take_plainly(block)) and self.take(block):
+                    return block.line
+        except BlockError as fault:
+            raise self.source.error(str(fault), self.line) from None
         return None
 
     def take(self, block: Block) -> bool:
-        """Act on a block; tell whether it ends the program.
-
-        Raises
-        ------
-        ToolpathError
-            As `run`.
-        """
+        """Run a block; return whether it ends the program."""
         if block.skipped:
             self.ignored["/"] += 1
             return False
@@ -73,27 +68,27 @@ class Interpreter(Moves):
             self.cycle = None
         if block.shorter is not None:
             self._switch_wrapping(block)
-        block = self._suspending(block)
+        block = self._suspend_tcp(block)
         self._change_coordinates(block)
-        axes = [letter for letter in block.words if self._knows(letter, block)]
+        axes = [letter for letter in block.words if self._is_axis(letter, block)]
         self._count(block)
         if axes:
             self.modes.units.use(block.line)
         if "G4" in block.g:
-            self._wait(block)
+            self._dwell(block)
         elif "G28" in block.g or "G30" in block.g:
             self._go_home(axes, block)
-        elif not RENAMING.isdisjoint(block.g):
-            self._name_anew(axes, block)
+        elif not G92_WORDS.isdisjoint(block.g):
+            self._shift_rotary(axes, block)
         elif axes or block.vector or self._is_arc(block) or self._points(block):
             self._move(axes, block)
         elif "G53" in block.g:
             self.ignored["G53"] += 1
-        self._look_for_plain_blocks()
+        self._allow_plain_blocks()
         return any(word in END for word in block.m)
 
-    def _look_for_plain_blocks(self) -> None:
-        """See whether the next block may take the short way: everything known, nothing special in force."""
+    def _allow_plain_blocks(self) -> None:
+        """Allow the fast interpreter if all axes are known and nothing special is in force."""
         modes, track = self.modes, self.track
         self.plain = (
             self.quickly
@@ -111,7 +106,7 @@ class Interpreter(Moves):
         self.scales = [1.0 if a.is_rotary else scale for a in track.machine.axes]
 
     def _take_plainly(self, block: Block) -> bool:
-        """Act on a block of axis words, directions and F, with G0, G1 or neither; tell whether it was one."""
+        """Run a block of axis words, directions and F, with G0, G1 or neither; return whether it was one."""
         line, g, m, words, skipped, switch, vector, normal, *rest = block
         modes, track = self.modes, self.track
         if m or skipped or switch is not None or rest != _NOTHING_ELSE or g not in _PLAIN_MOTION:
@@ -137,13 +132,13 @@ class Interpreter(Moves):
                 return False
             value = word * scales[column] + offsets[column]
             if column in wrapped:
-                value = self._unwrapped(column, word, offsets[column], line) + offsets[column]
+                value = self._unwrapped(column, word, offsets[column]) + offsets[column]
             if not -LARGEST_POSITION <= value <= LARGEST_POSITION:
                 return False
             target[column] = value
             named += 1
         if vector is not None and track.vector is None:
-            target = track.led(target)
+            target = track.without_rotary(target)
         stays = target == track.now and vector == track.vector
         time = None
         if motion == "G1" and not stays:
@@ -160,7 +155,7 @@ class Interpreter(Moves):
         if named == 0 and block.vector is None:
             return True
         if vector is not None and track.vector is None:
-            track.lead(vector, line)
+            track.orient(vector, line)
             self.named.update(track.rotary)
         track.vector = vector
         if stays:
@@ -173,16 +168,10 @@ class Interpreter(Moves):
             track.now = target
         return True
 
-    def _suspending(self, block: Block) -> Block:
-        """Let the axes go to a place of the machine while tool centre point control is on: a retract by G53.
+    def _suspend_tcp(self, block: Block) -> Block:
+        """Switch TCP off for a retract by G53.
 
-        Where the tip is then isn't in the program. So control is off for that move, and has to be switched
-        off or on before the next one.
-
-        Raises
-        ------
-        ToolpathError
-            It isn't.
+        The program doesn't give the tip after it, so it must switch TCP off or on before the next move.
         """
         if block.tip_control is not None:
             self.suspended = None
@@ -194,17 +183,16 @@ class Interpreter(Moves):
             and "G53" not in block.g
             and not self.columns.keys().isdisjoint(block.words)
         ):
-            raise self.source.error(
-                f"a move after G53 under tool centre point control (line {self.suspended}): where the tip is "
-                "then isn't in the program; switch it off before",
-                block.line,
+            raise BlockError(
+                f"a move after G53 under TCP (line {self.suspended}): the program doesn't give the tip "
+                "after G53; switch TCP off before"
             )
         return block
 
     def _change_coordinates(self, block: Block) -> None:
-        """Take what a block does to the coordinates: work offset, plane, tip control.
+        """Apply a block's changes of work offset, plane and TCP.
 
-        Places known so far are carried over, or forgotten where the program doesn't tell them.
+        Known positions are converted; those that can't be become unknown.
         """
         at, track = self.coordinates, self.track
         changes = block.frame is not None or self.modes.frame != at.frame
@@ -220,7 +208,7 @@ class Interpreter(Moves):
             self.modes.units.use(block.line)
             new = Plane(np.array(block.frame.origin) * scale, block.frame.rotation)
             at.plane = new if block.frame.kind == "set" else at.plane.then(new)
-        at.settle()
+        at.update()
         if at.of_tip != was_of_tip:
             in_cut = bool(track.rows) and track.rows[-1][2] == CUT
             self.switch = Switch(block.line, in_cut, at.of_tip)
@@ -230,15 +218,14 @@ class Interpreter(Moves):
         self._count_length()
 
     def _switch_wrapping(self, block: Block) -> None:
-        """Take M126 and M127; which axes count to 360 deg is set at the control, and not in the program."""
+        """Apply M126 and M127; which axes wrap at 360 deg is set at the control, not in the program."""
         self.wrapped = self.wrapping.columns if block.shorter else ()
         if block.shorter and not self.wrapped:
             self.note(
                 Severity.NOTE,
                 "angles-as-written",
-                "M126 lets rotary axes that count to 360 deg take the shorter way; angles are read as given, "
-                "say wrap=shorter if they do",
-                block.line,
+                "M126 makes rotary axes that wrap at 360 deg take the shorter direction; angles are read as "
+                "written, set wrap=shorter if the axes wrap",
             )
 
     def _count_length(self) -> None:
@@ -249,12 +236,12 @@ class Interpreter(Moves):
             self.track.counting = int(Counting.COMPENSATED if modes.compensated else Counting.AXES)
 
     def _is_arc(self, block: Block) -> bool:
-        """Tell whether a block without axis words is an arc: a full circle."""
+        """Check whether a block without axis words is an arc: a full circle."""
         arcs = self.modes.motion in ("G2", "G3")
         return arcs and (block.centre is not None or not block.words.keys().isdisjoint("IJKR"))
 
-    def _knows(self, letter: str, block: Block) -> bool:
-        """Tell whether a letter is an axis; refuse it if it's nothing that can stand in the block."""
+    def _is_axis(self, letter: str, block: Block) -> bool:
+        """Check whether a letter is an axis; raise if it doesn't belong to anything in its block."""
         if letter in self.columns:
             return True
         if letter == "F" or letter in COUNTED:
@@ -267,11 +254,11 @@ class Interpreter(Moves):
         acting = (*block.g, *block.m, self.modes.motion if self.modes.motion in CYCLES else "")
         if any(letter in PARAMETERS.get(word, "") for word in acting):
             return False
-        raise unknown_word(self.source, self.track.machine, letter, block, stand_in=self.stand_in)
+        raise unknown_word(self.track.machine, letter, block, stand_in=self.stand_in)
 
     def _count(self, block: Block) -> None:
         if "O" in block.words and self.ignored["O"]:
-            raise self.source.error("a second program begins; write one file for each", block.line)
+            raise BlockError("a second program begins; split the file")
         if block.m or block.ignored or block.tool or "T" in block.words:
             self.tools.take(block)
         switches = block.tip_control is not None
@@ -280,54 +267,41 @@ class Interpreter(Moves):
         self.ignored.update(letter for letter in block.words if letter in COUNTED)
         self.ignored.update(block.ignored)
 
-    def _name_anew(self, axes: list[str], block: Block) -> None:
-        """Give the places where rotary axes stand other names (G92), or their own back; nothing moves."""
+    def _shift_rotary(self, axes: list[str], block: Block) -> None:
+        """Shift rotary axes (G92), or cancel the shifts; nothing moves."""
         at, track = self.coordinates, self.track
         if any(word in MOTION for word in block.g):
-            raise self.source.error(
-                "G92 beside a move isn't read; write it in a block of its own", block.line
-            )
+            raise BlockError("G92 together with a move isn't supported; write it in its own block")
         if "G92" not in block.g:
-            at.name_back()
+            at.reset_rotary()
             return
         if not axes or any(self.columns[letter] not in track.rotary for letter in axes):
-            raise self.source.error(
-                "G92 shifts X, Y or Z, or names no axis, which isn't read: only new names of rotary axes "
-                "are; post without it",
-                block.line,
-            )
+            raise BlockError("G92 is supported for rotary axes only; post without it, or name rotary axes")
         for letter in axes:
             column = self.columns[letter]
             now = track.now[column]
             if now is None:
-                raise self.source.error(
-                    f"G92 names {letter}, and where it stands isn't in the program up to here; give start, "
-                    "or a move before",
-                    block.line,
-                )
-            at.name_anew(column, now, block.words[letter])
+                raise BlockError(f"G92 shifts {letter}, whose position isn't in the program yet; set start")
+            at.shift_rotary(column, now, block.words[letter])
 
-    def _wait(self, block: Block) -> None:
+    def _dwell(self, block: Block) -> None:
         others = [c for c in block.words if c in self.columns or c in "IJKR"]
         time = block.words.get("P")
         if time is None or others:
-            raise self.source.error(
-                "G4 is read as a dwell of P seconds, in a block without moves; write it so", block.line
-            )
+            raise BlockError("G4 takes P in seconds, in a block without moves; write it like that")
         if time < 0.0:
-            raise self.source.error(f"G4 P{time:g}; a dwell can't be negative", block.line)
+            raise BlockError(f"G4 P{time:g}: a dwell can't be negative; correct it")
         if time > LONGEST_DWELL:
             self.note(
                 Severity.WARNING,
                 "long-dwell",
-                f"G4 P{time:g} is taken as seconds; if it is meant as ms, write s",
-                block.line,
+                f"G4 P{time:g} is taken as seconds; if it is in ms, write seconds",
             )
         if not self.modes.for_motion:
             self.ignored["G4"] += 1
         elif None in self.track.now:
             self.ignored["G4 before the motion begins"] += 1
         else:
-            self._begin(block.line)
+            self._begin()
             kind = self.track.rows[-1][2]
-            self.track.add(self.track.now, block.line, kind, time)
+            self.track.add(self.track.now, self.line, kind, time)

@@ -1,4 +1,4 @@
-"""Where the tool is while a program is read: places that words name, and when a move is determined."""
+"""Interpreter state: positions that words give, and whether a move is determined."""
 
 from __future__ import annotations
 
@@ -7,16 +7,14 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from fiveaxis.errors import ToolpathError
 from fiveaxis.findings import Finding, Place, Severity
 from fiveaxis.nc.control.axis_track import NO_MOVE, AxisTrack, Values
-from fiveaxis.nc.control.coordinates import Coordinates
+from fiveaxis.nc.control.coordinates import Coordinates, Point
 from fiveaxis.nc.control.drilling import DrillingCycle
 from fiveaxis.nc.control.modal import Modes
-from fiveaxis.nc.control.round_moves import Local
-from fiveaxis.nc.control.tools import Tools
+from fiveaxis.nc.control.spindle import Tools
 from fiveaxis.nc.control.wrapping import Wrapping
-from fiveaxis.nc.languages.block import Block, Triple
+from fiveaxis.nc.languages.block import Block, BlockError, Triple
 from fiveaxis.nc.rows import LARGEST_POSITION, MILLIMETRES
 from fiveaxis.nc.source import Source
 from fiveaxis.toolpath import MoveKind
@@ -26,7 +24,7 @@ CUT, RAPID = int(MoveKind.CUT), int(MoveKind.RAPID)
 
 @dataclass
 class Switch:
-    """The last change between positions of axes and the tip's place: line, and what was before it."""
+    """The last switch between axis positions and the tip, and whether it was in a cut."""
 
     line: int
     in_cut: bool
@@ -35,21 +33,22 @@ class Switch:
 
 @dataclass
 class InterpreterState:
-    """Where the tool is while a program is read, and what makes a move determined.
+    """State of the interpreter between blocks.
 
     Parameters
     ----------
     source : the program
-    modes : what is in force
-    track : where the axes are
-    coordinates : what words count from
+    line : of the block being run
+    modes : modal words in force
+    track : axis positions and rows
+    coordinates : frames of the words
     ignored : counts of words without effect on the rows
     fixed_feed : whether the caller gives the feed, and the program needs none
-    stand_in : whether the machine only stands in for one that nobody has given
-    quickly : whether plain blocks take the short way; the rows are the same either way
-    findings : what was assumed or left out
-    tools : those that the program names
-    wrapping : which rotary words count from 0 to 360, and by which rule the axes turn
+    stand_in : whether the machine is a placeholder because none was given
+    quickly : whether to use the fast interpreter for plain blocks; the rows are the same
+    findings : assumptions and omissions
+    tools : tools of the program
+    wrapping : which rotary words are in 0 to 360, and the rule of their direction
     """
 
     source: Source
@@ -64,37 +63,49 @@ class InterpreterState:
     noted: set[str] = field(default_factory=set)
     switch: Switch | None = None
     cycle: DrillingCycle | None = None
+    line: int = 0
     machine_move_line: int = 0
     tools: Tools = field(default_factory=Tools)
-    turned_local: Local = field(default_factory=lambda: [None, None, None])
+    turned_local: Point = field(default_factory=lambda: [None, None, None])
     wrapping: Wrapping = field(default_factory=Wrapping)
 
     def __post_init__(self) -> None:
         axes = self.track.machine.axes
         self.columns = {a.letter: i for i, a in enumerate(axes)}
         self.named = {i for i, v in enumerate(self.track.now) if v is not None}
-        # Where the program switches the rule on and off, it is off before.
+        # If the program switches the rule on and off, it is off at the start.
         self.wrapped = () if self.wrapping.switched else self.wrapping.columns
 
     @property
-    def local(self) -> Local:
-        """X, Y and Z as words would name them, mm, of where the tool is."""
+    def local(self) -> Point:
+        """X, Y and Z of the tool as words in the frame in force, mm."""
         return self.turned_local if self.coordinates.turned else self.coordinates.to_local(self.track.now)
 
-    def note(self, severity: Severity, code: str, message: str, line: int) -> None:
-        """Keep a finding, the first of its code."""
-        self._keep(Finding(severity, code, message, Place(line=line, file=self.source.name)))
+    def note(self, severity: Severity, code: str, message: str, line: int | None = None) -> None:
+        """Add a finding, at the present line by default, unless there is one of its code."""
+        place = Place(line=self.line if line is None else line, file=self.source.name)
+        self._keep(Finding(severity, code, message, place))
+
+    def report(
+        self,
+        severity: Severity,
+        code: str,
+        message: str,
+        line: int,
+        location: int,
+        value: float | None = None,
+    ) -> None:
+        """Add a finding at a location of the result, even if there are others of its code."""
+        place = Place(location=location, line=line, file=self.source.name)
+        self.findings.append(Finding(severity, code, message, place, value))
 
     def _keep(self, finding: Finding) -> None:
         if finding.code not in self.noted:
             self.noted.add(finding.code)
             self.findings.append(finding)
 
-    def _target(self, block: Block, *, of_machine: bool = False) -> tuple[Values, Local]:
-        """Give the place that a block's words name: the row's values, and X, Y, Z as words would name them.
-
-        Axes without a word stay where they are.
-        """
+    def _target(self, block: Block, *, of_machine: bool = False) -> tuple[Values, Point]:
+        """Return the target of a block: the row's values, and X, Y, Z as words; axes without a word stay."""
         at, track = self.coordinates, self.track
         target, local = track.now.copy(), self.local.copy()
         scale = MILLIMETRES[self.modes.units.now]
@@ -108,22 +119,20 @@ class InterpreterState:
             if self._is_increment(letter, block):
                 begin = local["XYZ".index(letter)] if turned else target[column]
                 if begin is None:
-                    raise self.source.error(
-                        f"{letter} by an increment (G91), and where it stands isn't in the program up to "
-                        "here; give start, or an absolute position (G90) before",
-                        block.line,
+                    raise BlockError(
+                        f"{letter} by an increment (G91) from a position that isn't in the program yet; set "
+                        "start, or write an absolute position (G90) before"
                     )
                 value += begin
             elif not turned:
                 offset = 0.0 if of_machine else at.offsets[column]
                 if column in self.wrapped:
-                    value = self._unwrapped(column, value, offset, block.line)
+                    value = self._unwrapped(column, value, offset)
                 value += offset
             if not abs(value) <= LARGEST_POSITION:
-                raise self.source.error(
+                raise BlockError(
                     f"{letter}{word:g} goes to {value:g} {axis.unit}, beyond {LARGEST_POSITION:g}; check the "
-                    "unit and the decimal point",
-                    block.line,
+                    "unit and the decimal point"
                 )
             if turned:
                 local["XYZ".index(letter)] = value
@@ -131,31 +140,30 @@ class InterpreterState:
                 target[column] = value
         if not at.turned:
             return target, at.to_local(target)
-        for column, place in zip(at.xyz, at.to_place(local), strict=True):
-            target[column] = place
+        for column, coordinate in zip(at.xyz, at.to_tip(local), strict=True):
+            target[column] = coordinate
         return target, local
 
-    def _unwrapped(self, column: int, word: float, offset: float, line: int) -> float:
-        """Give a rotary word from 0 to 360 on the turn to which it leads the axis."""
+    def _unwrapped(self, column: int, word: float, offset: float) -> float:
+        """Return a rotary word from 0 to 360 as the unwrapped angle to which the axis turns."""
         now, letter = self.track.now[column], self.track.machine.letters[column]
         fault = self.wrapping.fault(letter, word)
         if fault is not None:
-            raise self.source.error(fault, line)
+            raise BlockError(fault)
         if now is None:
             self.note(
                 Severity.NOTE,
                 "turn-assumed",
-                f"rotary words of {letter} count from 0 to 360, so on which of its turns the axis begins "
-                "isn't in the program; the first one is taken, say otherwise with start",
-                line,
+                f"rotary words of {letter} are in 0 to 360, so the program doesn't give the turn on which "
+                "the axis starts; the first turn is assumed, set start if it isn't",
             )
-        return self.wrapping.place(word, None if now is None else now - offset)
+        return self.wrapping.unwrap(word, None if now is None else now - offset)
 
     def _is_increment(self, letter: str, block: Block) -> bool:
         return letter in block.increments or (self.modes.incremental and letter not in block.absolutes)
 
-    def _unturned(self, direction: Triple | None) -> Triple | None:
-        """Turn a direction of the plane in force into one on the workpiece."""
+    def _on_workpiece(self, direction: Triple | None) -> Triple | None:
+        """Convert a direction in the frame in force to the workpiece frame."""
         if direction is None or not self.coordinates.turned:
             return direction
         x, y, z = (float(c) for c in self.coordinates.total.rotation @ np.array(direction))
@@ -164,53 +172,51 @@ class InterpreterState:
     def _pace(self, block: Block) -> tuple[float | None, float | None]:
         return (None, 1.0) if self.fixed_feed else self.modes.pace(block)
 
-    def _prepare_feed(self, target: Values, line: int) -> None:
-        """Make sure that a feed move is determined: by its begin in a motion, by its end in a path."""
+    def _prepare_feed(self, target: Values) -> None:
+        """Raise if a feed move is undetermined: in a motion its start must be known, in a path its end."""
         track, switch = self.track, self.switch
         self.switch = None
         if self.modes.for_motion and not track.rows:
-            self._begin(line)
+            self._begin()
             return
         if not self.modes.for_motion:
-            self._assume_rotary(target, line)
+            self._assume_rotary(target)
         missing = track.unknown(target)
         if missing:
-            raise self._undetermined(missing, target, switch, line)
+            raise self._undetermined(missing, target, switch)
         turned = track.vector is None and any(target[i] != track.now[i] for i in track.rotary)
         if switch is not None and switch.in_cut and not switch.to_tip and turned:
-            raise self.source.error(
-                f"rotary axes turn in a cut in which {_named(switch)} on line {switch.line}: the tip leaves "
-                "its way on the workpiece there; retract before, or leave tip control on",
-                line,
+            raise BlockError(
+                f"rotary axes turn in a cut in which {_describe(switch)} on line {switch.line}: the tip "
+                "leaves its path on the workpiece; retract before, or leave TCP on"
             )
 
-    def _undetermined(self, missing: str, target: Values, switch: Switch | None, line: int) -> ToolpathError:
-        """Say which axes a feed move lacks, and since when."""
+    def _undetermined(self, missing: str, target: Values, switch: Switch | None) -> BlockError:
+        """Return the error for a feed move to an unknown position."""
         track = self.track
         silent = [track.machine.letters[i] for i in track.rotary if target[i] is None]
-        if track.led_line and track.vector is None and (silent or not track.rotary):
+        if track.control_turned and track.vector is None and (silent or not track.rotary):
             turned = ", ".join(silent) or "the rotary axes"
-            cure = f"name {turned}" if silent else "give the machine, and name its rotary axes"
-            return self.source.error(
-                f"a feed move, and it doesn't name {turned}: on line {track.led_line} the control began to "
-                "turn them itself, into directions or a plane, and their angles aren't in the program; "
-                f"{cure}",
-                line,
+            cure = f"write {turned}" if silent else "give the machine, and write its rotary axes"
+            return BlockError(
+                f"a feed move without {turned}: since line {track.control_turned} the control turns them "
+                f"itself, to directions or a plane, and their angles aren't in the program; {cure}"
             )
         if switch is not None:
-            return self.source.error(
-                f"a feed move, and it doesn't name {missing}: since {_named(switch)} on line {switch.line} "
-                f"the program hasn't said where {missing} stands; name X, Y and Z, or begin with a rapid",
-                line,
+            return BlockError(
+                f"a feed move without {missing}: {_describe(switch)} on line {switch.line}, and {missing} "
+                "isn't in the program since; write X, Y and Z, or begin with a rapid move"
             )
-        return self.source.error(
-            f"a feed move, and the place of {missing} isn't in the program up to here; give start, or a "
-            "rapid move before",
-            line,
+        return self._unknown_position(missing)
+
+    def _unknown_position(self, missing: str) -> BlockError:
+        return BlockError(
+            f"a feed move, and the position of {missing} isn't in the program yet; set start, or write a "
+            "rapid move before"
         )
 
-    def _assume_rotary(self, target: Values, line: int) -> None:
-        """Take rotary axes that the program hasn't named at all to stand at 0, and say so."""
+    def _assume_rotary(self, target: Values) -> None:
+        """Assume 0 for rotary axes that the program hasn't written yet, with a warning."""
         track = self.track
         if track.vector is not None:
             return
@@ -222,34 +228,29 @@ class InterpreterState:
             self.note(
                 Severity.WARNING,
                 "rotary-assumed",
-                f"the program cuts before it names {letters}; 0 deg is taken, say otherwise with start",
-                line,
+                f"the program cuts before it gives {letters}; 0 deg is assumed, set start if it isn't",
             )
 
-    def _begin(self, line: int) -> None:
-        """Make sure that a motion begins where the axes are: its first row is its first move's begin."""
+    def _begin(self) -> None:
+        """Add the first row of a motion, the start of its first move."""
         track = self.track
         missing = track.unknown(track.now)
         if missing:
-            raise self.source.error(
-                f"a feed move, and the place of {missing} isn't in the program up to here; give start, or a "
-                "rapid move before",
-                line,
-            )
+            raise self._unknown_position(missing)
         if not track.rows:
-            track.add(track.now, line, RAPID, 0.0)
+            track.add(track.now, self.line, RAPID, 0.0)
 
-    def go_rapid(self, target: Values, line: int, *, turns: bool = False) -> None:
-        """Add a rapid move; while an axis isn't known it only tells where the others are."""
+    def go_rapid(self, target: Values, *, turns: bool = False) -> None:
+        """Add a rapid move; until all axes are known it only updates their positions."""
         track = self.track
         if self.modes.for_motion and not track.rows:
             if track.unknown(track.now):
                 track.now = target
                 track.approach += 1
                 if not track.unknown(target):
-                    self._begin(line)
+                    self._begin()
                 return
-            self._begin(line)
+            self._begin()
         if track.unknown(target):
             track.now = target
             track.approach += 1
@@ -258,8 +259,8 @@ class InterpreterState:
         if target == track.now and not turns and track.rows:
             self.ignored[NO_MOVE] += 1
             return
-        track.add(target, line, RAPID)
+        track.add(target, self.line, RAPID)
 
 
-def _named(switch: Switch) -> str:
-    return f"tool centre point control was switched {'on' if switch.to_tip else 'off'}"
+def _describe(switch: Switch) -> str:
+    return f"TCP was switched {'on' if switch.to_tip else 'off'}"

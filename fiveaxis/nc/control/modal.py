@@ -1,8 +1,8 @@
-"""What G and M words mean to the reader of programs, and what stays in force.
+"""Meaning of G and M words, and modal state.
 
-Words fall into four kinds: those that act (`ACTING`), those that change nothing in what is read
-(`HARMLESS`), those that would change the way and aren't read (`REFUSED`), and all others, which are refused
-as unknown. An M word moves no axis here, but those of `REFUSED` do.
+There are four kinds of words: those that act (`ACTING`), those that don't change the path (`HARMLESS`),
+those that would change it and aren't supported (`REFUSED`), and all others: unknown G words are refused, and
+M words are assumed to move no axis.
 """
 
 from __future__ import annotations
@@ -10,32 +10,32 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
+from fiveaxis.machine import Machine
 from fiveaxis.nc.control.spindle import Spindle
-from fiveaxis.nc.languages.block import Block
+from fiveaxis.nc.languages.block import Block, BlockError
 from fiveaxis.nc.rows import MILLIMETRES
-from fiveaxis.nc.source import Source
 from fiveaxis.nc.units import Units
 
 MOTION = ("G0", "G1", "G2", "G3")
 UNIT = {"G20": "INCH", "G70": "INCH", "G21": "MM", "G71": "MM"}
 FRAMES = ("G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3")
-# Of these P tells which: G54.1 P3 (Fanuc), G154 P3 (Haas).
+# With the number in P: G54.1 P3 (Fanuc), G154 P3 (Haas).
 MORE_FRAMES = ("G54.1", "G154")
-# M99 and M17 end a subprogram, and a main program begins again after M99: its moves are the same.
+# M99 and M17 end a subprogram; M99 restarts a main program, with the same moves.
 END = ("M2", "M30", "M99", "M17")
-# Drilling, boring and tapping: word -> whether the tool comes back at feed. Left out of the way are the stops
-# in between (G73, G83) and what moves no tip (dwells, the orientation of G76 and G87, the thread's reversal).
+# Drilling, boring and tapping: word -> whether the tool returns at feed. Pecking (G73, G83) is omitted, as is
+# everything that doesn't move the tip (dwells, spindle orientation in G76 and G87, spindle reversal).
 CYCLES = {
     **dict.fromkeys(("G73", "G81", "G82", "G83", "G86", "G88"), False),
     **dict.fromkeys(("G74", "G84", "G85", "G89"), True),
     **dict.fromkeys(("G76", "G87"), False),
 }
-# G92 names places of axes anew, G92.1 and G92.2 take that back.
-RENAMING = frozenset(("G92", "G92.1", "G92.2"))
+# G92 shifts axes, G92.1 and G92.2 cancel the shifts.
+G92_WORDS = frozenset(("G92", "G92.1", "G92.2"))
 LEVELS = ("G98", "G99")
 TIP_ON = ("G43.4", "G43.5", "G234", "G141", "M128", "M428")
 
-# Words of one group contradict each other in one block.
+# Words of one group exclude each other in a block.
 GROUPS: tuple[tuple[str, ...], ...] = (
     (*MOTION, *CYCLES),
     ("G17", "G18", "G19"),
@@ -44,24 +44,24 @@ GROUPS: tuple[tuple[str, ...], ...] = (
     ("G93", "G94", "G95"),
     (*FRAMES, *MORE_FRAMES),
     ("G43", "G43.4", "G43.5", "G234", "G49"),
-    ("G4", "G28", "G30", *sorted(RENAMING)),
+    ("G4", "G28", "G30", *sorted(G92_WORDS)),
 )
 
-# Word -> what it is taken for. None of these moves an axis or shifts a position.
+# Word -> why it doesn't move an axis or shift a position.
 HARMLESS = {
-    **dict.fromkeys(("G40", "G15", "G50"), "switches off what isn't read when it is on"),
-    **dict.fromkeys(("G140", "G174"), "switches tool centre point control off, if it is on"),
-    "G80": "ends a cycle, and the motion in force with it",
-    **dict.fromkeys(("G43", "G49"), "the words count for the tool length that the machine model has"),
-    **dict.fromkeys(("G9", "G61", "G61.1", "G64"), "corners are taken as programmed, not as blended"),
-    **dict.fromkeys(("G5.1", "G187"), "smoothing, which stays within the control's tolerance"),
-    "G91.1": "I, J, K count from the begin of the arc, as they are read",
-    **dict.fromkeys(LEVELS, "the level to which cycles return"),
-    "G97": "S counts in revolutions per minute",
-    "G8": "looking ahead (Fanuc), or radii on a lathe (LinuxCNC): neither moves the tip",
+    **dict.fromkeys(("G40", "G15", "G50"), "switches off what isn't supported when it is on"),
+    **dict.fromkeys(("G140", "G174"), "switches TCP off if it is on"),
+    "G80": "cancels a cycle, and the motion in force",
+    **dict.fromkeys(("G43", "G49"), "positions are for the tool length of the machine model"),
+    **dict.fromkeys(("G9", "G61", "G61.1", "G64"), "corners are read as programmed, without blending"),
+    **dict.fromkeys(("G5.1", "G187"), "smoothing within the control's tolerance"),
+    "G91.1": "I, J, K are relative to the start of the arc, as always here",
+    **dict.fromkeys(LEVELS, "return level of cycles"),
+    "G97": "S in revolutions per minute",
+    "G8": "look-ahead (Fanuc), or radius programming on a lathe (LinuxCNC): neither moves the tip",
 }
 
-# Letters that may stand beside a word and belong to it.
+# Word -> letters that are its parameters.
 PARAMETERS = {
     "G4": "P",
     "G5.1": "PQR",
@@ -77,16 +77,13 @@ PARAMETERS = {
     **dict.fromkeys(CYCLES, "RPQIJKL"),
 }
 
-_CYCLE = "is a cycle, which isn't expanded; let the CAM system write its moves"
-_RADIUS = "shifts the way by the tool's radius; let the CAM system write the way of the tool's centre"
-_CURVE = "is a curve or a thread, which isn't read; let the CAM system write G1, G2 and G3"
-_PROBE = "stops where a probe touches, so its end isn't in the program; take it out"
-_SHIFT = "shifts, turns or scales the coordinates, which isn't read; post without it"
+_CYCLE = "is a cycle, which isn't expanded; post its moves"
+_RADIUS = "offsets the path by the tool radius; post the path of the tool centre"
+_CURVE = "is a curve or a thread, which isn't supported; post G1, G2 and G3"
+_PROBE = "moves until a probe touches, so its end isn't in the program; remove it"
+_SHIFT = "shifts, rotates or scales the coordinates, which isn't supported; post without it"
 _CALL = "calls or ends a subprogram, which isn't run; post one program with all moves"
-_USER = (
-    "switches to kinematics of the user's own on LinuxCNC, which nobody here knows; M428 is tool centre "
-    "point control, M429 none"
-)
+_USER = "switches to user-defined kinematics on LinuxCNC, which isn't supported; use M428 (TCP) or M429"
 
 REFUSED = {
     **dict.fromkeys(("G41", "G42", "G41.1", "G42.1", "G41.2", "G42.2"), _RADIUS),
@@ -95,49 +92,48 @@ REFUSED = {
     **dict.fromkeys(("G7", "G10", "G16", "G50.1", "G51", "G51.1", "G52", "G54.2", "G54.4"), _SHIFT),
     **dict.fromkeys(("G68", "G68.1", "G68.3", "G68.4", "G92.3"), _SHIFT),
     **dict.fromkeys(("G65", "G66", "G67", "M96", "M97", "M98", "M198"), _CALL),
-    "G90.1": "makes I, J, K absolute, which isn't read; post them as the way from the begin of the arc",
+    "G90.1": "makes I, J, K absolute, which isn't supported; post them relative to the start of the arc",
     "M430": _USER,
 }
 
-# What is refused in a motion only: there every row is timed, and what a cycle's stops and ways back take
-# depends on the control's parameters.
+# Refused in a motion only: its rows are timed, and the duration of a cycle's pecks and returns depends on the
+# control's parameters.
 REFUSED_IN_MOTION = {
     **dict.fromkeys(CYCLES, _CYCLE),
-    "G30": "goes to a second reference, whose place isn't in the program; write G0 with its coordinates",
+    "G30": "goes to a second reference, whose position isn't in the program; write G0 with its coordinates",
     **dict.fromkeys(("G68.2", "G53.1"), _SHIFT),
 }
 
 ACTING = frozenset(
     (
         *(*MOTION, *CYCLES, "G4", "G17", "G18", "G19", *UNIT, "G28", "G30", "G53", *FRAMES, *MORE_FRAMES),
-        *("G90", "G91", "G93", "G94", "G95", *TIP_ON, "G68.2", "G53.1", "G69", *RENAMING),
+        *("G90", "G91", "G93", "G94", "G95", *TIP_ON, "G68.2", "G53.1", "G69", *G92_WORDS),
     )
 )
 
 
 @dataclass
 class Modes:
-    """What is in force while a program is read.
+    """Modal words in force.
 
     Parameters
     ----------
-    source, units : the file, and what is known of its unit
-    motion : one of `MOTION`, None before the first and after G80
+    units : the length unit of the file
+    motion : one of `MOTION` or `CYCLES`, None before the first and after G80
     plane : of arcs
     incremental : G91
     feed_mode : G93, G94 or G95
-    feed : F in the units of its mode, None before the first and after a change of mode
-    feed_step : units of length that F counts per minute, 1 but for Heidenhain in inches
-    spindle : its speed and sense, line by line
-    frame, frame_line : the work offset and where it was chosen
-    to_initial : G98, a cycle returns to the level that it came from, not only to R
-    compensated : G43, the control adds the tool's length
-    vectors : G43.5, I, J and K of a straight move are the tool's direction
+    feed : F in the unit of its mode, None before the first and after a change of mode
+    feed_step : length units per minute of F1; 1 except for Heidenhain in inches
+    spindle : speed and direction, line by line
+    frame, frame_line : the work offset and the line that selects it
+    to_initial : G98, cycles return to the initial level instead of R
+    compensated : G43, the control adds the tool length
+    vectors : G43.5, I, J and K of a straight move are the tool direction
     for_motion : whether a motion is read, with a time for each row
-    knows_zero : whether the caller has told the zero of a work offset
+    knows_zero : whether the caller has given the zero of a work offset
     """
 
-    source: Source
     units: Units
     for_motion: bool
     knows_zero: Callable[[str], bool]
@@ -156,17 +152,17 @@ class Modes:
 
     @property
     def feed_scale(self) -> float:
-        """Millimetres that a linear feed of 1 means, as `pace` gives it."""
+        """Millimetres of a linear feed of 1, as returned by `pace`."""
         return MILLIMETRES[self.units.now] * self.feed_step
 
     def take(self, block: Block) -> None:
-        """Take what a block puts in force; nothing moves yet.
+        """Apply the modal words of a block.
 
         Raises
         ------
-        ToolpathError
-            With file and line: a word that isn't read or isn't known, two of a group, mixed units or work
-            offsets, F that isn't above 0.
+        BlockError, ToolpathError
+            An unsupported or unknown word, two of a group, mixed units or work offsets,
+            F not above 0.
         """
         if block.g or block.m:
             self._require_read(block)
@@ -180,59 +176,51 @@ class Modes:
         if "F" in block.words:
             self.feed = block.words["F"]
             if self.feed <= 0.0:
-                raise self.source.error(f"F{self.feed:g}; a feed must be above 0", block.line)
+                raise BlockError(f"F{self.feed:g}: a feed must be above 0; correct it")
 
     def pace(self, block: Block) -> tuple[float | None, float | None]:
-        """Give the duration, s, or else the feed of a feed move, in steps of `feed_step` or degrees per s.
+        """Return the duration, s, or else the feed of a feed move, in units of `feed_step` or degrees per s.
 
-        Per minute or revolution, F counts along the way of the linear axes as if the rotary ones stood, and
-        in degrees where only rotary axes turn, whatever the unit of lengths.
+        Per minute or revolution, F is along the linear axes, and in degrees if only rotary axes turn,
+        whatever the length unit.
 
         Raises
         ------
-        ToolpathError
-            No F where one is needed, G95 without S.
+        BlockError
+            A feed move without F, G95 without S.
 
         References
         ----------
         Kramer, Proctor, Messina: The NIST RS274/NGC Interpreter, Version 3 (2000), 2.1.2.5.
         """
         if self.feed_mode != "G93":
-            return None, self._feed_now(block.line) / 60.0
+            return None, self._feed_now() / 60.0
         if "F" not in block.words:
-            raise self.source.error("a feed move without F; G93 needs one in each", block.line)
+            raise BlockError("a feed move without F; G93 needs F in each one")
         return 60.0 / block.words["F"], None
 
-    def _feed_now(self, line: int) -> float:
-        """Give F as a number per minute."""
+    def _feed_now(self) -> float:
+        """Return F per minute."""
         if self.feed is None:
-            raise self.source.error(
-                f"a feed move, and no F in force for {self.feed_mode}; give F here or before", line
-            )
+            raise BlockError(f"a feed move without F in force for {self.feed_mode}; write F here or before")
         if self.feed_mode == "G94":
             return self.feed
         speed = self.spindle.speed
         if speed is None or speed <= 0.0:
-            raise self.source.error(
-                "F counts per revolution (G95), and no S above 0 is in force; give S, or post with G94", line
-            )
+            raise BlockError("F per revolution (G95) without S above 0 in force; write S, or post with G94")
         return self.feed * speed
 
     def _require_read(self, block: Block) -> None:
         for word in (*block.g, *block.m):
             reason = REFUSED.get(word) or (REFUSED_IN_MOTION.get(word) if self.for_motion else None)
             if reason is not None:
-                raise self.source.error(f"{word} {reason}", block.line)
+                raise BlockError(f"{word} {reason}")
             if word[0] == "G" and word not in ACTING and word not in HARMLESS:
-                raise self.source.error(
-                    f"{word} isn't known; if it moves nothing, take it out of the program", block.line
-                )
+                raise BlockError(f"{word} is unknown; if it moves nothing, remove it")
         for group in GROUPS if len(block.g) > 1 else ():
             present = sorted({word for word in block.g if word in group})
             if len(present) > 1:
-                raise self.source.error(
-                    f"{' and '.join(present)} in one block; write one of them", block.line
-                )
+                raise BlockError(f"{' and '.join(present)} in one block; write one of them")
 
     def _set(self, word: str, block: Block) -> None:
         line = block.line
@@ -243,7 +231,7 @@ class Modes:
         elif word in ("G90", "G91"):
             self.incremental = word == "G91"
         elif word in ("G93", "G94", "G95"):
-            # The same number means another feed in another mode, so controls forget it.
+            # F has another meaning in another mode, so controls reset it.
             self.feed = self.feed if word == self.feed_mode else None
             self.feed_mode = word
         elif word in UNIT:
@@ -264,10 +252,33 @@ class Modes:
         known = self.knows_zero(word) and self.knows_zero(self.frame)
         if begun and word != self.frame and not known:
             where = f"since line {self.frame_line}" if self.frame_line is not None else "before"
-            raise self.source.error(
-                f"{word} here and {self.frame} {where}: how far apart they are isn't in the program; write "
-                f"one program for each, or give both zeros (program_zero, for example {self.frame}X and "
-                f"{word}X)",
-                line,
+            raise BlockError(
+                f"{word} here and {self.frame} {where}: their distance isn't in the program; write one "
+                f"program for each, or give both zeros (program_zero, for example {self.frame}X and {word}X)"
             )
         self.frame, self.frame_line = word, self.frame_line or line
+
+
+def unknown_word(machine: Machine, letter: str, block: Block, *, stand_in: bool) -> BlockError:
+    """Return the error for a letter that is no axis and belongs to nothing in its block.
+
+    Parameters
+    ----------
+    machine : the machine of the axis words
+    letter, block : the word and its block
+    stand_in : whether the machine is a placeholder because none was given
+    """
+    if letter in "ABC" and stand_in:
+        fact = "is a rotary axis, and no machine is given; give the one of the program (--machine)"
+    elif letter in "ABCUVWXYZ":
+        fact = (
+            f"machine {machine.name!r} has the axes {', '.join(machine.letters)} and no {letter}; read "
+            "the program with the machine that it was posted for, or rename the axis in its file"
+        )
+    elif letter in "IJKR":
+        fact = "belongs to an arc, and neither G2 nor G3 is in force; remove it or write the arc"
+    elif letter == "E":
+        fact = "isn't an axis, and numbers of G-code have no exponent; write the number out"
+    else:
+        fact = "doesn't belong to anything in its block; remove it if it moves nothing"
+    return BlockError(f"{letter}{block.words[letter]:g}: {fact}")

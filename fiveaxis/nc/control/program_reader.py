@@ -1,13 +1,12 @@
 """NC programs read as a motion of the machine's axes.
 
 Words are positions of the machine's axes in the control's own sign; what `write_program` writes is read back
-as the same motion. Where the control places the tool's tip (G43.4, M428, TRAORI), the axes are where the
-machine's kinematics puts them, and the moves are cut into parts that keep the tip on its way.
+as the same motion. Under TCP (G43.4, M428, TRAORI) the axes follow by the machine's kinematics, and the moves
+are divided so that the tip stays on its line.
 
-What is taken of each word stands in `fiveaxis.nc.control.modal`. Times are those of the program: F as
-RS274/NGC defines it, rapid moves straight at the speed of the axis that takes longest. No acceleration is
-considered, and no feed move is stretched to the axes' highest speeds: whether it keeps them is for others
-to check.
+`fiveaxis.nc.control.modal` has the meaning of the words. Times are those of the program: F as RS274/NGC
+defines it, rapid moves straight at the speed of the slowest axis. Accelerations are neglected, and feed moves
+aren't limited to the axes' highest speeds, which verification checks.
 """
 
 from __future__ import annotations
@@ -20,7 +19,7 @@ from typing import Literal
 import numpy as np
 
 from fiveaxis.errors import ToolpathError
-from fiveaxis.findings import Finding, Place, Severity
+from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Motion
@@ -33,7 +32,7 @@ from fiveaxis.nc.options import ReadOptions, Wrap
 from fiveaxis.nc.source import Source, lists_locations, load_source
 from fiveaxis.toolpath import MoveKind
 
-# deg: a rotary axis that counts from 0 to 360 turns by no more.
+# deg: an axis that wraps at 360 deg turns by at most this.
 HALF_TURN = 180.0
 
 
@@ -44,12 +43,11 @@ class ReadMotion(Motion):
     Parameters
     ----------
     name : the file
-    tcp : (n,), whether the move that ends at the row is one of the tool's tip, under TCP
-    spindle : (n,), rev/min in that move: positive for M3, negative for M4, 0 while it stands, NaN where it
-        turns at a speed that the program doesn't say
-    ignored : words of the program that were seen and not used, with their counts, and blocks and lines that
-        aren't in the motion
-    findings : what was assumed or left out, with its line
+    tcp : (n,), whether the move that ends at the row is under TCP
+    spindle : (n,), rev/min in that move: positive for M3, negative for M4, 0 if stopped, NaN if the program
+        doesn't state the speed
+    ignored : counts of unused words, and of blocks and lines that aren't in the motion
+    findings : assumptions and omissions, with their lines
     """
 
     name: str = "program"
@@ -72,48 +70,46 @@ def read_program(
 ) -> ReadMotion:
     """Read an NC program.
 
-    The first row is where the program's first move begins: at `start`, or where its first rapid moves have
-    brought all axes. Every block that moves an axis is a row; arcs become chords within `PATH_TOLERANCE`, a
-    dwell is a row at the same place. G0 and G28 are rapid moves, everything at feed is taken as a cut. A
-    move of the tip is as many rows as keep it within `PATH_TOLERANCE` of its way.
+    The first row is the start of the program's first move: `start`, or the position to which its first rapid
+    moves have brought all axes. Every block that moves an axis is a row; arcs become chords within
+    `PATH_TOLERANCE`, and a dwell is a row at the same position. G0 and G28 are rapid moves, all moves at feed
+    are cuts. A move under TCP is as many rows as keep the tip within `PATH_TOLERANCE` of its line.
 
     Parameters
     ----------
-    path : the program; packed if its name ends in ``.gz``
-    machine : whose axes move; it has every axis that the program names
-    unit : of lengths, in a program that doesn't state it (G20, G21, G70, G71); mm by default
-    start : axis letter -> mm or deg, as the program would write it (control's sign): where axes stand before
-        the first block, those that its rapid moves don't place
-    program_zero : axis letter -> mm or deg: what the control shows in machine coordinates (G53) at the zero
-        of the program's words (G54), the work offset; 0 by default. Axis values of the machine are machine
-        coordinates. Of several work offsets, ``G54X``, ``G55X``, ``G54.1P3X``
-    rapid_mm_min : speed in rapid moves of axes whose highest speed the machine doesn't tell; rotary axes
-        take the number as deg/min
-    block_delete : whether blocks that begin with ``/`` are skipped, as with the switch on; they are counted
-    wrap : how rotary words of axes with more than a turn count: ``unwound``, as they stand; ``shorter``,
-        from 0 to 360 and the axis goes the shorter way (Fanuc with roll-over, Klartext under M126);
-        ``signed``, the word's sign is the way to turn (LinuxCNC's WRAPPED_ROTARY). By default as the
-        program's header says, where `compose_program` wrote it, else as they stand
+    path : the program; compressed if its name ends in ``.gz``
+    machine : it must have every axis that the program names
+    unit : of lengths, if the program doesn't state it (G20, G21, G70, G71); mm by default
+    start : axis letter -> mm or deg, in the control's sign: positions before the first block of axes that its
+        rapid moves don't give
+    program_zero : axis letter -> mm or deg: the work offset, machine coordinates (G53) of the program's zero
+        (G54); 0 by default. For several work offsets ``G54X``, ``G55X``, ``G54.1P3X``
+    rapid_mm_min : speed in rapid moves of axes without `max_speed`; deg/min for rotary axes
+    block_delete : whether to skip blocks that begin with ``/``, as with the control's switch on
+    wrap : meaning of rotary words of axes with more than a turn: ``unwound``, as written; ``shorter``, from
+        0 to 360 in the shorter direction (Fanuc with roll-over, Klartext under M126); ``signed``, in the
+        direction of the sign (LinuxCNC's WRAPPED_ROTARY). By default as in a header by `compose_program`,
+        else as written
 
     Returns
     -------
-    The motion; `Motion.feed` of moves timed by G93 is way over time, and in mm/s or, where only rotary axes
-    turn, in deg/s; so is that of rapid moves where no `rapid_mm_min` is given. `Motion.source` holds lines of
-    the file.
+    The motion. `Motion.feed` of moves timed by G93 is distance over time, in mm/s or, if only rotary axes
+    turn, in deg/s; so is that of rapid moves without `rapid_mm_min`. `Motion.source` has the lines of the
+    file.
 
     Raises
     ------
     SettingError
-        An unknown unit; a speed or place that isn't a number.
+        An unknown unit; a speed or position that isn't finite.
     MachineError
         `start` or `program_zero` names an axis that the machine doesn't have.
     ToolpathError
-        With file and line: a list of cutter locations, whatever can't be read completely, a feed move before
-        all axes are known, a rapid move of unknown speed, a tool direction in place of angles.
+        With file and line: a list of cutter locations, anything that can't be read completely, a feed move
+        before all axes are known, a rapid move of unknown speed, a tool direction instead of angles.
     """
     if lists_locations(path):
         raise ToolpathError(
-            "is a list of cutter locations, which names no axes; read it as the tool's path (read_toolpath, "
+            "is a list of cutter locations, which names no axes; read it as a toolpath (read_toolpath, "
             "`fiveaxis optimise`)",
             file=path,
         )
@@ -130,7 +126,7 @@ def read_program(
 
 
 def read_motion_of(source: Source, machine: Machine, options: ReadOptions) -> ReadMotion:
-    """Read the motion of a program whose text is at hand, as `read_program` does.
+    """Read the motion of a loaded program, as `read_program`.
 
     Raises
     ------
@@ -151,10 +147,10 @@ def _finish(interpreter: Interpreter, machine: Machine, rapid: float | None) -> 
     if columns.of_tip.any():
         columns, scale = axes_of_tips(columns, scale, source), 1.0
     time, feed = motion_times(columns, scale, rapid, source)
-    if not np.isfinite(feed).all():  # there are dwells, and no moves
+    if not np.isfinite(feed).all():  # dwells only
         raise source.error(why_nothing_moves(track))
     note_assumptions(interpreter)
-    if written.of_tip.any():  # the tool's length counts
+    if written.of_tip.any():  # the tool length matters
         interpreter.findings += interpreter.tools.findings(source, interpreter.track.rows[-1][1])
     _note_turns(interpreter, written, columns.lines)
     return ReadMotion(
@@ -173,9 +169,9 @@ def _finish(interpreter: Interpreter, machine: Machine, rapid: float | None) -> 
 
 
 def _note_turns(interpreter: Interpreter, columns: Columns, lines: IntArray) -> None:
-    """Name the feed move in which a rotary axis turns most, if it is by more than half a turn.
+    """Warn of the longest rotation in a feed move, if it is beyond half a turn.
 
-    The words say so, but a control that counts an axis from 0 to 360 takes the shorter way.
+    A control that wraps the axis at 360 deg would turn in the shorter direction.
 
     Parameters
     ----------
@@ -185,7 +181,7 @@ def _note_turns(interpreter: Interpreter, columns: Columns, lines: IntArray) -> 
     track = interpreter.track
     turns = np.abs(np.diff(columns.values[:, track.rotary], axis=0))
     turns[columns.kinds[1:] != MoveKind.CUT] = 0.0
-    # Words from 0 to 360 are read by the control's own rule.
+    # Words from 0 to 360 are unwrapped by the control's own rule.
     turns[:, np.isin(track.rotary, interpreter.wrapping.columns)] = 0.0
     long = np.flatnonzero((turns > HALF_TURN).any(axis=1))
     if len(long) == 0:
@@ -193,13 +189,12 @@ def _note_turns(interpreter: Interpreter, columns: Columns, lines: IntArray) -> 
     move, column = np.unravel_index(np.argmax(turns), turns.shape)
     letter = track.machine.axes[track.rotary[column]].letter
     line = int(columns.lines[move + 1])
-    interpreter.findings.append(
-        Finding(
-            Severity.WARNING,
-            "long-turn",
-            f"{letter} turns by {turns[move, column]:.1f} deg in a feed move, the most of {len(long)} beyond "
-            f"{HALF_TURN:g} deg; a control that takes the shorter way moves otherwise than is read here",
-            Place(location=int(np.flatnonzero(lines == line)[-1]), line=line, file=interpreter.source.name),
-            value=float(turns[move, column]),
-        )
+    interpreter.report(
+        Severity.WARNING,
+        "long-turn",
+        f"{letter} turns by {turns[move, column]:.1f} deg in a feed move, the longest of {len(long)} beyond "
+        f"{HALF_TURN:g} deg; check it: a control that takes the shorter direction moves differently",
+        line,
+        int(np.flatnonzero(lines == line)[-1]),
+        float(turns[move, column]),
     )

@@ -1,8 +1,8 @@
-"""NC programs as toolpaths: the tip on the workpiece, whichever way the program says where it is.
+"""NC programs as toolpaths: the tip on the workpiece.
 
-Under tool centre point control a row is the tip itself, and the tool's direction follows from the rotary
-words by the machine, or stands in the block. In machine coordinates both follow by the machine's forward
-kinematics. A program without rotary words needs no machine: the tool points along Z.
+Under TCP a row is the tip itself, and the tool direction follows from the rotary words by the machine, or is
+in the block. In machine coordinates both follow from forward kinematics. A program without rotary words needs
+no machine: the tool points along Z.
 """
 
 from __future__ import annotations
@@ -14,48 +14,46 @@ import numpy as np
 from fiveaxis.errors import ToolError
 from fiveaxis.findings import Finding, Place, Severity
 from fiveaxis.geometry import Array, BoolArray
-from fiveaxis.kinematics import tool_axes, tool_poses
-from fiveaxis.machine import Machine
+from fiveaxis.kinematics import link_poses, tool_axes, tool_poses
+from fiveaxis.machine import BED, Machine
 from fiveaxis.nc.control.axis_track import Columns, Counting
 from fiveaxis.nc.control.interpreter import Interpreter
 from fiveaxis.nc.control.running import note_assumptions, run_program, why_nothing_moves
 from fiveaxis.nc.control.travel import filled, travel_of
-from fiveaxis.nc.control.turning_table import carry_to_work, turns_table
 from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.remarks import remark_on
 from fiveaxis.nc.rows import DEFAULT_FEED, unit_axes, unit_normals
 from fiveaxis.nc.source import Source
 from fiveaxis.toolpath import MoveKind, Toolpath
 
-# deg: a rotary axis that turns by more in one move is named. Most are unwindings, or a wrap that controls
-# take differently.
+# deg: longer rotations in one move are reported. Most are rewinds, or a wrap that depends on the control.
 LONG_TURN = 180.0
-# So many are named one by one.
-MOST_NAMED = 50
-# A reading of the positions whose way is shorter than this share of the other's is likelier meant.
+# Number of long rotations that are reported one by one.
+MOST_REPORTED = 50
+# If the tip path is shorter than this share of the chosen one in the other frame, that frame is likelier.
 DOUBTFUL = 0.5
-# rad: a table that turns by less in a move doesn't tell the readings apart.
+# rad: smaller rotations of the table don't distinguish the frames.
 STILL = 1e-6
 
 
 def read_program_path(source: Source, options: ReadOptions) -> Toolpath:
-    """Read a toolpath from an NC program of any language that is known.
+    """Read a toolpath from an NC program of any supported language.
 
-    The first location is where the first moves have brought all axes. Moves to places of the machine (G53,
-    G28) under which the workpiece isn't known to lie are left out and counted. F is the feed of the tip under
-    tool centre point control; otherwise, and by inverse time (G93), each move keeps its duration.
+    The first location is the position to which the first moves have brought all axes. Moves in machine
+    coordinates (G53, G28) whose position on the workpiece is unknown are omitted and counted. F is the feed
+    of the tip under TCP; otherwise, and with inverse time (G93), each move keeps its duration.
 
     Parameters
     ----------
     source : the file
-    options : tool, feed, unit, machine, what the positions count from, start, program zero
+    options : tool, feed, unit, machine, frame of the positions, start, program zero
 
     Raises
     ------
     ToolError
         No tool: programs don't state it.
     ToolpathError
-        With file and line: whatever can't be read completely; rotary words and no machine.
+        With file and line: anything that can't be read completely; rotary words without a machine.
     """
     stand_in = options.machine is None
     machine = options.machine or Machine.from_code("0123")
@@ -87,7 +85,7 @@ def read_program_path(source: Source, options: ReadOptions) -> Toolpath:
 def _poses(
     columns: Columns, interpreter: Interpreter, options: ReadOptions, source: Source
 ) -> tuple[Array, Array]:
-    """Place the tip and the tool's axis of every row, (n, 3) each, workpiece frame."""
+    """Compute tip and tool axis of every row, (n, 3) each, workpiece frame."""
     machine, positions, of_tip = columns.machine, columns.positions(), columns.of_tip
     given = np.isfinite(columns.vectors[:, 0])
     tip, axis = np.empty((len(positions), 3)), np.empty((len(positions), 3))
@@ -111,30 +109,49 @@ def _poses(
 def _on_workpiece(
     tip: Array, axis: Array, columns: Columns, interpreter: Interpreter, options: ReadOptions
 ) -> tuple[Array, Array]:
-    """Read tip positions in the frame that the caller names, and doubt it where the other one is smoother."""
+    """Convert tip positions from the caller's frame; warn if the other frame makes a shorter path."""
     machine = columns.machine
     positions = columns.positions()
     known = columns.of_tip & np.isfinite(positions[:, machine.rotary_columns]).all(axis=1)
-    if not turns_table(machine):
+    if not any(letter in "ABC" for letter in machine.code.table):
         return tip, axis
     if options.positions == "machine" and not known[columns.of_tip].all():
         line = int(columns.lines[columns.of_tip & ~known][0])
         raise interpreter.source.error(
-            "positions=machine, and the block gives the tool's direction, not the angle of the table; post "
-            "the program with rotary words, or say positions=table",
+            "positions=machine, and the block gives the tool direction instead of the table angle; post the "
+            "program with rotary words, or set positions=table",
             line,
         )
     if not known.any():
         return tip, axis
     carried = tip.copy()
-    carried[known] = carry_to_work(machine, tip[known], positions[known])
+    carried[known] = _carry_to_work(machine, tip[known], positions[known])
     readings = {"table": tip, "machine": carried}
     _note_doubt(readings, columns, interpreter, options.positions, known)
     return readings[options.positions], axis
 
 
+def _carry_to_work(machine: Machine, points: Array, positions: Array) -> Array:
+    """Convert points that stay in the machine while the table turns to the workpiece frame.
+
+    Parameters
+    ----------
+    points : (n, 3), mm, in the workpiece frame with every axis at 0
+    positions : (n, k), axis values; those of linear axes don't matter
+
+    Returns
+    -------
+    (n, 3), mm, workpiece frame
+    """
+    values = positions.copy()
+    values[:, machine.linear_columns] = 0.0
+    # E_1 … E_j moves the bed relative to the workpiece, and the machine's points with it.
+    poses = link_poses(machine, values)[BED]
+    return np.asarray(np.einsum("nij,nj->ni", poses[:, :3, :3], points) + poses[:, :3, 3])
+
+
 def _touching(path: Toolpath, columns: Columns, source: Source) -> Toolpath:
-    """Take the surface normals of a program that gives them in every cut."""
+    """Add the contacts of a program that gives surface normals in every cut."""
     given = np.isfinite(columns.normals[:, 0])
     if not path.cutting.any() or not given[path.cutting].all():
         return path
@@ -146,7 +163,8 @@ def _touching(path: Toolpath, columns: Columns, source: Source) -> Toolpath:
         finding = Finding(
             Severity.WARNING,
             "normals-unused",
-            f"the program gives surface normals, and the tool doesn't touch there in one point: {fault}",
+            "the program's surface normals are unused, as the tool has no single contact point there: "
+            f"{fault}",
             Place(line=int(columns.lines[given][0]), file=source.name),
         )
         return replace(path, findings=(*path.findings, finding))
@@ -155,70 +173,64 @@ def _touching(path: Toolpath, columns: Columns, source: Source) -> Toolpath:
 def _note_doubt(
     readings: dict[str, Array], columns: Columns, interpreter: Interpreter, chosen: str, known: BoolArray
 ) -> None:
-    """Compare the tip's way under both readings, over the cuts in which the table turns."""
+    """Compare the tip's path length in both frames, over the cuts in which the table turns."""
     machine = columns.machine
     table = [machine.column(c) for c in machine.code.table if c in "ABC"]
     steps = np.abs(np.diff(columns.positions()[:, table], axis=0)).max(axis=1)
     moves = (steps > STILL) & known[1:] & known[:-1] & (columns.kinds[1:] == MoveKind.CUT)
     if not moves.any():
         return
-    ways = {
+    lengths = {
         name: float(np.linalg.norm(np.diff(tip, axis=0), axis=1)[moves].sum())
         for name, tip in readings.items()
     }
     other = "machine" if chosen == "table" else "table"
-    if ways[other] < DOUBTFUL * ways[chosen]:
+    if lengths[other] < DOUBTFUL * lengths[chosen]:
         first = int(np.argmax(moves)) + 1
-        interpreter.findings.append(
-            Finding(
-                Severity.WARNING,
-                "positions-doubtful",
-                f"in the {int(moves.sum())} cuts that turn the table the tip goes {ways[chosen]:.6g} mm if "
-                f"positions are meant in a frame of the {chosen}, as they are read, and "
-                f"{ways[other]:.6g} mm in one of the {other}; if that is meant, say positions={other}",
-                Place(location=first, line=int(columns.lines[first]), file=interpreter.source.name),
-                value=ways[chosen],
-            )
+        interpreter.report(
+            Severity.WARNING,
+            "positions-doubtful",
+            f"in the {int(moves.sum())} cuts that turn the table, the tip path is {lengths[chosen]:.6g} mm "
+            f"with positions in the frame of the {chosen}, as they are read, and {lengths[other]:.6g} mm in "
+            f"that of the {other}; set positions={other} if that is meant",
+            int(columns.lines[first]),
+            first,
+            lengths[chosen],
         )
 
 
 def _note_long_turns(columns: Columns, interpreter: Interpreter) -> None:
-    """Name every move in which a rotary axis turns by more than half a turn, cut or rapid."""
+    """Report every move in which a rotary axis turns by more than half a turn, cut or rapid."""
     track = interpreter.track
     turns = np.diff(columns.values[:, track.rotary], axis=0)
     found = np.argwhere(np.abs(np.nan_to_num(turns)) > LONG_TURN)
-    for move, column in found[:MOST_NAMED]:
+    for move, column in found[:MOST_REPORTED]:
         letter = track.machine.axes[track.rotary[column]].letter
         begin, end = columns.values[[move, move + 1], track.rotary[column]]
         cut = columns.kinds[move + 1] == MoveKind.CUT
-        interpreter.findings.append(
-            Finding(
-                Severity.WARNING if cut else Severity.NOTE,
-                "long-turn",
-                f"{letter} turns by {abs(end - begin):.1f} deg, from {begin:g} to {end:g}, in a "
-                f"{'feed' if cut else 'rapid'} move",
-                Place(
-                    location=int(move) + 1,
-                    line=int(columns.lines[move + 1]),
-                    file=interpreter.source.name,
-                ),
-                value=float(abs(end - begin)),
-            )
+        interpreter.report(
+            Severity.WARNING if cut else Severity.NOTE,
+            "long-turn",
+            f"{letter} turns by {abs(end - begin):.1f} deg, from {begin:g} to {end:g}, in a "
+            f"{'feed' if cut else 'rapid'} move",
+            int(columns.lines[move + 1]),
+            int(move) + 1,
+            float(abs(end - begin)),
         )
-    if len(found) > MOST_NAMED:
+    if len(found) > MOST_REPORTED:
         interpreter.note(
             Severity.WARNING,
             "long-turns",
-            f"{len(found)} moves turn a rotary axis by more than {LONG_TURN:g} deg; the first {MOST_NAMED} "
-            "are named",
-            int(columns.lines[found[MOST_NAMED][0] + 1]),
+            f"{len(found)} moves turn a rotary axis by more than {LONG_TURN:g} deg; the first "
+            f"{MOST_REPORTED} are listed",
+            int(columns.lines[found[MOST_REPORTED][0] + 1]),
         )
 
 
 def _rotary(columns: Columns, stand_in: bool) -> Array | None:
-    """Give the program's own rotary angles, (n, r) rad, chain order, NaN where a direction is named instead.
+    """Return the program's rotary angles, (n, r) rad, chain order, NaN where it gives a direction instead.
 
-    None where the machine only stands in for one that nobody named.
+    None if no machine was given.
     """
     if stand_in or not columns.machine.rotaries:
         return None
@@ -227,10 +239,10 @@ def _rotary(columns: Columns, stand_in: bool) -> Array | None:
 
 
 def _feeds(path: Toolpath, columns: Columns, interpreter: Interpreter, options: ReadOptions) -> Array:
-    """Give every row a feed, (n,) mm/s, so that a move timed by the program keeps its duration.
+    """Return the feed of every row, (n,) mm/s, with which each move keeps the program's duration.
 
-    Under tool centre point control F is the tip's. Elsewhere it counts along the axes, and by inverse time it
-    is a duration: there the feed is what the pivot's way takes. Rapid moves have the feed of the cut before.
+    Under TCP F is the feed of the tip. Otherwise it is along the axes, or a duration (inverse time), and the
+    feed is path length over duration. Rapid moves have the feed of the cut before.
     """
     if options.feed_mm_min is not None:
         return np.full(len(path), options.feed_mm_min / 60.0)

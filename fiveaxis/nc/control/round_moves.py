@@ -1,4 +1,4 @@
-"""Circular moves of a program: from the words of a block to points in the program's coordinates."""
+"""Circular moves: from the words of a block to points in program coordinates."""
 
 from __future__ import annotations
 
@@ -10,40 +10,37 @@ import numpy as np
 from fiveaxis.geometry import Array
 from fiveaxis.motion import PATH_TOLERANCE
 from fiveaxis.nc.control.arcs import Arc, Pair, arc_about, arc_of_radius
+from fiveaxis.nc.control.coordinates import Point
 from fiveaxis.nc.control.modal import Modes
-from fiveaxis.nc.languages.block import Block, Triple
+from fiveaxis.nc.languages.block import Block, BlockError, Triple
 from fiveaxis.nc.rows import LARGEST_POSITION
-from fiveaxis.nc.source import Source
-
-# X, Y and Z as words would name them, mm; None where the program hasn't said.
-Local = list[float | None]
 
 PLANES = {"G17": "XY", "G18": "ZX", "G19": "YZ"}
 CENTRE = {"X": "I", "Y": "J", "Z": "K"}
-# A part of a circle and this many whole ones are likelier a wrong word than a helix.
+# More full circles are likelier a wrong word than a helix.
 MOST_TURNS = 1000
 
 
 def round_points(
-    source: Source, modes: Modes, block: Block, begin: list[float], end: Local, scale: float
+    modes: Modes, block: Block, begin: list[float], end: Point, scale: float
 ) -> tuple[Array, float]:
-    """Place the ends of an arc's chords, within `PATH_TOLERANCE` of it.
+    """Compute the ends of chords within `PATH_TOLERANCE` of an arc.
 
     Parameters
     ----------
-    source, modes, block : the program, what is in force, and the arc
-    begin, end : X, Y, Z in the program's coordinates, mm
+    modes, block : the modal state and the arc
+    begin, end : X, Y, Z in program coordinates, mm
     scale : mm per program unit
 
     Returns
     -------
-    points : (n, 3), mm; the last is the end
-    length : mm along the arc or helix
+    points : (n, 3), mm; the last one is the end
+    length : mm, along the arc or helix
 
     Raises
     ------
-    ToolpathError
-        With file and line: no arc, or not one.
+    BlockError
+        The arc is undetermined or ambiguous.
     """
     letters = PLANES[modes.plane]
     columns = ["XYZ".index(c) for c in letters]
@@ -52,9 +49,9 @@ def round_points(
     try:
         arc = _arc(modes, block, first, last, scale)
         if not 0 <= block.turns <= MOST_TURNS:
-            raise ValueError(f"{block.turns} whole turns; at most {MOST_TURNS} are read")
+            raise ValueError(f"{block.turns} full turns; at most {MOST_TURNS} are supported")
     except ValueError as fault:
-        raise source.error(str(fault), block.line) from None
+        raise BlockError(str(fault)) from None
     arc = replace(arc, sweep=arc.sweep + math.copysign(2.0 * math.pi * block.turns, arc.sweep))
     [third] = {0, 1, 2} - set(columns)
     parts = arc.parts(PATH_TOLERANCE)
@@ -66,7 +63,7 @@ def round_points(
 
 
 def between(begin: Triple | None, end: Triple | None, share: float) -> Triple | None:
-    """Turn one unit vector towards another by a share of the way; the end where there is no begin."""
+    """Interpolate between two unit vectors at a share from 0 to 1; the end if there is no begin."""
     if begin is None or end is None or begin == end:
         return end
     x, y, z = (a + (b - a) * share for a, b in zip(begin, end, strict=True))

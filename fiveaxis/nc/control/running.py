@@ -1,4 +1,4 @@
-"""Running a program through the interpreter, whatever becomes of its rows."""
+"""Running a program through the interpreter, for motions and paths."""
 
 from __future__ import annotations
 
@@ -7,14 +7,13 @@ from collections import Counter
 from collections.abc import Mapping
 
 from fiveaxis.errors import SettingError
-from fiveaxis.findings import Finding, Place, Severity
+from fiveaxis.findings import Severity
 from fiveaxis.machine import Machine
 from fiveaxis.nc.control.axis_track import AxisTrack, Values
-from fiveaxis.nc.control.coordinates import Coordinates
+from fiveaxis.nc.control.coordinates import Coordinates, WorkOffsets
 from fiveaxis.nc.control.interpreter import Interpreter
 from fiveaxis.nc.control.modal import Modes
 from fiveaxis.nc.control.moves import MACHINE_MOVES
-from fiveaxis.nc.control.work_offsets import WorkOffsets
 from fiveaxis.nc.control.wrapping import find_wrapping
 from fiveaxis.nc.languages.choice import split_program
 from fiveaxis.nc.options import ReadOptions
@@ -31,35 +30,35 @@ def run_program(
     stand_in: bool = False,
     quickly: bool = True,
 ) -> Interpreter:
-    """Read a program to its end.
+    """Run a program to its end.
 
     Parameters
     ----------
     source : the file
-    machine : whose axes its words are
-    options : what is taken where the program doesn't say it
-    for_motion : whether every row needs a begin and a time
-    stand_in : whether the machine only stands in for one that nobody has given
-    quickly : whether plain blocks take the short way; the rows are the same either way
+    machine : the machine of its axis words
+    options : what the program doesn't state
+    for_motion : whether every row needs a start and a time
+    stand_in : whether the machine is a placeholder because none was given
+    quickly : whether to use the fast interpreter for plain blocks; the rows are the same
 
     Raises
     ------
     SettingError, MachineError
-        A place that isn't a number, or of an axis that the machine doesn't have; a way to count turns that
-        the program's language hasn't.
+        A start position that isn't finite, or of an axis that the machine doesn't have; a `wrap` rule that
+        doesn't apply to the program's language.
     ToolpathError
-        With file and line: whatever can't be read completely.
+        With file and line: anything that can't be read completely.
     """
     wrapping = find_wrapping(source, machine, options.wrap, stand_in=stand_in)
     offsets = WorkOffsets(options.program_zero, machine)
-    modes = Modes(source, Units(source, options.unit), for_motion, offsets.knows)
+    modes = Modes(Units(source, options.unit), for_motion, offsets.knows)
     coordinates = Coordinates(machine, offsets)
     ignored: Counter[str] = Counter()
     now = _begin(options.start, machine, coordinates.offsets)
     interpreter = Interpreter(
         source,
         modes,
-        AxisTrack(source, machine, now, ignored),
+        AxisTrack(machine, now, ignored),
         coordinates,
         ignored,
         fixed_feed=options.feed_mm_min is not None,
@@ -74,7 +73,7 @@ def run_program(
 
 
 def _begin(start: Mapping[str, float], machine: Machine, offsets: list[float]) -> Values:
-    """Sort the places before the program into the machine's columns, (k,), None where there is none."""
+    """Return the positions before the program, (k,), None where unknown."""
     now: Values = [None] * len(machine.axes)
     for letter, value in start.items():
         if not math.isfinite(value):
@@ -85,52 +84,50 @@ def _begin(start: Mapping[str, float], machine: Machine, offsets: list[float]) -
 
 
 def _count_rest(source: Source, end: int, ignored: Counter[str]) -> None:
-    """Count what stands after the program's end, which no control runs."""
+    """Count the lines after the program's end, which no control runs."""
     rest = sum(1 for text in source.lines[end:] if text.strip() not in ("", "%"))
     if rest:
         ignored["lines after the end"] += rest
 
 
 def why_nothing_moves(track: AxisTrack) -> str:
-    """Say why a program gives no moves."""
+    """Return the reason why a program has no moves."""
     missing = track.unknown(track.now)
     if track.approach and missing:
-        return f"the program never gives the place of {missing}, so no move is determined; give start"
+        return f"the program never gives the position of {missing}, so no move is determined; set start"
     if track.approach:
-        return "the program only goes to where it begins, and nothing moves from there; give start"
-    return "no block moves an axis; it isn't a program, or one of other words than G and axis letters"
+        return "the program only moves to its start, and nothing moves from there; set start"
+    return "no block moves an axis; check that it is an NC program"
 
 
 def note_assumptions(interpreter: Interpreter) -> None:
-    """Say what the program didn't: its unit, where its first moves came from, where its retractions lead."""
+    """Add findings for what the program doesn't state: unit, start of the first moves, machine zero."""
     units, track = interpreter.modes.units, interpreter.track
-    line, file = track.rows[0][1], interpreter.source.name
+    line = track.rows[0][1]
     if units.stated is None and units.asked is None:
         interpreter.note(
             Severity.WARNING,
             "unit-assumed",
-            "the program doesn't state its unit (G20, G21); mm is taken, say unit=inch if it isn't",
+            "the program doesn't state its unit (G20, G21); mm is assumed, set unit=inch if it isn't",
             line,
         )
     if track.approach:
-        interpreter.findings.append(
-            Finding(
-                Severity.NOTE,
-                "approach-unknown",
-                f"{track.approach} rapid moves before this place start where the program doesn't tell; they "
-                "aren't in the motion (start says where)"
-                if interpreter.modes.for_motion
-                else f"{track.approach} rapid moves end where the program doesn't name all axes; they aren't "
-                "in the path",
-                Place(location=0, line=line, file=file),
-            )
+        interpreter.report(
+            Severity.NOTE,
+            "approach-unknown",
+            f"{track.approach} rapid moves before this line start at positions that the program doesn't "
+            "give; they aren't in the motion; set start"
+            if interpreter.modes.for_motion
+            else f"{track.approach} rapid moves end before all axes are given; they aren't in the path",
+            line,
+            0,
         )
     count = interpreter.ignored[MACHINE_MOVES]
     if count:
         interpreter.note(
             Severity.NOTE,
             "machine-zero-moves",
-            f"{count} moves to places of the machine (G53, G28, the first here) aren't in the path: where "
-            "they are on the workpiece isn't in the program (program_zero says it)",
+            f"{count} moves in machine coordinates (G53, G28, the first here) aren't in the path: their "
+            "position on the workpiece isn't in the program; set program_zero",
             interpreter.machine_move_line,
         )

@@ -1,8 +1,8 @@
-"""Programs of the tool's tip as motions of the axes: what a control with tool centre point control does.
+"""Programs under TCP as motions of the axes.
 
-Between two blocks the control leads the tip along a straight way while the rotary axes turn in proportion to
-it. The linear axes then don't run straight, so such moves are cut into parts until axes that do run straight
-keep the tip on its way.
+Between two blocks the control moves the tip along a straight line, and the rotary axes in proportion. The
+linear axes don't run straight then, so such moves are divided until straight moves of the axes keep the tip
+on its line.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ from fiveaxis.nc.source import Source
 from fiveaxis.nc.words import control_values
 from fiveaxis.toolpath import MoveKind, divided_rows, interpolate
 
-# Rounds of measuring and cutting; each divides a deviation by the square of the parts.
+# Rounds of dividing; each divides a deviation by the square of the number of parts.
 MOST_ROUNDS = 12
 
 
 @dataclass(frozen=True, eq=False)
-class _Places:
-    """Rows: tip (n, 3) mm, axis values (n, k) mm and rad, and the program's row that each is part of (n,)."""
+class _Divided:
+    """Rows: tip (n, 3) mm, axis values (n, k) mm and rad, and the program's row that each belongs to (n,)."""
 
     tip: Array
     positions: Array
@@ -35,46 +35,46 @@ class _Places:
 
 
 def axes_of_tips(columns: Columns, scale: float, source: Source) -> Columns:
-    """Replace rows of the tip by rows of the axes that lead it there.
+    """Replace rows of the tip by rows of the axes.
 
     Parameters
     ----------
     columns : rows of axes and of the tip
-    scale : mm that a linear feed of 1 means, `Modes.feed_scale`
+    scale : mm of a linear feed of 1, `Modes.feed_scale`
     source : the program, for errors
 
     Returns
     -------
-    Rows of axes, with the times and feeds of cuts in s and mm/s (deg/s), whatever the program's unit; moves
-    of the tip are in as many parts of equal time as keep it within `PATH_TOLERANCE` of its straight way
+    Rows of axes, with times and feeds of cuts in s and mm/s (deg/s); moves of the tip are divided into parts
+    of equal time that keep it within `PATH_TOLERANCE` of its line
 
     Raises
     ------
     ToolpathError
-        With file and line: a tool direction in place of angles; a posture in which the linear axes don't
+        With file and line: a tool direction instead of angles; a posture in which the linear axes can't
         reach the tip.
     """
     _require_angles(columns, source)
     machine, of_tip = columns.machine, columns.of_tip
-    places = _solve(columns, columns.positions(), np.arange(len(of_tip)), source)
+    rows = _solve(columns, columns.positions(), np.arange(len(of_tip)), source)
     by_axes = replace(
         columns,
-        values=control_values(machine, places.positions),
+        values=control_values(machine, rows.positions),
         counting=np.full(len(of_tip), Counting.AXES),
     )
     moves = of_tip & np.concatenate([[False], of_tip[:-1]])
-    ways, axis_ways = travel_of(columns, scale), travel_of(by_axes, scale)
-    time = np.where(moves, ways.time, axis_ways.time)
-    feed = np.where(moves, ways.feed, axis_ways.feed)
+    of_tip_moves, of_axes = travel_of(columns, scale), travel_of(by_axes, scale)
+    time = np.where(moves, of_tip_moves.time, of_axes.time)
+    feed = np.where(moves, of_tip_moves.feed, of_axes.feed)
     cuts = columns.kinds == MoveKind.CUT
-    places = _cut_up(columns, places, moves, source)
-    parts = np.bincount(places.row, minlength=len(time))
+    rows = _divide(columns, rows, moves, source)
+    parts = np.bincount(rows.row, minlength=len(time))
     with np.errstate(invalid="ignore"):
         time = np.where(cuts, time, columns.times) / parts
-    row = places.row
+    row = rows.row
     return Columns(
         machine,
-        control_values(machine, places.positions),
+        control_values(machine, rows.positions),
         columns.lines[row],
         columns.kinds[row],
         time[row],
@@ -89,14 +89,14 @@ def _require_angles(columns: Columns, source: Source) -> None:
     row = first_row(np.isfinite(columns.vectors[:, 0]))
     if row is not None:
         raise source.error(
-            "the block gives the tool's direction, and which angles the control takes for it isn't in the "
+            "the block gives the tool direction, and the angles that the control chooses aren't in the "
             "program; post it with rotary words",
             int(columns.lines[row]),
         )
 
 
-def _solve(columns: Columns, positions: Array, row: IntArray, source: Source) -> _Places:
-    """Put axis values in place of the tip's X, Y and Z, which stand in the columns of the linear axes."""
+def _solve(columns: Columns, positions: Array, row: IntArray, source: Source) -> _Divided:
+    """Replace the tip's X, Y and Z, in the columns of the linear axes, by axis values."""
     machine, of_tip = columns.machine, columns.of_tip[row]
     xyz = [machine.column(c) for c in "XYZ"]
     tip, solved = positions[:, xyz].copy(), positions.copy()
@@ -105,34 +105,34 @@ def _solve(columns: Columns, positions: Array, row: IntArray, source: Source) ->
     bad = first_row(np.any(np.isnan(solved), axis=1))
     if bad is not None:
         raise source.error(
-            f"no position of the linear axes of machine {machine.name!r} leads the tip there at these "
-            "angles; check the machine",
+            f"no position of the linear axes of machine {machine.name!r} puts the tip there at these angles; "
+            "check the machine",
             int(columns.lines[row[bad]]),
         )
-    return _Places(tip, solved, row)
+    return _Divided(tip, solved, row)
 
 
-def _cut_up(columns: Columns, places: _Places, moves: BoolArray, source: Source) -> _Places:
-    """Cut moves of the tip into parts; each part belongs to the row at the end of its move."""
+def _divide(columns: Columns, rows: _Divided, moves: BoolArray, source: Source) -> _Divided:
+    """Divide moves of the tip; each part belongs to the row at the end of its move."""
     machine = columns.machine
     xyz = [machine.column(c) for c in "XYZ"]
     for _ in range(MOST_ROUNDS):
-        middle, _axis = tool_poses(machine, (places.positions[1:] + places.positions[:-1]) / 2.0)
-        off = np.linalg.norm(middle - (places.tip[1:] + places.tip[:-1]) / 2.0, axis=1)
-        off[~moves[places.row[1:]]] = 0.0
-        # A parabola's height falls with the square of the parts that its chord is cut into.
+        middle, _axis = tool_poses(machine, (rows.positions[1:] + rows.positions[:-1]) / 2.0)
+        off = np.linalg.norm(middle - (rows.tip[1:] + rows.tip[:-1]) / 2.0, axis=1)
+        off[~moves[rows.row[1:]]] = 0.0
+        # The deviation falls with the square of the number of parts.
         parts = np.maximum(np.ceil(np.sqrt(off / PATH_TOLERANCE)), 1.0).astype(np.int64)
         if (parts == 1).all():
             break
         where = divided_rows(parts)
-        mixed = places.positions.copy()
-        mixed[:, xyz] = places.tip
-        owner = places.row[np.ceil(where).astype(np.int64)]
+        mixed = rows.positions.copy()
+        mixed[:, xyz] = rows.tip
+        owner = rows.row[np.ceil(where).astype(np.int64)]
         mixed = interpolate(mixed, where)
-        # Rows of axes aren't cut, and keep their own values.
+        # Existing rows keep their values.
         whole = where == np.floor(where)
         fresh = _solve(columns, mixed, owner, source)
         kept = fresh.positions.copy()
-        kept[whole] = places.positions[where[whole].astype(np.int64)]
-        places = replace(fresh, positions=kept)
-    return places
+        kept[whole] = rows.positions[where[whole].astype(np.int64)]
+        rows = replace(fresh, positions=kept)
+    return rows

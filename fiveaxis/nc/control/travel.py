@@ -1,4 +1,4 @@
-"""How long the moves of a program take: F as the program means it, rapid moves at the axes' speeds."""
+"""Duration of a program's moves: feed moves by F, rapid moves by the axes' speeds."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from fiveaxis.toolpath import MoveKind
 
 @dataclass(frozen=True, eq=False)
 class Travel:
-    """The moves of a program, each ending at its row; the first row has none.
+    """Moves of a program, each ending at its row; the first row has none.
 
     Parameters
     ----------
     steps : (n, k), mm and deg
-    along : (n,), whether F counts along the linear axes; else in degrees, where only rotary axes turn
+    along : (n,), whether F is along the linear axes; else deg/min, as only rotary axes turn
     length : (n,), mm or deg
-    time : (n,), s, NaN where the program doesn't say it
-    feed : (n,), mm/s or deg/s, NaN likewise
+    time : (n,), s, NaN if unknown
+    feed : (n,), mm/s or deg/s, NaN if unknown
     """
 
     steps: Array
@@ -34,23 +34,23 @@ class Travel:
 
 
 def travel_of(columns: Columns, scale: float) -> Travel:
-    """Measure the moves of a program, with times and feeds as it states them.
+    """Compute the moves of a program, with times and feeds as stated.
 
-    F counts along the way of the linear axes, and in degrees where only rotary axes turn. Rounding of the
-    linear axes beside a turn is no way (`STANDSTILL`).
+    F is along the linear axes, or in degrees if only rotary axes turn. A linear distance of at most
+    `STANDSTILL` beside a rotation is rounding.
 
     Parameters
     ----------
     columns : the rows
-    scale : mm that a linear feed of 1 means, `Modes.feed_scale`
+    scale : mm of a linear feed of 1, `Modes.feed_scale`
     """
     is_linear = np.array([not a.is_rotary for a in columns.machine.axes])
-    # Where the tool's direction is given, no angle is known.
+    # With tool directions, the angles are NaN.
     steps = np.nan_to_num(np.diff(columns.values, axis=0, prepend=columns.values[:1]))
-    way = np.linalg.norm(steps[:, is_linear], axis=1)
+    distance = np.linalg.norm(steps[:, is_linear], axis=1)
     turn = np.linalg.norm(steps[:, ~is_linear], axis=1)
-    along = ~((way <= STANDSTILL) & (turn > 0.0)) & (way > 0.0)
-    length = np.where(along, way, turn)
+    along = ~((distance <= STANDSTILL) & (turn > 0.0)) & (distance > 0.0)
+    length = np.where(along, distance, turn)
     feed = columns.feeds * np.where(along, scale, 1.0)
     with np.errstate(divide="ignore", invalid="ignore"):
         time = np.where(np.isnan(columns.times), length / feed, columns.times)
@@ -59,24 +59,24 @@ def travel_of(columns: Columns, scale: float) -> Travel:
 
 
 def motion_times(columns: Columns, scale: float, rapid: float | None, source: Source) -> tuple[Array, Array]:
-    """Compute duration and feed of each move of a motion, rapid moves among them.
+    """Compute duration and feed of each move of a motion, including rapid moves.
 
     Parameters
     ----------
     columns, scale : as for `travel_of`
-    rapid : mm/s or deg/s, of axes in rapid moves whose highest speed isn't known
+    rapid : mm/s or deg/s, in rapid moves of axes without `max_speed`
     source : the program, for errors
 
     Returns
     -------
     time : (n,), s
-    feed : (n,), mm/s or deg/s; `rapid` in rapid moves, where it is given, else what their way and time come
-        to; rows without a move have that of the one before
+    feed : (n,), mm/s or deg/s; in rapid moves `rapid` if given, else distance over time; in rows without a
+        move the feed of the row before
 
     Raises
     ------
     ToolpathError
-        A rapid move of an axis whose speed isn't known.
+        A rapid move of an axis without a speed.
     """
     travel = travel_of(columns, scale)
     quick = (columns.kinds == MoveKind.RAPID) & np.isnan(columns.times)
@@ -89,7 +89,7 @@ def motion_times(columns: Columns, scale: float, rapid: float | None, source: So
 def _rapid_times(
     columns: Columns, steps: Array, quick: BoolArray, rapid: float | None, source: Source
 ) -> Array:
-    """Give each row the time of its slowest axis, (n,) s."""
+    """Return the time of each row's slowest axis, (n,) s."""
     axes = columns.machine.axes
     speeds = np.array(
         [(np.nan if rapid is None else rapid) if a.max_speed is None else a.shown(a.max_speed) for a in axes]
@@ -98,17 +98,17 @@ def _rapid_times(
     if unknown.any():
         row, column = np.argwhere(unknown)[0]
         raise source.error(
-            f"a rapid move of {axes[column].letter}, whose highest speed machine {columns.machine.name!r} "
-            "doesn't tell, has no duration; give rapid_mm_min (--rapid), or max_speed in the machine file",
+            f"a rapid move of {axes[column].letter}, which has no max_speed in machine "
+            f"{columns.machine.name!r}; set rapid_mm_min (--rapid), or max_speed in the machine file",
             int(columns.lines[row]),
         )
     return np.max(np.where(steps == 0.0, 0.0, np.abs(steps) / speeds), axis=1)
 
 
 def filled(feed: Array) -> Array:
-    """Give rows without feed that of the row before, and the first ones that of the first move."""
+    """Fill in feeds: rows without one have that of the row before, the first ones that of the first move."""
     known = np.flatnonzero(np.isfinite(feed) & (feed > 0.0))
     if len(known) == 0:
         return feed
-    place = np.searchsorted(known, np.arange(len(feed)), side="right") - 1
-    return feed[known[np.maximum(place, 0)]]
+    last = np.searchsorted(known, np.arange(len(feed)), side="right") - 1
+    return feed[known[np.maximum(last, 0)]]

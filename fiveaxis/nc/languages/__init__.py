@@ -1,1 +1,1 @@
-"""The languages of controls, each turned into blocks in the words of ISO 6983."""
+"""Control languages: each splits a program into blocks of ISO 6983 words."""

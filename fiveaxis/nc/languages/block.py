@@ -1,4 +1,4 @@
-"""A block as every control means it, whatever its language: what the readers of programs hand on."""
+"""One block of a program in ISO 6983 words, whatever language the program is written in."""
 
 from __future__ import annotations
 
@@ -7,27 +7,41 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Literal, NamedTuple
 
+from fiveaxis.errors import ToolpathError
 from fiveaxis.findings import Finding
 from fiveaxis.geometry import Array
+from fiveaxis.nc.source import Source
 
 Triple = tuple[float, float, float]
 
-# M words of the spindle mean the same in every language.
+# Spindle M words; they mean the same in every language.
 SPINDLE_M = frozenset((3, 4, 5, 13, 14))
 
 NO_WORDS: Mapping[str, float] = MappingProxyType({})
 
+# Characters of a line that an error quotes.
+LONGEST_QUOTE = 60
+
+
+class BlockError(ValueError):
+    """A block that can't be read; the message states the fact, and `block_error` adds file, line and text."""
+
+
+def block_error(source: Source, line: int, fact: object) -> ToolpathError:
+    """Return an error that quotes the line."""
+    return source.error(f"{source.lines[line - 1].strip()[:LONGEST_QUOTE]!r}: {fact}", line)
+
 
 @dataclass(frozen=True, eq=False)
 class FrameChange:
-    """A shift and a turn of the program's coordinates: ``p_before = rotation @ p_now + origin``.
+    """A shift and a rotation of the program's coordinates: ``p_before = rotation @ p_now + origin``.
 
     Parameters
     ----------
-    kind : ``set`` replaces what is in force, ``add`` is counted in the frame that is in force
-    origin : (3,), in the program's unit
+    kind : ``set`` replaces the frame in force, ``add`` is relative to it
+    origin : (3,), program unit
     rotation : (3, 3)
-    word : what the program wrote, for messages
+    word : as written, for messages
     """
 
     kind: Literal["set", "add"]
@@ -37,29 +51,29 @@ class FrameChange:
 
 
 class Block(NamedTuple):
-    """One block, in the words of ISO 6983 whatever language it was written in.
+    """One block in ISO 6983 words.
 
-    A named tuple, because a program has a million of them and a frozen data class takes eight times as long
-    to make.
+    A named tuple: a program has up to a million blocks, and a frozen data class takes eight times as long to
+    construct.
 
     Parameters
     ----------
-    line : of the file, counted from 1
-    g, m : its G and M words without leading zeros, in order: ``G1``, ``G43.4``, ``M30``
-    words : the numbers of its other words by letter, without the block number
-    skipped : it begins with ``/``, and such blocks are to be skipped; then nothing of it was read
-    tip_control : whether the block switches tool centre point control on or off; None leaves it
-    vector : tool axis from tip to shank, as written, where the block gives the direction instead of angles
-    normal : surface normal out of the material, as written, where the block gives it
-    centre : centre of an arc by letter of its axis, absolute in the program's frame and unit
-    frame : how the block changes the frame of the program's coordinates
-    ignored : words that were seen and have no effect on the path, to be counted
-    increments, absolutes : letters of words that are increments, or absolute, whatever G90 and G91 say
-    turns : full circles that an arc makes beside the part that its end tells, a helix
-    findings : what reading the block assumed; the first of each code is enough
-    tool : what the block selects a tool by, where that isn't a number behind T
-    feed_step : how many units of length F counts per minute from here on; None leaves it
-    shorter : whether rotary axes go the shorter way from here on (M126); None leaves it
+    line : in the file, from 1
+    g, m : G and M words without leading zeros, in order: ``G1``, ``G43.4``, ``M30``
+    words : values of the other words by letter, without the block number
+    skipped : the block begins with ``/`` and block delete is on; nothing else of it is read
+    tip_control : True switches TCP on, False off; None leaves it
+    vector : tool axis from tip to shank, as written, if the block gives a direction instead of angles
+    normal : surface normal out of the material, as written, if given
+    centre : arc centre by axis letter, absolute, in the program's frame and unit
+    frame : change of the program's coordinate frame
+    ignored : words without effect on the path, to be counted
+    increments, absolutes : letters of words that are incremental or absolute regardless of G90 and G91
+    turns : full circles of a helix in addition to the arc from start to end
+    findings : assumptions made while reading; the first of each code is kept
+    tool : name of the selected tool, unless it is a number after T
+    feed_step : length units per minute of F1 from here on; None leaves it
+    shorter : whether rotary axes take the shorter direction from here on (M126); None leaves it
     """
 
     line: int

@@ -1,22 +1,46 @@
-"""A block that is being read: what words add to it, until it is complete."""
+"""A block while it is being read: words are added until it is complete."""
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, field
 
 from fiveaxis.findings import Finding, Place, Severity
-from fiveaxis.nc.languages.block import Block, FrameChange, Triple
+from fiveaxis.nc.languages.block import Block, BlockError, FrameChange, Triple
 from fiveaxis.nc.source import Source
+
+# Characters: the controls' own limits are lower (512 on a Sinumerik), but comments and strings may be long.
+LONGEST_BLOCK = 4096
+
+# Bounded, so that long strings of digits don't match and are looked at word by word.
+NUMBER = r"[+-]?(?:[0-9]{1,20}\.?[0-9]{0,20}|\.[0-9]{1,20})"
+
+_QUOTED = re.compile(r'"[^"]*"|;')
+
+
+def strip_comment(text: str) -> str:
+    """Return a line without its ``;`` comment, in upper case; semicolons in quoted strings are kept."""
+    if ";" in text:
+        found = next((m for m in _QUOTED.finditer(text) if m[0] == ";"), None)
+        text = text if found is None else text[: found.start()]
+    # `bytes.upper` changes ASCII only: characters like the long s must not become letters of words.
+    return text.encode("utf-8", "surrogatepass").upper().decode("utf-8", "surrogatepass").strip()
+
+
+def require_short(code: str) -> None:
+    """Raise BlockError if a block is longer than `LONGEST_BLOCK`."""
+    if len(code) > LONGEST_BLOCK:
+        raise BlockError(f"{len(code)} characters in a block, beyond {LONGEST_BLOCK}; correct it")
 
 
 @dataclass(slots=True)
 class Draft:
-    """A block in the making; fields as in `Block`.
+    """A block under construction; fields as in `Block`.
 
     Parameters
     ----------
-    source, line : where it stands
-    vector, normal : components by letter, as far as they were read
+    source, line : file and line of the block
+    vector, normal : components by letter, as read so far
     """
 
     source: Source
@@ -38,35 +62,21 @@ class Draft:
     feed_step: float | None = None
     shorter: bool | None = None
 
-    def put(self, words: dict[str, float], letter: str, value: float) -> None:
-        """Add a word, once.
-
-        Raises
-        ------
-        ToolpathError
-            The letter has a value already.
-        """
-        if letter in words:
-            raise self.source.error(
-                f"{letter} has two values, {words[letter]:g} and {value:g}; write one of them", self.line
-            )
-        words[letter] = value
-
     def note(self, severity: Severity, code: str, message: str) -> None:
-        """Say what reading the block assumed or left out."""
+        """Record an assumption or an omission."""
         place = Place(line=self.line, file=self.source.name)
         self.findings.append(Finding(severity, code, message, place))
 
     def block(self) -> Block | None:
-        """Complete the block; None where nothing was read."""
+        """Return the complete block; None if nothing was read."""
         block = Block(
             self.line,
             tuple(self.g),
             tuple(self.m),
             self.words,
             tip_control=self.tip_control,
-            vector=_triple(self.vector),
-            normal=_triple(self.normal),
+            vector=direction_of(self.vector),
+            normal=direction_of(self.normal),
             centre=self.centre or None,
             frame=self.frame,
             ignored=tuple(self.ignored),
@@ -81,8 +91,15 @@ class Draft:
         return None if block == Block(self.line) else block
 
 
-def _triple(components: dict[str, float]) -> Triple | None:
-    """Give a direction; components that weren't written are 0, as controls take them."""
+def put_word(words: dict[str, float], letter: str, value: float) -> None:
+    """Add a word; raise BlockError if the letter already has a value."""
+    if letter in words:
+        raise BlockError(f"{letter} has two values, {words[letter]:g} and {value:g}; write one of them")
+    words[letter] = value
+
+
+def direction_of(components: dict[str, float]) -> Triple | None:
+    """Return a direction, None if no component is written; controls take a missing component as 0."""
     if not components:
         return None
     return components.get("X", 0.0), components.get("Y", 0.0), components.get("Z", 0.0)

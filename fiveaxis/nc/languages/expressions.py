@@ -1,8 +1,8 @@
 """Arithmetic of control languages: ``#1+3.5``, ``R1*COS(30)``, ``+Q2 / +4``; nothing else is evaluated.
 
-One grammar serves all languages, because what differs doesn't contradict: brackets are round or square,
-functions count angles in degrees, and a function may do without brackets (Heidenhain's ``SIN 30``). Names and
-functions are written in capitals; a caller whose control takes small letters passes capitals.
+One grammar serves all languages, because their differences don't conflict: brackets are round or square,
+angles are in degrees, and a function may omit its brackets (Heidenhain's ``SIN 30``). Names and functions are
+in upper case; callers convert.
 """
 
 from __future__ import annotations
@@ -12,12 +12,14 @@ import operator
 import re
 from collections.abc import Callable
 
+from fiveaxis.nc.languages.block import BlockError
+
 Lookup = Callable[[str], float]
 
-# More digits than this aren't a number that a control takes, and long ones are slow to convert.
+# Characters: no control accepts longer numbers, and they are slow to convert.
 LONGEST_NUMBER = 40
 
-# Brackets within brackets: deeper ones come from no post-processor, and would end in Python's own limit.
+# Nested brackets: no post-processor writes more, and they would reach Python's recursion limit.
 DEEPEST = 40
 
 _TOKEN = re.compile(
@@ -58,62 +60,58 @@ FUNCTIONS: dict[str, Callable[[float], float]] = {
 }
 
 
-class ExpressionError(ValueError):
-    """An expression that has no value; the message names the fact, and the caller knows file and line."""
-
-
 def evaluate(text: str, lookup: Lookup) -> float:
-    """Evaluate a whole text.
+    """Evaluate an expression that is the whole text.
 
     Parameters
     ----------
-    text : in capitals
-    lookup : gives the value of a variable by its name (``#101``, ``R1``, ``_HOME``); KeyError if it has none
+    text : upper case
+    lookup : value of a variable by name (``#101``, ``R1``, ``_HOME``); raises KeyError if it has none
 
     Raises
     ------
-    ExpressionError
-        Something that isn't arithmetic, a variable without value, a result that isn't a finite number.
+    BlockError
+        Not arithmetic, a variable without a value, a result that isn't finite.
     """
     value, end = evaluate_prefix(text, 0, lookup)
     if text[end:].strip():
-        raise ExpressionError(f"{text[end:].strip()[:20]!r} isn't arithmetic that is read")
+        raise BlockError(f"{text[end:].strip()[:20]!r} isn't supported arithmetic")
     return value
 
 
 def evaluate_prefix(text: str, start: int, lookup: Lookup) -> tuple[float, int]:
-    """Evaluate the longest expression from a place on, ``R1*2`` in ``X=R1*2 Y=3``.
+    """Evaluate the longest expression from an index on, ``R1*2`` in ``X=R1*2 Y=3``.
 
     Returns
     -------
-    The value, and where the expression ends.
+    The value and the index after the expression
 
     Raises
     ------
-    ExpressionError
+    BlockError
         As `evaluate`.
     """
     parser = _Parser(text, start, lookup)
     try:
         value = parser.sum(0)
     except (ZeroDivisionError, OverflowError, ValueError) as fault:
-        if isinstance(fault, ExpressionError):
+        if isinstance(fault, BlockError):
             raise
-        raise ExpressionError(f"{text[start : start + 40].strip()!r} has no value: {fault}") from None
+        raise BlockError(f"{text[start : start + 40].strip()!r} has no value: {fault}") from None
     if not math.isfinite(value):
-        raise ExpressionError(f"{text[start : start + 40].strip()!r} has no finite value")
+        raise BlockError(f"{text[start : start + 40].strip()!r} has no finite value")
     return value, parser.end
 
 
 class _Parser:
-    """Precedence climbing; `end` is behind the last token that was used."""
+    """Precedence climbing; `end` is the index after the last token used."""
 
     def __init__(self, text: str, start: int, lookup: Lookup) -> None:
         self.text, self.end, self.lookup = text, start, lookup
         self.depth = 0
 
     def sum(self, weakest: int) -> float:
-        """Read operands and the operators between them that bind more tightly than a bound."""
+        """Evaluate operands and the operators between them that bind more tightly than `weakest`."""
         left = self.operand()
         while True:
             found = _TOKEN.match(self.text, self.end)
@@ -128,20 +126,20 @@ class _Parser:
         found = _TOKEN.match(self.text, self.end)
         if found is None:
             rest = self.text[self.end :].strip()[:20]
-            raise ExpressionError(f"{rest!r} isn't a number or a variable" if rest else "a number is missing")
+            raise BlockError(f"{rest!r} isn't a number or a variable" if rest else "a number is missing")
         self.end = found.end()
         if found["number"] is not None:
             return self._number(found["number"])
         self.depth += 1
         if self.depth > DEEPEST:
-            raise ExpressionError(f"more than {DEEPEST} brackets, signs and functions; write the number")
+            raise BlockError(f"more than {DEEPEST} brackets, signs and functions; write the number")
         value = self._signed(found["sign"]) if found["name"] is None else self._named(found["name"])
         self.depth -= 1
         return value
 
     def _number(self, digits: str) -> float:
         if len(digits) > LONGEST_NUMBER:
-            raise ExpressionError(f"{digits[:LONGEST_NUMBER]}… isn't a number that a control takes")
+            raise BlockError(f"{digits[:LONGEST_NUMBER]}… is longer than any number of a control")
         return float(digits)
 
     def _signed(self, sign: str) -> float:
@@ -149,11 +147,11 @@ class _Parser:
             value = self.sum(_SIGNS)
             return -value if sign == "-" else value
         if sign not in _CLOSING:
-            raise ExpressionError(f"{sign!r} stands where a number or a variable belongs")
+            raise BlockError(f"{sign!r} where a number or a variable is expected")
         value = self.sum(0)
         found = _TOKEN.match(self.text, self.end)
         if found is None or found["sign"] != _CLOSING[sign]:
-            raise ExpressionError(f"{sign!r} isn't closed")
+            raise BlockError(f"{sign!r} isn't closed")
         self.end = found.end()
         return value
 
@@ -164,4 +162,4 @@ class _Parser:
         try:
             return self.lookup(name)
         except KeyError:
-            raise ExpressionError(f"{name} has no value up to here; write the number") from None
+            raise BlockError(f"{name} has no value yet; write the number") from None

@@ -1,10 +1,9 @@
-"""Blocks of G-code: lines cut into words of a letter and a number; what the words mean is decided elsewhere.
+"""G-code: lines are split into words of a letter and a number, which `fiveaxis.nc.control` interprets.
 
-Read are the forms in which ISO 6983 and RS274/NGC programs come: small or capital letters, blanks anywhere,
-numbers without leading zero or sign, comments ``( )``, also nested, and ``;``, lines of ``%``, block numbers
-``N``, program numbers ``O``, ``/`` before blocks that a switch at the machine skips, variables ``#1`` that
-were given a value before, and brackets to calculate in. Whatever isn't a word is refused with its reason: a
-program is read completely or not at all.
+ISO 6983 and RS274/NGC syntax: upper or lower case, blanks anywhere, numbers without leading zero or sign,
+comments ``( )``, also nested, and ``;``, lines of ``%``, block numbers ``N``, program numbers ``O``, block
+delete ``/``, variables ``#1`` with a value, and expressions in brackets. Anything else is refused with its
+reason: a program is read completely or not at all.
 """
 
 from __future__ import annotations
@@ -12,31 +11,29 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from fiveaxis.nc.control.tilted_plane import PLANE_WORDS, set_plane
-from fiveaxis.nc.control.tip_control import TipSwitch
-from fiveaxis.nc.languages.block import NO_WORDS, Block
-from fiveaxis.nc.languages.macro import Macro
+from fiveaxis.nc.languages.block import NO_WORDS, Block, BlockError, block_error
+from fiveaxis.nc.languages.draft import put_word
+from fiveaxis.nc.languages.expressions import LONGEST_NUMBER, evaluate, evaluate_prefix
+from fiveaxis.nc.languages.iso_coordinates import PLANE_WORDS, TipSwitch, set_plane
 from fiveaxis.nc.source import Source
 
-WORD = re.compile(r"([A-Z])([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+))")
+WORD_NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)"
+WORD = re.compile(rf"([A-Z])({WORD_NUMBER})")
 
-# More digits than this aren't a number that a control takes, and long ones are slow to convert.
-LONGEST_WORD = 40
-
-# The words of most lines, that need no second look: one block, G0 or G1 or neither.
+# Most lines are plain: G0, G1 or neither, and words of numbers.
 _LETTER = re.compile("([A-Z])")
 _PLAIN_G = {0.0: ("G0",), 1.0: ("G1",)}
 
 _PLAIN = "post the program with plain numbers"
-_SINUMERIK = "is of a Sinumerik program, and the program's other words are of ISO (Fanuc, Haas, LinuxCNC)"
+_SINUMERIK = "is Sinumerik code in an ISO program (Fanuc, Haas, LinuxCNC); post it in one language"
 
-# What a line that isn't made of words may be; the first that fits gives the reason.
+# What a line that doesn't consist of words may be; the first match gives the reason.
 NOT_WORDS: tuple[tuple[re.Pattern[str], str], ...] = tuple(
     (re.compile(pattern), reason)
     for pattern, reason in (
-        (r"BEGINPGM|BLKFORM|TOOLCALL|FMAX", "is of a Heidenhain program, and the others aren't"),
-        (r"M?CYCLE[0-9]*|MCALL", "is a cycle, which isn't expanded; let the CAM system write its moves"),
-        (r"A?ROTS?|A?TRANS|A?MIRROR|A?SCALE", "moves the coordinates, which isn't read; post without it"),
+        (r"BEGINPGM|BLKFORM|TOOLCALL|FMAX", "is Heidenhain code in an ISO program; post it in one language"),
+        (r"M?CYCLE[0-9]*|MCALL", "is a cycle, which isn't expanded; post its moves"),
+        (r"A?ROTS?|A?TRANS|A?MIRROR|A?SCALE", "changes the coordinates; post without it"),
         (r"TRAFOOF|SUPA|DEF|MSG", _SINUMERIK),
         (
             r"IF|WHILE|GOTO|REPEAT|FOR|ENDFOR|CALL|SUB|DO[0-9]|END[0-9]",
@@ -44,59 +41,63 @@ NOT_WORDS: tuple[tuple[re.Pattern[str], str], ...] = tuple(
         ),
         (r"[#\[<]", f"is a variable or an expression, which isn't evaluated; {_PLAIN}"),
         (r"=", _SINUMERIK),
-        (r"[(]", "opens a comment that isn't closed on its line"),
-        (r",[A-Z]", "is a chamfer or a rounding, which isn't read; let the CAM system write its moves"),
+        (r"[(]", "opens a comment that isn't closed on its line; close it"),
+        (r",[A-Z]", "is a chamfer or a rounding, which isn't supported; post its moves"),
     )
 )
 
+_NAME = r"#(?:[0-9]+|<[A-Z0-9_]+>)"
+_ASSIGNED = re.compile(f"({_NAME})=")
+# Value of a word: one variable or one pair of brackets. No control accepts X#1+2.
+_VALUE = re.compile(rf"([A-Z])([+-]?)(?:({_NAME})(?![-+*/=])|(?=\[))")
+_BRACKET = re.compile(r"[\[\]]")
+_FLOW = re.compile(r"IF|WHILE|GOTO|REPEAT|CALL|SUB|DO[0-9#\[]|END[0-9]|[<>]=|\bO<")
+
 
 def split_blocks(source: Source, *, block_delete: bool = False, quickly: bool = True) -> Iterator[Block]:
-    """Cut a program into blocks, one after the other; empty lines, comments and ``%`` give none.
+    """Yield the blocks of a program; empty lines, comments and ``%`` make none.
 
-    A line of ``O`` and text, which some CAM systems write for the operator to fill in, is taken as a comment.
+    A line of ``O`` and text, which some CAM systems write for the operator to fill in, is a comment.
 
     Parameters
     ----------
     source : the file
-    block_delete : whether blocks that begin with ``/`` are skipped
-    quickly : whether plain blocks take the short way; the blocks are the same either way
+    block_delete : whether to skip blocks that begin with ``/``
+    quickly : whether to use the fast parser for plain blocks; the result is the same
 
     Raises
     ------
     ToolpathError
-        With file, line and text: something that isn't a word; a second value for a word; a variable without
-        value.
+        With file, line and text: not a word; a word with two values; a variable without a value.
     """
-    macro, tip = Macro(source), TipSwitch()
+    macro, tip = Macro(), TipSwitch()
     for line, text in enumerate(source.lines, start=1):
         block = _plain_block(line, text) if quickly else None
         if block is None:
-            block = _any_block(source, line, text, macro, block_delete)
+            try:
+                block = _any_block(line, text, macro, tip, block_delete)
+            except BlockError as fault:
+                raise block_error(source, line, fault) from None
             if block is None:
                 continue
-            if block.g or block.m:
-                block = block._replace(tip_control=tip.take(block))
-                block = _without_fast_mode(block)
-                block = _timed_by_x(block, source) if "G4" in block.g and "X" in block.words else block
-                block = block if PLANE_WORDS.isdisjoint(block.g) else set_plane(block, source)
         yield block
 
 
 def compact_code(text: str) -> str:
-    """Strip a line of comments and blanks and give it in capitals: ``x 1. (to)`` is ``X1.``.
+    """Return a line without comments and blanks, in upper case: ``x 1. (to)`` is ``X1.``.
 
-    An opened bracket that isn't closed stays where it is.
+    An unclosed opening bracket is kept.
     """
     code = text if "(" not in text and ";" not in text else _without_comments(text)
-    # Capitals of signs like the long s are ASCII letters: only what is ASCII already may become a word.
+    # The upper case of characters like the long s is ASCII: only ASCII text may become words.
     return "".join(code.upper().split()) if code.isascii() else "".join(code.split())
 
 
 def _plain_block(line: int, text: str) -> Block | None:
-    """Cut a block of one word a letter, G0 or G1 among them; None where it takes a second look.
+    """Read a block with one word per letter, and G0, G1 or neither; None for any other block.
 
-    The numbers are those that Python takes for floats, which are those of `WORD` once small letters,
-    underscores and signs of other alphabets are out; a comment or a slash is no number.
+    `float` accepts the same numbers as `WORD` once lower case, underscores and non-ASCII characters are
+    excluded, and neither comments nor slashes.
     """
     if not (text.isascii() and text.isupper()) or "_" in text:
         return None
@@ -108,7 +109,7 @@ def _plain_block(line: int, text: str) -> Block | None:
         return None
     if len(words) != len(letters) or parts[0].strip() or "M" in words or "O" in words:
         return None
-    if len(text) > LONGEST_WORD and max(map(len, numbers)) > LONGEST_WORD:
+    if len(text) > LONGEST_NUMBER and max(map(len, numbers)) > LONGEST_NUMBER:
         return None
     words.pop("N", None)
     g = words.pop("G", None)
@@ -118,7 +119,7 @@ def _plain_block(line: int, text: str) -> Block | None:
     return None if plain is None else Block(line, plain, (), words)
 
 
-def _any_block(source: Source, line: int, text: str, macro: Macro, block_delete: bool) -> Block | None:
+def _any_block(line: int, text: str, macro: Macro, tip: TipSwitch, block_delete: bool) -> Block | None:
     code = compact_code(text)
     if not code or code[0] == "%" or _is_title(text, code):
         return None
@@ -127,27 +128,30 @@ def _any_block(source: Source, line: int, text: str, macro: Macro, block_delete:
             return Block(line, skipped=True)
         code = re.sub("^/[1-9]?", "", code)
     if "#" in code or "[" in code:
-        code = macro.take(code, line)
-    block = _parse_block(source, line, code)
-    return block if block.g or block.m or block.words else None
+        code = macro.take(code)
+    block = _parse_block(line, code)
+    if block.g or block.m:
+        block = _without_fast_mode(block._replace(tip_control=tip.take(block)))
+        block = _timed_by_x(block, text) if "G4" in block.g and "X" in block.words else block
+        return block if PLANE_WORDS.isdisjoint(block.g) else set_plane(block)
+    return block if block.words else None
 
 
 def _without_fast_mode(block: Block) -> Block:
-    """Take ``G5 P10000`` for what it is on Fanuc, a mode of quick reading; with axis words it's a spline."""
+    """Ignore ``G5 P10000``, Fanuc's high-speed mode; with axis words G5 is a spline."""
     if "G5" not in block.g or set(block.words) != {"P"}:
         return block
     return block._replace(g=tuple(w for w in block.g if w != "G5"), words=NO_WORDS, ignored=("G5",))
 
 
-def _timed_by_x(block: Block, source: Source) -> Block:
-    """Take ``G4 X1.5``, as Fanuc controls write a dwell in seconds, for ``G4 P1.5``."""
+def _timed_by_x(block: Block, text: str) -> Block:
+    """Convert ``G4 X1.5``, Fanuc's dwell in seconds, to ``G4 P1.5``."""
     if set(block.words) != {"X"}:
         return block
-    if re.search(r"X[-+]?[0-9]*\.", compact_code(source.lines[block.line - 1])) is None:
-        raise source.error(
-            f"G4 X{block.words['X']:g} without a decimal point is in s or ms, as the control is set; write "
-            "it with a point, or P in s",
-            block.line,
+    if re.search(r"X[-+]?[0-9]*\.", compact_code(text)) is None:
+        raise BlockError(
+            f"G4 X{block.words['X']:g} without a decimal point is in s or ms, depending on the control's "
+            "settings; write it with a point, or P in s"
         )
     return block._replace(words={"P": block.words["X"]})
 
@@ -172,41 +176,106 @@ def _without_comments(text: str) -> str:
 
 
 def _is_title(text: str, code: str) -> bool:
-    """Tell a line like ``O ENTER OP AND LAST 3 DIGITS`` from the O words of numbers and of LinuxCNC."""
+    """Check for a line like ``O ENTER OP AND LAST 3 DIGITS``, unlike O numbers and LinuxCNC's O words."""
     return code[0] == "O" and re.match(r"\s*O\s+[A-Z][A-Z ]+", text, re.IGNORECASE) is not None
 
 
-def _parse_block(source: Source, line: int, code: str) -> Block:
+def _parse_block(line: int, code: str) -> Block:
     g: list[str] = []
     m: list[str] = []
     words: dict[str, float] = {}
     found = WORD.findall(code)
     if sum(len(letter) + len(number) for letter, number in found) != len(code):
-        raise source.error(_explain(code, source.lines[line - 1]), line)
+        raise BlockError(_explain(code))
     for letter, number in found:
-        if len(number) > LONGEST_WORD:
-            raise source.error(f"{letter}{number[:LONGEST_WORD]}… isn't a number that a control takes", line)
+        if len(number) > LONGEST_NUMBER:
+            raise BlockError(f"{letter}{number[:LONGEST_NUMBER]}… is longer than any number of a control")
         value = float(number)
         if letter == "G":
             g.append(f"G{value + 0.0:g}")
         elif letter == "M":
             m.append(f"M{value:g}")
-        elif letter in words:
-            raise source.error(
-                f"{letter} has two values, {words[letter]:g} and {value:g}; write one of them", line
-            )
         else:
-            words[letter] = value
+            put_word(words, letter, value)
     words.pop("N", None)
     return Block(line, tuple(g), tuple(m), words or NO_WORDS)
 
 
-def _explain(code: str, text: str) -> str:
-    """Say why a line isn't made of words."""
-    shown = repr(text.strip()[:60])
+def _explain(code: str) -> str:
+    """Return the reason why a line doesn't consist of words."""
     for pattern, reason in NOT_WORDS:
         found = pattern.search(code)
         if found is not None:
-            return f"{shown}: {found[0]!r} {reason}"
+            return f"{found[0]!r} {reason}"
     rest = next(part for part in WORD.split(code)[::3] if part)
-    return f"{shown}: {rest[:20]!r} isn't a word of a letter and a number; correct it"
+    return f"{rest[:20]!r} isn't a word of a letter and a number; correct it"
+
+
+class Macro:
+    """The variables that have a value."""
+
+    def __init__(self) -> None:
+        self.values: dict[str, float] = {}
+
+    def take(self, code: str) -> str:
+        """Replace variables and brackets by numbers; execute and remove assignments.
+
+        Parameters
+        ----------
+        code : a block without comments and blanks, upper case
+
+        Returns
+        -------
+        Words of letters and numbers. Anything else is left unchanged, for the parser to refuse.
+
+        Raises
+        ------
+        BlockError
+            A variable without a value, a result that isn't a number.
+        """
+        if _FLOW.search(code):
+            return code
+        return self._assign(code) if _ASSIGNED.match(code) else self._fill_in(code)
+
+    def _assign(self, code: str) -> str:
+        """Execute ``#1=5#2=#1+2``: as in RS274/NGC, all values take effect after the block."""
+        found, end, values = _ASSIGNED.match(code), 0, {}
+        while found is not None:
+            values[_key(found[1])], end = evaluate_prefix(code, found.end(), self._look_up)
+            found = _ASSIGNED.match(code, end)
+        if end < len(code):
+            return code[end:] if "=" in code[end:] else f"={code[end:]}"
+        self.values |= values
+        return ""
+
+    def _fill_in(self, code: str) -> str:
+        parts, begin = [], 0
+        while (found := _VALUE.search(code, begin)) is not None:
+            end = found.end() if found[3] else _closing(code, found.end())
+            value = self._look_up(found[3]) if found[3] else evaluate(code[found.end() : end], self._look_up)
+            # Without an exponent, as controls accept it.
+            number = f"{-value if found[2] == '-' else value:.12f}".rstrip("0")
+            parts.append(f"{code[begin : found.start()]}{found[1]}{number}")
+            begin = end
+        return "".join(parts) + code[begin:]
+
+    def _look_up(self, name: str) -> float:
+        try:
+            return self.values[_key(name)]
+        except KeyError:
+            raise BlockError(f"{name} has no value yet; write the number") from None
+
+
+def _key(name: str) -> str:
+    """Return the same key for ``#1`` and ``#001``."""
+    return name if name[1] == "<" else f"#{int(name[1:20])}"
+
+
+def _closing(code: str, start: int) -> int:
+    """Return the index after the closing bracket; the end of the block if it isn't closed."""
+    depth = 0
+    for sign in _BRACKET.finditer(code, start):
+        depth += 1 if sign[0] == "[" else -1
+        if depth == 0:
+            return sign.end()
+    return len(code)

@@ -1,10 +1,10 @@
-"""Blocks of Heidenhain Klartext programs, in the words of ISO: L, LN, circles, M128, PLANE, datum shifts.
+"""Heidenhain Klartext programs as blocks of ISO words: L, LN, circles, M128, PLANE, datum shifts.
 
-Read are straight lines ``L`` with axes and ``LN`` with vectors, poles and circles ``CC C CR``, polar ``LP``
+Supported: straight lines ``L`` with axes and ``LN`` with vectors, poles and circles ``CC C CR``, polar ``LP``
 and ``CP``, increments, Q parameters with simple arithmetic, M128 and FUNCTION TCPM, datum shifts (cycle 7,
-TRANS DATUM), cycle 10, PLANE with spatial and Euler angles or vectors. Lines without effect on the path are
-named in `Block.ignored`; whatever else stands in a program is refused with its line. After the *User's Manual
-Klartext Programming* of the TNC 640 (Heidenhain 892903-29).
+TRANS DATUM), cycle 10, PLANE with spatial angles, Euler angles or vectors. Lines without effect on the path
+are listed in `Block.ignored`; anything else is refused with its line. After the *User's Manual Klartext
+Programming* of the TNC 640 (Heidenhain 892903-29).
 """
 
 from __future__ import annotations
@@ -12,38 +12,34 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from fiveaxis.nc.languages.block import Block, Triple
-from fiveaxis.nc.languages.expressions import ExpressionError
-from fiveaxis.nc.languages.klartext_line import NUMBER, Line
+from fiveaxis.nc.languages.block import Block, BlockError, Triple, block_error
+from fiveaxis.nc.languages.draft import LONGEST_BLOCK, NUMBER, require_short, strip_comment
 from fiveaxis.nc.languages.klartext_move import MOVES, Move
 from fiveaxis.nc.languages.klartext_setup import SetUp
-from fiveaxis.nc.languages.klartext_state import PlaneError, State
+from fiveaxis.nc.languages.klartext_state import Line, State
 from fiveaxis.nc.languages.klartext_words import IGNORED_LINES, refusal
 from fiveaxis.nc.source import Source
-
-LONGEST_BLOCK = 4096
 
 _LINE = re.compile(r"\s*(?:[0-9]+\s+)?LN?\s+(?=[XYZABCNTFR])")
 _PLAIN = re.compile(rf"([NT]?[XYZ]|[ABCF]|FMAX|R0(?=\s|$))({NUMBER}|)(?=\s|$)|\S")
 _FEED, _RAPID = ("G1",), ("G0",)
 _NUMBERED = re.compile(r"\s*(?:[0-9]+\s+|[0-9]+$)?")
 _SKIPPED = re.compile(r"\s*(?:[0-9]+\s*)?/\s*(?:[0-9]+\s+)?")
-_QUOTED = re.compile(r'"[^"]*"|;')
 _COMMA = re.compile(r"(?<=[0-9]),(?=[0-9])")
 
 
 def split_klartext(source: Source, *, block_delete: bool = False) -> Iterator[Block]:
-    """Cut a program into blocks, one after the other, up to END PGM.
+    """Yield the blocks of a program up to END PGM.
 
     Parameters
     ----------
     source : the file
-    block_delete : whether blocks that begin with ``/`` are skipped
+    block_delete : whether to skip blocks that begin with ``/``
 
     Raises
     ------
     ToolpathError
-        With file, line and text: a line that isn't read, a second value for a word, a circle without pole.
+        With file, line and text: an unsupported line, a word with two values, a circle without pole.
     """
     state = State()
     lines = enumerate(source.lines, start=1)
@@ -57,30 +53,21 @@ def split_klartext(source: Source, *, block_delete: bool = False) -> Iterator[Bl
         if skipped is not None and block_delete:
             yield Block(line, skipped=True)
             continue
-        if len(code) > LONGEST_BLOCK:
-            raise source.error(
-                f"{code[:60]!r}…: {len(code)} characters in a block, beyond {LONGEST_BLOCK}; correct it", line
-            )
-        numbered = _NUMBERED.match(code) if skipped is None else skipped
-        code = " ".join(code[0 if numbered is None else numbered.end() :].split())
-        if code:
-            yield from _read(source, line, code, state)
+        try:
+            require_short(code)
+            numbered = _NUMBERED.match(code) if skipped is None else skipped
+            code = " ".join(code[0 if numbered is None else numbered.end() :].split())
+            read = _read(source, line, code, state) if code else None
+        except BlockError as fault:
+            raise block_error(source, line, fault) from None
+        if read is not None:
+            yield from (b for b in (read.before, read.draft.block(), read.after) if b is not None)
         if code.startswith("END PGM"):
             return
 
 
-def _read(source: Source, line: int, code: str, state: State) -> Iterator[Block]:
+def _read(source: Source, line: int, code: str, state: State) -> Line:
     """Read one block of any kind."""
-    try:
-        statement = _statement(source, line, code, state)
-    except (ExpressionError, PlaneError) as fault:
-        raise Line(source, line, code, state).fail(str(fault)) from None
-    for block in (statement.before, statement.draft.block(), statement.after):
-        if block is not None:
-            yield block
-
-
-def _statement(source: Source, line: int, code: str, state: State) -> Line:
     if MOVES.match(code) is not None:
         move = Move(source, line, code, state)
         move.read()
@@ -90,13 +77,13 @@ def _statement(source: Source, line: int, code: str, state: State) -> Line:
         return setup
     ignored = IGNORED_LINES.match(code)
     if ignored is None:
-        raise setup.fail(refusal(code))
+        raise BlockError(refusal(code))
     setup.draft.ignored.append(ignored[0])
     return setup
 
 
 def _plain_block(state: State, line: int, text: str) -> Block | None:
-    """Read a straight line in plain numbers, quickly; None for any other block, which `Statement` reads."""
+    """Read a straight line of plain numbers; None for any other block, which `_read` reads."""
     begin = _LINE.match(text)
     if begin is None or state.spatial is not None or len(text) > LONGEST_BLOCK:
         return None
@@ -109,7 +96,7 @@ def _plain_block(state: State, line: int, text: str) -> Block | None:
         return None
     vector = normal = None
     if "N" in text or "T" in text:
-        vector, normal = _triple(given, "T"), _triple(given, "N")
+        vector, normal = _pop_direction(given, "T"), _pop_direction(given, "N")
         if normal is not None and vector is None:
             return None
     words = {letter: float(number) for letter, number in given.items()}
@@ -122,8 +109,8 @@ def _plain_block(state: State, line: int, text: str) -> Block | None:
     return Block(line, motion, (), words, vector=vector, normal=normal)
 
 
-def _triple(given: dict[str, str], kind: str) -> Triple | None:
-    """Take a direction out of the words; what isn't written of it is 0."""
+def _pop_direction(given: dict[str, str], kind: str) -> Triple | None:
+    """Remove a direction from the words and return it; missing components are 0."""
     x, y, z = given.pop(f"{kind}X", None), given.pop(f"{kind}Y", None), given.pop(f"{kind}Z", None)
     if x is None and y is None and z is None:
         return None
@@ -131,17 +118,13 @@ def _triple(given: dict[str, str], kind: str) -> Triple | None:
 
 
 def _code_of(text: str) -> str:
-    """Strip a line of its comment and give it in capitals, with decimal points; texts stay whole."""
-    if ";" in text:
-        found = next((m for m in _QUOTED.finditer(text) if m[0] == ";"), None)
-        text = text if found is None else text[: found.start()]
-    # Bytes know ASCII capitals only: signs like the long s must not become letters of words.
-    code = text.encode("utf-8", "surrogatepass").upper().decode("utf-8", "surrogatepass").strip()
+    """Return a line without its comment, in upper case, with decimal points instead of commas."""
+    code = strip_comment(text)
     return _COMMA.sub(".", code) if "," in code else code
 
 
 def _join(text: str, lines: Iterator[tuple[int, str]]) -> str:
-    """Join a line with those that continue it: it ends with ``~``, which may stand behind a comment."""
+    """Join a line with its continuations: it ends with ``~``, which may follow a comment."""
     parts = [_code_of(text)]
     while text.rstrip().endswith("~"):
         text = next(lines, (0, ""))[1]

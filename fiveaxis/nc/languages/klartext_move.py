@@ -1,4 +1,4 @@
-"""Blocks of a Klartext program that move, read word by word, and those that only switch by M words."""
+"""Klartext blocks of words: moves, and blocks of M words only."""
 
 from __future__ import annotations
 
@@ -6,15 +6,15 @@ import math
 import re
 
 from fiveaxis.findings import Severity
-from fiveaxis.nc.languages.block import SPINDLE_M, Block
-from fiveaxis.nc.languages.klartext_line import VALUE, Line
-from fiveaxis.nc.languages.klartext_state import State
+from fiveaxis.nc.languages.block import SPINDLE_M, Block, BlockError
+from fiveaxis.nc.languages.draft import put_word
+from fiveaxis.nc.languages.klartext_state import VALUE, Line, State
 from fiveaxis.nc.languages.klartext_words import END_M, REFUSED_M
 from fiveaxis.nc.languages.planes import turns
 from fiveaxis.nc.source import Source
 
 _WORD = re.compile(
-    rf"(?P<fast>F ?MAX)(?![A-Z0-9])|(?P<auto>F ?AUTO)|(?P<way>DR ?[+-])|(?P<side>R[0LR+-])(?![0-9A-Z.])"
+    rf"(?P<fast>F ?MAX)(?![A-Z0-9])|(?P<auto>F ?AUTO)|(?P<direction>DR ?[+-])|(?P<side>R[0LR+-])(?![0-9A-Z.])"
     rf"|(?P<retract>MB ?(?:MAX|{VALUE}))|(?P<axes>M138(?: +[ABCUVW])*)(?![0-9])"
     rf"|(?P<key>I?P[AR]|I?[XYZABCUVW]|[NT][XYZ]|LA|[FMSRT]) ?(?P<value>{VALUE})"
 )
@@ -23,7 +23,7 @@ MOVES = re.compile(
     r"(?:LN|LP|CP|CC|CR|L|C)(?: |$)|L?I?[XYZABCUVW] ?[-+.0-9Q]|[MSFR] ?[-+.0-9Q]|F ?MAX|R[0LR]"
 )
 
-# Q120 to Q122 are where PLANE wants A, B and C.
+# Q120 to Q122 hold the angles A, B and C that PLANE computes.
 _PLANE_ANGLES = {"A": "Q120", "B": "Q121", "C": "Q122"}
 
 
@@ -33,12 +33,12 @@ class Move(Line):
     def __init__(self, source: Source, line: int, code: str, state: State) -> None:
         super().__init__(source, line, code, state)
         self.function = ""
-        self.rapid = self.machine = self.left_out = self.follows_m128 = self.leaves_tip = False
-        self.way = ""
+        self.rapid = self.machine = self.omitted = self.follows_m128 = self.ends_tcp = False
+        self.direction = ""
         self.polar: dict[str, float] = {}
 
     def read(self) -> None:
-        """Read all words, and settle what they mean together."""
+        """Read all words, then interpret them together."""
         code, at = self.code, 0
         found = _FUNCTION.match(code)
         if found is not None:
@@ -46,7 +46,7 @@ class Move(Line):
         while at < len(code):
             word = _WORD.match(code, at)
             if word is None:
-                raise self.fail(_why_no_word(code[at:]))
+                raise BlockError(_explain(code[at:]))
             self._take(word)
             at = word.end()
             while at < len(code) and code[at] == " ":
@@ -60,27 +60,22 @@ class Move(Line):
             self.rapid = True
         elif kind == "auto":
             if state.tool_feed is None:
-                raise self.fail("F AUTO is the feed of TOOL CALL, and none was given; write F")
-            draft.put(draft.words, "F", state.tool_feed)
-        elif kind == "way":
-            self.way = word[0][-1]
+                raise BlockError("F AUTO is the feed of TOOL CALL, and none was given; write F")
+            put_word(draft.words, "F", state.tool_feed)
+        elif kind == "direction":
+            self.direction = word[0][-1]
         elif kind == "side":
-            self._take_side(word[0])
+            if word[0] != "R0":
+                raise BlockError(
+                    f"{word[0]} offsets the path by the tool radius; post the offset path with R0"
+                )
         elif kind in ("retract", "axes"):
             draft.ignored.append("M138" if kind == "axes" else "MB")
         elif self.follows_m128 and word["key"] == "F":
-            draft.ignored.append("M128 F")  # the feed of the moves that compensate, not of the path
+            draft.ignored.append("M128 F")  # feed of the compensating moves, not of the path
         else:
             self._take_value(word["key"], word["value"])
-        self.follows_m128 = word["key"] == "M" and self._is(word["value"], 128)
-
-    def _is(self, text: str, number: int) -> bool:
-        return text.lstrip("+").isdigit() and int(text) == number
-
-    def _take_side(self, word: str) -> None:
-        """Read R0, with which the tool's radius isn't counted, and refuse what shifts the way by it."""
-        if word != "R0":
-            raise self.fail(f"{word} shifts the way by the tool's radius; post the tool's own way, with R0")
+        self.follows_m128 = word["key"] == "M" and re.fullmatch(r"\+?0*128", word["value"]) is not None
 
     def _take_value(self, key: str, text: str) -> None:
         draft = self.draft
@@ -93,43 +88,40 @@ class Move(Line):
         if key == "M":
             self._take_m(value)
         elif key == "R" and self.function != "CR":
-            raise self.fail(f"R{value:g} belongs to CR; correct it")
+            raise BlockError(f"R{value:g} belongs to CR; correct it")
         elif key in ("S", "T", "LA"):
             draft.ignored.append(key)
         elif key[0] == "N" or (key[0] == "T" and len(key) == 2):
-            draft.put(draft.normal if key[0] == "N" else draft.vector, letter, value)
+            put_word(draft.normal if key[0] == "N" else draft.vector, letter, value)
         elif key in ("PA", "PR", "IPA", "IPR"):
             if self.function not in ("LP", "CP"):
-                raise self.fail(f"{key} belongs to LP and CP; correct it")
-            draft.put(self.polar, key, value)
+                raise BlockError(f"{key} belongs to LP and CP; correct it")
+            put_word(self.polar, key, value)
         else:
             draft.increments += letter if key[0] == "I" else ""
-            draft.put(draft.words, letter, value)
+            put_word(draft.words, letter, value)
 
     def _take_m(self, value: float) -> None:
         draft = self.draft
         if value != int(value) or value < 0:
-            raise self.fail(f"M{value:g} isn't an M word; correct it")
+            raise BlockError(f"M{value:g} isn't an M word; correct it")
         number = int(value)
         if number in REFUSED_M:
-            raise self.fail(f"M{number} {REFUSED_M[number]}")
+            raise BlockError(f"M{number} {REFUSED_M[number]}")
         if number in END_M or number in SPINDLE_M:
             draft.m.append(f"M{number}")
         elif number == 128:
-            self.follow_tip(on=True)
+            self.switch_tcp(on=True)
         elif number == 129:
-            self.leaves_tip = True
+            self.ends_tcp = True
         elif number == 91:
             self.machine = True
         elif number in (136, 137):
             draft.g.append("G95" if number == 136 else "G94")
-        elif number in (92, 140):
-            self.left_out = True
-            draft.ignored.append(f"M{number}")
         else:
             draft.ignored.append(f"M{number}")
-        if number in (126, 127):
-            draft.shorter = number == 126
+            self.omitted = self.omitted or number in (92, 140)
+            draft.shorter = number == 126 if number in (126, 127) else draft.shorter
 
     # The move as a whole
 
@@ -140,22 +132,22 @@ class Move(Line):
             return
         if self.function in ("LP", "CP"):
             self._place_polar()
-        if self.left_out:
-            self._leave_out()
+        if self.omitted:
+            self._omit_move()
         if state.spatial is not None and not self.machine:
-            self._turn_spatial(state.spatial)
+            self._read_spatial(state.spatial)
         if self.function == "LN":
             self._follow_normal()
         if state.positioned and not draft.vector and any(letter in "ABC" for letter in draft.words):
-            # From here on the program names its angles again, and its positions are what they were before.
+            # The program states its angles again, and its positions mean what they meant before.
             state.positioned, draft.tip_control = False, state.tip_control
         axes = [letter for letter in draft.words if letter != "F"]
         if axes or draft.vector or self.function in ("C", "CR", "CP"):
             self._name_motion()
         elif self.machine:
             draft.ignored.append("M91")
-        if self.leaves_tip:
-            self._leave_tip()
+        if self.ends_tcp:
+            self._end_tcp()
         if not self.machine:
             state.moved = state.moved or any(letter in "XYZ" for letter in axes)
             state.remember({c: draft.words[c] for c in axes if c != "R"}, draft.increments)
@@ -163,13 +155,13 @@ class Move(Line):
     def _name_motion(self) -> None:
         draft, state = self.draft, self.state
         if self.function in ("C", "CR", "CP"):
-            if self.way not in ("+", "-"):
-                raise self.fail(f"{self.function} needs its direction, DR+ or DR-; write it")
+            if self.direction not in ("+", "-"):
+                raise BlockError(f"{self.function} needs its direction, DR+ or DR-; write it")
             if self.rapid or self.machine:
-                raise self.fail(f"{self.function} is a move at feed in the program's coordinates; correct it")
-            draft.g.append("G3" if self.way == "+" else "G2")
+                raise BlockError(f"{self.function} is a move at feed in program coordinates; correct it")
+            draft.g.append("G3" if self.direction == "+" else "G2")
             if self.function == "CR" and "R" not in draft.words:
-                raise self.fail("CR needs its radius R; write it")
+                raise BlockError("CR needs its radius R; write it")
             if self.function != "CR":
                 draft.centre = dict(zip("XY", state.need_pole(), strict=True))
             return
@@ -179,60 +171,60 @@ class Move(Line):
             state.now.clear()
 
     def _set_pole(self) -> None:
-        """Read CC: the pole is where its words say, or where the tool is."""
+        """Read CC: the pole is at its words, or at the tool if there are none."""
         words, state = self.draft.words, self.state
         if not set(words) <= {"X", "Y"} or self.draft.g or self.draft.m:
-            raise self.fail("CC is read with X and Y; write it so")
+            raise BlockError("CC takes X and Y only; correct it")
         if not words:
-            state.pole = state.place()
+            state.pole = state.position()
         else:
             before = dict(zip("XY", state.pole, strict=True)) if state.pole is not None else {}
             pole = []
             for letter in "XY":
                 value = words.get(letter, before.get(letter))
                 if value is None:
-                    raise self.fail(f"the pole has no {letter} up to here; write it")
+                    raise BlockError(f"the pole has no {letter} yet; write it")
                 if letter in self.draft.increments:
-                    value += state.place()["XY".index(letter)]
+                    value += state.position()["XY".index(letter)]
                 pole.append(value)
             state.pole = (pole[0], pole[1])
         self.draft.words, self.draft.increments = {}, ""
         self.draft.ignored.append("CC")
 
     def _place_polar(self) -> None:
-        """Find X and Y of a radius and an angle about the pole, and how often a helix turns."""
+        """Compute X and Y from radius and angle about the pole, and the turns of a helix."""
         draft, state, polar = self.draft, self.state, self.polar
         twice = {"PA", "IPA"} <= set(polar) or {"PR", "IPR"} <= set(polar)
         if twice or "X" in draft.words or "Y" in draft.words:
-            raise self.fail(f"{self.function} is read with one radius and one angle; correct it")
+            raise BlockError(f"{self.function} takes one radius and one angle; correct it")
         px, py = state.need_pole()
         known = "PR" in polar and "PA" in polar
-        radius, angle = (0.0, 0.0) if known else state.polar_place()
+        radius, angle = (0.0, 0.0) if known else state.polar_position()
         radius = polar.get("PR", radius) + polar.get("IPR", 0.0)
         angle = polar.get("PA", angle) + polar.get("IPA", 0.0)
         if self.function == "CP":
             sweep = polar.get("IPA", 0.0)
-            if sweep and (sweep > 0.0) != (self.way == "+"):
-                raise self.fail(f"IPA{sweep:+g} turns against DR{self.way}; correct one of them")
+            if sweep and (sweep > 0.0) != (self.direction == "+"):
+                raise BlockError(f"IPA{sweep:+g} contradicts DR{self.direction}; correct one of them")
             draft.turns = max(0, math.ceil(abs(sweep) / 360.0 - 1e-9) - 1)
         turn = math.radians(angle)
         draft.words |= {"X": px + radius * math.cos(turn), "Y": py + radius * math.sin(turn)}
 
-    def _leave_out(self) -> None:
-        """Leave out ways that only the machine knows: M140 along the tool, M92 from its builder's datum."""
+    def _omit_move(self) -> None:
+        """Omit moves that depend on the machine: M140 along the tool axis, M92 from the builder's datum."""
         draft = self.draft
         if "M140" in draft.ignored and any(letter in "XYZABC" for letter in draft.words):
-            raise self.fail("M140 beside a move isn't read; write it in a block of its own")
+            raise BlockError("M140 together with a move isn't supported; write it in its own block")
         draft.words, draft.increments = {}, ""
         self.state.now.clear()
         draft.note(
             Severity.NOTE,
             "fixed-point-left-out",
-            "M140 and M92 lead to places that only the machine knows; they aren't in the path",
+            "M140 and M92 go to positions that depend on the machine; they aren't in the path",
         )
 
-    def _turn_spatial(self, angles: dict[str, float]) -> None:
-        """Read A, B and C as turns about X, Y and Z of the workpiece: a direction, whatever the machine."""
+    def _read_spatial(self, angles: dict[str, float]) -> None:
+        """Read A, B and C as rotations about X, Y and Z of the workpiece: a direction on any machine."""
         draft = self.draft
         given = [letter for letter in "ABC" if letter in draft.words]
         for letter in given:
@@ -240,13 +232,13 @@ class Move(Line):
             angles[letter] = value + (angles.get(letter, 0.0) if letter in draft.increments else 0.0)
             draft.increments = draft.increments.replace(letter, "")
         if given and len(angles) < 3:
-            raise self.fail("the first angles after AXIS SPAT are all three, A, B and C; write them")
+            raise BlockError("the first angles after AXIS SPAT must be all three, A, B and C; write them")
         if given:
             x, y, z = turns("ZYX", [angles["C"], angles["B"], angles["A"]])[:, 2]
             draft.vector = {"X": float(x), "Y": float(y), "Z": float(z)}
 
     def _follow_normal(self) -> None:
-        """Hold the tool along the normal where tip control is on and the block gives nothing else."""
+        """Point the tool along the normal if TCP is on and the block gives no other orientation."""
         draft = self.draft
         turned = any(letter in "ABC" for letter in draft.words)
         if draft.normal and not draft.vector and not turned and self.state.tip_control:
@@ -254,11 +246,11 @@ class Move(Line):
             draft.note(
                 Severity.NOTE,
                 "axis-from-normal",
-                "LN gives a normal and no direction of the tool: with M128 the tool stands along the normal",
+                "LN gives a normal and no tool direction: under M128 the tool points along the normal",
             )
 
-    def _leave_tip(self) -> None:
-        """Read M129, which takes effect at the end of its block, M128 at the begin."""
+    def _end_tcp(self) -> None:
+        """Read M129, which takes effect at the end of its block; M128 does at the start."""
         if self.draft.words:
             self.after = Block(self.draft.line, tip_control=False)
         else:
@@ -266,9 +258,10 @@ class Move(Line):
         self.state.tip_control, self.state.spatial, self.state.positioned = False, None, False
 
 
-def _why_no_word(rest: str) -> str:
+def _explain(rest: str) -> str:
+    """Return the reason why the rest of a block doesn't begin with a word."""
     if re.match("F ?[UZT]", rest):
-        return f"{rest[:2]} is a feed by revolution, tooth or time, which isn't read; write F in mm/min"
+        return f"{rest[:2]} is a feed per revolution or tooth, or a time, which isn't supported; write F"
     if re.match(r"E[-+]?[0-9]", rest):
-        return f"{rest[:20]!r} would be an exponent, which numbers don't have here; write the number out"
+        return f"{rest[:20]!r} would be an exponent, which Klartext numbers don't have; write the number out"
     return f"{rest[:20]!r} isn't a word; correct it"

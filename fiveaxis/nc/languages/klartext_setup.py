@@ -1,4 +1,4 @@
-"""Blocks of a Klartext program that set up: units, tools, parameters, planes, shifts, cycles."""
+"""Klartext blocks without moves: units, tools, parameters, planes, shifts, cycles."""
 
 from __future__ import annotations
 
@@ -8,11 +8,12 @@ import numpy as np
 
 from fiveaxis.findings import Severity
 from fiveaxis.geometry import Array
-from fiveaxis.nc.languages.klartext_line import VALUE, Line
+from fiveaxis.nc.languages.block import BlockError
+from fiveaxis.nc.languages.klartext_state import VALUE, Line
 from fiveaxis.nc.languages.klartext_words import IGNORED_CYCLES, refusal
 from fiveaxis.nc.languages.planes import turns
 
-# inch/min: what F counts in programs in inch (TNC 640 and TNC7 user's manuals, feed rate F).
+# inch/min: unit of F in inch programs (TNC 640 and TNC7 user's manuals, feed rate F).
 INCH_FEED = 0.1
 
 _PARAMETER = re.compile(r"(?:FN ?([0-7]) ?: ?)?(Q[LR]?[0-9]+) ?= ?(.+)")
@@ -30,13 +31,13 @@ class SetUp(Line):
     """A block without moves."""
 
     def read(self) -> bool:
-        """Read the block; tell whether it is one that sets up."""
+        """Read the block; return whether it is a set-up block."""
         for begin, reader in (
             ("BEGIN PGM", self._begin),
-            ("END PGM", self._end),
+            ("END PGM", lambda: self.draft.m.append("M30")),
             ("TOOL CALL", self._call_tool),
-            ("FUNCTION TCPM", self._follow_tip),
-            ("FUNCTION RESET TCPM", self._leave_tip),
+            ("FUNCTION TCPM", self._switch_tcp_on),
+            ("FUNCTION RESET TCPM", lambda: self.switch_tcp(on=False)),
             ("PLANE", self._tilt),
             ("TRANS DATUM", self._trans_datum),
             ("CYCL DEF", self._cycle),
@@ -50,18 +51,16 @@ class SetUp(Line):
         return parameter is not None
 
     def _set_parameter(self, function: str | None, name: str, text: str) -> None:
-        """Read ``Q1 = …`` and the functions 0 to 7, in which DIV divides as / does."""
+        """Read ``Q1 = …`` and the functions 0 to 7, in which DIV means /."""
         self.state.parameters[name] = self.value(text.replace("DIV", "/"))
         self.draft.ignored.append("=" if function is None else f"FN {function}")
-
-    # Lines that set up
 
     def _begin(self) -> None:
         unit = self.code.split()[-1]
         if unit not in ("MM", "INCH"):
-            raise self.fail("BEGIN PGM ends with the unit, MM or INCH; write it")
+            raise BlockError("BEGIN PGM must end with the unit, MM or INCH; write it")
         if self.state.begun:
-            raise self.fail("a second program begins; write one file for each")
+            raise BlockError("a second program begins; split the file")
         self.state.begun = True
         self.draft.g.append("G21" if unit == "MM" else "G20")
         if unit == "INCH":
@@ -69,23 +68,20 @@ class SetUp(Line):
             self.draft.note(
                 Severity.NOTE,
                 "feed-unit-assumed",
-                f"F counts in {INCH_FEED:g} inch/min, as in all inch programs of these controls: F100 is 10 "
-                "inch/min; check it where the post wrote inch/min",
+                f"F is in units of {INCH_FEED:g} inch/min, as in all inch programs of these controls: F100 "
+                "is 10 inch/min; check it if the post-processor wrote inch/min",
             )
-
-    def _end(self) -> None:
-        self.draft.m.append("M30")
 
     def _call_tool(self) -> None:
         code = _TEXT.sub("TEXT", self.code)
         found = _TOOL.match(code)
         if found is not None and found[2] not in (None, "Z"):
-            raise self.fail(f"a tool along {found[2]} isn't read; post for a tool along Z")
+            raise BlockError(f"a tool along {found[2]} isn't supported; post for a tool along Z")
         for key, value in _DELTA.findall(code):
             if self.value(value) != 0.0:
-                raise self.fail(
-                    f"{key}{value} makes the tool another than the program was posted for, which isn't read; "
-                    "post without it, for the tool as it is"
+                raise BlockError(
+                    f"{key}{value} changes the tool that the program was posted for, which isn't supported; "
+                    "post without it, for the actual tool"
                 )
         feed = _TOOL_FEED.search(code)
         if feed is not None:
@@ -100,21 +96,18 @@ class SetUp(Line):
         self.draft.tool = f"TOOL CALL {text[0] if text is not None and found[1] == 'TEXT' else found[1]}"
         self.draft.ignored.append("TOOL CALL")
 
-    def _follow_tip(self) -> None:
+    def _switch_tcp_on(self) -> None:
         words = self.code.split()
         if "REFPNT" in words and words[words.index("REFPNT") + 1 :][:1] != ["TIP-TIP"]:
-            raise self.fail("REFPNT is read as TIP-TIP, positions of the tool's tip; post it so")
-        self.follow_tip(on=True)
+            raise BlockError("only REFPNT TIP-TIP is supported, positions of the tool tip; post with it")
+        self.switch_tcp(on=True)
         if "SPAT" in words or "SPATIAL" in words:
             self.state.spatial = {}
-
-    def _leave_tip(self) -> None:
-        self.follow_tip(on=False)
 
     # Planes and shifts
 
     def _tilt(self) -> None:
-        """Read PLANE; MOVE and TURN let the control turn its axes into the plane, STAY doesn't."""
+        """Read PLANE; with MOVE and TURN the control turns its axes into the plane, with STAY it doesn't."""
         state, draft, words = self.state, self.draft, self.code.split()
         kind = words[1] if len(words) > 1 else ""
         draft.ignored.append(f"PLANE {kind}")
@@ -132,11 +125,11 @@ class SetUp(Line):
         def need(*keys: str) -> list[float]:
             missing = [key for key in keys if key not in angles]
             if missing:
-                raise self.fail(f"PLANE {kind} needs {', '.join(missing)}; write it")
+                raise BlockError(f"PLANE {kind} needs {', '.join(missing)}; write it")
             return [angles[key] for key in keys]
 
         if kind == "SPATIAL":
-            # About X, Y and Z that stay where they are, which is about Z, Y' and X'' in this order.
+            # About fixed X, Y, Z, which equals about Z, Y', X''.
             return turns("ZYX", need("SPA", "SPB", "SPC")[::-1])
         if kind == "EULER":
             return turns("ZXZ", need("EULPR", "EULNU", "EULROT"))
@@ -145,16 +138,16 @@ class SetUp(Line):
             return self.state.tilt @ turns("XYZ"["ABC".index(key[-1])], [angle])
         if kind == "VECTOR":
             return self._rotation_of(need("BX", "BY", "BZ"), need("NX", "NY", "NZ"))
-        raise self.fail(refusal("PLANE"))
+        raise BlockError(refusal("PLANE"))
 
     def _rotation_of(self, base: list[float], normal: list[float]) -> Array:
-        """Turn Z into a normal, and X into the base vector as far as that is across the normal."""
+        """Return the rotation of Z into the normal, and of X into the base vector's part across it."""
         z = np.array(normal)
         x = np.array(base)
         z = z / (np.linalg.norm(z) or 1.0)
         x = x - (x @ z) * z
         if not z.any() or np.linalg.norm(x) < 1e-9:
-            raise self.fail("PLANE VECTOR needs a base vector and a normal across it; correct them")
+            raise BlockError("PLANE VECTOR needs a base vector across its normal; correct them")
         x = x / np.linalg.norm(x)
         return np.column_stack([x, np.cross(z, x), z])
 
@@ -165,13 +158,13 @@ class SetUp(Line):
         elif words[2:3] == ["AXIS"]:
             self._read_shift(self.code.partition("AXIS")[2])
         else:
-            raise self.fail(refusal("TRANS DATUM"))
+            raise BlockError(refusal("TRANS DATUM"))
         self.draft.ignored.append("TRANS DATUM")
 
     def _read_shift(self, text: str) -> None:
         words, increments = self.axes_of(text)
         if not set(words) <= set("XYZ"):
-            raise self.fail("a datum shift is read for X, Y and Z; post without other axes")
+            raise BlockError("a datum shift is supported for X, Y and Z; post without other axes")
         self._shift(words, increments)
 
     def _shift(self, words: dict[str, float], increments: str) -> None:
@@ -181,10 +174,10 @@ class SetUp(Line):
         self.draft.frame = self.state.frame("datum shift")
 
     def _cycle(self) -> None:
-        """Read what a line defines of a cycle: shifts and turns, a dwell, or nothing that moves."""
+        """Read a line of a cycle definition: a shift, a rotation, a dwell, or nothing that moves."""
         found = _CYCLE.match(self.code)
         if found is None:
-            raise self.fail("CYCL DEF is followed by a number; write it")
+            raise BlockError("CYCL DEF must be followed by a number; write it")
         number, part, rest = int(found[1]), int(found[2] or 0), found[3]
         self.draft.ignored.append(f"CYCL DEF {number}")
         if number == 247:
@@ -192,7 +185,7 @@ class SetUp(Line):
         elif number in IGNORED_CYCLES:
             pass
         elif number not in (7, 8, 9, 10, 11, 19):
-            raise self.fail(refusal(f"CYCL DEF {number}"))
+            raise BlockError(refusal(f"CYCL DEF {number}"))
         elif part > 0:
             self._cycle_part(number, rest)
 
@@ -211,16 +204,14 @@ class SetUp(Line):
             self.draft.frame = state.frame("cycle 10")
         elif number == 19:
             if any(self.axes_of(rest)[0].values()):
-                raise self.fail(
-                    "cycle 19 turns by angles whose meaning the machine decides; write PLANE SPATIAL"
-                )
+                raise BlockError("cycle 19 angles depend on the machine; write PLANE SPATIAL")
             state.tilt_plane(np.eye(3))
             self.draft.frame = state.frame("cycle 19")
         elif rest and not (number == 11 and self._last_number(rest.replace("SCL", " ")) == 1.0):
-            raise self.fail(f"cycle {number} mirrors or scales, which isn't read; post without it")
+            raise BlockError(f"cycle {number} mirrors or scales, which isn't supported; post without it")
 
     def _last_number(self, text: str) -> float:
         found = _LAST_NUMBER.search(text)
         if found is None:
-            raise self.fail("a number is missing at the end; write it")
+            raise BlockError("a number is missing at the end; write it")
         return self.value(found[1])

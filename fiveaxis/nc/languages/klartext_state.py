@@ -1,43 +1,49 @@
-"""What is in force in a Klartext program from one block to the next."""
+"""Modal state of a Klartext program, and the base of its blocks: values, axis words, TCP and tilting."""
 
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from fiveaxis.geometry import Array
-from fiveaxis.nc.languages.block import FrameChange
-from fiveaxis.nc.languages.planes import Plane, turns
+from fiveaxis.nc.languages.block import Block, BlockError, FrameChange
+from fiveaxis.nc.languages.draft import NUMBER, Draft, put_word
+from fiveaxis.nc.languages.expressions import evaluate
+from fiveaxis.nc.languages.planes import Plane, forget_position, turns
+from fiveaxis.nc.source import Source
 
+VALUE = rf"(?:{NUMBER}|[+-]?Q[LR]?[0-9]+)(?![0-9.])"
 
-class PlaneError(ValueError):
-    """A plane or a place that isn't determined; the message names the fact, and the caller knows the line."""
+_AXIS = re.compile(rf"\s*(I?)([XYZABCUVW]) ?({VALUE})")
 
 
 @dataclass
 class State:
-    """A control that knows what its words stand for, and leaves the moves to others.
+    """Modal state of the control.
 
-    The coordinates of a program are shifted by the datum shift, turned by PLANE, shifted again by a datum
-    shift that was written after PLANE, and turned by cycle 10, in this order (coordinate systems W-CS, WPL-CS
-    and I-CS of the TNC 640 manual).
+    Methods raise BlockError for what the program leaves undetermined, or what isn't supported.
+
+    Program coordinates are shifted by the datum shift, rotated by PLANE, shifted again by a datum shift that
+    follows PLANE, and rotated by cycle 10, in this order (coordinate systems W-CS, WPL-CS and I-CS of the
+    TNC 640 manual).
 
     Parameters
     ----------
     begun : whether BEGIN PGM was read
-    parameters : Q parameters with their values
+    parameters : values of the Q parameters
     tool_feed : of the last TOOL CALL, for F AUTO
     tip_control : whether M128 or FUNCTION TCPM is in force
-    spatial : A, B and C in deg, where FUNCTION TCPM takes them for spatial angles (AXIS SPAT); else None
-    positioned : whether the control itself has turned the tool into a plane: its angles aren't in the program
-    now : the last value of each word of an axis, in the frame in force; without those that aren't known
+    spatial : A, B and C, deg, if FUNCTION TCPM takes them as spatial angles (AXIS SPAT); else None
+    positioned : whether the control has turned the tool into a plane by angles that aren't in the program
+    now : last value of each axis word in the frame in force, if known
     pole : X and Y of the last CC
     datum, tilt, shift, spin : the four parts of the frame
-    zero : the preset or the line of the datum table in force
-    moved : whether a move has been counted from it
+    zero : the preset or the datum table line in force
+    moved : whether the program has moved relative to it
     """
 
     begun: bool = False
@@ -57,29 +63,23 @@ class State:
 
     @property
     def is_tilted(self) -> bool:
-        """Whether PLANE turns the coordinates."""
+        """Whether PLANE rotates the coordinates."""
         return not np.array_equal(self.tilt, np.eye(3))
 
     def frame(self, word: str) -> FrameChange:
-        """Give the sum of all parts, as a change that a word makes; places known before are so no more."""
+        """Return the combined frame, set by `word`; positions known in the frame before are discarded."""
         self.now.clear()
         self.pole = None
         plane = Plane(self.datum, self.tilt).then(Plane(self.shift, turns("Z", [self.spin])))
         return plane.change(word)
 
     def shift_datum(self, words: Mapping[str, float], increments: str) -> None:
-        """Shift the datum along the named axes: of the workpiece, or of the plane where one is tilted.
-
-        Raises
-        ------
-        PlaneError
-            A shift whose place in the order of shifts and turns isn't determined.
-        """
+        """Shift the datum along axes of the workpiece, or of the tilted plane if there is one."""
         if self.spin:
-            raise PlaneError("a datum shift while cycle 10 turns isn't read; end the turn before")
+            raise BlockError("a datum shift while cycle 10 rotates isn't supported; reset cycle 10 before")
         if self.is_tilted and self.datum.any():
-            raise PlaneError(
-                "a datum shift in a tilted plane, while one from before the plane is in force, isn't read; "
+            raise BlockError(
+                "a datum shift in a tilted plane, with one from before the plane in force, isn't supported; "
                 "write PLANE RESET before"
             )
         part = self.shift if self.is_tilted else self.datum
@@ -88,36 +88,22 @@ class State:
             part[column] = value + (part[column] if letter in increments else 0.0)
 
     def tilt_plane(self, rotation: Array) -> None:
-        """Turn the working plane.
-
-        Raises
-        ------
-        PlaneError
-            A shift or a turn is in force that counts in the plane before.
-        """
+        """Tilt the working plane, unless the one before is shifted or rotated."""
         if self.shift.any() or self.spin:
-            raise PlaneError(
-                "a new plane while the last one is shifted or turned isn't read; end that before"
-            )
+            raise BlockError("a new plane while the last one is shifted or rotated; reset that before")
         self.tilt = rotation
 
     def change_zero(self, name: str) -> None:
-        """Take note of a preset or a line of the datum table.
-
-        Raises
-        ------
-        PlaneError
-            Moves have been counted from another.
-        """
+        """Set the preset or the datum table line, unless the program has moved relative to another."""
         if self.moved and name != self.zero:
-            raise PlaneError(
+            raise BlockError(
                 f"{name} moves the program's zero away from {self.zero or 'where the program began'}, and "
                 "only the control knows how far; write one program for each"
             )
         self.zero = name
 
     def remember(self, words: Mapping[str, float], increments: str = "") -> None:
-        """Keep where axes are, as far as the words say."""
+        """Update the axis positions by a block's words."""
         if not increments:
             self.now.update(words)
             return
@@ -127,38 +113,74 @@ class State:
             elif letter in self.now:
                 self.now[letter] += value
 
-    def place(self) -> tuple[float, float]:
-        """Give X and Y where the tool is.
-
-        Raises
-        ------
-        PlaneError
-            The program doesn't say.
-        """
+    def position(self) -> tuple[float, float]:
+        """Return X and Y of the tool."""
         if "X" not in self.now or "Y" not in self.now:
-            raise PlaneError("X and Y of the place before aren't in the program up to here; write them")
+            raise BlockError("X and Y of the position before aren't in the program yet; write them")
         return self.now["X"], self.now["Y"]
 
-    def polar_place(self) -> tuple[float, float]:
-        """Give radius and angle in deg where the tool is, about the pole.
-
-        Raises
-        ------
-        PlaneError
-            The program doesn't say.
-        """
-        x, y = self.place()
+    def polar_position(self) -> tuple[float, float]:
+        """Return radius and angle, deg, of the tool about the pole."""
+        x, y = self.position()
         px, py = self.need_pole()
         return math.hypot(x - px, y - py), math.degrees(math.atan2(y - py, x - px))
 
     def need_pole(self) -> tuple[float, float]:
-        """Give the pole.
-
-        Raises
-        ------
-        PlaneError
-            No CC is in force.
-        """
+        """Return the pole of the last CC."""
         if self.pole is None:
-            raise PlaneError("there is no pole in these coordinates; write CC with X and Y before")
+            raise BlockError("there is no pole in these coordinates; write CC with X and Y before")
         return self.pole
+
+
+class Line:
+    """One block with its continuation lines; `before` and `after` are blocks inserted around it.
+
+    Its readers raise BlockError.
+
+    Parameters
+    ----------
+    source, line : file and first line of the block
+    code : upper case, single blanks, decimal points; without block number and comment
+    state : modal state, updated by reading
+    """
+
+    def __init__(self, source: Source, line: int, code: str, state: State) -> None:
+        self.code, self.state, self.draft = code, state, Draft(source, line)
+        self.before: Block | None = None
+        self.after: Block | None = None
+
+    def value(self, text: str) -> float:
+        """Evaluate a number, a Q parameter or arithmetic."""
+        return evaluate(text, self.state.parameters.__getitem__)
+
+    def stand_upright(self, word: str, *, follows: bool = False) -> None:
+        """Point the tool along the plane's Z, whatever angles the machine takes for it.
+
+        Parameters
+        ----------
+        word : the word that turns the axes
+        follows : whether the control holds the tip meanwhile
+        """
+        if not follows and not self.state.tip_control:
+            self.before = forget_position(self.draft.line, word)
+        self.draft.frame = self.state.frame(word)
+        self.draft.tip_control, self.draft.vector = True, {"Z": 1.0}
+        self.state.positioned = True
+
+    def switch_tcp(self, *, on: bool) -> None:
+        """Switch TCP."""
+        self.state.tip_control = self.draft.tip_control = on
+        self.state.spatial, self.state.positioned = None, False
+
+    def axes_of(self, text: str) -> tuple[dict[str, float], str]:
+        """Read a text of axis words only; return their values and the letters of increments."""
+        words: dict[str, float] = {}
+        increments, at = "", 0
+        while at < len(text.rstrip()):
+            found = _AXIS.match(text, at)
+            if found is None:
+                raise BlockError(f"{text[at:].strip()[:20]!r} isn't a word of an axis; correct it")
+            increments += found[2] if found[1] else ""
+            put_word(words, found[2], self.value(found[3]))
+            at = found.end()
+        return words, increments

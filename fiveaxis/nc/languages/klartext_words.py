@@ -1,14 +1,14 @@
-"""The vocabulary of Heidenhain Klartext as tables: what has no effect on the path, and what is refused.
+"""Vocabulary of Heidenhain Klartext: what has no effect on the path, and what is refused.
 
 After the *User's Manual Klartext Programming* of the TNC 640 (Heidenhain 892903-29) and of the iTNC 530
-(737759-23). A line that fits nothing here and isn't made of words is refused.
+(737759-23). A line that matches nothing here and doesn't consist of words is refused.
 """
 
 from __future__ import annotations
 
 import re
 
-# Lines without effect on where the tool goes, by how they begin.
+# Beginnings of lines without effect on the path.
 IGNORED_LINES = re.compile(
     r"\*|BLK FORM|TOOL DEF|STOP\b|LBL\b|SEL (?:CORR-)?TABLE|FUNCTION MODE MILL|FUNCTION RESET (?!TCPM)[A-Z]+"
     r"|FUNCTION (?:S-PULSE|FEED|COUNT|DCM|FIXTURE|LIFTOFF|STRLEN|CORRDATA RESET|PROG PATH OFF|AFC)\b"
@@ -16,12 +16,12 @@ IGNORED_LINES = re.compile(
 )
 
 _JUMP = "jumps, repeats or calls, which isn't run; post one program with all moves"
-_CYCLE = "is a cycle, which isn't expanded; let the CAM system write its moves"
-_EXTRA = "makes moves of its own, which aren't read; let the CAM system write L, C and CR"
-_TURN = "places the coordinates in a way that isn't read; write PLANE SPATIAL"
-_SYSTEM = "asks the control, whose answer isn't in the program; write the number"
+_CYCLE = "is a cycle, which isn't expanded; post its moves"
+_EXTRA = "generates moves, which isn't supported; post L, C and CR"
+_TURN = "sets a coordinate system that isn't supported; post PLANE SPATIAL"
+_SYSTEM = "reads data of the control, which the program doesn't contain; write the number"
 
-# The first pattern that fits the beginning of a line gives the reason.
+# The first pattern that matches the beginning of a line gives the reason.
 REFUSED_LINES: tuple[tuple[re.Pattern[str], str], ...] = tuple(
     (re.compile(pattern), reason)
     for pattern, reason in (
@@ -35,28 +35,28 @@ REFUSED_LINES: tuple[tuple[re.Pattern[str], str], ...] = tuple(
     )
 )
 
-# M words that change the way or the meaning of words.
+# M words that change the path or the meaning of other words.
 REFUSED_M = {
     **dict.fromkeys((89, 99), _CYCLE),
-    103: "lowers the feed downwards, which isn't read; write the feeds",
-    112: "rounds the path, which isn't read; post without it",
-    114: "compensates the turning of axes in an older way; post with M128",
-    118: "lets the operator move the tool beside its path; post without it",
-    130: "counts positions in untilted coordinates, which isn't read; write PLANE RESET before",
-    **dict.fromkeys((200, 201, 202, 203, 204), "controls a laser, which isn't read; post for a mill"),
+    103: "reduces the feed of plunging moves, which isn't supported; write the feeds",
+    112: "rounds the path, which isn't supported; post without it",
+    114: "compensates the tilted axes as on older controls; post with M128",
+    118: "superimposes handwheel moves; post without it",
+    130: "means positions in untilted coordinates, which isn't supported; write PLANE RESET before",
+    **dict.fromkeys((200, 201, 202, 203, 204), "controls a laser, which isn't supported; post for a mill"),
 }
 
 END_M = (2, 30)
 
-# Cycles that only set up the control, by number.
+# Numbers of cycles that only set up the control.
 IGNORED_CYCLES = frozenset((13, 32, 239, 247, 332))
 
 
 def refusal(line: str) -> str:
-    """Say why a line isn't read."""
+    """Return the reason why a line is refused."""
     for pattern, reason in REFUSED_LINES:
         found = pattern.match(line)
         if found is not None:
             return f"{found[0]} {reason}"
     first = line.split(maxsplit=1)[0][:20]
-    return f"{first!r} begins nothing that is read; post the program with L, LN, CC, C, CR, LP and CP"
+    return f"{first!r} begins no supported line; post the program with L, LN, CC, C, CR, LP and CP"

@@ -1,9 +1,8 @@
-"""Blocks of MillPlus programs (Deckel Maho), in the words of ISO.
+"""MillPlus programs (Deckel Maho) as blocks of ISO words.
 
-What differs from other controls that take G-code: indexed words ``A5=15.`` and parameters ``E254``; G93 with
-X, Y, Z shifts the zero and isn't a feed mode; G7 tilts the working plane and G74 goes to places of the
-machine; a cycle (G81, G84) is called at each place by G79. G141 switches tool centre point control on, G40
-and G174 off.
+Differences from other G-code: indexed words ``A5=15.`` and parameters ``E254``; G93 with X, Y, Z shifts the
+zero and isn't a feed mode; G7 tilts the working plane; G74 moves to machine coordinates; G79 calls a cycle
+(G81, G84) at each position. G141 switches TCP on, G40 and G174 off.
 """
 
 from __future__ import annotations
@@ -15,18 +14,18 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from fiveaxis.findings import Finding, Place, Severity
-from fiveaxis.nc.languages.block import Block, FrameChange, Triple
-from fiveaxis.nc.languages.iso import LONGEST_WORD, compact_code
+from fiveaxis.nc.languages.block import Block, BlockError, FrameChange, Triple, block_error
+from fiveaxis.nc.languages.expressions import LONGEST_NUMBER
+from fiveaxis.nc.languages.iso import WORD_NUMBER, compact_code
 from fiveaxis.nc.languages.planes import Plane, turns
 from fiveaxis.nc.source import Source
 
-_NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)"
 # A letter and a number, or a letter with an index, an equals sign and a number or a parameter.
-_WORD = re.compile(rf"([A-Z][0-9]?)=(E[0-9]+|{_NUMBER})|([A-Z])({_NUMBER})")
+_WORD = re.compile(rf"([A-Z][0-9]?)=(E[0-9]+|{WORD_NUMBER})|([A-Z])({WORD_NUMBER})")
 
 _PLANES = {frozenset("IJ"): "G17", frozenset("IK"): "G18", frozenset("JK"): "G19"}
-# Without effect on where the tip goes: clamps (M10, M16, M56, M57), the feed of rapid moves under G141, its
-# length's place, the number of a work offset that NX writes beside it.
+# Indexed words without effect on the path: clamps (M10, M16, M56, M57), rapid feed under G141, tool length,
+# the number of a work offset that NX adds.
 _INDEXED = ("L1", "L2", "F2", "B7", "C7", "A7", "R1", "I1", "T1", "T2", "S1", "M1")
 _OFF = ("G40", "G140", "G174")
 CYCLES = ("G81", "G84")
@@ -34,7 +33,7 @@ CYCLES = ("G81", "G84")
 
 @dataclass
 class _State:
-    """What stays in force: the shift of G93, the cycle that G79 calls, whether the tip is controlled."""
+    """Modal state: the shift of G93, the cycle that G79 calls, TCP."""
 
     shift: Triple = (0.0, 0.0, 0.0)
     tip_control: bool = False
@@ -43,18 +42,18 @@ class _State:
 
 
 def split_millplus(source: Source, *, block_delete: bool = False) -> Iterator[Block]:
-    """Cut a program into blocks, one after the other.
+    """Yield the blocks of a program.
 
     Parameters
     ----------
     source : the file
-    block_delete : whether blocks that begin with ``/`` are skipped
+    block_delete : whether to skip blocks that begin with ``/``
 
     Raises
     ------
     ToolpathError
-        With file, line and text: something that isn't a word; a second value for a word; a parameter other
-        than the angles that G7 leaves in it.
+        With file, line and text: not a word; a word with two values; a parameter other than the angles that
+        G7 stores.
     """
     state = _State()
     for line, text in enumerate(source.lines, start=1):
@@ -66,13 +65,17 @@ def split_millplus(source: Source, *, block_delete: bool = False) -> Iterator[Bl
                 yield Block(line, skipped=True)
                 continue
             code = code[1:]
-        yield from _blocks(source, line, code, state)
+        try:
+            blocks = list(_blocks(source, line, code, state))
+        except BlockError as fault:
+            raise block_error(source, line, fault) from None
+        yield from blocks
 
 
 def _blocks(source: Source, line: int, code: str, state: _State) -> Iterator[Block]:
-    g, m, words, indexed = _cut(source, line, code)
+    g, m, words, indexed = _split_words(code)
     words.pop("N", None)
-    # G54 I1 chooses among several tables of work offsets.
+    # G54 I1 selects one of several work offset tables.
     if "G54" in g or set(words) == {"I"}:
         words.pop("I", None)
     by_plane = {c for c in indexed if c in ("B", "C", "A")}
@@ -87,9 +90,9 @@ def _blocks(source: Source, line: int, code: str, state: _State) -> Iterator[Blo
         state.cycle_word, state.cycle = cycles[0], words
         yield Block(line, ignored=(cycles[0],))
     elif "G79" in g:
-        yield from _drill(source, line, words, state)
+        yield from _drill(line, words, state)
     elif by_plane:
-        # E254 and E255 hold the angles that G7 has found: the tool stands upright on the plane.
+        # E254 and E255 hold the angles that G7 computed: the tool points along the plane's normal.
         rest = {c: v for c, v in words.items() if c not in "ABC"}
         yield Block(line, tuple(g), tuple(m), rest, vector=(0.0, 0.0, 1.0))
     elif g or m or words:
@@ -107,101 +110,99 @@ def _plain(
     centre = frozenset(c for c in "IJK" if c in words)
     if not centre:
         return Block(line, tuple(g), tuple(m), words, tip_control=tip_control)
-    # The words say in which plane an arc lies, and lead from its centre to its begin.
+    # The letters give the plane of the arc, and the vector goes from its centre to its start.
     words = {c: -value if c in centre else value for c, value in words.items()}
-    assumed = Finding(
-        Severity.WARNING,
-        "arc-centre-assumed",
-        "I, J and K are read as the way from an arc's centre to its begin, as NX writes them for this "
-        "control; whole circles fit either way, so check them",
-        Place(line=line, file=source.name),
+    message = (
+        "I, J and K are taken from an arc's centre to its start, as NX writes them for this control; check "
+        "full circles, which also fit the reverse"
     )
     g = [_PLANES[centre], *g] if centre in _PLANES else g
-    return Block(line, tuple(g), tuple(m), words, tip_control=tip_control, findings=(assumed,))
+    return Block(
+        line,
+        tuple(g),
+        tuple(m),
+        words,
+        tip_control=tip_control,
+        findings=_warn(source, line, "arc-centre-assumed", message),
+    )
 
 
 def _shift(line: int, words: dict[str, float], state: _State) -> Block:
-    """Read ``G93 X Y Z``: the program's zero, counted from the work offset."""
+    """Read ``G93 X Y Z``: the program zero relative to the work offset."""
     x, y, z = (words.get(c, old) for c, old in zip("XYZ", state.shift, strict=True))
     state.shift = (x, y, z)
     return Block(line, frame=FrameChange("set", state.shift, np.eye(3), "G93"))
 
 
 def _tilt(line: int, indexed: dict[str, float | str], state: _State, source: Source) -> Block:
-    """Read ``G7 A5= B5= C5=``: angles about X, Y and Z that stay where they are, in this order."""
+    """Read ``G7 A5= B5= C5=``: angles about fixed X, Y and Z, in this order."""
     a, b, c = (float(indexed.get(f"{letter}5", 0.0)) for letter in "ABC")
     plane = Plane(np.array(state.shift), turns("ZYX", (c, b, a)))
-    findings: tuple[Finding, ...] = ()
-    if sum(v != 0.0 for v in (a, b, c)) > 1:
-        findings = (
-            Finding(
-                Severity.WARNING,
-                "plane-assumed",
-                f"G7 A5={a:g} B5={b:g} C5={c:g} is taken as angles about X, then Y, then Z of the work "
-                "offset; check it if the machine was set up otherwise",
-                Place(line=line, file=source.name),
-            ),
-        )
-    return Block(line, frame=plane.change("G7"), findings=findings)
+    block = Block(line, frame=plane.change("G7"))
+    if sum(v != 0.0 for v in (a, b, c)) <= 1:
+        return block
+    message = (
+        f"G7 A5={a:g} B5={b:g} C5={c:g} is taken as angles about X, then Y, then Z of the work offset; check "
+        "it if the machine is set up differently"
+    )
+    return block._replace(findings=_warn(source, line, "plane-assumed", message))
 
 
-def _drill(source: Source, line: int, words: dict[str, float], state: _State) -> Iterator[Block]:
+def _warn(source: Source, line: int, code: str, message: str) -> tuple[Finding, ...]:
+    return (Finding(Severity.WARNING, code, message, Place(line=line, file=source.name)),)
+
+
+def _drill(line: int, words: dict[str, float], state: _State) -> Iterator[Block]:
     """Read ``G79 X Y Z``: the cycle in force, from a surface at Z.
 
-    Of ``G81 Y Z B``, Y is the clearance above it, Z the depth, B the height to which the tool comes back.
+    In ``G81 Y Z B``, Y is the clearance above it, Z the depth, B the height of the retract.
     """
     if not state.cycle_word:
-        raise source.error("G79 calls a cycle, and none was given before; give G81 or G84", line)
+        raise BlockError("G79 calls a cycle, and none is in force; write G81 or G84 before")
     cycle = state.cycle
     surface = words.get("Z", state.cycle.get("surface", 0.0))
     cycle["surface"] = surface
     clear = surface + cycle.get("Y", 0.0)
     feed = {"F": cycle["F"]} if "F" in cycle else {}
-    place = {c: v for c, v in words.items() if c in "XYABC"}
-    yield Block(line, ("G0",), (), place)
+    yield Block(line, ("G0",), (), {c: v for c, v in words.items() if c in "XYABC"})
     yield Block(line, ("G0",), (), {"Z": clear})
     yield Block(line, ("G1",), (), {"Z": surface + cycle.get("Z", 0.0), **feed})
     yield Block(line, ("G1",) if state.cycle_word == "G84" else ("G0",), (), {"Z": clear})
     yield Block(line, ("G0",), (), {"Z": surface + cycle.get("B", cycle.get("Y", 0.0))})
 
 
-def _cut(
-    source: Source, line: int, code: str
-) -> tuple[list[str], list[str], dict[str, float], dict[str, float | str]]:
-    """Cut a line into G words, M words, words of one letter, and indexed words."""
+def _split_words(code: str) -> tuple[list[str], list[str], dict[str, float], dict[str, float | str]]:
+    """Split a line into G words, M words, words of one letter, and indexed words."""
     g: list[str] = []
     m: list[str] = []
     words: dict[str, float] = {}
     indexed: dict[str, float | str] = {}
-    place = 0
+    end = 0
     for found in _WORD.finditer(code):
-        if found.start() != place:
+        if found.start() != end:
             break
-        place = found.end()
+        end = found.end()
         name, value = (found[1], found[2]) if found[1] else (found[3], found[4])
-        if len(value) > LONGEST_WORD:
-            raise source.error(f"{name}{value[:LONGEST_WORD]}… isn't a number that a control takes", line)
+        if len(value) > LONGEST_NUMBER:
+            raise BlockError(f"{name}{value[:LONGEST_NUMBER]}… is longer than any number of a control")
         if name in ("G", "M"):
             (g if name == "G" else m).append(f"{name}{float(value) + 0.0:g}")
         elif name in words or name in indexed:
-            raise source.error(f"{name} has two values; write one of them", line)
+            raise BlockError(f"{name} has two values; write one of them")
         elif found[1] and (len(name) > 1 or value[0] == "E"):
             indexed[name] = value if value[0] == "E" else float(value)
         else:
             words[name] = float(value)
-    if place != len(code):
-        text = source.lines[line - 1].strip()[:60]
-        raise source.error(
-            f"{text!r}: {code[place : place + 20]!r} isn't a word of MillPlus; correct it", line
-        )
-    _require_known(source, line, indexed)
+    if end != len(code):
+        raise BlockError(f"{code[end : end + 20]!r} isn't a word of MillPlus; correct it")
+    _require_known(indexed)
     return g, m, words, indexed
 
 
-def _require_known(source: Source, line: int, indexed: dict[str, float | str]) -> None:
+def _require_known(indexed: dict[str, float | str]) -> None:
     for name, value in indexed.items():
         parameter = isinstance(value, str)
         if parameter != (name in ("A", "B", "C")) or not (
             parameter or name in _INDEXED or name in ("A5", "B5", "C5")
         ):
-            raise source.error(f"{name}={value} isn't read; post the program without it", line)
+            raise BlockError(f"{name}={value} isn't supported; post the program without it")

@@ -1,4 +1,4 @@
-"""Planes of a program's coordinates: shifts and turns that add up, as controls define them by words."""
+"""Coordinate planes of a program: shifts and rotations as controls combine them."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ AXES = "XYZ"
 
 @dataclass(frozen=True, eq=False)
 class Plane:
-    """Where a program's coordinates lie: ``p_before = rotation @ p_now + origin``.
+    """Frame of a program's coordinates: ``p_before = rotation @ p_now + origin``.
 
     Parameters
     ----------
-    origin : (3,), in the program's unit
+    origin : (3,), program unit
     rotation : (3, 3)
     """
 
@@ -28,29 +28,29 @@ class Plane:
 
     @property
     def is_unturned(self) -> bool:
-        """Whether nothing is turned."""
+        """Whether the rotation is the identity."""
         return bool(np.array_equal(self.rotation, np.eye(3)))
 
     def then(self, other: Plane) -> Plane:
-        """Give the plane that `other` is when it is counted in this one."""
+        """Return the plane `other`, given relative to this one."""
         return Plane(self.origin + self.rotation @ other.origin, self.rotation @ other.rotation)
 
     def change(self, word: str) -> FrameChange:
-        """Make it what is in force, whatever was before."""
+        """Return the change that replaces the frame in force by this plane."""
         x, y, z = (float(v) for v in self.origin)
         return FrameChange("set", (x, y, z), self.rotation, word)
 
 
-def forget_place(line: int, word: str) -> Block:
-    """Make the block before one in which the control turns the tool without following its tip.
+def forget_position(line: int, word: str) -> Block:
+    """Return the block to insert before the control turns the tool without holding its tip.
 
-    Where the tip is then isn't in the program: coordinates that are the axes' for a moment lose the place.
+    The program doesn't say where the tip ends up: a switch to axis coordinates discards its position.
     """
     return Block(line, tip_control=False, frame=Plane().change(word))
 
 
 def turn_about(axis: str, angle: float) -> Array:
-    """Rotate about X, Y or Z, (3, 3), by an angle in degrees, right-handed; quarters are exact."""
+    """Return the right-handed rotation, (3, 3), about X, Y or Z by degrees; quarter turns are exact."""
     quarters, rest = divmod(angle, 90.0)
     direction = np.eye(3)[AXES.index(axis)]
     if rest != 0.0:
@@ -59,12 +59,12 @@ def turn_about(axis: str, angle: float) -> Array:
 
 
 def turns(axes: str, angles: Sequence[float]) -> Array:
-    """Rotate about one axis after the other, each in the coordinates that those before have turned, (3, 3).
+    """Return the product of rotations, (3, 3), each about an axis of the frame rotated so far.
 
     Parameters
     ----------
-    axes : letters in order; about axes that stay where they are, the order is the reverse
-    angles : deg, one for each letter
+    axes : letters in order; reverse the order for rotations about fixed axes
+    angles : deg, one per letter
     """
     rotation = np.eye(3)
     for axis, angle in zip(axes, angles, strict=True):

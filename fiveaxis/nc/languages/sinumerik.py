@@ -1,10 +1,9 @@
-"""Blocks of Sinumerik 840D programs, in the words of ISO: TRAORI, ``X=IC(5)``, frames, cycles of holes.
+"""Sinumerik 840D programs as blocks of ISO words: TRAORI, ``X=IC(5)``, frames, drilling cycles.
 
-Read are plain words and words with ``=``, R parameters and variables with simple arithmetic, TRAORI and
-TRAFOOF, direction vectors ``A3= B3= C3=``, frames of TRANS, ATRANS, ROT and AROT (three angles turn about
-Z, then the turned Y, then the turned X), CYCLE800 axis by axis, drilling cycles with MCALL or alone. Words
-without effect on the path are named in `Block.ignored`; whatever else stands in a program is refused with its
-line.
+Supported: plain words and words with ``=``, R parameters and variables with simple arithmetic, TRAORI and
+TRAFOOF, direction vectors ``A3= B3= C3=``, frames of TRANS, ATRANS, ROT and AROT (three angles rotate
+about Z, then the new Y, then the new X), CYCLE800 axis by axis, drilling cycles with MCALL or alone. Words
+without effect on the path are listed in `Block.ignored`; anything else is refused with its line.
 After the *NC Programming Manual* of SINUMERIK 840D sl (Siemens 6FC5398-2BP40-3BA1).
 """
 
@@ -13,38 +12,40 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from fiveaxis.nc.languages.block import Block
+from fiveaxis.nc.languages.block import Block, BlockError, block_error
+from fiveaxis.nc.languages.draft import (
+    LONGEST_BLOCK,
+    NUMBER,
+    direction_of,
+    require_short,
+    strip_comment,
+)
 from fiveaxis.nc.languages.sinumerik_state import ROTARY, State
 from fiveaxis.nc.languages.sinumerik_statement import Statement
 from fiveaxis.nc.source import Source
 
-# A block of the control has 512 characters; comments and strings may be long.
-LONGEST_BLOCK = 4096
-
-# Plain words, or a sign of anything else in the last group. Long numbers fall apart, and so are looked at.
-_NUMBER = r"[+-]?(?:[0-9]{1,20}\.?[0-9]{0,20}|\.[0-9]{1,20})"
-_PLAIN = re.compile(rf"([ABC]3=|[XYZABCIJKFSGN]=?)({_NUMBER})(?=[\sA-Z]|$)|(\S)")
+# Plain words; the last group catches anything else, the rest of a long number included.
+_PLAIN = re.compile(rf"([ABC]3=|[XYZABCIJKFSGN]=?)({NUMBER})(?=[\sA-Z]|$)|(\S)")
 _MOTION = {number: f"G{int(number)}" for number in ("0", "1", "2", "3", "00", "01", "02", "03")}
 _VECTOR = {"A3=": "X", "B3=": "Y", "C3=": "Z"}
 _REMEMBERED = ROTARY + "F"
 
-_QUOTED = re.compile(r'"[^"]*"|;')
 _NUMBERED = re.compile(r"\s*(?:[N:]\s*[0-9]+)?\s*")
 _SKIPPED = re.compile(r"\s*(?:N[0-9]+\s*)?/[0-9]?(?![0-9])")
 
 
 def split_sinumerik(source: Source, *, block_delete: bool = False) -> Iterator[Block]:
-    """Cut a program into blocks, one after the other; a drilled hole gives several of one line.
+    """Yield the blocks of a program; a drilled hole makes several blocks of one line.
 
     Parameters
     ----------
     source : the file
-    block_delete : whether blocks that begin with ``/`` are skipped
+    block_delete : whether to skip blocks that begin with ``/``
 
     Raises
     ------
     ToolpathError
-        With file, line and text: a word that isn't read, a second value for one, arithmetic without result.
+        With file, line and text: an unsupported word, a word with two values, arithmetic without a result.
     """
     state = State()
     for line, text in enumerate(source.lines, start=1):
@@ -52,22 +53,21 @@ def split_sinumerik(source: Source, *, block_delete: bool = False) -> Iterator[B
         if plain is not None:
             yield plain
             continue
-        code = _code_of(text)
+        code = strip_comment(text)
         if not code or code[0] == "%":
             continue
         skipped = _SKIPPED.match(code)
         if skipped is not None and block_delete:
             yield Block(line, skipped=True)
             continue
-        if len(code) > LONGEST_BLOCK:
-            raise source.error(
-                f"{code[:60]!r}…: {len(code)} characters in a block, beyond {LONGEST_BLOCK}; correct it",
-                line,
-            )
         begin = 0 if skipped is None else skipped.end()
         numbered = _NUMBERED.match(code, begin)
         statement = Statement(source, line, code[begin if numbered is None else numbered.end() :], state)
-        statement.read()
+        try:
+            require_short(code)
+            statement.read()
+        except BlockError as fault:
+            raise block_error(source, line, fault) from None
         for block in (statement.before, statement.draft.block()):
             if block is not None:
                 yield block
@@ -76,7 +76,7 @@ def split_sinumerik(source: Source, *, block_delete: bool = False) -> Iterator[B
 
 
 def _plain_block(state: State, line: int, text: str) -> Block | None:
-    """Read a block of G0 to G3 and numbers, quickly; None for any other, which `Statement` reads."""
+    """Read a block of G0 to G3 and plain numbers; None for any other block, which `Statement` reads."""
     code = text.partition(";")[0] if ";" in text else text
     if len(code) > LONGEST_BLOCK:
         return None
@@ -114,7 +114,7 @@ def _plain_block(state: State, line: int, text: str) -> Block | None:
 def _take_plain(
     state: State, line: int, motion: str | None, words: dict[str, float], vector: dict[str, float]
 ) -> Block:
-    """Make the block of plain words and remember what later ones may refer to, as `State.remember`."""
+    """Return the block of plain words, and update the state."""
     for letter in words:
         if letter in _REMEMBERED:
             state.remember(words)
@@ -127,15 +127,4 @@ def _take_plain(
     if not vector:
         return Block(line, g, (), words)
     state.angles.clear()
-    return Block(
-        line, g, (), words, vector=(vector.get("X", 0.0), vector.get("Y", 0.0), vector.get("Z", 0.0))
-    )
-
-
-def _code_of(text: str) -> str:
-    """Strip a line of its comment and give it in capitals; texts in quotes keep their semicolons."""
-    if ";" in text:
-        found = next((m for m in _QUOTED.finditer(text) if m[0] == ";"), None)
-        text = text if found is None else text[: found.start()]
-    # Bytes know ASCII capitals only: signs like the long s must not become letters of words.
-    return text.encode("utf-8", "surrogatepass").upper().decode("utf-8", "surrogatepass").strip()
+    return Block(line, g, (), words, vector=direction_of(vector))

@@ -1,8 +1,8 @@
-"""Cycles of Sinumerik 840D that become moves or planes: drilling, and the swivelled plane of CYCLE800.
+"""Sinumerik 840D cycles: drilling cycles as moves, CYCLE800 as a swivelled plane.
 
 After *SINUMERIK 840D/840Di/810D Programming Guide Cycles* (Siemens 6FC5298-6AB40-0BP2), 2.1 drilling cycles
-and 3.14 CYCLE800. Chip breaking, orientation of the spindle and dwell in revolutions aren't moves of a path;
-the depth, the planes and the order of the moves are.
+and 3.14 CYCLE800. Chip breaking, spindle orientation and dwells in revolutions don't change the path;
+depth, planes and the order of moves do.
 """
 
 from __future__ import annotations
@@ -12,26 +12,23 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fiveaxis.nc.languages.block import BlockError
 from fiveaxis.nc.languages.planes import AXES, Plane, turns
 
-# A value of a call in brackets: a number, a text, or nothing between two commas.
+# Argument of a call: a number, a text, or None if empty.
 Value = float | str | None
-
-
-class CycleError(ValueError):
-    """A call that isn't read; the message names the fact, and the caller knows file and line."""
 
 
 @dataclass(frozen=True)
 class HoleKind:
-    """How a drilling cycle differs from going down at feed and back in rapid.
+    """How a drilling cycle differs from plunging at feed and retracting in rapid.
 
     Parameters
     ----------
-    dwell : place of the dwell among the call's values; None if it has none
-    back : how the tool leaves the hole
-    feeds : places of the feeds down and back, for cycles that have their own
-    thread : places of lead and spindle speed, for cycles that cut one
+    dwell : argument index of the dwell; None if there is none
+    back : G0 or G1, how the tool leaves the hole
+    feeds : argument indices of the feeds down and back, for cycles with their own feeds
+    thread : argument indices of pitch and spindle speed, for tapping cycles
     """
 
     dwell: int | None = None
@@ -51,7 +48,7 @@ HOLES = {
     "CYCLE87": HoleKind(),
     "CYCLE88": HoleKind(dwell=5),
     "CYCLE89": HoleKind(dwell=5, back="G1"),
-    # As NX posts it for boring without drag; Siemens mills a spigot by this name, but with a width.
+    # NX posts boring without drag as CYCLE76; Siemens' CYCLE76 mills a spigot, and has a width.
     "CYCLE76": HoleKind(),
 }
 _SPIGOT_WIDTH = 6
@@ -59,16 +56,16 @@ _SPIGOT_WIDTH = 6
 
 @dataclass(frozen=True)
 class Hole:
-    """A drilling cycle with its planes, in the program's unit along the tool's axis.
+    """A drilling cycle with its planes, program unit, along the tool axis.
 
     Parameters
     ----------
     name : of the cycle
-    back, near, depth : where the tool goes between holes, where feed begins, and where it ends
-    dwell : s at the bottom
-    feed_down, feed_back : of the cycle's own, 0 for the feed in force
-    out : how the tool leaves the hole, G0 or G1
-    doubts : what the call leaves open, by code
+    back, near, depth : retraction plane, start of the feed move, bottom
+    dwell : s, at the bottom
+    feed_down, feed_back : the cycle's own feeds, 0 for the feed in force
+    out : G0 or G1, how the tool leaves the hole
+    doubts : code and message of what the call leaves open
     """
 
     name: str
@@ -82,7 +79,7 @@ class Hole:
     doubts: tuple[tuple[str, str], ...]
 
     def moves(self, letter: str) -> list[tuple[str, dict[str, float]]]:
-        """List its moves as a G word and the words beside it, for the tool along an axis."""
+        """Return its moves, each a G word with its other words, for a tool along the axis `letter`."""
         down = {letter: self.depth} | ({"F": self.feed_down} if self.feed_down else {})
         out = {letter: self.back}
         if self.out == "G1" and self.feed_back:
@@ -93,30 +90,58 @@ class Hole:
         return [*moves, (self.out, out)]
 
 
+def split_arguments(code: str, start: int) -> tuple[list[str], int]:
+    """Split the arguments between brackets at their commas.
+
+    Parameters
+    ----------
+    code : a block
+    start : index of the opening bracket
+
+    Returns
+    -------
+    The arguments, and the index after the closing bracket
+    """
+    parts, begin, end, depth, quoted = [], start + 1, start, 0, False
+    for end in range(start, len(code)):
+        sign = code[end]
+        if sign == '"':
+            quoted = not quoted
+        elif not quoted:
+            depth += (sign == "(") - (sign == ")")
+            if depth == 0:
+                break
+            if sign == "," and depth == 1:
+                parts.append(code[begin:end])
+                begin = end + 1
+    if depth:
+        raise BlockError("a bracket isn't closed")
+    parts.append(code[begin:end])
+    return [part.strip() for part in parts], end + 1
+
+
 def read_hole(name: str, values: Sequence[Value]) -> Hole:
     """Read a call of a drilling cycle: ``CYCLE8n(RTP, RFP, SDIS, DP, DPR, …)``.
 
     Raises
     ------
-    CycleError
-        Planes or depth are missing, or a depth that isn't one.
+    BlockError
+        Planes or depth are missing, or the depth is above the start.
     """
     kind = HOLES[name]
     if name == "CYCLE76" and _number(values, _SPIGOT_WIDTH) is not None:
-        raise CycleError("CYCLE76 mills a spigot, which isn't expanded; let the CAM system write its moves")
+        raise BlockError("CYCLE76 mills a spigot, which isn't expanded; post its moves")
     if name == "CYCLE81" and (_number(values, 6) or 0.0) >= 10.0:
-        raise CycleError("CYCLE81 down to a diameter isn't read; give the depth")
+        raise BlockError("CYCLE81 to a countersink diameter isn't supported; give the depth")
     back, reference = _number(values, 0), _number(values, 1)
     depth, relative = _number(values, 3), _number(values, 4)
     if reference is not None and relative:
         depth = reference - abs(relative)
     if back is None or reference is None or depth is None:
-        raise CycleError(f"{name} needs its planes and its depth: RTP, RFP, SDIS, DP or DPR")
+        raise BlockError(f"{name} needs RTP, RFP, and DP or DPR; write them")
     near = reference + (_number(values, 2) or 0.0)
     if depth > near:
-        raise CycleError(
-            f"{name} begins at {near:g} and ends at {depth:g}, above it; correct RFP, SDIS or DP"
-        )
+        raise BlockError(f"{name} begins at {near:g} and ends at {depth:g}, above it; correct the depth")
     down, out = (0.0, 0.0) if kind.feeds is None else (_number(values, i) or 0.0 for i in kind.feeds)
     if kind.thread is not None:
         down = out = abs((_number(values, kind.thread[0]) or 0.0) * (_number(values, kind.thread[1]) or 0.0))
@@ -126,39 +151,37 @@ def read_hole(name: str, values: Sequence[Value]) -> Hole:
 
 
 def _doubts(name: str, back: float, reference: float, *, threaded: bool) -> tuple[tuple[str, str], ...]:
-    doubts = []
-    if back < reference:
-        doubts.append(
-            (
-                "cycle-retracts-below",
-                f"{name} retracts to {back:g}, below its reference plane {reference:g}, and is read so; "
-                "RTP counts from the program's zero",
-            )
-        )
-    if name in ("CYCLE84", "CYCLE840") and not threaded:
-        doubts.append(
-            ("tap-feed-assumed", f"{name} doesn't tell lead times speed; F is taken for the feed of the tap")
-        )
-    if name == "CYCLE76":
-        doubts.append(
-            (
-                "cycle-as-hole",
-                "CYCLE76 without a width is no spigot; it is read as a bored hole, as NX posts it",
-            )
-        )
-    return tuple(doubts)
+    doubts = (
+        (
+            back < reference,
+            "cycle-retracts-below",
+            f"{name} retracts to {back:g}, below its reference plane {reference:g}; check RTP, which is "
+            "relative to the program zero",
+        ),
+        (
+            name in ("CYCLE84", "CYCLE840") and not threaded,
+            "tap-feed-assumed",
+            f"{name} gives no pitch and speed; F is taken as the tapping feed; check it",
+        ),
+        (
+            name == "CYCLE76",
+            "cycle-as-hole",
+            "CYCLE76 without a width is taken as boring, as NX posts it; check it",
+        ),
+    )
+    return tuple((code, message) for applies, code, message in doubts if applies)
 
 
 @dataclass(frozen=True)
 class Swivel:
-    """What CYCLE800 asks for.
+    """A CYCLE800 call.
 
     Parameters
     ----------
     plane : the swivelled plane
-    additive : whether it counts in the plane in force
+    additive : whether it is relative to the plane in force
     positions : whether the control turns the rotary axes into it
-    follows : whether it keeps the tool's tip where it is meanwhile
+    follows : whether the control holds the tip meanwhile
     """
 
     plane: Plane
@@ -174,17 +197,17 @@ _AXIS_BY_AXIS, _MODES = 0, ("axis by axis", "solid angle", "projection angle", "
 def read_swivel(values: Sequence[Value]) -> Swivel | None:
     """Read ``CYCLE800(_FR, _TC, _ST, _MODE, _X0, _Y0, _Z0, _A, _B, _C, _X1, _Y1, _Z1, _DIR, …)``.
 
-    The plane is shifted by _X0 _Y0 _Z0, turned by three angles about the axes that _MODE names, each as those
-    before have turned it, and then shifted by _X1 _Y1 _Z1.
+    The plane is shifted by _X0 _Y0 _Z0, rotated by three angles about the axes that _MODE names, each axis
+    of the frame rotated so far, and then shifted by _X1 _Y1 _Z1.
 
     Returns
     -------
-    None where the call switches the swivelled plane off.
+    The call; None if it switches the swivelled plane off
 
     Raises
     ------
-    CycleError
-        A mode that isn't read, because it depends on the machine.
+    BlockError
+        An unsupported mode: its meaning depends on the machine.
     """
     given = [v for v in values if v not in (None, "")]
     if not given or (len(values) > 1 and values[1] == "0"):
@@ -192,13 +215,11 @@ def read_swivel(values: Sequence[Value]) -> Swivel | None:
     mode = int(_number(values, 3) or 0.0)
     if mode >> 6 != _AXIS_BY_AXIS:
         kind = _MODES[mode >> 6] if 0 < mode < 256 else "unknown"
-        raise CycleError(
-            f"CYCLE800 in mode {mode} ({kind}) isn't read; post it axis by axis, as mode 57 or 27"
-        )
+        raise BlockError(f"CYCLE800 in mode {mode} ({kind}) isn't supported; post it axis by axis (mode 57)")
     order = [mode & 3, mode >> 2 & 3, mode >> 4 & 3]
     angles = [_number(values, i) or 0.0 for i in (7, 8, 9)]
     if any(angle and not axis for angle, axis in zip(angles, order, strict=True)):
-        raise CycleError(f"CYCLE800 in mode {mode} names no axis for one of its angles; correct the mode")
+        raise BlockError(f"CYCLE800 in mode {mode} names no axis for one of its angles; correct the mode")
     axes = "".join(AXES[axis - 1] if axis else "X" for axis in order)
     before, after = (
         np.array([_number(values, i) or 0.0 for i in part]) for part in ((4, 5, 6), (10, 11, 12))
@@ -209,8 +230,8 @@ def read_swivel(values: Sequence[Value]) -> Swivel | None:
     return Swivel(plane, status % 10 == 1, _number(values, 13) != 0.0, follows)
 
 
-def _number(values: Sequence[Value], place: int) -> float | None:
-    value = values[place] if place < len(values) else None
+def _number(values: Sequence[Value], index: int) -> float | None:
+    value = values[index] if index < len(values) else None
     if isinstance(value, str):
-        raise CycleError(f"{value[:20]!r} stands where a number belongs; correct the call")
+        raise BlockError(f"{value[:20]!r} where a number is expected; correct the call")
     return value

@@ -1,39 +1,46 @@
-"""What is in force in a Sinumerik program from one block to the next."""
+"""Modal state of a Sinumerik program."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
-from fiveaxis.nc.languages.block import Block, FrameChange
-from fiveaxis.nc.languages.planes import Plane
-from fiveaxis.nc.languages.sinumerik_cycles import Hole
+import numpy as np
+
+from fiveaxis.nc.languages.block import Block, BlockError, FrameChange
+from fiveaxis.nc.languages.expressions import evaluate
+from fiveaxis.nc.languages.planes import AXES, Plane, turns
+from fiveaxis.nc.languages.sinumerik_cycles import Hole, Swivel
 
 ROTARY = "ABC"
 
-# The work offsets that ISO programs have too, and "" before the program names one.
+_TYPE = re.compile(r"\s*(?:REAL|INT|BOOL|(CHAR|STRING|AXIS)\s*(?:\[[^\]]*\])?)(?![A-Z0-9_])")
+_DECLARED = re.compile(r"\s*([A-Z_][A-Z0-9_]*)\s*(?:\[[^\]]*\])?\s*(?:=\s*([^,]*))?(?:,|$)\s*")
+
+# The work offsets that ISO programs have too; "" before the program names one.
 _ISO_ZEROS = ("", "G54", "G55", "G56", "G57")
 
 
 @dataclass
 class State:
-    """A control that knows what its words stand for, and leaves the moves to others.
+    """Modal state of the control.
 
     Parameters
     ----------
-    variables : R parameters and declared names with their values
-    texts : declared names that hold texts
-    motion, feed : the last ones, to be put back after a drilled hole
+    variables : values of R parameters and declared names
+    texts : declared names of texts
+    motion, feed : the last ones, restored after a drilled hole
     tool_axis : letter of the axis along which cycles drill
-    incremental : whether G91 is in force
-    tip_control : whether TRAORI is
-    positioned : whether CYCLE800 has turned the tool into a plane: its angles aren't in the program
-    hole : the cycle that MCALL repeats at every place
-    program : the frame of TRANS, ATRANS, ROT and AROT
-    swivel : the plane of CYCLE800, in which `program` counts
-    angles : deg, where rotary axes stand, as far as the program says: not where the control turns them itself
+    incremental : G91
+    tip_control : TRAORI
+    positioned : whether CYCLE800 has turned the tool into a plane by angles that aren't in the program
+    hole : the cycle that MCALL repeats at every position
+    program : frame of TRANS, ATRANS, ROT and AROT, relative to `swivel`
+    swivel : plane of CYCLE800
+    angles : deg, of the rotary axes, where the program gives them
     zero : the work offset in force
-    moved : whether a move has been counted from it
+    moved : whether the program has moved relative to it
     """
 
     variables: dict[str, float] = field(default_factory=dict)
@@ -53,26 +60,77 @@ class State:
 
     @property
     def is_plain(self) -> bool:
-        """Whether a block of G0 to G3 and numbers means only what stands in it."""
+        """Whether a block of G0 to G3 and numbers needs no modal state."""
         return self.hole is None and not self.incremental
 
     def frame(self, word: str) -> FrameChange:
-        """Give the sum of all frames, as a change that a word makes."""
+        """Return the combined frame, set by `word`."""
         return self.swivel.then(self.program).change(word)
 
-    def change_zero(self, word: str) -> bool:
-        """Note a work offset; tell whether its way from the last one can be left to the reader of ISO.
+    def declare(self, text: str) -> None:
+        """Read what follows DEF, as in ``DEF REAL a, b=2``; variables start at 0."""
+        kind = _TYPE.match(text)
+        if kind is None:
+            raise BlockError("DEF is supported with REAL, INT, BOOL, CHAR, STRING or AXIS; correct it")
+        at = kind.end()
+        while at < len(text):
+            found = _DECLARED.match(text, at)
+            if found is None:
+                raise BlockError(f"{text[at : at + 20].strip()!r} isn't a name that can be declared")
+            initial = (found[2] or "0").strip()
+            if kind[1]:
+                self.texts.add(found[1])
+            elif initial in ("TRUE", "FALSE"):
+                self.variables[found[1]] = float(initial == "TRUE")
+            else:
+                self.variables[found[1]] = evaluate(initial, self.variables.__getitem__)
+            at = found.end()
 
-        That is so for the four offsets that ISO programs have too, and before the first move.
+    def swivel_plane(self, swivel: Swivel | None) -> FrameChange:
+        """Set or reset the plane of CYCLE800; either deletes the frame of TRANS and ROT."""
+        if swivel is not None and swivel.additive:
+            self.swivel = self.swivel.then(self.program).then(swivel.plane)
+        else:
+            self.swivel = Plane() if swivel is None else swivel.plane
+        self.program = Plane()
+        self.positioned = swivel is not None and swivel.positions
+        return self.frame("CYCLE800")
+
+    def change_frame(self, name: str, words: Mapping[str, float], plane_angle: float | None) -> FrameChange:
+        """Set the frame by TRANS or ROT, or change it by ATRANS or AROT.
+
+        Parameters
+        ----------
+        words : X, Y and Z; missing ones are 0
+        plane_angle : deg, RPL, about the tool axis, instead of the words of a rotation
+        """
+        x, y, z = (words.get(c, 0.0) for c in AXES)
+        if name in ("TRANS", "ATRANS"):
+            step = Plane(origin=np.array([x, y, z]))
+        elif plane_angle is not None:
+            step = Plane(rotation=turns(self.tool_axis, [plane_angle]))
+        else:
+            # RPY angles, the default of machine data 10600 (1): about Z, then Y', then X''.
+            step = Plane(rotation=turns("ZYX", [z, y, x]))
+        self.program = step if name in ("TRANS", "ROT") else self.program.then(step)
+        return self.frame(name)
+
+    def change_zero(self, word: str) -> None:
+        """Set the work offset; raise BlockError if its distance from the last one is unknown.
+
+        The interpreter knows the four offsets that ISO programs have too, and before the first move the
+        distance doesn't matter.
         """
         known = word in _ISO_ZEROS and self.zero in _ISO_ZEROS
-        allowed = known or word == self.zero or not self.moved
-        if allowed:
-            self.zero = word
-        return allowed
+        if self.moved and word != self.zero and not known:
+            raise BlockError(
+                f"{word} moves the program's zero away from {self.zero or 'where the program began'}, and "
+                "only the control knows how far; write one program for each"
+            )
+        self.zero = word
 
     def remember(self, words: Mapping[str, float], increments: str = "", absolutes: str = "") -> None:
-        """Keep the feed, and where rotary axes end."""
+        """Update the feed and the rotary axes' end angles."""
         self.feed = words.get("F", self.feed)
         for letter in ROTARY:
             value = words.get(letter)
@@ -83,23 +141,23 @@ class State:
             elif letter in self.angles:
                 self.angles[letter] += value
 
-    def turned(self, letter: str, value: float, way: str) -> float:
-        """Find where a rotary axis ends that turns the short way (DC), forward (ACP) or back (ACN).
+    def turned(self, letter: str, value: float, mode: str) -> float:
+        """Return the end angle, deg, of a rotary axis: shorter direction (DC), + (ACP) or - (ACN).
 
         Parameters
         ----------
-        value : deg, from 0 to 360; it is the end itself where the program hasn't said where the axis stands
+        value : deg, from 0 to 360; returned as it is if the axis's angle is unknown
         """
         now = self.angles.get(letter)
         if now is None:
             return value
         forward = (value - now) % 360.0
-        if way == "ACP" or forward == 0.0 or (way == "DC" and forward <= 180.0):
+        if mode == "ACP" or forward == 0.0 or (mode == "DC" and forward <= 180.0):
             return now + forward
         return now + forward - 360.0
 
     def drill(self, hole: Hole, line: int) -> Iterator[Block]:
-        """Write a hole's moves, and put back what was in force before: motion, distances, feed."""
+        """Yield a hole's moves, then restore the motion, G91 and the feed that were in force."""
         absolute, relative = (("G90",), ("G91",)) if self.incremental else ((), ())
         for word, words in hole.moves(self.tool_axis):
             yield Block(line, (word,) if word == "G4" else (*absolute, word), (), words)

@@ -4,22 +4,19 @@ from __future__ import annotations
 
 import re
 
-import numpy as np
-
-from fiveaxis.errors import ToolpathError
 from fiveaxis.findings import Severity
-from fiveaxis.nc.languages.block import SPINDLE_M, Block
-from fiveaxis.nc.languages.draft import Draft
-from fiveaxis.nc.languages.expressions import ExpressionError, evaluate, evaluate_prefix
-from fiveaxis.nc.languages.planes import Plane, forget_place, turns
+from fiveaxis.nc.languages.block import SPINDLE_M, Block, BlockError
+from fiveaxis.nc.languages.draft import Draft, put_word
+from fiveaxis.nc.languages.expressions import LONGEST_NUMBER, evaluate, evaluate_prefix
+from fiveaxis.nc.languages.planes import AXES, forget_position
 from fiveaxis.nc.languages.sinumerik_cycles import (
     HOLES,
-    CycleError,
     Hole,
     Swivel,
     Value,
     read_hole,
     read_swivel,
+    split_arguments,
 )
 from fiveaxis.nc.languages.sinumerik_state import ROTARY, State
 from fiveaxis.nc.languages.sinumerik_words import (
@@ -37,26 +34,22 @@ _ASSIGN = re.compile(r"([A-Z_$][A-Z_][A-Z0-9_]*|[A-Z][0-9]*)\s*(\[[^\]\"]*\])?\s
 _WORD = re.compile(r"([A-Z])\s?([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+))(?![0-9.])")
 _NAME = re.compile(r"[A-Z_$][A-Z0-9_]*")
 _LABEL = re.compile(r"[A-Z_][A-Z0-9_]*:(?!=)")
-_WAY = re.compile(r"\s*(IC|AC|DC|ACP|ACN)\s*\(")
+_MODE = re.compile(r"\s*(IC|AC|DC|ACP|ACN)\s*\(")
 _CLOSE = re.compile(r"\s*\)")
 _TEXT = re.compile(r'\s*"[^"]*"')
-_TYPE = re.compile(r"\s*(?:REAL|INT|BOOL|(CHAR|STRING|AXIS)\s*(?:\[[^\]]*\])?)(?![A-Z0-9_])")
-_DECLARED = re.compile(r"\s*([A-Z_][A-Z0-9_]*)\s*(?:\[[^\]]*\])?\s*(?:=\s*([^,]*))?(?:,|$)\s*")
-_BLANK = re.compile(r"\s*")
 
-_LINEAR, _CENTRE = "XYZ", {"I": "X", "J": "Y", "K": "Z"}
+_CENTRE = {"I": "X", "J": "Y", "K": "Z"}
 _TOOL_AXIS = {"G17": "Z", "G18": "Y", "G19": "X"}
 _VECTORS = {"A3": "X", "B3": "Y", "C3": "Z"}
 _NORMALS = {"A5": "X", "B5": "Y", "C5": "Z"}
 _END = {2: "M2", 17: "M30", 30: "M30"}
 _TRANSFORMS = ("TRANS", "ATRANS", "ROT", "AROT")
-_LONGEST_NUMBER, _LONGEST_SHOWN = 40, 60
 
 _NO_WORDS = {
     "L": "calls a subprogram, which isn't run; post one program with all moves",
     "P": "repeats a subprogram, which isn't run; post one program with all moves",
-    "E": "isn't an axis, and numbers have no exponent here; write it out",
-    **dict.fromkeys("NOQR", "is no word here; take it out"),
+    "E": "isn't an axis, and numbers have no exponent here; write the number out",
+    **dict.fromkeys("NOQR", "isn't a word here; remove it"),
 }
 
 
@@ -65,9 +58,9 @@ class Statement:
 
     Parameters
     ----------
-    source, line : where it stands
-    code : in capitals, without block number and comment
-    state : what is in force before it, and after `read`
+    source, line : file and line of the block
+    code : upper case, without block number and comment
+    state : modal state, updated by `read`
     """
 
     def __init__(self, source: Source, line: int, code: str, state: State) -> None:
@@ -79,97 +72,84 @@ class Statement:
         self.before: Block | None = None
 
     def read(self) -> None:
-        """Read all words, and settle what they mean together.
+        """Read all words, then interpret them together.
 
         Raises
         ------
-        ToolpathError
-            With file, line and text: whatever isn't read.
+        BlockError
+            Anything that isn't supported.
         """
         label = _LABEL.match(self.code)
         at = 0
         if label is not None:
             self.draft.ignored.append("label")
             at = label.end()
-        at = self._skip(at)
         while at < len(self.code):
-            at = self._skip(self._take(at))
+            at = at + 1 if self.code[at].isspace() else self._take(at)
         self._complete()
 
-    def _fail(self, fact: str) -> ToolpathError:
-        source, line = self.draft.source, self.draft.line
-        return source.error(f"{source.lines[line - 1].strip()[:_LONGEST_SHOWN]!r}: {fact}", line)
-
-    def _skip(self, at: int) -> int:
-        blank = _BLANK.match(self.code, at)
-        return at if blank is None else blank.end()
-
     def _take(self, at: int) -> int:
-        """Read what begins at a place; give where it ends."""
+        """Read what begins at an index; return the index after it."""
         found = _ASSIGN.match(self.code, at)
         if found is not None:
             return self._assign(found[1], found[2], found.end())
         found = _WORD.match(self.code, at)
         if found is not None:
-            if len(found[2]) > _LONGEST_NUMBER:
-                raise self._fail(f"{found[0][:_LONGEST_NUMBER]}… isn't a number that a control takes")
+            if len(found[2]) > LONGEST_NUMBER:
+                raise BlockError(f"{found[0][:LONGEST_NUMBER]}… is longer than any number of a control")
             self._word(found[1], float(found[2]))
             return found.end()
         found = _NAME.match(self.code, at)
         if found is None:
-            raise self._fail(f"{self.code[at : at + 20]!r} isn't a word; correct it")
+            raise BlockError(f"{self.code[at : at + 20]!r} isn't a word; correct it")
         return self._name(found[0], found.end())
 
-    # Values behind ``=``
+    # Values after ``=``
 
     def _assign(self, name: str, index: str | None, at: int) -> int:
-        """Read a value behind ``=`` and give it to its name."""
+        """Read the value after ``=`` and assign it; return the index after it."""
         text = _TEXT.match(self.code, at)
         if text is not None:
             if name != "T" and name not in self.state.texts:
-                raise self._fail(f"{name} is given a text, which isn't read; take it out")
+                raise BlockError(f"{name} is assigned a text, which isn't supported; remove it")
             self.draft.ignored.append(name)
             if name == "T":
                 self.draft.tool = f"T={text[0].strip()}"
             return text.end()
-        way = _WAY.match(self.code, at)
-        value, end = self._value(at if way is None else way.end())
-        if way is not None:
+        mode = _MODE.match(self.code, at)
+        value, end = evaluate_prefix(
+            self.code, at if mode is None else mode.end(), self.state.variables.__getitem__
+        )
+        if mode is not None:
             close = _CLOSE.match(self.code, end)
             if close is None:
-                raise self._fail(f"the bracket of {way[1]} isn't closed")
+                raise BlockError(f"the bracket of {mode[1]} isn't closed")
             end = close.end()
         if name in IGNORED_SETTINGS or (len(name) > 1 and name[0] in "SMHTD" and name[1:].isdigit()):
             self.draft.ignored.append(name)
         elif self.apart and name[0] in "XYZABCUVW" and name[1:].isdigit():
-            pass  # G74 X1=0: a machine axis on its way to a point that the program doesn't know
+            pass  # G74 X1=0: a machine axis that moves to a fixed point
         elif index is not None and name[0] != "$":
-            raise self._fail(f"{name}{index} is a field, which isn't read; write the number")
+            raise BlockError(f"{name}{index} is an array element, which isn't supported; write the number")
         else:
-            self._set(name, value, None if way is None else way[1])
+            self._set(name, value, None if mode is None else mode[1])
         return end
 
-    def _value(self, at: int) -> tuple[float, int]:
-        try:
-            return evaluate_prefix(self.code, at, self.state.variables.__getitem__)
-        except ExpressionError as fault:
-            raise self._fail(str(fault)) from None
-
-    def _set(self, name: str, value: float, way: str | None) -> None:
+    def _set(self, name: str, value: float, mode: str | None) -> None:
         draft = self.draft
         if len(name) == 1:
-            if name in _CENTRE and way == "AC":
-                draft.put(draft.centre, _CENTRE[name], value)
+            if name in _CENTRE and mode == "AC":
+                put_word(draft.centre, _CENTRE[name], value)
             else:
-                self._word(name, value, way)
-        elif way is not None:
-            raise self._fail(f"{way} belongs to axes and centres, not to {name}; write the number")
+                self._word(name, value, mode)
+        elif mode is not None:
+            raise BlockError(f"{mode} applies to axes and centres, not to {name}; write the number")
         elif name in _VECTORS:
-            draft.put(draft.vector, _VECTORS[name], value)
+            put_word(draft.vector, _VECTORS[name], value)
         elif name in _NORMALS:
-            draft.put(draft.normal, _NORMALS[name], value)
+            put_word(draft.normal, _NORMALS[name], value)
         elif name == "CR":
-            draft.put(draft.words, "R", value)
+            put_word(draft.words, "R", value)
         elif name == "TURN":
             self._set_turns(value)
         elif name == "RPL" and self.transform in ("ROT", "AROT"):
@@ -180,54 +160,54 @@ class Statement:
             self.state.variables[name] = value
             draft.ignored.append("=")
         else:
-            raise self._fail(refusal(name))
+            raise BlockError(refusal(name))
 
     def _set_turns(self, value: float) -> None:
         if value != int(value) or not 0 <= value <= 999:
-            raise self._fail(f"TURN={value:g}; a helix makes 0 to 999 more turns")
+            raise BlockError(f"TURN={value:g}; a helix has 0 to 999 full turns")
         self.draft.turns = int(value)
 
     # Words of a letter and a number
 
-    def _word(self, letter: str, value: float, way: str | None = None) -> None:
+    def _word(self, letter: str, value: float, mode: str | None = None) -> None:
         draft = self.draft
-        if way is not None and letter not in "XYZABCUVWIJK":
-            raise self._fail(f"{way} belongs to axes and centres, not to {letter}; write the number")
+        if mode is not None and letter not in "XYZABCUVWIJK":
+            raise BlockError(f"{mode} applies to axes and centres, not to {letter}; write the number")
         if letter in _NO_WORDS:
-            raise self._fail(f"{letter}{value:g} {_NO_WORDS[letter]}")
+            raise BlockError(f"{letter}{value:g} {_NO_WORDS[letter]}")
         if letter == "G":
             self._g(value)
         elif letter == "M":
             self._m(value)
         elif letter in _CENTRE:
-            draft.put(draft.words, letter, value)
+            put_word(draft.words, letter, value)
         else:
-            if way in ("DC", "ACP", "ACN"):
-                value = self._turned(letter, value, way)
-            if way == "IC":
+            if mode in ("DC", "ACP", "ACN"):
+                value = self._turned(letter, value, mode)
+            if mode == "IC":
                 draft.increments += letter
-            elif way is not None:
+            elif mode is not None:
                 draft.absolutes += letter
-            draft.put(draft.words, letter, value)
+            put_word(draft.words, letter, value)
 
-    def _turned(self, letter: str, value: float, way: str) -> float:
+    def _turned(self, letter: str, value: float, mode: str) -> float:
         if letter not in ROTARY:
-            raise self._fail(f"{way} is for rotary axes, and {letter} is none")
+            raise BlockError(f"{mode} is for rotary axes, and {letter} is none")
         if not 0.0 <= value <= 360.0:
-            raise self._fail(f"{letter}={way}({value:g}) must be an angle from 0 to 360 deg")
-        return self.state.turned(letter, value, way)
+            raise BlockError(f"{letter}={mode}({value:g}) must be an angle from 0 to 360 deg")
+        return self.state.turned(letter, value, mode)
 
     def _g(self, number: float) -> None:
         draft, word = self.draft, f"G{number:g}"
         if number in REFUSED_G:
-            raise self._fail(f"{word} {REFUSED_G[int(number)]}")
+            raise BlockError(f"{word} {REFUSED_G[int(number)]}")
         if number in MACHINE_COORDINATES:
             self.machine = True
         elif number in (25, 26, 74, 75):
             self.apart = True
             draft.ignored.append(word)
         elif number == 500 or 505 <= number <= 599:
-            self._use_zero(word)
+            self.state.change_zero(word)
             draft.ignored.append(word)
         elif number in IGNORED_G:
             draft.ignored.append(word)
@@ -237,11 +217,10 @@ class Statement:
                 draft.note(
                     Severity.NOTE,
                     "feed-unit-assumed",
-                    "G70 makes lengths inch, and F is taken as inch/min too; where the control counts feeds "
-                    "in mm all the same, G700 says so",
+                    "under G70 F is taken as inch/min, like lengths in inch; post with G700, which says so",
                 )
         else:
-            raise self._fail(f"{word} isn't read; post the program without it")
+            raise BlockError(f"{word} isn't supported; post the program without it")
 
     def _iso(self, word: str) -> None:
         state = self.state
@@ -252,36 +231,30 @@ class Statement:
         elif word in ("G90", "G91"):
             state.incremental = word == "G91"
         elif word in ("G54", "G55", "G56", "G57"):
-            self._use_zero(word)
+            state.change_zero(word)
         self.draft.g.append(word)
-
-    def _use_zero(self, word: str) -> None:
-        before = self.state.zero or "where the program began"
-        if not self.state.change_zero(word):
-            raise self._fail(
-                f"{word} moves the program's zero away from {before}, and only the control knows how far; "
-                "write one program for each"
-            )
 
     def _m(self, number: float) -> None:
         if number != int(number):
-            raise self._fail(f"M{number:g} isn't an M word; correct it")
+            raise BlockError(f"M{number:g} isn't an M word; correct it")
         if number in _END:
             self.draft.m.append(_END[int(number)])
         elif number in SPINDLE_M:
             self.draft.m.append(f"M{number:g}")
         else:
-            # No M word moves an axis here, and numbers that mean TCP or calls in ISO are the builder's own.
+            # No M word moves an axis here; those of TCP or calls in ISO belong to the machine builder.
             self.draft.ignored.append(f"M{number:g}")
 
     # Words of several letters
 
     def _name(self, name: str, at: int) -> int:
-        """Read a word of several letters and its brackets; give where they end."""
+        """Read a word of several letters with its brackets; return the index after them."""
         if name == "DEF":
-            self._declare(self.code[at:])
+            self.state.declare(self.code[at:])
+            self.draft.ignored.append("DEF")
             return len(self.code)
-        values, end = self._values(at) if self.code[at : at + 1] == "(" else ([], at)
+        parts, end = split_arguments(self.code, at) if self.code[at : at + 1] == "(" else ([], at)
+        values = [self._argument(part) for part in parts]
         if name in ("TRAORI", "TRAFOOF"):
             self.state.tip_control = self.draft.tip_control = name == "TRAORI"
             self.state.positioned = False
@@ -290,7 +263,7 @@ class Statement:
         elif name in _TRANSFORMS:
             self.transform = name
         elif name in ("SCALE", "MIRROR") and not self.code[at:].strip():
-            self.transform = "TRANS"  # each of them alone deletes the whole frame
+            self.transform = "TRANS"  # alone, each deletes the whole frame
         elif name == "MCALL":
             self.modal_call = True
         elif name == "RET":
@@ -301,113 +274,46 @@ class Statement:
             self.draft.ignored.append(name)
             return len(self.code) if name in ("PROC", "EXTERN") else end
         else:
-            raise self._fail(refusal(name))
+            raise BlockError(refusal(name))
         return end
 
-    def _values(self, at: int) -> tuple[list[Value], int]:
-        """Read what stands between brackets, separated by commas, and give where they end."""
-        parts, begin, end, depth, quoted = [], at + 1, at, 0, False
-        for end in range(at, len(self.code)):
-            sign = self.code[end]
-            if sign == '"':
-                quoted = not quoted
-            elif not quoted:
-                depth += (sign == "(") - (sign == ")")
-                if depth == 0:
-                    break
-                if sign == "," and depth == 1:
-                    parts.append(self.code[begin:end])
-                    begin = end + 1
-        if depth:
-            raise self._fail("a bracket isn't closed")
-        parts.append(self.code[begin:end])
-        return [self._argument(part.strip()) for part in parts], end + 1
-
     def _argument(self, text: str) -> Value:
-        """Read one value; what isn't arithmetic stays a text, for functions that don't count."""
+        """Return the value of an argument; text that isn't arithmetic is returned as it is."""
         if not text:
             return None
         try:
             return evaluate(text, self.state.variables.__getitem__)
-        except ExpressionError:
+        except BlockError:
             return text.strip('"')
-
-    def _declare(self, text: str) -> None:
-        """Read ``DEF REAL a, b=2``: what is declared begins with 0."""
-        kind = _TYPE.match(text)
-        if kind is None:
-            raise self._fail("DEF is read with REAL, INT, BOOL, CHAR, STRING or AXIS; correct it")
-        at = kind.end()
-        while at < len(text):
-            found = _DECLARED.match(text, at)
-            if found is None:
-                raise self._fail(f"{text[at : at + 20].strip()!r} isn't a name that can be declared")
-            if kind[1]:
-                self.state.texts.add(found[1])
-            else:
-                self.state.variables[found[1]] = self._initial((found[2] or "0").strip())
-            at = found.end()
-        self.draft.ignored.append("DEF")
-
-    def _initial(self, text: str) -> float:
-        if text in ("TRUE", "FALSE"):
-            return float(text == "TRUE")
-        try:
-            return evaluate(text, self.state.variables.__getitem__)
-        except ExpressionError as fault:
-            raise self._fail(str(fault)) from None
 
     # Cycles and frames
 
     def _cycle(self, name: str, values: list[Value]) -> None:
-        draft = self.draft
-        draft.ignored.append(name)
-        try:
-            if name == "CYCLE800":
-                self._swivel(read_swivel(values))
-                return
-            self.hole = read_hole(name, values)
-        except CycleError as fault:
-            raise self._fail(str(fault)) from None
+        self.draft.ignored.append(name)
+        if name == "CYCLE800":
+            self._swivel(read_swivel(values))
+            return
+        self.hole = read_hole(name, values)
         for code, message in self.hole.doubts:
-            draft.note(Severity.WARNING, code, message)
+            self.draft.note(Severity.WARNING, code, message)
 
     def _swivel(self, swivel: Swivel | None) -> None:
-        """Lay the plane of CYCLE800; a new one, and none, delete the frames of TRANS and ROT."""
         state, draft = self.state, self.draft
-        if swivel is not None and swivel.additive:
-            state.swivel = state.swivel.then(state.program).then(swivel.plane)
-        else:
-            state.swivel = Plane() if swivel is None else swivel.plane
-        state.program = Plane()
-        draft.frame = state.frame("CYCLE800")
+        draft.frame = state.swivel_plane(swivel)
         if swivel is None:
             draft.tip_control = state.tip_control
         elif swivel.positions:
-            # The control turns its rotary axes until the tool stands along the plane's Z, whatever they are.
+            # The control turns its rotary axes until the tool points along the plane's Z.
             draft.tip_control, draft.vector = True, {"Z": 1.0}
             if not swivel.follows:
-                self.before = forget_place(draft.line, "CYCLE800")
-        state.positioned = swivel is not None and swivel.positions
+                self.before = forget_position(draft.line, "CYCLE800")
 
     def _change_frame(self, name: str) -> None:
-        """Read TRANS, ATRANS, ROT or AROT; those with A add to the frame, the others replace it."""
-        draft, state, words = self.draft, self.state, self.draft.words
+        draft = self.draft
         alone = not (draft.g or draft.m or self.machine or self.hole or draft.vector or draft.centre)
-        if not alone or not set(words) <= set(_LINEAR) or draft.increments or draft.absolutes:
-            raise self._fail(
-                f"{name} is read with numbers for X, Y, Z (ROT: or RPL), in a block of its own; write it so"
-            )
-        x, y, z = (words.get(c, 0.0) for c in _LINEAR)
-        if name in ("TRANS", "ATRANS"):
-            step = Plane(origin=np.array([x, y, z]))
-        elif self.plane_angle is not None:
-            step = Plane(rotation=turns(state.tool_axis, [self.plane_angle]))
-        else:
-            # RPY angles, as controls are delivered (machine data 10600 = 1): about Z, then Y', then X''.
-            step = Plane(rotation=turns("ZYX", [z, y, x]))
-        state.program = step if name in ("TRANS", "ROT") else state.program.then(step)
-        draft.frame = state.frame(name)
+        if not alone or not set(draft.words) <= set(AXES) or draft.increments or draft.absolutes:
+            raise BlockError(f"{name} takes numbers for X, Y, Z (ROT: or RPL) and no other words; correct it")
+        draft.frame = self.state.change_frame(name, draft.words, self.plane_angle)
         draft.words = {}
         draft.ignored.append(name)
 
@@ -418,13 +324,13 @@ class Statement:
         if self.transform is not None:
             self._change_frame(self.transform)
         elif self.apart:
-            self._leave_out()
+            self._omit_move()
         elif "G4" in draft.g:
             self._dwell()
         if draft.centre and any(letter in draft.words for letter in _CENTRE):
-            raise self._fail("the centre is half absolute, half an increment; write I, J, K all in one way")
+            raise BlockError("the centre is partly absolute, partly incremental; write I, J, K all alike")
         if state.positioned and any(letter in draft.words for letter in ROTARY):
-            # From here on the program names its angles again, and its positions are what they were before.
+            # The program states its angles again, and its positions mean what they meant before.
             state.positioned, draft.tip_control = False, state.tip_control
         called = self.hole is not None
         if self.modal_call:
@@ -432,7 +338,7 @@ class Statement:
             draft.ignored.append("MCALL")
         if self.machine:
             draft.g.append("G53")
-        elif any(letter in draft.words for letter in _LINEAR):
+        elif any(letter in draft.words for letter in AXES):
             state.moved = True
             if not called:
                 self.hole = state.hole
@@ -443,16 +349,16 @@ class Statement:
     def _dwell(self) -> None:
         words = self.draft.words
         if set(words) != {"F"}:
-            raise self._fail("G4 is read as a dwell of F seconds, in a block of its own; write it so")
+            raise BlockError("G4 takes F in seconds, in its own block; write it like that")
         words["P"] = words.pop("F")
 
-    def _leave_out(self) -> None:
-        """Leave out limits of the working area, and ways to points that only the machine knows."""
+    def _omit_move(self) -> None:
+        """Omit working area limits (G25, G26) and moves to fixed points of the machine (G74, G75)."""
         draft = self.draft
         if "G74" in draft.ignored or "G75" in draft.ignored:
             draft.note(
                 Severity.NOTE,
                 "fixed-point-left-out",
-                "G74 and G75 go to points that only the machine knows; they aren't in the path",
+                "G74 and G75 go to fixed points of the machine; these moves aren't in the path",
             )
         draft.words = {}

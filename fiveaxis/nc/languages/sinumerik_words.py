@@ -1,14 +1,14 @@
-"""The vocabulary of Sinumerik 840D as tables: what a word is in ISO, what has no effect, what is refused.
+"""Vocabulary of Sinumerik 840D: ISO equivalents, words without effect, and what is refused.
 
 After the *NC Programming Manual* of SINUMERIK 840D sl (Siemens 6FC5398-2BP40-3BA1), tables of G commands and
-statements. A word that is in no table is refused: it may be a subprogram or a cycle of the machine's builder.
+statements. A word in no table is refused: it may be a subprogram or a cycle of the machine builder.
 """
 
 from __future__ import annotations
 
 import re
 
-# G commands that mean the same in ISO 6983, or are one word there.
+# G commands with an equivalent in ISO 6983.
 SAME_IN_ISO = {
     **{n: f"G{n}" for n in (0, 1, 2, 3, 4, 17, 18, 19, 40, 41, 42, 54, 55, 56, 57, 90, 91, 93, 94, 95)},
     **dict.fromkeys((70, 700), "G20"),
@@ -20,18 +20,18 @@ SAME_IN_ISO = {
 # G53, G153 and SUPA suppress all frames for one block: machine coordinates.
 MACHINE_COORDINATES = (53, 153)
 
-# G commands without effect on where the tool goes: corners, exact stop, approach for a radius that is off.
+# G commands without effect on the path: corners, exact stop, approach with radius compensation off.
 IGNORED_G = frozenset(
     (9, 60, 62, 64, 290, 601, 602, 603, 621, 641, 642, 643, 644, 645, 646, 140, 141, 142, 143)
 ) | frozenset((340, 341, 450, 451, 460, 461, 462))
 
 REFUSED_G = {
-    **dict.fromkeys((33, 34, 35, 63, 331, 332), "cuts a thread, whose feed isn't read"),
+    **dict.fromkeys((33, 34, 35, 63, 331, 332), "cuts a thread, whose feed isn't supported"),
     **dict.fromkeys((58, 59), "shifts the coordinates; write TRANS or ATRANS"),
-    **dict.fromkeys((110, 111, 112), "sets a pole; polar coordinates aren't read"),
-    **dict.fromkeys((96, 961, 962, 973), "makes the spindle's speed depend on X, which isn't read"),
-    **dict.fromkeys((147, 148, 247, 248, 347, 348), "is a soft approach, whose moves the control makes"),
-    291: "switches to ISO words; post the program in one language",
+    **dict.fromkeys((110, 111, 112), "sets a pole; polar coordinates aren't supported"),
+    **dict.fromkeys((96, 961, 962, 973), "makes the spindle speed depend on X, which isn't supported"),
+    **dict.fromkeys((147, 148, 247, 248, 347, 348), "is a soft approach, whose moves the control generates"),
+    291: "switches to the ISO dialect; post the program in one language",
 }
 
 _IGNORED = """
@@ -50,23 +50,23 @@ _SETTINGS = """
 ADIS ADISPOS CTOL OTOL ATOL OVR OVRRAP OVRA ACC FL FA FGREF LIMS SPOS SPOSA DL SPI VC FPR SCC
 """
 
-# Words and functions without effect on where the tool goes; brackets after them, if any, belong to them.
+# Words and functions without effect on the path; brackets after them belong to them.
 IGNORED = frozenset(_IGNORED.split())
 
-# Names before ``=`` of the same kind, with an index or without.
+# The same before ``=``, with or without an index.
 IGNORED_SETTINGS = frozenset(_SETTINGS.split())
 
-_CYCLE = "is a cycle, which isn't expanded; let the CAM system write its moves"
-_JUMP = "jumps, repeats or calls, which isn't run; post one program with all moves in plain words"
-_TURN = "turns the coordinates in a way that isn't read; write ROT, AROT or CYCLE800"
-_KINEMATICS = "is a transformation that isn't read; TRAORI is"
-_POLAR = "is a polar coordinate or an angle, which isn't read; write X, Y and Z"
-_EXTRA = "adds a chamfer or a rounding, which isn't read; let the CAM system write its moves"
-_CURVE = "is a curve that isn't read; let the CAM system write G1, G2 and G3"
-_SIDE = "moves axes beside the path, which isn't read; write G0 or G1"
-_ANGLES = "gives the tool's direction by angles whose meaning the machine's data decide; write A3, B3, C3"
+_CYCLE = "is a cycle, which isn't expanded; post its moves"
+_JUMP = "jumps, repeats or calls, which isn't run; post one program with all moves"
+_TURN = "rotates the coordinates, which isn't supported; write ROT, AROT or CYCLE800"
+_KINEMATICS = "is an unsupported transformation; write TRAORI"
+_POLAR = "is a polar coordinate or an angle, which isn't supported; write X, Y and Z"
+_EXTRA = "adds a chamfer or a rounding, which isn't supported; post its moves"
+_CURVE = "is a curve, which isn't supported; post G1, G2 and G3"
+_SIDE = "moves axes independently of the path, which isn't supported; write G0 or G1"
+_ANGLES = "gives the tool direction by angles whose meaning depends on machine data; write A3, B3, C3"
 
-# The first pattern that fits a whole name gives the reason.
+# The first pattern that matches a whole name gives the reason.
 REFUSED: tuple[tuple[re.Pattern[str], str], ...] = tuple(
     (re.compile(pattern), reason)
     for pattern, reason in (
@@ -74,27 +74,26 @@ REFUSED: tuple[tuple[re.Pattern[str], str], ...] = tuple(
         (r"IF|ELSE|ENDIF|GOTO[BFCS]?|WHILE|ENDWHILE|FOR|ENDFOR|LOOP|ENDLOOP|REPEATB?|UNTIL|CASE", _JUMP),
         (r"P?CALL|EXTCALL|ISOCALL|SPRINT|INIT|START|REPOS[A-Z]*", _JUMP),
         (r"A?ROTS|CROTS?|TO(ROT|FRAME)[XYZ]?|PAROT", _TURN),
-        (r"A?SCALE|A?MIRROR", "scales or mirrors the coordinates, which isn't read; post without it"),
+        (r"A?SCALE|A?MIRROR", "scales or mirrors the coordinates, which isn't supported; post without it"),
         (r"TRANSMIT|TRACYL|TRAANG|TRACON|TRAFOON|TRAORI_.*", _KINEMATICS),
         (r"AP|RP|ANG[12]?|AR", _POLAR),
         (r"CHF|CHR|RNDM?", _EXTRA),
         (r"[ABC]SPLINE|POLY|CIP|CT|INVCW|INVCCW|PO|PL|[IJK]1", _CURVE),
         (r"POSA?|POSP|FXS|MEAS?|MEAW|MOV|OSCILL|PUNCH.*", _SIDE),
         (r"[ABC][267]|THETA|LEAD|TILT|PSI|NUT|ORIRESET|ORICON[A-Z]*|ORICURVE|[XYZ]H", _ANGLES),
-        (r"OFFN|TOFFL|TOFFR|TOFF", "shifts the tool beside its path, which isn't read; post without it"),
-        (r"FB|FZ|FRC|FRCM|FD", "is a feed of one block or one tooth, which isn't read; write F"),
-        (r"DIAMON|DIAM90", "makes X a diameter, as lathes count; post for a mill"),
-        (r"\$.*", "is a variable of the control itself, whose effect isn't known here; take it out"),
+        (r"OFFN|TOFFL|TOFFR|TOFF", "offsets the tool from its path, which isn't supported; post without it"),
+        (r"FB|FZ|FRC|FRCM|FD", "is a feed per block or per tooth, which isn't supported; write F"),
+        (r"DIAMON|DIAM90", "makes X a diameter, as on lathes; post for a mill"),
+        (r"\$.*", "is a system variable, whose effect is unknown; remove it"),
     )
 )
 
 
 def refusal(name: str) -> str:
-    """Say why a name isn't read."""
+    """Return the reason why a name is refused."""
     for pattern, reason in REFUSED:
         if pattern.fullmatch(name):
             return f"{name} {reason}"
     return (
-        f"{name} isn't a word that is read, and may be a subprogram or an axis; post one program with all "
-        "moves in plain words"
+        f"{name} isn't a supported word, and may be a subprogram or an axis; post one program with all moves"
     )

@@ -10,7 +10,7 @@ import pytest
 from fiveaxis.nc.control.arcs import arc_about, arc_of_radius
 
 
-def test_a_quarter_goes_the_way_that_is_asked():
+def test_a_quarter_arc_has_the_requested_direction():
     left = arc_about((1, 0), (0, 1), (0, 0), clockwise=False)
     right = arc_about((1, 0), (0, 1), (0, 0), clockwise=True)
     assert left.sweep == pytest.approx(math.pi / 2)
@@ -20,13 +20,13 @@ def test_a_quarter_goes_the_way_that_is_asked():
 
 
 @pytest.mark.parametrize("clockwise", [False, True])
-def test_from_a_point_to_itself_it_is_a_full_circle(clockwise):
+def test_equal_start_and_end_make_a_full_circle(clockwise):
     arc = arc_about((3, 1), (3, 1), (1, 1), clockwise=clockwise)
     assert arc.sweep == pytest.approx(-2 * math.pi if clockwise else 2 * math.pi)
     assert arc.length == pytest.approx(4 * math.pi)
 
 
-def test_a_negative_radius_is_the_longer_arc():
+def test_a_negative_radius_makes_the_longer_arc():
     short = arc_of_radius((1, 0), (0, 1), 1.0, clockwise=False)
     long = arc_of_radius((1, 0), (0, 1), -1.0, clockwise=False)
     np.testing.assert_allclose(short.centre, [0, 0], atol=1e-15)
@@ -41,7 +41,7 @@ def test_a_clockwise_radius_has_its_centre_on_the_other_side():
     assert arc.sweep == pytest.approx(-math.pi / 2)
 
 
-def test_half_a_circle_may_have_a_radius_that_rounding_made_too_small():
+def test_the_radius_of_a_half_circle_may_be_too_small_by_rounding():
     arc = arc_of_radius((0, 0), (10, 0), 4.999, clockwise=True)
     assert arc.radii == pytest.approx((5, 5))
     assert arc.sweep == pytest.approx(-math.pi)
@@ -49,7 +49,7 @@ def test_half_a_circle_may_have_a_radius_that_rounding_made_too_small():
         arc_of_radius((0, 0), (10, 0), 4.9, clockwise=True)
 
 
-def test_radii_that_differ_by_rounding_grow_along_the_arc():
+def test_radii_that_differ_by_rounding_change_along_the_arc():
     # The ends of a block of the LinuxCNC boat: radius 5.0002 at its begin, 5.001 at its end.
     arc = arc_about((-48.713, 20.275), (-44.662, 22.345), (-44.662, 17.344), clockwise=True)
     radii = np.linalg.norm(arc.points(50) - [-44.662, 17.344], axis=1)
@@ -57,22 +57,22 @@ def test_radii_that_differ_by_rounding_grow_along_the_arc():
     np.testing.assert_allclose(arc.points(7)[-1], [-44.662, 22.345], atol=1e-12)
 
 
-def test_radii_that_differ_by_more_are_a_fault():
-    with pytest.raises(ValueError, match=r"begins 5 mm from its centre and ends 5\.1 mm"):
+def test_radii_that_differ_by_more_are_refused():
+    with pytest.raises(ValueError, match=r"starts 5 mm from its centre and ends 5\.1 mm"):
         arc_about((5, 0), (0, 5.1), (0, 0), clockwise=False)
     # On a large circle 0.1 % is more than the 0.5 mm that are allowed at most.
-    with pytest.raises(ValueError, match="begins 1000 mm"):
+    with pytest.raises(ValueError, match="starts 1000 mm"):
         arc_about((1000, 0), (0, 1000.6), (0, 0), clockwise=False)
 
 
-def test_arcs_without_radius_are_a_fault():
-    with pytest.raises(ValueError, match="begins at its centre"):
+def test_arcs_without_a_radius_are_refused():
+    with pytest.raises(ValueError, match="starts at its centre"):
         arc_about((1, 1), (2, 2), (1, 1), clockwise=False)
-    with pytest.raises(ValueError, match="may lie anywhere"):
+    with pytest.raises(ValueError, match="a full circle can't be given by R"):
         arc_of_radius((1, 1), (1, 1), 5, clockwise=False)
 
 
 @pytest.mark.parametrize(("tolerance", "parts"), [(1.0, 4), (1 - math.cos(math.pi / 6), 6), (1e-4, 223)])
-def test_chords_are_as_many_as_the_tolerance_needs(tolerance, parts):
+def test_the_number_of_chords_follows_from_the_tolerance(tolerance, parts):
     # n chords of a circle of radius 1 are 1 - cos(pi / n) off; 222 of them would be 1.0013e-4 off.
     assert arc_about((1, 0), (1, 0), (0, 0), clockwise=False).parts(tolerance) == parts

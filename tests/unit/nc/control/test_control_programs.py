@@ -39,7 +39,7 @@ def tips_of(path: Toolpath):
 
 # The real programs
 
-# Work offsets of one zero: how far G54 to G56 are apart isn't in the programs.
+# All work offsets at one zero: the programs don't give the distances of G54 to G56.
 ZEROS = {"G54X": 0.0, "G55X": 0.0, "G56X": 0.0}
 
 
@@ -50,7 +50,7 @@ def dmu(data) -> Toolpath:
     return read_toolpath(file, tool=BALL, machine=machine, program_zero=ZEROS)
 
 
-def test_the_dmus_tip_is_where_the_same_operation_leads_a_haas(data, dmu):
+def test_a_dmu_and_a_haas_have_the_same_tip_in_the_same_operation(data, dmu):
     """The oracle of `tests.unit.kinematics.test_oracles`, through both readers: the same largest distance."""
     haas = read_toolpath(
         data / "toolpaths" / "nx_haas_vf2tr_machine_inch.nc",
@@ -72,7 +72,7 @@ def test_the_dmus_tip_is_where_the_same_operation_leads_a_haas(data, dmu):
     assert turned[311:].min() > ROUNDED_DEG  # the nutating axis is at its end
 
 
-def test_the_dmus_program_is_read_whole_with_its_windings(dmu):
+def test_the_dmu_program_is_read_completely_with_its_long_turns(dmu):
     assert dmu.source[-1] == 1197
     turns = [f for f in dmu.findings if f.code == "long-turn"]
     assert [(f.place.line, round(f.value, 3)) for f in turns] == [(1197, 1903.826)]
@@ -80,7 +80,7 @@ def test_the_dmus_program_is_read_whole_with_its_windings(dmu):
     assert {f.code for f in dmu.findings} >= {"feed-unit-assumed", "cycle-retracts-below", "cycle-as-hole"}
 
 
-def test_work_offsets_of_unknown_distance_end_the_reading(data):
+def test_work_offsets_of_unknown_distance_are_refused(data):
     file = data / "toolpaths" / "nx_dmu70_840d_traori_inch.mpf"
     machine = machine_of("650123", {"B": Line((0.0, 1.0, -1.0))}, reverse="B")
     with pytest.raises(ToolpathError, match=r"\.mpf:363: G55 here and G54 since line 18"):
@@ -99,8 +99,8 @@ def test_the_cross_has_six_directions_and_no_simultaneous_cut(data):
     assert [f.value for f in path.findings if f.code == "no-simultaneous-path"] == [6.0]
 
 
-def test_frames_and_rotary_axes_of_the_cross_name_the_same_directions(data):
-    """The post wrote each plane twice: as AROT about turned axes, and as B and C of a table."""
+def test_frames_and_rotary_axes_of_the_cross_give_the_same_directions(data):
+    """The post wrote each plane twice: as AROT about rotated axes, and as B and C of a table."""
     source = load_source(data / "toolpaths" / "spinner_achskreuz_840D_mm.mpf")
     angles, planes = {}, 0
     last = None
@@ -154,7 +154,7 @@ KLARTEXT = """0 BEGIN PGM PART MM
 """
 
 
-def test_three_languages_tell_one_path(tmp_path):
+def test_three_languages_give_one_path(tmp_path):
     machine = machine_of("640123")
     iso = read(tmp_path / "part.nc", ISO, machine=machine)
     for name, text in (("part.mpf", SINUMERIK), ("part.h", KLARTEXT)):
@@ -166,7 +166,7 @@ def test_three_languages_tell_one_path(tmp_path):
     assert iso.axis[-1] != pytest.approx([0.0, 0.0, 1.0])
 
 
-def test_directions_as_vectors_need_no_machine(tmp_path):
+def test_tool_vectors_need_no_machine(tmp_path):
     sinumerik = "G710\nTRAORI\nG0 X1 Y2 Z3 A3=0 B3=0 C3=1\nG1 Z0 A3=.6 C3=.8 F100\nX5\nM30\n"
     klartext = (
         "BEGIN PGM A MM\nL X+1 Y+2 Z+3 R0 FMAX M128\nLN X1 Y2 Z3 TX0 TY0 TZ1 FMAX\n"
@@ -184,11 +184,11 @@ def test_normals_of_a_program_give_the_contacts_of_a_ball(tmp_path):
         "LN X2 Y0 Z0 NX0 NY.6 NZ.8 TX0 TY0 TZ1\nEND PGM A MM\n"
     )
     path = read(tmp_path / "a.h", text)
-    # The centre of the ball is 3 mm over the tip, and the contact 3 mm from it against the normal.
+    # The ball centre is 3 mm above the tip, and the contact 3 mm from it against the normal.
     np.testing.assert_allclose(path.contact[1:], [[1, -1.8, 0.6], [2, -1.8, 0.6]], atol=1e-12)
 
 
-def test_planes_of_both_languages_lie_where_they_say(tmp_path):
+def test_planes_of_both_languages_lie_where_programmed(tmp_path):
     """A hole of 5 mm at (1, 2) of a plane through X 100 whose Z is the workpiece's X."""
     sinumerik = (
         'G710 G90 G54\nCYCLE800(1,"TC",0,57,100,0,0,0,90,0,0,0,0,-1)\nG0 X1 Y2\nZ3\n'
@@ -207,7 +207,7 @@ def test_planes_of_both_languages_lie_where_they_say(tmp_path):
         assert list(path.kind) == [MoveKind.RAPID, MoveKind.RAPID, MoveKind.CUT, MoveKind.RAPID]
 
 
-def test_a_helix_of_both_languages_ends_where_it_says_after_all_turns(tmp_path):
+def test_a_helix_of_both_languages_ends_at_its_end_after_all_turns(tmp_path):
     sinumerik = "G710\nG0 X10 Y0 Z0\nG3 X0 Y10 Z-9 I-10 J0 TURN=2 F100\nM30\n"
     klartext = "BEGIN PGM A MM\nL X10 Y0 Z0 FMAX\nCC X0 Y0\nCP IPA+810 IZ-9 DR+ F100\nEND PGM A MM\n"
     for name, text in (("a.mpf", sinumerik), ("a.h", klartext)):
@@ -224,22 +224,22 @@ def test_a_helix_of_both_languages_ends_where_it_says_after_all_turns(tmp_path):
     [
         ("a.mpf", "TRAORI\nG1 X1 Y2 Z3 A3=1 B3=1 C3=1 F9\nX2", "a.mpf:2"),
         ("a.h", "BEGIN PGM A MM\nM128\nLN X1 Y2 Z3 TX1 TY1 TZ1 F9\nLN X2 TX1 TY0 TZ0", "a.h:3"),
-        ("a.mpf", "G710\nG0 X0 Y0 Z0\nG1 X1\nX=2", "a.mpf:3: a feed move, and no F"),
-        ("a.h", "BEGIN PGM A MM\nL X0 Y0 Z0 FMAX\nCC X5 Y5\nC X9 Y0 DR+ F5", "a.h:4: the arc begins"),
+        ("a.mpf", "G710\nG0 X0 Y0 Z0\nG1 X1\nX=2", "a.mpf:3: a feed move without F"),
+        ("a.h", "BEGIN PGM A MM\nL X0 Y0 Z0 FMAX\nCC X5 Y5\nC X9 Y0 DR+ F5", "a.h:4: the arc starts"),
         ("a.mpf", "TRAORI\nG0 X0 Y0 Z0\nG1 X1 F5\nG700 X5", "a.mpf:4"),
         (
             "a.mpf",
             'G710\nG0 X0 Y0 Z0\nCYCLE800(1,"",0,57,0,0,0,0,30,0,0,0,0,-1)\nG0 X1 Y1\nG1 X2 F5',
-            "a.mpf:5: a feed move, and",
+            "a.mpf:5: a feed move without",
         ),
         (
             "a.h",
             "BEGIN PGM A MM\nL X0 Y0 Z0 FMAX\nPLANE SPATIAL SPA+9 SPB0 SPC0 TURN\nL X1 Y1 FMAX\nL X2 F5",
-            "a.h:5: a feed move, and",
+            "a.h:5: a feed move without",
         ),
     ],
 )
-def test_what_only_the_whole_tells_is_refused_with_its_line_too(tmp_path, name, text, fact):
+def test_faults_that_depend_on_other_blocks_are_refused_with_their_line(tmp_path, name, text, fact):
     with pytest.raises(ToolpathError) as caught:
         read(tmp_path / name, text)
     assert fact in str(caught.value)

@@ -60,7 +60,7 @@ def read(tmp_path):
 
 @pytest.fixture
 def fault(read):
-    """Read a program that has to be refused; give the message behind the place, and the line."""
+    """Read a program that must be refused; return the line and the message."""
 
     def read_badly(text, machine=MILL, **options):
         with pytest.raises(ToolpathError) as caught:
@@ -79,10 +79,10 @@ def codes(motion):
     return [f.code for f in motion.findings]
 
 
-# What is read of the printed program
+# The published program
 
 
-def test_the_printed_zigzag_takes_the_printed_ways_and_times(read):
+def test_the_published_zigzag_has_the_published_travel_and_times(read):
     machine = load_machine("takisawa-mac-v3")
     motion = read(ZIGZAG, machine, start={"X": 18, "Y": 74, "Z": 0}, rapid_mm_min=10_000)
     assert motion.source.tolist() == [1, *range(1, 21)]
@@ -96,7 +96,7 @@ def test_the_printed_zigzag_takes_the_printed_ways_and_times(read):
     np.testing.assert_allclose(motion.feed[[1, 2, 19]] * 60, [300, 500, 10_000])
 
 
-def test_a_reference_without_axes_moves_none_and_says_so(read):
+def test_a_reference_without_axes_moves_none_with_a_warning(read):
     # The printed table has no row for its G28, though X and Y are far from 0.
     motion = read("G1 X1 F100\nG28\n")
     assert len(motion) == 2
@@ -107,7 +107,7 @@ def test_a_reference_without_axes_moves_none_and_says_so(read):
 # Real programs
 
 
-def test_a_rotary_of_another_name_is_told_with_the_axes_that_there_are(data, hayashi):
+def test_an_unknown_rotary_axis_is_refused_with_the_list_of_axes(data, hayashi):
     path = data / "toolpaths" / "nx_haas_vf2tr_machine_inch.nc"
     with pytest.raises(ToolpathError) as caught:
         read_program(path, hayashi, unit="inch", rapid_mm_min=15_000)
@@ -116,14 +116,14 @@ def test_a_rotary_of_another_name_is_told_with_the_axes_that_there_are(data, hay
 
 
 def haas_trunnion():
-    """Make the Haas trunnion: A tilts, and B, in spite of its letter, turns about Z on it."""
+    """Return the Haas trunnion: A tilts, and B, despite its letter, turns about Z on it."""
     machine = Machine.from_code("540123")
     joints = tuple(
         replace(j, line=replace(j.line, direction=(0.0, 0.0, 1.0))) if j.letter == "B" else j
         for j in machine.chain.joints
     )
     chain = replace(machine.chain, joints=joints)
-    # Its control counts B as the table turns: p = Rz(B) Rx(-A) (X, Y, Z), see ../shared/data/README.md.
+    # This control counts B as the table turns: p = Rz(B) Rx(-A) (X, Y, Z), see ../shared/data/README.md.
     axes = tuple(replace(a, reversed=a.letter == "A") for a in machine.axes)
     return replace(machine, chain=chain, axes=axes)
 
@@ -149,8 +149,8 @@ def test_the_haas_program_is_read_up_to_its_first_cycle(data, tmp_path):
     assert motion.feed[row] * 60 == pytest.approx(9.8 * 25.4)
 
 
-def test_a_turn_back_through_zero_is_found_because_controls_differ(data, tmp_path):
-    # From B359.857 to B7.501 in one feed move: most controls take 7.644 deg, the words say 352.356.
+def test_a_rotation_back_through_zero_is_reported_because_controls_differ(data, tmp_path):
+    # From B359.857 to B7.501 in one feed move: most controls turn by 7.644 deg, the words mean 352.356.
     path = data / "toolpaths" / "nx_haas_vf2tr_machine_inch.nc"
     lines = path.read_text(encoding="utf-8").split("\n")[:600]
     milling = tmp_path / "milling.nc"
@@ -162,7 +162,7 @@ def test_a_turn_back_through_zero_is_found_because_controls_differ(data, tmp_pat
 
 
 @pytest.mark.parametrize("name", ["linuxcnc_impeller_xyzac.ngc", "linuxcnc_boat_xyzac.ngc"])
-def test_programs_of_the_tools_tip_lead_it_along_their_way(data, trunnion, name):
+def test_programs_under_tcp_keep_the_tip_on_its_path(data, trunnion, name):
     path = data / "toolpaths" / name
     motion = read_program(path, trunnion)
     toolpath = fx.read_toolpath(path, machine=trunnion, tool=fx.Tool.ball(6))
@@ -175,7 +175,7 @@ def test_programs_of_the_tools_tip_lead_it_along_their_way(data, trunnion, name)
         near = np.abs(poses[place:] - wanted[row]).max(axis=1) < 1e-9
         place += int(np.argmax(near))
         assert near.any()
-    # Between two rows the axes run straight: the tip is on its way within the tolerance there too.
+    # Between two rows the axes run straight: the tip is within tolerance of its line there too.
     middle, _ = tool_poses(trunnion, (motion.positions[1:] + motion.positions[:-1]) / 2.0)
     off = np.linalg.norm(middle - (tip[1:] + tip[:-1]) / 2.0, axis=1)
     assert 0.5 * PATH_TOLERANCE < off.max() <= PATH_TOLERANCE
@@ -184,7 +184,7 @@ def test_programs_of_the_tools_tip_lead_it_along_their_way(data, trunnion, name)
     assert motion.time[cuts].sum() == pytest.approx(duration)
 
 
-def test_a_motion_goes_on_where_the_tip_takes_over(read, trunnion):
+def test_a_motion_continues_across_the_switch_to_tcp(read, trunnion):
     text = "G0 X0 Y0 Z100 A0 C0\nM428\nG0 X10 Y0 Z50 A-30\nG1 X20 A-40 F600\nM429\nG0 X0 Y0 Z100\n"
     motion = read(text, trunnion, start=None, rapid_mm_min=None)
     tip, axis = tool_poses(trunnion, motion.positions)
@@ -203,10 +203,10 @@ def test_a_tool_direction_has_no_angles_in_a_motion(fault, trunnion):
     text = "G21 G0 X0 Y0 Z0 A0 C0\nG43.5 H1\nG0 X0 Y0 Z0 I0 J0 K1\nG1 X1 I.6 K.8 F60\n"
     line, message = fault(text, trunnion, start=None)
     assert line == 3
-    assert "gives the tool's direction" in message
+    assert "gives the tool direction" in message
 
 
-# Ways
+# Moves
 
 
 def test_words_stay_in_force(read):
@@ -216,13 +216,13 @@ def test_words_stay_in_force(read):
     assert motion.source.tolist() == [1, 1, 2, 4, 5, 6]
 
 
-def test_increments_add_to_where_the_axes_are(read):
+def test_increments_add_to_the_axis_positions(read):
     motion = read("G1 G91 X1 F60\nX1 Y1\nG90 X5\nG91 Y-1\n")
     np.testing.assert_allclose(rows(motion)[1:], [[1, 0, 0], [2, 1, 0], [5, 1, 0], [5, 0, 0]])
 
 
 @pytest.mark.parametrize(("word", "scale"), [("G20", 25.4), ("G70", 25.4), ("G21", 1), ("G71", 1)])
-def test_the_unit_scales_lengths_and_feeds_but_no_angles(read, hayashi, word, scale):
+def test_the_unit_scales_lengths_and_feeds_but_not_angles(read, hayashi, word, scale):
     motion = read(f"{word} G1 X1 A2 F60\nA3\n", hayashi, unit=None)
     np.testing.assert_allclose(hayashi.shown(motion.positions)[1], [scale, 0, 0, 2, 0])
     np.testing.assert_allclose(motion.feed[1:], [scale, 1])
@@ -230,19 +230,19 @@ def test_the_unit_scales_lengths_and_feeds_but_no_angles(read, hayashi, word, sc
     assert codes(motion) == []
 
 
-def test_a_unit_that_nobody_states_is_assumed_and_said(read):
+def test_an_unstated_unit_is_assumed_with_a_warning(read):
     motion = read("G1 X1 F60\n", unit=None)
     assert rows(motion)[1, 0] == 1
     assert codes(motion) == ["unit-assumed"]
     assert rows(read("G1 X1 F60\n", unit="inch"))[1, 0] == 25.4
 
 
-def test_axes_that_the_control_counts_otherwise_change_their_sign(read, trunnion):
+def test_reversed_axes_change_their_sign(read, trunnion):
     motion = read("G1 X1 A2 C-3 F60\n", trunnion)
     np.testing.assert_allclose(trunnion.shown(motion.positions)[1], [1, 0, 0, -2, 3])
 
 
-def test_machine_coordinates_count_from_the_programs_zero(read):
+def test_machine_coordinates_are_relative_to_the_program_zero(read):
     # The control shows Z-300 in machine coordinates at Z0 of the program.
     text = "G0 Z10\nG53 Z0\nZ20\nG28 Z30\n"
     motion = read(text, program_zero={"Z": -300})
@@ -254,18 +254,18 @@ def test_machine_coordinates_count_from_the_programs_zero(read):
     assert assumed.findings[0].place.line == 2
 
 
-def test_a_retract_while_the_tip_is_led_ends_that_until_the_program_says_so_again(read):
-    """Posts write `G53 G0 Z0` before the G49 that takes the length back; where the tip is then is open."""
+def test_a_machine_coordinate_retract_suspends_tcp_until_it_is_switched(read):
+    """Posts write `G53 G0 Z0` before the G49 that cancels the length; the tip is unknown in between."""
     machine = load_machine("variaxis-630")
     text = "G94\nG0 A0 C0\nG43.4 H1 X0 Y0 Z50\nG1 X10 F600\nG53 G0 Z0\n"
     for after in ("", "G49\nG53 G0 X0 Y0\n", "G43.4 H1\nG0 X0 Y0 Z50\n"):
         motion = read(text + after, machine, program_zero={"Z": 0.0})
         assert (motion.positions[:, machine.column("Z")] == 0.0).any()
-    with pytest.raises(ToolpathError, match=r"after G53 under tool centre point control \(line 5\)"):
+    with pytest.raises(ToolpathError, match=r"after G53 under TCP \(line 5\)"):
         read(text + "G1 X20\n", machine)
 
 
-def test_a_reference_is_reached_through_the_place_that_is_named(read, hayashi):
+def test_a_reference_move_passes_through_its_intermediate_position(read, hayashi):
     motion = read("G0 X5 Y6 A7\nG28 X9 A1\nG91 G28 Y0\n", hayashi)
     np.testing.assert_allclose(
         hayashi.shown(motion.positions)[2:], [[9, 6, 0, 1, 0], [0, 6, 0, 0, 0], [0, 0, 0, 0, 0]], atol=1e-12
@@ -273,7 +273,7 @@ def test_a_reference_is_reached_through_the_place_that_is_named(read, hayashi):
     assert (motion.kind == RAPID).all()
 
 
-def test_the_motion_begins_where_the_first_rapid_moves_lead(read, hayashi):
+def test_the_motion_starts_at_the_end_of_the_first_rapid_moves(read, hayashi):
     motion = read("G0 A1 C2\nX3 Y4\nZ5\nG1 Z0 F60\n", hayashi, start=None)
     np.testing.assert_allclose(hayashi.shown(motion.positions), [[3, 4, 5, 1, 2], [3, 4, 0, 1, 2]])
     assert motion.source.tolist() == [3, 4]
@@ -283,16 +283,16 @@ def test_the_motion_begins_where_the_first_rapid_moves_lead(read, hayashi):
     assert motion.findings[0].message.startswith("3 rapid moves before")
 
 
-def test_an_increment_to_the_reference_tells_where_an_axis_is(read):
+def test_an_incremental_reference_move_makes_an_axis_known(read):
     # How programs for Fanuc controls begin; without it Z would stay unknown.
     motion = read("G91 G28 Z0\nG90 G0 X1 Y2\nG1 Z-1 F60\n", start=None)
     np.testing.assert_allclose(rows(motion), [[1, 2, 0], [1, 2, -1]])
 
 
-def test_start_places_the_axes_that_a_program_never_names(read, trunnion):
+def test_start_gives_the_axes_that_a_program_never_writes(read, trunnion):
     text = "G0 X1 Y2 Z3\nG1 X2 F60\n"
     motion = read(text, trunnion, start={"A": 10, "C": -20})
-    # As the program would write it: this control counts A and C the other way.
+    # In the control's sign: this control reverses A and C.
     np.testing.assert_allclose(trunnion.shown(motion.positions)[0], [1, 2, 3, -10, 20])
 
 
@@ -310,7 +310,7 @@ def test_an_arc_becomes_chords_within_the_tolerance(read, text):
     middles = (points[1:] + points[:-1]) / 2
     off = 10 - np.linalg.norm(middles[:, :2] - [10, 0], axis=1)
     assert 0.5 * PATH_TOLERANCE < off.max() <= PATH_TOLERANCE
-    # F counts along the arc, not along the chords.
+    # F is along the arc, not along the chords.
     assert motion.time.sum() == pytest.approx(np.pi / 2 * 10 / 10, rel=1e-12)
     np.testing.assert_allclose(motion.feed, 10)
     assert set(motion.source) == {1}
@@ -336,7 +336,7 @@ def test_each_plane_has_its_first_and_second_axis(read, plane, words, quarter):
     np.testing.assert_allclose(middle[~on], 0, atol=1e-12)
 
 
-def test_an_arc_may_climb_and_turn_as_it_goes(read, hayashi):
+def test_an_arc_may_move_the_third_and_the_rotary_axes(read, hayashi):
     motion = read("G0 X10\nG3 I-10 Z6.28 C36 F600\n", hayashi)
     points = hayashi.shown(motion.positions)[1:]
     share = np.linspace(0, 1, len(points))
@@ -358,7 +358,7 @@ def test_arcs_in_inches_and_by_inverse_time(read):
 # Times
 
 
-def test_feed_counts_along_the_linear_axes_if_any_moves_else_in_degrees(read, hayashi):
+def test_feed_is_along_the_linear_axes_if_any_moves_else_in_degrees(read, hayashi):
     motion = read("G1 X3 Y4 A90 F60\nA87 C4\n", hayashi)
     np.testing.assert_allclose(motion.time, [0, 5, 5])
     np.testing.assert_allclose(motion.feed[1:], 1)
@@ -370,7 +370,7 @@ def test_inverse_time_is_the_duration_of_each_block(read):
     np.testing.assert_allclose(motion.feed[1:], [5, 0.5, 1])
 
 
-def test_feed_per_revolution_takes_the_spindles_speed(read):
+def test_feed_per_revolution_uses_the_spindle_speed(read):
     motion = read("S600 M3\nG95 G1 X5 F0.1\n")
     assert motion.feed[1] == pytest.approx(1)
     assert motion.time[1] == pytest.approx(5)
@@ -385,7 +385,7 @@ def test_a_rapid_move_takes_as_long_as_its_slowest_axis(read, trunnion):
     assert motion.feed[2] == pytest.approx(speeds[3])
 
 
-def test_a_rapid_speed_serves_axes_without_one_only(read, hayashi):
+def test_the_rapid_speed_applies_to_axes_without_max_speed_only(read, hayashi):
     fast = replace(
         hayashi, axes=tuple(replace(a, max_speed=10.0 if a.letter == "X" else None) for a in hayashi.axes)
     )
@@ -393,7 +393,7 @@ def test_a_rapid_speed_serves_axes_without_one_only(read, hayashi):
     np.testing.assert_allclose(motion.time, [0, 10, 5, 5])
 
 
-def test_a_dwell_is_a_row_at_its_place(read):
+def test_a_dwell_is_a_row_at_the_same_position(read):
     motion = read("G1 X1 F60\nG4 P0.5\nX2\n")
     assert motion.time.tolist() == [0, 1, 0.5, 1]
     assert rows(motion)[:, 0].tolist() == [0, 1, 1, 2]
@@ -403,7 +403,7 @@ def test_a_dwell_is_a_row_at_its_place(read):
     assert first.feed.tolist() == [1, 1, 1]
 
 
-def test_feeds_of_klartext_in_inches_count_tenths(tmp_path):
+def test_klartext_feeds_in_inch_programs_are_in_tenths(tmp_path):
     path = tmp_path / "part.h"
     text = "BEGIN PGM part INCH\nL X+0 Y+0 Z+0 R0 F100\nL X+1\nEND PGM part INCH\n"
     path.write_text(text, encoding="utf-8")
@@ -412,20 +412,20 @@ def test_feeds_of_klartext_in_inches_count_tenths(tmp_path):
     assert motion.feed[-1] == pytest.approx(254 / 60)
 
 
-def test_a_dwell_of_x_with_its_decimal_point_is_in_seconds(read):
+def test_a_dwell_by_x_with_a_decimal_point_is_in_seconds(read):
     motion, same = read("G1 X1 F60\nG04 X1.5\nX2\n"), read("G1 X1 F60\nG4 P1.5\nX2\n")
     np.testing.assert_array_equal(motion.time, same.time)
     np.testing.assert_array_equal(motion.positions, same.positions)
     assert 1.5 in motion.time
 
 
-def test_a_dwell_that_may_be_meant_in_milliseconds_is_found(read):
+def test_a_dwell_that_may_be_in_milliseconds_is_reported(read):
     motion = read("G1 X1 F60\nG4 P500\n")
     assert motion.time.sum() == 501
     assert codes(motion) == ["long-dwell"]
 
 
-# What isn't used is counted
+# Unused words are counted
 
 
 def test_words_without_effect_are_counted(read):
@@ -438,24 +438,24 @@ def test_words_without_effect_are_counted(read):
     assert len(motion) == 2
 
 
-def test_blocks_after_a_slash_move_unless_they_are_to_be_skipped(read):
+def test_blocks_with_a_slash_move_unless_block_delete_is_on(read):
     assert len(read("G1 X1 F60\n/X2\n")) == 3
     assert len(read("G1 X1 F60\n/X2\n", block_delete=True)) == 2
 
 
-# What is refused
+# Refused programs
 
 
 @pytest.mark.parametrize(
     ("text", "line", "fact"),
     [
-        ("G1 X1\n", 1, "no F in force"),
-        ("G1 F0 X1\n", 1, "F0; a feed must be above 0"),
-        ("F-5\n", 1, "F-5; a feed must be above 0"),
-        ("G1 X1 F60\nG93 X2\n", 2, "G93 needs one in each"),
-        ("G93 G1 X1 F60\nX2\n", 2, "G93 needs one in each"),
-        ("G1 X1 F60\nG95 X2 S100\n", 2, "no F in force for G95"),
-        ("G95 G1 X1 F1\n", 1, "no S above 0"),
+        ("G1 X1\n", 1, "without F in force"),
+        ("G1 F0 X1\n", 1, "F0: a feed must be above 0"),
+        ("F-5\n", 1, "F-5: a feed must be above 0"),
+        ("G1 X1 F60\nG93 X2\n", 2, "G93 needs F in each one"),
+        ("G93 G1 X1 F60\nX2\n", 2, "G93 needs F in each one"),
+        ("G1 X1 F60\nG95 X2 S100\n", 2, "without F in force for G95"),
+        ("G95 G1 X1 F1\n", 1, "without S above 0"),
         ("X1\n", 1, "none of G0, G1, G2, G3 is in force"),
         ("G0 X1\nG80\nX2\n", 3, "none of G0, G1, G2, G3 is in force"),
         ("G0 G1 X1\n", 1, "G0 and G1 in one block"),
@@ -467,35 +467,35 @@ def test_blocks_after_a_slash_move_unless_they_are_to_be_skipped(read):
         ("G0 X1 Q5\n", 1, "Q5: doesn't belong to anything"),
         ("G0 X1E3\n", 1, "have no exponent"),
         ("G0 X1000001\n", 1, "beyond 1e+06"),
-        ("G41 D1 G1 X1 F1\n", 1, "G41 shifts the way by the tool's radius"),
+        ("G41 D1 G1 X1 F1\n", 1, "G41 offsets the path by the tool radius"),
         ("G0 Z1\nG81 X1 Z-1 R1 F1\n", 2, "G81 is a cycle"),
-        ("G68 X0 Y0 R45\n", 1, "G68 shifts, turns or scales"),
-        ("G92 X0\n", 1, "G92 shifts"),
+        ("G68 X0 Y0 R45\n", 1, "G68 shifts, rotates or scales"),
+        ("G92 X0\n", 1, "G92 is supported for rotary axes only"),
         ("M98 P100\n", 1, "M98 calls or ends a subprogram"),
         ("G65 P1\n", 1, "G65 calls"),
         ("G30 Z0\n", 1, "G30 goes to a second reference"),
-        ("G1234 X1\n", 1, "G1234 isn't known"),
+        ("G1234 X1\n", 1, "G1234 is unknown"),
         ("G54 G0 X1\nG55 X2\n", 2, "G55 here and G54 since line 1"),
         ("G0 X1\nG55 X2\n", 2, "G55 here and G54 before"),
         ("G4 X1\n", 1, "G4 X1 without a decimal point is in s or ms"),
-        ("G4 X1. Y2\n", 1, "G4 is read as a dwell of P seconds"),
+        ("G4 X1. Y2\n", 1, "G4 takes P in seconds"),
         ("G4 P-1\n", 1, "can't be negative"),
         ("G91 G53 G0 X1\n", 1, "G53 needs G0 or G1, and G90"),
         ("G2 X1 F1\n", 1, "an arc in G17 needs I or J, or R alone, and has none"),
         ("G2 X1 K1 F1\n", 1, "and has K"),
         ("G2 X1 I1 R1 F1\n", 1, "and has I, R"),
-        ("G2 X1 I5 F1\n", 1, "begins 5 mm from its centre and ends 4 mm"),
+        ("G2 X1 I5 F1\n", 1, "starts 5 mm from its centre and ends 4 mm"),
         ("G2 X10 R1 F1\n", 1, "R1 is too small"),
-        ("G2 X0 R1 F1\n", 1, "may lie anywhere"),
+        ("G2 X0 R1 F1\n", 1, "a full circle can't be given by R"),
         ("G2 X1 I.5 J9999999 F1\n", 1, "an arc of more than 1e+06 mm"),
-        ("G2 X2 I1\n", 1, "no F in force"),
+        ("G2 X2 I1\n", 1, "without F in force"),
         ("O1\nG1 X1 F1\nO2\n", 3, "a second program begins"),
         ("", None, "no block moves an axis"),
         ("G4 P1\n", None, "no block moves an axis"),
         ("G0 X0\nM30\nX1\n", None, "no block moves an axis"),
     ],
 )
-def test_what_would_change_the_motion_is_refused_with_its_line(fault, text, line, fact):
+def test_unsupported_and_wrong_words_are_refused_with_their_line(fault, text, line, fact):
     found, message = fault(text)
     assert (found, fact in message) == (line, True), message
 
@@ -514,14 +514,14 @@ def test_units_may_not_change_in_a_program(fault):
 @pytest.mark.parametrize(
     ("text", "fact"),
     [
-        ("G1 X1 F60\n", "the place of X, Y, Z isn't in the program up to here; give start"),
-        ("G0 X0 Y0\nG1 Z1 F60\n", "the place of Z isn't"),
+        ("G1 X1 F60\n", "the position of X, Y, Z isn't in the program yet; set start"),
+        ("G0 X0 Y0\nG1 Z1 F60\n", "the position of Z isn't"),
         ("G91 G0 X1\n", "X by an increment (G91)"),
-        ("G0 X1\n", "never gives the place of Y, Z"),
-        ("G0 X1 Y1 Z1\n", "only goes to where it begins"),
+        ("G0 X1\n", "never gives the position of Y, Z"),
+        ("G0 X1 Y1 Z1\n", "only moves to its start"),
     ],
 )
-def test_a_move_from_nowhere_is_refused(fault, text, fact):
+def test_a_move_from_an_unknown_position_is_refused(fault, text, fact):
     assert fact in fault(text, start=None)[1]
 
 
@@ -529,8 +529,8 @@ def test_a_rapid_move_of_unknown_speed_is_refused_with_axis_and_remedy(fault, ha
     line, message = fault("G1 X1 F1\nG0 C5\n", hayashi, rapid_mm_min=None)
     assert line == 2
     assert message == (
-        "a rapid move of C, whose highest speed machine 'hayashi-640123' doesn't tell, has no duration; give "
-        "rapid_mm_min (--rapid), or max_speed in the machine file"
+        "a rapid move of C, which has no max_speed in machine 'hayashi-640123'; set rapid_mm_min "
+        "(--rapid), or max_speed in the machine file"
     )
 
 
@@ -545,10 +545,10 @@ def test_options_are_checked(read, hayashi):
         read("G0 X1\n", hayashi, program_zero={"B": 1})
 
 
-# The whole
+# Use of the motion
 
 
-def test_a_program_read_is_a_motion_for_everything_else(read, trunnion):
+def test_a_program_that_was_read_can_be_used_as_a_motion(read, trunnion):
     text = "G0 X0 Y0 Z10 A0 C0\nG1 Z0 F600\nX10 A-20 C30\nM30\n"
     motion = read(text, trunnion, start=None, rapid_mm_min=None)
     assert isinstance(motion, fx.Motion)
@@ -566,10 +566,10 @@ def test_twenty_thousand_blocks_take_seconds_at_most(read, trunnion):
     assert time.perf_counter() - began < 5.0
 
 
-def test_a_program_of_wrapped_rotary_words_is_not_read_as_another_motion(tmp_path, trunnion):
+def test_wrapped_rotary_words_without_a_rule_are_refused(tmp_path, trunnion):
     path = tmp_path / "modulo.ngc"
     path.write_text("(needs WRAPPED_ROTARY = 1)\nG21 G90 G0 X0 Y0 Z0 A0 C359\nG1 C1 F100\n")
-    with pytest.raises(ToolpathError, match=r"modulo.ngc:1: .*say wrap=signed \(--wrap signed\) if they do"):
+    with pytest.raises(ToolpathError, match=r"modulo.ngc:1: .*set wrap=signed \(--wrap signed\) if they are"):
         read_program(path, trunnion)
     turned = {
         wrap: np.degrees(np.ptp(read_program(path, trunnion, wrap=wrap).positions[:, 4]))

@@ -35,7 +35,7 @@ def read(tmp_path):
 
 @pytest.fixture
 def fault(read):
-    """Read a program that has to be refused; give the line and the message behind the place."""
+    """Read a program that must be refused; return the line and the message."""
 
     def read_badly(text, machine=None, **options):
         with pytest.raises(ToolpathError) as caught:
@@ -64,7 +64,7 @@ def motion_lines(path, words=r"[XYZABC] *[-+.\d]"):
 # Real programs, to their last block
 
 
-def test_the_impeller_has_its_4492_poses_and_one_long_unwinding(data, trunnion):
+def test_the_impeller_has_its_4492_poses_and_one_rewind(data, trunnion):
     path = fx.read_toolpath(data / "toolpaths" / "linuxcnc_impeller_xyzac.ngc", machine=trunnion, tool=BALL)
     assert len(path) == 4492
     assert path.cutting.sum() == 4306
@@ -78,7 +78,7 @@ def test_the_impeller_has_its_4492_poses_and_one_long_unwinding(data, trunnion):
     # Line 10: X 6.302 Y -11.560 Z 27.743 A -71.841 C -35.930 F 318, inverse time.
     [row] = np.flatnonzero(path.source == 10)
     np.testing.assert_allclose(tips(path)[row], [6.302, -11.560, 27.743], atol=1e-12)
-    a, c = np.radians([71.841, 35.930])  # this control counts both axes the other way
+    a, c = np.radians([71.841, 35.930])  # this control reverses both axes
     along = [np.sin(c) * np.sin(a), -np.cos(c) * np.sin(a), np.cos(a)]
     np.testing.assert_allclose(path.axis[row], along, atol=1e-9)
     assert path.lengths[row] / path.feed[row] == pytest.approx(60 / 318)
@@ -90,7 +90,7 @@ def test_the_boat_is_read_to_its_last_move(data, trunnion):
     path = fx.read_toolpath(file, machine=trunnion, tool=BALL)
     lines = motion_lines(file)
     assert len(lines) == 1832
-    # The first move names Z only, and seven blocks say where the tool is already.
+    # The first move has Z only, and seven blocks repeat the position.
     assert path.ignored["no move"] == 7
     assert len(set(path.source)) == len(lines) - 1 - 7
     assert set(path.source) < set(lines)
@@ -101,13 +101,13 @@ def test_the_boat_is_read_to_its_last_move(data, trunnion):
 
 
 def haas_trunnion():
-    """Make the Haas trunnion: A tilts, and B, in spite of its letter, turns about Z on it."""
+    """Return the Haas trunnion: A tilts, and B, despite its letter, turns about Z on it."""
     machine = Machine.from_code("540123")
     joints = tuple(
         replace(j, line=replace(j.line, direction=(0.0, 0.0, 1.0))) if j.letter == "B" else j
         for j in machine.chain.joints
     )
-    # Its control counts B as the table turns: p = Rz(B) Rx(-A) (X, Y, Z), see ../shared/data/README.md.
+    # This control counts B as the table turns: p = Rz(B) Rx(-A) (X, Y, Z), see ../shared/data/README.md.
     axes = tuple(replace(a, reversed=a.letter == "A") for a in machine.axes)
     return replace(machine, chain=replace(machine.chain, joints=joints), axes=axes)
 
@@ -119,7 +119,7 @@ def test_the_haas_program_is_read_to_its_last_block(data):
     assert len(lines) == 939
     assert path.ignored[MACHINE_MOVES] == 16
     assert path.ignored["no move"] == 21
-    # Of the first operation X, Y, Z come before the angles, so the first line is no place yet.
+    # In the first operation X, Y, Z come before the angles, so the first line gives no position yet.
     assert set(path.source) < set(lines)
     assert len(lines) - len(set(path.source)) == 16 + 21 + 1
     assert path.source[-1] == 1079
@@ -130,14 +130,14 @@ def test_the_haas_program_is_read_to_its_last_block(data):
     [tools] = [f for f in path.findings if f.code == "several-tools"]
     assert tools.severity.name == "WARNING"
     assert tools.place.line == 371
-    assert tools.message.startswith("T9 M6 takes another tool, the first of 13 changes")
+    assert tools.message.startswith("T9 M6 loads another tool, the first of 13 changes")
 
 
-def test_a_program_without_its_unit_is_read_in_mm_and_says_so(data):
+def test_a_program_without_a_unit_is_read_in_mm_with_a_warning(data):
     file = data / "toolpaths" / "nx_haas_vf2tr_machine_inch.nc"
     path = fx.read_toolpath(file, machine=haas_trunnion(), tool=BALL)
     [finding] = [f for f in path.findings if f.code == "unit-assumed"]
-    assert "say unit=inch" in finding.message
+    assert "set unit=inch" in finding.message
 
 
 def machine_of(code, lines, reverse):
@@ -146,7 +146,7 @@ def machine_of(code, lines, reverse):
     return Machine(code, parsed, Chain.from_code(parsed, lines), axes)
 
 
-def test_two_controls_lead_the_tool_along_one_path(data):
+def test_programs_of_two_controls_give_one_path(data):
     """An operation posted in machine coordinates for a Haas, and of the tip for a DMU 70."""
     haas_file = data / "toolpaths" / "nx_haas_vf2tr_machine_inch.nc"
     dmu_file = data / "toolpaths" / "nx_dmu70_840d_traori_inch.mpf"
@@ -188,15 +188,15 @@ def test_a_fanuc_program_of_nine_work_offsets_is_read_to_its_last_block(data):
     assert len(lines) == 564
     assert path.source[-1] == 749
     assert set(path.source) < set(lines)
-    # G28 is at home already in some blocks; G30 leads to a place that nobody has told.
+    # In some blocks the axes are already home at G28; the position of G30 is unknown.
     assert path.ignored[MACHINE_MOVES] == 14
 
 
-def test_a_program_whose_positions_stay_with_the_machine_is_doubted(data):
-    """The NMV's post lets the frame stand while the table turns: read so, the tip goes half the way."""
+def test_positions_in_the_machine_frame_are_reported(data):
+    """The NMV's post keeps the frame in the machine: read like that, the tip path is half as long."""
     [doubt] = [f for f in nmv(data).findings if f.code == "positions-doubtful"]
-    assert doubt.message.startswith("in the 9 cuts that turn the table the tip goes 184.512 mm")
-    assert "80.4616 mm in one of the machine" in doubt.message
+    assert doubt.message.startswith("in the 9 cuts that turn the table, the tip path is 184.512 mm")
+    assert "80.4616 mm in that of the machine" in doubt.message
     assert doubt.place.line == 351
     assert "positions-doubtful" not in codes(nmv(data, positions="machine"))
 
@@ -205,7 +205,7 @@ def test_a_millplus_program_is_read_to_its_last_block(data):
     file = data / "toolpaths" / "nx_dmc160u_millplus.nc"
     path = fx.read_toolpath(file, machine=NUTATING, tool=BALL)
     lines = motion_lines(file, words=r"[XYZABC](?:5=)? *[-+.\d]")
-    # These move nothing: tilts of the plane, shifts of the zero, and a cycle that others call.
+    # These move nothing: tilted planes, zero shifts, and the definition of a cycle.
     text = file.read_text(encoding="latin-1").split("\n")
     still = [i for i in lines if re.search(r"G(7 |93|81|84)", text[i - 1])]
     moving = set(lines) - set(still)
@@ -214,7 +214,7 @@ def test_a_millplus_program_is_read_to_its_last_block(data):
     assert path.ignored[MACHINE_MOVES] == 51
     silent = moving - set(retractions) - set(path.source)
     assert set(path.source) < moving
-    # What is left are moves that name the angles only, and the same place again.
+    # The rest are moves with angles only, and repeated positions.
     approach = next(f for f in path.findings if f.code == "approach-unknown")
     assert len(silent) <= int(approach.message.split()[0]) + path.ignored["no move"]
     assert path.source[-1] == 2687
@@ -252,26 +252,26 @@ def test_klartext_gives_angles_or_directions(read):
     np.testing.assert_allclose(path.contact[0], [1, 2 + 3 * 0.6, 3 + 3 * 0.8 - 3], atol=1e-12)
 
 
-def test_klartext_in_inches_counts_feeds_in_tenths(read, trunnion):
-    """F100 is 10 inch/min: TNC 640 and TNC7 manuals. Rotary axes alone turn by degrees all the same."""
+def test_klartext_inch_programs_have_feeds_in_tenths(read, trunnion):
+    """F100 is 10 inch/min: TNC 640 and TNC7 manuals. Moves of rotary axes only are in degrees as usual."""
     text = (
         "0 BEGIN PGM part INCH\n1 M128\n2 L X+0 Y+0 Z+0 A+0 C+0 R0 FMAX\n3 L X+1 F100\n4 CC X+1 Y+1\n"
         "5 C X+2 Y+1 DR+\n6 L A-60 F600\n7 END PGM part INCH\n"
     )
     path = read(text, trunnion, suffix=".h", unit=None)
     assert path.feed[1] == pytest.approx(254 / 60)
-    # Chords are a little shorter than their arc, and take as long.
+    # Chords are slightly shorter than their arc, and take the same time.
     np.testing.assert_allclose(path.feed[2:-1], 254 / 60, rtol=1e-4)
     assert path.source[-1] == 7
     assert path.lengths[-1] / path.feed[-1] == pytest.approx(6)
     [note] = [f for f in path.findings if f.code == "feed-unit-assumed"]
-    assert note.message.startswith("F counts in 0.1 inch/min")
+    assert note.message.startswith("F is in units of 0.1 inch/min")
     metric = read(text.replace("INCH", "MM"), trunnion, suffix=".h", unit=None)
     assert metric.feed[1] == pytest.approx(100 / 60)
     assert "feed-unit-assumed" not in codes(metric)
 
 
-def test_a_sinumerik_frame_turns_places_and_directions(read):
+def test_a_sinumerik_frame_rotates_positions_and_directions(read):
     text = (
         "N10 G71 G90 G54\nN20 TRAORI\nN30 TRANS X10\nN40 AROT X90\nN50 G0 X1 Y2 Z3 A3=0 B3=0 C3=1\n"
         "N60 G1 X2 F600\nN70 TRAFOOF\n"
@@ -297,8 +297,7 @@ def test_a_program_of_three_axes_needs_no_machine(read):
 def test_a_rotary_word_without_a_machine_is_an_error_that_names_the_option(fault):
     assert fault("G0 X0 Y0 Z5 A10\n") == (
         1,
-        "A10: is the angle of a rotary axis, and how the axis lies isn't known; give the machine that the "
-        "program was written for (--machine)",
+        "A10: is a rotary axis, and no machine is given; give the one of the program (--machine)",
     )
 
 
@@ -321,7 +320,7 @@ def test_machine_coordinates_become_tips_by_forward_kinematics(read):
     ("on", "off"),
     [("M428", "M429"), ("G43.4 H1", "G49"), ("G234", "G49"), ("M128", "M129"), ("G43.4", "G43 H1")],
 )
-def test_under_tip_control_words_are_the_tip(read, trunnion, on, off):
+def test_under_tcp_words_are_the_tip(read, trunnion, on, off):
     text = f"{on}\nG0 X1 Y2 Z3 A0 C0\nG1 X4 A-30 C90 F60\n{off}\nG0 X0 Y0 Z100\n"
     path = read(text, trunnion)
     np.testing.assert_allclose(tips(path)[:2], [[1, 2, 3], [4, 2, 3]], atol=1e-12)
@@ -329,14 +328,14 @@ def test_under_tip_control_words_are_the_tip(read, trunnion, on, off):
     np.testing.assert_allclose(path.axis[:2], tool_axes(trunnion, angles), atol=1e-12)
 
 
-def test_the_direction_may_stand_in_the_block(read):
+def test_a_block_may_give_the_tool_direction(read):
     text = "G43.5 H1\nG0 X1 Y2 Z3 I0 J0 K1\nG1 X2 I.6 J0 K.8 F60\nX3\n"
     path = read(text)
     np.testing.assert_allclose(tips(path), [[1, 2, 3], [2, 2, 3], [3, 2, 3]], atol=1e-12)
     np.testing.assert_allclose(path.axis, [[0, 0, 1], [0.6, 0, 0.8], [0.6, 0, 0.8]])
 
 
-def test_a_direction_is_a_unit_vector_but_for_rounding(read, fault):
+def test_a_direction_must_be_a_unit_vector_within_rounding(read, fault):
     text = "G43.5 H1\nG0 X1 Y2 Z3 K1\nG1 X2 I.6004 K.8 F60\n"
     np.testing.assert_allclose(np.linalg.norm(read(text).axis, axis=1), 1)
     line, message = fault(text.replace(".6004", ".61"))
@@ -345,58 +344,58 @@ def test_a_direction_is_a_unit_vector_but_for_rounding(read, fault):
     assert message.endswith("give a unit vector from tip to shank, each component divided by that length")
 
 
-def test_a_direction_and_an_angle_contradict_each_other(fault, trunnion):
+def test_a_direction_and_an_angle_in_one_block_are_refused(fault, trunnion):
     text = "G43.5 H1\nG0 X1 Y2 Z3 K1\nG1 X2 A5 I.6 K.8 F60\n"
     assert fault(text, trunnion) == (3, "a tool direction and A in one block; write one of them")
 
 
-def test_axes_that_a_program_never_names_are_taken_to_stand_at_0(read, trunnion):
+def test_axes_that_a_program_never_writes_are_assumed_at_0(read, trunnion):
     path = read("G0 X0 Y0 Z5\nG1 Z0 F60\nX1\n", trunnion)
     np.testing.assert_allclose(tips(path), [[0, 0, 0], [1, 0, 0]], atol=1e-12)
     [assumed] = [f for f in path.findings if f.code == "rotary-assumed"]
     assert assumed.message == (
-        "the program cuts before it names A, C; 0 deg is taken, say otherwise with start"
+        "the program cuts before it gives A, C; 0 deg is assumed, set start if it isn't"
     )
     turned = read("G0 X0 Y0 Z5\nG1 Z0 F60\nX1\n", trunnion, start={"A": -90, "C": 0})
     assert "rotary-assumed" not in codes(turned)
     assert turned.axis[0, 2] == pytest.approx(0)
 
 
-def test_the_length_that_the_control_adds_counts_to_the_tip(read, trunnion):
+def test_tool_length_compensation_moves_the_tip(read, trunnion):
     longer = trunnion.with_tool_length(50.0)
     text = "G0 X0 Y0 Z60 A0 C0\nG1 Z55 F60\n"
     np.testing.assert_allclose(tips(read(text, longer))[:, 2], [10, 5], atol=1e-9)
     np.testing.assert_allclose(tips(read("G43 H1\n" + text, longer))[:, 2], [60, 55], atol=1e-9)
 
 
-# Frames that turn and frames that stand
+# Frames of the table and of the machine
 
 
-def test_positions_of_the_machine_are_carried_to_the_turning_table(read):
+def test_positions_in_the_machine_frame_are_converted_to_the_table(read):
     machine = Machine.from_code("640123")
-    # The tip stands at (10, 0, 5) of the machine while C turns by a quarter: tool relative to workpiece.
+    # The tip stays at (10, 0, 5) of the machine while C turns by a quarter: tool relative to workpiece.
     text = "G43.4 H1\nG0 X10 Y0 Z5 A0 C0\nG1 C90 F60\n"
     path = read(text, machine, positions="machine")
     np.testing.assert_allclose(tips(path), [[10, 0, 5], [0, 10, 5]], atol=1e-12)
     np.testing.assert_allclose(tips(read(text, machine))[1], [10, 0, 5], atol=1e-12)
 
 
-def test_a_direction_in_a_standing_frame_is_refused(fault):
+def test_a_direction_in_the_machine_frame_is_refused(fault):
     text = "G43.5 H1\nG0 X1 Y2 Z3 K1\nG1 X2 I.6 K.8 F60\n"
     line, message = fault(text, NUTATING, positions="machine")
     assert line == 2
-    assert message.startswith("positions=machine, and the block gives the tool's direction")
+    assert message.startswith("positions=machine, and the block gives the tool direction")
 
 
-def test_the_shorter_way_is_told_whichever_reading_is_chosen(read):
+def test_the_shorter_tip_path_is_reported_for_both_frames(read):
     machine = Machine.from_code("640123")
     words = [f"G1 X10 Y0 Z5 C{c} F60" for c in range(0, 181, 5)]
     text = "\n".join(["G43.4 H1", "G0 X10 Y0 Z5 A0 C0", *words])
-    # The tip stands still on the table, or goes half a circle on it.
+    # The tip stays on the table, or moves half a circle on it.
     moving = read(text, machine, positions="machine")
     [doubt] = [f for f in moving.findings if f.code == "positions-doubtful"]
-    assert "goes 31.4" in doubt.message
-    assert doubt.message.endswith("say positions=table")
+    assert "the tip path is 31.4" in doubt.message
+    assert doubt.message.endswith("set positions=table if that is meant")
     assert "positions-doubtful" not in codes(read(text, machine))
 
 
@@ -404,7 +403,7 @@ def test_the_shorter_way_is_told_whichever_reading_is_chosen(read):
 
 
 def test_a_tilted_plane_lies_on_the_workpiece(read):
-    # Euler's angles: 90 about Z, then 90 about the new X, which is the old Y: the plane's Z is the old X.
+    # Euler angles: 90 about Z, then 90 about the new X, which is the old Y: the plane's Z is the old X.
     text = "G68.2 X10 Y20 Z30 I90 J90 K0\nG53.1\nG0 X1 Y2 Z3\nG1 X5 F60\nZ0\nG69\n"
     path = read(text)
     np.testing.assert_allclose(tips(path), [[13, 21, 32], [13, 25, 32], [10, 25, 32]], atol=1e-12)
@@ -420,12 +419,12 @@ def test_arcs_lie_in_the_tilted_plane(read):
     assert points[:, 2].max() == pytest.approx(10, abs=1e-2)
 
 
-def test_increments_count_in_the_tilted_plane(read):
+def test_increments_are_along_the_tilted_plane(read):
     text = "G68.2 X0 Y0 Z0 I90 J90 K0\nG53.1\nG0 X1 Y2 Z3\nG91 G1 X5 F60\n"
     np.testing.assert_allclose(tips(read(text))[-1], [3, 6, 2], atol=1e-12)
 
 
-def test_a_plane_on_a_turned_workpiece_is_an_assumption(read, trunnion):
+def test_a_plane_on_a_rotated_workpiece_is_an_assumption(read, trunnion):
     text = "G0 A-90 C0\nG68.2 X0 Y0 Z0 I0 J90 K0\nG0 X1 Y2 Z3\nG1 X5 F60\n"
     assert codes(read(text, trunnion)).count("plane-on-workpiece") == 1
     aligned = text.replace("K0\n", "K0\nG53.1\n")
@@ -433,54 +432,54 @@ def test_a_plane_on_a_turned_workpiece_is_an_assumption(read, trunnion):
 
 
 def test_other_kinds_of_planes_are_refused(fault):
-    assert "only Euler's angles" in fault("G68.2 P1 X0 Y0 Z0 I1\n")[1]
+    assert "post Euler angles I, J, K, without P" in fault("G68.2 P1 X0 Y0 Z0 I1\n")[1]
     assert "G53.1 and G68.2 in one block" in fault("G68.2 G53.1 X0\n")[1]
 
 
-# Switching in mid-program
+# Switching within a program
 
 
-def test_after_a_switch_a_cut_names_every_linear_axis(read, fault, trunnion):
+def test_after_a_switch_a_cut_must_give_every_linear_axis(read, fault, trunnion):
     text = "G0 X0 Y0 Z5 A0 C0\nG1 Z0 F60\nM428\nG1 X1 Y1\n"
     line, message = fault(text, trunnion)
     assert line == 4
     assert message.startswith(
-        "a feed move, and it doesn't name Z: since tool centre point control was switched on on line 3"
+        "a feed move without Z: TCP was switched on on line 3, and Z isn't in the program since"
     )
     named = read(text.replace("X1 Y1", "X1 Y1 Z1"), trunnion)
     np.testing.assert_allclose(tips(named)[-1], [1, 1, 1], atol=1e-12)
 
 
-def test_tip_control_that_ends_within_a_turning_cut_is_refused(read, fault, trunnion):
+def test_tcp_that_ends_within_a_turning_cut_is_refused(read, fault, trunnion):
     text = "M428\nG0 X0 Y0 Z5 A0 C0\nG1 X1 A-5 F60\nM429\nG1 X2 Y0 Z0 A-10\n"
     line, message = fault(text, trunnion)
     assert line == 5
-    assert message.startswith("rotary axes turn in a cut in which tool centre point control was switched off")
+    assert message.startswith("rotary axes turn in a cut in which TCP was switched off")
     retracted = text.replace("M429\nG1", "M429\nG0 X0 Y0 Z50\nG1")
     assert len(read(retracted, trunnion)) == 4
 
 
-def test_with_the_zero_known_places_are_carried_over_the_switch(read, trunnion):
+def test_with_a_known_zero_positions_are_converted_at_the_switch(read, trunnion):
     text = "G0 X0 Y0 Z5 A0 C0\nG1 Z0 F60\nM428\nG1 X1 Y1\n"
     path = read(text, trunnion, program_zero={"X": 0, "Y": 0, "Z": 0})
     np.testing.assert_allclose(tips(path)[-1], [1, 1, 0], atol=1e-9)
 
 
-# Places of the machine, work offsets
+# Machine coordinates, work offsets
 
 
 @pytest.mark.parametrize("word", ["G53 G0 Z0", "G91 G28 Z0\nG90", "G30 Z0"])
-def test_retractions_to_places_of_the_machine_are_left_out_and_said(read, word):
+def test_retracts_in_machine_coordinates_are_omitted_with_a_note(read, word):
     text = f"G0 X0 Y0 Z5\nG1 Z0 F60\n{word}\nG0 X9 Y9\nZ5\nG1 Z0\n"
     path = read(text)
     np.testing.assert_allclose(tips(path), [[0, 0, 5], [0, 0, 0], [9, 9, 5], [9, 9, 0]])
     assert path.ignored[MACHINE_MOVES] == 1
     [note] = [f for f in path.findings if f.code == "machine-zero-moves"]
     assert note.place.line == 3
-    assert note.message.startswith("1 moves to places of the machine")
+    assert note.message.startswith("1 moves in machine coordinates")
 
 
-def test_with_the_zero_known_a_retraction_is_in_the_path(read):
+def test_with_a_known_zero_a_retract_is_in_the_path(read):
     path = read("G0 X0 Y0 Z5\nG1 Z0 F60\nG53 G0 Z0\n", program_zero={"Z": -100})
     np.testing.assert_allclose(tips(path)[:, 2], [-95, -100, 0])
 
@@ -494,10 +493,10 @@ def test_several_work_offsets_need_their_zeros(read, fault):
     np.testing.assert_allclose(tips(path), [[0, 0, 5], [0, 0, 0], [50, 0, 4], [50, 0, -1]])
 
 
-# Ways
+# Moves
 
 
-def test_arcs_are_sampled_under_tip_control_too(read, trunnion):
+def test_arcs_are_sampled_under_tcp_too(read, trunnion):
     text = "M428\nG0 X10 Y0 Z0 A0 C0\nG3 X0 Y10 Z6 I-10 A-30 F60\n"
     path = read(text, trunnion)
     points = tips(path)
@@ -508,7 +507,7 @@ def test_arcs_are_sampled_under_tip_control_too(read, trunnion):
     assert 10 * (1 - np.cos(np.pi / 4 / (len(points) - 1))) < PATH_TOLERANCE
 
 
-def test_drilling_goes_down_at_each_place_and_back(read):
+def test_drilling_goes_down_and_back_at_each_hole(read):
     text = "G0 X0 Y0 Z20\nG99 G81 X1 Y1 Z-5 R2 F60\nX9\nG80\nG0 Z20\n"
     path = read(text)
     wanted = [[0, 0, 20], [1, 1, 20], [1, 1, 2], [1, 1, -5], [1, 1, 2]]
@@ -521,8 +520,8 @@ def test_drilling_goes_down_at_each_place_and_back(read):
     assert tapped.kind[4] == CUT
 
 
-def test_g98_leads_back_to_where_the_first_of_several_cycles_began(read):
-    """A cycle's word written again, or another, doesn't begin anew: only G80 or a move in between does."""
+def test_g98_returns_to_the_level_before_the_first_of_several_cycles(read):
+    """A repeated or another cycle word continues the series; only G80 or a move in between ends it."""
     text = "G0 X0 Y0 Z50\nG99 G81 X1 Y1 Z-5 R2 F100\nX2\nG98 {} X3{}\nG80\nG0 X9\n"
     for word, rest in (("G81", " Z-5 R2"), ("G81", ""), ("G82", " Z-5 R2 P1")):
         path = read(text.format(word, rest))
@@ -534,16 +533,16 @@ def test_g98_leads_back_to_where_the_first_of_several_cycles_began(read):
         np.testing.assert_allclose(tips(path)[-1], [9, 1, 2])
 
 
-def test_depth_and_level_of_a_cycle_end_with_it(read, fault):
+def test_depth_and_level_of_a_cycle_are_cancelled_with_it(read, fault):
     text = "G0 X0 Y0 Z50\nG99 G81 X1 Y1 Z-5 R2 F100\n{}G81 X2\n"
     np.testing.assert_allclose(tips(read(text.format("")))[-2:], [[2, 1, -5], [2, 1, 2]])
     for between in ("G80\n", "G0 Z50\n"):
         line, message = fault(text.format(between))
         assert line == 4
-        assert message.startswith("G81 needs Z and R")
+        assert message.startswith("G81 needs depth Z and level R")
 
 
-def test_g98_from_below_the_level_leads_back_to_the_level(read):
+def test_g98_from_below_the_level_returns_to_the_level(read):
     path = read("G0 X0 Y0 Z0\nG98 G81 X1 Y1 Z-5 R2 F100\nX2\n")
     wanted = [[0, 0, 0], [0, 0, 2], [1, 1, 2], [1, 1, -5], [1, 1, 2], [2, 1, 2], [2, 1, -5], [2, 1, 2]]
     np.testing.assert_allclose(tips(path), wanted)
@@ -554,29 +553,29 @@ def test_g98_from_below_the_level_leads_back_to_the_level(read):
 @pytest.mark.parametrize(
     ("text", "line", "fact"),
     [
-        ("G81 X1 Y1 Z-5 F60", 2, "G81 needs Z and R"),
+        ("G81 X1 Y1 Z-5 F60", 2, "G81 needs depth Z and level R"),
         ("G81 X1 Y1 Z-5 R2 L3 F60", 2, "G81 L3 repeats the cycle"),
-        ("G81 X1 Y1 Z-5 R2", 2, "no F in force"),
+        ("G81 X1 Y1 Z-5 R2", 2, "without F in force"),
         ("G18 G81 X1 Y1 Z-5 R2 F1", 2, "a cycle in G18"),
         ("M98 P100", 2, "M98 calls or ends a subprogram"),
         ("G65 P9000", 2, "G65 calls"),
-        ("M430", 2, "kinematics of the user's own"),
-        ("G1 X1", 2, "no F in force"),
+        ("M430", 2, "user-defined kinematics"),
+        ("G1 X1", 2, "without F in force"),
         ("G1 X1 X2 F1", 2, "X has two values"),
         ("G1 X1E3 F1", 2, "no exponent"),
         ("G20 G1 X1 F1", 2, "unit=mm was asked for"),
-        ("G2 X1 I5 F1", 2, "begins 5 mm from its centre and ends 4 mm"),
-        ("X#7", 2, "#7 has no value up to here"),
+        ("G2 X1 I5 F1", 2, "starts 5 mm from its centre and ends 4 mm"),
+        ("X#7", 2, "#7 has no value yet"),
         ("WHILE [#1 LT 5] DO1", 2, "jumps or repeats"),
         ("IF [#1 EQ 5] GOTO 9", 2, "jumps or repeats"),
     ],
 )
-def test_what_would_change_the_path_is_refused_with_its_line(fault, text, line, fact):
+def test_unsupported_and_wrong_words_are_refused_with_their_line(fault, text, line, fact):
     found, message = fault("G0 X0 Y0 Z0\n" + text + "\n")
     assert (found, fact in message) == (line, True), message
 
 
-def test_feeds_are_those_of_the_tip_and_durations_stay(read, trunnion):
+def test_feeds_are_those_of_the_tip_and_durations_are_kept(read, trunnion):
     head = "M428\nG0 X0 Y0 Z0 A0 C0\n"
     np.testing.assert_allclose(read(head + "G1 X3 Y4 A-5 F600\n", trunnion).feed[1], 10)
     timed = read(head + "G93 G1 X3 Y4 A-5 F30\n", trunnion)
@@ -584,13 +583,13 @@ def test_feeds_are_those_of_the_tip_and_durations_stay(read, trunnion):
     turning = read(head + "G1 A-60 F600\n", trunnion)
     assert turning.lengths[1] / turning.feed[1] == pytest.approx(6)
     assert read(head + "G1 X1 A-60\n", trunnion, feed_mm_min=120).feed.tolist() == [2, 2]
-    # In machine coordinates F counts along the axes, wherever the tip goes.
+    # In machine coordinates F is along the axes, not the tip path.
     path = read("G0 X0 Y0 Z100 A0 C0\nG1 Y30 A-30 F600\n", trunnion)
     assert path.lengths[1] / path.feed[1] == pytest.approx(3)
 
 
 @pytest.mark.parametrize("end", ["M30\nG1 X9", "M2\n%", "M99\nG1 X9", "M17", "%"])
-def test_a_program_ends_where_it_says_so(read, end):
+def test_a_program_ends_at_its_end_word(read, end):
     path = read(f"\ufeff%\nO1 (part)\nG0 X0 Y0 Z0\nG1 X1 F60\n{end}\n")
     assert len(path) == 2
 
@@ -610,11 +609,11 @@ def test_every_suffix_of_programs_is_read(read, suffix):
         "#1=2 (two)\nG0 X[#1-2] Y0 Z0\nG1 X[#1/2] F[30*#1]",
     ],
 )
-def test_one_program_in_many_forms(read, text):
+def test_syntax_variants_give_the_same_program(read, text):
     np.testing.assert_allclose(tips(read(text)), [[0, 0, 0], [1, 0, 0]])
 
 
-def test_a_program_that_is_cut_off_or_no_text_is_refused(tmp_path):
+def test_a_truncated_or_binary_file_is_refused(tmp_path):
     path = tmp_path / "part.nc"
     path.write_bytes(b"G0 X0\x00\x01\x02")
     with pytest.raises(ToolpathError, match="isn't a text file"):

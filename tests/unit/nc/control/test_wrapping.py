@@ -1,4 +1,4 @@
-"""Rotary words from 0 to 360: read by the rule of their control, and never guessed."""
+"""Rotary words from 0 to 360, unwrapped by the control's rule."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def turned(folder, text, machine, suffix=".nc", **options):
         ("signed", ["C350", "X1", "C-350"], [350, 350, 350]),
     ],
 )
-def test_a_word_leads_where_its_rule_says(tmp_path, hayashi, wrap, words, places):
+def test_a_word_is_unwrapped_by_its_rule(tmp_path, hayashi, wrap, words, places):
     text = WORDS.format("".join(f"G1 {word} F500\n" for word in words))
     found, codes = turned(tmp_path, text, hayashi, wrap=wrap)
     kept = [c for i, c in enumerate(places) if i == 0 or c != places[i - 1] or words[i - 1][0] == "X"]
@@ -38,7 +38,7 @@ def test_a_word_leads_where_its_rule_says(tmp_path, hayashi, wrap, words, places
     assert ("turn-assumed" in codes) == (wrap != "unwound")
 
 
-def test_start_says_on_which_turn_the_axis_begins(tmp_path, hayashi):
+def test_start_gives_the_turn_on_which_the_axis_begins(tmp_path, hayashi):
     text = WORDS.format("G1 C10 F500\n")
     begin = {"X": 0, "Y": 0, "Z": 0, "A": 0, "C": 725}
     found, codes = turned(tmp_path, text, hayashi, wrap="shorter", start=begin)
@@ -46,7 +46,7 @@ def test_start_says_on_which_turn_the_axis_begins(tmp_path, hayashi):
     assert "turn-assumed" not in codes
 
 
-def test_increments_count_on(tmp_path, hayashi):
+def test_increments_are_not_wrapped(tmp_path, hayashi):
     text = WORDS.format("G91 G1 C200 F500\nG90 C180\n")
     assert turned(tmp_path, text, hayashi, wrap="shorter")[0] == pytest.approx([350, 550, 540])
 
@@ -62,12 +62,12 @@ KLARTEXT = (
 )
 
 
-def test_klartext_goes_the_shorter_way_while_m126_is_in_force(tmp_path, hayashi):
+def test_klartext_takes_the_shorter_direction_under_m126(tmp_path, hayashi):
     on_and_off = KLARTEXT.format("L M126\n", "L M127\n")
     found, codes = turned(tmp_path, on_and_off, hayashi, ".h", wrap="shorter")
     assert found == pytest.approx([350, 340, 370, 350])
     assert "angles-as-written" not in codes
-    # Which axes count to 360 deg is set at the control: nobody guesses it.
+    # Which axes wrap at 360 deg is set at the control, and not assumed.
     found, codes = turned(tmp_path, on_and_off, hayashi, ".h")
     assert found == pytest.approx([350, 340, 10, 350])
     assert "angles-as-written" in codes
@@ -87,12 +87,12 @@ def test_a_path_is_read_by_the_same_rule(tmp_path, hayashi):
     ("suffix", "text", "wrap", "message"),
     [
         (".mpf", "G90 G0 X0 Y0 Z0 A0 C=DC(10)\nG1 C=DC(20) F1\n", "shorter", "DC, ACP, ACN"),
-        (".h", KLARTEXT.format("", ""), "signed", "say wrap=shorter"),
+        (".h", KLARTEXT.format("", ""), "signed", "set wrap=shorter"),
         (".nc", WORDS.format("G1 C400 F1\n"), "signed", "C400 is beyond a turn"),
         (".nc", WORDS.format("G1 C4 F1\n"), "short", "unknown wrap 'short'; known: unwound, shorter, signed"),
     ],
 )
-def test_a_rule_that_does_not_fit_is_refused(tmp_path, hayashi, suffix, text, wrap, message):
+def test_a_rule_that_does_not_apply_is_refused(tmp_path, hayashi, suffix, text, wrap, message):
     with pytest.raises(FiveAxisError, match=message.replace("(", r"\(")):
         turned(tmp_path, text, hayashi, suffix, wrap=wrap)
 
@@ -104,38 +104,38 @@ def test_a_rule_without_an_axis_is_refused(tmp_path, hayashi):
         read_toolpath(path, tool=Tool.ball(6), wrap="shorter")
 
 
-def test_the_header_names_the_rule_and_the_axes(tmp_path, hayashi):
+def test_the_header_gives_the_rule_and_the_axes(tmp_path, hayashi):
     path = tmp_path / "part.ngc"
     path.write_text(WORDS.format("G1 C10 F500\nG1 C-350\n"))
     motion = read_program(path, hayashi, rapid_mm_min=1e4, wrap="signed")
     text = compose_program(motion, machine=hayashi, winding="modulo").text
     assert "(winding: modulo signed C)\n" in text
     assert turned(tmp_path, text, hayashi, ".ngc")[0][-2:] == pytest.approx([370, 350])
-    # Whoever knows better says so.
+    # The caller's rule takes precedence.
     assert turned(tmp_path, text, hayashi, ".ngc", wrap="unwound")[0][-2:] == pytest.approx([10, -350])
 
 
-RENAMED = "G21 G90 G0 X0 Y0 Z0 A0 C800\nG92 C80\nG1 C100 F500\nG92.1\nG1 C810\nM2\n"
+SHIFTED = "G21 G90 G0 X0 Y0 Z0 A0 C800\nG92 C80\nG1 C100 F500\nG92.1\nG1 C810\nM2\n"
 
 
-def test_a_place_of_a_rotary_axis_may_be_named_anew(tmp_path, hayashi):
-    assert turned(tmp_path, RENAMED, hayashi)[0] == pytest.approx([800, 820, 810])
+def test_g92_shifts_a_rotary_axis(tmp_path, hayashi):
+    assert turned(tmp_path, SHIFTED, hayashi)[0] == pytest.approx([800, 820, 810])
 
 
 @pytest.mark.parametrize(
     ("block", "message"),
     [
-        ("G92 X0", "only new names of rotary axes are"),
-        ("G92", "only new names of rotary axes are"),
-        ("G92 X0 C0", "only new names of rotary axes are"),
-        ("G1 G92 C0", "G92 beside a move"),
+        ("G92 X0", "G92 is supported for rotary axes only"),
+        ("G92", "G92 is supported for rotary axes only"),
+        ("G92 X0 C0", "G92 is supported for rotary axes only"),
+        ("G1 G92 C0", "G92 together with a move"),
     ],
 )
-def test_other_names_of_places_are_refused(tmp_path, hayashi, block, message):
-    with pytest.raises(ToolpathError, match=f"part.nc:2: {message}|part.nc:2: G92 .*{message}"):
-        turned(tmp_path, RENAMED.replace("G92 C80", block), hayashi)
+def test_g92_of_linear_axes_or_with_a_move_is_refused(tmp_path, hayashi, block, message):
+    with pytest.raises(ToolpathError, match=f"part.nc:2: {message}"):
+        turned(tmp_path, SHIFTED.replace("G92 C80", block), hayashi)
 
 
-def test_a_new_name_needs_a_known_place(tmp_path, hayashi):
-    with pytest.raises(ToolpathError, match="G92 names C, and where it stands isn't in the program"):
+def test_g92_needs_a_known_position(tmp_path, hayashi):
+    with pytest.raises(ToolpathError, match="G92 shifts C, whose position isn't in the program"):
         turned(tmp_path, "G21 G90\nG92 C80\nG0 X0 Y0 Z0 A0 C0\nG1 X1 F500\n", hayashi)

@@ -1,4 +1,4 @@
-"""Which language a program is written in."""
+"""Detection of a program's language."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def language_of(text, name="part.nc"):
         ("", "ISO"),
     ],
 )
-def test_a_language_shows_in_its_words(text, name):
+def test_words_show_the_language(text, name):
     assert language_of(text) == name
 
 
@@ -54,7 +54,7 @@ def test_a_language_shows_in_its_words(text, name):
         ("spinner_achskreuz_840D_mm.mpf", "Sinumerik 840D"),
     ],
 )
-def test_real_programs_are_told_apart_without_their_suffix(data, file, name):
+def test_real_programs_are_recognised_without_their_suffix(data, file, name):
     lines = load_source(data / "toolpaths" / file).lines
     assert find_language(Source("part", lines)).name == name
 
@@ -68,13 +68,13 @@ def test_real_programs_are_told_apart_without_their_suffix(data, file, name):
         ("a.i", "ISO"),
     ],
 )
-def test_where_no_word_tells_the_suffix_does(file, name):
+def test_without_a_sign_the_suffix_decides(file, name):
     assert language_of("G1 X1 F5", file) == name
-    # What stands in the file counts more.
+    # The words take precedence.
     assert language_of("0 BEGIN PGM a MM", file) == "Heidenhain Klartext"
 
 
-def test_lost_line_ends_are_told_as_such():
+def test_lost_line_ends_are_reported_as_such():
     with pytest.raises(
         ToolpathError, match=r"part.nc:2: 'X1X1X1X1X1X1X1X1X1X1'…: a line of 10000 characters"
     ):

@@ -35,7 +35,7 @@ def words_of(text):
         ("(#508= (MILL_.25_PROFILE   )) X1", {"X": 1}),
     ],
 )
-def test_words_come_in_many_forms(text, words):
+def test_words_have_many_forms(text, words):
     assert words_of(text) == words
 
 
@@ -52,14 +52,14 @@ def test_g5_with_p_alone_is_a_mode_and_no_spline():
     assert spline.g == ("G5",)
 
 
-def test_lines_without_words_are_no_blocks():
+def test_lines_without_words_make_no_blocks():
     # Some posts of NX write the third line for the operator to fill in.
     text = "%\nO0001 (PART)\nO ENTER OP AND LAST 3 DIGITS\n\n(a comment)\n; another\nN10\nX1\n%"
     found = blocks_of(text)
     assert [(b.line, dict(b.words)) for b in found] == [(2, {"O": 1}), (8, {"X": 1})]
 
 
-def test_blocks_after_a_slash_are_skipped_unread_where_asked():
+def test_block_delete_skips_blocks_unread():
     found = blocks_of("/#1=5\nX1\n / X2", block_delete=True)
     assert [b.skipped for b in found] == [True, False, True]
     assert found[0].words == found[2].words == {}
@@ -74,28 +74,28 @@ def test_blocks_after_a_slash_are_skipped_unread_where_asked():
         ("X1.2.3", "'.3' isn't a word"),
         ("X--1", "'X--1' isn't a word"),
         ("X1,R2", "is a chamfer or a rounding"),
-        ("X#1", "#1 has no value up to here"),
+        ("X#1", "#1 has no value yet"),
         ("#1=#2", "#2 has no value"),
-        ("X[1+]", "']' stands where a number"),
+        ("X[1+]", "']' where a number"),
         ("X[1/0]", "'[1/0]' has no value"),
         ("X#1+2", "'#' is a variable or an expression"),
-        ("#1=5 X2", "'=' is of a Sinumerik program"),
+        ("#1=5 X2", "'=' is Sinumerik code"),
         ("o<move> call", "jumps or repeats"),
         ("O100 while [1]", "'WHILE' jumps or repeats"),
         ("IF X1 GOTO 5", "jumps or repeats"),
-        ("G1 X=5", "'=' is of a Sinumerik program"),
+        ("G1 X=5", "'=' is Sinumerik code"),
         ("CYCLE800(1)", "'CYCLE800' is a cycle"),
-        ("TRANS X5", "'TRANS' moves the coordinates"),
+        ("TRANS X5", "'TRANS' changes the coordinates"),
         ("0 BEGIN PGM part MM", "Heidenhain"),
         ("X1 (no end", "opens a comment that isn't closed"),
         ("X1) Y2", "')' isn't a word"),
-        ("X" + "1" * 50, "isn't a number that a control takes"),
-        # The long s is S in capitals, and this digit is one to Python: to a control neither is anything.
+        ("X" + "1" * 50, "is longer than any number"),
+        # The upper case of the long s is S, and this is a digit to Python: controls accept neither.
         ("ſ100", "isn't a word"),
         ("X١", "isn't a word"),
     ],
 )
-def test_what_is_no_word_is_refused_with_its_line_and_reason(text, fact):
+def test_other_text_is_refused_with_its_line_and_reason(text, fact):
     with pytest.raises(ToolpathError) as caught:
         blocks_of("X0\n" + text)
     assert str(caught.value).startswith("part.nc:2: ")
@@ -117,15 +117,15 @@ def switches_of(text):
         ("M128 F1000", "M129"),
     ],
 )
-def test_each_control_has_its_words_for_tip_control(on, off):
+def test_each_control_has_its_words_for_tcp(on, off):
     assert switches_of(f"{on}\nX1\n{off}") == [True, None, False]
 
 
 def test_words_that_switch_off_on_one_control_mean_something_else_on_another():
-    # LinuxCNC: G43 and G49 are the tool's length, whatever the kinematics.
+    # LinuxCNC: G43 and G49 are tool length compensation, whatever the kinematics.
     assert switches_of("M428\nG43 H1\nG49\nM429") == [True, None, None, False]
 
 
 @pytest.mark.parametrize("text", ["G43 H4", "M1280", "G43.45", "X1 (M428)", "X1 ; TRAORI", "X1 G40"])
-def test_what_only_resembles_tip_control_is_none(text):
+def test_words_that_resemble_tcp_do_not_switch_it(text):
     assert switches_of(text) == [None]

@@ -19,7 +19,7 @@ def last(*lines):
 
 
 def place(frame, *point):
-    """Where a point of the frame's coordinates lies in those before."""
+    """Convert a point from the frame to the coordinates before."""
     return frame.rotation @ np.array(point, float) + frame.origin
 
 
@@ -41,13 +41,13 @@ def place(frame, *point):
         ("12 / L X+1", ("G1",), dict(X=1)),
     ],
 )
-def test_straight_lines_come_in_many_forms(text, g, words):
+def test_straight_lines_have_many_forms(text, g, words):
     block = last(text)
     assert block.g == g
     assert dict(block.words) == words
 
 
-def test_rapid_is_of_one_block_only():
+def test_fmax_applies_to_one_block_only():
     assert [b.g for b in blocks_of("L X+1 FMAX", "L X+2", "L Y+1 F100 M8", "L Y+2 M9 FMAX")] == [
         *(("G0",), ("G1",), ("G1",), ("G0",)),
     ]
@@ -84,12 +84,12 @@ def test_lines_without_effect_are_counted():
         *(("CYCL DEF 247",), ("STOP",), ("LBL",), ("M138",), ("M8",), ("FN 16:",)),
     ]
     assert found[7].line == 9
-    # The spindle's speed is read all the same.
+    # The spindle speed is read nevertheless.
     assert [dict(b.words) for b in found if b.words] == [{"S": 8000.0}]
     assert not any(b.g for b in found)
 
 
-def test_the_tip_is_followed_from_m128_to_the_end_of_the_block_with_m129():
+def test_tcp_lasts_from_m128_to_the_end_of_the_block_with_m129():
     found = blocks_of("M128", "L X+1 F500 M128 F1000", "L X+2 M129", "M129")
     assert [(b.tip_control, dict(b.words)) for b in found] == [
         (True, {}),
@@ -102,7 +102,7 @@ def test_the_tip_is_followed_from_m128_to_the_end_of_the_block_with_m129():
     assert [b.tip_control for b in found] == [True, False]
 
 
-def test_lines_with_vectors_give_the_tools_direction_and_the_normal():
+def test_lines_with_vectors_give_the_tool_direction_and_the_normal():
     text = "LN X+1 Y+2 Z+3 NX+0.6 NY+0 NZ+0.8 TX+0 TY+0.1 TZ+0.9 F500"
     for code in (text, f"{text} M8"):
         block = last(code)
@@ -112,7 +112,7 @@ def test_lines_with_vectors_give_the_tools_direction_and_the_normal():
     assert last("LN X+1 TZ+1").normal is None
 
 
-def test_with_m128_a_line_with_nothing_but_a_normal_holds_the_tool_along_it():
+def test_under_m128_a_normal_alone_is_the_tool_direction():
     block = last("M128", "LN X+1 NX+0.6 NY+0 NZ+0.8")
     assert block.vector == block.normal == (0.6, 0.0, 0.8)
     assert [f.code for f in block.findings] == ["axis-from-normal"]
@@ -125,11 +125,11 @@ def test_spatial_angles_of_tcpm_are_a_direction():
     np.testing.assert_allclose(found[1].vector, [1, 0, 0], atol=1e-15)
     assert dict(found[1].words) == {"X": 1.0}
     np.testing.assert_allclose(found[2].vector, [0, -1, 0], atol=1e-15)
-    with pytest.raises(ToolpathError, match="the first angles after AXIS SPAT are all three"):
+    with pytest.raises(ToolpathError, match="the first angles after AXIS SPAT must be all three"):
         blocks_of("FUNCTION TCPM AXIS SPAT", "L A+10")
 
 
-def test_increments_are_named():
+def test_increments_are_listed():
     block = last("L IX+5 Y+2 IC-10")
     assert dict(block.words) == {"X": 5, "Y": 2, "C": -10}
     assert block.increments == "XC"
@@ -151,7 +151,7 @@ def test_circles_may_have_a_radius():
     assert last("CR X+10 Y+40 R-20 DR+").words["R"] == -20
 
 
-def test_polar_places_are_about_the_pole():
+def test_polar_positions_are_relative_to_the_pole():
     found = blocks_of("CC X+10 Y+20", "LP PR+5 PA+90 Z+1 F100", "LP IPA-90", "LP IPR+1", "LP PR+2")
     places = [(b.words["X"], b.words["Y"]) for b in found[1:]]
     np.testing.assert_allclose(places, [(10, 25), (15, 20), (16, 20), (12, 20)], atol=1e-12)
@@ -189,7 +189,7 @@ def test_parameters_have_values():
     assert dict(last(*lines).words) == {"X": 5, "Y": -7.5, "Z": -2.5, "A": 3.75, "C": 12.5, "F": 4}
 
 
-def test_the_feed_of_the_tool_call_is_that_of_f_auto():
+def test_f_auto_is_the_feed_of_the_tool_call():
     assert last("TOOL CALL 5 Z S1000 F800", "L X+1 F AUTO").words["F"] == 800.0
 
 
@@ -215,18 +215,18 @@ def about(letter, angle):
     )
 
 
-def test_spatial_angles_turn_about_axes_that_stay():
+def test_spatial_angles_are_about_fixed_axes():
     block = last("PLANE SPATIAL SPA+20 SPB-30 SPC+40 TURN FMAX SEQ- TABLE ROT")
     expected = about("Z", 40) @ about("Y", -30) @ about("X", 20)
     np.testing.assert_allclose(block.frame.rotation, expected, atol=1e-15)
     assert (block.tip_control, block.vector) == (True, (0.0, 0.0, 1.0))
-    # The example of the manual: A 45, B 0, C 90 leads Z to X.
+    # Example of the manual: A 45, B 0, C 90 leads Z to X.
     block = last("PLANE SPATIAL SPA+45 SPB+0 SPC+90 STAY")
     np.testing.assert_allclose(block.frame.rotation @ [0, 0, 1], [np.sqrt(0.5), 0, np.sqrt(0.5)], atol=1e-15)
     assert (block.tip_control, block.vector) == (None, None)
 
 
-def test_planes_are_given_in_other_ways():
+def test_planes_have_other_forms():
     euler = last("PLANE EULER EULPR20 EULNU30 EULROT40 STAY").frame.rotation
     np.testing.assert_allclose(euler, about("Z", 20) @ about("X", 30) @ about("Z", 40), atol=1e-15)
     relative = last("PLANE SPATIAL SPA+45 SPB+0 SPC+0 STAY", "PLANE RELATIV SPB+30 STAY").frame.rotation
@@ -237,13 +237,13 @@ def test_planes_are_given_in_other_ways():
     assert np.linalg.det(vector) == pytest.approx(1.0)
 
 
-def test_axes_that_go_to_the_planes_own_angles_stand_the_tool_upright_in_it():
+def test_the_angles_that_plane_computes_point_the_tool_along_its_normal():
     block = last("PLANE SPATIAL SPA+90 SPB+0 SPC+0 STAY", "L A+Q120 C+Q122 R0 FMAX M126")
     assert (block.tip_control, block.vector, dict(block.words)) == (True, (0.0, 0.0, 1.0), {})
     assert block.shorter is True
 
 
-def test_a_plane_begins_at_the_shift_before_it_and_is_shifted_in_itself():
+def test_a_plane_starts_at_the_shift_before_it_and_has_its_own_shift():
     lines = (
         "TRANS DATUM AXIS X+10",
         "PLANE SPATIAL SPA+0 SPB+90 SPC+0 STAY",
@@ -261,12 +261,12 @@ def test_a_plane_begins_at_the_shift_before_it_and_is_shifted_in_itself():
     np.testing.assert_allclose(place(frames[6], 1, 0, 0), [0, 1, -10], atol=1e-15)
 
 
-def test_a_dwell_waits_seconds():
+def test_a_dwell_is_in_seconds():
     block = last("CYCL DEF 9.0 DWELL TIME", "CYCL DEF 9.1 DWELL 1.5")
     assert (block.g, dict(block.words)) == (("G4",), {"P": 1.5})
 
 
-def test_places_that_only_the_machine_knows_are_left_out_and_said():
+def test_moves_that_depend_on_the_machine_are_omitted_with_a_note():
     for text in ("L M140 MB MAX FMAX", "M140 MB 50 F750", "L Z+0 FMAX M92"):
         block = last(text)
         assert not block.words
@@ -274,12 +274,12 @@ def test_places_that_only_the_machine_knows_are_left_out_and_said():
         assert [f.code for f in block.findings] == ["fixed-point-left-out"]
 
 
-def test_blocks_after_a_slash_are_skipped_unread_where_asked():
+def test_block_delete_skips_blocks_unread():
     found = blocks_of("/ CALL LBL 5", "7 / L X+1", "L X+2", block_delete=True)
     assert [b.skipped for b in found] == [True, True, False]
 
 
-def test_presets_may_be_named_before_moves_and_not_changed_after():
+def test_presets_may_be_set_before_moves_but_not_changed_after():
     assert len(blocks_of("CYCL DEF 247 SET ~", "Q339=+1", "L X+1", "CYCL DEF 247 SET ~", "Q339=+1")) == 3
     with pytest.raises(
         ToolpathError, match=r"part\.h:4: .*preset 2 moves the program's zero away from preset 1"
@@ -300,65 +300,65 @@ def test_presets_may_be_named_before_moves_and_not_changed_after():
         ("L X+10 20", "'20' isn't a word"),
         ("L X", "'X' isn't a word"),
         ("L X" + "1" * 50, "isn't a word"),
-        ("L X+Q7", "Q7 has no value up to here"),
-        ("Q1 = Q7 + 1", "Q7 has no value up to here"),
+        ("L X+Q7", "Q7 has no value yet"),
+        ("Q1 = Q7 + 1", "Q7 has no value yet"),
         ("Q1 = 5 +", "a number is missing"),
-        ("L X+1 RL", "RL shifts the way by the tool's radius"),
-        ("X+5 R+", "R+ shifts the way"),
-        ("L X+1 FU0.2", "FU is a feed by revolution"),
+        ("L X+1 RL", "RL offsets the path by the tool radius"),
+        ("X+5 R+", "R+ offsets the path"),
+        ("L X+1 FU0.2", "FU is a feed per revolution"),
         ("L X+1 F AUTO", "none was given"),
         ("L X+1 R5", "R5 belongs to CR"),
         ("L X+1 PA+5", "PA belongs to LP and CP"),
         ("L X+1 M99", "M99 is a cycle, which isn't expanded"),
-        ("L X+1 M118 Z1", "M118 lets the operator"),
+        ("L X+1 M118 Z1", "M118 superimposes handwheel moves"),
         ("L M1.5", "isn't an M word"),
         ("C X+1 Y+2 DR+", "there is no pole"),
         ("C X+1 Y+2", "C needs its direction"),
-        ("CC", "X and Y of the place before aren't in the program"),
+        ("CC", "X and Y of the position before aren't in the program"),
         ("CC X+1", "the pole has no Y"),
-        ("CC X+1 Z+1", "CC is read with X and Y"),
+        ("CC X+1 Z+1", "CC takes X and Y"),
         ("CR X+1 Y+2 DR+", "CR needs its radius"),
         ("CR X+1 Y+2 R5 DR+ FMAX", "CR is a move at feed"),
         ("LP PR+5 PA+90", "there is no pole"),
         ("LP PR+5 PA+90 X+1", "one radius and one angle"),
-        ("CT X+1 Y+2", "CT makes moves of its own"),
-        ("RND R5", "RND makes moves of its own"),
-        ("CHF 2", "CHF makes moves of its own"),
-        ("APPR LCT X+1 R5 RL", "APPR makes moves of its own"),
+        ("CT X+1 Y+2", "CT generates moves"),
+        ("RND R5", "RND generates moves"),
+        ("CHF 2", "CHF generates moves"),
+        ("APPR LCT X+1 R5 RL", "APPR generates moves"),
         ("CALL LBL 1 REP 5", "CALL LBL jumps, repeats or calls"),
         ("CALL PGM OTHER", "jumps, repeats or calls"),
         ("FN 9: IF +Q1 EQU +1 GOTO LBL 5", "jumps, repeats or calls"),
-        ("FN 18: SYSREAD Q1 = ID270 NR1 IDX1", "asks the control"),
-        ("FN 8: Q1 = +3 LEN +4", "asks the control"),
+        ("FN 18: SYSREAD Q1 = ID270 NR1 IDX1", "reads data of the control"),
+        ("FN 8: Q1 = +3 LEN +4", "reads data of the control"),
         ("CYCL DEF 200 DRILLING", "is a cycle, which isn't expanded"),
         ("CYCL CALL", "is a cycle, which isn't expanded"),
         ("TCH PROBE 400", "is a cycle, which isn't expanded"),
         ("CYCL DEF 8.1 X", "mirrors or scales"),
         ("CYCL DEF 11.1 SCL 0.5", "mirrors or scales"),
-        ("CYCL DEF 19.1 A+0 B+45 C+0", "whose meaning the machine decides; write PLANE SPATIAL"),
-        ("CYCL DEF 7.1 C+5", "a datum shift is read for X, Y and Z"),
+        ("CYCL DEF 19.1 A+0 B+45 C+0", "cycle 19 angles depend on the machine; write PLANE SPATIAL"),
+        ("CYCL DEF 7.1 C+5", "a datum shift is supported for X, Y and Z"),
         ("CYCL DEF 7.1 X+5 what", "'WHAT' isn't a word of an axis"),
-        ("CYCL DEF A", "CYCL DEF is followed by a number"),
+        ("CYCL DEF A", "CYCL DEF must be followed by a number"),
         ("PLANE SPATIAL SPA+5", "PLANE SPATIAL needs SPB, SPC"),
-        ("PLANE AXIAL B+45 TURN", "PLANE places the coordinates in a way that isn't read"),
-        ("PLANE VECTOR BX1 BY0 BZ0 NX1 NY0 NZ0", "a base vector and a normal across it"),
-        ("TRANS MIRROR AXIS X", "TRANS places the coordinates"),
-        ("FUNCTION TCPM F TCP AXIS POS REFPNT CENTER-CENTER", "REFPNT is read as TIP-TIP"),
+        ("PLANE AXIAL B+45 TURN", "PLANE sets a coordinate system"),
+        ("PLANE VECTOR BX1 BY0 BZ0 NX1 NY0 NZ0", "a base vector across its normal"),
+        ("TRANS MIRROR AXIS X", "TRANS sets a coordinate system"),
+        ("FUNCTION TCPM F TCP AXIS POS REFPNT CENTER-CENTER", "only REFPNT TIP-TIP is supported"),
         ("FUNCTION MODE TURN", "changes what the words mean"),
-        ("TOOL CALL 5 Z S100 DL+0.5", "DL+0.5 makes the tool another than the program was posted for"),
-        ("TOOL CALL 5 Z DR+1", "DR+1 makes the tool another"),
-        ('TOOL CALL "DR9" Z S100 F5DR2-.1', "DR2-.1 makes the tool another"),
-        ("TOOL CALL DL-0.2", "DL-0.2 makes the tool another"),
-        ("TOOL CALL 5 X S100", "a tool along X isn't read"),
-        ("BEGIN PGM PART", "ends with the unit, MM or INCH"),
-        ("BLABLA", "'BLABLA' begins nothing that is read"),
-        ("G1 X10", "'G1' begins nothing that is read"),
-        ("ſ+100", "begins nothing that is read"),
+        ("TOOL CALL 5 Z S100 DL+0.5", "DL+0.5 changes the tool that the program was posted for"),
+        ("TOOL CALL 5 Z DR+1", "DR+1 changes the tool"),
+        ('TOOL CALL "DR9" Z S100 F5DR2-.1', "DR2-.1 changes the tool"),
+        ("TOOL CALL DL-0.2", "DL-0.2 changes the tool"),
+        ("TOOL CALL 5 X S100", "a tool along X isn't supported"),
+        ("BEGIN PGM PART", "must end with the unit, MM or INCH"),
+        ("BLABLA", "'BLABLA' begins no supported line"),
+        ("G1 X10", "'G1' begins no supported line"),
+        ("ſ+100", "begins no supported line"),
         ("L X+١", "isn't a word"),
         ("L X+1 " * 1000, "characters in a block, beyond 4096"),
     ],
 )
-def test_what_is_not_read_is_refused_with_its_line_and_reason(text, fact):
+def test_unsupported_lines_are_refused_with_their_line_and_reason(text, fact):
     with pytest.raises(ToolpathError) as caught:
         blocks_of("0 BEGIN PGM PART MM" if "BEGIN" not in text else "; begin", text)
     assert str(caught.value).startswith("part.h:2: ")
@@ -368,7 +368,7 @@ def test_what_is_not_read_is_refused_with_its_line_and_reason(text, fact):
 @pytest.mark.parametrize(
     ("lines", "fact"),
     [
-        (("CC X+0 Y+0", "L X+1 Y+0", "CP IPA-90 DR+"), "IPA-90 turns against DR+"),
+        (("CC X+0 Y+0", "L X+1 Y+0", "CP IPA-90 DR+"), "IPA-90 contradicts DR+"),
         (
             ("TRANS DATUM AXIS X+1", "PLANE SPATIAL SPA1 SPB0 SPC0 STAY", "TRANS DATUM RESET"),
             "in a tilted plane",
@@ -377,13 +377,13 @@ def test_what_is_not_read_is_refused_with_its_line_and_reason(text, fact):
             ("PLANE SPATIAL SPA1 SPB0 SPC0 STAY", "TRANS DATUM AXIS X+1", "PLANE RESET STAY"),
             "a new plane while",
         ),
-        (("CYCL DEF 10.0 R", "CYCL DEF 10.1 ROT+5", "TRANS DATUM AXIS X+1"), "while cycle 10 turns"),
-        (("L X+1 Y+1", "PLANE SPATIAL SPA1 SPB0 SPC0 STAY", "CC"), "aren't in the program up to here"),
-        (("M128", "L X+1", "L Z+10 M140 MB MAX"), "M140 beside a move isn't read"),
+        (("CYCL DEF 10.0 R", "CYCL DEF 10.1 ROT+5", "TRANS DATUM AXIS X+1"), "while cycle 10 rotates"),
+        (("L X+1 Y+1", "PLANE SPATIAL SPA1 SPB0 SPC0 STAY", "CC"), "aren't in the program yet"),
+        (("M128", "L X+1", "L Z+10 M140 MB MAX"), "M140 together with a move isn't supported"),
         (("BEGIN PGM A MM", "L X+1", "BEGIN PGM B MM"), "a second program begins"),
     ],
 )
-def test_what_depends_on_blocks_before_is_refused_in_its_own_line(lines, fact):
+def test_faults_that_depend_on_earlier_blocks_are_refused_with_their_line(lines, fact):
     with pytest.raises(ToolpathError) as caught:
         blocks_of(*lines)
     assert str(caught.value).startswith("part.h:3: ")
@@ -396,7 +396,7 @@ def test_a_line_of_ten_megabytes_is_refused_quickly_and_briefly():
     assert len(str(caught.value)) < 300
 
 
-def test_a_tool_that_the_control_has_turned_back_stands_upright_until_angles_are_named():
+def test_a_tool_turned_back_by_the_control_keeps_its_direction_until_angles_are_written():
     lines = (
         "PLANE SPATIAL SPA+90 SPB+0 SPC+0 MOVE FMAX",
         "PLANE RESET MOVE FMAX",
@@ -419,8 +419,8 @@ def test_a_tool_that_the_control_has_turned_back_stands_upright_until_angles_are
         ("PLANE SPATIAL SPA+90 SPB+0 SPC+0 STAY", "L A+Q120 C+Q122 FMAX"),
     ],
 )
-def test_a_turn_that_doesnt_follow_the_tip_loses_its_place(lines):
-    """By a block in which the coordinates are the axes' own, unless M128 follows the tip."""
+def test_a_rotation_without_tcp_discards_the_position(lines):
+    """By a block in axis coordinates, unless M128 is on."""
     lost, block = blocks_of(*lines)[-2:]
     assert (lost.tip_control, lost.vector, lost.frame.origin) == (False, None, (0.0, 0.0, 0.0))
     assert (block.tip_control, block.vector) == (True, (0.0, 0.0, 1.0))

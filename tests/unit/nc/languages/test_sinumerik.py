@@ -21,7 +21,7 @@ def words_of(*lines):
 
 
 def place(frame, *point):
-    """Where a point of the frame's coordinates lies in those before."""
+    """Convert a point from the frame to the coordinates before."""
     return frame.rotation @ np.array(point, float) + frame.origin
 
 
@@ -45,11 +45,11 @@ def place(frame, *point):
         ("G4 F2.5", {"P": 2.5}),
     ],
 )
-def test_words_come_in_many_forms(text, words):
+def test_words_have_many_forms(text, words):
     assert words_of(text) == words
 
 
-def test_lines_without_words_are_no_blocks():
+def test_lines_without_words_make_no_blocks():
     text = ("%_N_PART_MPF", ";$PATH=/_N_WKS_DIR", "", "N10 ;start", "N20", " ", "X1")
     assert [b.line for b in blocks_of(*text)] == [7]
 
@@ -78,7 +78,7 @@ def test_g_words_are_those_of_iso():
     )
 
 
-def test_g70_says_that_its_feed_is_taken_for_inches():
+def test_g70_reports_that_its_feed_is_taken_in_inches():
     [block] = blocks_of("G70")
     assert [(f.code, f.place.line) for f in block.findings] == [("feed-unit-assumed", 1)]
     assert blocks_of("G700")[0].findings == ()
@@ -91,12 +91,12 @@ def test_machine_coordinates_are_those_of_g53(text):
     assert dict(block.words) == {"Z": -1.0, "D": 0.0}
 
 
-def test_the_tip_is_followed_from_traori_to_trafoof():
+def test_tcp_lasts_from_traori_to_trafoof():
     found = blocks_of("TRAORI", "TRAORI(1)", "G0 X1", "TRAFOOF")
     assert [b.tip_control for b in found] == [True, True, None, False]
 
 
-def test_directions_of_the_tool_and_of_the_surface_are_vectors():
+def test_tool_directions_and_normals_are_vectors():
     [block] = blocks_of("G1 X1 A3=.1 B3=-.2 C3=.97 A5=0 B5=.6 C5=.8")
     assert block.vector == (0.1, -0.2, 0.97)
     assert block.normal == (0.0, 0.6, 0.8)
@@ -104,7 +104,7 @@ def test_directions_of_the_tool_and_of_the_surface_are_vectors():
     assert block.vector == (0.0, 0.0, 1.0)
 
 
-def test_single_words_may_be_increments_or_absolute():
+def test_single_words_may_be_incremental_or_absolute():
     [block] = blocks_of("X=IC(5) Y=AC(2*3) Z1 I=AC(1) J=AC(-7)")
     assert dict(block.words) == {"X": 5.0, "Y": 6.0, "Z": 1.0}
     assert (block.increments, block.absolutes) == ("X", "Y")
@@ -113,7 +113,7 @@ def test_single_words_may_be_increments_or_absolute():
 
 
 @pytest.mark.parametrize(
-    ("begin", "way", "end"),
+    ("begin", "mode", "end"),
     [
         (350.0, "DC(10)", 370.0),
         (10.0, "DC(350)", -10.0),
@@ -126,13 +126,13 @@ def test_single_words_may_be_increments_or_absolute():
         (90.0, "ACN(90)", 90.0),
     ],
 )
-def test_a_rotary_axis_ends_where_its_way_says(begin, way, end):
-    block = blocks_of(f"G0 C{begin}", "X1", f"G0 C={way}")[-1]
+def test_dc_acp_and_acn_give_the_end_angle(begin, mode, end):
+    block = blocks_of(f"G0 C{begin}", "X1", f"G0 C={mode}")[-1]
     assert block.words["C"] == pytest.approx(end, abs=1e-9)
     assert block.absolutes == "C"
 
 
-def test_ways_follow_increments_too():
+def test_dc_applies_after_increments_too():
     assert words_of("G0 C350", "G91 C15", "X1 C5", "G90 C=IC(-2)", "C=DC(10)")["C"] == pytest.approx(370.0)
 
 
@@ -180,7 +180,7 @@ def test_three_angles_turn_about_z_then_the_turned_y_then_the_turned_x():
     np.testing.assert_allclose(steps[-1].frame.rotation, expected, atol=1e-15)
 
 
-def test_a_turn_in_the_plane_follows_the_plane():
+def test_rpl_rotates_about_the_tool_axis():
     for plane, letter in (("G17", "Z"), ("G18", "Y"), ("G19", "X")):
         frame = blocks_of(plane, "ROT RPL=30")[-1].frame
         np.testing.assert_allclose(frame.rotation, about(letter, 30), atol=1e-15)
@@ -198,7 +198,7 @@ def test_a_swivelled_plane_turns_axis_by_axis(mode, order):
     assert block.tip_control is True
 
 
-def test_a_swivelled_plane_is_new_added_to_or_left():
+def test_a_swivelled_plane_is_new_additive_or_reset():
     lines = (
         "TRANS X5",
         'CYCLE800(0,"",0,57,0,0,0,90,0,0,0,0,0,-1)',
@@ -210,7 +210,7 @@ def test_a_swivelled_plane_is_new_added_to_or_left():
     np.testing.assert_allclose(place(new.frame, 0, 0, 1), [0, -1, 0], atol=1e-15)
     np.testing.assert_allclose(place(shifted.frame, 0, 0, 1), [0, -3, 0], atol=1e-15)
     np.testing.assert_allclose(place(added.frame, 0, 0, 1), [1, -2, 0], atol=1e-15)
-    # Without a direction the control calculates the plane and turns no axis.
+    # Without a direction the control computes the plane and turns no axis.
     assert added.vector is None
     np.testing.assert_allclose(place(left.frame, 1, 2, 3), [1, 2, 3])
     assert left.tip_control is False
@@ -221,7 +221,7 @@ def moves_of(blocks):
     return [(b.line, b.g, dict(b.words)) for b in blocks]
 
 
-def test_a_modal_cycle_drills_at_every_place_until_it_is_switched_off():
+def test_a_modal_cycle_drills_at_every_position_until_it_is_cancelled():
     lines = ("G1 X0 F100", "MCALL CYCLE81(10,0,2,-5)", "X1 Y2", "M8", "Y3", "MCALL", "Y4")
     hole = [("G0", 2.0), ("G1", -5.0), ("G0", 10.0)]
     found = moves_of(blocks_of(*lines))
@@ -230,7 +230,7 @@ def test_a_modal_cycle_drills_at_every_place_until_it_is_switched_off():
     assert [line for line, *_ in found] == [1, 2, 3, 3, 3, 3, 3, 4, 5, 5, 5, 5, 5, 6, 7]
 
 
-def test_a_cycle_alone_drills_where_the_tool_stands_and_leaves_what_is_in_force():
+def test_a_single_cycle_drills_at_the_tool_and_restores_the_modal_state():
     found = moves_of(blocks_of("G91 G0 X5 F80", "G19", "CYCLE85(10,1,2,,6,.5,30,60)", "X1"))
     assert found[3:] == [
         (3, ("G90", "G0"), {"X": 3.0}),
@@ -242,7 +242,7 @@ def test_a_cycle_alone_drills_where_the_tool_stands_and_leaves_what_is_in_force(
     ]
 
 
-def test_a_tap_moves_at_lead_times_speed():
+def test_a_tap_feeds_at_pitch_times_speed():
     found = blocks_of("G0 Z5", "CYCLE84(10,0,2,-8,,0,3,,1.25,0,400,400)")
     assert [b.words.get("F") for b in found if "G1" in b.g] == [500.0, 500.0]
     assert not any(f for b in found for f in b.findings)
@@ -250,13 +250,13 @@ def test_a_tap_moves_at_lead_times_speed():
     assert [f.code for b in doubted for f in b.findings] == ["tap-feed-assumed"]
 
 
-def test_what_a_cycle_leaves_open_is_said():
+def test_what_a_cycle_leaves_open_is_reported():
     found = blocks_of("CYCLE81(.2,2.7,.2,2.5)", "CYCLE76(3,0,1,-2,,3,,,,)")
     assert [f.code for b in found for f in b.findings] == ["cycle-retracts-below", "cycle-as-hole"]
     assert found[0].findings[0].place.line == 1
 
 
-def test_a_helix_has_further_turns():
+def test_a_helix_has_additional_turns():
     [block] = blocks_of("G3 X10 Y0 Z-5 I-10 J0 TURN=3")
     assert block.turns == 3
 
@@ -266,25 +266,25 @@ def test_programs_end(word):
     assert blocks_of(word)[0].m in (("M30",), ("M2",))
 
 
-def test_no_other_m_word_may_mean_what_it_means_in_iso():
+def test_other_m_words_do_not_have_their_iso_meaning():
     [block] = blocks_of("M128 M428 M98 M1=3")
     assert block.m == ()
     assert block.ignored == ("M128", "M428", "M98", "M1")
 
 
-def test_points_of_the_machine_are_left_out_and_said():
+def test_fixed_points_of_the_machine_are_omitted_with_a_note():
     [block] = blocks_of("G75 X1=0 Z1=0")
     assert not block.words
     assert [f.code for f in block.findings] == ["fixed-point-left-out"]
     assert not blocks_of("G25 X10 Y20")[0].words
 
 
-def test_blocks_after_a_slash_are_skipped_unread_where_asked():
+def test_block_delete_skips_blocks_unread():
     found = blocks_of("/GOTOF X", "N5 /X1", "/2 Y1", "X2", block_delete=True)
     assert [b.skipped for b in found] == [True, True, True, False]
 
 
-def test_work_offsets_may_be_named_before_moves_and_not_changed_after():
+def test_work_offsets_may_be_set_before_moves_but_not_changed_after():
     assert "G54" in blocks_of("G500", "SUPA G0 Z0", "G54", "X1")[2].g
     assert len(blocks_of("G505", "X1", "G505 X2")) == 3
     with pytest.raises(ToolpathError, match=r"part\.mpf:3: .*G506 moves the program's zero away from G505"):
@@ -300,36 +300,36 @@ def test_work_offsets_may_be_named_before_moves_and_not_changed_after():
         ("X=1 X2", "X has two values"),
         ("A3=1 A3=0", "X has two values"),
         ("X1.5E3", "E3 isn't an axis, and numbers have no exponent"),
-        ("X=1.5EX3", "EX3 isn't a word that is read"),
-        ("X1.2.3", "isn't a word"),
+        ("X=1.5EX3", "EX3 isn't a supported word"),
+        ("X1.2.3", "isn't a supported word"),
         ("X10 20", "'20' isn't a word"),
-        ("X--1", "isn't a word"),
-        ("X" + "1" * 50, "isn't a number that a control takes"),
-        ("X=R7", "R7 has no value up to here"),
+        ("X--1", "isn't a supported word"),
+        ("X" + "1" * 50, "is longer than any number"),
+        ("X=R7", "R7 has no value yet"),
         ("X=(1+2", "isn't closed"),
         ("X=IC(5", "the bracket of IC isn't closed"),
         ("X=DC(5)", "DC is for rotary axes, and X is none"),
         ("C=DC(400)", "must be an angle from 0 to 360 deg"),
-        ("F=IC(5)", "IC belongs to axes and centres"),
-        ("G2 X5 Y0 I=AC(1) J2", "half absolute, half an increment"),
-        ("CR=IC(5)", "IC belongs to axes and centres"),
-        ("TURN=1.5", "0 to 999 more turns"),
-        ("A2=10", "gives the tool's direction by angles"),
-        ("LEAD=5", "gives the tool's direction by angles"),
-        ("CIP X1 Y2 I1=3 J1=4", "CIP is a curve that isn't read"),
+        ("F=IC(5)", "IC applies to axes and centres"),
+        ("G2 X5 Y0 I=AC(1) J2", "partly absolute, partly incremental"),
+        ("CR=IC(5)", "IC applies to axes and centres"),
+        ("TURN=1.5", "0 to 999 full turns"),
+        ("A2=10", "gives the tool direction by angles"),
+        ("LEAD=5", "gives the tool direction by angles"),
+        ("CIP X1 Y2 I1=3 J1=4", "CIP is a curve, which isn't supported"),
         ("BSPLINE", "is a curve"),
         ("RND=2", "adds a chamfer or a rounding"),
         ("AP=45 RP=10", "is a polar coordinate"),
         ("G110 X0", "sets a pole"),
         ("G33 Z-5 K1", "cuts a thread"),
         ("G58 X5", "shifts the coordinates; write TRANS"),
-        ("G77", "G77 isn't read"),
-        ("G0.5", "G0.5 isn't read"),
+        ("G77", "G77 isn't supported"),
+        ("G0.5", "G0.5 isn't supported"),
         ("SCALE X2", "scales or mirrors"),
         ("MIRROR X0", "scales or mirrors"),
-        ("TRANS C10", "TRANS is read with numbers for X, Y, Z"),
-        ("ROT Z10 G1", "in a block of its own"),
-        ("TRANSMIT", "is a transformation that isn't read"),
+        ("TRANS C10", "TRANS takes numbers for X, Y, Z"),
+        ("ROT Z10 G1", "and no other words"),
+        ("TRANSMIT", "is an unsupported transformation"),
         ("GOTOF MARK", "jumps, repeats or calls"),
         ("IF R1==1 GOTOB A", "jumps, repeats or calls"),
         ("WHILE R1<5", "jumps, repeats or calls"),
@@ -338,33 +338,33 @@ def test_work_offsets_may_be_named_before_moves_and_not_changed_after():
         ('EXTCALL "PART"', "jumps, repeats or calls"),
         ("L100", "calls a subprogram"),
         ("L100 P3", "calls a subprogram"),
-        ("MYSUB(1,2)", "MYSUB isn't a word that is read, and may be a subprogram"),
-        ("TURM=5", "TURM isn't a word that is read, and may be a subprogram or an axis"),
+        ("MYSUB(1,2)", "MYSUB isn't a supported word, and may be a subprogram"),
+        ("TURM=5", "TURM isn't a supported word, and may be a subprogram or an axis"),
         ("POCKET3(1,2)", "is a cycle, which isn't expanded"),
         ("CYCLE76(3,0,1,-2,,3,4)", "mills a spigot"),
-        ("CYCLE81(10,0,2)", "needs its planes and its depth"),
+        ("CYCLE81(10,0,2)", "needs RTP, RFP, and DP or DPR"),
         ("CYCLE81(10,0,2,5)", "begins at 2 and ends at 5, above it"),
-        ('CYCLE81("A",0,2,5)', "'A' stands where a number belongs"),
+        ('CYCLE81("A",0,2,5)', "'A' where a number is expected"),
         ("CYCLE81(10,0", "a bracket isn't closed"),
-        ('CYCLE800(1,"TC",0,192,0,0,0,10,20,0)', "mode 192 (rotary axes direct) isn't read"),
-        ('CYCLE800(1,"TC",0,64,0,0,0,10,20,0)', "mode 64 (solid angle) isn't read"),
+        ('CYCLE800(1,"TC",0,192,0,0,0,10,20,0)', "mode 192 (rotary axes direct) isn't supported"),
+        ('CYCLE800(1,"TC",0,64,0,0,0,10,20,0)', "mode 64 (solid angle) isn't supported"),
         ('CYCLE800(1,"TC",0,1,0,0,0,10,20,0)', "names no axis for one of its angles"),
-        ("$P_UIFR[1]=0", "is a variable of the control itself"),
-        ("R[1]=5", "is a field"),
-        ("X1=5", "X1 isn't a word that is read, and may be a subprogram or an axis"),
-        ('MYTEXT="A"', "is given a text"),
-        ("G4 S30", "G4 is read as a dwell of F seconds"),
-        ("DEF FRAME F1", "DEF is read with REAL"),
+        ("$P_UIFR[1]=0", "is a system variable"),
+        ("R[1]=5", "is an array element"),
+        ("X1=5", "X1 isn't a supported word, and may be a subprogram or an axis"),
+        ('MYTEXT="A"', "is assigned a text"),
+        ("G4 S30", "G4 takes F in seconds"),
+        ("DEF FRAME F1", "DEF is supported with REAL"),
         ("DEF REAL 5", "isn't a name that can be declared"),
         ("M1.5", "isn't an M word"),
         ("ſ100", "isn't a word"),
-        ("X١", "isn't a word"),
-        ("X#1", "isn't a word"),
+        ("X١", "isn't a supported word"),
+        ("X#1", "isn't a supported word"),
         ("{", "isn't a word"),
         ("X1 " * 2000, "characters in a block, beyond 4096"),
     ],
 )
-def test_what_is_not_read_is_refused_with_its_line_and_reason(text, fact):
+def test_unsupported_lines_are_refused_with_their_line_and_reason(text, fact):
     with pytest.raises(ToolpathError) as caught:
         blocks_of("G0 X0", text)
     assert str(caught.value).startswith("part.mpf:2: ")
@@ -416,10 +416,10 @@ def test_a_tool_in_a_swivelled_plane_keeps_its_direction_until_angles_are_named(
     assert blocks_of("TRAORI", 'CYCLE800(0,"",0,57,0,0,0,0,0,0,0,0,0,-1)', "X1 A5 C5")[-1].tip_control is True
 
 
-def test_a_swivel_that_doesnt_follow_the_tip_loses_its_place():
-    """By a block in which the coordinates are the axes' own."""
+def test_a_swivel_without_tcp_discards_the_position():
+    """By a block in axis coordinates."""
     lost, _ = blocks_of('CYCLE800(0,"",0,57,0,0,0,0,30,0,0,0,0,-1)')
     assert (lost.tip_control, lost.vector, lost.frame.origin) == (False, None, (0.0, 0.0, 0.0))
     assert len(blocks_of('CYCLE800(0,"",10,57,0,0,0,0,30,0,0,0,0,-1)')) == 1
-    # A retraction before it is one to a place of the machine.
+    # The retract before it is in machine coordinates.
     assert len(blocks_of('CYCLE800(1,"",10,57,0,0,0,0,30,0,0,0,0,-1)')) == 2

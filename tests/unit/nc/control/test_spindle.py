@@ -1,4 +1,4 @@
-"""A second tool in a program: named with its line, in every language."""
+"""A second tool in a program is reported with its line, in every language."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ ISO, SINUMERIK, KLARTEXT = "G21 G90 G54\n", "G90 G71 G54\n", "BEGIN PGM p MM\n"
 
 @pytest.fixture
 def tools(tmp_path, hayashi):
-    """Give what a path says of its program's tools: line and message."""
+    """Return line and message of a path's tool findings."""
 
     def read_tools(text, suffix):
         path = tmp_path / f"part.{suffix}"
@@ -44,8 +44,8 @@ def tools(tmp_path, hayashi):
 def test_a_second_tool_is_a_warning_with_its_line(tools, suffix, first, second, name):
     moves = f"L {AXES} R0 FMAX\nL X+1 F100\n" if suffix == "h" else f"G0 {AXES}\nG1 X1 F100\n"
     line = len((first + moves).split("\n"))
-    assert tools(first + moves + second + moves, suffix) == [(line, f"{name} takes another tool")]
-    # The same tool again is none, nor is one that nothing is done with.
+    assert tools(first + moves + second + moves, suffix) == [(line, f"{name} loads another tool")]
+    # The same tool again doesn't count, nor does one without moves.
     assert tools(first + moves + moves + second, suffix) == []
     if name != "M6":
         assert tools(first + moves + first.split("\n")[1] + "\n" + moves, suffix) == []
@@ -62,5 +62,5 @@ def test_a_second_tool_is_a_warning_with_its_line(tools, suffix, first, second, 
         ),
     ],
 )
-def test_a_tool_made_ready_or_put_away_is_no_second_one(tools, suffix, text):
+def test_a_preselected_or_unloaded_tool_is_no_second_tool(tools, suffix, text):
     assert tools(text, suffix) == []

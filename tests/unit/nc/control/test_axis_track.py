@@ -1,4 +1,4 @@
-"""Rotary axes that the control turns by itself: where they stand isn't in the program."""
+"""Rotary axes that the control turns by itself, to angles that aren't in the program."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ ISO = "G21 G90 G54\nG0 X0 Y0 Z50 A0 C0\n"
 SINUMERIK = "G90 G71 G54\nG0 X0 Y0 Z50 A0 C0\n"
 KLARTEXT = "BEGIN PGM p MM\nL X+0 Y+0 Z+50 A+0 C+0 R0 FMAX\n"
 
-# Suffix, the program up to the end of the direction or the plane, and how words name X, and A and C.
-LED = {
+# Suffix, the program up to the end of the direction or the plane, and how words give X, and A and C.
+TURNED = {
     "G43.5": ("nc", ISO + "G43.5 H1\nG0 X0 Y0 Z50 I0 J0 K1\nG1 X1 I.6 J0 K.8 F100\nG49\n", 4),
     "G68.2": ("nc", ISO + "G68.2 X10 Y0 Z0 I90 J30 K0\nG53.1\nG0 X0 Y0 Z5\nG1 Z-1 F100\nG69\n", 4),
     "A3": (
@@ -55,22 +55,22 @@ def read(tmp_path, hayashi):
     return read_text
 
 
-@pytest.mark.parametrize("word", LED)
+@pytest.mark.parametrize("word", TURNED)
 def test_after_a_direction_or_a_plane_a_cut_needs_the_angles_again(read, word):
-    """The control has turned A and C; those that the program named before aren't where they stand."""
-    suffix, text, line = LED[word]
+    """The control has turned A and C away from the angles that the program gave before."""
+    suffix, text, line = TURNED[word]
     with pytest.raises(ToolpathError) as caught:
         read(text + AWAY[suffix] + ON[suffix], suffix)
     assert caught.value.line == len(text.split("\n")) + 1
     assert caught.value.message == (
-        f"a feed move, and it doesn't name A, C: on line {line} the control began to turn them itself, into "
-        "directions or a plane, and their angles aren't in the program; name A, C"
+        f"a feed move without A, C: since line {line} the control turns them itself, to directions or a "
+        "plane, and their angles aren't in the program; write A, C"
     )
 
 
-@pytest.mark.parametrize("word", LED)
-def test_after_a_direction_or_a_plane_named_angles_count(read, word):
-    suffix, text, _ = LED[word]
+@pytest.mark.parametrize("word", TURNED)
+def test_after_a_direction_or_a_plane_written_angles_apply(read, word):
+    suffix, text, _ = TURNED[word]
     path = read(text + AWAY[suffix] + UPRIGHT[suffix] + ON[suffix], suffix)
     np.testing.assert_allclose(path.tips(path.axis)[-1], [5, 0, 50], atol=1e-12)
     np.testing.assert_allclose(path.axis[-1], [0, 0, 1], atol=1e-12)
@@ -79,10 +79,12 @@ def test_after_a_direction_or_a_plane_named_angles_count(read, word):
 
 
 @pytest.mark.parametrize("word", ["G43.5", "G68.2"])
-def test_without_a_machine_nobody_can_name_them(read, word):
-    suffix, text, line = LED[word]
+def test_without_a_machine_the_error_asks_for_one(read, word):
+    suffix, text, line = TURNED[word]
     text = text.replace(" A0 C0", "")
-    with pytest.raises(ToolpathError, match=rf"name the rotary axes: on line {line} .* give the machine"):
+    with pytest.raises(
+        ToolpathError, match=rf"without the rotary axes: since line {line} .* give the machine"
+    ):
         read(text + AWAY[suffix] + ON[suffix], suffix, machine=None)
     assert len(read(text, suffix, machine=None)) > 1
 
@@ -96,38 +98,38 @@ def test_without_a_machine_nobody_can_name_them(read, word):
         ("nc", "G43.5 H1\nG0 X0 Y0 Z50 K1\nG1 X1 I.6 J0 K.8 F100\nG53 G0 A0\nG1 X5\n", "C"),
     ],
 )
-def test_one_angle_after_a_direction_doesnt_tell_the_other(read, suffix, text, missing):
-    with pytest.raises(ToolpathError, match=f"it doesn't name {missing}: on line"):
+def test_one_angle_after_a_direction_leaves_the_other_unknown(read, suffix, text, missing):
+    with pytest.raises(ToolpathError, match=f"a feed move without {missing}: since line"):
         read((SINUMERIK if suffix == "mpf" else ISO) + text, suffix)
 
 
-def test_an_increment_of_an_angle_after_a_direction_begins_nowhere(read):
+def test_an_incremental_angle_after_a_direction_is_refused(read):
     text = SINUMERIK + "TRAORI\nG0 X0 Y0 Z50\nG1 X1 A3=.6 B3=0 C3=.8 F100\nX5 A=IC(5) C10\n"
     with pytest.raises(ToolpathError, match="A by an increment"):
         read(text, "mpf")
 
 
-def test_the_way_of_an_angle_after_a_direction_isnt_counted_from_before(read):
-    """C=DC(10) after C350 is C370; after a direction it is the place itself."""
+def test_dc_after_a_direction_ignores_the_angle_before_it(read):
+    """C=DC(10) after C350 is C370; after a direction it is C10."""
     text = SINUMERIK + "TRAORI\nG0 X0 Y0 Z50 A0 C350\nG1 X1 A3=.6 B3=0 C3=.8 F100\nX5 A=DC(30) C=DC(10)\n"
     path = read(text, "mpf")
     plain = read(text.replace("=DC(30)", "30").replace("=DC(10)", "10"), "mpf")
     np.testing.assert_array_equal(path.axis, plain.axis)
 
 
-def test_a_direction_in_a_standing_frame_is_refused_whatever_angles_came_before(read):
-    text = LED["G43.5"][1]
-    with pytest.raises(ToolpathError, match="positions=machine, and the block gives the tool's direction"):
+def test_a_direction_in_the_machine_frame_is_refused_whatever_angles_came_before(read):
+    text = TURNED["G43.5"][1]
+    with pytest.raises(ToolpathError, match="positions=machine, and the block gives the tool direction"):
         read(text, positions="machine")
 
 
-def test_a_direction_ends_where_its_axes_go_to_places_of_the_machine(read):
+def test_a_move_in_machine_coordinates_ends_a_direction(read):
     text = ISO + "G43.5 H1\nG0 X0 Y0 Z50 K1\nG1 X1 I.6 J0 K.8 F100\nG53 G0 A0 C0\nG1 X5\n"
     np.testing.assert_allclose(read(text).axis[-1], [0, 0, 1], atol=1e-12)
 
 
 @pytest.mark.parametrize("motion", ["L X+1 F100", "CC X+0 Y+1\nC X+0 Y+2 DR+ F100"])
-def test_the_turn_into_a_plane_is_no_cut_whatever_motion_is_in_force(read, motion):
+def test_the_rotation_into_a_plane_is_no_cut_whatever_motion_is_in_force(read, motion):
     plane = "PLANE SPATIAL SPA+0 SPB+90 SPC+0 TURN FMAX\nL X+1 Y+2 Z+3 R0 FMAX\nL Z-1 F100\n"
     text = f"{KLARTEXT}{motion}\n{plane}"
     path = read(text, "h")
