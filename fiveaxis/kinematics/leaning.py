@@ -1,4 +1,4 @@
-"""How far the rotary axes can lean the tool, and where they have a choice."""
+"""How far the rotary axes can lean the tool, and where both branches of the inverse are within limits."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fiveaxis.kinematics.orientation import require_orienting, second_coefficients
+from fiveaxis.kinematics.inverse import require_orienting, second_coefficients
 from fiveaxis.kinematics.windings import ON_LIMIT, TURN
 from fiveaxis.machine import Machine
 from fiveaxis.machine.freedom import directions
@@ -15,17 +15,17 @@ from fiveaxis.machine.freedom import directions
 
 @dataclass(frozen=True)
 class Leaning:
-    """Angles between the tool axis and the singular direction, that of the first rotary axis.
+    """Range of the angle between the tool axis and the singular direction, that of the first rotary axis.
 
-    Every lean belongs to two values of the second rotary axis, one either side of a middle: the branches.
+    Each lean has two values of the second rotary axis, one on either side of a middle: the branches.
 
     Parameters
     ----------
     letter : the second rotary axis
-    middle : rad, its value about which the branches lie
-    reach : rad, least and largest lean of the structure
+    middle : rad, its value midway between the branches
+    reach : rad, smallest and largest lean without limits
     limited : rad, the same within the limits of the second rotary axis
-    both : rad, the leans at which both branches are within them: none, one or two ranges
+    both : rad, leans at which both branches are within them: none, one or two ranges
     """
 
     letter: str
@@ -36,7 +36,7 @@ class Leaning:
 
 
 def lean_range(machine: Machine) -> Leaning:
-    """Work out how far a machine leans the tool.
+    """Compute how far a machine leans the tool.
 
     With ``k1·o = h cos(ρ2 − middle) + c`` the lean grows with the distance of ρ2 from the middle, up to half
     a turn (`rotary_angles`).
@@ -71,7 +71,7 @@ def lean_range(machine: Machine) -> Leaning:
 
 
 def _spreads(middle: float, low: float, high: float) -> tuple[float, float]:
-    """Give the least and the largest distance from the middle, of all its turns, within limits."""
+    """Return the smallest and the largest distance from the middle, up to whole turns, within limits."""
     if high - low >= TURN:
         return 0.0, math.pi
     first, last = (abs(math.remainder(end - middle, TURN)) for end in (low, high))
@@ -81,10 +81,9 @@ def _spreads(middle: float, low: float, high: float) -> tuple[float, float]:
 
 
 def _shared_spreads(middle: float, low: float, high: float) -> list[tuple[float, float]]:
-    """Give the distances from the middle, up to half a turn, that are within limits on both sides.
+    """Return the distances from the middle, up to half a turn, that are within limits on both sides.
 
-    Around the middle they reach as far as the nearer limit is; around the opposite likewise, from half a turn
-    down.
+    They extend from the middle to its nearer limit, and from half a turn down likewise.
     """
     if high - low >= TURN:
         return [(0.0, math.pi)]
@@ -97,7 +96,6 @@ def _shared_spreads(middle: float, low: float, high: float) -> list[tuple[float,
 
 
 def _narrower_side(angle: float, low: float, high: float) -> float | None:
-    """Give how far limits reach on both sides of an angle; None where no turn of it is within them."""
-    first = math.ceil((low - ON_LIMIT - angle) / TURN)
-    place = angle + TURN * first
-    return None if place > high + ON_LIMIT else max(0.0, min(place - low, high - place))
+    """Return the distance from an angle to the nearer limit; None if no turn of it is within limits."""
+    first = angle + TURN * math.ceil((low - ON_LIMIT - angle) / TURN)
+    return None if first > high + ON_LIMIT else max(0.0, min(first - low, high - first))

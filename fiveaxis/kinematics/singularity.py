@@ -1,9 +1,8 @@
-"""Where the rotary axes lose a direction, and what is done there.
+"""The singular direction, and how the first rotary axis is held near it.
 
-The singular direction is that of the first rotary axis (C of a C-A table): with the tool along it, that
-axis turns the part under the tool and changes nothing else. Next to it a small lean takes a large turn:
-``1/sin`` of the angle to it. Policy: within a cone about the singular direction the first rotary axis is
-held at the angle that it had before.
+The singular direction is that of the first rotary axis (C of a C-A table): with the tool along it, that axis
+only spins the part under the tool. Near it a small lean takes a large turn: ``1/sin`` of the angle to it.
+Within a cone about it the first rotary axis is therefore held at its previous angle.
 """
 
 from __future__ import annotations
@@ -16,15 +15,15 @@ from fiveaxis.machine import Machine
 
 
 def singular_direction(machine: Machine) -> Array:
-    """Give the direction of the first rotary axis, (3,) unit vector, workpiece frame.
+    """Return the direction of the first rotary axis, (3,) unit vector, workpiece frame.
 
-    The tool axis may lie along it either way; `singular_angles` measures to the nearer one.
+    The opposite direction is singular too; `singular_angles` measures to the nearer one.
     """
     return np.array(next(j.line.direction for j in machine.chain.joints if j.is_rotary))
 
 
 def singular_angles(machine: Machine, axis: Array) -> Array:
-    """Measure the angle between tool axes and the singular direction.
+    """Compute the angle between tool axes and the singular direction.
 
     Parameters
     ----------
@@ -47,12 +46,12 @@ def hold_singular(rotary: Array, axis: Array, machine: Machine, cone: float = ON
     ----------
     rotary : (..., n, 2), rad, chain order, rows in path order
     axis : (n, 3), unit vectors, workpiece frame
-    cone : rad, half angle of the cone. Held angles move the tool axis by at most twice the angle that it
-        has to the singular direction: with the default by nothing that counts
+    cone : rad, half angle. Holding turns the tool axis by at most twice its angle to the singular direction,
+        which is negligible by default
 
     Returns
     -------
-    (..., n, 2), rad; rows before the first one outside the cone keep their angle
+    (..., n, 2), rad; rows before the first one outside the cone are unchanged
     """
     singular = singular_angles(machine, axis) < cone
     if not singular.any():

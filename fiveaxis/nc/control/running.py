@@ -105,7 +105,7 @@ def note_assumptions(interpreter: Interpreter) -> None:
     """Say what the program didn't: its unit, where its first moves came from, where its retractions lead."""
     units, track = interpreter.modes.units, interpreter.track
     line, file = track.rows[0][1], interpreter.source.name
-    if units.stated is None and units.asked is None:
+    if units.stated is None and units.given is None:
         interpreter.note(
             Severity.WARNING,
             "unit-assumed",

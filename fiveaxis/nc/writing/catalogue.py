@@ -1,4 +1,4 @@
-"""Which controls are known: the tables of the package, and those that people write themselves."""
+"""The known controls: tables of the package, and custom ones."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ FOLDER = Path(__file__).parents[1] / "controls"
 
 
 def find_dialect(control: str | Path) -> Dialect:
-    """Find the dialect of a control: one of `DIALECTS` by its name, or a table of one's own by its path.
+    """Find the dialect of a control: one of `DIALECTS` by its name, or a custom table by its path.
 
     Parameters
     ----------
@@ -23,8 +23,7 @@ def find_dialect(control: str | Path) -> Dialect:
     Raises
     ------
     SettingError
-        No control of that name (the nearest is named, and all known ones); a table that can't be read, with
-        file and line.
+        An unknown name, with the nearest and all known ones; a table that can't be read, with file and line.
     """
     name = str(control)
     if name.lower().endswith(".toml"):
@@ -38,13 +37,13 @@ def find_dialect(control: str | Path) -> Dialect:
 
 
 def read_dialect(path: Path) -> Dialect:
-    """Read a control's table; what it doesn't say it has from the one that ``based_on`` names.
+    """Read a control's table; keys that it lacks come from the table named by ``based_on``.
 
     Raises
     ------
     SettingError
-        With file and line: not TOML, an unknown key (with the nearest known one), a wrong value, a template
-        with a bracket that nothing fills, tables that are based on each other.
+        With file and line: not TOML, an unknown key (with the nearest known one), an invalid value, a
+        template with an unknown placeholder, tables that are based on each other.
     """
     text, data = _merged(path, ())
     return validate_settings({"name": path.stem, **data}, text, path, Dialect, SettingError)
@@ -57,14 +56,14 @@ def _merged(path: Path, above: tuple[Path, ...]) -> tuple[str, dict[str, Any]]:
         return text, data
     below = _base_of(path, base)
     if below in (*above, path):
-        raise SettingError(f"based_on = {base!r} leads back to this table; take one of them out", file=path)
+        raise SettingError(f"based_on = {base!r} leads back to this table; remove one of them", file=path)
     _, whole = _merged(below, (*above, path))
     whole.pop("name", None)
-    return text, _overlaid(whole, data)
+    return text, _overlay(whole, data)
 
 
 def _base_of(path: Path, base: object) -> Path:
-    """Find the file that a table is based on: of the package by its name, else beside the table."""
+    """Find the file that a table is based on: in the package by its name, or relative to the table."""
     if not isinstance(base, str):
         raise SettingError(f"based_on = {base!r} must be text in quotes", file=path)
     if base.lower().endswith(".toml"):
@@ -75,10 +74,10 @@ def _base_of(path: Path, base: object) -> Path:
     return FOLDER / f"{base}.toml"
 
 
-def _overlaid(below: dict[str, Any], above: dict[str, Any]) -> dict[str, Any]:
-    """Lay one document over another, table by table."""
+def _overlay(below: dict[str, Any], above: dict[str, Any]) -> dict[str, Any]:
+    """Override the values of one document by another's, table by table."""
     both = {
-        key: _overlaid(below[key], value)
+        key: _overlay(below[key], value)
         if isinstance(below.get(key), dict) and isinstance(value, dict)
         else value
         for key, value in above.items()

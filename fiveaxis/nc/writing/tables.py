@@ -1,4 +1,4 @@
-"""What the controls want to read, as data: one TOML file for each control."""
+"""Tables of controls: how a program is written, one TOML file for each."""
 
 from __future__ import annotations
 
@@ -35,41 +35,40 @@ class Dialect(StrictModel):
 
     Parameters
     ----------
-    name : what ``control=`` takes
-    title : what it is, for people
+    name : of the control, for ``control=``
+    title : full name
     language : ``blocks`` of a control; ``apt`` and ``points`` are lists of cutter locations
     suffix : of program files
     axes : letters of axes that it knows
     comment : how comments are written
-    longest : characters of a line that it reads
+    longest : characters of the longest line that it reads
     line_number, most_number, numbered : template of a block number, the highest, and whether all lines have
         one, from 0
-    continuation : sign at the end of a line that goes on in the next one; empty where there is none
+    continuation : character at the end of a line that continues in the next; empty if there is none
     number, feed : how words and F are written
-    unit : the words of ``mm`` and ``inch``; what is missing the control can't be told
-    inch_feed : inch/min that F counts in programs in inch
+    unit : the words of ``mm`` and ``inch``; a unit without a word isn't supported
+    inch_feed : unit of F in programs in inch, inch/min
     head : lines before the comments
-    start : blocks that fix every mode the program relies on
+    start : blocks that set every mode the program relies on
     corners : how moves join under the modes of `start`: ``exact-path`` as LinuxCNC's G61 (`predicted_time`),
-        or a number, within so many mm; None where the machine's own settings say it
-    cycle : s, of the control's clock, to whole multiples of which a move from rest to rest is rounded up
-    limited : what the axes' highest speeds and accelerations hold for under tool centre point control:
-        ``axes``, or the program's ``words``
-    machine_move : template of a rapid move to a place in machine coordinates
+        or the tolerance in mm; None where it depends on the machine's settings
+    cycle : s, of the control's clock; a move from rest to rest takes whole cycles
+    limited : what the axes' highest speeds and accelerations apply to under TCP control: ``axes``, or the
+        program's ``words``
+    machine_move : template of a rapid move to a position in machine coordinates
     tool_change, work_offset, spindle, spindle_left, coolant : templates, and blocks of coolants by name
-    work_offsets, default_offset : pattern of the names that the control knows, and the name that is written
-        where nobody says another
-    spindle_decimals : of S, where it isn't a whole number
-    most : the largest number of a setting that the control has room for, by the setting's name
+    work_offsets, default_offset : pattern of the names that the control knows, and the default
+    spindle_decimals : of S
+    most : the largest number that the control accepts, by name of the setting
     spindle_off, coolant_off : blocks
     rapid, linear : templates of moves
-    straight : how a rapid move of several axes comes to run straight
+    straight : what makes a rapid move of several axes straight
     end : last blocks
     modes : the coordinates that can be written
     refused : why others can't
-    notes : what the person at the machine has to know
-    modulo, reset : further ways to count turns; None where the control has them not
-    winding_notes : what the person at the machine has to know, by the way in which turns are counted
+    notes : for the operator
+    modulo, reset : how turns are written with further windings; None if not supported
+    winding_notes : for the operator, by winding
     """
 
     name: str
@@ -117,9 +116,9 @@ class Dialect(StrictModel):
 
     @property
     def windings(self) -> tuple[str, ...]:
-        """Ways to count turns that the control has."""
-        ways = ("unwound", True), ("modulo", self.modulo is not None), ("rezero", self.reset is not None)
-        return tuple(name for name, known in ways if known)
+        """Windings that the control supports."""
+        known = ("unwound", True), ("modulo", self.modulo is not None), ("rezero", self.reset is not None)
+        return tuple(name for name, supported in known if supported)
 
     @model_validator(mode="after")
     def _is_complete(self) -> Dialect:
@@ -140,8 +139,8 @@ class Dialect(StrictModel):
             raise ValueError(f"work_offsets = {self.work_offsets!r}: {fault}") from None
         return self
 
-    def asks(self, field: str) -> bool:
-        """Tell whether a block that stands around the moves needs a number or a name that people give."""
+    def uses(self, field: str) -> bool:
+        """Check whether a block around the moves has a placeholder for a setting."""
         modes = self.modes.values()
         around = (
             *self.head,
@@ -155,7 +154,7 @@ class Dialect(StrictModel):
         return any(f"{{{field}}}" in block for block in around)
 
     def _require_plain(self) -> None:
-        """Refuse signs that no control reads in the blocks that aren't templates."""
+        """Raise `ValueError` if a block that isn't a template isn't ASCII."""
         modulo, reset = self.modulo or Modulo(way="shorter"), self.reset or Reset(block="{words}", clear="")
         blocks = {
             "coolant": tuple(self.coolant.values()),
@@ -172,10 +171,10 @@ class Dialect(StrictModel):
                 require_ascii(name, text)
 
     def _require_units(self) -> None:
-        """Refuse a unit without a word where blocks say which unit they are in."""
-        said = any("{unit}" in block for block in (*self.head, *self.start, *self.end))
+        """Raise `ValueError` if a unit has no word and blocks have a placeholder for it."""
+        written = any("{unit}" in block for block in (*self.head, *self.start, *self.end))
         for unit, word in self.unit.items():
-            if said and not word.strip():
+            if written and not word.strip():
                 raise ValueError(f"unit.{unit} = {word!r} needs the word for it, as {{unit}} is written")
 
     def _require_moves(self) -> None:

@@ -145,7 +145,7 @@ def test_a_list_without_header_is_read_with_the_columns_that_the_caller_names(da
 
 
 def test_a_list_without_header_is_not_guessed(data):
-    with pytest.raises(ToolpathError, match=r"guoxin_waypoints.txt:1: .*say what the columns are"):
+    with pytest.raises(ToolpathError, match=r"guoxin_waypoints.txt:1: .*the columns must be named"):
         read_toolpath(data / "toolpaths" / "guoxin_waypoints.txt", tool=BALL)
 
 
