@@ -132,14 +132,10 @@ class Enclosure:
     def __truediv__(self, other: Enclosure | float) -> Enclosure:
         return self * self._of(other).inverse()
 
-    def __radd__(self, other: float) -> Enclosure:
-        return self + other
+    __radd__, __rmul__ = __add__, __mul__
 
     def __rsub__(self, other: float) -> Enclosure:
         return -self + other
-
-    def __rmul__(self, other: float) -> Enclosure:
-        return self * other
 
     def __rtruediv__(self, other: float) -> Enclosure:
         return self.inverse() * other

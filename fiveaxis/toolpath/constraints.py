@@ -201,9 +201,19 @@ class Constraints:
         if not self.bounds_angle:
             raise SettingError(EITHER)
         if self.cone is not None:
-            _require_axes(toolpath)
+            if not toolpath.has_axes:
+                raise ToolpathError(
+                    "has no programmed tool axes, so a cone means nothing; use tilt (--tilt 15:75), the "
+                    "angle to the surface normal",
+                    file=toolpath.name,
+                )
             return 0.0, self.cone
-        _require_normals(toolpath)
+        if not toolpath.has_normals:
+            raise ToolpathError(
+                "has no surface normals, so a tilt range means nothing; use cone (--cone 20), the angle "
+                "about the programmed tool axis",
+                file=toolpath.name,
+            )
         return tilt_of(self.lead, self.lean) if self.tilt is None else self.tilt
 
 
@@ -241,21 +251,3 @@ def _in_plane(bounds: TiltBounds, plane: tuple[float, float, float]) -> TiltBoun
     low, high = square - PLANE_TOLERANCE, square + PLANE_TOLERANCE
     name = "plane's vector {:g} {:g} {:g}".format(*across)
     return replace(bounds, beside=(*bounds.beside, TiltBounds(reference, low, high, name)))
-
-
-def _require_normals(toolpath: Toolpath) -> None:
-    if not toolpath.has_normals:
-        raise ToolpathError(
-            "has no surface normals, so a tilt range means nothing; use cone (--cone 20), the angle about "
-            "the programmed tool axis",
-            file=toolpath.name,
-        )
-
-
-def _require_axes(toolpath: Toolpath) -> None:
-    if not toolpath.has_axes:
-        raise ToolpathError(
-            "has no programmed tool axes, so a cone means nothing; use tilt (--tilt 15:75), the angle to the "
-            "surface normal",
-            file=toolpath.name,
-        )

@@ -200,8 +200,7 @@ def _texts(
         formats[row - 1] = f"{block.replace('%', '%%')}\n{formats[row - 1]}"
     plain = np.array([text[:1] == "%" for text in by_feed])
     values = np.column_stack([words.values[1:], feeds[1:]])
-    places = np.column_stack([kept[1:], plain])
-    return list(fill_formats(formats, values, places))
+    return list(fill_formats(formats, values, np.column_stack([kept[1:], plain])))
 
 
 def _formats(kept: BoolArray, feeds: list[str], wording: Wording, templates: list[str | None]) -> list[str]:

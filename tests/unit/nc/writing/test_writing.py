@@ -327,7 +327,9 @@ def test_angles_of_one_turn_are_read_as_the_motion_but_for_whole_turns(tmp_path,
 
 
 def test_klartext_has_no_machine_coordinates_and_says_why():
-    with pytest.raises(SettingError, match="isn't written in coordinates 'axes': Klartext has no feed by"):
+    with pytest.raises(
+        SettingError, match="coordinates 'axes': Klartext has no inverse-time feed"
+    ):
         compose_program(SLOPE, machine=OPEN, control="heidenhain", coordinates="axes")
 
 
