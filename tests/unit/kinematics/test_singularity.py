@@ -24,7 +24,7 @@ RNG = np.random.default_rng(12)
 FIVE_AXIS = [n for n in machine_names() if len(load_machine(n).rotaries) == 2]
 
 
-def test_the_singular_direction_is_the_first_rotary_axis_as_the_workpiece_sees_it():
+def test_the_singular_direction_is_the_first_rotary_axis_in_the_workpiece_frame():
     np.testing.assert_allclose(singular_direction(IDEAL), [0.0, 0.0, 1.0])
     turned = IDEAL.with_setup((1.0, 2.0, 3.0), (90.0, 0.0, 0.0))
     np.testing.assert_allclose(singular_direction(turned), [0.0, 1.0, 0.0], atol=1e-15)
@@ -67,7 +67,7 @@ def test_of_three_rotary_axes_the_one_nearest_the_tool_that_can_be_spared_is_hel
     assert redundant_axis(Machine.from_code("4061235")) == "C"  # and so it would with B held
 
 
-def test_three_axes_that_lean_one_way_only_are_refused():
+def test_three_axes_that_lean_in_one_direction_only_are_refused():
     machine = Machine.from_code("6401235")
     joints = tuple(
         replace(j, line=replace(j.line, direction=(1.0, 0.0, 0.0))) if j.is_rotary else j

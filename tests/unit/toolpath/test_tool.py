@@ -55,7 +55,7 @@ def test_a_short_form_is_a_tool_and_the_tool_its_short_form(text, tool):
         ("drill:8:180", "point angle must be below 180 deg"),
     ],
 )
-def test_a_tool_that_isnt_one_is_refused(text, said):
+def test_an_invalid_tool_is_refused(text, said):
     with pytest.raises(ToolError, match=said):
         parse_tool(text)
 

@@ -109,7 +109,7 @@ def test_the_caller_names_the_unit_of_a_file_that_does_not(read):
     np.testing.assert_allclose(tips(read("FEDRAT/10,IPM\nGOTO/1,2,3\n", unit="mm")), [[1, 2, 3]])
 
 
-def test_a_unit_said_twice_alike_is_no_fault(read):
+def test_the_same_unit_stated_twice_is_accepted(read):
     assert len(read("GOTO/1,2,3\nUNITS/MM\nGOTO/1,2,3\nUNITS/MM\n")) == 2
 
 
@@ -193,7 +193,7 @@ def test_a_unit_that_contradicts_the_caller_is_refused(read):
         read("UNITS/MM\nGOTO/1,2,3\n", unit="inch")
 
 
-def test_a_frame_said_again_is_no_fault(read):
+def test_a_frame_stated_again_is_accepted(read):
     assert len(read("MSYS/0,0,0\nMSYS/0,0,1\nGOTO/1,2,3\nMSYS/0,0,1\nGOTO/1,2,3\n")) == 2
 
 
@@ -244,7 +244,7 @@ def test_a_solidworks_file_is_read_completely(data):
     assert path.axis[-1].tolist() == [1, 0, 0]
 
 
-def test_the_negative_control_says_that_it_has_no_simultaneous_motion(data):
+def test_the_negative_control_is_reported_as_not_simultaneous(data):
     path = read_toolpath(data / "toolpaths" / "solidworks_boss_3axis.apt")
     (finding,) = [f for f in path.findings if f.code == "no-simultaneous-path"]
     assert finding.severity is Severity.NOTE

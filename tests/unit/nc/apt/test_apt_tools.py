@@ -1,4 +1,4 @@
-"""Tools that APT files state."""
+"""Tools of APT files."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def test_the_last_tool_before_the_first_location_counts(read):
     assert tool_findings(path) == []
 
 
-def test_the_callers_tool_wins_and_the_difference_is_said(read):
+def test_the_callers_tool_wins_and_the_difference_is_reported(read):
     path = read("LOADTL/1\nCUTTER/10,2\nGOTO/1,2,3\n", tool=Tool.ball(8))
     assert str(path.tool) == "ball:8"
     (finding,) = tool_findings(path)
