@@ -59,7 +59,7 @@ def read_toolpath(
         .txt``, see `fiveaxis.nc.table`), or APT: ``.apt .cls .clsf .ncl .aptsource`` (see
         `fiveaxis.nc.apt.reader`)
     tool : the cutter, in place of the file's
-    feed_mm_min : one feed for every location, in place of the file's, which are 1000 mm/min where it has none
+    feed_mm_min : one feed for every location, in place of the file's (1000 mm/min where it has none)
     unit : length unit of a file that doesn't state it; mm by default
     machine : that an NC program was written for: its rotary words are angles of this machine
     positions : frame of tip positions in an NC program under TCP control: it turns with the table (``table``)

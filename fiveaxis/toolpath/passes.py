@@ -11,7 +11,7 @@ from fiveaxis.geometry import Array, IntArray
 
 @dataclass(frozen=True, eq=False)
 class PassEnd:
-    """Begin or end of a pass.
+    """Start or end of a pass.
 
     Parameters
     ----------
@@ -25,7 +25,7 @@ class PassEnd:
     outward: Array
 
 
-# Plans the link from the end of a pass to the begin of another, clear of the part: pivots, (k, 3) mm,
+# Plans the link from the end of a pass to the start of another, clear of the part: pivots, (k, 3) mm,
 # workpiece frame, without the two ends; None if there is no clear route. An end of None is the air before the
 # first pass or after the last one.
 Relink = Callable[[PassEnd | None, PassEnd | None], Array | None]

@@ -177,7 +177,7 @@ def sweep_to(stated: StatedArc, begin: Array, end: Array) -> float | None:
 
 
 def agreement(stated: StatedArc, before: Array, begin: Array) -> float:
-    """Compute the cosine between the move to an arc and the arc's direction at its begin.
+    """Compute the cosine between the move to an arc and the arc's direction at its start.
 
     Parameters
     ----------
@@ -250,7 +250,7 @@ def read_tlon(
         line = np.concatenate([figures[:3], _figures(ends[-1], 3, statement, source) * scale])
     else:
         raise statement.error(
-            source, "is a motion along geometry that isn't read; let the CAM system write GOTO points"
+            source, "is a motion along geometry that isn't supported; let the CAM system write GOTO points"
         )
     centre, radius = figures[:3], abs(float(figures[3]))
     axis = _cross(begin - centre, direction)

@@ -86,7 +86,7 @@ def read_cycle(statement: Statement, source: Source) -> Cycle:
     if not kinds:
         known = ", ".join(KINDS)
         raise statement.error(
-            source, f"is a cycle that isn't expanded; known: {known}; write its moves as GOTO"
+            source, f"is a cycle that isn't supported; known: {known}; write its moves as GOTO"
         )
     cycle = Cycle(statement, str(kinds[-1] if kinds[-1] not in PECKING else kinds[0]))
     cycle.pecks = bool(PECKING & set(kinds))

@@ -76,27 +76,21 @@ class Frames:
         statement, transform = now
         first, base = self.first[statement.word]
         if self.world:
-            self._note(
-                "frame-unused",
+            text = (
                 f"{statement.word} differs from the one on line {first.line}; it is ignored, because "
-                "TRNTYP/WORLD keeps coordinates in one frame",
-                statement.line,
+                "TRNTYP/WORLD keeps coordinates in one frame"
             )
+            self.findings.append(note("frame-unused", text, statement.line, self.source))
             return
         if transform is None or base is None or len(self.last) > 1:
             raise statement.error(
                 self.source, f"changes the frame given on line {first.line}; write one file for each frame"
             )
         self.changes.append((rows, inverse_transform(base) @ transform))
-        self._note(
-            "frame-mapped",
-            f"{statement.word} changes the frame; locations from here on are mapped into the one of line "
-            f"{first.line}",
-            statement.line,
+        text = (
+            f"{statement.word} changes the frame; locations after it are mapped to that of line {first.line}"
         )
-
-    def _note(self, code: str, message: str, line: int) -> None:
-        self.findings.append(note(code, message, line, self.source))
+        self.findings.append(note("frame-mapped", text, statement.line, self.source))
 
     def apply(self, positions: Array, vectors: Array) -> None:
         """Map locations after a change into the first frame, in place.

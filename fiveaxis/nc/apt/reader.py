@@ -188,10 +188,10 @@ ACTIONS: dict[str, Action] = {
 COUNTED = {"SPINDL", "MULTAX", "CUTCOM", "TRNTYP", "LOAD", "LOADTL", *FRAME_WORDS}
 
 # Words that move the tool or the coordinate system and aren't supported.
-_CURVE = "is a curve that isn't read, and a chord would be wrong; let the CAM system write GOTO points"
-_COPY = "repeats or moves other statements, which isn't expanded; let the CAM system write GOTO points"
-_TABLE = "turns or moves what coordinates count from, which isn't read; let the CAM system write tool vectors"
-_STEPS = "makes coordinates increments, which isn't read; let the CAM system write absolute ones"
+_CURVE = "is a curve that isn't supported; let the CAM system write GOTO points"
+_COPY = "repeats or moves other statements, which isn't supported; let the CAM system write GOTO points"
+_TABLE = "turns or moves the coordinate system, which isn't supported; let the CAM system write tool vectors"
+_STEPS = "makes coordinates incremental, which isn't supported; let the CAM system write absolute ones"
 _PLANE = "moves the tool to a height that isn't stated; let the CAM system write GOTO points"
 
 REFUSED = {

@@ -137,9 +137,9 @@ def turned_on_the_spot(motion: Motion, machine: Machine) -> tuple[Motion, IntArr
     The divided motion, and for each of its rows the row of the given one.
     """
     turns = np.abs(motion.moves[:, machine.rotary_columns])
-    stands = (np.abs(motion.moves[:, machine.linear_columns]) < STANDSTILL).all(axis=1)
+    at_rest = (np.abs(motion.moves[:, machine.linear_columns]) < STANDSTILL).all(axis=1)
     whole = np.abs(np.remainder(turns + np.pi, 2.0 * np.pi) - np.pi) < WHOLE_TURN
-    rewinds = stands & whole.all(axis=1) & (turns > np.pi).any(axis=1)
+    rewinds = at_rest & whole.all(axis=1) & (turns > np.pi).any(axis=1)
     most = turns.max(axis=1, initial=0.0)
     parts = np.where(rewinds, np.ceil(most / PART_OF_TURN), 1.0).astype(np.int64)
     if not rewinds.any():
@@ -194,7 +194,7 @@ def _texts(
         return []
     rapid = np.isnan(feeds[1:])
     by_feed = feed_formats(np.where(rapid, 1.0, feeds[1:]), feed_form(wording))
-    by_feed = ["" if quick else text for quick, text in zip(rapid.tolist(), by_feed, strict=True)]
+    by_feed = ["" if is_rapid else text for is_rapid, text in zip(rapid.tolist(), by_feed, strict=True)]
     formats = _formats(kept[1:], by_feed, wording, templates)
     for row, block in words.before.items():
         formats[row - 1] = f"{block.replace('%', '%%')}\n{formats[row - 1]}"

@@ -76,13 +76,11 @@ def _base_of(path: Path, base: object) -> Path:
 
 def _overlay(below: dict[str, Any], above: dict[str, Any]) -> dict[str, Any]:
     """Override the values of one document by another's, table by table."""
-    both = {
-        key: _overlay(below[key], value)
-        if isinstance(below.get(key), dict) and isinstance(value, dict)
-        else value
-        for key, value in above.items()
-    }
-    return {**below, **both}
+    merged = dict(below)
+    for key, value in above.items():
+        are_tables = isinstance(below.get(key), dict) and isinstance(value, dict)
+        merged[key] = _overlay(below[key], value) if are_tables else value
+    return merged
 
 
 DIALECTS: dict[str, Dialect] = {

@@ -33,8 +33,8 @@ def _apt(motion: Motion, wording: Wording, values: Array) -> list[str]:
     rapid = motion.rapid
     texts = _feeds(motion, wording)
     formats, now = [], ""
-    for quick, feed in zip(rapid.tolist(), texts, strict=True):
-        if quick:
+    for is_rapid, feed in zip(rapid.tolist(), texts, strict=True):
+        if is_rapid:
             formats.append(f"RAPID\n{goto}")
         elif feed != now:
             formats.append(f"FEDRAT/{feed},MMPM\n{goto}")
@@ -46,7 +46,7 @@ def _apt(motion: Motion, wording: Wording, values: Array) -> list[str]:
 
 def _points(motion: Motion, wording: Wording, values: Array) -> list[str]:
     row = ",".join(f"%.{int(d)}f" for d in wording.decimals)
-    kinds = [f"{int(cut)},{int(quick)}" for cut, quick in zip(motion.cutting, motion.rapid, strict=True)]
+    kinds = [f"{int(cut)},{int(rapid)}" for cut, rapid in zip(motion.cutting, motion.rapid, strict=True)]
     formats = [f"{row},{feed},{kind}" for feed, kind in zip(_feeds(motion, wording), kinds, strict=True)]
     return _filled(formats, values)
 

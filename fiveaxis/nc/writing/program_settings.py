@@ -1,4 +1,4 @@
-"""Settings of a program besides its moves: tool, spindle, coolant, work offset, begin and end."""
+"""Settings of a program besides its moves: tool, spindle, coolant, work offset, start and end."""
 
 from __future__ import annotations
 
@@ -172,6 +172,6 @@ def _require_names(settings: ProgramSettings, dialect: Dialect) -> None:
     offset = settings.work_offset
     if offset is not None and not (dialect.work_offset and re.fullmatch(dialect.work_offsets, offset)):
         raise SettingError(
-            f"control {name!r} has no work offset {offset!r}; it knows those like "
+            f"control {name!r} has no work offset {offset!r}; known ones are like "
             f"{dialect.default_offset or dialect.work_offsets or 'none'}"
         )

@@ -141,17 +141,10 @@ class Dialect(StrictModel):
 
     def uses(self, field: str) -> bool:
         """Check whether a block around the moves has a placeholder for a setting."""
-        modes = self.modes.values()
-        around = (
-            *self.head,
-            *self.end,
-            *(
-                b
-                for m in modes
-                for b in (*m.on, *(m.on_contained or ()), m.first or "", *m.off, *m.off_clear)
-            ),
-        )
-        return any(f"{{{field}}}" in block for block in around)
+        blocks = [*self.head, *self.end]
+        for mode in self.modes.values():
+            blocks += [*mode.on, *(mode.on_contained or ()), mode.first or "", *mode.off, *mode.off_clear]
+        return any(f"{{{field}}}" in block for block in blocks)
 
     def _require_plain(self) -> None:
         """Raise `ValueError` if a block that isn't a template isn't ASCII."""

@@ -83,7 +83,7 @@ def require_winding(winding: str, wording: Wording) -> None:
         )
     if winding != "unwound" and wording.coordinates == "vector":
         raise SettingError(
-            f"winding {winding!r} counts angles, and directions of the tool have none; leave it out"
+            f"winding {winding!r} applies to angles, and tool directions have none; leave it out"
         )
     if winding != "modulo":
         return

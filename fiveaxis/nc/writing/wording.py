@@ -179,8 +179,8 @@ def _require_tip_control(machine: Machine) -> None:
         )
     if not machine.rotaries:
         raise MachineError(
-            f"machine {machine.name!r} has no rotary axis, so there is nothing for tool centre point control "
-            "to do; write axes"
+            f"machine {machine.name!r} has no rotary axis, so it needs no tool centre point control; "
+            "write axes"
         )
 
 

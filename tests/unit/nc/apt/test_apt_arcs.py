@@ -184,7 +184,7 @@ def test_motions_along_a_circle_end_at_their_line(read, indirv, motion, sweep):
             "turns by 80 deg, and there are 90",
         ),
         ("GOTO/10,0,0\nTLON,GOFWD/(CIRCLE/0,0,0,10),ON,(LINE/0,0,0,0,1,0)\n", 2, "needs the direction"),
-        ("GOTO/10,0,0\nINDIRV/0,1,0\nTLON,GOFWD/L1\n", 3, "a motion along geometry that isn't read"),
+        ("GOTO/10,0,0\nINDIRV/0,1,0\nTLON,GOFWD/L1\n", 3, "a motion along geometry that isn't supported"),
         ("GOTO/10,0,0\nINDIRV/1,0,0\nTLON,GOFWD/(CIRCLE/0,0,0,10),ON,(LINE/0,0,0,0,1,0)\n", 3, "direction"),
         (
             "GOTO/10,0,0\nINDIRV/0,1,0\nTLON,GOFWD/(CIRCLE/0,0,0,10),ON,(LINE/0,0,0,0,0,0)\n",

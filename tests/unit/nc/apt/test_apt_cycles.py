@@ -118,9 +118,9 @@ def test_inches_apply_to_depths(read):
 @pytest.mark.parametrize(
     ("text", "line", "fault"),
     [
-        ("CYCLE/MILL,5\n", 1, "'CYCLE/MILL,5' is a cycle that isn't expanded; known: DRILL, DEEP"),
-        ("CYCLE/ON\n", 1, "is a cycle that isn't expanded"),
-        ("CYCLE\n", 1, "is a cycle that isn't expanded"),
+        ("CYCLE/MILL,5\n", 1, "'CYCLE/MILL,5' is a cycle that isn't supported; known: DRILL, DEEP"),
+        ("CYCLE/ON\n", 1, "is a cycle that isn't supported"),
+        ("CYCLE\n", 1, "is a cycle that isn't supported"),
         ("CYCLE/BORE,BACK,RAPTO,3,FEDTO,-5\n", 1, "has the word 'BACK', which isn't known"),
         ("CYCLE/DRILL,CLEAR,5,MMPM,100\n", 1, "has no depth"),
         ("CYCLE/DRILL,DEPTH,MMPM,100\n", 1, "has no number after DEPTH"),

@@ -170,7 +170,7 @@ def test_block_numbers_start_again_after_the_highest(monkeypatch):
     ("control", "settings", "message"),
     [
         ("fanuc", {"coolant": "through"}, "no coolant 'through'; known: flood, mist"),
-        ("fanuc", {"work_offset": "G60"}, "no work offset 'G60'; it knows those like G54"),
+        ("fanuc", {"work_offset": "G60"}, "no work offset 'G60'; known ones are like G54"),
         ("fanuc", {"work_offset": "G54\nM0"}, "no work offset"),
         ("heidenhain", {"line_numbers": 10, "home": "U"}, "home"),
         ("apt", {"tool_number": 3}, "control 'apt' has no words for tool_number = 3"),
@@ -342,9 +342,7 @@ def test_a_machine_without_rotary_axes_needs_no_tip_control():
     mill = Machine.from_code("1203")
     motion = motion_of([[0, 0, 0], [1, 0, 0]], letters="XYZ")
     assert moves(compose_program(motion, machine=mill, control="fanuc"))
-    with pytest.raises(
-        MachineError, match="no rotary axis, so there is nothing for tool centre point control"
-    ):
+    with pytest.raises(MachineError, match="no rotary axis, so it needs no tool centre point control"):
         compose_program(motion, machine=mill, control="fanuc", coordinates="tip")
 
 
