@@ -6,10 +6,9 @@ from fiveaxis.nc.motion_table import read_motion, write_motion
 from fiveaxis.nc.program import NOT_VERIFIED, Program, compose_program, require_motion, require_program
 from fiveaxis.nc.run_time import Clock, PredictedTime, predicted_time
 from fiveaxis.nc.table import write_toolpath
-from fiveaxis.nc.writing.catalogue import DIALECTS, find_dialect
 from fiveaxis.nc.writing.program_settings import ProgramSettings, make_settings
 from fiveaxis.nc.writing.table_parts import Coordinates
-from fiveaxis.nc.writing.tables import Dialect
+from fiveaxis.nc.writing.tables import DIALECTS, Dialect, find_dialect
 
 __all__ = [
     "DIALECTS",
