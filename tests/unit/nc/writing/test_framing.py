@@ -88,5 +88,5 @@ def test_the_spindle_turns_until_the_tool_is_clear_and_then_the_axes_go_home(con
 @pytest.mark.parametrize(("control", "coordinates"), BLOCKS)
 @pytest.mark.parametrize("home", ["XY", "AC XY Z", "XYZ", "ZXY"])
 def test_no_axis_goes_home_from_where_the_path_ends(control, coordinates, home):
-    with pytest.raises(SettingError, match=r"home = .* give a retract, or let it begin with Z alone"):
+    with pytest.raises(SettingError, match=r"home = .* set a retract, or begin with Z alone"):
         code_of(control, coordinates, home=home)
