@@ -353,7 +353,7 @@ def _sweep() -> str:
 
 
 def _based_on() -> str:
-    """Write the one key that is read before the model: `fiveaxis.nc.writing.catalogue`."""
+    """Write the one key that is read before the model: `fiveaxis.nc.writing.tables`."""
     row = (
         "`based_on`",
         "text",

@@ -1,4 +1,4 @@
-"""Vectors, rotations and rigid transforms: the few that several rooms need."""
+"""Vectors, rotations and rigid transforms."""
 
 from fiveaxis.geometry.rotations import (
     frame_along,

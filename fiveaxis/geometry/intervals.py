@@ -1,7 +1,7 @@
-"""Interval arithmetic: what a formula gives at least and at most while its arguments vary.
+"""Interval arithmetic: bounds on a formula's value while its arguments vary.
 
-Written for equations over ``+ - * /`` and cosines: an `Enclosure` goes through them as a number would, and
-comes out with the range of the value and of its derivatives.
+For equations of ``+ - * /`` and cosines: an `Enclosure` replaces a number in them and carries the ranges of
+the value and of its derivatives.
 """
 
 from __future__ import annotations
@@ -16,16 +16,14 @@ from fiveaxis.geometry.vectors import Array, BoolArray
 
 @dataclass(frozen=True, eq=False)
 class Interval:
-    """Ranges of numbers, element by element.
-
-    Rounding isn't directed: the last digits of a bound may be wrong, as in any other figure.
+    """Ranges of numbers, element by element, without directed rounding.
 
     Parameters
     ----------
     low, high : (...), any unit, low ≤ high
     """
 
-    # numpy's numbers leave the arithmetic to us.
+    # numpy scalars defer to this class's operators.
     __array_ufunc__ = None
 
     low: Array
@@ -33,12 +31,12 @@ class Interval:
 
     @classmethod
     def of(cls, value: Interval | Array | float) -> Interval:
-        """Make a number an interval of no width."""
+        """Return a number as an interval of zero width; an interval as it is."""
         return value if isinstance(value, Interval) else cls(np.asarray(value), np.asarray(value))
 
     @property
     def middle(self) -> Array:
-        """(...), halfway between the ends."""
+        """(...), midpoint."""
         return 0.5 * (self.low + self.high)
 
     @property
@@ -62,37 +60,31 @@ class Interval:
         return Interval(np.minimum.reduce(ends), np.maximum.reduce(ends))
 
     def inverse(self) -> Interval:
-        """Give 1/x; everything where the interval holds 0."""
+        """Return 1/x; unbounded where the interval contains 0."""
         with np.errstate(divide="ignore"):
             ends = 1.0 / self.high, 1.0 / self.low
-        around = (self.low <= 0.0) & (self.high >= 0.0)
-        return Interval(np.where(around, -np.inf, ends[0]), np.where(around, np.inf, ends[1]))
+        has_zero = (self.low <= 0.0) & (self.high >= 0.0)
+        return Interval(np.where(has_zero, -np.inf, ends[0]), np.where(has_zero, np.inf, ends[1]))
 
 
 def cosine(angle: Interval) -> Interval:
     """Enclose the cosine of angles, rad."""
     ends = np.cos(angle.low), np.cos(angle.high)
     return Interval(
-        np.where(_holds_turn(angle, np.pi), -1.0, np.minimum(*ends)),
-        np.where(_holds_turn(angle, 0.0), 1.0, np.maximum(*ends)),
+        np.where(_contains(angle, np.pi), -1.0, np.minimum(*ends)),
+        np.where(_contains(angle, 0.0), 1.0, np.maximum(*ends)),
     )
 
 
-def _holds_turn(angle: Interval, place: float) -> BoolArray:
-    """Tell whether an interval holds an angle or one that is whole turns away."""
+def _contains(interval: Interval, angle: float) -> BoolArray:
+    """Check whether an interval contains an angle, up to whole turns."""
     turn = 2.0 * np.pi
-    return place + turn * np.ceil((angle.low - place) / turn) <= angle.high
+    return angle + turn * np.ceil((interval.low - angle) / turn) <= interval.high
 
 
 @dataclass(frozen=True, eq=False)
 class Enclosure:
-    """The range of a function's value and of its partial derivatives, over boxes of its arguments.
-
-    Parameters
-    ----------
-    value : of the function
-    slopes : one for each argument
-    """
+    """Range of a function's value and of its partial derivatives, `slopes`, over boxes of its arguments."""
 
     __array_ufunc__ = None
 
@@ -101,14 +93,14 @@ class Enclosure:
 
     @classmethod
     def cosine_and_sine(cls, angle: Interval, argument: int, arguments: int) -> tuple[Self, Self]:
-        """Enclose cosine and sine of one of the arguments, rad."""
+        """Enclose cosine and sine of the argument with index `argument` out of `arguments`, rad."""
         cos, sin = cosine(angle), cosine(angle - np.pi / 2.0)
-        still = Interval.of(np.zeros_like(cos.low))
+        zero = Interval.of(np.zeros_like(cos.low))
 
-        def sloped(slope: Interval) -> tuple[Interval, ...]:
-            return tuple(slope if i == argument else still for i in range(arguments))
+        def slopes(slope: Interval) -> tuple[Interval, ...]:
+            return tuple(slope if i == argument else zero for i in range(arguments))
 
-        return cls(cos, sloped(-sin)), cls(sin, sloped(cos))
+        return cls(cos, slopes(-sin)), cls(sin, slopes(cos))
 
     def _of(self, other: Enclosure | float) -> Enclosure:
         if isinstance(other, Enclosure):
@@ -133,21 +125,17 @@ class Enclosure:
         return Enclosure(self.value * o.value, slopes)
 
     def inverse(self) -> Enclosure:
-        """Give 1/x; everything where the value may be 0."""
+        """Return 1/x; unbounded where the value may be 0."""
         reciprocal = self.value.inverse()
         return Enclosure(reciprocal, tuple(-(s * (reciprocal * reciprocal)) for s in self.slopes))
 
     def __truediv__(self, other: Enclosure | float) -> Enclosure:
         return self * self._of(other).inverse()
 
-    def __radd__(self, other: float) -> Enclosure:
-        return self + other
+    __radd__, __rmul__ = __add__, __mul__
 
     def __rsub__(self, other: float) -> Enclosure:
         return -self + other
-
-    def __rmul__(self, other: float) -> Enclosure:
-        return self * other
 
     def __rtruediv__(self, other: float) -> Enclosure:
         return self.inverse() * other

@@ -9,7 +9,7 @@ from fiveaxis.geometry.vectors import Array
 
 
 def rotation_matrix(direction: ArrayLike, angle: float) -> Array:
-    """Rotate about a direction through the origin (Rodrigues).
+    """Return the rotation about a direction through the origin (Rodrigues).
 
     Parameters
     ----------
@@ -26,14 +26,14 @@ def rotation_matrix(direction: ArrayLike, angle: float) -> Array:
 
 
 def translation(offset: ArrayLike) -> Array:
-    """Move by an offset, (3,) mm, as a 4×4 transform."""
+    """Return the (4, 4) transform that moves by an offset, (3,) mm."""
     transform = np.eye(4)
     transform[:3, 3] = offset
     return transform
 
 
 def line_rotation(direction: ArrayLike, point: ArrayLike, angle: float) -> Array:
-    """Rotate about a line in space.
+    """Return the rotation about a line in space.
 
     Parameters
     ----------
@@ -62,7 +62,7 @@ def inverse_transform(transform: Array) -> Array:
 
 
 def frame_along(direction: ArrayLike, point: ArrayLike) -> Array:
-    """Place a frame at a point with its z along a direction, turned from the upright frame the short way.
+    """Return a frame at a point with its z along a direction: the smallest rotation from the upright frame.
 
     Parameters
     ----------

@@ -15,7 +15,7 @@ def normalise(vectors: Array) -> Array:
 
     Parameters
     ----------
-    vectors : (..., 3), any unit, no row of length zero (readers check that where the line is known)
+    vectors : (..., 3), any unit, no zero rows (readers check that, as they know the line)
 
     Returns
     -------
@@ -25,9 +25,9 @@ def normalise(vectors: Array) -> Array:
 
 
 def angle_between(a: Array, b: Array) -> Array:
-    """Measure the angle between rows of unit vectors.
+    """Compute the angle between rows of unit vectors.
 
-    Uses ``atan2(|a×b|, a·b)``: the arc cosine loses half of its digits near 0 and 180°.
+    Uses ``atan2(|a×b|, a·b)``: the arc cosine loses half its digits near 0 and 180°.
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ def angle_between(a: Array, b: Array) -> Array:
 
 
 def perpendicular(vectors: Array) -> Array:
-    """Give for each unit vector some unit vector at right angles to it.
+    """Return a unit vector perpendicular to each unit vector.
 
     Parameters
     ----------

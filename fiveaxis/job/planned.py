@@ -11,7 +11,7 @@ from fiveaxis.geometry import IntArray
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Fill, Filling, Motion, ProgramMotion
 from fiveaxis.nc import ProgramSettings
-from fiveaxis.nc.writing.places import Wording
+from fiveaxis.nc.writing.wording import Wording
 from fiveaxis.toolpath import Constraints, Toolpath
 from fiveaxis.verification import Leads, Tolerances, choose_leads
 

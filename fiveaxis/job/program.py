@@ -35,8 +35,8 @@ from fiveaxis.nc import (
 )
 from fiveaxis.nc.rows import MILLIMETRES
 from fiveaxis.nc.words import control_values
-from fiveaxis.nc.writing.places import Wording
 from fiveaxis.nc.writing.turns import Winding
+from fiveaxis.nc.writing.wording import Wording
 from fiveaxis.toolpath import Constraints, Toolpath
 from fiveaxis.verification import (
     DEFAULT_TOLERANCES,

@@ -1,10 +1,7 @@
 """Forward and inverse kinematics of a chain; `symbolic` has the same equations for CasADi."""
 
-from fiveaxis.kinematics.differential import Jacobian, jacobian
-from fiveaxis.kinematics.inverse import axis_positions, redundant_axis
-from fiveaxis.kinematics.leaning import Leaning, lean_range
-from fiveaxis.kinematics.links import link_poses
-from fiveaxis.kinematics.orientation import require_orienting, rotary_angles
+from fiveaxis.kinematics.inverse import axis_positions, redundant_axis, require_orienting, rotary_angles
+from fiveaxis.kinematics.links import Jacobian, jacobian, link_poses
 from fiveaxis.kinematics.poses import (
     linear_positions,
     positions_about,
@@ -12,7 +9,13 @@ from fiveaxis.kinematics.poses import (
     tool_axes,
     tool_poses,
 )
-from fiveaxis.kinematics.singularity import hold_singular, singular_angles, singular_direction
+from fiveaxis.kinematics.singularity import (
+    Leaning,
+    hold_singular,
+    lean_range,
+    singular_angles,
+    singular_direction,
+)
 from fiveaxis.kinematics.windings import reachable_positions, within_limits
 
 __all__ = [

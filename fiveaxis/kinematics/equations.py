@@ -1,8 +1,8 @@
 """The chain's equations, written once over a ``cos``/``sin`` namespace.
 
-A scalar here is whatever the namespace computes with: numpy arrays (a column of a path) or CasADi symbols.
-Three-vectors are tuples of scalars, so nothing in this module knows which it is. Products with a constant
-that is exactly 0 are left out: an ideal chain then costs no more than its hand-written equations.
+A scalar is a numpy array (a column of a path) or a CasADi symbol; three-vectors are tuples of scalars, so
+nothing in this module depends on which. Products with a constant that is exactly 0 are omitted: an ideal
+chain then costs no more than its hand-written equations.
 """
 
 from __future__ import annotations
@@ -12,25 +12,25 @@ from typing import Any, Protocol
 
 from fiveaxis.machine import Chain, Joint
 
-Scalar = Any  # float | numpy array | casadi.SX: arithmetic is all that is asked of it
+Scalar = Any  # float | numpy array | casadi.SX: only arithmetic is used
 Vector = tuple[Scalar, Scalar, Scalar]
 Cosines = Mapping[str, tuple[Scalar, Scalar]]
 
 
 class Trigonometry(Protocol):
-    """What the equations need of numpy or CasADi."""
+    """The functions that the equations need from numpy or CasADi."""
 
     def cos(self, angle: Scalar) -> Scalar: ...  # noqa: D102
     def sin(self, angle: Scalar) -> Scalar: ...  # noqa: D102
 
 
 def cosines_of(rotary: Mapping[str, Scalar], functions: Trigonometry) -> Cosines:
-    """Evaluate cosine and sine of every rotary angle once, by axis letter."""
+    """Compute cosine and sine of every rotary angle, by axis letter."""
     return {letter: (functions.cos(angle), functions.sin(angle)) for letter, angle in rotary.items()}
 
 
 def tool_axis(chain: Chain, cosines: Cosines) -> Vector:
-    """Give the tool axis in the workpiece: ``o = T[:3, 2]`` (form-shaping Eq. 3)."""
+    """Compute the tool axis in the workpiece frame: ``o = T[:3, 2]`` (form-shaping Eq. 3)."""
     direction: Vector = tuple(float(c) for c in chain.tool_home[:3, 2])  # type: ignore[assignment]
     for joint in reversed(chain.joints):
         if joint.is_rotary:
@@ -39,7 +39,7 @@ def tool_axis(chain: Chain, cosines: Cosines) -> Vector:
 
 
 def tool_tip(chain: Chain, cosines: Cosines, linear: Mapping[str, Scalar]) -> Vector:
-    """Give the tool tip in the workpiece: ``r = T[:3, 3]`` (form-shaping Eq. 3).
+    """Compute the tool tip in the workpiece frame: ``r = T[:3, 3]`` (form-shaping Eq. 3).
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ def tool_tip(chain: Chain, cosines: Cosines, linear: Mapping[str, Scalar]) -> Ve
 
 
 def linear_directions(chain: Chain, cosines: Cosines) -> dict[str, Vector]:
-    """Give the direction, in the workpiece, in which each linear axis moves the tool."""
+    """Compute the direction in which each linear axis moves the tool, workpiece frame."""
     directions: dict[str, Vector] = {}
     for joint in reversed(chain.joints):
         if joint.is_rotary:
@@ -67,7 +67,7 @@ def linear_directions(chain: Chain, cosines: Cosines) -> dict[str, Vector]:
 
 
 def linear_determinant(chain: Chain, cosines: Cosines) -> Scalar:
-    """Give the volume that the three linear directions span: 1 at right angles, 0 in one plane."""
+    """Compute the volume that the three linear directions span: 1 at right angles, 0 in one plane."""
     u, v, w = linear_directions(chain, cosines).values()
     return dot(u, cross(v, w))
 
@@ -88,26 +88,26 @@ def linear_axes(chain: Chain, cosines: Cosines, tip: Vector) -> dict[str, Scalar
     """
     directions = linear_directions(chain, cosines)
     (a, u), (b, v), (c, w) = directions.items()
-    way = subtract(tip, tool_tip(chain, cosines, {}))
+    rest = subtract(tip, tool_tip(chain, cosines, {}))
     vw, wu, uv = cross(v, w), cross(w, u), cross(u, v)
     determinant = dot(u, vw)
-    return {a: dot(way, vw) / determinant, b: dot(way, wu) / determinant, c: dot(way, uv) / determinant}
+    return {a: dot(rest, vw) / determinant, b: dot(rest, wu) / determinant, c: dot(rest, uv) / determinant}
 
 
 def leaning_tip(pivot: Vector, axis: Vector, height: float, offset: float, normal: Vector) -> Vector:
-    """Place the tip of a tool that leans about its contact, ``pivot − b·o + a·e`` (`toolpath.cutter`).
+    """Compute the tip of a tool that leans about its contact, ``pivot − b·o + a·e`` (`toolpath.cutter`).
 
     Parameters
     ----------
     pivot, axis : mm, unit vector
     height, offset : mm, b and a of the cutter's zone
-    normal : unit vector; zero where it is unknown, then the axis passes through the pivot
+    normal : unit vector; zero where unknown, the axis then passes through the pivot
     """
     tip = subtract(pivot, scale(height, axis))
     if offset == 0.0:
         return tip
     cosine = dot(normal, axis)
-    # Along the normal there is no direction across it: infinite there, and no posture that is allowed.
+    # With the tool along the normal, e is undefined and the result infinite: no allowed posture.
     length = (1.0 - cosine * cosine) ** 0.5
     across = subtract(normal, scale(cosine, axis))
     return add(tip, scale(offset / length, across))
@@ -122,7 +122,7 @@ def turn(joint: Joint, cosines: Cosines, vector: Vector) -> Vector:
 
 
 def times(a: Scalar, b: Scalar) -> Scalar:
-    """Multiply, leaving out constants that are exactly 0 or 1."""
+    """Multiply, omitting constants that are exactly 0 or 1."""
     if isinstance(a, float) and a in (0.0, 1.0):
         return b if a else 0.0
     if isinstance(b, float) and b in (0.0, 1.0):
@@ -131,7 +131,7 @@ def times(a: Scalar, b: Scalar) -> Scalar:
 
 
 def plus(a: Scalar, b: Scalar) -> Scalar:
-    """Add, leaving out constants that are exactly 0."""
+    """Add, omitting constants that are exactly 0."""
     if isinstance(a, float) and a == 0.0:
         return b
     if isinstance(b, float) and b == 0.0:
@@ -140,7 +140,7 @@ def plus(a: Scalar, b: Scalar) -> Scalar:
 
 
 def minus(a: Scalar, b: Scalar) -> Scalar:
-    """Subtract, leaving out a subtrahend that is exactly 0."""
+    """Subtract, omitting a subtrahend that is exactly 0."""
     return a if isinstance(b, float) and b == 0.0 else a - b
 
 
@@ -160,12 +160,12 @@ def scale(factor: Scalar, vector: Vector) -> Vector:
 
 
 def dot(a: Vector, b: Vector) -> Scalar:
-    """Take the inner product."""
+    """Compute the dot product."""
     return plus(plus(times(a[0], b[0]), times(a[1], b[1])), times(a[2], b[2]))
 
 
 def cross(a: Vector, b: Vector) -> Vector:
-    """Take the outer product."""
+    """Compute the cross product."""
     return (
         minus(times(a[1], b[2]), times(a[2], b[1])),
         minus(times(a[2], b[0]), times(a[0], b[2])),

@@ -1,54 +1,64 @@
-"""Axis values for a wanted tool tip and tool axis: every branch."""
+"""Axis values and rotary angles for a given tool tip and tool axis: every branch."""
 
 from __future__ import annotations
+
+import math
+from collections.abc import Mapping
 
 import numpy as np
 
 from fiveaxis.errors import DegenerateChain, ToolpathError
-from fiveaxis.geometry import Array, BoolArray
-from fiveaxis.kinematics.orientation import Held, missed_axes, rotary_angles
+from fiveaxis.geometry import Array, BoolArray, angle_between, perpendicular
 from fiveaxis.kinematics.poses import linear_positions, require_positioning, tool_axes
 from fiveaxis.machine import Machine
-from fiveaxis.machine.freedom import spare_axes
+from fiveaxis.machine.freedom import PARALLEL, directions, spare_axes, why_not_orienting
 
-# More rotary axes than these are redundant: a tool axis is two numbers.
+# A tool axis has two degrees of freedom; further rotary axes are redundant.
 ORIENTING = 2
-# How far the squared length of a unit vector may be off: six decimals of a file leave about half of it.
+# Tolerance on the squared length of a unit vector: twice the error of six decimals in a file.
 UNIT_LENGTH = 1e-5
+# |sin| of the angle between tool axis and first rotary axis below which that axis's angle has no effect.
+SINGULAR = 1e-12
+# Rounding error of a Gram determinant of three directions below 0.
+GRAM_SLACK = 1e-12
+# rad, tolerance on the tool axis of a machine that can't orient it freely: twice the error of six decimals.
+AXIS_TOLERANCE = 1e-6
+
+Held = Mapping[str, float]
 
 
 def axis_positions(machine: Machine, tip: Array, axis: Array, *, held: Held | None = None) -> Array:
-    """Solve all axes for wanted tool tips and tool axes.
+    """Solve all axes for given tool tips and tool axes.
 
     Parameters
     ----------
     machine : three linear and up to three rotary axes
     tip : (n, 3), mm, workpiece frame
     axis : (n, 3), unit vectors from tip to shank, workpiece frame
-    held : rad by letter, 0 where not named: where an axis is held whose angle doesn't matter. That is the
+    held : rad by letter, 0 by default: angles at which axes are held whose angle is arbitrary. These are the
         first rotary axis where the tool lies along it, a rotary axis that only spins the tool or the part,
-        and, of three rotary axes, the redundant one (the one named here, else `redundant_axis`)
+        and the redundant one of three rotary axes (the one named here, else `redundant_axis`)
 
     Returns
     -------
-    (branches, n, k), mm and rad, columns in the order of `machine.axes`; a whole row is NaN where a branch
+    (branches, n, k), mm and rad, columns in the order of `machine.axes`; the whole row is NaN where a branch
     doesn't exist. Limits aren't applied; angles lie in (−π, π]. Two branches with two or three rotary axes,
-    one with fewer; tool axes further than `AXIS_TOLERANCE` from what fewer can do have none.
+    one with fewer; tool axes that fewer can't reach within `AXIS_TOLERANCE` are NaN.
 
     Raises
     ------
     DegenerateChain
-        The axes can't give every position, or two rotary axes don't give two directions of freedom.
+        The linear axes don't reach every position, or two rotary axes don't tilt the tool in two directions.
     MachineError
         `held` names an axis that the machine doesn't have.
     ToolpathError
-        Tips and tool axes aren't rows of three, or a tool axis isn't a unit vector; NaN rows are no fault.
+        Tips and tool axes aren't rows of three, or a tool axis isn't a unit vector; NaN rows are accepted.
     """
     require_positioning(machine)
-    for letter in () if held is None else held:
+    for letter in held or ():
         machine.column(letter)
     if len(machine.rotaries) > ORIENTING:
-        return _around_redundant(machine, tip, axis, {} if held is None else held)
+        return _around_redundant(machine, tip, axis, held or {})
     wanted = np.asarray(axis, dtype=float)
     points = np.asarray(tip, dtype=float)
     _require_rows(points, wanted)
@@ -56,7 +66,8 @@ def axis_positions(machine: Machine, tip: Array, axis: Array, *, held: Held | No
     positions = linear_positions(machine, points[None], rotary)
     missing: BoolArray = np.any(np.isnan(positions), axis=-1)
     if len(machine.rotaries) < ORIENTING:
-        missing |= missed_axes(tool_axes(machine, rotary), wanted)
+        reached = tool_axes(machine, rotary)
+        missing |= ~(angle_between(reached, np.broadcast_to(wanted, reached.shape)) <= AXIS_TOLERANCE)
     positions[missing] = np.nan
     return positions
 
@@ -71,18 +82,18 @@ def _require_rows(tip: Array, axis: Array) -> None:
 
 
 def redundant_axis(machine: Machine) -> str:
-    """Name the rotary axis, of three, that is held still: the one nearest the tool that can be spared.
+    """Return the letter of the redundant one of three rotary axes: the one nearest the tool that can be held.
 
     Raises
     ------
     DegenerateChain
-        No two of the rotary axes lean the tool in two directions.
+        No two of the rotary axes orient the tool in two directions.
     """
     spare = spare_axes(machine.chain)
     if spare:
         return spare[0]
     raise DegenerateChain(
-        f"machine {machine.name!r}: no two of {', '.join(machine.rotaries)} lean the tool in two directions"
+        f"machine {machine.name!r}: no two of {', '.join(machine.rotaries)} orient the tool in two directions"
     )
 
 
@@ -97,3 +108,111 @@ def _around_redundant(machine: Machine, tip: Array, axis: Array, held: Held) -> 
     positions = np.insert(found, column, value, axis=-1)
     positions[np.isnan(found).any(axis=-1)] = np.nan
     return positions
+
+
+def rotary_angles(machine: Machine, axis: Array, *, held: Held | None = None) -> Array:
+    """Solve the rotary angles for given tool axes.
+
+    With ``k1``, ``k2`` the directions of the first and second rotary axis and ``o0`` the tool axis at home,
+    ``R(k1, ρ1) R(k2, ρ2) o0 = o``. The product with ``k1`` is independent of ρ1:
+    ``a cos ρ2 + b sin ρ2 + c = k1·o`` has two solutions, the branches; ρ1 follows from the components
+    perpendicular to k1 (Paden-Kahan subproblem 2). With one rotary axis only tool axes on its cone have a
+    solution, with none only the machine's one tool axis (`AXIS_TOLERANCE`).
+
+    Parameters
+    ----------
+    machine : at most two rotary axes
+    axis : (n, 3), unit vectors from tip to shank, workpiece frame
+    held : rad by letter, 0 by default: angle of the first rotary axis where the tool axis lies along it, as
+        any angle is a solution there
+
+    Returns
+    -------
+    (branches, n, r), rad, chain order, in (−π, π] except for held angles; NaN where a branch doesn't exist.
+    At the edge of the reachable tool axes the two branches coincide and both are returned.
+
+    Raises
+    ------
+    DegenerateChain
+        Two rotary axes that don't orient the tool in two directions, or more than two.
+    """
+    wanted = np.asarray(axis, dtype=float)
+    rest = held or {}
+    if len(machine.rotaries) == 0:
+        return np.empty((1, len(wanted), 0))
+    if len(machine.rotaries) == 1:
+        return _one_angle(machine, wanted, rest.get(machine.rotaries[0], 0.0))[None, :, None]
+    require_orienting(machine)
+    return _two_angles(machine, wanted, rest.get(machine.rotaries[0], 0.0))
+
+
+def require_orienting(machine: Machine) -> None:
+    """Check that the rotary axes orient the tool in two directions.
+
+    Raises
+    ------
+    DegenerateChain
+        Not exactly two rotary axes; parallel ones; one that only spins the tool about itself.
+    """
+    reason = why_not_orienting(machine.chain)
+    if reason is not None:
+        raise DegenerateChain(f"machine {machine.name!r}: {reason}")
+
+
+def _one_angle(machine: Machine, wanted: Array, held: float) -> Array:
+    """Solve ``R(k, ρ) o0 = o``, (n,) rad."""
+    (k,) = directions(machine.chain, rotary=True)
+    home = machine.chain.tool_home[:3, 2]
+    if np.linalg.norm(np.cross(k, home)) < PARALLEL:
+        return np.full(len(wanted), held)
+    start, end = home - (home @ k) * k, wanted - np.outer(wanted @ k, k)
+    return np.arctan2(np.cross(start, end) @ k, end @ start)
+
+
+def second_coefficients(k1: Array, k2: Array, home: Array) -> tuple[float, float, float]:
+    """Compute a, b, c of ``k1·o = a cos ρ2 + b sin ρ2 + c``."""
+    oblique, offset = float(k1 @ k2), float(k2 @ home)
+    return float(k1 @ home) - oblique * offset, float(k1 @ np.cross(k2, home)), oblique * offset
+
+
+def _two_angles(machine: Machine, wanted: Array, held: float) -> Array:
+    """Solve ``R(k1, ρ1) R(k2, ρ2) o0 = o``, (2, n, 2) rad, NaN where there is no solution.
+
+    With components along k1 and along two directions e1, e2 perpendicular to it, ρ1 is a difference of two
+    angles in that plane, and no vectors are needed per location.
+    """
+    k1, k2 = directions(machine.chain, rotary=True)
+    home = machine.chain.tool_home[:3, 2]
+    e1 = perpendicular(k1)
+    e2 = np.cross(k1, e1)
+    end_x, end_y, along = wanted @ e1, wanted @ e2, wanted @ k1
+    across = end_x**2 + end_y**2
+    second = _second_angles(k1, k2, home, along, across)
+    cosine, sine = np.cos(second), np.sin(second)
+    fixed, quarter = k2 * (k2 @ home), np.cross(k2, home)
+    start_x, start_y = (fixed @ e + cosine * ((home - fixed) @ e) + sine * (quarter @ e) for e in (e1, e2))
+    first = _principal(np.arctan2(end_y, end_x) - np.arctan2(start_y, start_x))
+    first = np.where((across < SINGULAR**2) & ~np.isnan(second), held, first)
+    return np.stack([first, second], axis=-1)
+
+
+def _second_angles(k1: Array, k2: Array, home: Array, along: Array, across: Array) -> Array:
+    """Solve ``a cos ρ2 + b sin ρ2 = d``, (2, n) rad, NaN where there is no solution.
+
+    The spread of the branches about ``atan2(b, a)`` has the cosine ``d/h`` and the sine ``√(h² − d²)/h``,
+    ``h² = a² + b²``. ``h² − d²`` is the Gram determinant of k1, k2 and the tool axis. Written with the
+    squared component ``across`` k1 for ``1 − (k1·o)²`` it keeps its digits near the singular direction,
+    where an arc cosine would turn rounding into 1e-8 rad.
+    """
+    oblique, offset = k1 @ k2, k2 @ home
+    a, b, c = second_coefficients(k1, k2, home)
+    gram = across - oblique**2 - offset**2 + 2.0 * oblique * offset * along
+    sine = np.sqrt(np.where(gram < -GRAM_SLACK, np.nan, np.maximum(gram, 0.0)))
+    spread = np.arctan2(sine, along - c)
+    middle = math.atan2(b, a)
+    return _principal(np.stack([middle + spread, middle - spread]))
+
+
+def _principal(angles: Array) -> Array:
+    """Reduce angles to (−π, π]."""
+    return math.pi - np.mod(math.pi - angles, 2.0 * math.pi)

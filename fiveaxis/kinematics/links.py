@@ -1,29 +1,31 @@
-"""Where the machine's links are, for given axis values."""
+"""Poses of the machine's links, and the Jacobian of the tool, for given axis values."""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import numpy as np
 
 from fiveaxis.geometry import Array, rotation_matrix
+from fiveaxis.kinematics.poses import tool_poses
 from fiveaxis.machine import BED, Joint, Machine
 
 
 def link_poses(machine: Machine, positions: Array) -> dict[str, Array]:
-    """Compute how far each link has moved from where it is with every axis at 0, seen from the workpiece.
+    """Compute each link's displacement from its position at home (every axis 0), in the workpiece frame.
 
-    Between workpiece and tool links and joints alternate, so the j-th link has moved by ``E_1 … E_j``: the
-    one that carries the workpiece not at all, the bed by all table joints. In the workpiece frame a body is
-    at ``link_poses[body.link] @ machine.machine_frame @ body.shape.frame``.
+    Links and joints alternate from workpiece to tool, so the j-th link has moved by ``E_1 … E_j``: the link
+    that carries the workpiece not at all, the bed by all table joints. In the workpiece frame a body is at
+    ``link_poses[body.link] @ machine.machine_frame @ body.shape.frame``.
 
     Parameters
     ----------
-    machine : the machine
     positions : (n, k), mm and rad, columns in the order of `machine.axes`
 
     Returns
     -------
     Link -> (n, 4, 4), mm, workpiece frame; from the workpiece to the tool. Links are ``bed`` and the letter
-    of the axis that carries the link, the next one on the way to the bed. The last one times
+    of the axis that carries the link, the next one towards the bed. The last one times
     `machine.chain.tool_home` is the tool's frame.
     """
     values = np.asarray(positions, dtype=float)
@@ -37,7 +39,7 @@ def link_poses(machine: Machine, positions: Array) -> dict[str, Array]:
 
 
 def _motions(joint: Joint, values: Array) -> Array:
-    """Give a joint's factors ``E(value)``, (n, 4, 4) mm, for (n,) values in mm or rad."""
+    """Return a joint's factors ``E(value)``, (n, 4, 4) mm, for (n,) values in mm or rad."""
     direction, point = np.array(joint.line.direction), np.array(joint.line.point)
     motions = np.broadcast_to(np.eye(4), (len(values), 4, 4)).copy()
     if not joint.is_rotary:
@@ -50,3 +52,43 @@ def _motions(joint: Joint, values: Array) -> Array:
     motions[:, :3, :3] = along + cosine * (np.eye(3) - along) + sine * cross
     motions[:, :3, 3] = point - motions[:, :3, :3] @ point
     return motions
+
+
+@dataclass(frozen=True, eq=False)
+class Jacobian:
+    """Derivatives of tool tip and tool axis with respect to the axis values.
+
+    Parameters
+    ----------
+    tip : (n, 3, k), mm per mm or rad, workpiece frame, columns in the order of `machine.axes`
+    axis : (n, 3, k), per mm or rad; 0 for linear axes
+    """
+
+    tip: Array
+    axis: Array
+
+
+def jacobian(machine: Machine, positions: Array) -> Jacobian:
+    """Differentiate the forward kinematics.
+
+    A linear axis moves the tip along its direction; a rotary axis turns tip and tool axis about its line:
+    ``∂r/∂q = k × (r − p)``, ``∂o/∂q = k × o``, with k and p in the workpiece frame.
+
+    Parameters
+    ----------
+    positions : (n, k), mm and rad, columns in the order of `machine.axes`
+    """
+    values = np.asarray(positions, dtype=float)
+    tip, axis = tool_poses(machine, values)
+    by_tip, by_axis = np.zeros((2, len(values), 3, values.shape[1]))
+    # The link before a joint carries the joint's line.
+    for pose, joint in zip(link_poses(machine, values).values(), machine.chain.joints, strict=False):
+        column = machine.column(joint.letter)
+        direction = pose[:, :3, :3] @ np.array(joint.line.direction)
+        if joint.is_rotary:
+            point = pose[:, :3, :3] @ np.array(joint.line.point) + pose[:, :3, 3]
+            by_tip[:, :, column] = np.cross(direction, tip - point)
+            by_axis[:, :, column] = np.cross(direction, axis)
+        else:
+            by_tip[:, :, column] = direction
+    return Jacobian(by_tip, by_axis)

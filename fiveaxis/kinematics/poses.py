@@ -22,11 +22,10 @@ from fiveaxis.toolpath import Zone
 
 
 def tool_poses(machine: Machine, positions: Array) -> tuple[Array, Array]:
-    """Compute where the tool is, relative to the workpiece, for given axis values.
+    """Compute tool tip and tool axis in the workpiece frame for given axis values.
 
     Parameters
     ----------
-    machine : the machine
     positions : (n, k), mm and rad, columns in the order of `machine.axes`
 
     Returns
@@ -70,8 +69,8 @@ def tool_axes(machine: Machine, rotary: Array) -> Array:
 def linear_positions(machine: Machine, tip: Array, rotary: Array) -> Array:
     """Solve the linear axes for given rotary angles.
 
-    The rotary angles fix the tool's orientation; the remaining three equations are linear in the linear
-    axes (form-shaping Eq. 5, with the axis offsets of the chain).
+    The rotary angles fix the tool's orientation; the remaining three equations are linear in the linear axes
+    (form-shaping Eq. 5, with the chain's offsets).
 
     Parameters
     ----------
@@ -80,8 +79,8 @@ def linear_positions(machine: Machine, tip: Array, rotary: Array) -> Array:
 
     Returns
     -------
-    (..., k), mm and rad, columns in the order of `machine.axes`; the linear axes are NaN in postures in which
-    a rotary axis between them turns their directions into one plane
+    (..., k), mm and rad, columns in the order of `machine.axes`; the linear axes are NaN where a rotary axis
+    between them turns their directions into one plane
 
     Raises
     ------
@@ -108,9 +107,9 @@ def positions_about(
 
     Parameters
     ----------
-    pivot : (..., 3), mm, workpiece frame; stays where it is, e.g. a ball's centre
+    pivot : (..., 3), mm, workpiece frame; fixed while the tool leans, e.g. a ball's centre
     rotary : (..., 2), rad, chain order; broadcast against `pivot`
-    zone : the part of the cutter's profile whose centre the pivot is
+    zone : the arc of the cutter's profile whose centre is the pivot
     normal : (..., 3), unit vectors out of the material; zero where unknown, and not needed for a ball
 
     Returns
@@ -161,7 +160,7 @@ def _vector(columns: Array) -> Vector:
 
 
 def _stack(columns: Vector | list[Array], shape: tuple[int, ...]) -> Array:
-    """Put scalars side by side as the last dimension; constants are spread over the shape."""
+    """Stack scalars along the last dimension; constants are broadcast."""
     stacked = np.empty((*shape, len(columns)))
     for i, column in enumerate(columns):
         stacked[..., i] = column

@@ -13,14 +13,14 @@ from fiveaxis.toolpath import Zone
 def linear_axes_of_posture(
     machine: Machine, pivot: ca.SX, rotary: ca.SX, zone: Zone, normal: ca.SX | None = None
 ) -> ca.SX:
-    """Write the linear axis values as an expression of the rotary angles.
+    """Express the linear axis values by the rotary angles.
 
     Parameters
     ----------
     machine : three linear axes
     pivot : (3,), mm, workpiece frame; the point about which the tool leans
     rotary : (r,), rad, chain order
-    zone : the part of the cutter's profile whose centre the pivot is
+    zone : the arc of the cutter's profile whose centre is the pivot
     normal : (3,), unit vector out of the material; zero where unknown, and not needed for a ball
 
     Returns
@@ -42,7 +42,7 @@ def linear_axes_of_posture(
 
 
 def tool_axis_of_posture(machine: Machine, rotary: ca.SX) -> ca.SX:
-    """Write the tool axis, (3,) unit vector in the workpiece frame, as an expression of the angles."""
+    """Express the tool axis, (3,) unit vector in the workpiece frame, by the rotary angles, (r,) rad."""
     return ca.vertcat(*tool_axis(machine.chain, _cosines(machine, rotary)))
 
 

@@ -1,4 +1,4 @@
-"""Turns and limits: which of the angles that differ by whole turns an axis may take."""
+"""Turns and limits: which of the angles that differ by whole turns are within an axis's limits."""
 
 from __future__ import annotations
 
@@ -7,32 +7,31 @@ import itertools
 import numpy as np
 
 from fiveaxis.geometry import Array, BoolArray
-from fiveaxis.kinematics.inverse import axis_positions
-from fiveaxis.kinematics.orientation import Held
+from fiveaxis.kinematics.inverse import Held, axis_positions
 from fiveaxis.machine import Limits, Machine
 
 TURN = 2.0 * np.pi
-# How far past a limit an axis value may lie and still count as on it (mm, rad): rounding of the inverse.
+# mm, rad: an axis value this far past a limit counts as on it, from rounding of the inverse.
 ON_LIMIT = 1e-9
 
 
 def reachable_positions(
     machine: Machine, tip: Array, axis: Array, *, near: Array | None = None, held: Held | None = None
 ) -> Array:
-    """Solve all axes for wanted tool tips and tool axes, inside the limits.
+    """Solve all axes for given tool tips and tool axes, inside the limits.
 
     Parameters
     ----------
     tip : (n, 3), mm, workpiece frame
     axis : (n, 3), unit vectors, workpiece frame
-    near : (k,) or (n, k), mm and rad: each branch takes, of the turns inside the limits, the one next to
-        these axis values. Without it every turn inside the limits is given, and for an axis that turns
-        without end the one in (−π, π]
+    near : (k,) or (n, k), mm and rad: each branch takes the turn inside the limits that is nearest to these
+        axis values. By default every turn inside the limits is returned, and for an unlimited axis the one in
+        (−π, π]
     held : as for `axis_positions`
 
     Returns
     -------
-    (m, n, k), mm and rad; NaN rows where there are fewer than m. Branch by branch, turns growing.
+    (m, n, k), mm and rad; NaN rows where there are fewer than m. Ordered by branch, then by increasing turn.
 
     Raises
     ------
@@ -65,7 +64,7 @@ def _every_turn(machine: Machine, branches: Array) -> Array:
 
 
 def _turns(angle: Array, limits: Limits) -> Array:
-    """Give an angle on every turn inside the limits, (turns, ...); one turn where an end is open."""
+    """Return an angle on every turn inside the limits, (turns, ...); one turn where an end is open."""
     if limits.unlimited:
         return angle[None]
     if np.isfinite(limits.low):
@@ -78,13 +77,13 @@ def _turns(angle: Array, limits: Limits) -> Array:
 
 
 def within_limits(machine: Machine, positions: Array) -> BoolArray:
-    """Tell which axis values, (..., k), lie within all limits; NaN doesn't."""
+    """Check which axis values, (..., k), lie within all limits; NaN doesn't."""
     inside = (positions >= machine.low - ON_LIMIT) & (positions <= machine.high + ON_LIMIT)
     return np.all(inside, axis=-1)
 
 
 def into_limits(machine: Machine, rotary: Array) -> Array:
-    """Shift angles, (..., r) rad in chain order, by whole turns into their limits where that is possible."""
+    """Shift angles, (..., r) rad in chain order, by whole turns into their limits where possible."""
     columns = machine.rotary_columns
     low, high = machine.low[columns] - ON_LIMIT, machine.high[columns] + ON_LIMIT
     floor = np.where(np.isfinite(low), low, -np.pi)
@@ -94,7 +93,7 @@ def into_limits(machine: Machine, rotary: Array) -> Array:
 
 
 def nearest_turn(angle: Array, previous: Array, low: Array, high: Array) -> Array:
-    """Shift an angle by whole turns next to the previous one, as far as the limits let it."""
+    """Shift an angle by whole turns to the one nearest the previous angle within the limits."""
     least = np.ceil((low - ON_LIMIT - angle) / TURN)
     most = np.floor((high + ON_LIMIT - angle) / TURN)
     turns = np.clip(np.round((previous - angle) / TURN), least, most)
@@ -102,17 +101,12 @@ def nearest_turn(angle: Array, previous: Array, low: Array, high: Array) -> Arra
 
 
 def one_turn_from(limits: Limits) -> float:
-    """Give the lower end, rad, of the whole turn next to 0 within the limits of an axis that has one."""
+    """Return the lower end, rad, of the whole turn nearest 0 within limits that contain one."""
     return float(np.clip(-np.pi, limits.low, limits.high - TURN))
 
 
 def fit_turns(angles: Array, low: float, high: float) -> Array | None:
-    """Shift an unwrapped angle, (n,) rad, by as few whole turns as possible into its limits.
-
-    Returns
-    -------
-    (n,), rad; None where it winds further than the limits are apart
-    """
+    """Shift an unwrapped angle, (n,) rad, into its limits by the fewest whole turns; None if none fit."""
     least = np.ceil((low - ON_LIMIT - angles.min()) / TURN)
     most = np.floor((high + ON_LIMIT - angles.max()) / TURN)
     return None if least > most else angles + TURN * np.clip(0.0, least, most)

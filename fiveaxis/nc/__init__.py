@@ -1,15 +1,14 @@
-"""Reading toolpaths, and writing and reading motions: the border where inches, degrees and mm/min live."""
+"""Reading toolpaths, and writing and reading motions; inches, degrees and mm/min are converted here."""
 
 from fiveaxis.nc.control.program_reader import ReadMotion, read_program
 from fiveaxis.nc.formats import read_toolpath
 from fiveaxis.nc.motion_table import read_motion, write_motion
-from fiveaxis.nc.point_table import write_toolpath
 from fiveaxis.nc.program import NOT_VERIFIED, Program, compose_program, require_motion, require_program
 from fiveaxis.nc.run_time import Clock, PredictedTime, predicted_time
-from fiveaxis.nc.writing.catalogue import DIALECTS, find_dialect
+from fiveaxis.nc.table import write_toolpath
 from fiveaxis.nc.writing.program_settings import ProgramSettings, make_settings
 from fiveaxis.nc.writing.table_parts import Coordinates
-from fiveaxis.nc.writing.tables import Dialect
+from fiveaxis.nc.writing.tables import DIALECTS, Dialect, find_dialect
 
 __all__ = [
     "DIALECTS",

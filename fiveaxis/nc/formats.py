@@ -1,4 +1,4 @@
-"""Which file is read by what."""
+"""File formats of toolpaths: a reader for each suffix."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ logger = logging.getLogger(__name__)
 
 Reader = Callable[[Source, ReadOptions], Toolpath]
 
-# NC programs; which control's language one is written in is told by its content.
+# NC programs; the content determines the control's language.
 PROGRAM_SUFFIXES = (
     *(".nc", ".ngc", ".tap", ".gcode", ".cnc", ".eia", ".ptp", ".min", ".iso"),
     *(".mpf", ".spf", ".arc"),
@@ -51,37 +51,36 @@ def read_toolpath(
     wrap: Wrap | None = None,
     columns: tuple[str, ...] | None = None,
 ) -> Toolpath:
-    """Read a toolpath; the suffix says how, and ``.gz`` after it that the file is packed.
+    """Read a toolpath in the format of its suffix; ``.gz`` after it means that the file is compressed.
 
     Parameters
     ----------
     path : NC programs (``.nc .ngc .mpf .h …``, see `fiveaxis.nc.control.program_toolpath`), points (``.csv
         .txt``, see `fiveaxis.nc.table`), or APT: ``.apt .cls .clsf .ncl .aptsource`` (see
         `fiveaxis.nc.apt.reader`)
-    tool : the cutter, in place of what the file says about it; by default the file's
-    feed_mm_min : one feed for every location, *in place of* what the file says. By default the file's feeds
-        are used, and 1000 mm/min where it has none.
-    unit : length unit of positions in a file that doesn't state it; mm by default
+    tool : the cutter, in place of the file's
+    feed_mm_min : one feed for every location, in place of the file's (1000 mm/min where it has none)
+    unit : length unit of a file that doesn't state it; mm by default
     machine : that an NC program was written for: its rotary words are angles of this machine
-    positions : of the tip in an NC program, while the control places it: in a frame that turns with the table
-        (``table``) or in one that stays with the machine (``machine``)
-    start, program_zero, block_delete, wrap : of an NC program, as for `read_program`
-    rapid_mm_min : speed in rapid moves of axes whose highest speed isn't known: the feed of those rows
+    positions : frame of tip positions in an NC program under TCP control: it turns with the table (``table``)
+        or is fixed to the machine (``machine``)
+    start, program_zero, block_delete, wrap : for an NC program, as for `read_program`
+    rapid_mm_min : feed of rapid moves, for axes whose highest speed isn't known
     columns : names of the columns of a list of points without header
 
     Returns
     -------
-    The path; `Toolpath.source` holds lines of the file, `Toolpath.ignored` counts the words that were seen
-    and not used, and `Toolpath.findings` says what was assumed.
+    The path; `Toolpath.source` has lines of the file, `Toolpath.ignored` counts the words that were not used,
+    and `Toolpath.findings` lists what was assumed.
 
     Raises
     ------
     SettingError
         A feed that isn't positive, an unknown unit.
     ToolError
-        Neither the caller nor the file names the tool.
+        Neither the caller nor the file specifies the tool.
     ToolpathError
-        An unknown suffix; a file that can't be read completely. The message has file and line.
+        An unknown suffix; a file that can't be read completely, with file and line.
     """
     options = ReadOptions(
         tool=tool,
@@ -96,19 +95,12 @@ def read_toolpath(
         wrap=wrap,
         columns=columns,
     )
-    # An unknown suffix is found out before the file is read.
-    _find_reader(Path(path))
+    _find_reader(Path(path))  # fails before the file is read
     return read_path_of(load_source(path), options)
 
 
 def read_path_of(source: Source, options: ReadOptions) -> Toolpath:
-    """Read a toolpath whose text is at hand, as `read_toolpath` does; the source's name says how.
-
-    Raises
-    ------
-    FiveAxisError
-        As `read_toolpath`.
-    """
+    """Read a toolpath from a source, as `read_toolpath` does."""
     reader = _find_reader(Path(source.name))
     logger.info("%s: %d lines", Path(source.name).name, len(source.lines))
     found = reader(source, options)

@@ -1,7 +1,6 @@
 """A motion as a table: ``X,Y,Z,A,C,feed,time,source`` in mm, deg, mm/min and s, with 9 decimals.
 
-Angles keep the sign of the machine model (tool relative to workpiece): the flip of reversed axes belongs to
-NC programs alone.
+Angles have the sign of the machine model (tool relative to workpiece): only NC programs flip reversed axes.
 """
 
 from __future__ import annotations
@@ -25,14 +24,14 @@ from fiveaxis.toolpath import MoveKind
 logger = logging.getLogger(__name__)
 
 DECIMALS = 9
-# Column of the places on the path, of a motion that has rows between its locations.
+# Column of fractional locations on the path, of a motion with inserted rows.
 LOCATION = "location"
 
 
 def write_motion(motion: Motion, path: str | Path, machine: Machine) -> Path:
-    """Write a motion as a table, one row per location; the file appears whole or not at all.
+    """Write a motion as a table, one row per location; the file is written atomically.
 
-    A motion with rows between the locations of its path says in a last column, ``location``, where each lies.
+    A motion with inserted rows has a last column ``location``, the fractional location of each row.
 
     Returns
     -------
@@ -53,8 +52,8 @@ def write_motion(motion: Motion, path: str | Path, machine: Machine) -> Path:
     figures = ([format_number(v, DECIMALS) for v in row] for row in columns.tolist())
     rows = [[*row, str(line)] for row, line in zip(figures, motion.source.tolist(), strict=True)]
     if motion.location is not None:
-        for row, place in zip(rows, motion.location.tolist(), strict=True):
-            row.append(format_number(place, DECIMALS))
+        for row, location in zip(rows, motion.location.tolist(), strict=True):
+            row.append(format_number(location, DECIMALS))
     logger.info("%s: %d locations, axes %s", Path(path).name, len(motion), " ".join(machine.letters))
     lines = [_header(machine, motion.location is not None), *rows]
     return write_atomically(path, "\n".join(map(",".join, lines)) + "\n")
@@ -63,17 +62,17 @@ def write_motion(motion: Motion, path: str | Path, machine: Machine) -> Path:
 def read_motion(path: str | Path, machine: Machine, *, source_is_table: bool = False) -> Motion:
     """Read a motion that `write_motion` wrote.
 
-    The table doesn't say which moves cut, so all rows are cuts: whoever checks them is on the safe side.
+    The table doesn't distinguish cuts from links, so all rows are cuts: the safe assumption for checks.
 
     Parameters
     ----------
-    source_is_table : whether `Motion.source` holds lines of the table; else what its column of that name
-        says, which are lines of the file that the motion was made from
+    source_is_table : whether `Motion.source` has lines of the table, or its column ``source``, lines of the
+        file that the motion was made from
 
     Raises
     ------
     ToolpathError
-        With file and line: another header than this machine's, or a row that isn't numbers.
+        With file and line: the header isn't this machine's, or a row isn't numbers.
     """
     source = load_source(path)
     _require_header(source, machine)
@@ -96,18 +95,18 @@ def read_motion(path: str | Path, machine: Machine, *, source_is_table: bool = F
 
 
 def _require_growing(location: Array, lines: IntArray, source: Source) -> None:
-    """Refuse places on a path that go back or begin elsewhere than at its first location."""
+    """Raise unless locations begin at 0 and increase."""
     bad = np.append(location[0] != 0.0, np.diff(location) <= 0.0)
     if bad.any():
         row = int(np.argmax(bad))
         raise source.error(
-            f"location is {location[row]:g}; places on the path begin with 0 and grow from row to row",
+            f"location is {location[row]:g}; locations must begin at 0 and increase from row to row",
             int(lines[row]),
         )
 
 
 def _require_header(source: Source, machine: Machine) -> None:
-    """Refuse a table of other columns; of rows that don't fit their header nothing is said then."""
+    """Raise if a table has other columns, before its rows are read."""
     expected = _header(machine, False)
     line = first_line(source)
     header = [] if line is None else [name.strip().lower() for name in source.lines[line - 1].split(",")]

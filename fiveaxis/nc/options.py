@@ -1,4 +1,4 @@
-"""What a caller says about a toolpath's file, beside its name."""
+"""Options for reading a toolpath."""
 
 from __future__ import annotations
 
@@ -14,25 +14,25 @@ from fiveaxis.nc.rows import MILLIMETRES
 from fiveaxis.nc.source import Source
 from fiveaxis.toolpath import Tool
 
-# Where the positions of a program count from while the control places the tool's tip.
+# Frame of a program's tip positions under TCP control.
 Positions = Literal["table", "machine"]
-# How rotary words of axes with more than a turn count: as they stand, or from 0 to 360 and the shorter way,
-# or the way that the word's sign says.
+# Meaning of rotary words of axes with more than a turn: unwrapped angles, or angles from 0 to 360 with the
+# shorter turn to them, or with a turn in the direction of the word's sign.
 Wrap = Literal["unwound", "shorter", "signed"]
 
 
 @dataclass(frozen=True)
 class ReadOptions:
-    """What is taken where a file doesn't say it, or in place of what it says.
+    """Values that supplement or replace those of a file.
 
     Parameters
     ----------
-    tool : the cutter; None for the one that the file states
+    tool : the cutter; None for the file's
     feed_mm_min : one feed for all locations, in place of the file's
     unit : ``mm`` or ``inch``, of lengths in a file that doesn't state it
     machine : that a program was written for: its rotary words are angles of this machine
-    positions : whether a program's tip positions turn with the table (``table``, as LinuxCNC and most others
-        mean them) or keep to a frame that stays with the machine (``machine``, as some Fanuc controls do)
+    positions : frame of a program's tip positions: it turns with the table (``table``, LinuxCNC and most
+        others) or is fixed to the machine (``machine``, some Fanuc controls)
     start, program_zero, rapid_mm_min, block_delete, wrap : as for `read_program`
     columns : of a list of points without header
     """
@@ -63,12 +63,12 @@ class ReadOptions:
                 raise SettingError(f"unknown {name} {getattr(self, name)!r}; known: {words}")
 
     def tool_or(self, stated: Tool | None, source: Source) -> Tool:
-        """Take the caller's tool, or else the one that a file states.
+        """Return the caller's tool, or else the one that a file states.
 
         Raises
         ------
         ToolError
-            Neither names one.
+            Neither is known.
         """
         tool = self.tool or stated
         if tool is None:

@@ -1,4 +1,4 @@
-"""NC programs: a motion as blocks of one control."""
+"""NC programs: a motion as the blocks of a control."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from fiveaxis.machine import Machine
 from fiveaxis.motion import STANDSTILL, Motion, ProgramMotion
 from fiveaxis.nc.control.program_reader import ReadMotion
 from fiveaxis.nc.writing.blocks import block_lines
-from fiveaxis.nc.writing.catalogue import find_dialect
 from fiveaxis.nc.writing.cutter_locations import location_lines
 from fiveaxis.nc.writing.framing import NO_ROW, Frame, numbered
 from fiveaxis.nc.writing.header import head_lines
-from fiveaxis.nc.writing.places import Wording, require_expressible
 from fiveaxis.nc.writing.program_settings import ProgramSettings, require_writable
 from fiveaxis.nc.writing.table_parts import Coordinates
+from fiveaxis.nc.writing.tables import find_dialect
 from fiveaxis.nc.writing.turns import Winding, require_winding
+from fiveaxis.nc.writing.wording import Wording, require_expressible
 
 Header = Mapping[str, str] | Sequence[tuple[str, str]]
 
-# What the header of a program says that nobody has verified.
+# Header of a program that hasn't been verified.
 NOT_VERIFIED = (
     (
         "verification",
@@ -33,24 +33,24 @@ NOT_VERIFIED = (
     ),
 )
 
-# mm, rad: an axis value may be so far beyond its travel, from rounding.
+# mm, rad: rounding of an axis value beyond its travel.
 BEYOND = 1e-6
 
 
 @dataclass(frozen=True)
 class Program:
-    """The blocks of one control.
+    """The text of an NC program.
 
     Parameters
     ----------
     control : name of the dialect
-    suffix : that files of this control have
+    suffix : of files for this control
     lines : comments and blocks in order
-    rows : for each line, the row of the program's motion at which the move ends that it writes; -1 for none
-    dropped : moves left out, because no axis moves in them as far as the control's decimals show
-    coordinates : what the words are
+    rows : for each line, the row of the program's motion at which its move ends; -1 for none
+    dropped : number of moves omitted because no axis moves by a step of the control's decimals
+    coordinates : that the words are written in
     language : ``blocks`` of a control, or ``apt`` or ``points`` for a list of cutter locations
-    findings : what was assumed, and what the control does otherwise than it was planned
+    findings : what was assumed, and where the control deviates from the plan
     """
 
     control: str
@@ -75,11 +75,7 @@ def require_program(
     winding: Winding = "unwound",
     settings: ProgramSettings | None = None,
 ) -> Wording:
-    """Check that a control can write a machine's motions as asked, before there is one.
-
-    Returns
-    -------
-    How places become its words.
+    """Check that a machine's motions can be written for a control, and return how positions become words.
 
     Raises
     ------
@@ -107,43 +103,44 @@ def compose_program(
     verdict: Sequence[tuple[str, str]] = NOT_VERIFIED,
     beyond: bool = False,
 ) -> Program:
-    """Write the text of a program: nothing is verified here, and no blocks are inserted.
+    """Write the text of a program; it is not verified, and no blocks are inserted.
 
-    `fiveaxis.job.make_program` is what plans a program's motion, writes it with this function, reads it back
-    and verifies that.
+    `fiveaxis.job.make_program` plans a program's motion, writes it with this function, reads it back and
+    verifies it.
 
-    Rotary words are the motion's own angles in the control's sign, so that the machine does what was
-    optimised; only directions of the tool leave them to the control. Every move is one block that moves all
-    axes in proportion and takes the motion's time: F is the inverse of it, or the tip's speed along its path.
+    Rotary words are the motion's angles in the control's sign, so that the machine moves as optimised; only
+    tool directions leave them to the control. Every move is one block that moves all axes in proportion in
+    the motion's time: F is its inverse, or the tip's speed along its path.
 
-    The approach has no duration: the rotary axes turn where the tool is, then the linear axes move.
+    The approach has no duration: the rotary axes turn at the tool's current position, then the linear axes
+    move.
 
     Parameters
     ----------
-    motion : axis values and durations; around a bare motion come the usual approach and leads
-        (`ProgramMotion.around`), and one that was read from a program keeps its own end
-    machine : whose axes they are
-    control : a key of `DIALECTS`, or the path of a table of one's own (``.toml``)
-    coordinates : ``axes``, positions of the machine's axes; ``tip``, the tool's tip on the workpiece and the
-        rotary angles (TCP); ``vector``, the tip and the tool's direction. By default the first of them that
-        the control has
+    motion : axis values and durations; a bare motion gets the default approach and leads
+        (`ProgramMotion.around`), one that was read from a program keeps its own end
+    machine : of the motion
+    control : a key of `DIALECTS`, or the path of a custom table (``.toml``)
+    coordinates : ``axes``, positions of the machine's axes; ``tip``, the tool tip on the workpiece and the
+        rotary angles (TCP); ``vector``, the tip and the tool direction. By default the first that the control
+        has
     header : name and value of further comments, in order: tool, source, energy
-    winding : how rotary axes of more than one turn are counted: ``unwound``, on and on; ``modulo``, from 0 to
-        360, moves of half a turn or more cut into parts; ``rezero``, named anew by whole turns where a link
-        begins. Which of them a control has, and what it needs for it, stands in `DIALECTS`
-    settings : tool, spindle, coolant, work offset and so on; the header says what isn't written
-    verdict : what the header says of verification, names and texts
-    beyond : whether places beyond an axis's travel are written, too
+    winding : how turns of rotary axes with more than one turn are written: ``unwound``, unwrapped;
+        ``modulo``, from 0 to 360, with moves of half a turn or more divided; ``rezero``, reset by whole turns
+        where a link begins. `DIALECTS` lists what a control has and requires
+    settings : tool, spindle, coolant, work offset and so on; the header lists what isn't written
+    verdict : names and texts of the header on verification
+    beyond : whether positions beyond an axis's travel are written
 
     Raises
     ------
     SettingError
-        An unknown control; coordinates, a winding or settings that the control or the machine hasn't.
+        An unknown control; coordinates, a winding or settings that the control or the machine doesn't have.
     MachineError
-        The motion has other axes than the machine, or the machine axes that the control doesn't know.
+        The motion has other axes than the machine, or the control doesn't know an axis of the machine.
     ToolpathError
-        No location; a value that isn't finite; an axis beyond its travel; a feed that isn't positive or that
-        the control doesn't read; a move that takes no time.
+        No location; a value that isn't finite; an axis beyond its travel; a feed that isn't positive or out
+        of the control's range; a move without duration.
     """
     settings = settings or ProgramSettings()
     wording = require_program(machine, control, coordinates, winding, settings)
@@ -161,42 +158,39 @@ def compose_program(
 
 
 def require_motion(motion: Motion, machine: Machine) -> None:
-    """Refuse a motion of other axes, or with places that are no numbers, before anything is made of it.
-
-    Raises
-    ------
-    MachineError, ToolpathError
-        As `compose_program`.
-    """
+    """Raise as `compose_program` if a motion has other axes than the machine, or invalid numbers."""
     if motion.letters != machine.letters:
         raise MachineError(
             f"the motion has axes {motion.letters}, and machine {machine.name!r} has {machine.letters}"
         )
-    _require_numbers(motion)
+    if len(motion) == 0:
+        raise ToolpathError("the motion has no locations; there is nothing to write")
+    valid = np.isfinite(motion.positions).all(axis=1) & np.isfinite(motion.time)
+    valid &= np.isfinite(motion.feed) & (motion.feed > 0.0)
+    if not valid.all():
+        row = int(np.argmin(valid))
+        raise ToolpathError(
+            f"location {row} has an axis value or duration that isn't finite, or a feed that isn't above 0 "
+            f"({int((~valid).sum())} such locations); no program is written",
+            line=int(motion.source[row]),
+        )
 
 
 def _with_usual_leads(motion: Motion, wording: Wording, settings: ProgramSettings) -> ProgramMotion:
     require_motion(motion, wording.machine)
-    # A program that was read ends where its author let it end: its last feed moves may well lead out.
-    stays = not settings.way_out or isinstance(motion, ReadMotion)
-    none = np.zeros(len(motion.letters))
-    return ProgramMotion.around(
-        motion, wording.machine, wording.interpolation, lead_out=none if stays else None
-    )
+    # A program that was read keeps its end: its last feed moves may be a lead-out already.
+    keeps_end = not settings.way_out or isinstance(motion, ReadMotion)
+    lead_out = np.zeros(len(motion.letters)) if keeps_end else None
+    return ProgramMotion.around(motion, wording.machine, wording.interpolation, lead_out=lead_out)
 
 
 def _program_of_blocks(planned: ProgramMotion, frame: Frame, pairs: Sequence[tuple[str, str]]) -> Program:
-    """Put a program together: what stands around the moves, the header, and the moves.
-
-    Parameters
-    ----------
-    pairs : name and value of the header's comments
-    """
+    """Assemble the header, with its `pairs` of name and value, the moves and the blocks around them."""
     wording, dialect = frame.wording, frame.wording.dialect
     assumed = frame.assumptions()
-    said = [*pairs, *_said_of_end(planned), *(("assumed", text) for text in assumed)]
+    pairs = [*pairs, *_lead_out_note(planned), *(("assumed", text) for text in assumed)]
     blocks = block_lines(planned.blocks, wording, frame.winding)
-    head = [*frame.head(), *head_lines(wording, frame.settings, said, frame.winding), *frame.modes()]
+    head = [*frame.head(), *head_lines(wording, frame.settings, pairs, frame.winding), *frame.modes()]
     tagged = [
         *((line, NO_ROW) for line in head),
         *frame.approach(planned),
@@ -218,30 +212,16 @@ def _program_of_blocks(planned: ProgramMotion, frame: Frame, pairs: Sequence[tup
     )
 
 
-def _said_of_end(planned: ProgramMotion) -> list[tuple[str, str]]:
-    """Say in the header how the program leaves a last cut."""
+def _lead_out_note(planned: ProgramMotion) -> list[tuple[str, str]]:
+    """Return the header's note on the lead-out."""
     length = float(np.linalg.norm(planned.lead_out))
     if length <= STANDSTILL:
         return []
     return [("lead out", f"the program leads the tool {length:.3g} mm off its last cut, at the cut's feed")]
 
 
-def _require_numbers(motion: Motion) -> None:
-    if len(motion) == 0:
-        raise ToolpathError("the motion has no locations; there is nothing to write")
-    sound = np.isfinite(motion.positions).all(axis=1) & np.isfinite(motion.time)
-    sound &= np.isfinite(motion.feed) & (motion.feed > 0.0)
-    if not sound.all():
-        row = int(np.argmin(sound))
-        raise ToolpathError(
-            f"location {row} has an axis value or duration that isn't finite, or a feed that isn't above 0 "
-            f"({int((~sound).sum())} such locations); no program is written",
-            line=int(motion.source[row]),
-        )
-
-
 def _require_travel(motion: Motion, machine: Machine) -> None:
-    """Refuse a place that the machine doesn't reach: the control would stop there."""
+    """Raise if a position is beyond the machine's travel: the control would stop there."""
     beyond = (motion.positions < machine.low - BEYOND) | (motion.positions > machine.high + BEYOND)
     if not beyond.any():
         return

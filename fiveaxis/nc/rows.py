@@ -1,4 +1,4 @@
-"""Checks that the readers share, on rows whose source lines are known."""
+"""Checks of rows with source lines, shared by the readers."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ import numpy as np
 from fiveaxis.geometry import Array, BoolArray, IntArray, normalise
 from fiveaxis.nc.source import Source
 
-# mm: no machine is a kilometre long; such a number is a wrong unit or a lost decimal point.
+# mm: a larger number is a wrong unit or a lost decimal point.
 LARGEST_POSITION = 1e6
 
-# A tool vector whose length is off by more isn't a rounded unit vector but a different kind of number.
+# Tolerance on the length of a tool vector: beyond it, it isn't a rounded unit vector.
 UNIT_TOLERANCE = 1e-3
 
 MILLIMETRES = {"mm": 1.0, "inch": 25.4}
@@ -19,32 +19,19 @@ DEFAULT_FEED = 1000.0  # mm/min
 
 
 def parse_number(field: str) -> float:
-    """Read a number as every format writes it; ``1_000``, which Python takes, isn't one.
-
-    Raises
-    ------
-    ValueError
-        The field isn't a number.
-    """
+    """Read a number; raise `ValueError` also for ``1_000``, which Python accepts."""
     if "_" in field:
         raise ValueError(field)
     return float(field)
 
 
 def first_row(bad: BoolArray) -> int | None:
-    """Find the first row that is marked, None if there is none."""
+    """Return the first marked row, None if there is none."""
     return int(np.argmax(bad)) if bad.any() else None
 
 
 def require_finite(values: Array, names: list[str], lines: IntArray, source: Source) -> None:
-    """Refuse NaN and infinity.
-
-    Parameters
-    ----------
-    values : (n, m)
-    names : of the m columns
-    lines : (n,)
-    """
+    """Raise if a value, (n, m), is NaN or infinite; `names` are those of the columns."""
     row = first_row(np.any(~np.isfinite(values), axis=1))
     if row is not None:
         column = int(np.argmin(np.isfinite(values[row])))
@@ -54,45 +41,27 @@ def require_finite(values: Array, names: list[str], lines: IntArray, source: Sou
 
 
 def scale_positions(positions: Array, unit: str, lines: IntArray, source: Source) -> Array:
-    """Convert positions to mm and refuse those that no machine reaches.
-
-    Parameters
-    ----------
-    positions : (n, 3), finite, in `unit`
-    unit : key of `MILLIMETRES`
-
-    Returns
-    -------
-    (n, 3), mm
-    """
+    """Convert finite positions, (n, 3) in `unit`, to mm; raise beyond `LARGEST_POSITION`."""
     limit = LARGEST_POSITION / MILLIMETRES[unit]
     row = first_row(np.any(np.abs(positions) > limit, axis=1))
     if row is not None:
         raise source.error(
-            f"position ({_shown(positions[row])}) {unit} is beyond {limit:g} {unit}; check the unit and the "
-            "decimal points",
+            f"position ({_vector_text(positions[row])}) {unit} is beyond {limit:g} {unit}; check the unit "
+            "and the decimal points",
             int(lines[row]),
         )
     return positions * MILLIMETRES[unit]
 
 
 def require_positive_feeds(feeds: Array, lines: IntArray, source: Source) -> None:
-    """Refuse feeds, (n,) mm/min, that aren't above 0."""
+    """Raise if a feed, (n,) mm/min, isn't above 0."""
     row = first_row(feeds <= 0.0)
     if row is not None:
         raise source.error(f"feed = {feeds[row]:g} mm/min; it must be above 0", int(lines[row]))
 
 
 def unit_axes(vectors: Array, lines: IntArray, source: Source) -> Array:
-    """Normalise tool vectors that are unit vectors but for their rounding.
-
-    Parameters
-    ----------
-    vectors : (n, 3), from tip to shank
-
-    Returns
-    -------
-    (n, 3), unit vectors
+    """Normalise tool vectors, (n, 3) from tip to shank, that are rounded unit vectors.
 
     Raises
     ------
@@ -105,7 +74,7 @@ def unit_axes(vectors: Array, lines: IntArray, source: Source) -> Array:
     row = first_row(~(np.abs(lengths - 1.0) <= UNIT_TOLERANCE))
     if row is not None:
         raise source.error(
-            f"tool vector ({_shown(vectors[row])}) has length {lengths[row]:g}, which is more than "
+            f"tool vector ({_vector_text(vectors[row])}) has length {lengths[row]:g}, which is more than "
             f"{UNIT_TOLERANCE:g} away from 1; give a unit vector from tip to shank, each component "
             "divided by that length",
             int(lines[row]),
@@ -114,17 +83,8 @@ def unit_axes(vectors: Array, lines: IntArray, source: Source) -> Array:
 
 
 def unit_normals(vectors: Array, lines: IntArray, source: Source) -> Array:
-    """Normalise surface normals of any length but zero; those of meshes often carry the area.
-
-    Parameters
-    ----------
-    vectors : (n, 3), finite
-
-    Returns
-    -------
-    (n, 3), unit vectors
-    """
-    # The largest component is divided out first: the square of 1e-200 is 0, and that of 1e200 infinite.
+    """Normalise finite surface normals, (n, 3), of any length but zero; raise for zero."""
+    # Dividing by the largest component first avoids underflow and overflow of squares.
     largest = np.abs(vectors).max(axis=1, keepdims=True)
     row = first_row(largest[:, 0] == 0.0)
     if row is not None:
@@ -134,5 +94,5 @@ def unit_normals(vectors: Array, lines: IntArray, source: Source) -> Array:
     return normalise(vectors / largest)
 
 
-def _shown(vector: Array) -> str:
+def _vector_text(vector: Array) -> str:
     return ", ".join(f"{c:g}" for c in vector)

@@ -1,4 +1,4 @@
-"""How long a control takes for a program: the machine's accelerations, the control's rests at corners."""
+"""Prediction of a program's run time: the machine's accelerations, the control's stops at corners."""
 
 from __future__ import annotations
 
@@ -14,21 +14,21 @@ from fiveaxis.motion.bounds import axis_bounds
 from fiveaxis.nc.writing.table_parts import Coordinates
 from fiveaxis.nc.writing.tables import Dialect
 
-# Share of an axis's acceleration that a change of direction may take when it is passed within one cycle.
+# Share of an axis's acceleration that a change of direction within one cycle may take without a stop.
 KINK = 0.1
-# Of a cycle: less is the rounding of sums.
+# Share of a cycle: rounding of sums.
 ROUNDING = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
 class PredictedTime:
-    """How long a program takes.
+    """Run time of a program.
 
     Parameters
     ----------
     times : (n,), s, of the motion's rows
-    basis : ``accelerations``, or ``programmed`` where those or the control's way to take corners aren't known
-    missing : why it is the programmed time, empty where it isn't
+    basis : ``accelerations``, or ``programmed`` where they or the control's corner behaviour are unknown
+    missing : reason for programmed times, else empty
     """
 
     times: Array
@@ -43,12 +43,12 @@ class PredictedTime:
 
 @dataclass(frozen=True, eq=False)
 class Clock:
-    """How long a control takes for blocks that aren't written yet: `predicted_time` of their words.
+    """Predicts the time of blocks before they are written, as `predicted_time` does for their words.
 
     Parameters
     ----------
     dialect : the control's table; None, or one that leaves corners to the machine's settings, stands for a
-        control that passes them within `PATH_TOLERANCE`, as blocks themselves keep to their path
+        control that passes corners within `PATH_TOLERANCE`, the deviation of the blocks themselves
     coordinates : of the program
     """
 
@@ -57,19 +57,19 @@ class Clock:
 
     @property
     def basis(self) -> str:
-        """Say how the control takes corners."""
+        """How the control takes corners, in words."""
         if self.dialect is None or self.dialect.corners is None:
             return f"with accelerations, as a control that passes corners within {PATH_TOLERANCE:g} mm"
         return f"with accelerations, as {self.dialect.title} takes corners"
 
     @property
     def stops_at_turns(self) -> bool:
-        """Whether blocks that turn a rotary axis run from rest to rest."""
+        """Whether blocks that turn a rotary axis begin and end at rest."""
         return self.dialect is not None and self.dialect.corners == "exact-path"
 
     @property
     def limits_words(self) -> bool:
-        """Whether the axes' limits hold for the words of the tool's tip, not for the linear axes."""
+        """Whether the linear axes' speed and acceleration limits apply to the tip's words instead."""
         return self.dialect is not None and self.coordinates != "axes" and self.dialect.limited == "words"
 
     def __call__(self, blocks: Motion, machine: Machine) -> PredictedTime:
@@ -77,7 +77,7 @@ class Clock:
         if self.dialect is None or self.dialect.corners is None:
             times = time_motion(blocks, machine, corners=PATH_TOLERANCE).motion.time
             return PredictedTime(times, "accelerations")
-        # What the words round away doesn't move, and a block that turns nothing may be passed without a stop.
+        # Axes that move by less than the decimals stand, so a block may need no stop.
         units = np.where([axis.is_rotary for axis in machine.axes], np.degrees(1.0), 1.0)
         number = self.dialect.number
         decimals = [number.rotary if axis.is_rotary else number.linear for axis in machine.axes]
@@ -91,24 +91,23 @@ class Clock:
 def predicted_time(
     motion: Motion, machine: Machine, dialect: Dialect, coordinates: Coordinates = "axes"
 ) -> PredictedTime:
-    """Predict how long a control takes for the moves of a program.
+    """Predict the time that a control takes for the moves of a program.
 
-    A control with ``corners = "exact-path"`` goes exactly along the blocks. It rests at the end of each one,
-    whether there is a corner or not, unless neither this block nor the next turns a rotary axis and their
-    directions d₁, d₂ differ by so little that the jump in speed within one cycle T takes a tenth of no axis's
-    acceleration::
+    A control with ``corners = "exact-path"`` follows the blocks exactly. It stops at the end of each one,
+    unless neither this block nor the next turns a rotary axis and their directions d₁, d₂ differ so little
+    that the change of speed within one cycle T needs less than a tenth of every axis's acceleration::
 
         |d₂ − d₁|_j (v / T + a) < 0.1 A_j
 
-    In a block the speed changes at ``a = min_j A_j / |d_j|``, and the block takes whole cycles. That is
-    LinuxCNC's trajectory planner under G61. Corners that are a number are passed within so many mm.
+    In a block the speed changes at ``a = min_j A_j / |d_j|``, and the block takes whole cycles. This is
+    LinuxCNC's trajectory planner under G61. A number for ``corners`` is the tolerance in mm.
 
     Parameters
     ----------
     motion : a program read back, with the programmed times
-    machine : highest speeds and accelerations of all axes, else the programmed times are the answer
+    machine : with highest speeds and accelerations of all axes, else the programmed times are returned
     dialect : the control's table
-    coordinates : of the program; under tool centre point control rows of one block share its source line
+    coordinates : of the program; under TCP control rows of one block share its source line
 
     Raises
     ------
@@ -127,7 +126,7 @@ def predicted_time(
         missing = f"how control {dialect.name!r} takes corners is a setting of the machine"
         return PredictedTime(motion.time, "programmed", missing)
     last = np.ones(len(motion), dtype=bool) if coordinates == "axes" else _block_ends(motion)
-    blocks = _joined(motion, last)
+    blocks = _whole_blocks(motion, last)
     if Clock(dialect, coordinates).limits_words:
         blocks = _in_words(blocks, machine)
     if dialect.corners == "exact-path":
@@ -135,39 +134,39 @@ def predicted_time(
         times = _in_cycles(time_motion(blocks, machine, corners=stops).motion.time, stops, dialect.cycle)
     else:
         times = time_motion(blocks, machine, corners=dialect.corners).motion.time
-    return PredictedTime(_shared_out(times, motion.time, last), "accelerations")
+    return PredictedTime(_distribute(times, motion.time, last), "accelerations")
 
 
 def _block_ends(motion: Motion) -> BoolArray:
-    """Find the last row of every block, (n,): rows of one block share its source line."""
+    """Mark the last row of every block, (n,): rows of one block share its source line."""
     ends = np.append((np.diff(motion.source) != 0) | (np.diff(motion.kind) != 0), True)
     ends[0] = True
     return ends
 
 
-def _joined(motion: Motion, last: BoolArray) -> Motion:
-    """Make a motion of whole blocks."""
+def _whole_blocks(motion: Motion, last: BoolArray) -> Motion:
+    """Return a motion with one row for each block."""
     time = np.diff(np.cumsum(motion.time)[last], prepend=0.0)
     columns = {name: getattr(motion, name)[last] for name in ("positions", "feed", "kind", "source")}
     return Motion(letters=motion.letters, time=time, **columns)
 
 
 def _in_words(blocks: Motion, machine: Machine) -> Motion:
-    """Put the tool tip's place where the linear axes' positions are, as the words under M428 have it."""
+    """Replace the linear axes' positions by the tool tip, as in words under M428."""
     positions = blocks.positions.copy()
     positions[:, machine.linear_columns], _axis = tool_poses(machine, blocks.positions)
     return replace(blocks, positions=positions)
 
 
 def _stops(blocks: Motion, machine: Machine, cycle: float) -> BoolArray:
-    """Find the blocks that end at rest, (n,): see `predicted_time`."""
+    """Mark the blocks that end at rest, (n,): see `predicted_time`."""
     moves: Array = np.abs(blocks.moves)
     turns = moves[:, machine.rotary_columns].max(axis=1) > 0.0
-    ways = blocks.moves[:, machine.linear_columns]
-    length = np.linalg.norm(ways, axis=1)
+    steps = blocks.moves[:, machine.linear_columns]
+    length = np.linalg.norm(steps, axis=1)
     most = axis_bounds(machine).acceleration[machine.linear_columns]
-    with np.errstate(divide="ignore", invalid="ignore"):  # a block that stands has no direction: it is a stop
-        direction: Array = ways / length[:, None]
+    with np.errstate(divide="ignore", invalid="ignore"):  # a block without a linear move is a stop
+        direction: Array = steps / length[:, None]
         speed: Array = length / blocks.time
         push: Array = (most / np.abs(direction)).min(axis=1)
         jump: Array = np.abs(direction[1:] - direction[:-1]) / most
@@ -186,8 +185,8 @@ def _in_cycles(times: Array, stops: BoolArray, cycle: float) -> Array:
     return np.asarray(times * factor[stretch])
 
 
-def _shared_out(times: Array, programmed: Array, last: BoolArray) -> Array:
-    """Give the rows of each block their shares of its time, (n,) s, as the program's times have them."""
+def _distribute(times: Array, programmed: Array, last: BoolArray) -> Array:
+    """Distribute the time of each block over its rows, (n,) s, in proportion to the programmed times."""
     block = np.concatenate([[0], np.cumsum(last)[:-1]])
     whole = np.bincount(block, programmed)
     share = np.divide(times, whole, out=np.zeros_like(times), where=whole > 0.0)

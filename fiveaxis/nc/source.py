@@ -1,4 +1,4 @@
-"""A text file as lines, and errors that point into it."""
+"""Text files as lines, and errors with the line's number."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from pathlib import Path
 from fiveaxis.errors import ToolpathError
 from fiveaxis.files import MOST_PATH_BYTES, require_size
 
-# What a text file may hold below the space: tab, line ends, form feed, and the end mark of DOS.
+# Control characters but tab, line ends, form feed and the end mark of DOS: no text file has them.
 _CONTROL_BYTES = bytes(set(range(32)) - set(b"\t\n\r\f\x1a"))
 
 _UTF_16 = (b"\xff\xfe", b"\xfe\xff")
 
-# Of cutter locations in APT, by the names that CAM systems give them.
+# Cutter locations in APT, under the names that CAM systems use.
 APT_SUFFIXES = (".apt", ".cls", ".clsf", ".ncl", ".aptsource")
 
 
@@ -25,7 +25,7 @@ class Source:
 
     Parameters
     ----------
-    name : the path as the user gave it
+    name : the path as given by the user
     lines : without line ends; ``lines[0]`` is line 1
     """
 
@@ -33,21 +33,21 @@ class Source:
     lines: list[str]
 
     def error(self, message: str, line: int | None = None) -> ToolpathError:
-        """Make the error for a fault on a line, counted from 1."""
+        """Create the error for a fault on a line, counted from 1."""
         return ToolpathError(message, file=self.name, line=line)
 
 
 def lists_locations(path: str | Path) -> bool:
-    """Tell whether a file is a list of cutter locations, by its name: it says nothing of axes."""
+    """Check by its name whether a file is a list of cutter locations, without axis values."""
     suffixes = [s.lower() for s in Path(path).suffixes if s.lower() != ".gz"]
     return bool(suffixes) and suffixes[-1] in APT_SUFFIXES
 
 
 def load_source(path: str | Path) -> Source:
-    r"""Read a text file, unpacked if its name ends in ``.gz``.
+    r"""Read a text file, decompressed if its name ends in ``.gz``.
 
-    UTF-8 is tried first. A file that isn't UTF-8 is read as Latin-1: the words of every format are ASCII, so
-    that concerns names in comments only.
+    A file that isn't UTF-8 is read as Latin-1: this affects only comments, as the words of every format are
+    ASCII.
 
     Raises
     ------
@@ -60,24 +60,24 @@ def load_source(path: str | Path) -> Source:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError:
         text = data.decode("latin-1")
-    # Not `splitlines`: that also splits at form feeds and Unicode separators, and editors count none of them.
+    # `splitlines` would also split at form feeds and Unicode separators, which editors don't count.
     return Source(str(path), text.replace("\r\n", "\n").replace("\r", "\n").rstrip("\x1a").split("\n"))
 
 
 def _require_text(data: bytes, path: str | Path) -> None:
-    """Refuse what holds bytes of no text, and name the line; UTF-16 is full of them and named itself."""
-    places = [data.index(byte) for byte in _CONTROL_BYTES if byte in data]
-    if not places:
+    """Raise at the first line with a byte that isn't text; UTF-16 is recognised."""
+    offsets = [data.index(byte) for byte in _CONTROL_BYTES if byte in data]
+    if not offsets:
         return
-    place = min(places)
+    offset = min(offsets)
     # Every other byte of ASCII in UTF-16 is 0.
     head = data[:200]
     if head[:2] in _UTF_16 or 0.4 * len(head) < head.count(0) < 0.6 * len(head):
         raise ToolpathError("isn't a text file in UTF-8: it looks like UTF-16; save it as UTF-8", file=path)
-    before = data[:place].replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+    before = data[:offset].replace(b"\r\n", b"\n").replace(b"\r", b"\n")
     raise ToolpathError(
-        f"isn't a text file: it holds the byte 0x{data[place]:02x}; take it out, or give the file that the "
-        "program was written to",
+        f"isn't a text file: it holds the byte 0x{data[offset]:02x}; remove it, or give the original program "
+        "file",
         file=path,
         line=before.count(b"\n") + 1,
     )
@@ -86,7 +86,7 @@ def _require_text(data: bytes, path: str | Path) -> None:
 def _load_bytes(path: Path) -> bytes:
     try:
         require_size(path, path.stat().st_size, MOST_PATH_BYTES, ToolpathError)
-        # A small packed file may unpack to any size: no more of it is unpacked than may be read.
+        # A small compressed file may unpack to any size, so reading is limited too.
         with gzip.open(path) if path.suffix.lower() == ".gz" else path.open("rb") as stream:
             data = stream.read(MOST_PATH_BYTES + 1)
         require_size(path, len(data), MOST_PATH_BYTES, ToolpathError)

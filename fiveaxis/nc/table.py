@@ -1,23 +1,25 @@
 """Points as comma-separated values.
 
-Two headers are known, in any order of their columns: ``x,y,z,nx,ny,nz`` is a contact point with the surface
-normal out of the material, ``x,y,z,i,j,k`` a tool tip with the tool axis from tip to shank. Both may have a
-``feed``, always in mm/min, ``cut``, 0 where the move that ends at the row only links two passes (the tool's
-place is that of the row, but nothing is touched there), and ``rapid``, 1 where such a move is a rapid one.
-Blank lines and lines that start with ``#`` are
-skipped.
+Two headers are known, with columns in any order: ``x,y,z,nx,ny,nz`` is a contact point with the surface
+normal out of the material, ``x,y,z,i,j,k`` a tool tip with the tool axis from tip to shank. Both may have
+``feed``, always in mm/min, ``cut``, 0 where the move that ends at the row is a link (the tool is at the row's
+position and touches nothing), and ``rapid``, 1 where such a move is rapid. Blank lines and lines that start
+with ``#`` are skipped.
 
-Lists that other programs write often have no header, and fields apart by blanks. What their columns are is
-then for the caller to say (``columns``): ``x y z nx ny nz`` and ``x y z i j k`` look the same.
+Lists from other programs often have no header, and fields separated by blanks. The caller then names the
+columns (``columns``), as ``x y z nx ny nz`` and ``x y z i j k`` look the same.
 """
 
 from __future__ import annotations
 
 import difflib
+from collections.abc import Iterator
+from pathlib import Path
 
 import numpy as np
 
 from fiveaxis.errors import ToolpathError
+from fiveaxis.files import write_atomically
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.rows import (
@@ -31,6 +33,7 @@ from fiveaxis.nc.rows import (
     unit_normals,
 )
 from fiveaxis.nc.source import Source
+from fiveaxis.nc.words import format_number
 from fiveaxis.toolpath import Toolpath
 
 POSITION = ("x", "y", "z")
@@ -38,6 +41,7 @@ NORMAL = ("nx", "ny", "nz")
 AXIS = ("i", "j", "k")
 FEED, CUT, RAPID = "feed", "cut", "rapid"
 KNOWN = (*POSITION, *NORMAL, *AXIS, FEED, CUT, RAPID)
+DECIMALS = 9
 MORE = "[,feed][,cut][,rapid]"
 HEADERS = f"x,y,z,nx,ny,nz{MORE} (contact and normal) or x,y,z,i,j,k{MORE} (tip and tool axis)"
 
@@ -53,7 +57,7 @@ def read_points(source: Source, options: ReadOptions) -> Toolpath:
     Raises
     ------
     ToolpathError
-        With file and line: whatever isn't a complete table of finite numbers and directions.
+        With file and line: anything but a complete table of finite numbers and directions.
     """
     if options.columns is None:
         _require_header(source)
@@ -102,19 +106,15 @@ def read_table(source: Source) -> tuple[list[str], Array, IntArray]:
     Returns
     -------
     header : names of the m columns, in lower case
-    values : (n, m), n > 0; NaN and infinity are let through
+    values : (n, m), n > 0; NaN and infinity are accepted
     lines : (n,), line of each row
 
     Raises
     ------
     ToolpathError
-        Nothing in the file, no rows, a row with another number of fields, a field that isn't a number.
+        An empty file, no rows, a row with another number of fields, a field that isn't a number.
     """
-    filled = [
-        (number, text)
-        for number, line in enumerate(source.lines, start=1)
-        if (text := line.strip()) and text[0] != "#"
-    ]
+    filled = list(_filled_lines(source))
     if not filled:
         raise source.error(f"is empty; a header is needed: {HEADERS}")
     header = [name.strip().lower() for name in filled[0][1].split(",")]
@@ -125,12 +125,8 @@ def read_table(source: Source) -> tuple[list[str], Array, IntArray]:
 
 
 def _read_headless(header: list[str], source: Source) -> tuple[Array, IntArray]:
-    """Read numbers apart by commas or blanks; as for `read_table`, without a header."""
-    filled = [
-        (number, text)
-        for number, line in enumerate(source.lines, start=1)
-        if (text := line.strip()) and text[0] != "#"
-    ]
+    """Read rows of numbers separated by commas or blanks, as `read_table` but without a header."""
+    filled = list(_filled_lines(source))
     if not filled:
         raise source.error("is empty; rows of numbers are needed")
     lines = np.array([number for number, _ in filled], dtype=np.int64)
@@ -146,7 +142,7 @@ def _parse_rows(rows: list[str], width: int, lines: IntArray, source: Source) ->
     else:
         if values.shape == (len(rows), width):
             return values
-    # Something is wrong; the quick parse counts rows in its own way, so the line is found by going slowly.
+    # The slow parse finds the line of the fault.
     return np.array([_parse_row(t, width, int(n), source) for t, n in zip(rows, lines, strict=True)])
 
 
@@ -164,8 +160,15 @@ def _parse_row(text: str, width: int, line: int, source: Source) -> list[float]:
 
 
 def first_line(source: Source) -> int | None:
-    """Find the line of the header, None in an empty file."""
-    return next((n for n, t in enumerate(source.lines, start=1) if t.strip() and t.strip()[0] != "#"), None)
+    """Return the line of the header, None in an empty file."""
+    return next((number for number, _ in _filled_lines(source)), None)
+
+
+def _filled_lines(source: Source) -> Iterator[tuple[int, str]]:
+    """Iterate over the lines that are neither blank nor comments, with their numbers."""
+    for number, line in enumerate(source.lines, start=1):
+        if (text := line.strip()) and text[0] != "#":
+            yield number, text
 
 
 def _check_header(header: list[str], source: Source, line: int | None) -> None:
@@ -190,7 +193,7 @@ def _unknown_column(name: str, source: Source, line: int | None) -> ToolpathErro
 
 
 def _require_header(source: Source) -> None:
-    """Refuse a list that starts with numbers: what they are is nothing to guess."""
+    """Raise if a list starts with numbers: their meaning isn't guessed."""
     line = first_line(source)
     if line is None:
         return
@@ -200,7 +203,36 @@ def _require_header(source: Source) -> None:
     except ValueError:
         return
     raise source.error(
-        f"starts with numbers; the first line must be a header ({HEADERS}), or say what the columns are "
+        f"starts with numbers; the first line must be a header ({HEADERS}), or the columns must be named "
         "(columns, --columns x,y,z,nx,ny,nz)",
         line,
     )
+
+
+def write_toolpath(toolpath: Toolpath, path: str | Path) -> Path:
+    """Write a path of contacts as ``x,y,z,nx,ny,nz,feed,cut``: mm, unit vectors, mm/min, 1 or 0.
+
+    A link has no contact: its row is the lowest point of the ball, with an upward normal and ``cut`` 0.
+
+    Returns
+    -------
+    `path`
+
+    Raises
+    ------
+    ToolpathError
+        The path has no surface normals.
+    SettingError
+        The file can't be written.
+    """
+    if not toolpath.has_normals:
+        raise ToolpathError("has no surface normals to write", file=toolpath.name)
+    cuts = toolpath.cutting
+    normal = np.where(cuts[:, None], toolpath.normal, [0.0, 0.0, 1.0])
+    point = np.where(cuts[:, None], toolpath.contact, toolpath.pivot - toolpath.zone.radius * normal)
+    columns = np.column_stack([point, normal, toolpath.feed * 60.0])
+    rows = (
+        ",".join([*(format_number(v, DECIMALS) for v in row), str(int(cut))])
+        for row, cut in zip(columns.tolist(), cuts.tolist(), strict=True)
+    )
+    return write_atomically(path, "\n".join(["x,y,z,nx,ny,nz,feed,cut", *rows]) + "\n")

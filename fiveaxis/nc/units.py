@@ -1,4 +1,4 @@
-"""The length unit of an APT file, stated once or not at all."""
+"""The length unit of a file, stated once or not at all."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ class Units:
     Parameters
     ----------
     source : the file
-    asked : the unit that the caller names for a file that doesn't state it
-    stated, stated_line : the file's own statement
-    used_line : line of the first number that was read in the unit
-    inch_feed_line : line of the first feed in inches, which says something of a file that is silent otherwise
+    given : the caller's unit for a file that doesn't state it
+    stated, stated_line : the file's unit and its line
+    used_line : line of the first number in that unit
+    inch_feed_line : line of the first feed in inches
     """
 
     source: Source
-    asked: str | None
+    given: str | None
     stated: str | None = None
     stated_line: int | None = None
     used_line: int | None = None
@@ -36,15 +36,15 @@ class Units:
     @property
     def now(self) -> str:
         """The unit in force: ``mm`` or ``inch``."""
-        return self.stated or self.asked or "mm"
+        return self.stated or self.given or "mm"
 
     def use(self, line: int) -> None:
-        """Remember the first line whose numbers depend on the unit."""
+        """Record the first line whose numbers depend on the unit."""
         if self.used_line is None:
             self.used_line = line
 
     def state(self, minors: list[str], line: int) -> None:
-        """Take the file's own statement.
+        """Process the file's statement of its unit.
 
         Raises
         ------
@@ -56,9 +56,9 @@ class Units:
             raise self.source.error(
                 f"UNITS/{','.join(minors)[:LONGEST_SHOWN]} isn't known; write UNITS/MM or UNITS/INCHES", line
             )
-        if self.asked not in (None, unit):
+        if self.given not in (None, unit):
             raise self.source.error(
-                f"the file is in {unit}, and unit={self.asked} was asked for; leave unit out", line
+                f"the file is in {unit}, and unit={self.given} was asked for; leave unit out", line
             )
         before = self.stated_line or self.used_line
         if before is not None and unit != self.now:
@@ -71,17 +71,17 @@ class Units:
         self.stated_line = self.stated_line or line
 
     def settle(self) -> str:
-        """Give the unit of all positions.
+        """Return the unit of all positions.
 
         Raises
         ------
         ToolpathError
-            Neither the file nor the caller names it, and a feed in inches says that mm would be a guess.
+            Neither the file nor the caller states it, and a feed in inches makes mm uncertain.
         """
-        if self.stated is None and self.asked is None and self.inch_feed_line is not None:
+        if self.stated is None and self.given is None and self.inch_feed_line is not None:
             raise self.source.error(
-                "a feed in inches, in a file without UNITS: its positions may be inches or mm; say which "
-                "with unit=inch or unit=mm",
+                "a feed in inches, in a file without UNITS: its positions may be inches or mm; set "
+                "unit=inch or unit=mm",
                 self.inch_feed_line,
             )
         return self.now

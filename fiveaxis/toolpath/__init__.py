@@ -1,4 +1,4 @@
-"""The tool, the list of cutter locations, and how far the tool may lean there."""
+"""The tool, the cutter locations, and the constraints on the tool's posture there."""
 
 from fiveaxis.toolpath.bounds import TiltBounds
 from fiveaxis.toolpath.constraints import Constraints, require_range
@@ -13,8 +13,8 @@ from fiveaxis.toolpath.dividing import (
 )
 from fiveaxis.toolpath.lead_lean import feed_directions
 from fiveaxis.toolpath.path import MoveKind, Toolpath
-from fiveaxis.toolpath.short_form import parse_tool
 from fiveaxis.toolpath.tool import Holder, Section, Tool
+from fiveaxis.toolpath.tool_file import parse_tool
 
 __all__ = [
     "Constraints",

@@ -9,9 +9,9 @@ import numpy as np
 
 from fiveaxis.geometry import Array, BoolArray, IntArray, angle_between, normalise, perpendicular
 
-# Rounds of drawing an axis into one bound after the other; two planes at a sharp angle take the most.
+# Most sweeps over all bounds in `TiltBounds.draw_in`; two planes at a sharp angle take the most.
 MOST_ROUNDS = 60
-# Names of bounds that are half-spaces, 0…90° of a direction, begin so; what follows says it better.
+# Prefix in names of half-spaces, 0…90° of a direction; the rest of the name is the bound's text.
 INSIDE_OF = "inside of "
 
 
@@ -21,12 +21,12 @@ class TiltBounds:
 
     Parameters
     ----------
-    reference : (n, 3), unit vectors in the workpiece frame; NaN where the location binds nothing (within
-        links and rapid moves)
+    reference : (n, 3), unit vectors in the workpiece frame; NaN where the tool axis is free (within links and
+        rapid moves)
     low, high : rad, 0 ≤ low < high ≤ π
-    name : what the reference is: ``normal`` or ``programmed axis``
-    beside : further bounds that hold at once: the angles to the normal at which
-        the cutter touches with the part of its profile that the path is made for, lead and lean, a plane
+    name : of the reference: ``normal`` or ``programmed axis``
+    beside : further bounds that hold at once: angles to the normal at which the path's zone of the cutter
+        touches, lead and lean, a plane
     """
 
     reference: Array
@@ -45,13 +45,13 @@ class TiltBounds:
         return replace(self, reference=self.reference[rows], beside=tuple(b.at(rows) for b in self.beside))
 
     def only(self, rows: BoolArray) -> TiltBounds:
-        """Return the bounds with all but some locations, (n,), free."""
+        """Return the bounds restricted to some locations, (n,); the others are free."""
         free = np.where(rows[:, None], 0.0, np.nan)
         return replace(self, reference=self.reference + free, beside=tuple(b.only(rows) for b in self.beside))
 
     @property
     def text(self) -> str:
-        """What the bound asks, apart from those beside it."""
+        """The bound in words, without those in `beside`."""
         if self.name.startswith(INSIDE_OF):
             return self.name.removeprefix(INSIDE_OF)
         return f"{math.degrees(self.low):g}…{math.degrees(self.high):g} deg of the {self.name}"
@@ -62,11 +62,11 @@ class TiltBounds:
         return math.cos(self.high), math.cos(self.low)
 
     def angles(self, axis: Array) -> Array:
-        """Measure the tilt of tool axes, (n, 3) unit vectors; (n,) rad, NaN where nothing binds."""
+        """Compute the tilt of tool axes, (n, 3) unit vectors; (n,) rad, NaN where they are free."""
         return angle_between(axis, self.reference)
 
     def admits(self, axis: Array, rows: IntArray | slice = slice(None)) -> BoolArray:
-        """Tell whether tool axes keep every bound.
+        """Check whether tool axes keep every bound.
 
         Parameters
         ----------
@@ -86,15 +86,15 @@ class TiltBounds:
         return inside
 
     def draw_in(self, axis: Array, inset: float) -> Array:
-        """Turn tool axes, (n, 3) unit vectors, into the bounds, each a short way.
+        """Turn tool axes, (n, 3) unit vectors, into the bounds by small rotations.
 
         An axis outside a bound is turned straight towards or away from its reference, one bound after the
-        other until all hold. What comes out may still break a bound where they hardly meet, or not at all:
-        ask `admits`.
+        other until all hold. Where bounds barely or never meet, the result may still break one: check it
+        with `admits`.
 
         Parameters
         ----------
-        inset : rad, how far inside each bound to stop, or in the middle of a narrower one
+        inset : rad, how far inside each bound to stop; at most its middle
         """
         drawn = axis.copy()
         for _ in range(MOST_ROUNDS):

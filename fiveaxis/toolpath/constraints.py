@@ -1,4 +1,4 @@
-"""What bounds the tool's posture: one record that goes whole from the border to verification."""
+"""Constraints on the tool's posture: one record, from the input to verification."""
 
 from __future__ import annotations
 
@@ -14,29 +14,27 @@ from fiveaxis.toolpath.bounds import TiltBounds
 from fiveaxis.toolpath.lead_lean import Range, lead_lean_bounds, require_lead_lean, tilt_of
 from fiveaxis.toolpath.path import SHORTEST_DIRECTION, Toolpath
 
-# How far from a plane the tool axis may lie and still count as in it: the play that the search needs.
+# Tolerance on a tool axis in a plane, which the search needs.
 PLANE_TOLERANCE = math.radians(0.5)
 
 
 @dataclass(frozen=True)
 class Constraints:
-    """Bounds on postures and turns, rad; what is None or empty isn't bound.
-
-    `of_degrees` makes them of what people say.
+    """Bounds on postures and turns, rad; None or empty means unbounded.
 
     Parameters
     ----------
     tilt : smallest and largest angle between tool axis and surface normal
     cone : largest angle between tool axis and programmed axis; not together with `tilt`
-    lead, lean : smallest and largest angle by which the tool is tipped into the feed, and to its left
-        (`fiveaxis.toolpath.lead_lean`); beside the others or alone
-    plane : (3,), workpiece frame, a vector at right angles to a plane that the tool axis stays in, within
-        `PLANE_TOLERANCE`; beside the others
-    hold : where rotary axes stand, by letter
+    lead, lean : smallest and largest angle by which the tool is tipped in the feed direction, and to its left
+        (`fiveaxis.toolpath.lead_lean`); alone or with the others
+    plane : (3,), workpiece frame, normal vector of a plane that the tool axis stays in within
+        `PLANE_TOLERANCE`; with one of the others
+    hold : angles at which rotary axes are held, by letter
     max_turn : largest turn of a rotary axis in one cutting move
-    turn_rate : rad/mm, largest turn of a rotary axis over the path of the contact in cuts
-    singular_cone : half angle about the direction of the first rotary axis in which a cut turns that axis by
-        at most `singular_rate`
+    turn_rate : rad/mm, largest turn of a rotary axis per length of the contact's path in cuts
+    singular_cone : half angle about the direction of the first rotary axis within which a cut turns that axis
+        by at most `singular_rate`
     singular_rate : rad/mm
     """
 
@@ -66,14 +64,14 @@ class Constraints:
         singular_cone: float | None = None,
         singular_rate: float = 0.0,
     ) -> Constraints:
-        """Take bounds in degrees and deg/mm, as people say them.
+        """Convert bounds in degrees and deg/mm.
 
         Raises
         ------
         SettingError
             Both `tilt` and `cone`; a range that is empty, reversed or outside 0…180° (lead and lean:
-            −90…90°); a plane's vector without direction; a bound on turns that isn't positive; a singular
-            rate without its cone.
+            −90…90°); a zero plane vector; a bound on turns that isn't positive; a singular rate without its
+            cone.
         """
         if tilt is not None and cone is not None:
             raise SettingError(EITHER)
@@ -88,7 +86,7 @@ class Constraints:
         if across is not None and (across.shape != (3,) or not np.linalg.norm(across) > SHORTEST_DIRECTION):
             raise SettingError(
                 f"plane is {tuple(across.tolist())}; give the three components of a vector at right angles "
-                "to it, not all 0"
+                "to the plane, not all 0"
             )
         for name, turn, unit in (("max_turn", max_turn, "deg"), ("turn_rate", turn_rate, "deg/mm")):
             if turn is not None and not turn > 0.0:
@@ -97,7 +95,7 @@ class Constraints:
             raise SettingError(f"singular_cone is {singular_cone:g} deg; it must be above 0 and below 90")
         if singular_cone is None and singular_rate:
             raise SettingError(
-                f"singular_rate {singular_rate:g} deg/mm belongs to a singular cone; give that too"
+                f"singular_rate {singular_rate:g} deg/mm belongs to a singular cone; set singular_cone too"
             )
         if not singular_rate >= 0.0:
             raise SettingError(f"singular_rate is {singular_rate:g} deg/mm; it can't be negative")
@@ -126,33 +124,32 @@ class Constraints:
 
     @property
     def of_lean(self) -> Constraints:
-        """The bounds on the tool's lean alone."""
+        """The bounds on the tool's lean only."""
         return Constraints(self.tilt, self.cone, self.lead, self.lean, self.plane)
 
     @property
     def of_turns(self) -> Constraints:
-        """The bounds on rotary axes alone."""
+        """The bounds on rotary axes only."""
         return replace(self, tilt=None, cone=None, lead=None, lean=None, plane=None)
 
     def lean_bounds(self, toolpath: Toolpath) -> TiltBounds:
-        """Make the bounds on the tool's lean along a path; all that are given hold at once.
+        """Return the bounds on the tool's lean along a path; they all hold at once.
 
-        They hold where a cut ends or begins. Between, in links and rapid moves, nothing is cut and the tool
-        leans as it likes.
+        They hold where a cut begins or ends; within links and rapid moves the lean is free.
 
         Parameters
         ----------
-        toolpath : with normals for tilt, lead and lean, with tool axes for a cone; in the zone that the
-            bounds ask for (`zoned`)
+        toolpath : with normals for tilt, lead and lean, with tool axes for a cone; in the zone that these
+            bounds need (`zoned`)
 
         Raises
         ------
         SettingError
-            Nothing but a plane is given.
+            Neither an angle nor a cone is bounded.
         ToolpathError
             The path lacks the direction that a bound refers to.
         ToolError
-            The cutter doesn't touch with one part of its profile over the range.
+            No single zone of the cutter's profile touches over the range.
         """
         low, high = self._range(toolpath)
         beside = lead_lean_bounds(toolpath, self.lead, self.lean)
@@ -164,17 +161,17 @@ class Constraints:
         elif self.tilt is not None:
             bounds = TiltBounds(toolpath.normal, low, high, "normal", beside)
         else:
-            # Lead and lean say how far the tool may lean; the cutter, where it touches at all.
+            # The lean is bounded by lead and lean, the angle to the normal only by the zone.
             bounds = TiltBounds(toolpath.normal, zone.least, zone.high, "normal", beside)
         bounds = bounds if self.plane is None else _in_plane(bounds, self.plane)
         return bounds.only(toolpath.bounding)
 
     def zoned(self, toolpath: Toolpath) -> Toolpath:
-        """Return a path with the part of the cutter's profile that touches where the tool may lean.
+        """Return a path with the zone of the cutter's profile that touches within these bounds.
 
-        For a tilt range, or the one that lead and lean leave, it is the part that touches all over the range;
-        for a cone, the one that touches at the programmed axes. Where nothing bounds that angle the path
-        stays as it is.
+        For a tilt range, or the one implied by lead and lean, it is the zone that touches over the whole
+        range; for a cone, the one that touches at the programmed axes. The path is unchanged where nothing
+        bounds that angle.
 
         Raises
         ------
@@ -200,13 +197,23 @@ class Constraints:
         return toolpath.in_zone(cutter.zone_for(float(angle.min()), float(angle.max())))
 
     def _range(self, toolpath: Toolpath) -> Range:
-        """Give the smallest and the largest angle to what the first bound refers to, which the path has."""
+        """Return the range of the angle to the first bound's reference, which the path must have."""
         if not self.bounds_angle:
             raise SettingError(EITHER)
         if self.cone is not None:
-            _require_axes(toolpath)
+            if not toolpath.has_axes:
+                raise ToolpathError(
+                    "has no programmed tool axes, so a cone means nothing; use tilt (--tilt 15:75), the "
+                    "angle to the surface normal",
+                    file=toolpath.name,
+                )
             return 0.0, self.cone
-        _require_normals(toolpath)
+        if not toolpath.has_normals:
+            raise ToolpathError(
+                "has no surface normals, so a tilt range means nothing; use cone (--cone 20), the angle "
+                "about the programmed tool axis",
+                file=toolpath.name,
+            )
         return tilt_of(self.lead, self.lean) if self.tilt is None else self.tilt
 
 
@@ -236,7 +243,7 @@ def _radians_of(ends: Range | None) -> Range | None:
 
 
 def _in_plane(bounds: TiltBounds, plane: tuple[float, float, float]) -> TiltBounds:
-    """Add the bound that keeps the tool axis in a plane, given by a vector at right angles to it."""
+    """Add the bound that keeps the tool axis in a plane, given by its normal vector."""
     across = np.array(plane)
     bound = np.isfinite(bounds.reference).all(axis=1, keepdims=True)
     reference = np.where(bound, across / np.linalg.norm(across), np.nan)
@@ -244,21 +251,3 @@ def _in_plane(bounds: TiltBounds, plane: tuple[float, float, float]) -> TiltBoun
     low, high = square - PLANE_TOLERANCE, square + PLANE_TOLERANCE
     name = "plane's vector {:g} {:g} {:g}".format(*across)
     return replace(bounds, beside=(*bounds.beside, TiltBounds(reference, low, high, name)))
-
-
-def _require_normals(toolpath: Toolpath) -> None:
-    if not toolpath.has_normals:
-        raise ToolpathError(
-            "has no surface normals, so a tilt range means nothing; use cone (--cone 20), the angle about "
-            "the programmed tool axis",
-            file=toolpath.name,
-        )
-
-
-def _require_axes(toolpath: Toolpath) -> None:
-    if not toolpath.has_axes:
-        raise ToolpathError(
-            "has no programmed tool axes, so a cone means nothing; use tilt (--tilt 15:75), the angle to the "
-            "surface normal",
-            file=toolpath.name,
-        )

@@ -1,14 +1,14 @@
 """The cutter's profile, and where it touches a surface.
 
 A cutter is a body of revolution. Its profile is a chain of arcs (a sharp corner is an arc of radius 0) with
-straight lines between them, and on a convex profile the angle φ between the tool axis *o* and the surface
-normal *n* says which of them touches. With an arc's radius r, its centre at radius a and height b above the
-tip, and ``e`` the unit vector along the part of *n* across *o*, which points from the contact to the axis::
+straight lines between them. On a convex profile the angle φ between the tool axis *o* and the surface normal
+*n* determines which arc touches. With the arc's radius r, its centre at radius a and height b above the tip,
+and ``e`` the unit vector along the component of *n* perpendicular to *o* (from the contact to the axis)::
 
     contact = tip + b·o − a·e − r·n
 
 A ball has a = 0 and b = r, so turning it about its centre keeps the contact; every other cutter has to be
-moved as it leans. That is the cutter contact - cutter location relation of generalised (APT) cutters.
+moved as it leans. This is the relation of cutter contact and cutter location for general (APT) cutters.
 """
 
 from __future__ import annotations
@@ -21,13 +21,11 @@ import numpy as np
 from fiveaxis.errors import ToolError
 from fiveaxis.geometry import Array, angle_between
 
-# rad: where a cutter stands nearly upright on a flat bottom, its contact may be anywhere on that.
+# rad: below this lean the contact of a flat bottom may be anywhere on it.
 LEAST_LEAN = math.radians(1.0)
-
-# rad: angles past the end of a zone by less are rounding.
+# rad, tolerance at the ends of a zone.
 ROUNDING = 1e-9
-
-# rad, largest turn between points of an outline.
+# rad, largest angle between points of an outline.
 OUTLINE_STEP = math.radians(5.0)
 
 
@@ -39,7 +37,7 @@ class Zone:
     ----------
     name : ``ball``, ``corner``, ``edge``, ``barrel``…
     radius : mm, of the arc; 0 for an edge
-    offset : mm, of the arc's centre from the tool axis; negative where it lies beyond it (barrels)
+    offset : mm, of the arc's centre from the tool axis; negative where it lies beyond the axis (barrels)
     height : mm, of the arc's centre above the tip
     low, high : rad, angle between tool axis and surface normal at which the arc touches
     """
@@ -53,19 +51,19 @@ class Zone:
 
     @property
     def least(self) -> float:
-        """Smallest angle, rad, at which the contact is one point: beside a flat bottom the tool must lean."""
+        """Smallest angle, rad, at which the contact is one point: above 0 next to a flat bottom."""
         return max(self.low, LEAST_LEAN) if self.offset else self.low
 
     def holds(self, low: float, high: float) -> bool:
-        """Tell whether a range of angles, rad, lies within the zone."""
+        """Check whether a range of angles, rad, lies within the zone."""
         return self.least - ROUNDING <= low and high <= self.high + ROUNDING
 
     def pivot(self, contact: Array, normal: Array) -> Array:
-        """Place the arc's centre over contacts, (n, 3) mm: ``contact + r·n``."""
+        """Compute the arc's centre for contacts, (n, 3) mm: ``contact + r·n``."""
         return contact + self.radius * normal
 
     def tip(self, pivot: Array, normal: Array, axis: Array) -> Array:
-        """Place the tool tip: ``pivot − b·o + a·e``, (..., 3) mm.
+        """Compute the tool tip: ``pivot − b·o + a·e``, (..., 3) mm.
 
         Parameters
         ----------
@@ -75,13 +73,13 @@ class Zone:
         return pivot - self.height * axis + self.offset * across(normal, axis)
 
     def pivot_of_tip(self, tip: Array, normal: Array, axis: Array) -> Array:
-        """Undo `tip`: ``tip + b·o − a·e``, (..., 3) mm."""
+        """Invert `tip`: ``tip + b·o − a·e``, (..., 3) mm."""
         return tip + self.height * axis - self.offset * across(normal, axis)
 
     def outline(self) -> Array:
         """Sample the arc from its lower end, (m, 2) mm: distance from the axis, height above the tip."""
         parts = max(1, math.ceil((self.high - self.low) / OUTLINE_STEP)) if self.radius else 0
-        # The widest place, where the surface stands upright, is among the samples.
+        # The samples include the widest point, where the surface is vertical.
         widest = [math.pi / 2.0] if self.low < math.pi / 2.0 < self.high and self.radius else []
         angle = np.union1d(np.linspace(self.low, self.high, parts + 1), widest)
         along = self.offset + self.radius * np.sin(angle), self.height - self.radius * np.cos(angle)
@@ -95,11 +93,11 @@ class Cutter:
     Parameters
     ----------
     shape : its name in `fiveaxis.toolpath.shapes.SHAPES`
-    figures : what describes the shape, in the order of its short form
+    figures : dimensions of the shape, in the order of its short form
     diameter : mm, the largest
-    zones : by rising angle; one's end is the next one's begin
-    main : which of them is meant to cut
-    length : mm, from the tip to the upper end of the cutting edges; None where nobody has said
+    zones : by increasing angle, adjoining
+    main : index of the zone that is meant to cut
+    length : mm, from the tip to the upper end of the cutting edges; None if unknown
     """
 
     shape: str
@@ -134,9 +132,9 @@ class Cutter:
         Raises
         ------
         ToolError
-            The range reaches over several zones, or none touches there.
+            The range spans several zones, or none touches there.
         """
-        # The zone that is meant to cut comes first: at a shared end either would do.
+        # The main zone comes first, as both zones match at a shared end.
         zones = [self.zones[self.main], *self.zones]
         zone = next((z for z in zones if z.holds(low, high)), None)
         if zone is None:
@@ -145,13 +143,13 @@ class Cutter:
             )
             raise ToolError(
                 f"tool {self} touches with one part of its profile within {known}; the tilt range "
-                f"{math.degrees(low):.4g}…{math.degrees(high):.4g} deg isn't within one of them; narrow it "
-                "or take another cutter"
+                f"{math.degrees(low):.4g}…{math.degrees(high):.4g} deg isn't within one of these; narrow it "
+                "or use another cutter"
             )
         return zone
 
     def zones_at(self, angle: Array) -> tuple[Array, Array, Array]:
-        """Look up radius, offset and height, (n,) mm each, of the zone that touches at angles, (n,) rad.
+        """Return radius, offset and height, (n,) mm each, of the zone that touches at angles, (n,) rad.
 
         Raises
         ------
@@ -173,21 +171,17 @@ class Cutter:
         return figures[0], figures[1], figures[2]
 
     def tips(self, contact: Array, normal: Array, axis: Array) -> Array:
-        """Place the tip over contacts: each with the zone that touches at its angle.
+        """Compute the tip for contacts, (n, 3) mm, each with the zone that touches at its angle.
 
         Parameters
         ----------
         contact : (n, 3), mm
         normal, axis : (n, 3), unit vectors
 
-        Returns
-        -------
-        (n, 3), mm
-
         Raises
         ------
         ToolError
-            As for `zones_at`.
+            As `zones_at`.
         """
         radius, offset, height = self.zones_at(angle_between(axis, normal))
         across_axis = across(normal, axis)
@@ -195,7 +189,7 @@ class Cutter:
         return pivot - height[:, None] * axis + offset[:, None] * across_axis
 
     def contacts(self, tip: Array, normal: Array, axis: Array) -> Array:
-        """Find where the cutter touches surfaces of given normals; the inverse of `tips`, (n, 3) mm."""
+        """Compute where the cutter touches surfaces of given normals, (n, 3) mm; the inverse of `tips`."""
         return tip + (tip - self.tips(tip, normal, axis))
 
     def outline(self) -> Array:
@@ -208,9 +202,9 @@ class Cutter:
 
 
 def across(normal: Array, axis: Array) -> Array:
-    """Give the unit vector along the part of the normal across the tool axis, (..., 3).
+    """Return the unit vector along the normal's component perpendicular to the tool axis, (..., 3).
 
-    Zero where the normal is unknown (NaN) or lies along the axis.
+    Zero where the normal is unknown (NaN) or parallel to the axis.
     """
     rest = normal - np.sum(normal * axis, axis=-1, keepdims=True) * axis
     length = np.linalg.norm(rest, axis=-1, keepdims=True)

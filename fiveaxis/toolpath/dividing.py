@@ -1,4 +1,4 @@
-"""Cutting the moves of a path into parts."""
+"""Inserting locations into a path."""
 
 from __future__ import annotations
 
@@ -10,47 +10,46 @@ from fiveaxis.geometry import Array, IntArray, normalise
 from fiveaxis.toolpath.path import Toolpath
 
 
-def divide(toolpath: Toolpath, parts: IntArray, along: Array | None = None) -> Toolpath:
-    """Cut every move into equal parts.
-
-    Inserted locations lie on the straight way of the pivot, or of another point of the tool's axis, and know
-    no contact, normal or tool axis. Each belongs to the move that it is part of: kind, feed and source are
-    those of the location at its end.
+def divide(toolpath: Toolpath, parts: IntArray) -> Toolpath:
+    """Divide every move into equal parts, with locations as `through` inserts them.
 
     Parameters
     ----------
     toolpath : n locations
     parts : (n − 1,), at least 1, of the move from each location to the next
-    along : (n, 3), mm, workpiece frame: the points between which inserted locations lie; by default pivots
 
     Returns
     -------
-    1 + Σ parts locations, the given ones among them
+    1 + Σ parts locations, including the given ones
     """
-    return through(toolpath, divided_rows(parts), along)
+    return through(toolpath, divided_rows(parts))
 
 
 def through(toolpath: Toolpath, row: Array, along: Array | None = None) -> Toolpath:
-    """Lead a path through places of its own, counted in rows: 3.25 lies between locations 3 and 4.
+    """Sample a path at fractional rows: 3.25 lies between locations 3 and 4.
+
+    The pivot of an inserted location lies on the straight line between its neighbours' pivots (or points
+    `along`); its contact, normal and tool axis are unknown. Kind, feed and source are those of the end of the
+    divided move.
 
     Parameters
     ----------
     toolpath : n locations
-    row : (m,), within 0 … n − 1, growing
-    along : as for `divide`
+    row : (m,), within 0 … n − 1, increasing
+    along : (n, 3), mm, workpiece frame: points of the tool axis to interpolate in place of the pivots
 
     Returns
     -------
-    m locations; those between two of the given ones are as `divide` inserts them
+    m locations
     """
     owner = np.ceil(row).astype(np.int64)
     path = toolpath.at(owner)
     given = (row == owner)[:, None]
     unknown = np.where(given, 0.0, np.nan)
-    way = interpolate(toolpath.pivot if along is None else along, row)
+    between = interpolate(toolpath.pivot if along is None else along, row)
     return replace(
         path,
-        pivot=np.where(given, path.pivot, way),
+        pivot=np.where(given, path.pivot, between),
         contact=path.contact + unknown,
         normal=path.normal + unknown,
         axis=path.axis + unknown,
@@ -59,30 +58,30 @@ def through(toolpath: Toolpath, row: Array, along: Array | None = None) -> Toolp
 
 
 def refined(toolpath: Toolpath, row: Array) -> Toolpath:
-    """Put locations between those of a path that are cutter locations like any other.
+    """Insert full cutter locations between those of a path.
 
-    Pivots lie on the straight way between two given ones, and surface normals and programmed axes turn evenly
-    from one to the next, so the tool touches in between with the same part of its profile. The contact
-    itself is not known there: nobody has said how the surface bends.
+    As `through`, but surface normals and programmed axes turn evenly from one given location to the next, so
+    the tool touches in between with the same zone of its profile. The contact stays unknown, as the curvature
+    of the surface is.
 
     Parameters
     ----------
     toolpath : n locations
-    row : (m,), within 0 … n − 1, growing, each of the n rows among them
+    row : (m,), within 0 … n − 1, increasing, including each of the n rows
 
     Returns
     -------
-    m locations; findings name those inserted after the given one that they lead to
+    m locations; findings on an inserted one have the number of the next given location
     """
     path = through(toolpath, row)
     cut = path.cutting[:, None]
-    normal = np.where(cut, _turned_or_known(toolpath.normal, row), path.normal)
-    axis = _turned_or_known(toolpath.axis, row)
+    normal = np.where(cut, _turned_or_nearest(toolpath.normal, row), path.normal)
+    axis = _turned_or_nearest(toolpath.axis, row)
     return replace(path, normal=normal, axis=axis, numbers=toolpath.numbered[np.ceil(row).astype(np.int64)])
 
 
 def turned(direction: Array, row: Array) -> Array:
-    """Take directions, (n, 3), at fractional rows; NaN next to a row without any, and between opposites."""
+    """Interpolate directions, (n, 3), at fractional rows; NaN beside an unknown one and between opposites."""
     blend = np.where(
         (row == np.floor(row))[:, None],
         direction[np.floor(row).astype(np.int64)],
@@ -92,8 +91,8 @@ def turned(direction: Array, row: Array) -> Array:
     return normalise(np.where(length > 1e-9, blend, np.nan))
 
 
-def _turned_or_known(direction: Array, row: Array) -> Array:
-    """Do the same, and next to a row without any take the direction of the other one."""
+def _turned_or_nearest(direction: Array, row: Array) -> Array:
+    """Interpolate directions; beside an unknown one take that of the other end."""
     found = turned(direction, row)
     for end in (np.ceil, np.floor):
         found = np.where(np.isnan(found), direction[end(row).astype(np.int64)], found)
@@ -101,19 +100,19 @@ def _turned_or_known(direction: Array, row: Array) -> Array:
 
 
 def divided_rows(parts: IntArray) -> Array:
-    """Count a divided path's locations in rows of the undivided one: 3.25 lies between 3 and 4."""
+    """Return the fractional row in the undivided path of each location of a divided one."""
     row, share = part_places(parts)
     return np.append(row + share, float(len(parts)))
 
 
 def part_places(parts: IntArray) -> tuple[IntArray, Array]:
-    """Give for each part of each row its row, (m,), and where in the row it begins, (m,), in [0, 1)."""
+    """Return for each part its row, (m,), and the share of the row at which it begins, (m,), in [0, 1)."""
     row = np.repeat(np.arange(len(parts)), parts)
     order = np.arange(len(row)) - np.repeat(np.cumsum(parts) - parts, parts)
     return row, order / parts[row]
 
 
 def interpolate(columns: Array, row: Array) -> Array:
-    """Take columns, (n, k), at fractional rows, (m,); linearly, (m, k)."""
+    """Interpolate columns, (n, k), linearly at fractional rows, (m,); (m, k)."""
     every = np.arange(len(columns))
     return np.stack([np.interp(row, every, column) for column in columns.T], axis=1)

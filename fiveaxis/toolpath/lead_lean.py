@@ -9,10 +9,10 @@ At each cut the feed direction ``t``, the surface normal ``n`` and the side ``b 
     --------+--------> t  feed  --------+--------> b  to the left of the feed
         seen from the side          seen from behind
 
-The *lead* is the angle at which the tool axis ``o`` is seen from the side: ``atan2(o·t, o·n)``; positive, it
-is tipped forwards, its tip lagging behind. The *lean* is the angle seen along the feed: ``atan2(o·b, o·n)``.
-Each end of a range is a plane through the contact, so each is a bound on the angle to a direction: lead ≤ λ
-is ``(n sin λ − t cos λ)·o ≥ 0``, an angle of at most 90° to that vector.
+The *lead* is the angle of the tool axis ``o`` seen from the side, ``atan2(o·t, o·n)``; with a positive lead
+the shank is tipped forwards and the tip trails. The *lean* is the angle seen along the feed,
+``atan2(o·b, o·n)``. Each end of a range is a plane through the contact, hence a bound on the angle to a
+direction: lead ≤ λ is ``(n sin λ − t cos λ)·o ≥ 0``, an angle of at most 90° to that vector.
 """
 
 from __future__ import annotations
@@ -28,16 +28,16 @@ from fiveaxis.toolpath.path import Toolpath
 
 Range = tuple[float, float]
 
-# A way across the reference shorter than this (mm) has no direction.
-SHORTEST_WAY = 1e-9
+# mm: a shorter travel perpendicular to the reference has no direction.
+SHORTEST_TRAVEL = 1e-9
 
 
 def feed_directions(toolpath: Toolpath, reference: Array) -> Array:
-    """Give the direction of travel across the reference at each location, (n, 3) unit vectors.
+    """Return the feed direction perpendicular to the reference at each location, (n, 3) unit vectors.
 
-    A location that doesn't travel across it gets some direction at right angles; NaN where the reference is.
+    Any perpendicular direction where there is no travel across the reference; NaN where the reference is NaN.
     """
-    ahead = _ways(toolpath, reference)
+    ahead = _travel_directions(toolpath, reference)
     still = np.isfinite(reference).all(axis=1) & np.isnan(ahead).any(axis=1)
     ahead[still] = perpendicular(reference[still])
     return ahead
@@ -59,7 +59,7 @@ def require_lead_lean(name: str, low: float, high: float) -> None:
 
 
 def tilt_of(lead: Range | None, lean: Range | None) -> Range:
-    """Give the angles to the normal, rad, that ranges of lead and lean, rad, leave.
+    """Compute the range of angles to the normal that ranges of lead and lean imply, rad.
 
     ``tan² tilt = tan² lead + tan² lean``; a missing range is −90…90°.
     """
@@ -68,29 +68,24 @@ def tilt_of(lead: Range | None, lean: Range | None) -> Range:
     least = [max(low, -high, 0.0) for low, high in ends]
     most = [max(abs(low), abs(high)) for low, high in ends]
     if max(most) >= square:
-        return _joined(least), square
-    return _joined(least), _joined(most)
+        return _combined_tilt(least), square
+    return _combined_tilt(least), _combined_tilt(most)
 
 
 def lead_lean_bounds(toolpath: Toolpath, lead: Range | None, lean: Range | None) -> tuple[TiltBounds, ...]:
-    """Make the bounds that ranges of lead and lean are.
+    """Return ranges of lead and lean as bounds, two for each range.
 
     Parameters
     ----------
     toolpath : with surface normals at its cuts
     lead, lean : smallest and largest angle, rad; None for no bound
 
-    Returns
-    -------
-    Two bounds a range; links are bound by none.
-
     Raises
     ------
     ToolpathError
         A path without normals, or a location without a feed direction.
     """
-    asked = {"lead": lead, "lean": lean}
-    ranges = {name: ends for name, ends in asked.items() if ends is not None}
+    ranges = {name: ends for name, ends in (("lead", lead), ("lean", lean)) if ends is not None}
     if not ranges:
         return ()
     if not toolpath.has_normals:
@@ -99,38 +94,38 @@ def lead_lean_bounds(toolpath: Toolpath, lead: Range | None, lean: Range | None)
             "(part, --part), or use cone (--cone 20)",
             file=toolpath.name,
         )
-    normal, forward = toolpath.normal, _known_ways(toolpath)
+    normal, forward = toolpath.normal, _directions_at_cuts(toolpath)
     across = {"lead": forward, "lean": np.cross(normal, forward)}
     bounds = []
     for name, (low, high) in ranges.items():
         for sign, end, side in ((1.0, low, ">="), (-1.0, high, "<=")):
             inside = sign * (math.cos(end) * across[name] - math.sin(end) * normal)
-            said = f"{INSIDE_OF}{name} {side} {math.degrees(end):g} deg"
-            bounds.append(TiltBounds(inside, 0.0, math.pi / 2.0, said))
+            text = f"{INSIDE_OF}{name} {side} {math.degrees(end):g} deg"
+            bounds.append(TiltBounds(inside, 0.0, math.pi / 2.0, text))
     return tuple(bounds)
 
 
-def _joined(angles: list[float]) -> float:
-    """Give the tilt of a lead and a lean, rad."""
+def _combined_tilt(angles: list[float]) -> float:
+    """Compute the tilt of a lead and a lean, rad."""
     return math.atan(math.hypot(*(math.tan(a) for a in angles)))
 
 
-def _known_ways(toolpath: Toolpath) -> Array:
-    """Give feed directions at cuts; one that stands still takes its nearest neighbour's along the path.
+def _directions_at_cuts(toolpath: Toolpath) -> Array:
+    """Return feed directions at cuts; a location without travel takes the nearest one along the path.
 
     Raises
     ------
     ToolpathError
-        A location has no direction, its neighbour's included.
+        Neither a location nor its neighbour has a direction.
     """
-    ahead, normal = _ways(toolpath, toolpath.normal), toolpath.normal
+    ahead, normal = _travel_directions(toolpath, toolpath.normal), toolpath.normal
     known = np.flatnonzero(np.isfinite(ahead).all(axis=1))
     still = np.flatnonzero(np.isfinite(normal).all(axis=1) & np.isnan(ahead).any(axis=1))
     if len(known):
         after = np.searchsorted(known, still).clip(1, max(len(known) - 1, 1))
         sides = known[np.stack([after - 1, after.clip(max=len(known) - 1)])]
         nearest = np.where(still - sides[0] <= sides[1] - still, sides[0], sides[1])
-        ahead[still] = _directions(_across(ahead[nearest], normal[still]))
+        ahead[still] = _perpendicular_directions(ahead[nearest], normal[still])
     lost = still[np.isnan(ahead[still]).any(axis=1)]
     if len(lost):
         raise ToolpathError(
@@ -142,26 +137,21 @@ def _known_ways(toolpath: Toolpath) -> Array:
     return ahead
 
 
-def _ways(toolpath: Toolpath, reference: Array) -> Array:
-    """Give the direction of travel across the reference, (n, 3) unit vectors, NaN where there is none."""
+def _travel_directions(toolpath: Toolpath, reference: Array) -> Array:
+    """Return the direction of travel perpendicular to the reference, (n, 3) unit vectors, else NaN."""
     steps = np.diff(toolpath.pivot, axis=0, prepend=np.nan, append=np.nan)
     into, out = steps[:-1], steps[1:]
     before, after = (np.linalg.norm(step, axis=1) for step in (into, out))
-    # A step twice as long as the one on the other side is the change to another pass, not the path's way.
-    # A location given twice has one side only.
+    # A step more than twice as long as its neighbour leads to another pass, and a step of length 0 comes from
+    # a repeated location: neither has the feed direction.
     jumped, jumps = (before > 2.0 * after) & (after > 0.0), (after > 2.0 * before) & (before > 0.0)
     into = np.where((jumped | ~(before > 0.0))[:, None], 0.0, into)
     out = np.where((jumps | ~(after > 0.0))[:, None], 0.0, out)
-    return _directions(_across(into + out, reference))
+    return _perpendicular_directions(into + out, reference)
 
 
-def _directions(ways: Array) -> Array:
-    """Scale ways, (n, 3) mm, to unit length; NaN where they are too short."""
-    known = np.linalg.norm(ways, axis=1) > SHORTEST_WAY
-    return normalise(np.where(known[:, None], ways, np.nan))
-
-
-def _across(way: Array, reference: Array) -> Array:
-    """Take from ways, (n, 3), what runs along the reference."""
-    across: Array = way - reference * np.sum(way * reference, axis=1, keepdims=True)
-    return across
+def _perpendicular_directions(travel: Array, reference: Array) -> Array:
+    """Return the travel, (n, 3) mm, perpendicular to the reference as unit vectors; NaN where too short."""
+    across = travel - reference * np.sum(travel * reference, axis=1, keepdims=True)
+    known = np.linalg.norm(across, axis=1) > SHORTEST_TRAVEL
+    return normalise(np.where(known[:, None], across, np.nan))

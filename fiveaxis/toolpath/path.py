@@ -15,12 +15,12 @@ from fiveaxis.geometry import Array, BoolArray, IntArray, normalise
 from fiveaxis.toolpath.cutter import Zone, across
 from fiveaxis.toolpath.tool import Tool
 
-# A direction shorter than this says nothing about where it points.
+# A shorter vector isn't accepted as a direction.
 SHORTEST_DIRECTION = 1e-6
 
 
 class MoveKind(IntEnum):
-    """What the move that ends at a location does."""
+    """Kind of the move that ends at a location."""
 
     CUT = 0
     LINK = 1
@@ -31,30 +31,28 @@ class MoveKind(IntEnum):
 class Toolpath:
     """Cutter locations in the workpiece frame, one row each.
 
-    What stays where it is while the tool leans is the *pivot*: the centre of that arc of the cutter's profile
-    which touches the surface, so the contact stays. A ball's is its centre. Rows that don't know something
-    hold NaN there.
+    The *pivot* stays fixed while the tool leans: the centre of the arc of the cutter's profile that touches
+    the surface (a ball's centre), so the contact stays too. Unknown values are NaN.
 
     Parameters
     ----------
     tool : the cutter
-    pivot : (n, 3), mm, workpiece frame; the centre of the arc that touches. Where the normal is unknown the
-        tool axis passes through it
+    pivot : (n, 3), mm, workpiece frame; where the normal is unknown the tool axis passes through it
     contact : (n, 3), mm, workpiece frame; cutter contact point, NaN where unknown or in the air
     normal : (n, 3), unit vectors out of the material, NaN where unknown or in the air
-    axis : (n, 3), unit vectors from tip to shank as programmed, NaN where none was
+    axis : (n, 3), unit vectors from tip to shank as programmed, NaN where none is
     feed : (n,), mm/s, along the move that ends at the row
     kind : (n,), `MoveKind` values
     source : (n,), line of the source file, or the row of the array (from 1)
-    name : file or mesh it came from
+    name : of the source file or mesh
+    ignored : words of the source that were not used, with their counts
     source_is_line : whether `source` counts lines of the file `name`
-    ignored : words of the source that were seen and not used, with their counts
-    findings : what was assumed or left out while it was read, with its place
-    touching : the zone of the cutter's profile that touches; the one that is meant to cut by default
-    numbers : (n,), by which findings name the locations: of a path with inserted ones those of the given
-        path; None for the rows themselves
-    rotary : (n, r), rad, chain order: where a program for a machine of its own puts the rotary axes, NaN
-        where it doesn't say; None for a source that names no axes
+    findings : what was assumed or omitted while it was read
+    touching : the zone of the cutter's profile that touches; by default the one that is meant to cut
+    numbers : (n,), location numbers in findings; with inserted locations those of the given path. None for
+        the rows themselves
+    rotary : (n, r), rad, chain order: rotary axis values in a program for a specific machine, NaN where it
+        has none; None for a source without axes
     """
 
     tool: Tool
@@ -111,7 +109,7 @@ class Toolpath:
         source: ArrayLike | None = None,
         name: str = "toolpath",
     ) -> Toolpath:
-        """Make a path of cuts from contact points and surface normals.
+        """Create a path of cuts from contact points and surface normals.
 
         Parameters
         ----------
@@ -156,7 +154,7 @@ class Toolpath:
         ignored: Mapping[str, int] | None = None,
         findings: tuple[Finding, ...] = (),
     ) -> Toolpath:
-        """Make a path from tool tips and tool axes; the surface stays unknown.
+        """Create a path from tool tips and tool axes; the surface stays unknown.
 
         Parameters
         ----------
@@ -196,22 +194,22 @@ class Toolpath:
 
     @property
     def count_given(self) -> int:
-        """How many of the locations were given, and not inserted."""
+        """Number of locations that weren't inserted."""
         return len(self) - int(self.inserted.sum())
 
     @property
     def inserted(self) -> BoolArray:
-        """(n,), locations that were inserted on the way to a given one, whose number they have."""
+        """(n,), locations inserted before a given one, whose number they have."""
         numbers = self.numbered
         return np.append(numbers[1:] == numbers[:-1], False)
 
     @property
     def numbered(self) -> IntArray:
-        """(n,), numbers by which findings name the locations."""
+        """(n,), location numbers in findings."""
         return np.arange(len(self)) if self.numbers is None else self.numbers
 
     def place(self, row: int) -> Place:
-        """Say where a location is, for findings."""
+        """Return the place of a location, for findings."""
         line = int(self.source[row]) if self.source_is_line else None
         location = int(row if self.numbers is None else self.numbers[row])
         return Place(location=location, line=line, file=self.name)
@@ -223,49 +221,51 @@ class Toolpath:
 
     @property
     def cutting(self) -> BoolArray:
-        """(n,), where the move that ends at the location cuts."""
+        """(n,), whether the move that ends at the location cuts."""
         return self.kind == MoveKind.CUT
 
     @property
     def bounding(self) -> BoolArray:
-        """(n,), where a cut ends or begins: the locations at which bounds on the tool's lean hold."""
+        """(n,), whether a cut begins or ends at the location: there bounds on the tool's lean hold."""
         return self.cutting | np.append(self.cutting[1:], False)
 
     @property
     def rapid(self) -> BoolArray:
-        """(n,), where the move that ends at the location is a rapid move."""
+        """(n,), whether the move that ends at the location is a rapid move."""
         return self.kind == MoveKind.RAPID
 
     @property
     def has_normals(self) -> bool:
-        """Whether every cutting location knows its surface normal."""
+        """Whether every cut has a surface normal."""
         return bool(np.isfinite(self.normal[self.cutting]).all())
 
     @property
     def has_axes(self) -> bool:
-        """Whether every location came with a tool axis."""
+        """Whether every location has a programmed tool axis."""
         return bool(np.isfinite(self.axis).all())
 
     @property
     def lengths(self) -> Array:
-        """(n,), mm: length of the pivot's way to each location, 0 for the first."""
+        """(n,), mm: distance of the pivot from the previous location, 0 for the first."""
         steps = np.linalg.norm(np.diff(self.pivot, axis=0), axis=1)
         return np.concatenate([[0.0], steps])
 
     def tips(self, axis: Array) -> Array:
-        """Place the tip for tool axes, (n, 3) unit vectors, so that the contact stays; (n, 3) mm."""
+        """Compute the tip for tool axes, (n, 3) unit vectors, that keeps the contact; (n, 3) mm."""
         return self.zone.tip(self.pivot, self.normal, axis)
 
     def centres(self, axis: Array, rows: IntArray | slice = slice(None)) -> Array:
-        """Place the point of the tool's axis at the height of the arc that touches, at some rows, (m, 3) mm.
+        """Compute the point of the tool axis at the height of the touching arc, (m, 3) mm: a ball's centre.
 
-        A ball's is its centre, whatever its axis, (m, 3) unit vectors.
+        Parameters
+        ----------
+        axis : (m, 3), unit vectors, at `rows`
         """
         pivot, offset = self.pivot[rows], self.zone.offset
         return pivot + offset * across(self.normal[rows], axis) if offset else pivot
 
     def touching_at(self, normal: Array) -> Toolpath:
-        """Return the path with surface normals for tips that are programmed: each stays where it is.
+        """Return the path with surface normals; the programmed tips are kept.
 
         Parameters
         ----------
@@ -286,9 +286,9 @@ class Toolpath:
         )
 
     def in_zone(self, zone: Zone) -> Toolpath:
-        """Return the path with another part of the cutter's profile on the same contacts.
+        """Return the path with another zone of the cutter's profile on the same contacts.
 
-        Rows without a contact keep the tip of their programmed axis, and their pivot where there is none.
+        Rows without a contact keep the tip of their programmed axis; without an axis, their pivot.
         """
         if zone == self.zone:
             return self
@@ -299,13 +299,13 @@ class Toolpath:
         return replace(self, pivot=pivot, touching=zone)
 
     def at(self, rows: IntArray) -> Toolpath:
-        """Return the path through some of its locations, given by their indices in order."""
+        """Return the path through some of its locations, given by their indices."""
         columns = ("pivot", "contact", "normal", "axis", "feed", "kind", "source")
         known = tuple(name for name in ("rotary", "numbers") if getattr(self, name) is not None)
         return replace(self, **{name: getattr(self, name)[rows] for name in (*columns, *known)})
 
     def with_links(self, links: BoolArray) -> Toolpath:
-        """Return the path with some rows, (n,), made links: the pivot stays, the contact is forgotten."""
+        """Return the path with the marked rows, (n,), as links: they keep the pivot and lose the contact."""
         air = np.where(links[:, None], np.nan, 0.0)
         return replace(
             self,
@@ -315,11 +315,11 @@ class Toolpath:
         )
 
     def with_rapid(self, feed_mm_min: float) -> Toolpath:
-        """Return the same path with one feed in rapid moves, in mm/min."""
+        """Return the path with one feed for rapid moves, mm/min."""
         return replace(self, feed=np.where(self.rapid, feed_mm_min / 60.0, self.feed))
 
     def with_rapids(self, rapid: BoolArray) -> Toolpath:
-        """Return the path with some rows, (n,), made rapid moves, as `with_links` makes links."""
+        """Return the path with the marked rows, (n,), as rapid moves; see `with_links`."""
         return replace(self.with_links(rapid), kind=np.where(rapid, MoveKind.RAPID, self.kind))
 
 

@@ -1,4 +1,4 @@
-"""The shapes of cutters: from the figures of a catalogue to a profile."""
+"""The shapes of cutters: profiles from catalogue dimensions."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ QUARTER = math.pi / 2.0
 
 
 def ball(diameter: float, *, length: float | None = None) -> Cutter:
-    """Make a ball end mill (spherical) of a diameter, mm."""
+    """Create a ball end mill (spherical) of a diameter, mm."""
     require_positive("ball", diameter=diameter)
     radius = diameter / 2.0
     return Cutter(
@@ -21,14 +21,14 @@ def ball(diameter: float, *, length: float | None = None) -> Cutter:
 
 
 def flat(diameter: float, *, length: float | None = None) -> Cutter:
-    """Make a square end mill (flat, cylindrical) of a diameter, mm; it touches with its edge."""
+    """Create a square end mill (flat, cylindrical) of a diameter, mm; it touches with its edge."""
     require_positive("flat", diameter=diameter)
     zone = Zone("edge", 0.0, diameter / 2.0, 0.0, 0.0, QUARTER)
     return Cutter("flat", (diameter,), diameter, (zone,), 0, length)
 
 
 def bull(diameter: float, corner_radius: float, *, length: float | None = None) -> Cutter:
-    """Make a bull-nose end mill (toroidal) of a diameter and a corner radius, mm."""
+    """Create a bull-nose end mill (toroidal) of a diameter and a corner radius, mm."""
     require_positive("bull", diameter=diameter, corner_radius=corner_radius)
     if corner_radius >= diameter / 2.0:
         raise ToolError(
@@ -40,12 +40,12 @@ def bull(diameter: float, corner_radius: float, *, length: float | None = None) 
 
 
 def lollipop(diameter: float, neck_diameter: float, *, length: float | None = None) -> Cutter:
-    """Make a ball on a thinner neck, mm: it also cuts undercuts, up to where the neck leaves the ball."""
+    """Create a ball on a thinner neck, mm: it also cuts undercuts, up to where the neck meets the ball."""
     require_positive("lollipop", diameter=diameter, neck_diameter=neck_diameter)
     if neck_diameter >= diameter:
         raise ToolError(
             f"tool lollipop:{diameter:g}:{neck_diameter:g}: the neck must be thinner than the ball; write "
-            f"ball:{diameter:g} for one that isn't"
+            f"ball:{diameter:g} for a ball without a neck"
         )
     radius = diameter / 2.0
     highest = math.pi - math.asin(neck_diameter / diameter)
@@ -54,7 +54,7 @@ def lollipop(diameter: float, neck_diameter: float, *, length: float | None = No
 
 
 def taper(tip_diameter: float, half_angle: float, diameter: float, *, length: float | None = None) -> Cutter:
-    """Make a tapered ball end mill.
+    """Create a tapered ball end mill.
 
     Parameters
     ----------
@@ -80,10 +80,10 @@ def taper(tip_diameter: float, half_angle: float, diameter: float, *, length: fl
 def barrel(
     diameter: float, barrel_radius: float, nose_radius: float, *, length: float | None = None
 ) -> Cutter:
-    """Make a tangential barrel: a ball nose that goes over into an arc of a much larger radius.
+    """Create a tangential barrel cutter: a ball nose tangent to an arc of a much larger radius.
 
-    The arc touches the cylinder of the diameter from inside, so the cutter is widest at the height of the
-    arc's centre.
+    The arc touches the cylinder of the diameter from inside: the cutter is widest at the height of the arc's
+    centre.
 
     Parameters
     ----------
@@ -109,7 +109,7 @@ def barrel(
 
 
 def drill(diameter: float, point_angle: float, *, length: float | None = None) -> Cutter:
-    """Make a drill of a diameter, mm, and a point angle, **degrees**."""
+    """Create a drill of a diameter, mm, and a point angle, **degrees**."""
     require_positive("drill", diameter=diameter, point_angle=point_angle)
     if point_angle >= 180.0:
         raise ToolError(f"tool drill:{diameter:g}:{point_angle:g}: the point angle must be below 180 deg")
@@ -133,7 +133,7 @@ SHAPES: dict[str, tuple[Callable[..., Cutter], tuple[str, ...]]] = {
 
 
 def require_positive(shape: str, **figures: float) -> None:
-    """Refuse figures of a shape that aren't numbers above 0."""
+    """Raise `ToolError` if a dimension of a shape isn't a number above 0."""
     for name, value in figures.items():
         if not (math.isfinite(value) and value > 0.0):
             unit = "deg" if name.endswith("angle") else "mm"

@@ -14,9 +14,9 @@ from fiveaxis.toolpath import shapes
 from fiveaxis.toolpath.cutter import Cutter, Zone
 
 CUTTER, SHANK, HOLDER = "cutter", "shank", "holder"
-# mm: lower pieces of an outline aren't any.
+# mm: lower sections of an outline are omitted.
 LOWEST = 1e-9
-# Heights at which the upper half of a ball is sampled.
+# Points at which the upper half of a ball is sampled.
 UPPER_HALF = 19
 
 
@@ -62,6 +62,15 @@ class Holder:
         if not self.sections:
             raise ToolError("holder: it has no sections; give at least one, from its face upwards")
 
+    def outline(self) -> Array:
+        """Return the profile, (m, 2) mm: distance from the axis, height above the tip; two rows a section."""
+        rows, height = [], self.stick_out
+        for section in self.sections:
+            upper = section.diameter if section.upper_diameter is None else section.upper_diameter
+            rows += [[section.diameter / 2.0, height], [upper / 2.0, height + section.length]]
+            height += section.length
+        return np.array(rows)
+
 
 @dataclass(frozen=True, eq=False)
 class ToolPart:
@@ -81,14 +90,14 @@ class ToolPart:
 class Tool:
     """A cutter with its shank and holder.
 
-    The cutter reference point is the tool tip. What stays where it is while the tool leans is the contact
-    (`fiveaxis.toolpath.cutter`); for a ball that is the same as keeping its centre.
+    The cutter reference point is the tool tip. The contact stays fixed while the tool leans
+    (`fiveaxis.toolpath.cutter`), and with it a ball's centre.
 
     Parameters
     ----------
     cutter : its profile
-    shank_diameter : mm, above the cutting edges; None where nobody has said
-    holder : None where nobody has said
+    shank_diameter : mm, above the cutting edges; None if unknown
+    holder : None if unknown
     """
 
     cutter: Cutter
@@ -108,32 +117,32 @@ class Tool:
 
     @classmethod
     def ball(cls, diameter: float, **parts: Any) -> Tool:
-        """Make a ball end mill of a diameter in mm; parts as for `Tool`."""
+        """Create a ball end mill of a diameter in mm; `parts` are the other parameters of `Tool`."""
         return cls(shapes.ball(float(diameter)), **parts)
 
     @classmethod
     def flat(cls, diameter: float, **parts: Any) -> Tool:
-        """Make a square end mill of a diameter in mm."""
+        """Create a square end mill of a diameter in mm."""
         return cls(shapes.flat(float(diameter)), **parts)
 
     @classmethod
     def bull(cls, diameter: float, corner_radius: float, **parts: Any) -> Tool:
-        """Make a bull-nose end mill, mm."""
+        """Create a bull-nose end mill, mm."""
         return cls(shapes.bull(float(diameter), float(corner_radius)), **parts)
 
     @classmethod
     def lollipop(cls, diameter: float, neck_diameter: float, **parts: Any) -> Tool:
-        """Make a ball on a thinner neck, mm."""
+        """Create a ball on a thinner neck, mm."""
         return cls(shapes.lollipop(float(diameter), float(neck_diameter)), **parts)
 
     @classmethod
     def taper(cls, tip_diameter: float, half_angle: float, diameter: float, **parts: Any) -> Tool:
-        """Make a tapered ball end mill: diameters of the ball and of the cone's upper end, mm; degrees."""
+        """Create a tapered ball end mill: diameters of the ball and of the cone's upper end, mm; degrees."""
         return cls(shapes.taper(float(tip_diameter), float(half_angle), float(diameter)), **parts)
 
     @classmethod
     def barrel(cls, diameter: float, barrel_radius: float, nose_radius: float, **parts: Any) -> Tool:
-        """Make a tangential barrel with a ball nose, mm."""
+        """Create a tangential barrel cutter with a ball nose, mm."""
         return cls(shapes.barrel(float(diameter), float(barrel_radius), float(nose_radius)), **parts)
 
     @property
@@ -143,20 +152,20 @@ class Tool:
 
     @property
     def radius(self) -> float:
-        """Half of `diameter`, mm: a ball's radius."""
+        """Half of `diameter`, mm."""
         return self.cutter.diameter / 2.0
 
     @property
     def zone(self) -> Zone:
-        """The part of the profile that is meant to cut."""
+        """The zone of the profile that is meant to cut."""
         return self.cutter.zones[self.cutter.main]
 
     def parts(self) -> tuple[ToolPart, ...]:
-        """Split the tool into its cutter, shank and holder, as far as they are known, from the tip upwards.
+        """Return cutter, shank and holder, as far as they are known, from the tip upwards.
 
-        A cutter that states no cutting length is there up to the end of its profile, at least as high as its
-        radius, and a ball is whole. Without `shank_diameter` the shank is as thick as the cutter's upper end;
-        without a holder nobody knows how far it goes.
+        A cutter without a cutting length extends to the end of its profile, at least to the height of its
+        radius; a ball is a full sphere. Without `shank_diameter` the shank is as thick as the cutter's upper
+        end; without a holder its length is unknown, and it is omitted.
         """
         outline, holder = self.cutter.outline(), self.holder
         thick, top = outline[-1].tolist()
@@ -174,33 +183,22 @@ class Tool:
         if holder.stick_out - top > LOWEST:
             thick = thick if self.shank_diameter is None else self.shank_diameter / 2.0
             found.append(ToolPart(SHANK, np.array([[thick, top], [thick, holder.stick_out]])))
-        rows, height = [], holder.stick_out
-        for section in holder.sections:
-            upper = section.diameter if section.upper_diameter is None else section.upper_diameter
-            rows += [[section.diameter / 2.0, height], [upper / 2.0, height + section.length]]
-            height += section.length
-        return (*found, ToolPart(HOLDER, np.array(rows)))
+        return (*found, ToolPart(HOLDER, holder.outline()))
 
     def outline(self) -> Array:
         """Sample the profile of cutter, shank and holder from the tip upwards.
 
         Returns
         -------
-        (m, 2), mm: distance from the axis, height above the tip. Where the tool widens or narrows at one
-        height two rows stand at it. A shank reaches to the holder, or ends with the cutting edges.
+        (m, 2), mm: distance from the axis, height above the tip; two rows at a step. The shank extends to the
+        holder; without a holder it is omitted.
         """
-        rows = [self.cutter.outline()]
-        height = float(rows[0][-1, 1])
-        if self.holder is not None:
-            radius = (self.shank_diameter or 2.0 * float(rows[0][-1, 0])) / 2.0
-            rows.append(np.array([[radius, height], [radius, self.holder.stick_out]]))
-            height = self.holder.stick_out
-            for section in self.holder.sections:
-                upper = section.diameter if section.upper_diameter is None else section.upper_diameter
-                rows.append(np.array([[section.diameter, height], [upper, height + section.length]]))
-                rows[-1][:, 0] /= 2.0
-                height += section.length
-        return np.vstack(rows)
+        cutter, holder = self.cutter.outline(), self.holder
+        if holder is None:
+            return cutter
+        thick, top = cutter[-1].tolist()
+        radius = (self.shank_diameter or 2.0 * thick) / 2.0
+        return np.vstack([cutter, [[radius, top], [radius, holder.stick_out]], holder.outline()])
 
     def __str__(self) -> str:
         return str(self.cutter)

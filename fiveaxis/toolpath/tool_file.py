@@ -1,4 +1,4 @@
-"""Tools as TOML files.
+"""Tools by their short form, for example ``ball:10``, or as TOML files.
 
 ::
 
@@ -45,7 +45,7 @@ class HolderTable(StrictModel):
 
 
 class ToolTable(StrictModel):
-    """A tool file; the figures that belong to the shape are those of its short form."""
+    """A tool file; the shape has the dimensions of its short form."""
 
     shape: Literal["ball", "flat", "bull", "lollipop", "taper", "barrel", "drill"] = Field(
         description="shape of the cutter; it decides which of the figures below apply"
@@ -72,7 +72,7 @@ def load_tool(path: Path) -> Tool:
     Raises
     ------
     ToolError
-        Missing file, unknown key, a figure that is missing, doesn't belong to the shape or is impossible.
+        Missing file, unknown key, a dimension that is missing, invalid or not one of the shape.
     """
     table = read_settings(path, ToolTable, ToolError)
     make, names = shapes.SHAPES[table.shape]
@@ -90,3 +90,39 @@ def load_tool(path: Path) -> Tool:
         return Tool(cutter, table.shank_diameter, held)
     except ToolError as fault:
         raise ToolError(fault.message, file=path) from None
+
+
+def parse_tool(text: str) -> Tool:
+    """Read a tool from its short form or from a file.
+
+    Parameters
+    ----------
+    text : ``ball:10``, ``flat:10``, ``bull:16:4`` (diameter, corner radius), ``lollipop:8:5`` (ball, neck),
+        ``taper:4:5:10`` (ball, half angle in degrees, upper diameter), ``barrel:16:85:3`` (diameter, barrel
+        radius, nose radius), ``drill:8:118`` (diameter, point angle in degrees), mm; or a ``.toml`` file
+
+    Raises
+    ------
+    ToolError
+        An unknown shape, missing or invalid dimensions, a file that can't be read.
+    """
+    if text.lower().endswith(".toml"):
+        return load_tool(Path(text))
+    shape, *figures = (part.strip() for part in text.split(":"))
+    if shape.lower() not in shapes.SHAPES:
+        forms = ", ".join(":".join([s, *names]) for s, (_, names) in shapes.SHAPES.items())
+        raise ToolError(f"tool {text!r}: write {forms} (mm, deg), or a .toml file; for example ball:10")
+    make, names = shapes.SHAPES[shape.lower()]
+    if len(figures) != len(names):
+        raise ToolError(
+            f"tool {text!r}: {len(figures)} figures where {shape} has {len(names)}; write "
+            f"{':'.join([shape, *names])}"
+        )
+    return Tool(make(*(_parse_figure(f, name, text) for f, name in zip(figures, names, strict=True))))
+
+
+def _parse_figure(field: str, name: str, text: str) -> float:
+    try:
+        return float(field)
+    except ValueError:
+        raise ToolError(f"tool {text!r}: {field!r} is no {name}; write for example ball:10 (mm)") from None

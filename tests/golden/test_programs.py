@@ -1,7 +1,7 @@
 """NC programs and motion tables, byte for byte.
 
-A difference means that what reaches a machine has changed. Look at it, and if it is meant, write the files
-anew: ``FIVEAXIS_WRITE_GOLDEN=1 pytest tests/golden``.
+A difference means that what reaches a machine has changed. Look at it, and if it is meant, regenerate
+the files: ``FIVEAXIS_WRITE_GOLDEN=1 pytest tests/golden``.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ HEADER = {"tool": "ball:10", "source": "five-points.apt", "energy": "7424 J (fee
 SETTINGS = ProgramSettings(
     tool_number=3, spindle_rpm=8000, coolant="flood", retract=0.0, home="XY", line_numbers=10
 )
-# Machine, control, coordinates; what stands around the moves, in one of each control.
+# Machine, control, coordinates, and settings in one case of each control.
 CASES = [
     ("hayashi-640123", "linuxcnc", "axes", None),
     ("linuxcnc-xyzac-trt", "linuxcnc", "axes", None),
@@ -67,7 +67,7 @@ def five_points(machine: Machine) -> Motion:
 
 
 def posture_of(machine: Machine) -> Motion:
-    """The slope where it fits the machine's travel, else five places around the middle of it."""
+    """The slope where it fits the machine's travel, else five positions around its middle."""
     if machine.letters == "XYZAC":
         motion = five_points(machine)
         if ((motion.positions >= machine.low) & (motion.positions <= machine.high)).all():
@@ -107,7 +107,7 @@ def test_a_program_has_the_bytes_of_its_golden_file(tmp_path, name, control, coo
 
 
 @pytest.mark.parametrize("winding", ["modulo", "rezero"])
-def test_a_way_of_counting_turns_has_the_bytes_of_its_golden_file(tmp_path, winding):
+def test_a_winding_has_the_bytes_of_its_golden_file(tmp_path, winding):
     machine = load_machine("hayashi-640123")
     short = five_points(machine)
     angles = np.radians([[0, 0], [-190, 45 / 2], [-450, 25], [-500, 30], [-500, 30]])
@@ -121,10 +121,10 @@ def test_a_way_of_counting_turns_has_the_bytes_of_its_golden_file(tmp_path, wind
 @pytest.mark.parametrize(
     ("name", "control", "coordinates"), [case[:3] for case in CASES if case[2] != "vector"]
 )
-def test_a_golden_program_is_read_with_all_that_stands_around_its_moves(name, control, coordinates):
+def test_a_golden_program_is_read_with_all_blocks_around_its_moves(name, control, coordinates):
     machine = load_machine(name)
-    way = "_tip" if coordinates == "tip" else ""
-    (file,) = GOLDEN.glob(f"{control}_{name}{way}.*")
+    kind = "_tip" if coordinates == "tip" else ""
+    (file,) = GOLDEN.glob(f"{control}_{name}{kind}.*")
     places = read_program(file, machine, rapid_mm_min=20_000.0).positions
     wanted = posture_of(machine).positions
     near = np.abs(places[None] - wanted[:, None]).max(axis=2) < 2e-3

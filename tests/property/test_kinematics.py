@@ -57,8 +57,8 @@ def random_positions(machine: Machine, rng: np.random.Generator, n: int) -> np.n
     """Axis values of ±100 mm and ±170°, but where linear axes come near to lying in one plane."""
     scale = [np.radians(170.0) if a.is_rotary else 100.0 for a in machine.axes]
     positions = rng.uniform(-1.0, 1.0, (8 * n, len(machine.axes))) * scale
-    ways = jacobian(machine, positions).tip[:, :, machine.linear_columns]
-    return positions[np.linalg.cond(ways) < 30.0][:n]
+    columns = jacobian(machine, positions).tip[:, :, machine.linear_columns]
+    return positions[np.linalg.cond(columns) < 30.0][:n]
 
 
 def group_of(code: FormShapingCode) -> str:

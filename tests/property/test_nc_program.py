@@ -1,4 +1,4 @@
-"""Laws of what is written: read again, it is the motion that was given."""
+"""Laws of writing: read again, a program is the given motion."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from fiveaxis.kinematics import tool_poses
 from fiveaxis.machine import Machine, load_machine
 from fiveaxis.motion import Motion
 from fiveaxis.nc import ProgramSettings, read_motion, write_motion
-from fiveaxis.nc import compose_program as compose_with_way_out
+from fiveaxis.nc import compose_program as compose_with_lead_out
 from fiveaxis.toolpath import MoveKind
 
-# A way out of the last cut has tests of its own: here the last block is the last move.
-compose_program = partial(compose_with_way_out, settings=ProgramSettings(way_out=False))
+# The lead-out has its own tests: here the last block is the last move.
+compose_program = partial(compose_with_lead_out, settings=ProgramSettings(way_out=False))
 
 MACHINES = ["hayashi-640123", "linuxcnc-xyzac-trt"]
 WORD = re.compile(r"([A-Z])(-?\d+(?:\.\d+)?)")

@@ -3,9 +3,9 @@
 ``CIRCLE/x,y,z,i,j,k[,r]`` before a ``GOTO`` makes the move to it an arc, by the right-hand rule about i,j,k
 (Creo: CL Output for Circular Interpolation; SolidWorks and CAMWorks write the same without r). NX's longer
 form ``CIRCLE/x,y,z,i,j,k,r,t,f,d,e`` turns **clockwise** about its vector (NX: CLSF Manager, CIRCLE).
-``MOVARC`` adds its angle. CATIA, and Creo in its APT format, write ``INDIRV/i,j,k`` and
-``TLON,GOFWD/(CIRCLE/x,y,z,r),ON,(LINE/x1,y1,z1,x2,y2,z2)``: the arc begins in the direction of the first and
-ends where the line meets it.
+``MOVARC`` adds the angle. CATIA, and Creo in its APT format, write ``INDIRV/i,j,k`` and
+``TLON,GOFWD/(CIRCLE/x,y,z,r),ON,(LINE/x1,y1,z1,x2,y2,z2)``: the arc begins in the direction i,j,k and ends
+where the line meets it.
 """
 
 from __future__ import annotations
@@ -18,18 +18,18 @@ import numpy as np
 
 from fiveaxis.geometry import Array
 from fiveaxis.motion import PATH_TOLERANCE
-from fiveaxis.nc.apt.statements import LONGEST_SHOWN, Statement, part_minors
+from fiveaxis.nc.apt.statements import LONGEST_SHOWN, Statement, numbers_and_words
 from fiveaxis.nc.control.arcs import LARGEST_DIFFERENCE, LARGEST_SHARE, ROUNDING, Arc, arc_about
 from fiveaxis.nc.rows import LARGEST_POSITION, UNIT_TOLERANCE
 from fiveaxis.nc.source import Source
 
-# rad: so much may MOVARC's angle differ from that between its ends.
+# rad, tolerance of MOVARC's angle to the angle between its ends.
 ANGLE_TOLERANCE = math.radians(1.0)
 
-# rad, 100 turns: no helix of a toolpath has more, and each becomes hundreds of points.
+# rad, 100 turns: no helix of a toolpath has more.
 LARGEST_ANGLE = 100.0 * math.tau
 
-# CIRCLE with more numbers than centre, axis and radius is NX's.
+# CIRCLE with more numbers than centre, axis and radius is NX's form.
 LONGEST_RIGHT_HANDED = 7
 
 _EDGE = r"\(\s*LINE\s*/([^()]*)\)"
@@ -39,16 +39,16 @@ _POINT = re.compile(r"\(\s*POINT\s*/([^()]*)\)")
 
 
 @dataclass(frozen=True)
-class Turn:
-    """An arc whose end is still to come.
+class StatedArc:
+    """An arc as a statement defines it; the next ``GOTO`` is its end.
 
     Parameters
     ----------
-    statement : where it is stated
+    statement : that defines it
     centre : (3,), mm
     axis : (3,), unit vector; the arc turns about it by the right-hand rule
-    radius : mm, None where it isn't stated
-    angle : rad, None where it follows from the end
+    radius : mm, None if not stated
+    angle : rad, None if it follows from the end
     """
 
     statement: Statement
@@ -58,7 +58,7 @@ class Turn:
     angle: float | None = None
 
 
-def read_circle(statement: Statement, source: Source, scale: float) -> Turn:
+def read_circle(statement: Statement, source: Source, scale: float) -> StatedArc:
     """Read ``CIRCLE`` or ``MOVARC``.
 
     Parameters
@@ -68,11 +68,9 @@ def read_circle(statement: Statement, source: Source, scale: float) -> Turn:
     Raises
     ------
     ToolpathError
-        Too few numbers, a word that isn't known, an axis that isn't a unit vector.
+        Too few numbers, an unknown word, an axis that isn't a unit vector.
     """
-    parts = part_minors(statement.minors)
-    words = [p for p in parts if isinstance(p, str)]
-    numbers = [p for p in parts if isinstance(p, float)]
+    numbers, words = numbers_and_words(statement.minors)
     if "TIMES" in words:
         raise statement.error(source, "is a helix of several turns; let the CAM system write GOTO points")
     if len(numbers) < 6 or not set(words) <= {"ANGLE", "RADIUS", ""}:
@@ -87,11 +85,11 @@ def read_circle(statement: Statement, source: Source, scale: float) -> Turn:
         angle = math.radians(numbers[7]) if len(numbers) > 7 else None
     elif len(numbers) > LONGEST_RIGHT_HANDED:
         axis = -axis
-    return Turn(statement, np.array(numbers[:3]) * scale, axis, radius, angle)
+    return StatedArc(statement, np.array(numbers[:3]) * scale, axis, radius, angle)
 
 
 def require_reachable(point: Array, statement: Statement, source: Source) -> None:
-    """Refuse a point of an arc, (n,) mm, that isn't finite or that no machine reaches."""
+    """Raise `ToolpathError` if a point of an arc, (n,) mm, isn't finite or beyond any machine's reach."""
     if not np.all(np.abs(point) <= LARGEST_POSITION):
         raise statement.error(
             source, f"has a number that isn't finite or is beyond {LARGEST_POSITION:g} mm; correct it"
@@ -99,7 +97,7 @@ def require_reachable(point: Array, statement: Statement, source: Source) -> Non
 
 
 def _cross(a: Array, b: Array) -> Array:
-    """Cross two vectors, (3,); a file has thousands of arcs, and numpy's is made for long arrays."""
+    """Compute the cross product of (3,) vectors; `numpy.cross` is too slow for thousands of single ones."""
     ax, ay, az = a.tolist()
     bx, by, bz = b.tolist()
     return np.array([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])
@@ -112,8 +110,8 @@ def _unit(vector: Array, statement: Statement, source: Source) -> Array:
     return vector / length
 
 
-def arc_points(turn: Turn, begin: Array, end: Array, source: Source) -> Array:
-    """Place points on an arc, or on a helix where its ends have different heights.
+def arc_points(stated: StatedArc, begin: Array, end: Array, source: Source) -> Array:
+    """Sample an arc, or a helix where its ends have different heights.
 
     Parameters
     ----------
@@ -121,36 +119,36 @@ def arc_points(turn: Turn, begin: Array, end: Array, source: Source) -> Array:
 
     Returns
     -------
-    (n, 3), mm, chords within `PATH_TOLERANCE`; the last point is `end`, `begin` isn't among them
+    (n, 3), mm, chords within `PATH_TOLERANCE`; from after `begin` to `end`
 
     Raises
     ------
     ToolpathError
-        No radius, or one that doesn't fit both ends; an angle that doesn't fit them.
+        No radius, or a radius or angle that doesn't fit both ends.
     """
-    arm = begin - turn.centre
-    height = float(arm @ turn.axis)
-    rise = float((end - turn.centre) @ turn.axis) - height
-    across = arm - height * turn.axis
+    arm = begin - stated.centre
+    height = float(arm @ stated.axis)
+    rise = float((end - stated.centre) @ stated.axis) - height
+    across = arm - height * stated.axis
     first = math.hypot(*across)
-    reach = end - turn.centre - (height + rise) * turn.axis
-    _require_fit(turn, first, math.hypot(*reach), source)
+    reach = end - stated.centre - (height + rise) * stated.axis
+    _require_fit(stated, first, math.hypot(*reach), source)
     u = across / first
-    v = _cross(turn.axis, u)
+    v = _cross(stated.axis, u)
     flat = arc_about((first, 0.0), (float(reach @ u), float(reach @ v)), (0.0, 0.0), clockwise=False)
-    arc = _with_turns(turn, flat, source)
+    arc = _with_turns(stated, flat, source)
     parts = arc.parts(PATH_TOLERANCE)
     in_plane = arc.points(parts)
     share = np.arange(1, parts + 1)[:, None] / parts
-    points = turn.centre + in_plane[:, :1] * u + in_plane[:, 1:] * v + (height + rise * share) * turn.axis
+    points = stated.centre + in_plane[:, :1] * u + in_plane[:, 1:] * v + (height + rise * share) * stated.axis
     points[-1] = end
     return np.asarray(points)
 
 
 def arc_vectors(begin: list[float], end: list[float], parts: int) -> Array:
-    """Turn the tool evenly from one vector to another, (parts, 3); the last one is `end` as it is written.
+    """Turn the tool evenly from one vector to another, (parts, 3); the last one is exactly `end`.
 
-    A vector that is no direction is kept for the reader's own check of all vectors.
+    Invalid vectors are kept: the reader checks all vectors together.
     """
     if begin == end:
         return np.tile(end, (parts, 1))
@@ -162,60 +160,58 @@ def arc_vectors(begin: list[float], end: list[float], parts: int) -> Array:
     return np.asarray(vectors)
 
 
-def sweep_to(turn: Turn, begin: Array, end: Array) -> float | None:
-    """Measure the angle between two points of the circle of a turn, rad in (0, 2π]; None if one is beside it.
+def sweep_to(stated: StatedArc, begin: Array, end: Array) -> float | None:
+    """Compute the angle from one point, (3,) mm, of an arc's circle to another, rad in (0, 2π].
 
-    Parameters
-    ----------
-    begin, end : (3,), mm
+    None if a point is off the circle.
     """
-    arms = [begin - turn.centre, end - turn.centre]
-    heights = [float(arm @ turn.axis) for arm in arms]
-    flat = [arm - height * turn.axis for arm, height in zip(arms, heights, strict=True)]
+    arms = [begin - stated.centre, end - stated.centre]
+    heights = [float(arm @ stated.axis) for arm in arms]
+    flat = [arm - height * stated.axis for arm, height in zip(arms, heights, strict=True)]
     lengths = [float(np.linalg.norm(arm)) for arm in flat]
     allowed = max(ROUNDING, LARGEST_SHARE * lengths[0])
     if not max(abs(heights[1] - heights[0]), abs(lengths[1] - lengths[0])) <= allowed:
         return None
-    across = float(_cross(turn.axis, flat[0]) @ flat[1])
+    across = float(_cross(stated.axis, flat[0]) @ flat[1])
     return math.atan2(across, float(flat[0] @ flat[1])) % math.tau or math.tau
 
 
-def agreement(turn: Turn, before: Array, begin: Array) -> float:
-    """Compare the way to an arc with the direction in which it begins: 1 where they are one, −1 against it.
+def agreement(stated: StatedArc, before: Array, begin: Array) -> float:
+    """Compute the cosine between the move to an arc and the arc's direction at its start.
 
     Parameters
     ----------
     before, begin : (3,), mm, the last two locations
     """
-    way, ahead = begin - before, _cross(turn.axis, begin - turn.centre)
-    size = math.hypot(*way) * math.hypot(*ahead)
-    return float(way @ ahead) / size if size > 0.0 else 0.0
+    move, ahead = begin - before, _cross(stated.axis, begin - stated.centre)
+    size = math.hypot(*move) * math.hypot(*ahead)
+    return float(move @ ahead) / size if size > 0.0 else 0.0
 
 
-def _require_fit(turn: Turn, first: float, last: float, source: Source) -> None:
-    """Refuse an arc whose ends don't lie on one circle, or not on the one it states."""
-    radius = first if turn.radius is None else abs(turn.radius)
+def _require_fit(stated: StatedArc, first: float, last: float, source: Source) -> None:
+    """Raise `ToolpathError` if the ends of an arc don't lie on one circle, or not on the stated one."""
+    radius = first if stated.radius is None else abs(stated.radius)
     allowed = min(max(ROUNDING, LARGEST_SHARE * radius), LARGEST_DIFFERENCE)
     if not (first > ROUNDING and last > ROUNDING):
-        raise turn.statement.error(source, "begins or ends at its centre; correct the centre")
+        raise stated.statement.error(source, "begins or ends at its centre; correct the centre")
     if not max(abs(first - radius), abs(last - radius), abs(first - last)) <= allowed:
-        stated = "" if turn.radius is None else f", and its radius is {radius:.6g} mm"
-        raise turn.statement.error(
+        and_radius = "" if stated.radius is None else f", and its radius is {radius:.6g} mm"
+        raise stated.statement.error(
             source,
-            f"begins {first:.6g} mm from its centre and ends {last:.6g} mm from it{stated}; these may differ "
-            f"by {allowed:.3g} mm: correct the centre, the radius or the ends",
+            f"begins {first:.6g} mm from its centre and ends {last:.6g} mm from it{and_radius}; these may "
+            f"differ by {allowed:.3g} mm: correct the centre, the radius or the ends",
         )
 
 
-def _with_turns(turn: Turn, arc: Arc, source: Source) -> Arc:
+def _with_turns(stated: StatedArc, arc: Arc, source: Source) -> Arc:
     """Add the full turns of an arc that states its angle."""
-    if turn.angle is None:
+    if stated.angle is None:
         return arc
-    turns = round((turn.angle - arc.sweep) / math.tau) if abs(turn.angle) <= LARGEST_ANGLE else -1
-    if not (turns >= 0 and abs(arc.sweep + turns * math.tau - turn.angle) <= ANGLE_TOLERANCE):
-        raise turn.statement.error(
+    turns = round((stated.angle - arc.sweep) / math.tau) if abs(stated.angle) <= LARGEST_ANGLE else -1
+    if not (turns >= 0 and abs(arc.sweep + turns * math.tau - stated.angle) <= ANGLE_TOLERANCE):
+        raise stated.statement.error(
             source,
-            f"turns by {math.degrees(turn.angle):.6g} deg, and there are {math.degrees(arc.sweep):.6g} deg "
+            f"turns by {math.degrees(stated.angle):.6g} deg, and there are {math.degrees(arc.sweep):.6g} deg "
             "between its ends; correct one of them",
         )
     return Arc(arc.centre, arc.start, arc.sweep + turns * math.tau, arc.radii)
@@ -223,7 +219,7 @@ def _with_turns(turn: Turn, arc: Arc, source: Source) -> Arc:
 
 def read_tlon(
     statement: Statement, direction: Array | None, begin: Array, source: Source, scale: float
-) -> tuple[Turn, Array]:
+) -> tuple[StatedArc, Array]:
     """Read ``TLON,GOFWD/…``.
 
     Parameters
@@ -239,7 +235,7 @@ def read_tlon(
     Raises
     ------
     ToolpathError
-        Another form than these; no direction; a line that doesn't meet the circle.
+        An unknown form; no direction; a line that doesn't meet the circle.
     """
     text = statement.minor.upper()
     circle, cylinder = _TLON_CIRCLE.search(text), _CYLINDER.search(text)
@@ -249,50 +245,51 @@ def read_tlon(
         figures = _figures(circle[1], 4, statement, source) * scale
         line = _figures(circle[3], 6, statement, source) * scale
     elif cylinder is not None and (ends := _POINT.findall(text)):
-        # The cylinder's axis follows from the direction, too; the last point is the arc's end.
+        # The direction gives the cylinder's axis too; the last point is the arc's end.
         figures = _figures(cylinder[1], 7, statement, source)[[0, 1, 2, 6]] * scale
         line = np.concatenate([figures[:3], _figures(ends[-1], 3, statement, source) * scale])
     else:
         raise statement.error(
-            source, "is a motion along geometry that isn't read; let the CAM system write GOTO points"
+            source, "is a motion along geometry that isn't supported; let the CAM system write GOTO points"
         )
     centre, radius = figures[:3], abs(float(figures[3]))
     axis = _cross(begin - centre, direction)
     length = float(np.linalg.norm(axis))
     if not length > 1e-6 * radius:
         raise statement.error(source, "begins in a direction that doesn't follow the circle; correct INDIRV")
-    turn = Turn(statement, centre, axis / length, radius)
-    meetings = _meetings(turn, radius, begin, line, source)
-    return turn, meetings[-1 if circle is not None and circle[2] else 0]
+    stated = StatedArc(statement, centre, axis / length, radius)
+    meetings = _meetings(stated, radius, begin, line, source)
+    return stated, meetings[-1 if circle is not None and circle[2] else 0]
 
 
 def _figures(text: str, count: int, statement: Statement, source: Source) -> Array:
-    parts = part_minors([p.strip() for p in text.split(",")])
-    numbers = [p for p in parts if isinstance(p, float)]
-    if len(parts) != count or len(numbers) != count or not np.all(np.abs(numbers) <= LARGEST_POSITION):
+    numbers, words = numbers_and_words([p.strip() for p in text.split(",")])
+    if words or len(numbers) != count or not np.all(np.abs(numbers) <= LARGEST_POSITION):
         shown = text.strip()[:LONGEST_SHOWN]
         raise statement.error(source, f"has {shown!r} where {count} numbers are needed")
     return np.array(numbers)
 
 
-def _meetings(turn: Turn, radius: float, begin: Array, line: Array, source: Source) -> list[Array]:
-    """Find where a line, (6,) mm, meets a circle, (3,) mm each: in the order of the motion."""
-    start, way = line[:3] - turn.centre, line[3:] - line[:3]
-    length = float(np.linalg.norm(way))
+def _meetings(stated: StatedArc, radius: float, begin: Array, line: Array, source: Source) -> list[Array]:
+    """Compute the intersections, (3,) mm, of a line, (6,) mm, with a circle, in the order of the motion."""
+    start, along = line[:3] - stated.centre, line[3:] - line[:3]
+    length = float(np.linalg.norm(along))
     if not length > 0.0:
-        raise turn.statement.error(source, "ends at a line without length; correct its points")
-    way = way / length
+        raise stated.statement.error(source, "ends at a line without length; correct its points")
+    along = along / length
     if float(np.linalg.norm(start)) <= ROUNDING:
-        # A line out of the centre points at the end itself, whichever meeting that is.
-        return [np.asarray(turn.centre + radius * way)]
-    nearest = start - float(start @ way) * way
+        # A line from the centre points at the end.
+        return [np.asarray(stated.centre + radius * along)]
+    nearest = start - float(start @ along) * along
     square = radius**2 - float(nearest @ nearest)
     if square < 0.0:
-        raise turn.statement.error(source, "ends at a line that doesn't meet the circle; correct its points")
-    half = math.sqrt(square) * way
-    ahead = _cross(turn.axis, begin - turn.centre)
+        raise stated.statement.error(
+            source, "ends at a line that doesn't meet the circle; correct its points"
+        )
+    half = math.sqrt(square) * along
+    ahead = _cross(stated.axis, begin - stated.centre)
 
     def angle(arm: Array) -> float:
-        return math.atan2(float(arm @ ahead), float(arm @ (begin - turn.centre))) % math.tau
+        return math.atan2(float(arm @ ahead), float(arm @ (begin - stated.centre))) % math.tau
 
-    return [np.asarray(turn.centre + arm) for arm in sorted([nearest - half, nearest + half], key=angle)]
+    return [np.asarray(stated.centre + arm) for arm in sorted([nearest - half, nearest + half], key=angle)]

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from fiveaxis.geometry import Array
-from fiveaxis.nc.apt.statements import LONGEST_SHOWN
-from fiveaxis.nc.rows import DEFAULT_FEED, MILLIMETRES, parse_number
+from fiveaxis.nc.apt.statements import LONGEST_SHOWN, numbers_and_words
+from fiveaxis.nc.rows import DEFAULT_FEED, MILLIMETRES
 from fiveaxis.nc.source import Source
 from fiveaxis.nc.units import Units
 
-# Feed word -> length unit (None: the file's) and whether it counts per revolution of the spindle.
+# Feed word -> length unit (None: the file's) and whether it is per revolution of the spindle.
 FEED_WORDS: dict[str, tuple[str | None, bool]] = {
     "MMPM": ("mm", False),
     "IPM": ("inch", False),
@@ -24,7 +24,7 @@ FEED_WORDS: dict[str, tuple[str | None, bool]] = {
 }
 
 # Words of SPINDL whose number isn't the speed.
-SPINDLE_WORDS = ("RANGE", "MAXRPM", "ORIENT", "RADIUS", "OSETNO")
+OTHER_SPINDLE_WORDS = ("RANGE", "MAXRPM", "ORIENT", "RADIUS", "OSETNO")
 
 
 @dataclass
@@ -34,19 +34,19 @@ class Feeds:
     Parameters
     ----------
     source : the file
-    asked : mm/min, a feed of the caller that replaces the file's everywhere
+    override : mm/min, the caller's feed in place of all feeds of the file
     now, first : mm/min, the last and the first ``FEDRAT``, None before that
-    spindle : rev/min, None where the file hasn't said
+    spindle : rev/min, None if unknown
     """
 
     source: Source
-    asked: float | None
+    override: float | None
     now: float | None = None
     first: float | None = None
     spindle: float | None = None
 
     def state(self, minors: list[str], line: int, units: Units) -> None:
-        """Take a ``FEDRAT`` statement; ``units`` learns of feeds in inches.
+        """Process ``FEDRAT``; feeds in inches are noted in `units`.
 
         Raises
         ------
@@ -60,51 +60,52 @@ class Feeds:
             self.first = self.first or feed
 
     def convert(self, minors: list[str], line: int, units: Units) -> float | None:
-        """Read a number and its unit as a feed in mm/min, None where the caller has given one for the path.
+        """Convert a number and its unit to a feed in mm/min; None with an override.
 
         Raises
         ------
         ToolpathError
-            As for `state`.
+            As `state`.
         """
         number, unit, per_turn = self._read(minors, line)
         if unit is None:
             units.use(line)
         elif unit == "inch" and units.inch_feed_line is None:
             units.inch_feed_line = line
-        if self.asked is not None:
+        if self.override is not None:
             return None
-        feed = number * MILLIMETRES[unit or units.now] * (self._turns(minors, line) if per_turn else 1.0)
+        feed = number * MILLIMETRES[unit or units.now]
+        feed *= self._spindle_speed(minors, line) if per_turn else 1.0
         if not (math.isfinite(feed) and feed > 0.0):
             raise self.source.error(f"feed = {feed:g} mm/min; it must be a number above 0", line)
         return feed
 
-    def turn(self, minors: list[str]) -> None:
-        """Take a ``SPINDL`` statement: its only number is the speed, if it is one in rev/min.
+    def set_spindle(self, minors: list[str]) -> None:
+        """Process ``SPINDL``: its only number is the speed, if in rev/min.
 
-        Numbers that belong to a word of `SPINDLE_WORDS` aren't speeds. Several numbers leave the speed
-        unknown, so that no feed per revolution is made from the wrong one.
+        Numbers after a word of `OTHER_SPINDLE_WORDS` aren't speeds. Several numbers leave the speed unknown,
+        so that no feed per revolution uses the wrong one.
         """
-        parts = [m for i, m in enumerate(minors) if i == 0 or minors[i - 1] not in SPINDLE_WORDS]
-        numbers, words = _sort(parts)
+        parts = [m for i, m in enumerate(minors) if i == 0 or minors[i - 1] not in OTHER_SPINDLE_WORDS]
+        numbers, words = numbers_and_words(parts)
         if {"OFF", "SFM", "SMM"} & set(words) or len(numbers) > 1:
             self.spindle = None
         elif len(numbers) == 1:
             self.spindle = abs(numbers[0])
 
     def fill(self, feeds: Array) -> Array:
-        """Give every location a feed, (n,) mm/min: before the first ``FEDRAT`` the feed of that one.
+        """Return a feed for every location, (n,) mm/min: before the first ``FEDRAT`` the feed of that one.
 
         Parameters
         ----------
-        feeds : (n,), what was in force at each location, NaN for nothing
+        feeds : (n,), in force at each location, NaN if none
         """
-        if self.asked is not None:
-            return np.full(len(feeds), self.asked)
+        if self.override is not None:
+            return np.full(len(feeds), self.override)
         return np.where(np.isnan(feeds), self.first or DEFAULT_FEED, feeds)
 
     def _read(self, minors: list[str], line: int) -> tuple[float, str | None, bool]:
-        numbers, words = _sort(minors)
+        numbers, words = numbers_and_words(minors)
         text = f"FEDRAT/{','.join(minors)}"[:LONGEST_SHOWN]
         unknown = [w for w in words if w not in FEED_WORDS]
         if unknown:
@@ -116,7 +117,7 @@ class Feeds:
         unit, per_turn = FEED_WORDS[words[0]] if words else (None, False)
         return numbers[0], unit, per_turn
 
-    def _turns(self, minors: list[str], line: int) -> float:
+    def _spindle_speed(self, minors: list[str], line: int) -> float:
         if self.spindle is None:
             raise self.source.error(
                 f"FEDRAT/{','.join(minors)} counts per revolution, and no SPINDL before it gives rev/min; "
@@ -124,14 +125,3 @@ class Feeds:
                 line,
             )
         return self.spindle
-
-
-def _sort(minors: list[str]) -> tuple[list[float], list[str]]:
-    """Part numbers from words."""
-    numbers, words = [], []
-    for part in minors:
-        try:
-            numbers.append(parse_number(part))
-        except ValueError:
-            words.append(part)
-    return numbers, words

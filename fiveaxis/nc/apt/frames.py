@@ -1,9 +1,9 @@
-"""Frames of an APT file: what its coordinates count from.
+"""Coordinate frames of an APT file.
 
-Each operation of a file may state a frame, all of them in one base: ``MSYS`` (NX) gives the origin and the
-first two axes, ``MCS`` three axes and the origin, ``CSYS`` (Creo, SolidWorks) and CATIA's ``$$*CATIA0`` the
-rows of a matrix with the origin as last column. Coordinates and tool vectors are those of the frame stated
-last. A path has one frame, the first; what follows another one is mapped into it.
+Each operation of a file may state a frame, all in one base: ``MSYS`` (NX) has the origin and the first two
+axes, ``MCS`` three axes and the origin, ``CSYS`` (Creo, SolidWorks) and CATIA's ``$$*CATIA0`` the rows of a
+matrix with the origin as last column. Coordinates and tool vectors are in the frame stated last. The path is
+in the first frame; locations in another one are mapped into it.
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ from fiveaxis.nc.apt.statements import CATIA_FRAME, CREO, Statement
 from fiveaxis.nc.rows import LARGEST_POSITION
 from fiveaxis.nc.source import Source
 
-# So far may the axes of a frame be from unit length and from a right angle: files write at least 4 decimals.
+# Tolerance of unit length and right angles of a frame's axes: files write at least 4 decimals.
 FRAME_TOLERANCE = 1e-3
 
-# Frames nearer than this, in their own unit, are the same one printed twice.
+# Frames closer than this, in their own unit, are the same.
 SAME_FRAME = 1e-9
 
 FRAME_WORDS = ("MSYS", "MCS", "CSYS", f"{CREO}CSYS", CATIA_FRAME, "ORIGIN", "TRANS")
@@ -36,7 +36,7 @@ class Frames:
     ----------
     source : the file
     world : whether coordinates stay in the base, whatever frame is stated (``TRNTYP/WORLD`` of SolidWorks)
-    first, last : statement of each word, and its transform if it could be understood
+    first, last : by word, the statement and its transform, None for an unknown form
     changes : row and transform, from that row's frame to the first one
     """
 
@@ -48,16 +48,16 @@ class Frames:
     findings: list[Finding] = field(default_factory=list)
 
     def set_type(self, statement: Statement) -> None:
-        """Take ``TRNTYP``: SolidWorks writes the world's coordinates after ``TRNTYP/WORLD``."""
+        """Process ``TRNTYP``: SolidWorks writes world coordinates after ``TRNTYP/WORLD``."""
         self.world = statement.minors[:1] == ["WORLD"]
 
     def state(self, statement: Statement, rows: int) -> None:
-        """Take a frame; ``rows`` locations came before it.
+        """Process a frame after `rows` locations.
 
         Raises
         ------
         ToolpathError
-            It differs from the one before, and it or that one can't be understood.
+            It differs from the previous one, and one of them has an unknown form.
         """
         word = statement.word
         now = (statement, _transform(statement))
@@ -76,30 +76,24 @@ class Frames:
         statement, transform = now
         first, base = self.first[statement.word]
         if self.world:
-            self._note(
-                "frame-unused",
-                f"{statement.word} differs from the one on line {first.line}; it is taken as a remark, "
-                "because TRNTYP/WORLD says that coordinates stay in one frame",
-                statement.line,
+            text = (
+                f"{statement.word} differs from the one on line {first.line}; it is ignored, because "
+                "TRNTYP/WORLD keeps coordinates in one frame"
             )
+            self.findings.append(note("frame-unused", text, statement.line, self.source))
             return
         if transform is None or base is None or len(self.last) > 1:
             raise statement.error(
                 self.source, f"changes the frame given on line {first.line}; write one file for each frame"
             )
         self.changes.append((rows, inverse_transform(base) @ transform))
-        self._note(
-            "frame-mapped",
-            f"{statement.word} changes the frame; locations from here on are mapped into the one of line "
-            f"{first.line}",
-            statement.line,
+        text = (
+            f"{statement.word} changes the frame; locations after it are mapped to that of line {first.line}"
         )
-
-    def _note(self, code: str, message: str, line: int) -> None:
-        self.findings.append(note(code, message, line, self.source))
+        self.findings.append(note("frame-mapped", text, statement.line, self.source))
 
     def apply(self, positions: Array, vectors: Array) -> None:
-        """Map what came after a change into the first frame, in place.
+        """Map locations after a change into the first frame, in place.
 
         Parameters
         ----------
@@ -119,7 +113,7 @@ def _same(a: tuple[Statement, Array | None], b: tuple[Statement, Array | None]) 
 
 
 def _transform(statement: Statement) -> Array | None:
-    """Read a frame as a transform to the base, (4, 4); None for a form that isn't known."""
+    """Return a frame as a transform to the base, (4, 4); None for an unknown form."""
     try:
         numbers = np.array([float(m) for m in statement.minors])
     except ValueError:
@@ -141,7 +135,7 @@ def _transform(statement: Statement) -> Array | None:
 
 
 def _is_rigid(frame: Array) -> bool:
-    """Tell whether a transform turns and moves only; its axes are made exact if it does."""
+    """Check whether a transform is rigid, and orthonormalise its axes in place if it is."""
     rotation = frame[:3, :3]
     if not (np.abs(rotation).max() < 2.0 and np.linalg.det(rotation) > 0.0):
         return False

@@ -1,18 +1,20 @@
 """APT cutter locations: the CLSF files of NX, NCL of Creo, APT of SolidWorks and CAMWorks, and of CATIA.
 
-What is read: ``GOTO``, ``FROM`` and ``GOHOME`` (3 numbers, or 6 with a tool vector), ``GODLTA``, ``RAPID``
+Supported are ``GOTO``, ``FROM`` and ``GOHOME`` (3 numbers, or 6 with a tool vector), ``GODLTA``, ``RAPID``
 (for the next move only), arcs (`fiveaxis.nc.apt.arcs`), drilling cycles (`fiveaxis.nc.apt.cycles`), frames
 (`fiveaxis.nc.apt.frames`), tools (`fiveaxis.nc.apt.tools`), ``FEDRAT``, ``SPINDL`` (for feeds per
-revolution), ``UNITS``. A tool vector stays in force until the next one, ``TLAXIS`` or ``MULTAX/OFF``; before
-the first it is 0, 0, 1. In files of Creo a ``GOTO`` of 3 numbers always means 0, 0, 1. Words that may move
-the tool in a way that isn't read are refused, all others are counted.
+revolution), ``UNITS``. A tool vector is modal until the next one, ``TLAXIS`` or ``MULTAX/OFF``; before the
+first it is 0, 0, 1. In files of Creo a ``GOTO`` of 3 numbers always means 0, 0, 1. Unsupported words that may
+move the tool are refused, all others are counted.
 """
 
 from __future__ import annotations
 
+import difflib
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 
 from fiveaxis.findings import Finding
 from fiveaxis.geometry import Array, IntArray
@@ -22,7 +24,6 @@ from fiveaxis.nc.apt.moves import Moves
 from fiveaxis.nc.apt.remarks import assumed_axis, assumed_feeds, assumed_unit, doubtful_arcs, note
 from fiveaxis.nc.apt.statements import CREO, LONGEST_SHOWN, Statement, statements
 from fiveaxis.nc.apt.tools import Tools
-from fiveaxis.nc.apt.words import require_harmless
 from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.remarks import remark_on
 from fiveaxis.nc.rows import MILLIMETRES, require_finite, scale_positions, unit_axes
@@ -34,8 +35,8 @@ from fiveaxis.toolpath import Toolpath
 def read_apt(source: Source, options: ReadOptions) -> Toolpath:
     """Read a toolpath from APT statements.
 
-    A location before the first ``FEDRAT`` takes the feed of that first one, a rapid move the feed in force;
-    1000 mm/min where the file has no feed. Whatever is assumed is among the path's findings.
+    A location before the first ``FEDRAT`` has the feed of that one, a rapid move the feed in force; without
+    any feed in the file it is 1000 mm/min. Assumptions are among the path's findings.
 
     Parameters
     ----------
@@ -45,20 +46,20 @@ def read_apt(source: Source, options: ReadOptions) -> Toolpath:
     Raises
     ------
     ToolpathError
-        With file and line: no ``GOTO``, a statement that can't be understood, one that moves the tool in a
-        way that isn't read, mixed units, arcs that don't fit.
+        With file and line: no ``GOTO``, an invalid statement, an unsupported one that may move the tool,
+        mixed units, arcs that don't fit.
     ToolError
-        Neither the caller nor the file names a tool that can be made.
+        Neither the caller nor the file specifies a supported tool.
     """
     reader = _Reader(source, Units(source, options.unit), Feeds(source, options.feed_mm_min))
     for statement in statements(source):
-        reader.take(statement)
+        reader.process(statement)
     return reader.finish(options)
 
 
 @dataclass
 class _Reader:
-    """What a file has stated while it is read, statement by statement."""
+    """State of the file while it is read, statement by statement."""
 
     source: Source
     units: Units
@@ -72,25 +73,25 @@ class _Reader:
         self.tools = Tools(self.source)
         self.moves = Moves(self.source, self.units, self.feeds, self.frames)
 
-    def take(self, statement: Statement) -> None:
+    def process(self, statement: Statement) -> None:
         """Act on a statement; one without an action is counted, unless that would lose a move."""
         word = statement.word
         if word == "GOTO":
             self.moves.go(statement)
             return
-        self.moves.end_turn()
+        self.moves.end_arc()
         if word.startswith(CREO):
             self.moves.creo = True
         action = ACTIONS.get(word)
         if action is None:
-            require_harmless(statement, self.source)
+            _require_harmless(statement, self.source)
         else:
             action(self, statement)
         if action is None or word in COUNTED:
             self.ignored[word[:LONGEST_SHOWN]] += 1
 
     def set_axis(self, statement: Statement) -> None:
-        """Take ``TLAXIS``, the tool vector of what isn't multi-axis."""
+        """Process ``TLAXIS``, the tool vector of moves that aren't multi-axis."""
         numbers = statement.numbers(self.source)
         if len(numbers) != 3:
             raise statement.error(self.source, "needs a tool vector of 3 numbers")
@@ -98,22 +99,22 @@ class _Reader:
         self.moves.set_vector(numbers)
 
     def set_multiaxis(self, statement: Statement) -> None:
-        """Take ``MULTAX``."""
+        """Process ``MULTAX``."""
         if statement.minors == ["OFF"]:
             self.moves.vector = self.moves.upright
 
     def go_home(self, statement: Statement) -> None:
-        """Take ``GOHOME``, which moves if it has a place."""
+        """Process ``GOHOME``, which moves if it has a position."""
         if statement.minors:
             self.moves.jump(statement)
         else:
             self.ignored[statement.word] += 1
 
     def set_compensation(self, statement: Statement) -> None:
-        """Take ``CUTCOM``: remark on its first use."""
+        """Process ``CUTCOM``: note its first use."""
         if statement.minors[:1] not in ([], ["OFF"]) and not self.compensated:
             self.compensated = True
-            text = "CUTCOM is on; positions are read as they are written"
+            text = "CUTCOM is on; positions are read as written"
             self.findings.append(note("cutter-compensation", text, statement.line, self.source))
 
     @property
@@ -121,13 +122,13 @@ class _Reader:
         return len(self.moves.rows) > 0
 
     def finish(self, options: ReadOptions) -> Toolpath:
-        """Make the path of all that was read."""
+        """Return the path of all locations read."""
         moves = self.moves
-        moves.end_turn()
+        moves.end_arc()
         if not moves.moved:
             raise self.source.error("no GOTO: the file holds no cutter locations")
-        if moves.turn is not None:
-            raise moves.turn.statement.error(self.source, "has no GOTO to end at")
+        if moves.arc is not None:
+            raise moves.arc.statement.error(self.source, "has no GOTO to end at")
         positions, vectors, kinds, feeds, lines = moves.rows.columns()
         require_finite(positions, ["x", "y", "z"], lines, self.source)
         axes = unit_axes(vectors, lines, self.source)
@@ -149,7 +150,7 @@ class _Reader:
         return replace(path, findings=path.findings + remark_on(path))
 
     def _assumed(self, kinds: IntArray, feeds: Array, lines: IntArray) -> list[Finding]:
-        """Say what the file left open."""
+        """Return findings on what the file leaves open."""
         moves = self.moves
         without_vector = 0 if moves.creo else moves.vector_row or 0
         return [
@@ -164,17 +165,17 @@ Action = Callable[[_Reader, Statement], object]
 ACTIONS: dict[str, Action] = {
     "FROM": lambda r, s: r.moves.jump(s),
     "GOHOME": _Reader.go_home,
-    "GODLTA": lambda r, s: r.moves.go_on(s),
+    "GODLTA": lambda r, s: r.moves.go_by(s),
     "RAPID": lambda r, s: setattr(r.moves, "rapid", s.minors != ["OFF"]),
-    "CIRCLE": lambda r, s: r.moves.start_turn(s),
-    "MOVARC": lambda r, s: r.moves.start_turn(s),
+    "CIRCLE": lambda r, s: r.moves.start_arc(s),
+    "MOVARC": lambda r, s: r.moves.start_arc(s),
     "INDIRV": lambda r, s: r.moves.set_direction(s),
     "TLON,GOFWD": lambda r, s: r.moves.follow(s),
     "CYCLE": lambda r, s: r.moves.set_cycle(s),
     "TLAXIS": _Reader.set_axis,
     "MULTAX": _Reader.set_multiaxis,
     "FEDRAT": lambda r, s: r.feeds.state(s.minors, s.line, r.units),
-    "SPINDL": lambda r, s: r.feeds.turn(s.minors),
+    "SPINDL": lambda r, s: r.feeds.set_spindle(s.minors),
     "CUTCOM": _Reader.set_compensation,
     "TRNTYP": lambda r, s: r.frames.set_type(s),
     **dict.fromkeys(("UNIT", "UNITS"), lambda r, s: r.units.state(s.minors, s.line)),
@@ -183,5 +184,68 @@ ACTIONS: dict[str, Action] = {
     **dict.fromkeys(FRAME_WORDS, lambda r, s: r.frames.state(s, len(r.moves.rows))),
 }
 
-# Words whose meaning is used only in part: they are counted all the same.
+# Words that are used only in part are counted too.
 COUNTED = {"SPINDL", "MULTAX", "CUTCOM", "TRNTYP", "LOAD", "LOADTL", *FRAME_WORDS}
+
+# Words that move the tool or the coordinate system and aren't supported.
+_CURVE = "is a curve that isn't supported; let the CAM system write GOTO points"
+_COPY = "repeats or moves other statements, which isn't supported; let the CAM system write GOTO points"
+_TABLE = "turns or moves the coordinate system, which isn't supported; let the CAM system write tool vectors"
+_STEPS = "makes coordinates incremental, which isn't supported; let the CAM system write absolute ones"
+_PLANE = "moves the tool to a height that isn't stated; let the CAM system write GOTO points"
+
+REFUSED = {
+    **dict.fromkeys(("ARC", "HELIX", "HELICAL"), _CURVE),
+    **dict.fromkeys(
+        ("GOFWD", "GOBACK", "GOLFT", "GORGT", "GOUP", "GODOWN", "TLON", "TLLFT", "TLRGT"), _CURVE
+    ),
+    **dict.fromkeys(
+        ("NURBS", "SPLINE", "BSPLIN", "BSPLINE", "POLYNOMIAL", "POCKET", "SCURV", "THREAD"), _CURVE
+    ),
+    **dict.fromkeys(
+        ("COPY", "TRACUT", "CALL", "CALSUB", "DEFSUB", "MACRO", "LOOPST", "INDEX", "MIRROR"), _COPY
+    ),
+    **dict.fromkeys(("ROTATE", "ROTABL", "ROTHED"), _TABLE),
+    **dict.fromkeys(("SET", "MODE"), _STEPS),
+    "DNTCUT": "hides the moves that follow from the machine; let the CAM system leave them out",
+    **dict.fromkeys(("RETRCT", "GOCLER", "PROBE"), _PLANE),
+}
+
+# A word this similar to one of these, by difflib's ratio, may be a typing error that loses a move.
+MOTIONS = ("GOTO", "FROM", "CIRCLE", "CYCLE", "GODLTA", "GOHOME", "MOVARC", "RAPID")
+NEAR, LONGEST_WORD = 0.8, 10
+
+
+def _require_harmless(statement: Statement, source: Source) -> None:
+    """Raise `ToolpathError` if ignoring a statement would lose or change a move."""
+    word = statement.word
+    if word.startswith(CREO):
+        return
+    if word[:1] in set("0123456789+-."):
+        raise statement.error(
+            source, "has no word; continue a statement with $ at the end of the line before"
+        )
+    for part in word.split(","):
+        reason = REFUSED.get(part)
+        if reason is not None and not _is_usual(part, statement):
+            raise statement.error(source, reason)
+    if "GOTO" in word or word.startswith(("GO", "MOVE", "MOVARC")) or "CIRCLE" in word:
+        raise statement.error(source, "isn't understood; write GOTO/x,y,z or GOTO/x,y,z,i,j,k")
+    near = _like_motion(word[:LONGEST_WORD])
+    if near is not None:
+        raise statement.error(source, f"isn't known, and {near} would move the tool; correct the word")
+
+
+@lru_cache(maxsize=1000)
+def _like_motion(word: str) -> str | None:
+    """Find the motion word that a word resembles; cached, as a file repeats few words many times."""
+    return next(iter(difflib.get_close_matches(word, MOTIONS, n=1, cutoff=NEAR)), None)
+
+
+def _is_usual(word: str, statement: Statement) -> bool:
+    """Check whether a word that could change moves has no effect here."""
+    minors = statement.minors
+    if word in ("SET", "MODE"):
+        # SET/HOLDER, MODE/MILL and others of their kind only name things.
+        return "INCR" not in minors
+    return minors in (["OFF"], ["NOMORE"])

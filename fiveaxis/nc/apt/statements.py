@@ -1,8 +1,8 @@
-"""Statements of an APT file: continuation lines, comments, and the comments that CAM systems give a meaning.
+"""Statements of an APT file: continuation lines, comments, and comments with a meaning.
 
-``$`` continues a statement on the next line, ``$$`` starts a comment. Two comments aren't only for people:
-Creo writes ``$$-> CUTTER / 10.0`` and ``$$-> CSYS / …``, CATIA a frame of three lines after ``$$*CATIA0``.
-They become statements whose word keeps its ``$$->`` or ``$$*``.
+``$`` continues a statement on the next line, ``$$`` starts a comment. Two comments carry data: Creo writes
+``$$-> CUTTER / 10.0`` and ``$$-> CSYS / …``, CATIA a frame of three lines after ``$$*CATIA0``. They become
+statements whose word keeps its ``$$->`` or ``$$*``.
 """
 
 from __future__ import annotations
@@ -14,24 +14,24 @@ from fiveaxis.errors import ToolpathError
 from fiveaxis.nc.rows import parse_number
 from fiveaxis.nc.source import Source
 
-# After these comes text for people, which may hold slashes of its own.
+# Words that are followed by free text, which may contain slashes.
 FREE_TEXT = ("PARTNO", "PPRINT", "TPRINT", "INSERT", "REMARK", "NOTE", "TITLE")
 
 CREO, CATIA_FRAME = "$$->", "$$*CATIA0"
 
-# As much of a statement as an error shows: a broken file may have a line of megabytes.
+# Characters of a statement that an error shows: a broken file may have lines of megabytes.
 LONGEST_SHOWN = 100
 
 
 @dataclass(slots=True)
 class Statement:
-    """One statement, put together from its continuation lines.
+    """One statement, joined from its continuation lines.
 
     Parameters
     ----------
     line : its first line
-    word : what stands before the slash, in upper case
-    minor : what stands after it
+    word : the text before the slash, in upper case
+    minor : the text after it
     """
 
     line: int
@@ -49,7 +49,7 @@ class Statement:
         return text if len(text) <= LONGEST_SHOWN else f"{text[:LONGEST_SHOWN]}…"
 
     def error(self, source: Source, fact: str) -> ToolpathError:
-        """Make the error for a fault of this statement."""
+        """Create the error for a fault of this statement."""
         return source.error(f"{str(self)!r} {fact}", self.line)
 
     def numbers(self, source: Source) -> list[float]:
@@ -66,8 +66,8 @@ class Statement:
             raise self.error(source, "has a field that isn't a number") from None
 
 
-def part_minors(minors: list[str]) -> list[float | str]:
-    """Tell the numbers among the parts of a statement from its words."""
+def parse_minors(minors: list[str]) -> list[float | str]:
+    """Convert the parts of a statement that are numbers."""
     parts: list[float | str] = []
     for minor in minors:
         try:
@@ -77,20 +77,26 @@ def part_minors(minors: list[str]) -> list[float | str]:
     return parts
 
 
+def numbers_and_words(minors: list[str]) -> tuple[list[float], list[str]]:
+    """Separate the numbers among the parts of a statement from its words."""
+    parts = parse_minors(minors)
+    return [p for p in parts if isinstance(p, float)], [p for p in parts if isinstance(p, str)]
+
+
 def statements(source: Source) -> Iterator[Statement]:
     """Split a file into statements.
 
     Raises
     ------
     ToolpathError
-        The file ends where a statement should continue.
+        The file ends inside a statement.
     """
     begun: list[str] = []
     first = 0
     for number, line in enumerate(source.lines, start=1):
         if "$" not in line:
             if not begun:
-                # Nearly every line of a real file ends here.
+                # Fast path: nearly all lines of a real file.
                 if line:
                     text = line.strip()
                     if text:
@@ -117,7 +123,7 @@ def statements(source: Source) -> Iterator[Statement]:
 
 
 def _without_comment(line: str) -> tuple[str, bool]:
-    """Cut a line at its ``$`` or ``$$``; tell whether it continues on the next one."""
+    """Cut a line at its ``$`` or ``$$``; return whether it continues on the next line, too."""
     stripped = line.lstrip()
     if stripped.startswith(CREO):
         code, continued = _without_comment(stripped[len(CREO) :])
@@ -127,7 +133,7 @@ def _without_comment(line: str) -> tuple[str, bool]:
 
 
 def _catia_frame(source: Source, number: int) -> Statement:
-    """Take the three rows of a frame, which follow the line `number` and one with its name."""
+    """Read the three rows of a frame, after line `number` and a line with the frame's name."""
     rows = [line.replace("$$", " ").split() for line in source.lines[number + 1 : number + 4]]
     return Statement(number, CATIA_FRAME, ",".join(field for row in rows for field in row))
 

@@ -1,4 +1,4 @@
-"""Tools that an APT file states: ``CUTTER`` with the figures of APT, ``TLDATA`` of NX, tool numbers."""
+"""Tools of an APT file: ``CUTTER`` with the seven figures of APT, ``TLDATA`` of NX, tool numbers."""
 
 from __future__ import annotations
 
@@ -7,11 +7,13 @@ from dataclasses import dataclass, field
 
 from fiveaxis.errors import ToolError
 from fiveaxis.findings import Finding, Place, Severity
-from fiveaxis.nc.apt.statements import Statement, part_minors
+from fiveaxis.nc.apt.statements import Statement, numbers_and_words
 from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.source import Source
-from fiveaxis.toolpath import Tool
-from fiveaxis.toolpath.apt_cutter import cutter_from_apt
+from fiveaxis.toolpath import Tool, shapes
+
+# mm, rounding of the figures of an APT cutter.
+APT_ROUNDING = 1e-3
 
 
 @dataclass(frozen=True)
@@ -20,10 +22,10 @@ class Figures:
 
     Parameters
     ----------
-    statement : where it is stated
+    statement : that defines it
     lengths : diameter, corner radius, height, and radial distance and height of the corner's centre, None
         where they follow from the others
-    angles : deg, of the bottom to the horizontal and of the side to the axis
+    angles : deg, from the bottom to the horizontal and from the side to the axis
     """
 
     statement: Statement
@@ -31,13 +33,7 @@ class Figures:
     angles: tuple[float, float]
 
     def tool(self, scale: float) -> Tool:
-        """Make the tool; ``scale`` is mm in the unit of the file.
-
-        Raises
-        ------
-        ToolError
-            Figures that contradict each other, or a shape that isn't offered.
-        """
+        """Create the tool; `scale` is mm in the unit of the file. Raises as `cutter_from_apt`."""
         d, r, h, e, f = (None if length is None else length * scale for length in self.lengths)
         return cutter_from_apt(d or 0.0, r or 0.0, e, f, *self.angles, h)
 
@@ -49,10 +45,10 @@ class Tools:
     Parameters
     ----------
     source : the file
-    now : the cutter stated last, its figures or the statement that couldn't be understood
+    now : the cutter stated last: its figures, or a statement of unknown form
     number : of the tool loaded last
     used, used_number : those of the first location
-    changes : lines at which another tool was stated, after locations, and its statement
+    changes : statements of another tool after the first location
     """
 
     source: Source
@@ -63,7 +59,7 @@ class Tools:
     changes: list[Statement] = field(default_factory=list)
 
     def state(self, statement: Statement, *, moved: bool) -> None:
-        """Take ``CUTTER`` or ``TLDATA``; ``moved`` tells whether locations came before it."""
+        """Process ``CUTTER`` or ``TLDATA``; `moved` is whether there are locations before it."""
         read = _read_cutter if statement.word != "TLDATA" else _read_tldata
         self.now = read(statement) or statement
         if not moved:
@@ -72,16 +68,16 @@ class Tools:
             self.changes.append(statement)
 
     def load(self, statement: Statement, *, moved: bool) -> None:
-        """Take a tool number: ``LOADTL/1,…``, ``LOAD/TOOL,1,…``."""
-        number = next((p for p in part_minors(statement.minors) if isinstance(p, float)), None)
-        self.number = None if number is None else f"{number:g}"
+        """Process a tool number: ``LOADTL/1,…``, ``LOAD/TOOL,1,…``."""
+        numbers, _ = numbers_and_words(statement.minors)
+        self.number = f"{numbers[0]:g}" if numbers else None
         if not moved:
             self.used_number = self.number
         elif self.number != self.used_number and _key(self.now) == _key(self.used):
             self.changes.append(statement)
 
     def settle(self, options: ReadOptions, scale: float) -> tuple[Tool, list[Finding]]:
-        """Give the path's tool: the caller's, or else the file's first.
+        """Return the path's tool, the caller's or else the file's first, and findings.
 
         Parameters
         ----------
@@ -90,7 +86,7 @@ class Tools:
         Raises
         ------
         ToolError
-            Neither names one, or the file's can't be made.
+            Neither specifies one, or the file's isn't supported.
         """
         findings: list[Finding] = []
         stated: Tool | None = None
@@ -112,7 +108,7 @@ class Tools:
         return tool, [*(self._changed(statement, tool) for statement in self.changes), *findings]
 
     def _stated(self, scale: float) -> Tool | None:
-        """Make the file's first tool, None if it states none."""
+        """Create the file's first tool, None if it has none."""
         if self.used is None:
             return None
         if isinstance(self.used, Figures):
@@ -124,13 +120,13 @@ class Tools:
                     f"{str(self.used.statement)!r}: {fault.message}", file=self.source.name, line=line
                 ) from None
         raise ToolError(
-            f"{str(self.used)!r} isn't a cutter that is understood; say which tool it is (--tool ball:10)",
+            f"{str(self.used)!r} isn't a known form of cutter; give the tool (--tool ball:10)",
             file=self.source.name,
             line=self.used.line,
         )
 
     def _changed(self, statement: Statement, tool: Tool) -> Finding:
-        text = f"{str(statement)!r} brings another tool; all of the path is read for {tool}"
+        text = f"{str(statement)!r} selects another tool; the whole path is read for {tool}"
         return self._warning("tool-change", text, statement.line)
 
     def _warning(self, code: str, text: str, line: int | None) -> Finding:
@@ -138,19 +134,19 @@ class Tools:
 
 
 def _key(stated: Figures | Statement | None) -> object:
-    """Compare by figures, not by the line that states them."""
+    """Return a cutter's figures, without the line that states them, for comparison."""
     if isinstance(stated, Figures):
         return (stated.lengths, stated.angles)
     return None if stated is None else stated.minors
 
 
 def _read_cutter(statement: Statement) -> Figures | None:
-    """Read ``CUTTER/d[,r[,e,f,α,β,h]]``, ISO 4343; None where it isn't that."""
+    """Read ``CUTTER/d[,r[,e,f,α,β,h]]``, ISO 4343; None for another form."""
     numbers = _numbers(statement.minors)
     if numbers is None or len(numbers) not in (1, 2, 7):
         return None
     d, r, e, f, alpha, beta, h = numbers if len(numbers) == 7 else [*numbers, *[0.0] * 6][:7]
-    # A corner whose centre lies in the tip doesn't exist: some systems write 0 for what they don't compute.
+    # A corner can't have its centre in the tip: some systems write 0 for values that they don't compute.
     computed = len(numbers) == 7 and not (r > 0.0 and e == f == 0.0)
     return Figures(statement, (d, r, h, e if computed else None, f if computed else None), (alpha, beta))
 
@@ -179,6 +175,63 @@ def _read_tldata(statement: Statement) -> Figures | None:
 
 
 def _numbers(minors: list[str]) -> list[float] | None:
-    parts = part_minors([m for m in minors if m])
-    numbers = [p for p in parts if isinstance(p, float)]
-    return numbers if numbers and len(numbers) == len(parts) and all(map(math.isfinite, numbers)) else None
+    numbers, words = numbers_and_words([m for m in minors if m])
+    return numbers if numbers and not words and all(map(math.isfinite, numbers)) else None
+
+
+def cutter_from_apt(
+    d: float,
+    r: float = 0.0,
+    e: float | None = None,
+    f: float | None = None,
+    alpha: float = 0.0,
+    beta: float = 0.0,
+    height: float | None = None,
+) -> Tool:
+    """Create the tool of a ``CUTTER/d,r,e,f,α,β,h`` statement.
+
+    Parameters
+    ----------
+    d : mm, diameter
+    r : mm, corner radius
+    e, f : mm, of the corner's centre from the axis and above the tip; by default those of a cutter with a
+        flat bottom and vertical sides
+    alpha : **degrees**, from the bottom to the horizontal
+    beta : **degrees**, from the side to the axis
+    height : mm, of the cutter; 0 counts as not given
+
+    Raises
+    ------
+    ToolError
+        Contradictory figures, or an unsupported shape.
+
+    References
+    ----------
+    ISO 4343:2000, CUTTER.
+    """
+    text = f"CUTTER/{d:g},{r:g},{_figure_text(e)},{_figure_text(f)},{alpha:g},{beta:g},{_figure_text(height)}"
+    shapes.require_positive(text, d=d)
+    length = height or None
+    if beta == 0.0 and r == 0.0 and alpha > 0.0 and _near(e, (0.0, d / 2.0)):
+        return Tool(shapes.drill(d, 180.0 - 2.0 * alpha, length=length))
+    if alpha == 0.0 and beta == 0.0 and _near(e, (d / 2.0 - r,)) and _near(f, (r,)):
+        if r == 0.0:
+            return Tool(shapes.flat(d, length=length))
+        is_ball = abs(r - d / 2.0) <= APT_ROUNDING
+        return Tool(shapes.ball(d, length=length) if is_ball else shapes.bull(d, r, length=length))
+    if alpha == 0.0 and beta > 0.0 and r > 0.0 and height and _near(e, (0.0,)) and _near(f, (r,)):
+        slope = math.radians(beta)
+        upper = r * math.cos(slope) + (height - r * (1.0 - math.sin(slope))) * math.tan(slope)
+        return Tool(shapes.taper(2.0 * r, beta, 2.0 * upper, length=length))
+    raise ToolError(
+        f"{text}: no supported cutter has these figures (ball, square, bull-nose, tapered ball, drill); give "
+        "the tool (--tool), for example bull:16:4"
+    )
+
+
+def _near(figure: float | None, expected: tuple[float, ...]) -> bool:
+    return figure is None or any(abs(figure - value) <= APT_ROUNDING for value in expected)
+
+
+def _figure_text(figure: float | None) -> str:
+    return "-" if figure is None else f"{figure:g}"

@@ -104,7 +104,7 @@ def note_assumptions(interpreter: Interpreter) -> None:
     """Add findings for what the program doesn't state: unit, start of the first moves, machine zero."""
     units, track = interpreter.modes.units, interpreter.track
     line = track.rows[0][1]
-    if units.stated is None and units.asked is None:
+    if units.stated is None and units.given is None:
         interpreter.note(
             Severity.WARNING,
             "unit-assumed",

@@ -1,1 +1,1 @@
-"""Writing programs: tables of controls, and what turns a motion into their blocks."""
+"""Writing programs: tables of controls, and motions as their blocks."""

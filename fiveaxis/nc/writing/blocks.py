@@ -1,4 +1,4 @@
-"""From a motion to lines: one block for each move, thousands of them at a time."""
+"""A motion's moves as blocks, thousands at a time."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ from fiveaxis.nc.writing.feeds import (
     without_creep,
 )
 from fiveaxis.nc.writing.numbers import feed_formats, fill_formats
-from fiveaxis.nc.writing.places import Wording
-from fiveaxis.nc.writing.turns import Moves, Words, count_turns, modulo_templates, shortened
+from fiveaxis.nc.writing.turns import Moves, Words, count_turns, modulo_templates, shortened, split_moves
+from fiveaxis.nc.writing.wording import Wording
 
-# s: a shorter duration is none; its F would be a number that no control reads.
+# s: shorter durations count as 0; no control reads their inverse time.
 SHORTEST = 1e-9
 
-# rad: a turn this near to whole ones leaves the tool where it was.
+# rad, tolerance on a turn by whole turns.
 WHOLE_TURN = 1e-9
 
-# rad: the tip stays within 0.1 mm of its circle, half a metre from the axis.
+# rad: chords of this angle are within 0.1 mm of the tip's circle, half a metre from the axis.
 PART_OF_TURN = np.radians(2.0)
 
 
@@ -42,9 +42,9 @@ class Blocks:
     Parameters
     ----------
     lines : in order
-    rows : row of the motion at which the block ends that each line is part of
-    dropped : moves left out, because no word changes in them
-    findings : what the control does otherwise than it was planned
+    rows : for each line, the row of the motion at which its block ends
+    dropped : number of moves omitted because none of their words changes
+    findings : where the control deviates from the plan
     """
 
     lines: list[str]
@@ -54,12 +54,12 @@ class Blocks:
 
 
 def block_lines(motion: Motion, wording: Wording, winding: str) -> Blocks:
-    """Write the blocks of all moves but the first, which is the approach's.
+    """Write the blocks of all moves but the first, which belongs to the approach.
 
     Raises
     ------
     ToolpathError
-        A move that takes no time; a feed that the control doesn't read.
+        A move without duration; a feed out of the control's range.
     """
     moves, dropped = _moves(motion, wording)
     if winding == "modulo":
@@ -69,7 +69,9 @@ def block_lines(motion: Motion, wording: Wording, winding: str) -> Blocks:
     _require_numbers(words.values, moves, motion, wording)
     plain = wording.rounded(moves.values)
     feeds = np.ones(len(moves))
-    wanted, raised = raised_feeds(feeds_of(plain, _some(moves.time), wording), plain, wording)
+    # The first row has no move and any duration.
+    times = np.append(1.0, moves.time[1:])
+    wanted, raised = raised_feeds(feeds_of(plain, times, wording), plain, wording)
     feeds[1:] = rounded_feeds(wanted, feed_form(wording))[1:]
     require_range(feeds, moves, motion, wording)
     kept = words.kept & (_needed(plain, wording)[:, None] | ~wording.is_linear)
@@ -82,9 +84,9 @@ def block_lines(motion: Motion, wording: Wording, winding: str) -> Blocks:
 
 
 def moving(motion: Motion, values: Array, wording: Wording) -> BoolArray:
-    """Find the moves to write, (n,): those in which a word changes. The first row is the approach's.
+    """Mark the moves to write, (n,): those in which a word changes, but for the first, the approach.
 
-    A move without duration may differ in the last decimal, when its way is below `STANDSTILL`; it is left to
+    A move without duration, shorter than `STANDSTILL`, may still change the last decimal; it becomes part of
     the next one.
 
     Parameters
@@ -106,7 +108,7 @@ def moving(motion: Motion, values: Array, wording: Wording) -> BoolArray:
 
 
 def _moves(motion: Motion, wording: Wording) -> tuple[Moves, int]:
-    """Pick the moves to write; what is too small for the decimals leaves its duration to the next one."""
+    """Select the moves to write; one below the decimals adds its duration to the next."""
     whole, owner = motion, np.arange(len(motion))
     if wording.coordinates == "tip":
         motion, owner = turned_on_the_spot(motion, wording.machine)
@@ -117,7 +119,7 @@ def _moves(motion: Motion, wording: Wording) -> tuple[Moves, int]:
     spent = np.cumsum(np.where(written | creeps, motion.time, 0.0))
     spent[0] = 0.0
     time = np.diff(spent[kept], prepend=0.0)
-    # Where nothing was left over the duration is the motion's, to the digit.
+    # Without an addition the duration is exactly the motion's.
     alone = np.diff(np.cumsum(creeps)[kept], prepend=0) == 0
     time = np.where(alone, motion.time[kept], time)
     rows = owner[kept]
@@ -125,27 +127,24 @@ def _moves(motion: Motion, wording: Wording) -> tuple[Moves, int]:
 
 
 def turned_on_the_spot(motion: Motion, machine: Machine) -> tuple[Motion, IntArray]:
-    """Cut rewinds into parts: moves in which nothing but a rotary axis turns, by whole turns.
+    """Divide rewinds, moves in which only a rotary axis turns, by whole turns.
 
-    The tip's place is the same after a whole turn, so a control that leads the tip would hold it there, and
-    swing the linear axes round with the table. Between parts it leads the tip where the standing linear axes
-    leave it.
+    The tip's position is the same after a whole turn, so TCP control would hold the tip there and make the
+    linear axes follow the table. The parts' tip positions keep the linear axes at rest.
 
     Returns
     -------
-    The motion in parts, and the row of the given one that each belongs to.
+    The divided motion, and for each of its rows the row of the given one.
     """
     turns = np.abs(motion.moves[:, machine.rotary_columns])
-    stands = (np.abs(motion.moves[:, machine.linear_columns]) < STANDSTILL).all(axis=1)
+    at_rest = (np.abs(motion.moves[:, machine.linear_columns]) < STANDSTILL).all(axis=1)
     whole = np.abs(np.remainder(turns + np.pi, 2.0 * np.pi) - np.pi) < WHOLE_TURN
-    rewinds = stands & whole.all(axis=1) & (turns > np.pi).any(axis=1)
+    rewinds = at_rest & whole.all(axis=1) & (turns > np.pi).any(axis=1)
     most = turns.max(axis=1, initial=0.0)
     parts = np.where(rewinds, np.ceil(most / PART_OF_TURN), 1.0).astype(np.int64)
     if not rewinds.any():
         return motion, np.arange(len(motion))
-    owner = np.repeat(np.arange(len(motion)), parts)
-    order = np.arange(len(owner)) - np.repeat(np.cumsum(parts) - parts, parts) + 1
-    left = (parts[owner] - order) / parts[owner]
+    owner, left = split_moves(parts)
     return (
         replace(
             motion,
@@ -159,22 +158,17 @@ def turned_on_the_spot(motion: Motion, machine: Machine) -> tuple[Motion, IntArr
     )
 
 
-def _some(time: Array) -> Array:
-    """Give the first row, which has no move, a duration to divide by."""
-    return np.concatenate([[1.0], time[1:]])
-
-
 def _needed(values: Array, wording: Wording) -> BoolArray:
-    """Tell which rows need their linear words, (m,): a block of rotary words only turns.
+    """Mark the rows that need their linear words, (m,): a pure rotation is written without.
 
-    Controls that count F along X, Y and Z would take it for a way of no length.
+    With them, controls that count F along X, Y and Z would see a path of length 0.
     """
     steps = np.diff(values, axis=0, prepend=values[:1])
     return np.asarray((steps[:, wording.is_linear] != 0.0).any(axis=1))
 
 
 def _require_numbers(values: Array, moves: Moves, motion: Motion, wording: Wording) -> None:
-    """Refuse a number that the control doesn't read."""
+    """Raise if a number is beyond the control's range."""
     most = wording.dialect.number.most
     bad = np.abs(values) > most
     if bad.any():
@@ -190,7 +184,7 @@ def _require_numbers(values: Array, moves: Moves, motion: Motion, wording: Wordi
 def _texts(
     words: Words, kept: BoolArray, feeds: Array, wording: Wording, templates: list[str | None]
 ) -> list[str]:
-    """Write the block of each row but the first; what stands before it is on lines of its own.
+    """Write the block of each row but the first, after the lines of `words.before`.
 
     Parameters
     ----------
@@ -200,22 +194,21 @@ def _texts(
         return []
     rapid = np.isnan(feeds[1:])
     by_feed = feed_formats(np.where(rapid, 1.0, feeds[1:]), feed_form(wording))
-    by_feed = ["" if quick else text for quick, text in zip(rapid.tolist(), by_feed, strict=True)]
+    by_feed = ["" if is_rapid else text for is_rapid, text in zip(rapid.tolist(), by_feed, strict=True)]
     formats = _formats(kept[1:], by_feed, wording, templates)
     for row, block in words.before.items():
         formats[row - 1] = f"{block.replace('%', '%%')}\n{formats[row - 1]}"
     plain = np.array([text[:1] == "%" for text in by_feed])
     values = np.column_stack([words.values[1:], feeds[1:]])
-    places = np.column_stack([kept[1:], plain])
-    return list(fill_formats(formats, values, places))
+    return list(fill_formats(formats, values, np.column_stack([kept[1:], plain])))
 
 
 def _formats(kept: BoolArray, feeds: list[str], wording: Wording, templates: list[str | None]) -> list[str]:
-    """Give the format of every row, (m,): few different ones, but for feeds written out.
+    """Return the ``%`` format of every row, (m,); few are different.
 
     Parameters
     ----------
-    feeds : (m,), what writes F; empty in a rapid move, which has none
+    feeds : (m,), format of F, empty in rapid moves
     """
     words = wording.formats(templates)
     linear = (wording.mode.linear or wording.dialect.linear).replace("%", "%%")

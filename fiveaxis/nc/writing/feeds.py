@@ -1,4 +1,4 @@
-"""F of every block: the inverse of its duration, or the speed along its way."""
+"""F of every block: the inverse of its duration, or the speed along its path."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from fiveaxis.geometry import Array, BoolArray
 from fiveaxis.motion import Motion
 from fiveaxis.nc.rows import MILLIMETRES
 from fiveaxis.nc.writing.numbers import feed_text
-from fiveaxis.nc.writing.places import Wording
 from fiveaxis.nc.writing.table_parts import Feed, FeedMode
 from fiveaxis.nc.writing.turns import Moves
+from fiveaxis.nc.writing.wording import Wording
 
-# Steps of the last decimal of the linear words: a way as short is rounding beside a turn of the rotary axes,
-# and a feed along it would be no number that means anything.
+# Steps of the last decimal of the linear words: with a turn of the rotary axes, a shorter linear move is
+# rounding, and a feed along it is meaningless.
 ROUNDING = 2.0
 
 SECONDS = 60.0
 
-# Of F: a rounding to the control's decimals that changes a block's duration by more is said.
+# Share of a block's duration by which rounding of F may change it without a finding.
 COARSE = 0.01
 
 _REMEDY: dict[tuple[FeedMode, bool], str] = {
@@ -34,10 +34,10 @@ _REMEDY: dict[tuple[FeedMode, bool], str] = {
 
 
 def without_creep(moves: Moves, wording: Wording) -> Moves:
-    """Let the linear axes stand where they move by rounding beside a turn of the rotary axes.
+    """Hold the linear axes where they move only by rounding while rotary axes turn.
 
-    The words that stand are those of the last block that moves them, so that what is left out never adds up
-    to more than `ROUNDING` steps of the last decimal.
+    They keep the values of the last block that moves them, so omitted moves never add up to more than
+    `ROUNDING` steps of the last decimal.
 
     Parameters
     ----------
@@ -47,9 +47,9 @@ def without_creep(moves: Moves, wording: Wording) -> Moves:
     values = wording.rounded(moves.values)
     steps = np.diff(values, axis=0, prepend=values[:1])
     least = ROUNDING * 10.0 ** -float(wording.decimals[linear].max(initial=0)) * (1.0 + 1e-6)
-    way = np.linalg.norm(steps[:, linear], axis=1)
+    length = np.linalg.norm(steps[:, linear], axis=1)
     turns = (steps[:, ~linear] != 0.0).any(axis=1)
-    creeping = np.flatnonzero((way > 0.0) & (way <= least) & turns)
+    creeping = np.flatnonzero((length > 0.0) & (length <= least) & turns)
     if len(creeping) == 0:
         return moves
     values = moves.values.copy()
@@ -60,60 +60,60 @@ def without_creep(moves: Moves, wording: Wording) -> Moves:
     return replace(moves, values=values)
 
 
-def ways(values: Array, wording: Wording) -> tuple[Array, BoolArray]:
-    """Measure the way of each move that F counts along.
+def path_lengths(values: Array, wording: Wording) -> tuple[Array, BoolArray]:
+    """Compute the path length of each move that F refers to.
 
     Parameters
     ----------
-    values : (m, c), rounded, turns counted on and on
+    values : (m, c), rounded, turns unwrapped
 
     Returns
     -------
-    way : (m,), in the unit of the words; deg where only rotary words change, or the direction
-    along : (m,), whether the linear words change
+    length : (m,), in the unit of the words; deg where only rotary words or the direction change
+    is_linear : (m,), whether the linear words change
     """
     steps = np.diff(values, axis=0, prepend=values[:1])
     linear = wording.is_linear
-    way = np.linalg.norm(steps[:, linear], axis=1)
+    length = np.linalg.norm(steps[:, linear], axis=1)
     if wording.coordinates == "vector":
         half = np.clip(np.linalg.norm(steps[:, ~linear], axis=1) / 2.0, 0.0, 1.0)
         turn = np.degrees(2.0 * np.arcsin(half))
     else:
         turn = np.linalg.norm(steps[:, ~linear], axis=1)
-    along = way > 0.0
-    return np.where(along, way, turn), along
+    is_linear = length > 0.0
+    return np.where(is_linear, length, turn), is_linear
 
 
 def feeds_of(values: Array, time: Array, wording: Wording) -> Array:
-    """Give F of each move, (m,), in the units of the control, not yet rounded.
+    """Compute F of each move, (m,), in the units of the control, not yet rounded.
 
     Parameters
     ----------
-    values : (m, c), rounded, turns counted on and on
+    values : (m, c), rounded, turns unwrapped
     time : (m,), s, above 0
     """
     if wording.mode.feed == "inverse_time":
         return SECONDS / time
-    way, along = ways(values, wording)
+    length, is_linear = path_lengths(values, wording)
     per_unit = 1.0 if wording.unit == "mm" else 1.0 / wording.dialect.inch_feed
-    return way / time * SECONDS * np.where(along, per_unit, 1.0)
+    return length / time * SECONDS * np.where(is_linear, per_unit, 1.0)
 
 
 def feed_form(wording: Wording) -> Feed:
-    """Give the form of F in the coordinates that are written."""
+    """Return the form of F in the chosen coordinates."""
     return wording.dialect.feed[wording.mode.feed]
 
 
 def rounded_feeds(feeds: Array, form: Feed) -> Array:
-    """Round F as it is printed; significant digits are left to the print."""
+    """Round F to its fixed decimals; significant digits are applied when it is formatted."""
     return feeds if form.decimals is None else np.round(feeds, form.decimals)
 
 
 def raised_feeds(feeds: Array, values: Array, wording: Wording) -> tuple[Array, BoolArray]:
-    """Raise F to the least that the control reads where the linear axes creep alone.
+    """Raise F to the control's lowest where the linear axes creep alone.
 
-    They then get there earlier, at a speed that is nearly none all the same. Rotary axes that turn with them
-    would be driven, so such blocks stay as they are, and are refused.
+    They arrive earlier then, still at nearly no speed. Blocks that also turn rotary axes are unchanged, and
+    refused, as those axes would be faster too.
 
     Parameters
     ----------
@@ -132,17 +132,7 @@ def raised_feeds(feeds: Array, values: Array, wording: Wording) -> tuple[Array, 
 
 
 def require_range(feeds: Array, moves: Moves, motion: Motion, wording: Wording) -> None:
-    """Refuse a feed that the control doesn't read.
-
-    Parameters
-    ----------
-    feeds : (m,), rounded; the first row has none
-
-    Raises
-    ------
-    ToolpathError
-        F of a block is out of range; the message has its location.
-    """
+    """Raise if a feed, (m,) and rounded, is out of the control's range; the first row has none."""
     form = feed_form(wording)
     low = form.least or 0.0
     high = np.inf if form.most is None else form.most
@@ -162,18 +152,18 @@ def require_range(feeds: Array, moves: Moves, motion: Motion, wording: Wording) 
 
 
 def note_floor(values: Array, raised: BoolArray, moves: Moves, wording: Wording) -> list[Finding]:
-    """Say how many blocks the control runs quicker than they were planned, because it knows no slower way.
+    """Return a finding on blocks slower than the control's lowest speed, which it runs faster than planned.
 
     Parameters
     ----------
     values : (m, c), rounded
-    raised : (m,), where F was raised to the least
+    raised : (m,), where F was raised to the lowest
     """
     form = feed_form(wording)
     floor = form.least_speed or form.least or 0.0
-    way, along = ways(values, wording)
-    speed = way[1:] * MILLIMETRES[wording.unit] / moves.time[1:] * SECONDS
-    slow = raised[1:] | (along[1:] & (form.least_speed is not None) & (speed < floor))
+    length, is_linear = path_lengths(values, wording)
+    speed = length[1:] * MILLIMETRES[wording.unit] / moves.time[1:] * SECONDS
+    slow = raised[1:] | (is_linear[1:] & (form.least_speed is not None) & (speed < floor))
     slow &= ~moves.rapid[1:]
     if not slow.any():
         return []
@@ -183,7 +173,7 @@ def note_floor(values: Array, raised: BoolArray, moves: Moves, wording: Wording)
             Severity.WARNING,
             "feed-floor",
             f"{int(slow.sum())} blocks go slower than {floor:g} mm/min along X, Y and Z (here at "
-            f"{speed[row - 1]:.3g}); the control runs them at that speed, and rotary axes quicker with it",
+            f"{speed[row - 1]:.3g}); the control runs them at that speed, and rotary axes faster too",
             Place(location=int(moves.row[row])),
             float(slow.sum()),
         )
@@ -191,7 +181,7 @@ def note_floor(values: Array, raised: BoolArray, moves: Moves, wording: Wording)
 
 
 def note_rounding(wanted: Array, feeds: Array, moves: Moves, wording: Wording) -> list[Finding]:
-    """Say how many blocks take another time than planned, because F has too few decimals for so slow a way.
+    """Return a finding on blocks whose time differs from the plan because F has too few decimals.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The blocks around the moves: modes, tool, spindle, coolant, the approach, and the way out."""
+"""The blocks around the moves: modes, tool, spindle, coolant, approach, lead-out and end."""
 
 from __future__ import annotations
 
@@ -11,32 +11,28 @@ import numpy as np
 from fiveaxis.errors import SettingError
 from fiveaxis.motion import Phase, ProgramMotion
 from fiveaxis.nc.rows import MILLIMETRES
+from fiveaxis.nc.words import control_value
 from fiveaxis.nc.writing.feeds import SECONDS, feed_form
-from fiveaxis.nc.writing.header import contains_length, counted
+from fiveaxis.nc.writing.header import contains_length
 from fiveaxis.nc.writing.numbers import feed_text
-from fiveaxis.nc.writing.places import Wording
 from fiveaxis.nc.writing.program_settings import ProgramSettings, spindle_text
 from fiveaxis.nc.writing.turns import first_words
+from fiveaxis.nc.writing.wording import Wording
 
-# Ends of the tape, and the program's own number.
+# Lines without block number: ends of the tape, and the program number.
 _UNNUMBERED = re.compile(r"%|O[0-9]")
 
-# A line of a program, and the row of its motion at which the move ends that it is part of.
+# A line of a program, and the row of its motion at which its move ends.
 Line = tuple[str, int]
 NO_ROW = -1
 
-# What stands for a number or a name that a control needs and nobody has given.
+# Defaults for a number or name that a control needs.
 ASSUMED_NUMBER, ASSUMED_NAME = 1, "PROGRAM"
 
 
 @dataclass(frozen=True, eq=False)
 class Frame:
-    """What stands around the moves of a program.
-
-    Parameters
-    ----------
-    wording, settings, winding : how it is written
-    """
+    """Writes the blocks around the moves of a program."""
 
     wording: Wording
     settings: ProgramSettings
@@ -49,7 +45,7 @@ class Frame:
 
     @property
     def offset(self) -> int:
-        """The number of the tool's length."""
+        """Number of the tool's length offset."""
         given = (self.settings.length_offset, self.settings.tool_number, ASSUMED_NUMBER)
         return next(number for number in given if number is not None)
 
@@ -79,16 +75,16 @@ class Frame:
         return lines
 
     def approach(self, program: ProgramMotion) -> Iterator[Line]:
-        """Lead the tool to the first location: in rapid, but for the lead-in to a first cut."""
+        """Write the rapid approach to the first location, and the lead-in to a first cut."""
         wording, machine, first = self.wording, self.wording.machine, program.first
-        places = program.motion.positions
-        led_in = program.phase[first] == Phase.LEAD_IN
-        at = first - led_in
+        has_lead_in = program.phase[first] == Phase.LEAD_IN
+        at = first - has_lead_in
+        begin = program.motion.positions[at : at + 1]
         by_axes = Wording(wording.dialect, "axes", machine, wording.unit)
-        start = first_words(by_axes.values(places[at : at + 1]), by_axes, self.winding)[0]
+        start = first_words(by_axes.values(begin), by_axes, self.winding)[0]
         yield from ((line, NO_ROW) for line in (() if wording.coordinates != "axes" else self._on()))
         for axis, value in machine.clamped:
-            words = f"{axis.letter}{counted(axis, value):.{wording.dialect.number.rotary}f}"
+            words = f"{axis.letter}{control_value(axis, value):.{wording.dialect.number.rotary}f}"
             yield self._rapid(words), NO_ROW
         if turn := by_axes.words(start, only=self.rotary):
             yield self._rapid(turn), NO_ROW
@@ -98,37 +94,36 @@ class Frame:
             yield from ((self._first(words), at) for words in down)
         else:
             yield from ((line, NO_ROW) for line in self._on())
-            tips = wording.values(places[at : at + 1])[0]
-            yield self._first(wording.words(tips, only="XYZ")), at
+            yield self._first(wording.words(wording.values(begin)[0], only="XYZ")), at
         if word := feed_form(wording).word:
             yield word, NO_ROW
-        if led_in:
+        if has_lead_in:
             yield self._lead_in(program), first
 
     def _lead_in(self, program: ProgramMotion) -> str:
         wording, first = self.wording, program.first
-        # A signed word of the place where an axis stands might be a whole turn.
+        # A signed word of the angle at which an axis already is might be a whole turn.
         modulo = wording.dialect.modulo if self.winding == "modulo" else None
-        stands = self.rotary if modulo is not None and (modulo.way == "signed" or modulo.word) else ""
-        moved = "".join(c for c in wording.machine.letters if c not in stands)
-        place = program.motion.positions[first : first + 1]
-        target = first_words(wording.values(place), wording, self.winding)[0]
+        omitted = self.rotary if modulo is not None and (modulo.way == "signed" or modulo.word) else ""
+        moved = "".join(c for c in wording.machine.letters if c not in omitted)
+        position = program.motion.positions[first : first + 1]
+        target = first_words(wording.values(position), wording, self.winding)[0]
         words = wording.words(target, only="XYZ" if wording.coordinates != "axes" else moved)
         return self._lead(words, program, first)
 
     def lead_out(self, program: ProgramMotion) -> Iterator[Line]:
-        """Lead the tool out of a last cut, at its feed, while the rotary axes stand."""
+        """Write the lead-out of a last cut, at its feed, with the rotary axes at rest."""
         row = program.last + 1
         if row == len(program) or program.phase[row] != Phase.LEAD_OUT:
             return
-        place = program.motion.positions[row : row + 1]
-        # A direction of the tool is said again: not every control keeps it where a block has none.
+        position = program.motion.positions[row : row + 1]
+        # Tool directions are repeated: not every control keeps them.
         only = None if self.wording.coordinates == "vector" else "XYZ"
-        words = self.wording.words(self.wording.values(place)[0], only=only)
+        words = self.wording.words(self.wording.values(position)[0], only=only)
         yield self._lead(words, program, row), row
 
     def end(self) -> list[str]:
-        """Switch off what was switched on, and go up from the part."""
+        """Reset modes, retract, switch off spindle and coolant, and go home."""
         wording, dialect, settings = self.wording, self.wording.dialect, self.settings
         lines = [dialect.reset.clear] if self.winding == "rezero" and dialect.reset is not None else []
         normal = dialect.feed.get("per_minute")
@@ -139,38 +134,40 @@ class Frame:
         home = [self._machine_move(dict.fromkeys(group, 0.0)) for group in settings.home.split()]
         clear = self._retract() or (home[:1] if settings.goes_clear else [])
         lines += [*clear, *(self._fill(wording.mode.off_clear) if clear else [])]
-        # The spindle turns until the tool is clear.
+        # The spindle stops once the tool is clear.
         lines += [block for block in (dialect.spindle_off, dialect.coolant_off) if block]
         lines += home if settings.retract is not None else home[1:]
         return lines + self._fill(dialect.end)
 
     def assumptions(self) -> list[str]:
-        """Say which numbers stand for what nobody has given, and the control needs."""
-        said = []
+        """Return notes on numbers that the control needs and that are assumed."""
+        notes = []
         dialect, settings = self.wording.dialect, self.settings
         on = (*self._on_templates(), self._first_template() or "")
         if any("{offset}" in block for block in on) and (
             settings.length_offset is None and settings.tool_number is None
         ):
-            said.append(f"no tool number was given: H{self.offset} is written")
+            notes.append(f"no tool number was given: H{self.offset} is written")
         if any("{number}" in line for line in dialect.head) and settings.number is None:
-            said.append(f"no program number was given: {ASSUMED_NUMBER} is written")
+            notes.append(f"no program number was given: {ASSUMED_NUMBER} is written")
         rpm = settings.spindle_rpm
         if rpm is not None and float(spindle := spindle_text(rpm, dialect)) != rpm:
-            said.append(f"the spindle speed {rpm:.9g} has decimals that S has none of: S{spindle} is written")
-        return said
+            notes.append(
+                f"the spindle speed {rpm:.9g} has decimals that S has none of: S{spindle} is written"
+            )
+        return notes
 
     @property
-    def _contained(self) -> bool:
+    def _contains_length(self) -> bool:
         contained = self.wording.coordinates == "axes" and contains_length(self.wording.machine)
         return contained and self.wording.mode.on_contained is not None
 
     def _on_templates(self) -> tuple[str, ...]:
         mode = self.wording.mode
-        return (mode.on_contained or ()) if self._contained else mode.on
+        return (mode.on_contained or ()) if self._contains_length else mode.on
 
     def _first_template(self) -> str | None:
-        return None if self._contained else self.wording.mode.first
+        return None if self._contains_length else self.wording.mode.first
 
     def _on(self) -> list[str]:
         return self._fill(self._on_templates())
@@ -196,43 +193,43 @@ class Frame:
     def _retract(self) -> list[str]:
         return [] if self.settings.retract is None else [self._machine_move({"Z": self.settings.retract})]
 
-    def _machine_move(self, places: dict[str, float]) -> str:
+    def _machine_move(self, targets: dict[str, float]) -> str:
         number = self.wording.dialect.number
         sign = "+" if number.plus else ""
         scale = MILLIMETRES[self.wording.unit]
         words = (
             f"{letter}{value / (scale if letter in 'XYZ' else 1.0):{sign}.{number.linear}f}"
-            for letter, value in places.items()
+            for letter, value in targets.items()
         )
         return self.wording.dialect.machine_move.format(words=" ".join(words))
 
     def _lead(self, words: str, program: ProgramMotion, row: int) -> str:
-        """Write the straight move to a row beside a cut."""
+        """Write a lead-in or lead-out, the linear move to a row."""
         wording, dialect = self.wording, self.wording.dialect
         form = feed_form(wording)
         inches = 1.0 if wording.unit == "mm" else dialect.inch_feed
         per_minute = float(program.motion.feed[row]) * SECONDS / MILLIMETRES[wording.unit] / inches
         inverse = SECONDS / float(program.motion.time[row])
         feed = inverse if wording.mode.feed == "inverse_time" else per_minute
-        # The control's own bounds hold for this block as for all; it is no place to fail.
+        # Clamped to the control's range, as a lead must not make the program fail.
         feed = min(max(feed, form.least or 0.0), form.most or np.inf)
         linear = wording.mode.linear or dialect.linear
         return linear.format(words=words, feed=feed_text(feed, form))
 
 
 def name_word(name: str) -> str:
-    """Make a name that every control takes: capitals, digits and ``_``, a letter first."""
+    """Convert to a name that every control accepts: capitals, digits and ``_``, a letter first."""
     kept = "".join(c if c.isascii() and c.isalnum() else "_" for c in name.upper())[:24]
     return kept if kept[:1].isalpha() else f"P{kept}" if kept else ASSUMED_NAME
 
 
 def numbered(lines: list[str], wording: Wording, step: int | None) -> Iterator[str]:
-    """Put block numbers before lines: those without comments, or all, as the control has it.
+    """Put block numbers before lines: before those that aren't comments, or all, depending on the control.
 
     Raises
     ------
     SettingError
-        A control that numbers all lines has none left.
+        The control numbers all lines, and there are more than its largest number.
     """
     dialect = wording.dialect
     if step is None and not dialect.numbered:
@@ -254,6 +251,6 @@ def numbered(lines: list[str], wording: Wording, step: int | None) -> Iterator[s
             yield line
             continue
         yield f"{begin}{number}{end}{line}"
-        # A number that has come to its end begins anew, as controls let it.
+        # Numbers start again after the largest.
         number = number + (1 if dialect.numbered else step or 1)
         number = number if number <= most else (step or 1)

@@ -1,21 +1,32 @@
-"""What a program says about itself: what it was made for, and what has to be so at the machine."""
+"""The header's comments: what the program was made for, and what it requires at the machine."""
 
 from __future__ import annotations
 
+import textwrap
+import unicodedata
 from collections.abc import Sequence
 
 import numpy as np
 
-from fiveaxis.machine import Axis, Machine, Setup
-from fiveaxis.nc.writing.comments import comment_lines
-from fiveaxis.nc.writing.places import Wording
+from fiveaxis.machine import Machine, Setup
+from fiveaxis.nc.words import control_value
 from fiveaxis.nc.writing.program_settings import ProgramSettings
+from fiveaxis.nc.writing.table_parts import Comments
 from fiveaxis.nc.writing.turns import counted_columns
+from fiveaxis.nc.writing.wording import Wording
 
 VECTOR_NOTE = (
     "directions of the tool are written, and the control chooses its rotary angles for them: they may be "
     "others than those that were optimised and verified"
 )
+
+# Brackets can't nest; the other characters have no ASCII decomposition in Unicode.
+_TO_ASCII = str.maketrans(
+    {
+        "(": "[", ")": "]", "°": " deg", "·": "*", "×": "x", "−": "-", "–": "-", "—": "-", "→": "->",
+        "µ": "u", "μ": "u", "ß": "ss", "ø": "o", "Ø": "d", "“": '"', "”": '"', "‘": "'", "’": "'",
+    }
+)  # fmt: skip
 
 
 def head_lines(
@@ -25,7 +36,7 @@ def head_lines(
 
     Parameters
     ----------
-    pairs : name and value of what the caller says: tool, source, energy, verdict
+    pairs : name and value of the caller's comments: tool, source, energy, verdict
     """
     machine, dialect = wording.machine, wording.dialect
     texts = [
@@ -40,7 +51,7 @@ def head_lines(
     if dialect.language == "blocks":
         texts += [
             *_winding_note(wording, winding),
-            zero_note(wording),
+            _zero_note(wording),
             *_setup_note(wording),
             *_clamped_notes(machine),
             _length_note(wording),
@@ -52,28 +63,22 @@ def head_lines(
 
 
 def contains_length(machine: Machine) -> bool:
-    """Tell whether the axis positions already contain the tool's length."""
+    """Check whether the axis positions already contain the tool's length."""
     return not machine.length_is_along_z or machine.tool_length > 0.0
 
 
-def counted(axis: Axis, value: float) -> float:
-    """Give an axis value as the control counts it, mm or deg."""
-    return (-1.0 if axis.reversed else 1.0) * axis.shown(value) + 0.0
-
-
-def zero_note(wording: Wording) -> str:
-    """Say where the zero of the words is."""
+def _zero_note(wording: Wording) -> str:
     machine = wording.machine
     if wording.coordinates != "axes":
         return "zero: the work offset is the workpiece origin, with every axis at 0"
     home = " ".join(f"{a.letter}0" for a in machine.axes)
     x, y, z = np.round(machine.chain.tool_home[:3, 3], 6) + 0.0
-    place = "at the workpiece origin" if x == y == z == 0.0 else f"at {x:g} {y:g} {z:g} mm of the workpiece"
-    return f"zero: at {home} of the work offset the tool tip is {place}, as in the machine model"
+    where = "at the workpiece origin" if x == y == z == 0.0 else f"at {x:g} {y:g} {z:g} mm of the workpiece"
+    return f"zero: at {home} of the work offset the tool tip is {where}, as in the machine model"
 
 
 def _winding_line(wording: Wording, winding: str) -> list[str]:
-    """Say by which rule rotary words count from 0 to 360, as the readers of programs find it."""
+    """Return the rule by which rotary words count from 0 to 360, in the form that the readers parse."""
     letters = "".join(wording.machine.letters[c] for c in counted_columns(wording.machine))
     if winding != "modulo" or wording.dialect.modulo is None or not letters:
         return []
@@ -81,7 +86,7 @@ def _winding_line(wording: Wording, winding: str) -> list[str]:
 
 
 def _winding_note(wording: Wording, winding: str) -> list[str]:
-    """Say what the person at the machine has to know, where an axis has turns to count."""
+    """Return the control's note for the operator, if an axis has turns to count."""
     notes = wording.dialect.winding_notes
     return [notes[winding]] if winding in notes and counted_columns(wording.machine) else []
 
@@ -90,13 +95,13 @@ def _missing_note(settings: ProgramSettings, wording: Wording) -> list[str]:
     missing, kept = settings.missing, wording.mode.off_clear
     if wording.dialect.language != "blocks":
         return []
-    said = [f"not written: {', '.join(missing)}; see to it before the start"] if missing else []
+    notes = [f"not written: {', '.join(missing)}; see to it before the start"] if missing else []
     if kept and not settings.goes_clear:
-        said.append(
+        notes.append(
             f"not written: {' '.join(kept)} at the end, as it may move Z by the tool's length and no retract "
             "comes before it; see to it where the tool is clear"
         )
-    return said
+    return notes
 
 
 def _setup_note(wording: Wording) -> list[str]:
@@ -110,7 +115,7 @@ def _setup_note(wording: Wording) -> list[str]:
 
 def _clamped_notes(machine: Machine) -> list[str]:
     return [
-        f"clamped: {axis.letter} at {counted(axis, value):g} {axis.unit}; these words hold there only"
+        f"clamped: {axis.letter} at {control_value(axis, value):g} {axis.unit}; these words hold there only"
         for axis, value in machine.clamped
     ]
 
@@ -132,8 +137,8 @@ def _length_note(wording: Wording) -> str:
 
 
 def _start_note(wording: Wording) -> str:
-    way = "then X and Y move, then Z" if wording.coordinates == "axes" else "then X, Y and Z move together"
-    return f"start with the tool clear of part and table: first the rotary axes turn, {way}"
+    then = "then X and Y move, then Z" if wording.coordinates == "axes" else "then X, Y and Z move together"
+    return f"start with the tool clear of part and table: first the rotary axes turn, {then}"
 
 
 def _sign_note(wording: Wording) -> list[str]:
@@ -145,3 +150,28 @@ def _sign_note(wording: Wording) -> list[str]:
     if not flipped or wording.coordinates == "vector":
         return []
     return [f"{' '.join(flipped)} count as on this control, opposite to tool relative to workpiece"]
+
+
+def comment_lines(text: str, form: Comments) -> list[str]:
+    """Write any text as comment blocks of a control.
+
+    The text becomes ASCII (accents are dropped, unknown characters become ``?``), round brackets become
+    square, line ends become spaces, and long texts are wrapped. A text that the control would act on
+    (``MSG,...``) loses its comma; characters that end a program or continue a line become ``_``.
+    """
+    plain = " ".join(_ascii(text).split()).translate({ord(sign): "_" for sign in form.forbidden})
+    plain = plain.upper() if form.capitals else plain
+    wrapped = textwrap.wrap(plain, width=form.width, subsequent_indent="  ") or [""]
+    return [form.template.format(_disarmed(line, form)) for line in wrapped]
+
+
+def _ascii(text: str) -> str:
+    decomposed = unicodedata.normalize("NFKD", text.translate(_TO_ASCII)).translate(_TO_ASCII)
+    kept = "".join(c for c in decomposed if not unicodedata.combining(c))
+    return "".join(c if " " <= c <= "~" else " " if c.isspace() else "?" for c in kept)
+
+
+def _disarmed(line: str, form: Comments) -> str:
+    word, comma, rest = line.partition(",")
+    active = comma and word.strip().lower() in form.active
+    return f"{word} {rest}" if active else line

@@ -1,7 +1,4 @@
-"""Numbers as blocks show them, many blocks at a time: one ``%`` for thousands of rows.
-
-Fixed decimals, never an exponent, never ``-0.000``.
-"""
+"""Formatting of numbers, with one ``%`` for thousands of rows; never an exponent or ``-0.000``."""
 
 from __future__ import annotations
 
@@ -13,34 +10,20 @@ import numpy as np
 from fiveaxis.geometry import Array, BoolArray
 from fiveaxis.nc.writing.table_parts import Feed
 
-# Rows that are formatted at once: few enough to stay in the processor's memory, many enough that what a call
-# costs doesn't count.
+# Rows that are formatted at once: small enough for the processor's cache, large enough to hide call overhead.
 CHUNK = 4096
-# Between rows of a chunk: a sign that no program has, as a row may have several lines.
+# Separates the rows of a chunk, which may have several lines; no program contains it.
 APART = "\0"
 
 
 def rounded(values: Array, decimals: Array) -> Array:
-    """Round each column to its decimals, as it is printed; there is no -0.
-
-    Parameters
-    ----------
-    values : (n, k)
-    decimals : (k,), whole numbers
-    """
+    """Round each column of values, (n, k), to its decimals, (k,), as printed; without -0."""
     scale = 10.0**decimals
     return np.rint(values * scale) / scale + 0.0
 
 
 def feed_text(feed: float, form: Feed) -> str:
-    """Write one F, without exponent.
-
-    Parameters
-    ----------
-    feed : above 0
-    form : fixed decimals, or significant digits; decimals then follow from the size, so a long move keeps as
-        many as a short one
-    """
+    """Format one F, above 0, with the form's fixed decimals or significant digits, without exponent."""
     if form.decimals is not None:
         return f"{feed:.{form.decimals}f}"
     digits = form.digits or 7
@@ -50,7 +33,7 @@ def feed_text(feed: float, form: Feed) -> str:
 
 
 def feed_formats(feeds: Array, form: Feed) -> list[str]:
-    """Give each F what ``%`` writes it by, (n,): a format, or the text where that would have an exponent."""
+    """Return the ``%`` format of each F, (n,), or its text where the format would print an exponent."""
     if form.decimals is not None:
         return [f"%.{form.decimals}f"] * len(feeds)
     digits = form.digits or 7
@@ -61,15 +44,9 @@ def feed_formats(feeds: Array, form: Feed) -> list[str]:
 
 
 def fill_formats(formats: list[str], values: Array, kept: BoolArray) -> Iterator[str]:
-    """Fill the formats of rows, a chunk of them at a time, and give them one by one.
-
-    Parameters
-    ----------
-    formats : (n,), each with as many places as its row keeps values
-    values, kept : (n, c)
-    """
+    """Fill the formats of rows, (n,), with those of their values, (n, c), that are `kept`, (n, c)."""
     for begin in range(0, len(formats), CHUNK):
         rows = slice(begin, begin + CHUNK)
-        # A mask picks row by row, in the order of the places.
+        # The mask selects row by row, in the order of the formats.
         text = APART.join(formats[rows]) % tuple(values[rows][kept[rows]].tolist())
         yield from text.split(APART)

@@ -1,4 +1,4 @@
-"""What a program says beside its moves: tool, spindle, coolant, where it begins and ends."""
+"""Settings of a program besides its moves: tool, spindle, coolant, work offset, start and end."""
 
 from __future__ import annotations
 
@@ -13,23 +13,23 @@ from fiveaxis.settings import StrictModel, explain
 
 
 class ProgramSettings(StrictModel):
-    """What to write beside the moves; nothing of it is written unless it is given.
+    """Settings of a program besides its moves; what isn't set isn't written.
 
     Parameters
     ----------
-    name : of the program, for controls that name it; the file's name where none is given
+    name : of the program, for controls that name it; the file's name by default
     number : of the program, for controls that number it
-    tool_number : the tool is changed for this one
-    length_offset : number of the tool's length (H); the tool's number where none is given
-    spindle_rpm : speed of the spindle, rev/min
-    spindle_direction : the way it turns, seen along the tool from the spindle
+    tool_number : of the tool to change to
+    length_offset : number of the tool's length offset (H); the tool number by default
+    spindle_rpm : spindle speed, rev/min
+    spindle_direction : direction of rotation, seen along the tool from the spindle
     coolant : a name that the control knows
-    work_offset : a word that the control knows, ``G55``; its usual one where none is given
+    work_offset : a word that the control knows, such as ``G55``; the control's default if not set
     line_numbers : step of block numbers
-    retract : mm, Z in machine coordinates, to go to before and after everything
-    way_out : whether a program that ends in a cut leads the tool out of it, before anything else
-    home : letters of axes that go to the machine's zero at the end, group by group: ``Z XY AC``; it begins
-        with Z alone where there is no retract
+    retract : mm, Z in machine coordinates to retract to at the start and the end
+    way_out : whether a program that ends in a cut begins its end with a lead-out
+    home : letters of axes that go to the machine's zero at the end, in groups: ``Z XY AC``; the first is Z
+        alone if there is no retract
     unit : of lengths
     """
 
@@ -47,16 +47,16 @@ class ProgramSettings(StrictModel):
     home: str = ""
     unit: Literal["mm", "inch"] = "mm"
 
-    if not TYPE_CHECKING:  # the signature that a checker sees is the fields'
+    if not TYPE_CHECKING:  # type checkers derive the signature from the fields
 
         def __init__(self, **given: Any) -> None:
-            """Raise `SettingError`, in one line, for a value out of its range."""
+            """Raise `SettingError`, in one line, for an invalid value."""
             try:
                 super().__init__(**given)
             except ValidationError as fault:
                 raise SettingError(explain(fault, type(self), given)) from None
 
-        # A settings file that holds these settings names the place of a fault itself, with its line.
+        # Settings in a file are validated by pydantic directly: their reader reports a fault with its line.
         __init__.__pydantic_base_init__ = True
 
     @field_validator("home")
@@ -69,12 +69,12 @@ class ProgramSettings(StrictModel):
 
     @property
     def goes_clear(self) -> bool:
-        """Whether the program ends with the tool clear: a retract, or Z alone first on the way home."""
+        """Whether the program ends with the tool clear: with a retract, or Z alone first in `home`."""
         return self.retract is not None or self.home.split()[:1] == ["Z"]
 
     @property
     def missing(self) -> list[str]:
-        """What isn't written."""
+        """Names of what isn't written."""
         given = {
             "tool change": self.tool_number,
             "spindle speed": self.spindle_rpm,
@@ -85,18 +85,12 @@ class ProgramSettings(StrictModel):
 
 
 def make_settings(**given: Any) -> ProgramSettings:
-    """Make settings of what is given.
-
-    Raises
-    ------
-    SettingError
-        An unknown one, with the nearest known; a value out of its range.
-    """
+    """Create settings; raise `SettingError` for an unknown name or an invalid value."""
     return ProgramSettings(**given)
 
 
 def require_writable(settings: ProgramSettings, dialect: Dialect, letters: str) -> None:
-    """Check that a control has words for what is to be written.
+    """Check that a control can write all settings.
 
     Parameters
     ----------
@@ -105,7 +99,7 @@ def require_writable(settings: ProgramSettings, dialect: Dialect, letters: str) 
     Raises
     ------
     SettingError
-        Something that the control hasn't, with what it has.
+        A setting that the control doesn't support, with what it does.
     """
     _require_names(settings, dialect)
     _require_room(settings, dialect)
@@ -116,8 +110,8 @@ def require_writable(settings: ProgramSettings, dialect: Dialect, letters: str) 
         ("retract", settings.retract, dialect.machine_move),
         ("home", settings.home or None, dialect.machine_move),
         ("line_numbers", settings.line_numbers, dialect.line_number),
-        ("length_offset", settings.length_offset, dialect.asks("offset")),
-        ("number", settings.number, dialect.asks("number")),
+        ("length_offset", settings.length_offset, dialect.uses("offset")),
+        ("number", settings.number, dialect.uses("number")),
     )
     for what, value, has_words in wanted:
         if value is not None and not has_words:
@@ -130,43 +124,43 @@ def require_writable(settings: ProgramSettings, dialect: Dialect, letters: str) 
     if settings.home and not settings.goes_clear:
         raise SettingError(
             f"home = {settings.home!r} would move {settings.home.split()[0]} in rapid from where the path "
-            "ends; give a retract, or let it begin with Z alone ('Z XY')"
+            "ends; set a retract, or begin with Z alone ('Z XY')"
         )
 
 
 def spindle_text(rpm: float, dialect: Dialect) -> str:
-    """Write the number of S with the decimals that the control reads."""
+    """Format the number of S with the control's decimals."""
     text = f"{rpm:.{dialect.spindle_decimals}f}"
     return text.rstrip("0").rstrip(".") if "." in text else text
 
 
 def _require_room(settings: ProgramSettings, dialect: Dialect) -> None:
-    """Check that numbers aren't beyond what the control reads."""
+    """Check that numbers are within the control's range."""
     name = dialect.name
     for what, most in dialect.most.items():
         value = getattr(settings, what)
-        if what == "length_offset" and value is None and dialect.asks("offset"):
+        if what == "length_offset" and value is None and dialect.uses("offset"):
             value = settings.tool_number
         if value is not None and value > most:
             raise SettingError(
                 f"{what} = {value:.12g} is beyond {most:.12g}, the most that control {name!r} reads; "
-                "give a smaller one, or a table of your own for a control with more room"
+                "use a smaller one, or a custom table for a control with a larger range"
             )
     if settings.spindle_rpm is not None and float(spindle_text(settings.spindle_rpm, dialect)) == 0.0:
         raise SettingError(
             f"spindle_rpm = {settings.spindle_rpm:g} is S0 for control {name!r}, which reads "
-            f"{dialect.spindle_decimals} decimals; give a speed that it can turn at"
+            f"{dialect.spindle_decimals} decimals; set a higher speed"
         )
     retract, most = settings.retract, dialect.number.most
     if retract is not None and abs(retract) > most:
         raise SettingError(
             f"retract = {retract:.12g} mm is beyond {most:.12g}, the most that control {name!r} reads in a "
-            "word; give one inside the travel of Z"
+            "word; choose one inside the travel of Z"
         )
 
 
 def _require_names(settings: ProgramSettings, dialect: Dialect) -> None:
-    """Check what is chosen by name: unit, coolant, work offset."""
+    """Check the settings that are names: unit, coolant, work offset."""
     name = dialect.name
     if settings.unit not in dialect.unit:
         raise SettingError(
@@ -178,6 +172,6 @@ def _require_names(settings: ProgramSettings, dialect: Dialect) -> None:
     offset = settings.work_offset
     if offset is not None and not (dialect.work_offset and re.fullmatch(dialect.work_offsets, offset)):
         raise SettingError(
-            f"control {name!r} has no work offset {offset!r}; it knows those like "
+            f"control {name!r} has no work offset {offset!r}; known ones are like "
             f"{dialect.default_offset or dialect.work_offsets or 'none'}"
         )

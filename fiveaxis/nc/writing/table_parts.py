@@ -1,4 +1,4 @@
-"""The parts of a control's table: comments, numbers, feeds, coordinates, ways to count turns."""
+"""The parts of a control's table: comments, numbers, feeds, coordinates, windings."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ from pydantic import Field, field_validator, model_validator
 
 from fiveaxis.settings import StrictModel
 
-# What the words of a program are: positions of axes, the tool's tip and the angles, the tip and a direction.
+# Words of a program: axis positions, the tool tip and angles, or the tip and a direction.
 Coordinates = Literal["axes", "tip", "vector"]
 FeedMode = Literal["inverse_time", "per_minute"]
 
 Unit = Literal["mm", "inch"]
 
-# Settings of a program that are numbers of a word that has only so much room.
+# Settings of a program whose numbers the control limits.
 Counted = Literal["number", "tool_number", "length_offset", "spindle_rpm"]
 
 Lines = tuple[str, ...]
 
-# Names that a template may have in curly brackets.
+# Placeholders that a template may have.
 KNOWN_FIELDS = {
     "comment": {""},
     "head": {"name", "number", "unit"},
@@ -43,7 +43,7 @@ KNOWN_FIELDS = {
     "first": {"words", "offset"},
 }
 
-# What a template says nothing without; each stands once.
+# Placeholders that a template must have, each once.
 NEEDED_FIELDS = {
     **{
         name: KNOWN_FIELDS[name]
@@ -55,13 +55,7 @@ NEEDED_FIELDS = {
 
 
 def require_fields(name: str, template: str) -> None:
-    """Refuse a template with a bracket that nothing fills, or without one that must be filled.
-
-    Raises
-    ------
-    ValueError
-        With the key, the template, and what it needs.
-    """
+    """Raise `ValueError` if a template has an unknown placeholder or lacks a required one."""
     require_ascii(name, template)
     try:
         parts = [part for part in Formatter().parse(template) if part[1] is not None]
@@ -80,7 +74,7 @@ def require_fields(name: str, template: str) -> None:
 
 
 def require_ascii(name: str, text: str) -> None:
-    """Refuse, with a `ValueError`, what a control has no signs for."""
+    """Raise `ValueError` if a text isn't printable ASCII."""
     strange = [sign for sign in text if not (" " <= sign <= "~" or sign == "\n")]
     if strange:
         raise ValueError(f"{name} = {text!r} has {strange[0]!r}; write plain ASCII")
@@ -92,10 +86,10 @@ class Comments(StrictModel):
     Parameters
     ----------
     template : of one line
-    width : longest text between the comment's brackets, characters
+    width : characters of the longest text in a comment
     capitals : whether the control knows capital letters only
-    active : first words that, with a comma after them, make the control act on a comment
-    forbidden : signs that end the program, or join lines, even in a comment
+    active : first words of comments that the control acts on, if a comma follows
+    forbidden : characters that end the program or continue a line, even in a comment
     """
 
     template: str = "({})"
@@ -110,8 +104,8 @@ class Numbers(StrictModel):
 
     Parameters
     ----------
-    linear, rotary, direction : decimals of mm, of deg and of the parts of a unit vector; inches have one more
-    plus : whether a number that isn't negative has a + before it
+    linear, rotary, direction : decimals of mm, deg and components of a unit vector; inches have one more
+    plus : whether a number that isn't negative has a + sign
     most : largest number of a word, mm or deg
     """
 
@@ -127,11 +121,11 @@ class Feed(StrictModel):
 
     Parameters
     ----------
-    word : the mode's word; empty where the control has no other mode
-    decimals : of F, fixed; None where `digits` says how it is written
-    digits : significant digits of F, without zeros at the end
-    least, most : range that the control reads, mm/min (deg/min) or 1/min; None where none is known
-    least_speed : mm/min of the linear axes, below which the control runs a block at this speed
+    word : of the mode; empty where the control has no other mode
+    decimals : of F, fixed; either these or `digits`
+    digits : significant digits of F, without trailing zeros
+    least, most : the control's range, mm/min (deg/min) or 1/min; None if unknown
+    least_speed : mm/min, lowest speed of the linear axes: the control runs slower blocks at this speed
     """
 
     word: str = ""
@@ -144,29 +138,29 @@ class Feed(StrictModel):
     @model_validator(mode="after")
     def _has_one_form(self) -> Feed:
         if (self.decimals is None) == (self.digits is None):
-            raise ValueError("a feed has either decimals or digits; give one of them")
+            raise ValueError("a feed has either decimals or digits; set one of them")
         if self.least is not None and self.most is not None and self.least > self.most:
             raise ValueError(f"least = {self.least:g} is above most = {self.most:g}; no feed is between them")
         return self
 
 
 class Mode(StrictModel):
-    """How one kind of coordinates is switched on, and what F is in it.
+    """How one kind of coordinates is switched on, and the meaning of F in it.
 
     Parameters
     ----------
     on : blocks that switch it on
-    on_contained : in place of `on` where words of axes contain the tool's length
+    on_contained : in place of `on` where axis words contain the tool's length
     off : blocks that switch it off
-    off_clear : more of them, which may move an axis by the tool's length: they stand after the retract, and
-        nowhere where the program doesn't end clear
-    feed : how F counts: the inverse of a block's duration, or the speed along its way
-    positions : whether the tip's words count in a frame that turns with the table, or in the machine's
-    rapid, linear : templates of moves, in place of the control's; the approach has the control's
-    first : template of the first rapid move that the tool's length counts in, where the control wants it
-        switched on in a move; unused where words of axes contain the length
-    directions : words of the tool's direction, in vector mode
-    notes : what the person at the machine has to know
+    off_clear : further ones, which may move an axis by the tool's length: they are written after the retract,
+        and omitted where the program doesn't end clear
+    feed : meaning of F: the inverse of a block's duration, or the speed along its path
+    positions : frame of the tip's words: it turns with the table, or is fixed to the machine
+    rapid, linear : templates of moves, in place of the control's, except in the approach
+    first : template of the first rapid move with the tool's length, for controls that switch it on in a move;
+        unused where axis words contain the length
+    directions : words of the tool direction, in vector mode
+    notes : for the operator
     """
 
     on: Lines = ()
@@ -197,11 +191,10 @@ class Modulo(StrictModel):
 
     Parameters
     ----------
-    way : what such a word does: the axis goes there the ``shorter`` way, or the word's sign says which way
-        (``signed``)
+    way : direction of the turn to such a word: the ``shorter`` one, or that of the word's sign (``signed``)
     word : template of one word; None for the plain one
-    on, off : blocks that put it in force, and back
-    low : deg, where the words begin: 0, or -180 for a control that shows -180 to 180
+    on, off : blocks that switch it on and off
+    low : deg, lowest word: 0, or -180 for a control that counts from -180 to 180
     """
 
     way: Literal["shorter", "signed"]
@@ -220,17 +213,17 @@ class Modulo(StrictModel):
     @model_validator(mode="after")
     def _signs_are_free(self) -> Modulo:
         if self.way == "signed" and self.low < 0:
-            raise ValueError("signed words say the way by their sign, so they begin at 0; leave low out")
+            raise ValueError("the sign of signed words is the direction, so they begin at 0; omit low")
         return self
 
 
 class Reset(StrictModel):
-    """Naming the place anew where axes stand, without a move.
+    """Setting the values of axes without a move.
 
     Parameters
     ----------
-    block : template of the block that does it
-    clear : block that takes such names back
+    block : template of the block that sets them
+    clear : block that cancels it
     """
 
     block: str

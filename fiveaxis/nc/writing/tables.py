@@ -1,12 +1,15 @@
-"""What the controls want to read, as data: one TOML file for each control."""
+"""Tables of controls: how a program is written, one TOML file for each, of the package or custom."""
 
 from __future__ import annotations
 
+import difflib
 import re
-from typing import Annotated, Literal
+from pathlib import Path
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
+from fiveaxis.errors import SettingError
 from fiveaxis.nc.writing.table_parts import (
     KNOWN_FIELDS,
     Comments,
@@ -23,7 +26,9 @@ from fiveaxis.nc.writing.table_parts import (
     require_ascii,
     require_fields,
 )
-from fiveaxis.settings import StrictModel
+from fiveaxis.settings import StrictModel, read_document, validate_settings
+
+FOLDER = Path(__file__).parents[1] / "controls"
 
 
 def _no_unit_words() -> dict[Unit, str]:
@@ -35,41 +40,40 @@ class Dialect(StrictModel):
 
     Parameters
     ----------
-    name : what ``control=`` takes
-    title : what it is, for people
+    name : of the control, for ``control=``
+    title : full name
     language : ``blocks`` of a control; ``apt`` and ``points`` are lists of cutter locations
     suffix : of program files
     axes : letters of axes that it knows
     comment : how comments are written
-    longest : characters of a line that it reads
+    longest : characters of the longest line that it reads
     line_number, most_number, numbered : template of a block number, the highest, and whether all lines have
         one, from 0
-    continuation : sign at the end of a line that goes on in the next one; empty where there is none
+    continuation : character at the end of a line that continues in the next; empty if there is none
     number, feed : how words and F are written
-    unit : the words of ``mm`` and ``inch``; what is missing the control can't be told
-    inch_feed : inch/min that F counts in programs in inch
+    unit : the words of ``mm`` and ``inch``; a unit without a word isn't supported
+    inch_feed : unit of F in programs in inch, inch/min
     head : lines before the comments
-    start : blocks that fix every mode the program relies on
+    start : blocks that set every mode the program relies on
     corners : how moves join under the modes of `start`: ``exact-path`` as LinuxCNC's G61 (`predicted_time`),
-        or a number, within so many mm; None where the machine's own settings say it
-    cycle : s, of the control's clock, to whole multiples of which a move from rest to rest is rounded up
-    limited : what the axes' highest speeds and accelerations hold for under tool centre point control:
-        ``axes``, or the program's ``words``
-    machine_move : template of a rapid move to a place in machine coordinates
+        or the tolerance in mm; None where it depends on the machine's settings
+    cycle : s, of the control's clock; a move from rest to rest takes whole cycles
+    limited : what the axes' highest speeds and accelerations apply to under TCP control: ``axes``, or the
+        program's ``words``
+    machine_move : template of a rapid move to a position in machine coordinates
     tool_change, work_offset, spindle, spindle_left, coolant : templates, and blocks of coolants by name
-    work_offsets, default_offset : pattern of the names that the control knows, and the name that is written
-        where nobody says another
-    spindle_decimals : of S, where it isn't a whole number
-    most : the largest number of a setting that the control has room for, by the setting's name
+    work_offsets, default_offset : pattern of the names that the control knows, and the default
+    spindle_decimals : of S
+    most : the largest number that the control accepts, by name of the setting
     spindle_off, coolant_off : blocks
     rapid, linear : templates of moves
-    straight : how a rapid move of several axes comes to run straight
+    straight : what makes a rapid move of several axes straight
     end : last blocks
     modes : the coordinates that can be written
     refused : why others can't
-    notes : what the person at the machine has to know
-    modulo, reset : further ways to count turns; None where the control has them not
-    winding_notes : what the person at the machine has to know, by the way in which turns are counted
+    notes : for the operator
+    modulo, reset : how turns are written with further windings; None if not supported
+    winding_notes : for the operator, by winding
     """
 
     name: str
@@ -117,9 +121,9 @@ class Dialect(StrictModel):
 
     @property
     def windings(self) -> tuple[str, ...]:
-        """Ways to count turns that the control has."""
-        ways = ("unwound", True), ("modulo", self.modulo is not None), ("rezero", self.reset is not None)
-        return tuple(name for name, known in ways if known)
+        """Windings that the control supports."""
+        known = ("unwound", True), ("modulo", self.modulo is not None), ("rezero", self.reset is not None)
+        return tuple(name for name, supported in known if supported)
 
     @model_validator(mode="after")
     def _is_complete(self) -> Dialect:
@@ -140,22 +144,15 @@ class Dialect(StrictModel):
             raise ValueError(f"work_offsets = {self.work_offsets!r}: {fault}") from None
         return self
 
-    def asks(self, field: str) -> bool:
-        """Tell whether a block that stands around the moves needs a number or a name that people give."""
-        modes = self.modes.values()
-        around = (
-            *self.head,
-            *self.end,
-            *(
-                b
-                for m in modes
-                for b in (*m.on, *(m.on_contained or ()), m.first or "", *m.off, *m.off_clear)
-            ),
-        )
-        return any(f"{{{field}}}" in block for block in around)
+    def uses(self, field: str) -> bool:
+        """Check whether a block around the moves has a placeholder for a setting."""
+        blocks = [*self.head, *self.end]
+        for mode in self.modes.values():
+            blocks += [*mode.on, *(mode.on_contained or ()), mode.first or "", *mode.off, *mode.off_clear]
+        return any(f"{{{field}}}" in block for block in blocks)
 
     def _require_plain(self) -> None:
-        """Refuse signs that no control reads in the blocks that aren't templates."""
+        """Raise `ValueError` if a block that isn't a template isn't ASCII."""
         modulo, reset = self.modulo or Modulo(way="shorter"), self.reset or Reset(block="{words}", clear="")
         blocks = {
             "coolant": tuple(self.coolant.values()),
@@ -172,10 +169,10 @@ class Dialect(StrictModel):
                 require_ascii(name, text)
 
     def _require_units(self) -> None:
-        """Refuse a unit without a word where blocks say which unit they are in."""
-        said = any("{unit}" in block for block in (*self.head, *self.start, *self.end))
+        """Raise `ValueError` if a unit has no word and blocks have a placeholder for it."""
+        written = any("{unit}" in block for block in (*self.head, *self.start, *self.end))
         for unit, word in self.unit.items():
-            if said and not word.strip():
+            if written and not word.strip():
                 raise ValueError(f"unit.{unit} = {word!r} needs the word for it, as {{unit}} is written")
 
     def _require_moves(self) -> None:
@@ -188,3 +185,78 @@ class Dialect(StrictModel):
                 raise ValueError(f"modes.{name} counts F {mode.feed}, and there is no feed.{mode.feed}")
             if name == "vector" and mode.directions is None:
                 raise ValueError("modes.vector needs directions, the words of the tool's direction")
+
+
+def find_dialect(control: str | Path) -> Dialect:
+    """Find the dialect of a control: one of `DIALECTS` by its name, or a custom table by its path.
+
+    Parameters
+    ----------
+    control : a name, or the path of a ``.toml`` file
+
+    Raises
+    ------
+    SettingError
+        An unknown name, with the nearest and all known ones; a table that can't be read, with file and line.
+    """
+    name = str(control)
+    if name.lower().endswith(".toml"):
+        return read_dialect(Path(name))
+    if name not in DIALECTS:
+        near = difflib.get_close_matches(name, DIALECTS, n=1, cutoff=0.4)
+        hint = f"did you mean {near[0]!r}? " if near else ""
+        known = ", ".join(DIALECTS)
+        raise SettingError(f"unknown control {name!r}; {hint}known: {known} (or the path of a .toml file)")
+    return DIALECTS[name]
+
+
+def read_dialect(path: Path) -> Dialect:
+    """Read a control's table; keys that it lacks come from the table named by ``based_on``.
+
+    Raises
+    ------
+    SettingError
+        With file and line: not TOML, an unknown key (with the nearest known one), an invalid value, a
+        template with an unknown placeholder, tables that are based on each other.
+    """
+    text, data = _merged(path, ())
+    return validate_settings({"name": path.stem, **data}, text, path, Dialect, SettingError)
+
+
+def _merged(path: Path, above: tuple[Path, ...]) -> tuple[str, dict[str, Any]]:
+    text, data = read_document(path, SettingError)
+    base = data.pop("based_on", None)
+    if base is None:
+        return text, data
+    below = _base_of(path, base)
+    if below in (*above, path):
+        raise SettingError(f"based_on = {base!r} leads back to this table; remove one of them", file=path)
+    _, whole = _merged(below, (*above, path))
+    whole.pop("name", None)
+    return text, _overlay(whole, data)
+
+
+def _base_of(path: Path, base: object) -> Path:
+    """Find the file that a table is based on: in the package by its name, or relative to the table."""
+    if not isinstance(base, str):
+        raise SettingError(f"based_on = {base!r} must be text in quotes", file=path)
+    if base.lower().endswith(".toml"):
+        return path.parent / base
+    if not (FOLDER / f"{base}.toml").is_file():
+        known = ", ".join(sorted(p.stem for p in FOLDER.glob("*.toml")))
+        raise SettingError(f"based_on = {base!r} isn't a known control; known: {known}", file=path)
+    return FOLDER / f"{base}.toml"
+
+
+def _overlay(below: dict[str, Any], above: dict[str, Any]) -> dict[str, Any]:
+    """Override the values of one document by another's, table by table."""
+    merged = dict(below)
+    for key, value in above.items():
+        are_tables = isinstance(below.get(key), dict) and isinstance(value, dict)
+        merged[key] = _overlay(below[key], value) if are_tables else value
+    return merged
+
+
+DIALECTS: dict[str, Dialect] = {
+    path.stem: read_dialect(path) for path in sorted(FOLDER.glob("*.toml"), key=lambda p: p.stem)
+}

@@ -1,4 +1,4 @@
-"""How a program counts rotary axes that make more than a turn: on and on, from 0 to 360, or anew per pass."""
+"""Windings: rotary words of axes with more than a turn, unwrapped, from 0 to 360, or reset at links."""
 
 from __future__ import annotations
 
@@ -11,28 +11,26 @@ import numpy as np
 from fiveaxis.errors import SettingError
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.machine import Machine
-from fiveaxis.nc.writing.places import Wording
+from fiveaxis.nc.writing.wording import Wording
 from fiveaxis.toolpath import MoveKind
 
 Winding = Literal["unwound", "modulo", "rezero"]
 
-# deg
-TURN = 360.0
-# deg: a move that turns less than half a turn, with room for rounding, goes the shorter way.
+TURN = 360.0  # deg
+# deg: below half a turn, with room for rounding, the shorter turn is the intended one.
 MOST_TURN = 179.0
 
 
 @dataclass(frozen=True, eq=False)
 class Moves:
-    """Moves as they are written, one block each.
+    """Moves to be written, one block each.
 
     Parameters
     ----------
-    values : (m, c), numbers of words, control's sign, turns counted on and on; the first row is where they
-        begin
+    values : (m, c), numbers of words in the control's sign, turns unwrapped; the first row is the start
     time : (m,), s
     kind : (m,), `MoveKind` values
-    row : (m,), of the motion that each belongs to
+    row : (m,), row of the motion that each belongs to
     """
 
     values: Array
@@ -45,7 +43,7 @@ class Moves:
 
     @property
     def rapid(self) -> BoolArray:
-        """(m,), which blocks are the control's rapid moves; the first row is none."""
+        """(m,), whether blocks are rapid moves; the first row isn't."""
         rapid = np.asarray(self.kind == MoveKind.RAPID)
         rapid[:1] = False
         return rapid
@@ -53,11 +51,11 @@ class Moves:
 
 @dataclass(frozen=True, eq=False)
 class Words:
-    """What stands in the blocks.
+    """Numbers of the blocks' words.
 
     Parameters
     ----------
-    values : (m, c), rounded as they are printed; the first row is where the moves begin
+    values : (m, c), rounded as printed; the first row is the start
     kept : (m, c), which of them are written
     before : row -> block to write before it
     """
@@ -68,13 +66,13 @@ class Words:
 
 
 def require_winding(winding: str, wording: Wording) -> None:
-    """Check that a control, and the machine, can count as asked.
+    """Check that the control and the machine support a winding.
 
     Raises
     ------
     SettingError
-        An unknown word; one that the control doesn't know, or that directions of the tool leave nothing to
-        do; turns from 0 to 360 for an axis with limits.
+        An unknown winding; one that the control lacks, or that tool directions don't need; ``modulo`` for an
+        axis with limits.
     """
     dialect, machine = wording.dialect, wording.machine
     if winding not in get_args(Winding):
@@ -85,7 +83,7 @@ def require_winding(winding: str, wording: Wording) -> None:
         )
     if winding != "unwound" and wording.coordinates == "vector":
         raise SettingError(
-            f"winding {winding!r} counts angles, and directions of the tool have none; leave it out"
+            f"winding {winding!r} applies to angles, and tool directions have none; leave it out"
         )
     if winding != "modulo":
         return
@@ -100,7 +98,7 @@ def require_winding(winding: str, wording: Wording) -> None:
 
 
 def counted_columns(machine: Machine) -> list[int]:
-    """Columns of the rotary axes with more than one turn: the only ones whose turns need counting."""
+    """Return the columns of rotary axes with more than one turn: only their turns need counting."""
     return [
         c
         for c in machine.rotary_columns
@@ -109,15 +107,12 @@ def counted_columns(machine: Machine) -> list[int]:
 
 
 def shortened(moves: Moves, machine: Machine) -> Moves:
-    """Cut moves in which a counted axis makes half a turn or more into equal parts that stay below it."""
+    """Divide moves in which a counted axis makes half a turn or more into equal parts below it."""
     columns = counted_columns(machine)
     steps = np.diff(moves.values, axis=0, prepend=moves.values[:1])
     turns = np.abs(steps[:, columns]).max(axis=1, initial=0.0)
     parts = np.floor(turns / MOST_TURN).astype(np.int64) + 1
-    owner = np.repeat(np.arange(len(moves)), parts)
-    order = np.arange(len(owner)) - np.repeat(np.cumsum(parts) - parts, parts) + 1
-    # The last part ends where the move does, to the digit.
-    left = (parts[owner] - order) / parts[owner]
+    owner, left = split_moves(parts)
     return replace(
         moves,
         values=moves.values[owner] - left[:, None] * steps[owner],
@@ -127,13 +122,21 @@ def shortened(moves: Moves, machine: Machine) -> Moves:
     )
 
 
-def count_turns(moves: Moves, wording: Wording, winding: str) -> Words:
-    """Turn moves into the numbers that a control counts turns by.
+def split_moves(parts: IntArray) -> tuple[IntArray, Array]:
+    """Divide moves into parts.
 
-    Parameters
-    ----------
-    moves : shortened, where the words go from 0 to 360
+    Returns
+    -------
+    owner : (m,), move of each part
+    left : (m,), share of the move after the part; exactly 0 for the last one
     """
+    owner = np.repeat(np.arange(len(parts)), parts)
+    order = np.arange(len(owner)) - np.repeat(np.cumsum(parts) - parts, parts) + 1
+    return owner, (parts[owner] - order) / parts[owner]
+
+
+def count_turns(moves: Moves, wording: Wording, winding: str) -> Words:
+    """Return the words of moves with turns counted as the winding has it; for ``modulo`` `shortened` ones."""
     columns = counted_columns(wording.machine)
     if winding == "modulo":
         return _modulo(moves, columns, wording)
@@ -143,7 +146,7 @@ def count_turns(moves: Moves, wording: Wording, winding: str) -> Words:
 
 
 def first_words(values: Array, wording: Wording, winding: str) -> Array:
-    """Give the numbers of places, (n, c), as the approach writes them."""
+    """Return the numbers of words, (n, c), as the approach writes them."""
     if winding != "modulo":
         return values
     counted = values.copy()
@@ -153,7 +156,7 @@ def first_words(values: Array, wording: Wording, winding: str) -> Array:
 
 
 def within_a_turn(degrees: Array, decimals: Array | int, low: float = 0.0) -> Array:
-    """Take degrees into [low, low + 360) so that they are below its end when rounded, too."""
+    """Reduce degrees to [low, low + 360), also when rounded."""
     scale = 10.0 ** np.asarray(decimals)
     return low + np.remainder(np.rint(np.remainder(degrees - low, TURN) * scale) / scale, TURN)
 
@@ -163,7 +166,7 @@ def _low(wording: Wording) -> float:
 
 
 def modulo_templates(wording: Wording, winding: str) -> list[str | None]:
-    """Give the template of each word, (c,), that isn't a plain one."""
+    """Return the template of each word, (c,); None for a plain one."""
     templates: list[str | None] = [None] * len(wording.names)
     modulo = wording.dialect.modulo
     if winding == "modulo" and modulo is not None:
@@ -180,9 +183,9 @@ def _modulo(moves: Moves, columns: list[int], wording: Wording) -> Words:
     if modulo is not None and modulo.way == "signed":
         steps = np.diff(wording.rounded(moves.values), axis=0, prepend=wording.rounded(moves.values[:1]))
         for column in columns:
-            # A word of the place where the axis stands might be a whole turn: it is left out.
+            # A word of the angle at which the axis already is might be a whole turn: it is omitted.
             kept[:, column] = steps[:, column] != 0.0
-            # There is no −0, so the place next to it stands in.
+            # There is no −0: the nearest number replaces it.
             least = 10.0 ** -wording.decimals[column]
             backwards = steps[:, column] < 0.0
             values[backwards, column] = -np.maximum(values[backwards, column], least)
@@ -190,7 +193,7 @@ def _modulo(moves: Moves, columns: list[int], wording: Wording) -> Words:
 
 
 def _rezeroed(moves: Moves, columns: list[int], wording: Wording) -> Words:
-    """Name counted axes anew, by whole turns, where a link begins and they have left the first turn."""
+    """Reset counted axes by whole turns where a link begins and they have left the first turn."""
     reset = wording.dialect.reset
     block = reset.block if reset is not None else ""
     shifts = np.zeros(moves.values.shape)

@@ -1,4 +1,4 @@
-"""Interval arithmetic holds every value, and every slope, of the formula that goes through it."""
+"""Interval arithmetic contains every value and slope of a formula."""
 
 import numpy as np
 from hypothesis import given

@@ -1,13 +1,17 @@
-"""Where links are, against pinocchio on the machine's URDF."""
+"""Link poses against pinocchio on the machine's URDF, Jacobians against finite differences and pinocchio."""
 
 from dataclasses import replace
 
 import numpy as np
+import pinocchio
 import pytest
 
-from fiveaxis.kinematics import link_poses, tool_poses
-from fiveaxis.machine import Chain, Line, Machine, parse_code
+from fiveaxis.kinematics import jacobian, link_poses, tool_poses
+from fiveaxis.machine import Chain, Line, Machine, load_machine, parse_code
+from fiveaxis.verification import build_model
 
+RNG = np.random.default_rng(1)
+NAMES = ["linuxcnc-xyzac-trt", "dmu50ev", "linuxcnc-bridgemill", "linuxcnc-max5"]
 CODES = ["640123", "601234", "012364", "641230", "0123", "1230", "6412305"]
 LINES = {
     "A": Line((1, 0, 0), (0, 20, 10)),
@@ -64,7 +68,7 @@ def test_the_last_link_carries_the_tool(code):
     np.testing.assert_allclose(tool[:, :3, 2], axis, atol=1e-13)
 
 
-def test_links_are_named_after_the_next_axis_on_the_way_to_the_bed():
+def test_links_are_named_after_the_next_axis_towards_the_bed():
     machine = Machine.from_code("640123")
     found = link_poses(machine, np.array([[1.0, 2.0, 3.0, 0.0, 0.5]]))
     assert list(found) == ["C", "A", "bed", "X", "Y", "Z"]
@@ -85,3 +89,33 @@ def test_with_every_axis_at_0_no_link_has_moved():
 
 def test_no_rows_give_no_poses():
     assert {p.shape for p in link_poses(machine_of("640123"), np.empty((0, 5))).values()} == {(0, 4, 4)}
+
+
+def library_machine(name: str) -> Machine:
+    return load_machine(name).with_setup((10.0, -4.0, 30.0), (5.0, 10.0, -40.0)).with_tool_length(60.0)
+
+
+def five_axis_positions(n: int) -> np.ndarray:
+    return RNG.uniform(-1.0, 1.0, (n, 5)) * [100.0, 100.0, 100.0, 1.3, 1.3]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_jacobian_is_that_of_finite_differences(name):
+    machine, positions, h = library_machine(name), five_axis_positions(10), 1e-6
+    found = jacobian(machine, positions)
+    for column, step in enumerate(h * np.eye(5)):
+        ends = [tool_poses(machine, positions + sign * step) for sign in (1.0, -1.0)]
+        for part, plus, minus in zip((found.tip, found.axis), *ends, strict=True):
+            np.testing.assert_allclose(part[:, :, column], (plus - minus) / (2.0 * h), rtol=1e-6, atol=1e-6)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_jacobian_of_the_tip_is_pinocchios(name):
+    machine, positions = library_machine(name), five_axis_positions(5)
+    built = build_model(machine)
+    data = built.model.createData()
+    for row, expected in zip(positions, jacobian(machine, positions).tip, strict=True):
+        found = pinocchio.computeFrameJacobian(
+            built.model, data, row[built.columns], built.tool, pinocchio.ReferenceFrame.LOCAL_WORLD_ALIGNED
+        )
+        np.testing.assert_allclose(found[:3], expected[:, built.columns], atol=1e-10)

@@ -1,4 +1,4 @@
-"""Kinematics against others': LinuxCNC's closed form, and one NX operation posted for two machines."""
+"""Kinematics against LinuxCNC's closed form, and one NX operation posted for two machines."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ GOLDEN = [
 
 @pytest.mark.parametrize(("program", "joints"), GOLDEN)
 def test_linuxcncs_golden_table_is_met_with_a_tool(tmp_path, program, joints):
-    """A tool is as much further up as it is long: the table's third column."""
+    """A tool moves the machine up by its length: the table's third column."""
     machine = trunnion_from_ini(tmp_path, "xyzac", np.zeros(3)).with_tool_length(TOOL)
     *tip, a, c = program
     found = linear_positions(machine, np.array([tip], float), -np.radians([[c, a]]))
@@ -123,7 +123,7 @@ def read_rows(path: Path, operation: str, letters: str) -> Array:
     state: dict[str, float] = {}
     rows = []
     for line in rest.splitlines()[1:]:
-        if "(" in line or "M09" in line or "G53" in line:  # the next operation, or the way home
+        if "(" in line or "M09" in line or "G53" in line:  # the next operation, or going home
             break
         words = re.findall(rf"([{letters}])(-?\d*\.?\d+|-?\d+\.)", line)
         state |= {letter: float(value) for letter, value in words}
@@ -140,7 +140,7 @@ def machine_of(code: str, lines: dict[str, Line], reverse: str) -> Machine:
 
 @pytest.fixture(scope="module")
 def posted(data: Path) -> Posted:
-    """Both programs on machines of fiveaxis; each control's signs end here.
+    """Both programs on machines of fiveaxis, without each control's signs.
 
     The Haas calls the axis about Z its B: ``p = Rz(B) Rx(-A) (X, Y, Z)``, so A is reversed. The DMU's table
     nutates about (0, 1, -1), counted against ISO 841 like its library relative's.
@@ -157,7 +157,7 @@ def posted(data: Path) -> Posted:
     return Posted(haas, dmu, positions, rows[:, :3], np.radians(rows[:, 3:]) * signs[1])
 
 
-def test_both_controls_lead_the_tool_over_the_same_positions(posted):
+def test_both_controls_move_the_tool_through_the_same_positions(posted):
     tip, _ = tool_poses(posted.haas, posted.haas_positions)
     apart = np.linalg.norm(tip - posted.dmu_tip, axis=1)
     assert len(apart) == POSES
@@ -173,7 +173,7 @@ def tool_axes_of_both(posted: Posted) -> tuple[Array, Array]:
     return haas, dmu
 
 
-def test_both_controls_hold_the_tool_the_same_way_until_the_nutating_axis_ends(posted):
+def test_both_controls_hold_the_same_tool_axis_until_the_nutating_axis_ends(posted):
     """B ends at 101.881 deg, 66.6 deg of tilt; from there on the post moves the tip only."""
     haas, dmu = tool_axes_of_both(posted)
     tilts = [np.degrees(np.arccos(o[:, 2])) for o in (haas, dmu)]
@@ -187,7 +187,7 @@ def test_both_controls_hold_the_tool_the_same_way_until_the_nutating_axis_ends(p
     assert apart.max() == pytest.approx(9.70e-4, abs=1e-6)  # deg
 
 
-def test_a_nutating_axis_may_be_told_the_other_way_round(posted):
+def test_a_nutating_axis_may_be_described_in_the_opposite_direction(posted):
     """About (0, 1, 1), B counts as the control does, and C stands half a turn on."""
     other = machine_of("650123", {"B": Line((0.0, 1.0, 1.0))}, reverse="")
     angles = posted.dmu_angles * [-1.0, 1.0] + [0.0, np.pi]

@@ -1,4 +1,4 @@
-"""Forward kinematics against equations that were written out by others."""
+"""Forward kinematics against published equations."""
 
 import numpy as np
 import pytest
@@ -107,7 +107,7 @@ def test_both_branches_of_the_inverse_reach_the_pose(trunnion):
         reached_tip, reached_axis = tool_poses(trunnion, branch)
         np.testing.assert_allclose(reached_tip, tip, atol=1e-9)
         np.testing.assert_allclose(reached_axis, axis, atol=1e-9)
-    # One of the two is where we came from, the other leans the other way.
+    # One of the two is the given posture, the other leans to the opposite side.
     nearest = np.abs(branches - positions).max(axis=2).min(axis=0)
     assert nearest.max() < 1e-7
     np.testing.assert_allclose(branches[0, :, 3], -branches[1, :, 3], atol=1e-7)
@@ -155,19 +155,19 @@ def test_a_chain_without_enough_freedom_is_refused_with_the_reason(code, said):
         ([[0.0, 0.0]], [[0.0, 0.0, 1.0]], "rows of three"),
     ],
 )
-def test_what_is_no_pose_is_refused(ideal, tip, axis, said):
+def test_an_invalid_pose_is_refused(ideal, tip, axis, said):
     with pytest.raises(ToolpathError, match=said):
         axis_positions(ideal, tip, axis)
 
 
-def test_a_row_that_is_no_number_has_no_posture_and_spoils_no_other(ideal):
+def test_a_nan_row_has_no_posture_and_leaves_the_others_alone(ideal):
     axis = np.array([[0.0, 0.6, 0.8], [np.nan] * 3, [0.0, 0.6, 0.8]])
     found = axis_positions(ideal, np.zeros((3, 3)), axis)
     assert np.isnan(found[:, 1]).all()
     np.testing.assert_array_equal(found[:, 0], found[:, 2])
 
 
-def test_lists_are_taken_as_arrays_are(ideal):
+def test_lists_are_accepted_like_arrays(ideal):
     tip, axis = tool_poses(ideal, [[1, 2, 3, 0, 0]])
     assert tip.tolist() == [[1.0, 2.0, 3.0]]
     assert axis_positions(ideal, tip.tolist(), axis.tolist()).shape == (2, 1, 5)

@@ -25,7 +25,7 @@ def rows(found: np.ndarray) -> list[tuple[float, ...]]:
 
 
 def test_every_turn_inside_the_limits_is_found_and_no_other():
-    """Against brute force: every branch shifted by every pair of turns, then asked for the limits."""
+    """Against brute force: every branch shifted by every pair of turns, then checked against the limits."""
     machine = with_limits(
         "640123", A=Limits(-2.0, 5.0), C=Limits(-7.0, 13.5), X=Limits(-60.0, 80.0), Z=Limits(-90.0, 90.0)
     )

@@ -16,15 +16,15 @@ from fiveaxis.kinematics import linear_positions, tool_poses
 from fiveaxis.machine import Limits, Machine
 from fiveaxis.motion import Motion, follow
 from fiveaxis.nc import ProgramSettings, read_program
-from fiveaxis.nc import compose_program as compose_with_way_out
+from fiveaxis.nc import compose_program as compose_with_lead_out
 from fiveaxis.toolpath import MoveKind, Tool, Toolpath
 
-# A way out of the last cut has tests of its own: here the last block is the last move.
-compose_program = partial(compose_with_way_out, settings=ProgramSettings(way_out=False))
+# The lead-out has its own tests: here the last block is the last move.
+compose_program = partial(compose_with_lead_out, settings=ProgramSettings(way_out=False))
 
 
 def motion_of(positions, times=None, letters="XYZAC", kind=MoveKind.CUT):
-    """Make a motion from rows of mm and degrees."""
+    """Create a motion from rows of mm and degrees."""
     values = np.array(positions, dtype=float) * [1, 1, 1, np.pi / 180, np.pi / 180]
     n = len(values)
     return Motion(
@@ -38,7 +38,7 @@ def motion_of(positions, times=None, letters="XYZAC", kind=MoveKind.CUT):
 
 
 def blocks(program):
-    """Give the lines that aren't comments."""
+    """Return the lines that aren't comments."""
     return [line for line in program.lines if not line.startswith("(")]
 
 
@@ -56,7 +56,7 @@ def test_joints_are_those_of_linuxcnc(trunnion):
             [-20, 15, 8, -30, 200, 23.924155, -4.603511, 21.895442],
         ]
     )
-    # Positive A and C turn the table there: tool relative to workpiece it is the other way round.
+    # Positive A and C turn the table there: tool relative to workpiece it is the opposite.
     rotary = np.radians(-table[:, [4, 3]])
     assert trunnion.rotaries == ("C", "A")
     positions = linear_positions(trunnion, table[:, :3], rotary)
@@ -120,14 +120,14 @@ def test_links_are_timed_blocks_and_rapid_moves_the_rapid_of_the_control(hayashi
     ]
 
 
-def test_a_move_of_nothing_is_dropped_and_counted(hayashi):
+def test_an_empty_move_is_dropped_and_counted(hayashi):
     motion = motion_of([[0] * 5, [0] * 5, [1e-8, 0, 0, 0, 0], [1, 0, 0, 0, 0]], [0.0, 0.0, 1e-9, 1.0])
     program = compose_program(motion, machine=hayashi)
     assert program.dropped == 2
     assert sum(b.startswith("G1 ") for b in program.lines) == 2
 
 
-def test_rounding_without_duration_is_left_to_the_next_move(hayashi):
+def test_a_rounding_step_without_duration_joins_the_next_move(hayashi):
     motion = motion_of([[0] * 5, [1e-6, 0, 0, 0, 0], [1, 0, 0, 0, 0]], [0.0, 0.0, 1.0])
     assert compose_program(motion, machine=hayashi).dropped == 1
 
@@ -144,7 +144,7 @@ def test_a_move_without_duration_is_refused(hayashi, duration):
 @pytest.mark.parametrize(
     ("name", "value"), [("positions", np.nan), ("time", np.inf), ("feed", np.nan), ("feed", 0.0)]
 )
-def test_a_number_that_means_nothing_is_refused(hayashi, name, value):
+def test_an_invalid_number_is_refused(hayashi, name, value):
     motion = motion_of(np.eye(5))
     values = getattr(motion, name).copy()
     values[3] = value
@@ -180,7 +180,7 @@ def test_switchable_kinematics_are_set_to_identity_before_anything_moves(trunnio
 
 
 def approach(motion, machine):
-    """Give the words of the approach's rapid moves in order, and those of the first move after it."""
+    """Return the words of the approach's rapid moves in order, and those of the first move after it."""
     lines = blocks(compose_program(motion, machine=machine))
     moves = [words(b) for b in lines[lines.index("G93") :] if b.startswith(("G0", "G1 "))]
     return [words(b) for b in lines[: lines.index("G93")] if b.startswith("G0")], moves[0]
@@ -279,7 +279,7 @@ def test_no_line_is_longer_than_the_control_reads():
     assert max(map(len, compose_program(motion, machine=machine, header=header).lines)) <= 120
 
 
-# The way out of the last cut
+# The lead-out
 
 
 @pytest.mark.parametrize(
@@ -297,7 +297,7 @@ def test_a_last_cut_is_left_along_the_tool_before_anything_is_switched_off(
 ):
     motion = motion_of([[0, 2, 3, 0, 0], [1, 2, 3, 0, 0]])
     around = ProgramSettings(retract=50.0, spindle_rpm=1000.0)
-    lines = compose_with_way_out(
+    lines = compose_with_lead_out(
         motion, machine=hayashi, control=control, coordinates=coordinates, settings=around
     ).lines
     bare = [re.sub(r"^[0-9]+ ", "", line) for line in lines]
@@ -309,29 +309,29 @@ def test_a_last_cut_is_left_along_the_tool_before_anything_is_switched_off(
     assert "LEAD OUT: THE PROGRAM LEADS THE TOOL 5 MM OFF ITS LAST CUT" in said
 
 
-def test_turned_down_or_needless_the_way_out_is_not_written(hayashi):
+def test_a_redundant_or_disabled_lead_out_is_not_written(hayashi):
     motion = motion_of([[0, 2, 3, 0, 0], [1, 2, 3, 0, 0]])
     assert "Z8." not in compose_program(motion, machine=hayashi).text.replace("Z8.000000\n", "")
     up = replace(motion, kind=np.array([MoveKind.CUT, MoveKind.RAPID]))
-    program = compose_with_way_out(up, machine=hayashi)
+    program = compose_with_lead_out(up, machine=hayashi)
     moves = blocks(program)[blocks(program).index("G93") :]
     assert [b[:3] for b in moves if b.startswith(("G0", "G1"))] == ["G1 ", "G0 "]
-    assert "way out" not in program.text
+    assert "lead out" not in program.text
 
 
-def test_the_way_out_ends_where_an_axis_does(hayashi):
+def test_the_lead_out_ends_at_an_axis_limit(hayashi):
     low, high = Limits(-100.0, 100.0), Limits(-100.0, 6.0)
     axes = tuple(replace(a, limits=high if a.letter == "Z" else low) for a in hayashi.axes)
     motion = motion_of([[0, 2, 3, 0, 0], [1, 2, 3, 0, 0]])
-    lines = blocks(compose_with_way_out(motion, machine=replace(hayashi, axes=axes)))
+    lines = blocks(compose_with_lead_out(motion, machine=replace(hayashi, axes=axes)))
     assert [b.rpartition(" ")[0] for b in lines if b[:2] == "G1"][-1] == "G1 X1.000000 Y2.000000 Z6.000000"
 
 
-def test_a_program_that_was_read_has_its_own_end(hayashi, tmp_path):
+def test_a_program_that_was_read_keeps_its_end(hayashi, tmp_path):
     path = tmp_path / "part.ngc"
-    path.write_text(compose_with_way_out(motion_of(np.eye(5)), machine=hayashi).text)
+    path.write_text(compose_with_lead_out(motion_of(np.eye(5)), machine=hayashi).text)
     motion = read_program(path, hayashi)
-    once = blocks(compose_with_way_out(motion, machine=hayashi))
+    once = blocks(compose_with_lead_out(motion, machine=hayashi))
     assert len([b for b in once if b.startswith("G1")]) == len(motion) - 1
 
 
@@ -341,7 +341,7 @@ def test_a_program_that_was_read_has_its_own_end(hayashi, tmp_path):
 def test_the_file_holds_the_program(hayashi, tmp_path):
     motion = motion_of(np.eye(5))
     path = write_text(motion, tmp_path / "out" / "part.ngc", machine=hayashi, header={"tool": "ball:10"})
-    program = compose_with_way_out(motion, machine=hayashi, header={"tool": "ball:10"})
+    program = compose_with_lead_out(motion, machine=hayashi, header={"tool": "ball:10"})
     assert path.read_bytes() == program.text.encode("ascii")
     assert program.suffix == ".ngc"
 

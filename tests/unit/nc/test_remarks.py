@@ -1,4 +1,4 @@
-"""What a reader has to say about a path as a whole."""
+"""Findings on a path as a whole."""
 
 from __future__ import annotations
 
@@ -38,16 +38,16 @@ def test_an_axis_that_changes_in_one_cut_is_simultaneous():
     assert remark_on(path([UP, SIDE], [RAPID, CUT])) == ()
 
 
-def test_the_last_digit_of_an_axis_is_no_motion():
+def test_the_last_digit_of_an_axis_isnt_a_motion():
     (finding,) = remark_on(path([UP, [0, 1e-6, 1], UP], [CUT, CUT, CUT]))
     assert finding.value == 1
 
 
 @pytest.mark.parametrize("kinds", [[RAPID, RAPID], [RAPID, LINK]])
-def test_a_path_without_cuts_has_nothing_to_say(kinds):
+def test_a_path_without_cuts_has_no_finding(kinds):
     assert remark_on(path([UP, UP], kinds)) == ()
 
 
-def test_a_path_without_axes_has_nothing_to_say():
+def test_a_path_without_axes_has_no_finding():
     contacts = Toolpath.from_contacts([[0, 0, 0], [1, 0, 0]], [UP, UP], Tool.ball(6))
     assert remark_on(contacts) == ()

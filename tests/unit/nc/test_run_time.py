@@ -1,4 +1,4 @@
-"""The time a control takes: LinuxCNC's rests between blocks, and what is said where nothing is known."""
+"""The time a control takes: LinuxCNC's stops between blocks, and controls with unknown behaviour."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ CYCLE = 1e-3
 def motion_of(rows, feed=10.0, turn_time=0.0):
     positions = np.zeros((len(rows), 5))
     positions[:, : np.shape(rows)[1]] = rows
-    way = np.linalg.norm(np.diff(positions[:, :3], axis=0, prepend=positions[:1, :3]), axis=1)
-    time = np.maximum(way / feed, turn_time)
+    length = np.linalg.norm(np.diff(positions[:, :3], axis=0, prepend=positions[:1, :3]), axis=1)
+    time = np.maximum(length / feed, turn_time)
     time[0] = 0.0
     n = len(positions)
     return Motion("XYZAC", positions, np.full(n, feed), time, np.zeros(n, int), np.arange(n))
@@ -48,7 +48,7 @@ def test_blocks_that_turn_rotary_axes_go_from_rest_to_rest_in_whole_cycles():
 def test_a_fine_curve_without_rotary_axes_is_passed_without_rests():
     """Directions that differ by 0.4 mrad: a jump of 0.004 mm/s in 1 ms is 4 mm/s², not 30.
 
-    It speeds up along Y with 300 mm/s², and brakes with 300 mm/s² of X, sin 0.8 of the way there.
+    It speeds up along Y with 300 mm/s², and brakes with 300 mm/s² of X, sin 0.8 of the distance.
     """
     fine = motion_of(arc(2001, 0.8))
     ramps = 10.0 / 300.0 * (1.0 + np.sin(0.8)) / 2.0
@@ -71,8 +71,8 @@ def test_a_rotary_axis_that_begins_to_turn_is_a_rest():
     )
 
 
-def test_where_the_control_leads_the_tip_its_own_way_counts_block_by_block(tmp_path):
-    """A quarter turn of C about a tip at rest, 30 mm from the axis: X and Y follow, at nobody's speed."""
+def test_under_tcp_control_the_path_of_the_tip_counts_block_by_block(tmp_path):
+    """A quarter turn of C about a tip at rest, 30 mm from the axis: X and Y follow."""
     turn = np.array([[0.0, 0.0], [0.0, np.pi / 2.0]])
     rows = linear_positions(TRUNNION, np.tile([30.0, 0.0, 0.0], (2, 1)), turn)
     motion = replace(motion_of(rows), time=np.array([0.0, 4.0]))
@@ -88,7 +88,7 @@ def test_where_the_control_leads_the_tip_its_own_way_counts_block_by_block(tmp_p
     assert turning == pytest.approx(4.0 + np.radians(22.5) / np.radians(300.0), abs=2 * CYCLE)
 
 
-def test_without_accelerations_the_programmed_time_stands_and_says_why(hayashi):
+def test_without_accelerations_the_programmed_time_is_used_with_the_reason(hayashi):
     motion = motion_of(arc(41, 0.8))
     predicted = predicted_time(motion, hayashi, LINUXCNC)
     assert predicted.basis == "programmed"
@@ -96,14 +96,14 @@ def test_without_accelerations_the_programmed_time_stands_and_says_why(hayashi):
     assert "max_acceleration of X, Y, Z, A, C" in predicted.missing
 
 
-def test_a_control_whose_corners_are_the_machines_keeps_the_programmed_time():
+def test_a_control_with_unknown_corner_behaviour_keeps_the_programmed_time():
     motion = motion_of(arc(41, 0.8))
     predicted = predicted_time(motion, TRUNNION, DIALECTS["haas"])
     assert predicted.basis == "programmed"
     assert "haas" in predicted.missing
 
 
-def test_a_table_of_ones_own_says_how_near_corners_are_passed(tmp_path):
+def test_a_custom_table_states_the_corner_tolerance(tmp_path):
     table = tmp_path / "mine.toml"
     table.write_text('based_on = "haas"\ncorners = 0.05\n')
     motion = motion_of(arc(41, 0.8))
@@ -119,7 +119,7 @@ def test_a_table_with_other_corners_is_refused(tmp_path, line):
         find_dialect(table)
 
 
-def test_a_program_that_rests_between_blocks_says_its_cycle(tmp_path):
+def test_a_control_that_stops_between_blocks_needs_a_cycle(tmp_path):
     table = tmp_path / "mine.toml"
     table.write_text('based_on = "haas"\ncorners = "exact-path"\n')
     with pytest.raises(SettingError, match="cycle"):

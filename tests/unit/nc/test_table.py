@@ -145,11 +145,11 @@ def test_a_list_without_header_is_read_with_the_columns_that_the_caller_names(da
 
 
 def test_a_list_without_header_is_not_guessed(data):
-    with pytest.raises(ToolpathError, match=r"guoxin_waypoints.txt:1: .*say what the columns are"):
+    with pytest.raises(ToolpathError, match=r"guoxin_waypoints.txt:1: .*the columns must be named"):
         read_toolpath(data / "toolpaths" / "guoxin_waypoints.txt", tool=BALL)
 
 
-def test_blanks_and_commas_part_the_fields_of_a_list_without_header(tmp_path):
+def test_blanks_and_commas_separate_the_fields_of_a_list_without_header(tmp_path):
     path = tmp_path / "points.txt"
     path.write_text("# by hand\n1 2\t3 0 0 1\n\n4, 5, 6, 0, 0, 1\n")
     read = read_toolpath(path, tool=BALL, columns=("x", "y", "z", "i", "j", "k"))
@@ -159,7 +159,7 @@ def test_blanks_and_commas_part_the_fields_of_a_list_without_header(tmp_path):
         read_toolpath(path, tool=BALL, columns=("x", "y", "z", "i", "j", "k", "feed"))
 
 
-def test_a_rapid_move_is_one_of_its_own_column_and_touches_nothing(read):
+def test_a_rapid_move_has_its_own_column_and_touches_nothing(read):
     path = read("x,y,z,nx,ny,nz,rapid\n1,2,3,0,0,1,0\n4,5,6,0,0,1,1\n7,8,9,0,0,1,0\n", rapid_mm_min=6000)
     assert path.kind.tolist() == [MoveKind.CUT, MoveKind.RAPID, MoveKind.CUT]
     assert np.isnan(path.contact[1]).all()

@@ -68,7 +68,7 @@ def test_zones_follow_each_other_and_their_outline_rises(text):
     assert outline[:, 0].max() == pytest.approx(cutter.diameter / 2.0)
 
 
-def test_a_barrel_goes_over_from_nose_to_barrel_without_a_kink():
+def test_nose_and_barrel_are_tangent():
     nose, barrel = Tool.barrel(16, 85, 3).cutter.zones
     ends = []
     for zone, angle in ((nose, nose.high), (barrel, barrel.low)):
@@ -131,7 +131,7 @@ def test_a_cone_keeps_a_bull_nose_on_its_corner():
     assert np.degrees([bounds.beside[0].low, bounds.beside[0].high]) == pytest.approx([1.0, 90.0])
 
 
-def test_a_programmed_tip_keeps_its_place_when_its_surface_becomes_known():
+def test_a_programmed_tip_is_kept_when_its_surface_becomes_known():
     axis = np.array([[0.0, 0.0, 1.0], [0.6, 0.0, 0.8], [0.0, 0.0, 1.0]])
     tip = np.array([[1.0, 2, 3], [4.0, 5, 6], [7.0, 8, 9]])
     kind = [MoveKind.CUT, MoveKind.CUT, MoveKind.LINK]

@@ -19,7 +19,7 @@ def straight(n: int = 3, tool: Tool | None = None) -> Toolpath:
 
 
 def axes(lead: float, lean: float) -> np.ndarray:
-    """Give the tool axis seen at two angles, degrees, on the straight path."""
+    """Return the tool axis seen at two angles, degrees, on the straight path."""
     forwards, left = np.tan(np.radians([lead, lean]))
     return normalise(np.array([[-left, forwards, 1.0]] * 3))
 
@@ -69,7 +69,7 @@ def test_tilt_lead_and_lean_hold_at_once():
     assert not bounds.admits(axes(30, 0)).any()
 
 
-def test_at_a_corner_and_across_passes_the_feed_is_the_way_of_the_pass():
+def test_at_a_corner_and_across_passes_the_feed_is_the_direction_of_the_pass():
     """Zigzag over a flat: forwards along +X, then a link, then back along −X."""
     x = np.array([0.0, 1.0, 2.0, 3.0, 3.0, 3.0, 2.0, 1.0, 0.0])
     y = np.array([0.0, 0.0, 0.0, 0.0, 4.0, 8.0, 8.0, 8.0, 8.0])

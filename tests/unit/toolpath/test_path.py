@@ -1,4 +1,4 @@
-"""The record that every later stage starts from."""
+"""Toolpaths: contacts, tips and faults of their rows."""
 
 import numpy as np
 import pytest
@@ -56,7 +56,7 @@ def test_a_tool_survives_its_short_form():
 
 
 @pytest.mark.parametrize("tilt", [(75, 15), (15, 15), (-5, 30), (0, 190), (float("nan"), 30)])
-def test_a_tilt_range_that_is_none_is_refused(tilt):
+def test_an_invalid_tilt_range_is_refused(tilt):
     path = Toolpath.from_contacts([[0.0, 0, 0]], [UP], BALL)
     with pytest.raises(SettingError, match="empty, reversed or outside"):
         tilt_bounds(path, tilt)

@@ -1,4 +1,4 @@
-"""Where bounds on the tool's lean hold: at cuts, and not between them."""
+"""Bounds on the tool's lean hold at cuts, and not between them."""
 
 import numpy as np
 import pytest

@@ -1,11 +1,10 @@
-"""Tools in short form, as files, and from APT's seven figures."""
+"""Tools in short form and as files."""
 
 import numpy as np
 import pytest
 
 from fiveaxis.errors import ToolError
 from fiveaxis.toolpath import Holder, Section, Tool, parse_tool
-from fiveaxis.toolpath.apt_cutter import cutter_from_apt
 
 FILE = """
 shape = "bull"
@@ -56,7 +55,7 @@ def test_a_short_form_is_a_tool_and_the_tool_its_short_form(text, tool):
         ("drill:8:180", "point angle must be below 180 deg"),
     ],
 )
-def test_a_tool_that_isnt_one_is_refused(text, said):
+def test_an_invalid_tool_is_refused(text, said):
     with pytest.raises(ToolError, match=said):
         parse_tool(text)
 
@@ -92,28 +91,3 @@ def test_a_wrong_file_is_refused_with_its_place(tmp_path, change, said):
     path.write_text(FILE.replace(*change))
     with pytest.raises(ToolError, match=said):
         parse_tool(str(path))
-
-
-@pytest.mark.parametrize(
-    ("figures", "text"),
-    [
-        ((6.0, 0.0, 3.0, 0.0, 0.0, 0.0, 51.0), "flat:6"),
-        ((10.0, 5.0), "ball:10"),
-        ((10.0, 5.0, 0.0, 5.0, 0.0, 0.0, 40.0), "ball:10"),
-        ((32.0, 5.0, 11.0, 5.0, 0.0, 0.0, 75.0), "bull:32:5"),
-        ((8.0, 0.0, 0.0, 0.0, 31.0, 0.0, 40.0), "drill:8:118"),
-        ((4.0, 2.0, 0.0, 2.0, 0.0, 5.0, 36.2028), "taper:4:5:10"),
-    ],
-)
-def test_apt_figures_name_the_tool(figures, text):
-    tool, expected = cutter_from_apt(*figures), parse_tool(text)
-    assert tool.cutter.shape == expected.cutter.shape
-    np.testing.assert_allclose(tool.cutter.figures, expected.cutter.figures, atol=1e-4)
-
-
-@pytest.mark.parametrize(
-    "figures", [(10.0, 2.0, 5.0, 2.0), (10.0, 0.0, 5.0, 0.0, 10.0, 5.0), (0.0,), (10.0, 7.0)]
-)
-def test_apt_figures_of_no_offered_cutter_are_refused(figures):
-    with pytest.raises(ToolError):
-        cutter_from_apt(*figures)

@@ -109,7 +109,7 @@ def test_the_caller_names_the_unit_of_a_file_that_does_not(read):
     np.testing.assert_allclose(tips(read("FEDRAT/10,IPM\nGOTO/1,2,3\n", unit="mm")), [[1, 2, 3]])
 
 
-def test_a_unit_said_twice_alike_is_no_fault(read):
+def test_the_same_unit_stated_twice_is_accepted(read):
     assert len(read("GOTO/1,2,3\nUNITS/MM\nGOTO/1,2,3\nUNITS/MM\n")) == 2
 
 
@@ -144,17 +144,17 @@ def test_unused_words_are_counted(read):
         ("GOTO/1,2,3,0,0,inf\n", 1, "k = inf isn't a finite number"),
         ("GOTO/1,2,3\nGOTO/1,$\n\n", 2, "the file ends inside the statement 'GOTO/1,'"),
         ("P1) GOTO/1,2,3\n", 1, "isn't understood; write GOTO/x,y,z"),
-        ("TLLFT,GOFWD/ (CIRCLE/1,2,3,4)\n", 1, "is a curve that isn't read"),
-        ("NURBS/\n", 1, "is a curve that isn't read"),
+        ("TLLFT,GOFWD/ (CIRCLE/1,2,3,4)\n", 1, "is a curve that isn't supported"),
+        ("NURBS/\n", 1, "is a curve that isn't supported"),
         ("GODLTA/0,0,5\n", 1, "'GODLTA/0,0,5' has no location before it"),
         ("GOTO/1,2,3\nGODLTA/0,5\n", 2, "has 2 numbers; it needs 1, 3 or 6"),
         ("GOTO/1,2,3\nGOMILL/5\n", 2, "isn't understood"),
         ("GOTO/1,2,3\n 4,5,6\n", 2, "'4,5,6' has no word; continue a statement with [$]"),
         ("GOTO/1,2,3\nOTO/1,2,4\n", 2, "'OTO/1,2,4' isn't known, and GOTO would move the tool"),
         ("GOTO/1,2,3\nCIRCL/1,2,4\n", 2, "CIRCLE would move the tool"),
-        ("ROTABL/90,CLW\n", 1, "turns or moves what coordinates count from"),
-        ("SET/MODE,INCR\n", 1, "makes coordinates increments"),
-        ("MODE/INCR\n", 1, "makes coordinates increments"),
+        ("ROTABL/90,CLW\n", 1, "turns or moves the coordinate system"),
+        ("SET/MODE,INCR\n", 1, "makes coordinates incremental"),
+        ("MODE/INCR\n", 1, "makes coordinates incremental"),
         ("GOTO/1,2,3\nDNTCUT\n", 2, "hides the moves that follow"),
         ("RETRCT\n", 1, "moves the tool to a height that isn't stated"),
         ("CALSUB/1\n", 1, "repeats or moves other statements"),
@@ -193,7 +193,7 @@ def test_a_unit_that_contradicts_the_caller_is_refused(read):
         read("UNITS/MM\nGOTO/1,2,3\n", unit="inch")
 
 
-def test_a_frame_said_again_is_no_fault(read):
+def test_a_frame_stated_again_is_accepted(read):
     assert len(read("MSYS/0,0,0\nMSYS/0,0,1\nGOTO/1,2,3\nMSYS/0,0,1\nGOTO/1,2,3\n")) == 2
 
 
@@ -244,7 +244,7 @@ def test_a_solidworks_file_is_read_completely(data):
     assert path.axis[-1].tolist() == [1, 0, 0]
 
 
-def test_the_negative_control_says_that_it_has_no_simultaneous_motion(data):
+def test_the_negative_control_is_reported_as_not_simultaneous(data):
     path = read_toolpath(data / "toolpaths" / "solidworks_boss_3axis.apt")
     (finding,) = [f for f in path.findings if f.code == "no-simultaneous-path"]
     assert finding.severity is Severity.NOTE

@@ -184,7 +184,7 @@ def test_motions_along_a_circle_end_at_their_line(read, indirv, motion, sweep):
             "turns by 80 deg, and there are 90",
         ),
         ("GOTO/10,0,0\nTLON,GOFWD/(CIRCLE/0,0,0,10),ON,(LINE/0,0,0,0,1,0)\n", 2, "needs the direction"),
-        ("GOTO/10,0,0\nINDIRV/0,1,0\nTLON,GOFWD/L1\n", 3, "a motion along geometry that isn't read"),
+        ("GOTO/10,0,0\nINDIRV/0,1,0\nTLON,GOFWD/L1\n", 3, "a motion along geometry that isn't supported"),
         ("GOTO/10,0,0\nINDIRV/1,0,0\nTLON,GOFWD/(CIRCLE/0,0,0,10),ON,(LINE/0,0,0,0,1,0)\n", 3, "direction"),
         (
             "GOTO/10,0,0\nINDIRV/0,1,0\nTLON,GOFWD/(CIRCLE/0,0,0,10),ON,(LINE/0,0,0,0,0,0)\n",
@@ -215,7 +215,7 @@ def test_arcs_against_the_moves_before_them_are_doubted(read):
 
 
 @pytest.mark.parametrize(("end", "sweep"), [("10,0.001,0", 0.00573), ("10,-0.001,0", 359.99427)])
-def test_an_arc_that_is_nearly_closed_is_said(read, end, sweep):
+def test_an_arc_that_is_nearly_closed_is_reported(read, end, sweep):
     path = read(f"GOTO/10,0,0\nCIRCLE/0,0,0,0,0,1\nGOTO/{end}\n")
     assert swept(path) == pytest.approx(sweep, abs=1e-4)
     (finding,) = [f for f in path.findings if f.code == "arc-nearly-closed"]

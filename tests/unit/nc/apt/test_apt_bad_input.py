@@ -1,4 +1,4 @@
-"""Files that aren't the APT they should be: one error each, with file, line and text."""
+"""Broken APT files: one error each, with file, line and text."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def fault(tmp_path):
     return read_text
 
 
-def test_a_file_cut_off_within_a_number_is_told_by_its_last_line(data, tmp_path):
+def test_a_file_cut_off_within_a_number_is_recognised_by_its_last_line(data, tmp_path):
     whole = (data / "toolpaths" / "nx_ust_a.cls").read_text(encoding="ascii")
     cut = whole.index("GOTO/784.0000,3.6875,-97.5000")
     path = tmp_path / "cut.cls"
@@ -86,7 +86,7 @@ def test_a_change_of_unit_in_mid_file_is_refused(fault):
     assert "mixed units" in error.message
 
 
-def test_a_vector_that_is_none_is_refused(fault):
+def test_an_invalid_vector_is_refused(fault):
     assert fault("GOTO/1,2,3,0,0,1.0005\nGOTO/1,2,3,0,0,1.002\n").line == 2
 
 
@@ -96,5 +96,5 @@ def test_an_arc_with_two_radii_is_refused(fault):
     assert "'CIRCLE/0,0,0,0,0,1' begins 10 mm from its centre and ends 12 mm from it" in error.message
 
 
-def test_a_program_of_g_code_is_no_apt(fault):
+def test_a_g_code_program_isnt_apt(fault):
     assert "no GOTO" in fault("G90 G94\nG1 X1 Y2 Z3 F100\nM30\n").message

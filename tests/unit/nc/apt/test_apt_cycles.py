@@ -80,7 +80,7 @@ def test_taps_and_reamers_feed_out_of_the_hole(read, kind):
 @pytest.mark.parametrize(
     "cycle", ["DEEP,DEPTH,10,STEP,2,MMPM,250,CLEAR,5", "DRILL,DEEP,DEPTH,10,INCR,2,MMPM,250,CLEAR,5"]
 )
-def test_steps_of_a_deep_hole_are_left_out_and_said(read, cycle):
+def test_steps_of_a_deep_hole_are_omitted_and_reported(read, cycle):
     path = read(f"CYCLE/{cycle}\nGOTO/1,2,20\n")
     assert heights(path) == [25, 10, 25]
     assert cycle_codes(path) == ["cycle-simplified"]
@@ -96,7 +96,7 @@ def test_a_feed_per_revolution_takes_the_spindle_into_account(read):
     np.testing.assert_allclose(path.feed * 60, 625)
 
 
-def test_what_a_cycle_leaves_open_is_said(read):
+def test_what_a_cycle_leaves_open_is_reported(read):
     path = read("CYCLE/DRILL,FEDTO,10,MMPM,250\nGOTO/1,2,20\n")
     assert heights(path) == [20, 10, 20]
     assert cycle_codes(path) == ["cycle-depth", "cycle-clearance"]
@@ -118,9 +118,9 @@ def test_inches_apply_to_depths(read):
 @pytest.mark.parametrize(
     ("text", "line", "fault"),
     [
-        ("CYCLE/MILL,5\n", 1, "'CYCLE/MILL,5' is a cycle that isn't expanded; known: DRILL, DEEP"),
-        ("CYCLE/ON\n", 1, "is a cycle that isn't expanded"),
-        ("CYCLE\n", 1, "is a cycle that isn't expanded"),
+        ("CYCLE/MILL,5\n", 1, "'CYCLE/MILL,5' is a cycle that isn't supported; known: DRILL, DEEP"),
+        ("CYCLE/ON\n", 1, "is a cycle that isn't supported"),
+        ("CYCLE\n", 1, "is a cycle that isn't supported"),
         ("CYCLE/BORE,BACK,RAPTO,3,FEDTO,-5\n", 1, "has the word 'BACK', which isn't known"),
         ("CYCLE/DRILL,CLEAR,5,MMPM,100\n", 1, "has no depth"),
         ("CYCLE/DRILL,DEPTH,MMPM,100\n", 1, "has no number after DEPTH"),

@@ -1,4 +1,4 @@
-"""APT as each CAM system writes it: one short file of each."""
+"""APT of each CAM system: one short file of each."""
 
 from __future__ import annotations
 
@@ -166,7 +166,7 @@ def test_a_file_of_nx(read):
     arc = at_line(path, line_of(NX, "GOTO/10.0000,0.0000,0.0000"))
     assert len(arc) > 10, "the arc is sampled"
     middle = tips(path)[arc]
-    assert np.all(middle[:, 0] <= 10), "the short way round: it turns counterclockwise about -z"
+    assert np.all(middle[:, 0] <= 10), "the shorter arc: it turns counterclockwise about -z"
     np.testing.assert_allclose(np.linalg.norm(middle - [10, 10, 0], axis=1), 10)
     tilted = at_line(path, line_of(NX, "GOTO/30.0000,0.0000,0.0000"))
     np.testing.assert_allclose(path.axis[tilted], [[0.6, 0, 0.8]], err_msg="the vector is modal")

@@ -1,13 +1,15 @@
-"""Tools that APT files state."""
+"""Tools of APT files."""
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 from fiveaxis.errors import ToolError
 from fiveaxis.findings import Severity
 from fiveaxis.nc import read_toolpath
-from fiveaxis.toolpath import Tool
+from fiveaxis.nc.apt.tools import cutter_from_apt
+from fiveaxis.toolpath import Tool, parse_tool
 
 
 @pytest.fixture
@@ -55,7 +57,7 @@ def test_the_last_tool_before_the_first_location_counts(read):
     assert tool_findings(path) == []
 
 
-def test_the_callers_tool_wins_and_the_difference_is_said(read):
+def test_the_callers_tool_wins_and_the_difference_is_reported(read):
     path = read("LOADTL/1\nCUTTER/10,2\nGOTO/1,2,3\n", tool=Tool.ball(8))
     assert str(path.tool) == "ball:8"
     (finding,) = tool_findings(path)
@@ -84,22 +86,22 @@ def test_another_tool_in_mid_file_is_a_warning(read, change, line):
     assert [f.code for f in found] == ["tool-change"] * len(found)
     assert found[-1].place.line == line
     assert str(path.tool) == "ball:10"
-    assert "all of the path is read for ball:10" in found[0].message
+    assert "the whole path is read for ball:10" in found[0].message
 
 
 @pytest.mark.parametrize(
     ("statement", "fault"),
     [
         ("PARTNO/1", "the file states no tool; say which with tool"),
-        ("CUTTER/10,2,9,2,0,0,50", "'CUTTER/10,2,9,2,0,0,50': .* no cutter of these figures is offered"),
+        ("CUTTER/10,2,9,2,0,0,50", "'CUTTER/10,2,9,2,0,0,50': .* no supported cutter has these figures"),
         ("CUTTER/0", "'CUTTER/0': .*must be a number above 0"),
-        ("CUTTER/10,2,3", "'CUTTER/10,2,3' isn't a cutter that is understood"),
-        ("CUTTER/D10", "'CUTTER/D10' isn't a cutter that is understood"),
-        ("CUTTER/nan", "isn't a cutter that is understood"),
-        ("TLDATA/TCUTTER,MILL,32,5", "isn't a cutter that is understood"),
-        ("TLDATA/MILL,32,5,75,0,0,1,2", "isn't a cutter that is understood"),
-        ("TLDATA/DRILL,MILL,10,1,80,118,35", "isn't a cutter that is understood"),
-        ("TLDATA/MILL,10,2,40,5,0", "no cutter of these figures is offered"),
+        ("CUTTER/10,2,3", "'CUTTER/10,2,3' isn't a known form of cutter"),
+        ("CUTTER/D10", "'CUTTER/D10' isn't a known form of cutter"),
+        ("CUTTER/nan", "isn't a known form of cutter"),
+        ("TLDATA/TCUTTER,MILL,32,5", "isn't a known form of cutter"),
+        ("TLDATA/MILL,32,5,75,0,0,1,2", "isn't a known form of cutter"),
+        ("TLDATA/DRILL,MILL,10,1,80,118,35", "isn't a known form of cutter"),
+        ("TLDATA/MILL,10,2,40,5,0", "no supported cutter has these figures"),
     ],
 )
 def test_a_tool_that_is_not_understood_must_come_from_the_caller(read, statement, fault):
@@ -111,3 +113,28 @@ def test_a_tool_that_is_not_understood_must_come_from_the_caller(read, statement
     assert str(path.tool) == "ball:8"
     codes = [f.code for f in tool_findings(path)]
     assert codes == ([] if statement.startswith("PARTNO") else ["tool-unread"])
+
+
+@pytest.mark.parametrize(
+    ("figures", "text"),
+    [
+        ((6.0, 0.0, 3.0, 0.0, 0.0, 0.0, 51.0), "flat:6"),
+        ((10.0, 5.0), "ball:10"),
+        ((10.0, 5.0, 0.0, 5.0, 0.0, 0.0, 40.0), "ball:10"),
+        ((32.0, 5.0, 11.0, 5.0, 0.0, 0.0, 75.0), "bull:32:5"),
+        ((8.0, 0.0, 0.0, 0.0, 31.0, 0.0, 40.0), "drill:8:118"),
+        ((4.0, 2.0, 0.0, 2.0, 0.0, 5.0, 36.2028), "taper:4:5:10"),
+    ],
+)
+def test_the_seven_figures_of_apt_give_the_tool(figures, text):
+    tool, expected = cutter_from_apt(*figures), parse_tool(text)
+    assert tool.cutter.shape == expected.cutter.shape
+    np.testing.assert_allclose(tool.cutter.figures, expected.cutter.figures, atol=1e-4)
+
+
+@pytest.mark.parametrize(
+    "figures", [(10.0, 2.0, 5.0, 2.0), (10.0, 0.0, 5.0, 0.0, 10.0, 5.0), (0.0,), (10.0, 7.0)]
+)
+def test_apt_figures_of_an_unsupported_cutter_are_refused(figures):
+    with pytest.raises(ToolError):
+        cutter_from_apt(*figures)

@@ -1,4 +1,4 @@
-"""Where a program begins and ends: the tool's length, the way clear, the spindle, the way home."""
+"""Begin and end of a program: tool length, retract, spindle, home."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def place(lines: list[str], *starts: str) -> int:
 
 @pytest.mark.parametrize(("control", "coordinates"), LENGTHS)
 def test_the_length_comes_with_the_first_move_that_it_counts_in(control, coordinates):
-    """A block of its own would move Z by the length on a Fanuc whose parameter says so."""
+    """A separate block would move Z by the length on a Fanuc, depending on a parameter."""
     lines = code_of(control, coordinates, **FULL)
     on = [line for line in lines if "H3" in line]
     assert len(on) == 1
@@ -71,9 +71,9 @@ def test_words_that_contain_the_length_have_none_added():
 
 
 @pytest.mark.parametrize(("control", "coordinates"), BLOCKS)
-@pytest.mark.parametrize("way", [{"retract": 0.0, "home": "XY AC"}, {"home": "Z XY AC"}])
-def test_the_spindle_turns_until_the_tool_is_clear_and_then_the_axes_go_home(control, coordinates, way):
-    lines = code_of(control, coordinates, **FULL, **way)
+@pytest.mark.parametrize("end", [{"retract": 0.0, "home": "XY AC"}, {"home": "Z XY AC"}])
+def test_the_spindle_turns_until_the_tool_is_clear_and_then_the_axes_go_home(control, coordinates, end):
+    lines = code_of(control, coordinates, **FULL, **end)
     by_machine = [i for i, line in enumerate(lines) if any(w in line for w in ("G53", "SUPA", "M91"))]
     assert len(by_machine[-3:]) == 3
     clear, *home = by_machine[-3:]
@@ -88,5 +88,5 @@ def test_the_spindle_turns_until_the_tool_is_clear_and_then_the_axes_go_home(con
 @pytest.mark.parametrize(("control", "coordinates"), BLOCKS)
 @pytest.mark.parametrize("home", ["XY", "AC XY Z", "XYZ", "ZXY"])
 def test_no_axis_goes_home_from_where_the_path_ends(control, coordinates, home):
-    with pytest.raises(SettingError, match=r"home = .* give a retract, or let it begin with Z alone"):
+    with pytest.raises(SettingError, match=r"home = .* set a retract, or begin with Z alone"):
         code_of(control, coordinates, home=home)

@@ -1,4 +1,4 @@
-"""What is asked for beside the moves: how it is written, and what a control has no room for."""
+"""Settings of a program: how they are written, and what a control can't express."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def test_a_spindle_speed_has_the_decimals_that_the_control_reads(control, block)
 
 
 @pytest.mark.parametrize("rpm", [10.0, 8000.0, 12000.0])
-def test_whole_spindle_speeds_keep_their_zeros_and_need_no_word(rpm):
+def test_whole_spindle_speeds_keep_their_zeros_and_need_no_note(rpm):
     program = program_of("fanuc", spindle_rpm=rpm, tool_number=3, number=4)
     assert f"S{int(rpm)} M3" in program.lines
     assert program.findings == ()
@@ -81,7 +81,7 @@ def test_a_tool_number_is_no_length_where_the_control_takes_it_from_the_tool():
         ({"toolnumber": 3}, "unknown key 'toolnumber'; the nearest known one is 'tool_number'"),
     ],
 )
-def test_a_wrong_setting_is_one_line_of_our_own(asked, message):
+def test_a_wrong_setting_is_reported_in_one_line(asked, message):
     with pytest.raises(SettingError, match=message) as caught:
         ProgramSettings(**asked)
     assert "\n" not in str(caught.value)

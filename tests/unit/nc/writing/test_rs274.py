@@ -18,12 +18,12 @@ import pytest
 from fiveaxis.machine import load_machine, machine_names
 from fiveaxis.motion import Motion
 from fiveaxis.nc import ProgramSettings, read_program
-from fiveaxis.nc import compose_program as compose_with_way_out
+from fiveaxis.nc import compose_program as compose_with_lead_out
 from fiveaxis.nc.words import control_values
 from fiveaxis.toolpath import MoveKind
 
-# A way out of the last cut has tests of its own: here the last block is the last move.
-compose_program = partial(compose_with_way_out, settings=ProgramSettings(way_out=False))
+# The lead-out has its own tests: here the last block is the last move.
+compose_program = partial(compose_with_lead_out, settings=ProgramSettings(way_out=False))
 
 RS274 = shutil.which("rs274")
 needs_rs274 = pytest.mark.skipif(
@@ -41,7 +41,7 @@ RATE = re.compile(r"SET_FEED_RATE\(([^)]*)\)")
 
 
 def interpreted(text, folder, *, wrapped="", ini=()):
-    """Run a program; gives the end of every feed move, (n, 6) mm and deg, and its canonical rate, (n,).
+    """Run a program; return the end of every feed move, (n, 6) mm and deg, and its canonical rate, (n,).
 
     The codes that switch the kinematics are remapped by a machine's own configuration, which the stand-alone
     interpreter hasn't: they are left out.
@@ -82,7 +82,7 @@ def _ini_of(wrapped, folder):
 
 
 def wandering(machine, turns):
-    """Make a motion inside a machine's limits that turns its endless axes by some turns."""
+    """Create a motion inside a machine's limits that turns its endless axes by some turns."""
     draw = np.random.default_rng(3)
     n = 60
     share = np.linspace(0.0, 1.0, n)
@@ -144,7 +144,7 @@ def test_rs274_goes_where_the_motion_goes(name, tmp_path):
     np.testing.assert_allclose(ends[-(len(wanted) - 1) :, columns], wanted[1:], atol=PRINTED)
 
 
-def test_rs274_counts_on_where_the_program_names_turns_anew(tmp_path):
+def test_rs274_keeps_counting_where_the_program_resets_turns(tmp_path):
     machine = load_machine("hayashi-640123")
     motion = wandering(machine, turns=5)
     ends, _ = interpreted(compose_program(motion, machine=machine, winding="rezero").text, tmp_path)
@@ -184,7 +184,7 @@ def test_rs274_goes_where_the_reader_says_by_the_sign_of_every_word(tmp_path, be
     np.testing.assert_allclose(np.degrees(read.positions[rows, 4]), ends[:, 5], atol=PRINTED)
 
 
-def test_axes_that_an_aborted_program_named_anew_have_their_names_back(tmp_path):
+def test_offsets_that_an_aborted_program_left_are_cancelled(tmp_path):
     """G92 outlives a program, and the machine's file of parameters keeps it (5210: in force, 5216: of C)."""
     machine = load_machine("hayashi-640123")
     motion = wandering(machine, turns=1)
@@ -203,13 +203,13 @@ def test_rs274_gives_every_block_the_time_of_the_motion(tmp_path):
     motion = wandering(machine, turns=2)
     ends, rates = interpreted(compose_program(motion, machine=machine).text, tmp_path)
     count = len(motion) - 1
-    way = np.linalg.norm(np.diff(ends[:, :3], axis=0), axis=1)[-count:]
+    length = np.linalg.norm(np.diff(ends[:, :3], axis=0), axis=1)[-count:]
     # In inverse time the canonical rate is the length in X, Y, Z over the time, per minute.
-    np.testing.assert_allclose(60.0 * way / rates[-count:], motion.time[1:], rtol=2e-3)
+    np.testing.assert_allclose(60.0 * length / rates[-count:], motion.time[1:], rtol=2e-3)
 
 
 def test_a_block_that_turns_alone_takes_its_time(tmp_path):
-    """In inverse time rs274 floors the rate of a move in X, Y, Z at 0.1 mm/min: turning alone names none."""
+    """In inverse time rs274 floors the rate of a move in X, Y, Z at 0.1 mm/min: a pure rotation has none."""
     machine = load_machine("linuxcnc-xyzac-trt")
     still = wandering(machine, turns=1)
     positions = np.repeat(still.positions[:1], 4, axis=0)
@@ -231,7 +231,7 @@ def test_a_block_that_turns_alone_takes_its_time(tmp_path):
 
 
 def test_rs274_refuses_a_word_that_isnt_one(tmp_path):
-    """The interpreter does look: a program that is broken on purpose ends with exit code 1."""
+    """The interpreter checks: a deliberately broken program ends with exit code 1."""
     machine = load_machine("linuxcnc-xyzac-trt")
     program = compose_program(wandering(machine, turns=1), machine=machine)
     broken = replace(program, lines=(*program.lines[:-3], "G1 X1 A2", *program.lines[-3:]))

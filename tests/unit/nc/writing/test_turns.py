@@ -1,4 +1,4 @@
-"""Ways to count turns: what a control makes of the words is the motion that was given."""
+"""Windings: the control's reading of the words is the given motion."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from fiveaxis.errors import SettingError
 from fiveaxis.machine import Limits, Machine, load_machine
 from fiveaxis.motion import Motion
 from fiveaxis.nc import DIALECTS, ProgramSettings, read_program
-from fiveaxis.nc import compose_program as compose_with_way_out
+from fiveaxis.nc import compose_program as compose_with_lead_out
 from fiveaxis.nc.writing.table_parts import Modulo
 from fiveaxis.nc.writing.turns import within_a_turn
 from fiveaxis.toolpath import MoveKind
 
-# A way out of the last cut has tests of its own: here the last block is the last move.
-compose_program = partial(compose_with_way_out, settings=ProgramSettings(way_out=False))
+# The lead-out has its own tests: here the last block is the last move.
+compose_program = partial(compose_with_lead_out, settings=ProgramSettings(way_out=False))
 
 WORD = re.compile(r"([A-Z])(-?\d+(?:\.\d+)?)")
 SHORTER = DIALECTS["linuxcnc"].model_copy(
@@ -47,7 +47,7 @@ def motion_of(c_deg, kinds=None, times=None) -> Motion:
 
 
 def unwrapped(word: str, current: float) -> float:
-    """Where LinuxCNC turns a wrapped rotary axis to: the way that the word's sign says."""
+    """The angle to which LinuxCNC turns a wrapped rotary axis: in the direction of the word's sign."""
     value = float(word)
     backwards = math.copysign(1.0, value) < 0.0
     assert -360.0 < value < 360.0
@@ -115,7 +115,7 @@ def test_a_control_turns_the_axis_as_the_motion_does(rule, angles, links):
         assert np.abs(np.diff(rows[:, 0], prepend=turn)).max() < 180.0
 
 
-def test_read_again_a_program_of_shorter_ways_is_the_motion_but_for_whole_turns(
+def test_read_again_a_program_of_shorter_turns_is_the_motion_up_to_whole_turns(
     tmp_path, monkeypatch, hayashi
 ):
     monkeypatch.setitem(DIALECTS, "shorter", SHORTER)
@@ -129,7 +129,7 @@ def test_read_again_a_program_of_shorter_ways_is_the_motion_but_for_whole_turns(
     np.testing.assert_allclose(again.positions[:, :4], motion.positions[:, :4], atol=1e-6)
 
 
-def test_a_counted_axis_is_named_anew_where_a_link_begins(hayashi):
+def test_a_counted_axis_is_reset_where_a_link_begins(hayashi):
     kinds = [MoveKind.RAPID, 0, 0, MoveKind.LINK, 0, MoveKind.LINK, 0]
     motion = motion_of([0, 300, 800, 900, 1000, 1100, 1200], kinds=kinds)
     text = compose_program(motion, machine=hayashi, winding="rezero").text
@@ -180,7 +180,7 @@ def test_turns_of_an_axis_with_limits_are_not_thrown_away(hayashi):
     assert any(" C10.000000" in line for line in program.lines)
 
 
-def test_a_way_of_counting_that_a_control_lacks_is_refused(monkeypatch, hayashi):
+def test_a_winding_that_a_control_lacks_is_refused(monkeypatch, hayashi):
     monkeypatch.setitem(DIALECTS, "shorter", SHORTER)
     motion = motion_of([0.0, 10.0])
     with pytest.raises(SettingError, match="'shorter' has no winding 'rezero'; it knows unwound, modulo"):

@@ -1,4 +1,4 @@
-"""Programs of several controls: what is written around moves, feeds, places, and what is refused."""
+"""Programs of several controls: blocks around the moves, feeds, positions, and what is refused."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ OPEN = Machine.from_code("640123")
 
 
 def motion_of(rows, times=None, letters="XYZAC", kind=MoveKind.LINK) -> Motion:
-    """Make a motion from rows of mm and degrees."""
+    """Create a motion from rows of mm and degrees."""
     values = np.array(rows, dtype=float) * [1.0 if c in "XYZ" else np.pi / 180 for c in letters]
     n = len(values)
     return Motion(
@@ -111,7 +111,7 @@ def test_klartext_calls_the_tool_and_its_speed_in_its_own_words():
 
 
 @pytest.mark.parametrize("control", [n for n, d in DIALECTS.items() if d.language == "blocks"])
-def test_what_stands_around_the_moves_is_read_again(tmp_path, control):
+def test_the_blocks_around_the_moves_are_read_again(tmp_path, control):
     around = FULL.model_copy(
         update={
             "work_offset": None,
@@ -125,7 +125,7 @@ def test_what_stands_around_the_moves_is_read_again(tmp_path, control):
     path = tmp_path / f"p{program.suffix}"
     path.write_text(program.text)
     places = read_program(path, OPEN, rapid_mm_min=1000).positions
-    # The way home is two rapid moves more where the words are axes; after tip control the reader doesn't know
+    # Going home is two more rapid moves where the words are axes; after tip control the reader doesn't know
     # where they begin.
     for row in SLOPE.positions:
         assert np.abs(places - row).max(axis=1).min() < 1e-3
@@ -139,7 +139,7 @@ def test_the_header_says_what_is_not_written():
     assert "not written" not in compose_program(SLOPE, machine=OPEN, control="haas", settings=FULL).text
 
 
-def test_numbers_that_nobody_gave_are_assumed_aloud():
+def test_numbers_that_are_not_set_are_assumed_and_reported():
     program = compose_program(SLOPE, machine=OPEN, control="haas")
     assert {f.code for f in program.findings} == {"number-assumed"}
     assert "(assumed: no tool number was given: H1 is written)" in program.lines
@@ -159,7 +159,7 @@ def test_blocks_are_numbered_and_comments_are_not():
     assert all(line.startswith(("N", "(")) for line in program.lines)
 
 
-def test_block_numbers_begin_anew_after_the_highest(monkeypatch):
+def test_block_numbers_start_again_after_the_highest(monkeypatch):
     monkeypatch.setitem(DIALECTS, "small", DIALECTS["linuxcnc"].model_copy(update={"most_number": 12}))
     program = compose_program(SLOPE, machine=OPEN, control="small", settings=ProgramSettings(line_numbers=5))
     numbers = [line.split()[0] for line in program.lines if line.startswith("N")]
@@ -170,7 +170,7 @@ def test_block_numbers_begin_anew_after_the_highest(monkeypatch):
     ("control", "settings", "message"),
     [
         ("fanuc", {"coolant": "through"}, "no coolant 'through'; known: flood, mist"),
-        ("fanuc", {"work_offset": "G60"}, "no work offset 'G60'; it knows those like G54"),
+        ("fanuc", {"work_offset": "G60"}, "no work offset 'G60'; known ones are like G54"),
         ("fanuc", {"work_offset": "G54\nM0"}, "no work offset"),
         ("heidenhain", {"line_numbers": 10, "home": "U"}, "home"),
         ("apt", {"tool_number": 3}, "control 'apt' has no words for tool_number = 3"),
@@ -202,9 +202,9 @@ def test_the_feed_of_the_tip_takes_the_time_of_the_motion():
         replace(SLOPE, time=np.array(times)), machine=OPEN, control="sinumerik", coordinates="tip"
     )
     tips, _ = tool_poses(OPEN, SLOPE.positions)
-    ways = np.linalg.norm(np.diff(tips, axis=0), axis=1)
+    lengths = np.linalg.norm(np.diff(tips, axis=0), axis=1)
     feeds = [float(block.split("F")[1]) for block in moves(program)]
-    np.testing.assert_allclose(feeds, 60.0 * ways / times[1:], atol=0.01)
+    np.testing.assert_allclose(feeds, 60.0 * lengths / times[1:], atol=0.01)
 
 
 def test_a_turn_about_the_tip_has_a_feed_in_degrees_and_no_lengths():
@@ -238,14 +238,14 @@ def test_moves_too_short_for_the_decimals_leave_their_time_to_the_next():
 
 
 def test_programs_for_linuxcnc_go_exactly_along_their_blocks_in_both_units():
-    """G64 P bounds what X Y Z cut off a corner, not what the rotary axes do there."""
+    """G64 P bounds the deviation of X, Y and Z at corners, not that of the rotary axes."""
     for unit in ("mm", "inch"):
         lines = compose_program(SLOPE, machine=OPEN, settings=ProgramSettings(unit=unit)).lines
         assert "G61" in lines
         assert not any("G64" in line for line in lines)
 
 
-def test_inches_are_the_same_places(tmp_path):
+def test_inches_are_the_same_positions(tmp_path):
     for control in ("linuxcnc", "fanuc", "heidenhain", "sinumerik"):
         program = compose_program(
             SLOPE, machine=OPEN, control=control, coordinates="tip", settings=ProgramSettings(unit="inch")
@@ -291,7 +291,7 @@ def test_directions_come_with_a_warning():
     assert "the control chooses its rotary angles" in " ".join(text.split("\n;   "))
 
 
-def test_angles_of_a_shorter_way_are_dc_on_a_sinumerik():
+def test_angles_of_the_shorter_turn_are_dc_on_a_sinumerik():
     turn = motion_of([[0, 0, 0, 0, 350], [1, 0, 0, 0, 370]])
     program = compose_program(turn, machine=OPEN, control="sinumerik", winding="modulo")
     assert moves(program)[-1].split()[-2] == "C=DC(10.00000)"
@@ -305,7 +305,7 @@ def test_an_angle_that_wraps_is_switched_on_and_off_again_in_klartext():
 
 
 @pytest.mark.parametrize("low", [0, -180])
-def test_angles_of_one_turn_are_read_as_the_motion_but_for_whole_turns(tmp_path, monkeypatch, low):
+def test_angles_of_one_turn_are_read_as_the_motion_up_to_whole_turns(tmp_path, monkeypatch, low):
     dialect = DIALECTS["sinumerik"]
     modulo = dialect.modulo.model_copy(update={"low": low, "word": None if low else dialect.modulo.word})
     monkeypatch.setitem(DIALECTS, "mine", dialect.model_copy(update={"modulo": modulo}))
@@ -319,7 +319,7 @@ def test_angles_of_one_turn_are_read_as_the_motion_but_for_whole_turns(tmp_path,
     if low:  # plain words, which the reader takes as they are
         assert (c >= low).all()
         assert (c < low + 360).all()
-    else:  # DC, which it takes the shorter way
+    else:  # DC, which it reads as the shorter turn
         assert c[-1] - c[0] == pytest.approx(angles[-1] - angles[0], abs=1e-4)
 
 
@@ -327,7 +327,7 @@ def test_angles_of_one_turn_are_read_as_the_motion_but_for_whole_turns(tmp_path,
 
 
 def test_klartext_has_no_machine_coordinates_and_says_why():
-    with pytest.raises(SettingError, match="isn't written in coordinates 'axes': Klartext has no feed by"):
+    with pytest.raises(SettingError, match="coordinates 'axes': Klartext has no inverse-time feed"):
         compose_program(SLOPE, machine=OPEN, control="heidenhain", coordinates="axes")
 
 
@@ -342,9 +342,7 @@ def test_a_machine_without_rotary_axes_needs_no_tip_control():
     mill = Machine.from_code("1203")
     motion = motion_of([[0, 0, 0], [1, 0, 0]], letters="XYZ")
     assert moves(compose_program(motion, machine=mill, control="fanuc"))
-    with pytest.raises(
-        MachineError, match="no rotary axis, so there is nothing for tool centre point control"
-    ):
+    with pytest.raises(MachineError, match="no rotary axis, so it needs no tool centre point control"):
         compose_program(motion, machine=mill, control="fanuc", coordinates="tip")
 
 

@@ -1,4 +1,4 @@
-"""Tables of controls: those of the package, and those that people write."""
+"""Tables of controls: those of the package, and custom ones."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def motion() -> Motion:
     return Motion("XYZAC", np.eye(5) / 2.0, np.ones(5), np.ones(5), np.zeros(5, int), np.arange(5))
 
 
-def test_a_table_of_ones_own_writes_programs(table, hayashi):
+def test_a_custom_table_writes_programs(table, hayashi):
     path = table('based_on = "fanuc"\nsuffix = ".tap"\nnumber = { linear = 3, rotary = 3 }\n')
     program = compose_program(motion(), machine=hayashi, control=path)
     assert (program.control, program.suffix) == ("mine", ".tap")

@@ -1,4 +1,4 @@
-"""What words stand for: positions of axes, the tool's tip and the angles, the tip and a direction."""
+"""Positions as words: axis positions, the tool tip with angles, or the tip with a direction."""
 
 from __future__ import annotations
 
@@ -20,20 +20,17 @@ from fiveaxis.nc.writing.table_parts import Coordinates, Mode
 from fiveaxis.nc.writing.tables import Dialect
 
 LINEAR = "XYZ"
-# Steps of the last decimal of a direction by which it may be off: three rounded components, and some room.
+# Steps of the last decimal, rounding error of a direction with three rounded components.
 ROUNDED = 2.0
-# rad, from the singular direction: beyond it angles change at most a thousand times as much as directions.
+# rad, from the singular direction: beyond it angles change at most 1000 times as much as directions.
 CLEAR_OF_SINGULAR = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
 class Wording:
-    """How places become words of one control, in one kind of coordinates.
+    """Converts positions to the words of a control, in one kind of coordinates.
 
-    Parameters
-    ----------
-    dialect, coordinates, machine : what for
-    unit : of lengths, ``mm`` or ``inch``
+    `unit` is that of lengths, ``mm`` or ``inch``.
     """
 
     dialect: Dialect
@@ -43,40 +40,40 @@ class Wording:
 
     @property
     def mode(self) -> Mode:
-        """The table of the coordinates."""
+        """The control's table for the coordinates."""
         return self.dialect.modes[self.coordinates]
 
     @property
     def interpolation(self) -> Interpolation:
-        """How the control moves between two blocks of such words."""
+        """Interpolation of the control between two blocks."""
         return Interpolation.JOINT if self.coordinates == "axes" else Interpolation.TCP
 
     @cached_property
     def names(self) -> tuple[str, ...]:
-        """What stands before each number: letters of axes, or words of a direction."""
+        """Prefix of each number: axis letters, or the words of a direction."""
         if self.coordinates == "vector":
             return (*LINEAR, *(self.mode.directions or ("I", "J", "K")))
         return tuple(self.machine.letters)
 
     @cached_property
     def is_linear(self) -> BoolArray:
-        """(c,), which words are lengths."""
+        """(c,), whether words are lengths."""
         return np.array([name in LINEAR for name in self.names])
 
     @cached_property
     def decimals(self) -> Array:
-        """(c,), of each word; inches have one more than mm."""
+        """(c,), decimals of each word; inches have one more than mm."""
         number = self.dialect.number
         other = number.direction if self.coordinates == "vector" else number.rotary
         return np.where(self.is_linear, number.linear + (self.unit == "inch"), other)
 
     @cached_property
     def scale(self) -> Array:
-        """(c,), from mm, deg and unit vectors to the numbers of words."""
+        """(c,), factors from mm, deg and unit vectors to the numbers of words."""
         return np.where(self.is_linear, 1.0 / MILLIMETRES[self.unit], 1.0)
 
     def values(self, positions: Array) -> Array:
-        """Give the numbers of the words, (n, c), control's sign, not yet rounded.
+        """Compute the numbers of the words, (n, c), in the control's sign, not yet rounded.
 
         Parameters
         ----------
@@ -89,17 +86,17 @@ class Wording:
         if self.mode.positions == "machine":
             tip = carry_to_machine(self.machine, tip, positions)
         if self.coordinates == "vector":
-            if self.dialect.language == "blocks":  # a list is for no machine in particular
+            if self.dialect.language == "blocks":  # lists don't depend on a machine
                 axis = self._inside_ends(positions, axis)
             return np.hstack([tip, axis]) * self.scale
         shown[:, [self.machine.column(c) for c in LINEAR]] = tip
         return shown * self.scale
 
     def _inside_ends(self, positions: Array, axis: Array) -> Array:
-        """Keep directions as far from the ends of rotary axes as they are rounded.
+        """Keep directions inside the limits of rotary axes by their rounding error.
 
-        Past an end the control would take the other pair of angles, with half a turn of the first axis. By
-        the singular direction no angle follows from so small a change, and they stay as they are.
+        Past a limit the control would choose the other pair of angles, half a turn away on the first axis.
+        Directions near the singular one are left unchanged.
         """
         machine, step = self.machine, ROUNDED * 10.0 ** -float(self.decimals[-1])
         inside = positions.copy()
@@ -116,15 +113,15 @@ class Wording:
         return kept
 
     def rounded(self, values: Array) -> Array:
-        """Round numbers of words as they are printed, (n, c)."""
+        """Round numbers of words, (n, c), as printed."""
         return rounded(values, self.decimals)
 
     def formats(self, templates: Sequence[str | None] = ()) -> list[str]:
-        """Give the format of each word, (c,).
+        """Return the ``%`` format of each word, (c,).
 
         Parameters
         ----------
-        templates : (c,), with ``{letter}`` and ``{value}``; None, or nothing, for the plain word
+        templates : (c,), with ``{letter}`` and ``{value}``; None, or empty, for the plain word
         """
         sign = "+" if self.dialect.number.plus else ""
         given = templates or [None] * len(self.names)
@@ -135,7 +132,7 @@ class Wording:
         ]
 
     def words(self, values: Array, only: str | None = None) -> str:
-        """Write one place, (c,), as ``X1.000000 Y2.000000``: all words or `only` some."""
+        """Format one row of values, (c,), as ``X1.000000 Y2.000000``: all words or `only` some."""
         row = self.rounded(values[None])[0]
         chosen = [i for i, name in enumerate(self.names) if only is None or name in only]
         formats = self.formats()
@@ -143,19 +140,18 @@ class Wording:
 
 
 def require_expressible(dialect: Dialect, coordinates: Coordinates | None, machine: Machine) -> Coordinates:
-    """Check that a control can be told a machine's motion, and settle in which coordinates.
+    """Check that a machine's motion can be written for a control, and return the coordinates.
 
     Parameters
     ----------
-    coordinates : as asked for; None for the control's own, the first of axes, tip and vector that it has
+    coordinates : None for the first of axes, tip and vector that the control has
 
     Raises
     ------
     SettingError
-        Coordinates that the control hasn't.
+        Coordinates that the control doesn't have.
     MachineError
-        Axes that the control doesn't know; tip control for a machine without rotary axes, or one that can't
-        place the tip.
+        Axes that the control doesn't know; TCP control for a machine without rotary axes or without X, Y, Z.
     """
     known: list[Coordinates] = [c for c in ("axes", "tip", "vector") if c in dialect.modes]
     chosen = known[0] if coordinates is None else coordinates
@@ -183,22 +179,22 @@ def _require_tip_control(machine: Machine) -> None:
         )
     if not machine.rotaries:
         raise MachineError(
-            f"machine {machine.name!r} has no rotary axis, so there is nothing for tool centre point control "
-            "to do; write axes"
+            f"machine {machine.name!r} has no rotary axis, so it needs no tool centre point control; "
+            "write axes"
         )
 
 
 def carry_to_machine(machine: Machine, points: Array, positions: Array) -> Array:
-    """Say where points of the workpiece are in a frame that stays with the machine while the table turns.
+    """Transform points of the workpiece to a frame that is fixed to the machine while the table turns.
 
     Parameters
     ----------
     points : (n, 3), mm, workpiece frame
-    positions : (n, k), axis values, rad; those of linear axes don't count
+    positions : (n, k), rad; linear axes have no effect
 
     Returns
     -------
-    (n, 3), mm, in the workpiece frame as it lies with every axis at 0
+    (n, 3), mm, in the workpiece frame at home (every axis 0)
     """
     values = positions.copy()
     values[:, machine.linear_columns] = 0.0
