@@ -58,7 +58,8 @@ class _Trigonometric:
     def values(self, x: Array) -> Array:
         """Give the quantities, (n, m)."""
         quantities = np.empty((len(x), self.rows.count))
-        evaluate(*self.trigonometric.places, self.trigonometric.axis, self.rows.columns, x, quantities)
+        known = self.trigonometric
+        evaluate(*known.linear_coefficients, known.axis, self.rows.columns, x, quantities)
         return quantities
 
     def derivatives(self, x: Array, weights: Array) -> tuple[Array, Array, Array]:
@@ -66,8 +67,8 @@ class _Trigonometric:
         rows, (n, d) = self.rows, x.shape
         quantities = np.empty((n, rows.count))
         slope, bow = np.zeros((n, rows.count, d)), np.zeros((n, d, d))
-        known = (*self.trigonometric.places, self.trigonometric.axis)
-        differentiate(*known, rows.columns, rows.free, x, weights, quantities, slope, bow)
+        coefficients = (*self.trigonometric.linear_coefficients, self.trigonometric.axis)
+        differentiate(*coefficients, rows.columns, rows.free, x, weights, quantities, slope, bow)
         return quantities, slope, bow
 
 

@@ -1,4 +1,4 @@
-"""The inner loop of the global search, compiled."""
+"""Inner loop of the global search, compiled."""
 
 from __future__ import annotations
 
@@ -31,25 +31,25 @@ def relax_layer(
 ) -> None:
     """Take one step of the shortest path: from every state of a layer to every state of the next.
 
-    States form a lattice: index of the spin axis's angle, index of the second coordinate, branch. The spin
-    angle depends on its index alone. A predecessor lies within `reach` lattice steps in the first two
-    coordinates, on any branch; with ``period > 0`` the first one wraps around. Rows are visited from the
-    nearest outwards, and a row whose cheapest state can't win any more is skipped: that prunes nearly all.
+    States form a lattice: index of the spin angle, index of the second coordinate, branch. The spin angle
+    depends on its index alone. A predecessor lies within `reach` lattice steps in the first two coordinates,
+    on any branch; with ``period > 0`` the first coordinate wraps around. Rows are visited from the nearest
+    outwards, and a row whose cheapest state can't win any more is skipped, which prunes nearly all.
 
     Parameters
     ----------
-    cost : (a, b, c), J, of the cheapest path to each state of the layer before
-    row_least : (a,), J, its least value by spin index
+    cost : (a, b, c), J, of the cheapest path to each state of the previous layer
+    row_least : (a,), J, its least value for each spin index
     here, there : (a, b, c, k), mm and rad, axis values of the two layers
-    price : (a, b, c), J, of standing in a state of the next layer; infinite where forbidden
+    price : (a, b, c), J, of each state of the next layer; infinite where forbidden
     spin : column of the spin axis
     period : rad, 0 where the axis doesn't turn without end
     plus, minus : (k,), J/mm and J/rad
     max_turn : (k,), rad, largest step of each axis; infinite for linear axes
     turn_price : J/rad beyond it
-    bend : (k,), J/rad², price of a step's square; 0 for linear axes
+    bend : (k,), J/rad², of a step's square; 0 for linear axes
     pace : (k,), s/mm and s/rad, at the highest speed; 0 where unknown
-    least_time, time_price : s and J/s, of a step that takes longer than the least
+    least_time, time_price : s, and J/s for a step that takes longer
     best : (a, b, c), filled in: J
     back : (a, b, c), filled in: flat index of the predecessor, plus the layer's size times (winding + 1)
     """
