@@ -1,8 +1,8 @@
-"""The steps of the interior-point method, compiled.
+"""Steps of the interior-point method, compiled.
 
-Rows and parts are those of `rows`. A part's *compliance* is ``1/Σ``, how far it yields to its row's
-multiplier; a fixed part has none. A row's parts, their duals and its multiplier follow from the unknowns'
-step in closed form, and what is left couples the locations of a window only: a banded matrix.
+Rows and parts are those of `rows`. A part's *compliance* ``1/Σ`` is how far it yields to the multiplier of
+its row; a fixed part has none. A row's parts, their duals and its multiplier follow from the step of the
+unknowns in closed form, and the remaining system couples only the locations of a window: a banded matrix.
 """
 
 from __future__ import annotations
@@ -14,39 +14,39 @@ import numpy as np
 from fiveaxis.compiled import compiled
 from fiveaxis.geometry import Array, BoolArray, IntArray
 
-# An equation yields by so much to its multiplier: a stiffness that leaves the other terms their digits.
+# Compliance of an equation: its stiffness leaves the other terms their digits.
 YIELD = 1e-10
-# Products of rooms are kept above this and below its inverse: far from what a number can be.
+# Products of distances to bounds stay above this and below its inverse, far from overflow.
 SMALL = 1e-200
-# A priced row that is off by d costs d times its price more or less; one with bounds alone breaks them. The
-# former may be off by the inverse of this as much.
+# Weight of the error of a priced row: an error there only changes the cost, while one in a row with bounds
+# alone breaks them.
 PRICED = 1e-3
 
 
 @compiled
-def row_values(place: IntArray, coefficient: Array, quantities: Array, values: Array) -> None:
+def row_values(quantity: IntArray, coefficient: Array, quantities: Array, values: Array) -> None:
     """Evaluate ``C q``; values, (r,), are filled in from quantities, (n m,)."""
-    for j in range(len(place)):
+    for j in range(len(quantity)):
         total = 0.0
-        for z in range(place.shape[1]):
-            if place[j, z] >= 0:
-                total += coefficient[j, z] * quantities[place[j, z]]
+        for z in range(quantity.shape[1]):
+            if quantity[j, z] >= 0:
+                total += coefficient[j, z] * quantities[quantity[j, z]]
         values[j] = total
 
 
 @compiled
-def row_weights(place: IntArray, coefficient: Array, pull: Array, weights: Array) -> None:
-    """Evaluate ``Cᵀ pull``, (n m,): what weighs the quantities' second derivatives."""
+def row_weights(quantity: IntArray, coefficient: Array, force: Array, weights: Array) -> None:
+    """Evaluate ``Cᵀ force``, (n m,): the weights of the quantities' second derivatives."""
     weights[:] = 0.0
-    for j in range(len(place)):
-        for z in range(place.shape[1]):
-            if place[j, z] >= 0:
-                weights[place[j, z]] += coefficient[j, z] * pull[j]
+    for j in range(len(quantity)):
+        for z in range(quantity.shape[1]):
+            if quantity[j, z] >= 0:
+                weights[quantity[j, z]] += coefficient[j, z] * force[j]
 
 
 @compiled
 def row_gradients(
-    first: IntArray, place: IntArray, coefficient: Array, slope: Array, gradient: Array
+    first: IntArray, quantity: IntArray, coefficient: Array, slope: Array, gradient: Array
 ) -> None:
     """Differentiate the rows by the unknowns of their windows.
 
@@ -56,19 +56,19 @@ def row_gradients(
     gradient : (r, span d), filled in
     """
     m, d = slope.shape[1], slope.shape[2]
-    for j in range(len(place)):
+    for j in range(len(quantity)):
         for e in range(gradient.shape[1]):
             gradient[j, e] = 0.0
-        for z in range(place.shape[1]):
-            if place[j, z] >= 0:
-                i, a = divmod(place[j, z], m)
+        for z in range(quantity.shape[1]):
+            if quantity[j, z] >= 0:
+                i, a = divmod(quantity[j, z], m)
                 for e in range(d):
                     gradient[j, (i - first[j]) * d + e] += coefficient[j, z] * slope[i, a, e]
 
 
 @compiled
 def soften(mu: float, parts: Array, state: Array, soft: Array) -> None:
-    """Fill in every part's compliance and pull ``μ/(v − l) − μ/(h − v) − w``, (2, p); 0 of a fixed one.
+    """Fill in each part's compliance and pull ``μ/(v − l) − μ/(h − v) − w``, (2, p); 0 if it is fixed.
 
     Parameters
     ----------
@@ -96,7 +96,7 @@ def soften(mu: float, parts: Array, state: Array, soft: Array) -> None:
 def answer_rows(
     begin: IntArray, parts: Array, state: Array, soft: Array, value: Array, multiplier: Array, answer: Array
 ) -> None:
-    """Fill in every row's compliance and its new multiplier if the unknowns stay, (2, r)."""
+    """Fill in each row's compliance and its new multiplier for unchanged unknowns, (2, r)."""
     for j in range(len(value)):
         yields, ahead = 0.0, value[j]
         for p in range(begin[j], begin[j + 1]):
@@ -126,7 +126,7 @@ def condense(
     ----------
     gradient : (r, span d)
     band : (n d, span d), lower half by row, the diagonal first
-    right : (n d,), gradient of what is left
+    right : (n d,), gradient of the condensed problem
     """
     for j in range(len(first)):
         stiff, push = 2.0 * square[j], 2.0 * square[j] * value[j]
@@ -161,7 +161,7 @@ def recover(
     change: Array,
     new: Array,
 ) -> None:
-    """Work out the steps of parts and duals, (3, p), and of multipliers, (r,), from that of the unknowns."""
+    """Compute the steps of parts and duals, (3, p), and of multipliers, (r,), from that of the unknowns."""
     for j in range(len(first)):
         if begin[j] == begin[j + 1]:
             continue
@@ -171,7 +171,7 @@ def recover(
                 along += gradient[j, e] * dx[base + e]
         force = answer[1, j] + along / answer[0, j]
         new[j] = force - multiplier[j]
-        # The softest part takes what is left: its own equation would lose all digits beside a stiffer one's.
+        # The part with the largest compliance takes the rest, as its own equation would lose its digits.
         rest, softest, most = value[j] + along, -1, 0.0
         for p in range(begin[j], begin[j + 1]):
             change[0, p] = soft[0, p] * (soft[1, p] + parts[0, p] * force)
@@ -193,11 +193,11 @@ def recover(
 
 @compiled
 def keep_room(mu: float, least: float, spread: float, parts: Array, state: Array) -> None:
-    """Move values off bounds that they have come too near to, and keep duals near what the barrier asks.
+    """Move values off bounds that are too near, and keep duals near the central path.
 
     Parameters
     ----------
-    least : room, of the bound where that is above 1
+    least : distance to a bound, relative if the bound is above 1
     spread : duals stay within this factor
     """
     for p in range(parts.shape[1]):
@@ -230,7 +230,7 @@ def solve_band(band: Array, right: Array, free: BoolArray, shift: float, dx: Arr
 
     Returns
     -------
-    Whether the matrix is positive definite.
+    Whether the matrix is positive definite
     """
     count, width = band.shape
     low, pivot = np.zeros((count, width)), np.empty(count)
@@ -262,8 +262,8 @@ def solve_band(band: Array, right: Array, free: BoolArray, shift: float, dx: Arr
 
 
 @compiled
-def longest(fraction: float, parts: Array, state: Array, change: Array) -> tuple[float, float]:
-    """Give the largest steps up to 1, of values and of duals, that leave each a share of its room."""
+def longest_steps(fraction: float, parts: Array, state: Array, change: Array) -> tuple[float, float]:
+    """Find the longest steps up to 1, of values and of duals, that use at most a share of their room."""
     primal, dual = 1.0, 1.0
     for p in range(parts.shape[1]):
         low, high, v, dv = parts[2, p], parts[3, p], state[0, p], change[0, p]
@@ -281,10 +281,10 @@ def longest(fraction: float, parts: Array, state: Array, change: Array) -> tuple
 
 
 @compiled
-def judge(
+def measure(
     mu: float, square: Array, begin: IntArray, parts: Array, v: Array, dv: Array, alpha: float, value: Array
 ) -> tuple[float, float]:
-    """Measure, a step on, how far the equations are off, added up, and the barrier problem's objective, J."""
+    """Compute the sum of the errors of the equations, and the barrier objective (J), after a step."""
     off, cost, product = 0.0, 0.0, 1.0
     for j in range(len(square)):
         cost += square[j] * value[j] * value[j]
@@ -297,7 +297,7 @@ def judge(
             if low == high:
                 continue
             cost += parts[1, p] * at
-            # One logarithm for many rooms: it takes longer than all the rest.
+            # One logarithm for many factors: it takes longer than all the rest.
             if low > -np.inf:
                 product *= at - low
             if high < np.inf:
@@ -322,7 +322,7 @@ def gain(
     dx: Array,
     change: Array,
 ) -> float:
-    """Differentiate the barrier problem's objective along a step."""
+    """Differentiate the barrier objective along a step."""
     total = 0.0
     for p in range(parts.shape[1]):
         low, high, v = parts[2, p], parts[3, p], state[0, p]
@@ -356,7 +356,7 @@ def errors(
     d: int,
     pull: Array,
 ) -> tuple[float, float, float, float]:
-    """Measure how far a point is from the optimum for a barrier parameter.
+    """Measure the distance of a point from the optimum for a barrier parameter.
 
     Parameters
     ----------
