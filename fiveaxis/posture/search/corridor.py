@@ -9,7 +9,8 @@ import numpy as np
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.kinematics.windings import TURN, one_turn_from
 from fiveaxis.posture.problem import VIOLATION_PRICE, Problem
-from fiveaxis.posture.search.corridor_kernel import Corridor, Prices, corridor_path, corridor_postures
+from fiveaxis.posture.search.corridor_kernel import Corridor, corridor_path, corridor_postures
+from fiveaxis.posture.search.kernel import step_prices
 from fiveaxis.posture.search.lattice import Coordinates
 from fiveaxis.posture.search.trigonometric import TrigonometricCoefficients
 
@@ -71,16 +72,7 @@ def path_through_corridor(
         np.array(width),
         VIOLATION_PRICE,
     )
-    prices = Prices(
-        np.ascontiguousarray(problem.plus[:, columns]),
-        np.ascontiguousarray(problem.minus[:, columns]),
-        np.ascontiguousarray(problem.max_turn),
-        problem.turn_prices,
-        np.ascontiguousarray(problem.bend_price),
-        1.0 / problem.top_speed[columns],
-        np.ascontiguousarray(problem.least_time),
-        problem.time_price,
-    )
+    prices = step_prices(problem, columns)
 
     def cheapest(refused: Array) -> tuple[Array, IntArray]:
         return corridor_path(corridor, prices, refused, count)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from fiveaxis.compiled import compiled
 from fiveaxis.geometry import Array
-from fiveaxis.posture.search.kernel import relax_layer
+from fiveaxis.posture.search.kernel import Prices, relax_layer
 from fiveaxis.posture.search.trigonometric import LinearCoefficients, bound_excess, linear_values
 
 TURN = 2.0 * np.pi
@@ -46,28 +46,6 @@ class Corridor(NamedTuple):
     second: Array
     width: Array
     fault: float
-
-
-class Prices(NamedTuple):
-    """Prices of the steps between locations, and how far they may turn.
-
-    Parameters
-    ----------
-    plus, minus : (n − 1, 5), J/mm and J/rad
-    max_turn : (n − 1, 2), rad
-    turn_price, bend_price : (n − 1,), J/rad and J/rad²
-    pace : (5,), s/mm and s/rad
-    least_time, time_price : (n − 1,) s, J/s
-    """
-
-    plus: Array
-    minus: Array
-    max_turn: Array
-    turn_price: Array
-    bend_price: Array
-    pace: Array
-    least_time: Array
-    time_price: float
 
 
 @compiled
@@ -175,10 +153,7 @@ def corridor_path(
         np.zeros(shape, dtype=np.int64),
     )
     trail, row_least = np.zeros((n, price.size), dtype=np.int32), np.empty(shape[0])
-    turn, bend = np.full(5, np.inf), np.zeros(5)
-    sweep(
-        corridor, prices, refused, states, before, price, cost, best, back, trail, row_least, turn, bend,
-    )  # fmt: skip
+    sweep(corridor, prices, refused, states, before, price, cost, best, back, trail, row_least)
     path, chosen = np.empty((n, 5)), np.empty(n, dtype=np.int64)
     chosen[-1] = np.argmin(cost)
     trace(corridor, trail, states, price, path, chosen)
@@ -198,14 +173,12 @@ def sweep(
     back: NDArray[np.int64],
     trail: NDArray[np.int32],
     row_least: Array,
-    turn: Array,
-    bend: Array,
 ) -> None:
     """Relax all layers of a corridor from the first location to the last.
 
     Parameters
     ----------
-    states, before, price, best, back, row_least, turn, bend : work space
+    states, before, price, best, back, row_least : work space
     cost : filled in, J, of the cheapest path to each state of the last location
     trail : (n, states), filled in: predecessor of each state
     """
@@ -222,16 +195,13 @@ def sweep(
             for s in range(size):
                 costs[s] = flat[s]
         else:
-            for r in range(2):
-                turn[FIRST + r], bend[FIRST + r] = prices.max_turn[i - 1, r], prices.bend_price[i - 1]
             for a in range(len(row_least)):
                 row_least[a] = np.inf
                 for s in range(a * row, (a + 1) * row):
                     row_least[a] = min(row_least[a], costs[s])
             relax_layer(
-                cost, row_least, before, states, price, FIRST + corridor.spin, 0.0, reach, prices.plus[i - 1],
-                prices.minus[i - 1], turn, prices.turn_price[i - 1], bend, prices.pace,
-                prices.least_time[i - 1], prices.time_price, best, back,
+                cost, row_least, before, states, price, FIRST + corridor.spin, 0.0, reach, prices, i - 1,
+                best, back,
             )  # fmt: skip
             for s in range(size):
                 costs[s] = bests[s]

@@ -11,7 +11,7 @@ from fiveaxis.geometry import Array, IntArray, angle_between
 from fiveaxis.kinematics.windings import fit_turns
 from fiveaxis.posture.problem import Problem
 from fiveaxis.posture.search.corridor import Admission, path_through_corridor
-from fiveaxis.posture.search.kernel import relax_layer
+from fiveaxis.posture.search.kernel import Prices, relax_layer, step_prices
 from fiveaxis.posture.search.lattice import Coordinates, Lattice, corridor_lattice
 
 # Paths of more locations are searched as densely as their turning requires, shorter ones as the effort says.
@@ -41,12 +41,15 @@ def shortest_path(
     spin axis beyond its limits
     """
     n = len(problem)
+    prices = step_prices(problem, range(problem.plus.shape[1]))
+    if lattice.turns_forbidden:
+        prices = prices._replace(turn_price=np.full(n - 1, np.inf))
     layers: list[Layer] = []
     cost = before = np.empty(0)
     for begin in range(0, n, lattice.chunk):
         rows = np.arange(begin, min(begin + lattice.chunk, n))
         for row, states, price in zip(rows, *lattice.states(rows), strict=True):
-            cost, back = _step(problem, lattice, int(row), cost, before, states, price)
+            cost, back = _step(lattice, prices, int(row), cost, before, states, price)
             before, alive = states, np.flatnonzero(np.isfinite(cost))
             if not len(alive):
                 return None
@@ -59,36 +62,14 @@ def shortest_path(
 
 
 def _step(
-    problem: Problem, lattice: Lattice, row: int, cost: Array, before: Array, states: Array, price: Array
+    lattice: Lattice, prices: Prices, row: int, cost: Array, before: Array, states: Array, price: Array
 ) -> tuple[Array, IntArray]:
-    back = np.zeros(price.shape, dtype=np.int64)
-    if row == 0:
-        return price, back
-    best = np.empty_like(price)
-    max_turn = np.full(states.shape[-1], np.inf)
-    max_turn[problem.machine.rotary_columns] = problem.max_turn[row - 1]
-    bend = np.zeros(states.shape[-1])
-    bend[problem.machine.rotary_columns] = problem.bend_price[row - 1]
-    relax_layer(
-        cost,
-        cost.min(axis=(1, 2)),
-        before,
-        states,
-        price,
-        lattice.spin_column,
-        lattice.period,
-        lattice.reach,
-        problem.plus[row - 1],
-        problem.minus[row - 1],
-        max_turn,
-        np.inf if lattice.turns_forbidden else problem.turn_prices[row - 1],
-        bend,
-        1.0 / problem.top_speed,
-        problem.least_time[row - 1],
-        problem.time_price,
-        best,
-        back,
-    )
+    best, back = price.copy(), np.zeros(price.shape, dtype=np.int64)
+    if row:
+        relax_layer(
+            cost, cost.min(axis=(1, 2)), before, states, price, lattice.spin_column, lattice.period,
+            lattice.reach, prices, row - 1, best, back,
+        )  # fmt: skip
     return best, back
 
 

@@ -75,9 +75,8 @@ def _linear_remedy(course: UnwrappedPath, machine: Machine, column: int, clearan
     past = np.maximum(np.maximum(low - ends, ends - high), 0.0).max(axis=(0, 2))
     stop = np.full(len(course.row), np.inf)
     stop[inner] = np.where(known & np.isfinite(past), past, np.inf)
-    limits, nothing = machine.axes[column].limits, np.zeros(len(stop))
     angles = course.rotary[:, machine.rotary_columns.index(column)]
-    turns = plan_turns(angles, (limits.low, limits.high), stop, nothing, nothing)
+    turns = plan_turns(angles, machine.axes[column].limits, stop)
     if turns is None:
         return
     chosen = np.searchsorted(inner, np.flatnonzero(turns[1] - turns[0]))

@@ -72,10 +72,7 @@ def count_rewinds(toolpath: Toolpath, angles: Array, limits: Limits) -> tuple[fl
     order = np.argsort(np.concatenate([np.arange(len(angles)), rows]), kind="stable")
     passing = np.where(cutting[np.ceil(rows).astype(np.int64)], 1.0, BETWEEN)
     price = np.concatenate([stop, passing])[order]
-    nothing = np.zeros(len(price))
-    turns = plan_turns(
-        np.concatenate([angles, changes])[order], (limits.low, limits.high), price, nothing, nothing
-    )
+    turns = plan_turns(np.concatenate([angles, changes])[order], limits, price)
     if turns is None:
         return np.inf, np.inf
     taken = price[turns[1] != turns[0]]

@@ -134,10 +134,11 @@ def insert_rewinds(
     arriving, leaving = course.rotary.copy(), course.rotary.copy()
     rewinds: list[tuple[int, Rewind]] = []
     for column in columns:
-        which, limits = machine.rotary_columns.index(column), machine.axes[column].limits
+        which = machine.rotary_columns.index(column)
         stops = find_stops(course, machine, column, clearance, time_price)
-        angles = course.rotary[:, which]
-        turns = plan_turns(angles, (limits.low, limits.high), stops.price, stops.up, stops.down)
+        turns = plan_turns(
+            course.rotary[:, which], machine.axes[column].limits, stops.price, *stops.turn_price
+        )
         if turns is None:
             raise Infeasible(*why_no_rewind(course, machine, column, clearance))
         before, after = turns

@@ -33,8 +33,8 @@ class Stops:
     axis : letter
     retract : (n,), mm; 0 where there is no room
     energy : (n,), J, of backing off and returning
-    up, down : (n,), J, of each turn, with the price of its time
-    turn_energy : (2,), J, of one turn up and down, without that price
+    turn_price : J, of one turn up and down, with the price of its time
+    turn_energy : (2,), J, without it
     times : s, of one turn, and (n,) of backing off and returning
     in_cut : (n,), whether the rewind would interrupt a cut
     price : (n,), J, of a stop as `plan_turns` counts it; infinite where there is no room
@@ -43,8 +43,7 @@ class Stops:
     axis: str
     retract: Array
     energy: Array
-    up: Array
-    down: Array
+    turn_price: tuple[float, float]
     turn_energy: Array
     times: tuple[float, Array]
     in_cut: Array
@@ -81,8 +80,8 @@ def find_stops(
     turning = TURN * np.array([plus, minus])
     times = 360.0 / speed, 2.0 * distance / feed
     price = np.where(np.isfinite(retract), energy + time_price * times[1], np.inf) + CUT_PRICE * in_cut
-    up, down = (np.full(n, joules + time_price * times[0]) for joules in turning)
-    return Stops(machine.axes[column].letter, distance, energy, up, down, turning, times, in_cut, price)
+    up, down = (float(joules + time_price * times[0]) for joules in turning)
+    return Stops(machine.axes[column].letter, distance, energy, (up, down), turning, times, in_cut, price)
 
 
 def link_feed(toolpath: Toolpath) -> float:

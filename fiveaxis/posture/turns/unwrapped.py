@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from operator import attrgetter
 
 import numpy as np
 
@@ -116,7 +117,7 @@ def rewind_solution(
     for narrow, drawn in fewer_turns(problem, machine, own, best.found, refine):
         if keeps(drawn):
             other = choice.without_reversals(choice.of(drawn), keeps)
-            best = min(best, replace(other, problem=narrow), key=_price)
+            best = min(best, replace(other, problem=narrow), key=attrgetter("price"))
     compared, missing = {}, dict(solution.missing)
     for name, baseline in solution.compared.items():
         rotary = baseline.motion.positions[:, columns]
@@ -130,7 +131,7 @@ def rewind_solution(
         energy = program_energy(machine, rewound, motion, solution.filling)
         compared[name] = Baseline(motion, energy, rewound, baseline.note)
         if baseline.toolpath in (None, path) and problem.violation(rotary) <= ALLOWED and keeps(rotary):
-            best = min(best, other, key=_price)
+            best = min(best, other, key=attrgetter("price"))
     kept = Unwrapped(path, solution.tilt, best.problem, best.rotary, clearance, best.found.row)
     limited = replace(
         solution, machine=machine, compared=compared, missing=missing, problem=None, unwrapped=kept
@@ -187,10 +188,6 @@ class _Candidate:
     rotary: Array
     found: Rewound
     price: float
-
-
-def _price(candidate: _Candidate) -> float:
-    return candidate.price
 
 
 @dataclass(frozen=True, eq=False)

@@ -38,29 +38,31 @@ def endless(machine: Machine) -> Machine:
 
 
 def plan_turns(
-    angles: Array, limits: tuple[float, float], stop: Array, up: Array, down: Array
+    angles: Array, limits: Limits, stop: Array, up: float = 0.0, down: float = 0.0
 ) -> tuple[IntArray, IntArray] | None:
     """Choose the turn of every location so that the rewinds cost least.
 
     Parameters
     ----------
     angles : (n,), rad, unwrapped
-    limits : rad
+    limits : of the axis
     stop : (n,), J, of stopping at a location for a rewind; infinite where that is impossible
-    up, down : (n,), J, of each turn up and down
+    up, down : J, of each turn
 
     Returns
     -------
     before, after : (n,), whole turns to add on the moves to each location and from it; they differ where the
         axis rewinds. None if the path can't be rewound
     """
-    low, high = limits
     # Towards an open end no path needs more turns than it makes.
     room = np.ceil(np.ptp(angles) / TURN) + 1.0
-    first, final = np.ceil((low - ON_LIMIT - angles) / TURN), np.floor((high + ON_LIMIT - angles) / TURN)
+    first, final = (
+        np.ceil((limits.low - ON_LIMIT - angles) / TURN),
+        np.floor((limits.high + ON_LIMIT - angles) / TURN),
+    )
     least = np.where(np.isfinite(first), first, final - room).astype(np.int64)
     most = np.where(np.isfinite(final), final, first + room).astype(np.int64)
-    came, last = _cheapest_turns(least, most, stop.astype(float), up.astype(float), down.astype(float))
+    came, last = _cheapest_turns(least, most, stop.astype(float), float(up), float(down))
     if last == NO_TURN:
         return None
     before, after = np.empty(len(angles), dtype=np.int64), np.empty(len(angles), dtype=np.int64)
@@ -72,7 +74,7 @@ def plan_turns(
 
 @compiled
 def _cheapest_turns(
-    least: IntArray, most: IntArray, stop: Array, up: Array, down: Array
+    least: IntArray, most: IntArray, stop: Array, up: float, down: float
 ) -> tuple[IntArray, int]:
     """Find the turn before each turn of each location, counted from its least one, and the last turn.
 
@@ -99,7 +101,7 @@ def _cheapest_turns(
                 turns = w - v
                 if turns == 0 or arrived[v] == np.inf:
                     continue
-                total = arrived[v] + stop[i] + (turns * up[i] if turns > 0 else -turns * down[i])
+                total = arrived[v] + stop[i] + (turns * up if turns > 0 else -turns * down)
                 nearer = abs(least[i] + v) < abs(came[i, w])
                 if total < cost[w] or (total == cost[w] and nearer):
                     cost[w], came[i, w] = total, least[i] + v

@@ -71,7 +71,7 @@ def least_of_all(path: Toolpath, machine: Machine, rotary: Array) -> float:
             if not fits[i, every == came].any():
                 price = np.inf
                 break
-            one = stops.up[i] if left > came else stops.down[i]
+            one = stops.turn_price[0] if left > came else stops.turn_price[1]
             price += stops.price[i] + abs(left - came) * one
         best = min(best, price)
     return best
@@ -236,8 +236,7 @@ def test_there_is_no_stop_at_a_turn_change_beyond_a_linear_limit(hayashi):
 def test_an_axis_of_one_turn_cannot_rewind_at_locations_alone(hayashi):
     """A plan over the locations, without turn changes, doesn't exist."""
     path, rotary = turns_round(2.0, 30, first=5.0)
-    nothing = np.zeros(len(path))
-    assert plan_turns(rotary[:, 0], (0.0, TURN), nothing, nothing, nothing) is None
+    assert plan_turns(rotary[:, 0], Limits(0.0, TURN), np.zeros(len(path))) is None
     assert len(insert_rewinds(path, ranged(hayashi, 0.0, 360.0), rotary).rewinds) == 2
 
 

@@ -54,7 +54,7 @@ def helix(links: int = 0, per_turn: int = 36) -> tuple[Toolpath, np.ndarray]:
 
 def brute_force(angles, limits, stop, up, down):
     """Least cost over all turn numbers, one on the move to each location and one on the move from it."""
-    low, high = limits
+    low, high = limits.low, limits.high
     least, most = np.ceil((low - angles.max()) / TURN) - 1, np.floor((high - angles.min()) / TURN) + 1
     turns = range(int(least), int(most) + 1)
 
@@ -69,7 +69,7 @@ def brute_force(angles, limits, stop, up, down):
                 cost = np.inf
                 break
             if here is not None and k != here:
-                cost += stop[i] + (k - here) * up[i] if k > here else stop[i] + (here - k) * down[i]
+                cost += stop[i] + (k - here) * up if k > here else stop[i] + (here - k) * down
             here = k
         best = min(best, cost)
     return best
@@ -93,9 +93,9 @@ def cost_of(turns, stop, up, down):
 def test_turns_are_chosen_as_by_brute_force(angles, degrees, data):
     n = len(angles)
     prices = st.lists(st.floats(0.0, 50.0), min_size=n, max_size=n).map(np.array)
-    stop, up, down = (data.draw(prices) for _ in range(3))
+    stop, up, down = data.draw(prices), data.draw(st.floats(0.0, 50.0)), data.draw(st.floats(0.0, 50.0))
     stop = np.where(data.draw(st.lists(st.booleans(), min_size=n, max_size=n)), np.inf, stop)
-    limits = (-np.radians(degrees), np.radians(degrees))
+    limits = Limits(-np.radians(degrees), np.radians(degrees))
     found = plan_turns(angles, limits, stop, up, down)
     least = brute_force(angles, limits, stop, up, down)
     if found is None:
@@ -105,22 +105,22 @@ def test_turns_are_chosen_as_by_brute_force(angles, degrees, data):
     assert cost_of(found, stop, up, down) == pytest.approx(least, abs=1e-9)
     for turns in found:
         unwrapped = angles + TURN * turns
-        assert (np.abs(unwrapped) <= limits[1] + 1e-8).all()
+        assert (np.abs(unwrapped) <= limits.high + 1e-8).all()
     np.testing.assert_array_equal(found[0][1:], found[1][:-1])
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_towards_an_open_end_nothing_is_rewound(sign):
     angles = sign * np.linspace(0.0, 60.0, 50)
-    limits = (-1.0, np.inf) if sign > 0.0 else (-np.inf, 1.0)
+    limits = Limits(-1.0, np.inf) if sign > 0.0 else Limits(-np.inf, 1.0)
     ones = np.ones(50)
-    np.testing.assert_array_equal(plan_turns(angles, limits, ones, ones, ones), np.zeros((2, 50)))
+    np.testing.assert_array_equal(plan_turns(angles, limits, ones, 1.0, 1.0), np.zeros((2, 50)))
     # In the other direction it begins as many turns up as it goes down.
-    before, after = plan_turns(-angles, limits, ones, ones, ones)
+    before, after = plan_turns(-angles, limits, ones, 1.0, 1.0)
     np.testing.assert_array_equal(before, after)
     unwrapped = -angles + TURN * after
-    assert (unwrapped >= limits[0]).all()
-    assert (unwrapped <= limits[1]).all()
+    assert (unwrapped >= limits.low).all()
+    assert (unwrapped <= limits.high).all()
 
 
 def test_a_rotary_head_rewinds_clear_of_the_part_too(hayashi):
