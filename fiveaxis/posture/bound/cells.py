@@ -79,13 +79,9 @@ class Cells:
 
 
 def cut_cells(machine: Machine, zone: Zone, step: float) -> Cells:
-    """Cut the plane of the rotary angles into cells.
+    """Cut the plane of the rotary angles of a five-axis machine into cells of at most a width, rad.
 
-    Parameters
-    ----------
-    machine : two rotary and three linear axes
-    zone : gives the height of the pivot above the tip
-    step : rad, largest width of a cell; an axis of more than a turn is cut into whole parts of a turn
+    An axis of more than a turn is cut into whole parts of a turn; the zone has the height of the pivot.
     """
     sides = _side(machine, 0, step), _side(machine, 1, step)
     grid = np.meshgrid(*(s.low + s.step * (np.arange(s.parts) + 0.5) for s in sides), indexing="ij")

@@ -21,12 +21,9 @@ CHUNK = 8
 
 
 def least_travel(first: IntArray, last: IntArray, plus: Array, minus: Array) -> float:
-    """Find the least cost of an integer that visits ranges in order.
+    """Find the least cost of an integer that visits ranges in order, from `first` to `last`, (m,) each.
 
-    Parameters
-    ----------
-    first, last : (m,), ends of the ranges
-    plus, minus : (m − 1,), J per step up and down
+    Moves between visits, (m − 1,), cost `plus` and `minus` J per step up and down.
     """
     cost = np.zeros(last.max() + 1)
     for i in range(len(first)):

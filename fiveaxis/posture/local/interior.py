@@ -86,8 +86,8 @@ def minimise(
     for number in range(iterations):
         solved = method.is_solved()
         if solved or not method.advance():
-            return LocalOptimum(method.x, method.multiplier, solved, number)
-    return LocalOptimum(method.x, method.multiplier, method.is_solved(), iterations)
+            return LocalOptimum(method.x, method.point.multiplier, solved, number)
+    return LocalOptimum(method.x, method.point.multiplier, method.is_solved(), iterations)
 
 
 class _Method:
@@ -98,14 +98,16 @@ class _Method:
     ) -> None:
         self.last, self.flat = last, flat
         self.rows, self.model, self.mu, self.shift, self.restarts = rows, model, barrier, 0.0, 0
-        self.parts = np.stack([rows.sign, rows.price, rows.low, rows.high])
         self.x, self.free = start.copy(), np.ascontiguousarray(rows.free.ravel())
-        count, d = len(rows.first), rows.unknowns
-        self.value, self.gradient = np.empty(count), np.empty((count, rows.span * d))
-        quantities = model.values(self.x)
+        quantities, value = model.values(self.x), np.empty(len(rows.first))
         self.weights = np.zeros(quantities.shape)
-        self._evaluate(quantities, self.value)
-        self.state, self.multiplier = central_point(rows, self.value, barrier)
+        self._evaluate(quantities, value)
+        state, multiplier = central_point(rows, value, barrier)
+        parts = np.stack([rows.sign, rows.price, rows.low, rows.high])
+        gradient = np.empty((len(value), rows.span * rows.unknowns))
+        self.point = kernel.Point(
+            rows.first, rows.square, rows.begin, parts, state, value, multiplier, gradient, rows.unknowns
+        )
         self._differentiate()
         self._clear_filter()
 
@@ -123,19 +125,19 @@ class _Method:
         step = self._direction()
         if step is None:
             return False
-        dx, change, new = step
-        alpha, dual = kernel.longest_steps(max(LEAST_FRACTION, 1.0 - self.mu), self.parts, self.state, change)
+        point, (dx, change, new) = self.point, step
+        alpha, dual = kernel.longest_steps(max(LEAST_FRACTION, 1.0 - self.mu), point, change)
         taken = self._search(dx, change, alpha)
         if taken is None:
             self.restarts += 1
-            self.state, self.multiplier = central_point(self.rows, self.value, self.mu)
+            point.state[:], point.multiplier[:] = central_point(self.rows, point.value, self.mu)
             self._clear_filter()
             return self.restarts <= MOST_RESTARTS
         self.x += taken * dx.reshape(self.x.shape)
-        self.multiplier += taken * new
-        self.state[0] += taken * change[0]
-        self.state[1:] += dual * change[1:]
-        kernel.keep_room(self.mu, LEAST_ROOM, DUAL_RANGE, self.parts, self.state)
+        point.multiplier[:] += taken * new
+        point.state[0] += taken * change[0]
+        point.state[1:] += dual * change[1:]
+        kernel.keep_room(self.mu, LEAST_ROOM, DUAL_RANGE, point)
         self._differentiate()
         return True
 
@@ -144,46 +146,37 @@ class _Method:
 
     def _differentiate(self) -> None:
         """Evaluate the rows and their derivatives at the present point."""
-        rows = self.rows
-        force = self.multiplier
+        rows, point = self.rows, self.point
+        force = point.multiplier
         if rows.square.any():
-            self._evaluate(self.model.values(self.x), self.value)
-            force = force + 2.0 * rows.square * self.value
+            self._evaluate(self.model.values(self.x), point.value)
+            force = force + 2.0 * rows.square * point.value
         kernel.row_weights(rows.quantity, rows.coefficient, force, self.weights.ravel())
         quantities, slope, self.curvature = self.model.derivatives(self.x, self.weights)
-        self._evaluate(quantities, self.value)
-        kernel.row_gradients(rows.first, rows.quantity, rows.coefficient, slope, self.gradient)
-
-    def _measure(self, change: Array, alpha: float, value: Array) -> tuple[float, float]:
-        rows = self.rows
-        return kernel.measure(
-            self.mu, rows.square, rows.begin, self.parts, self.state[0], change, alpha, value
-        )
+        self._evaluate(quantities, point.value)
+        kernel.row_gradients(rows.first, rows.quantity, rows.coefficient, slope, point.gradient)
 
     def _clear_filter(self) -> None:
-        off, _ = self._measure(np.zeros_like(self.state[0]), 0.0, self.value)
+        point = self.point
+        off, _ = kernel.measure(self.mu, point, np.zeros_like(point.state[0]), 0.0, point.value)
         self.first_off = max(1.0, off)
         self.filter: list[tuple[float, float]] = [(1e4 * self.first_off, -np.inf)]
 
     def _direction(self) -> tuple[Array, Array, Array] | None:
         """Solve the condensed system, its diagonal shifted until the step descends."""
-        rows, d = self.rows, self.rows.unknowns
-        count = self.x.size
-        band, right, dx = np.zeros((count, rows.span * d)), np.zeros(count), np.zeros(count)
+        point, count, d = self.point, self.x.size, self.rows.unknowns
+        band, right, dx = np.zeros((count, self.rows.span * d)), np.zeros(count), np.zeros(count)
         for e in range(d):
             for f in range(e + 1):
                 band[e::d, e - f] += self.curvature[:, e, f]
-        soft, answer = np.empty((2, len(rows.sign))), np.empty((2, len(rows.first)))
-        kernel.soften(self.mu, self.parts, self.state, soft)
-        split = rows.begin, self.parts, self.state, soft, self.value, self.multiplier, answer
-        kernel.answer_rows(*split)
-        kernel.condense(
-            rows.first, rows.square, rows.begin, self.value, answer, self.gradient, d, band, right
-        )
+        soft, answer = np.empty((2, point.parts.shape[1])), np.empty((2, len(point.first)))
+        kernel.soften(self.mu, point, soft)
+        kernel.answer_rows(point, soft, answer)
+        kernel.condense(point, answer, band, right)
         if not self._solve(band, right, dx):
             return None
-        change, new = np.zeros_like(self.state), np.zeros_like(self.multiplier)
-        kernel.recover(self.mu, rows.first, *split, self.gradient, d, dx, change, new)
+        change, new = np.zeros_like(point.state), np.zeros_like(point.multiplier)
+        kernel.recover(self.mu, point, soft, answer, dx, change, new)
         return dx, change, new
 
     def _solve(self, band: Array, right: Array, dx: Array) -> bool:
@@ -200,15 +193,14 @@ class _Method:
 
     def _search(self, dx: Array, change: Array, alpha: float) -> float | None:
         """Shorten a step until the filter accepts it; None if it accepts none."""
-        rows, moved = self.rows, dx.reshape(self.x.shape)
-        off, cost = self._measure(change[0], 0.0, self.value)
-        at = self.parts, self.state, self.value, self.gradient, rows.unknowns
-        gain = kernel.gain(self.mu, rows.first, rows.square, *at, dx, change)
-        trial = np.empty_like(self.value)
+        point, moved = self.point, dx.reshape(self.x.shape)
+        off, cost = kernel.measure(self.mu, point, change[0], 0.0, point.value)
+        gain = kernel.gain(self.mu, point, dx, change)
+        trial = np.empty_like(point.value)
         rounding = 10.0 * np.finfo(float).eps * abs(cost)
         for _ in range(MOST_HALVINGS):
             self._evaluate(self.model.values(self.x + alpha * moved), trial)
-            new_off, new_cost = self._measure(change[0], alpha, trial)
+            new_off, new_cost = kernel.measure(self.mu, point, change[0], alpha, trial)
             switching = gain < 0.0 and alpha * (-gain) ** SWITCH_OBJECTIVE > off**SWITCH_OFF
             armijo = switching and off <= 1e-4 * self.first_off
             descends = new_cost - rounding <= cost + ARMIJO * alpha * gain
@@ -223,27 +215,15 @@ class _Method:
 
     def _is_barrier_solved(self) -> bool:
         """Check whether the point is optimal for the barrier parameter, with IPOPT's scaling of duals."""
-        rows, mu = self.rows, self.mu
-        at = self.parts, self.state, self.value, self.multiplier, self.gradient, rows.unknowns
-        pull = np.empty(self.x.size)
-        dual, primal, gap, size = kernel.errors(mu, rows.first, rows.square, rows.begin, *at, pull)
+        mu = self.mu
+        dual, primal, gap, size = kernel.errors(mu, self.point, np.empty(self.x.size))
         scale, allowed = max(100.0, size) / 100.0, BARRIER_ERROR * mu
         exact = EXACT if mu <= self.last else allowed
         return dual / scale <= max(allowed, self.flat) and primal <= exact and gap / scale <= allowed
 
 
 def central_point(rows: Rows, value: Array, mu: float) -> tuple[Array, Array]:
-    """Split rows into parts on the central path.
-
-    Parameters
-    ----------
-    value : (r,), of the rows
-
-    Returns
-    -------
-    state : (3, p), values and duals of the parts
-    multiplier : (r,)
-    """
+    """Split rows, (r,), into parts on the central path: values with duals, (3, p), and multipliers, (r,)."""
     low, high, sign, price = rows.low, rows.high, rows.sign, rows.price
     v = split_rows(rows, value, mu, PUSH)
     state, moves = np.stack([v, np.zeros_like(v), np.zeros_like(v)]), low < high

@@ -8,6 +8,7 @@ unknowns in closed form, and the remaining system couples only the locations of 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -21,6 +22,28 @@ SMALL = 1e-200
 # Weight of the error of a priced row: an error there only changes the cost, while one in a row with bounds
 # alone breaks them.
 PRICED = 1e-3
+
+
+class Point(NamedTuple):
+    """A point of a problem with r rows, p parts and d unknowns per location.
+
+    Parameters
+    ----------
+    first, square, begin : of the rows (`rows.TermRows`)
+    parts : (4, p), sign, price, low, high
+    state : (3, p), values of the parts and duals of both bounds, updated in place
+    value, multiplier, gradient : (r,), (r,) and (r, span d), of the rows, updated in place
+    """
+
+    first: IntArray
+    square: Array
+    begin: IntArray
+    parts: Array
+    state: Array
+    value: Array
+    multiplier: Array
+    gradient: Array
+    d: int
 
 
 @compiled
@@ -48,13 +71,7 @@ def row_weights(quantity: IntArray, coefficient: Array, force: Array, weights: A
 def row_gradients(
     first: IntArray, quantity: IntArray, coefficient: Array, slope: Array, gradient: Array
 ) -> None:
-    """Differentiate the rows by the unknowns of their windows.
-
-    Parameters
-    ----------
-    slope : (n, m, d), of the quantities
-    gradient : (r, span d), filled in
-    """
+    """Differentiate rows by the unknowns of their windows, (r, span d), by the slopes of the quantities."""
     m, d = slope.shape[1], slope.shape[2]
     for j in range(len(quantity)):
         for e in range(gradient.shape[1]):
@@ -67,14 +84,9 @@ def row_gradients(
 
 
 @compiled
-def soften(mu: float, parts: Array, state: Array, soft: Array) -> None:
-    """Fill in each part's compliance and pull ``μ/(v − l) − μ/(h − v) − w``, (2, p); 0 if it is fixed.
-
-    Parameters
-    ----------
-    parts : (4, p), sign, price, low, high
-    state : (3, p), value and duals of the bounds
-    """
+def soften(mu: float, point: Point, soft: Array) -> None:
+    """Fill in each part's compliance and pull ``μ/(v − l) − μ/(h − v) − w``, (2, p); 0 if it is fixed."""
+    parts, state = point.parts, point.state
     for p in range(parts.shape[1]):
         low, high, v = parts[2, p], parts[3, p], state[0, p]
         soft[0, p] = soft[1, p] = 0.0
@@ -93,47 +105,36 @@ def soften(mu: float, parts: Array, state: Array, soft: Array) -> None:
 
 
 @compiled
-def answer_rows(
-    begin: IntArray, parts: Array, state: Array, soft: Array, value: Array, multiplier: Array, answer: Array
-) -> None:
+def answer_rows(point: Point, soft: Array, answer: Array) -> None:
     """Fill in each row's compliance and its new multiplier for unchanged unknowns, (2, r)."""
+    begin, parts, state, value = point.begin, point.parts, point.state, point.value
     for j in range(len(value)):
         yields, ahead = 0.0, value[j]
         for p in range(begin[j], begin[j + 1]):
             yields += soft[0, p]
             ahead -= parts[0, p] * (state[0, p] + soft[1, p] * soft[0, p])
         if yields == 0.0:
-            answer[0, j], answer[1, j] = YIELD, multiplier[j] + ahead / YIELD
+            answer[0, j], answer[1, j] = YIELD, point.multiplier[j] + ahead / YIELD
         else:
             answer[0, j], answer[1, j] = yields, ahead / yields
 
 
 @compiled
-def condense(
-    first: IntArray,
-    square: Array,
-    begin: IntArray,
-    value: Array,
-    answer: Array,
-    gradient: Array,
-    d: int,
-    band: Array,
-    right: Array,
-) -> None:
-    """Add every row to the condensed system.
+def condense(point: Point, answer: Array, band: Array, right: Array) -> None:
+    """Add every row, with its gradient, (r, span d), to the condensed system.
 
     Parameters
     ----------
-    gradient : (r, span d)
     band : (n d, span d), lower half by row, the diagonal first
     right : (n d,), gradient of the condensed problem
     """
+    first, square, begin, gradient = point.first, point.square, point.begin, point.gradient
     for j in range(len(first)):
-        stiff, push = 2.0 * square[j], 2.0 * square[j] * value[j]
+        stiff, push = 2.0 * square[j], 2.0 * square[j] * point.value[j]
         if begin[j] < begin[j + 1]:
             stiff += 1.0 / answer[0, j]
             push += answer[1, j]
-        base = first[j] * d
+        base = first[j] * point.d
         for e in range(gradient.shape[1]):
             g = gradient[j, e]
             if g == 0.0:
@@ -146,33 +147,21 @@ def condense(
 
 @compiled
 def recover(
-    mu: float,
-    first: IntArray,
-    begin: IntArray,
-    parts: Array,
-    state: Array,
-    soft: Array,
-    value: Array,
-    multiplier: Array,
-    answer: Array,
-    gradient: Array,
-    d: int,
-    dx: Array,
-    change: Array,
-    new: Array,
+    mu: float, point: Point, soft: Array, answer: Array, dx: Array, change: Array, new: Array
 ) -> None:
     """Compute the steps of parts and duals, (3, p), and of multipliers, (r,), from that of the unknowns."""
-    for j in range(len(first)):
+    begin, parts, state, gradient = point.begin, point.parts, point.state, point.gradient
+    for j in range(len(begin) - 1):
         if begin[j] == begin[j + 1]:
             continue
-        along, base = 0.0, first[j] * d
+        along, base = 0.0, point.first[j] * point.d
         for e in range(gradient.shape[1]):
             if gradient[j, e] != 0.0:
                 along += gradient[j, e] * dx[base + e]
         force = answer[1, j] + along / answer[0, j]
-        new[j] = force - multiplier[j]
+        new[j] = force - point.multiplier[j]
         # The part with the largest compliance takes the rest, as its own equation would lose its digits.
-        rest, softest, most = value[j] + along, -1, 0.0
+        rest, softest, most = point.value[j] + along, -1, 0.0
         for p in range(begin[j], begin[j + 1]):
             change[0, p] = soft[0, p] * (soft[1, p] + parts[0, p] * force)
             rest -= parts[0, p] * (state[0, p] + change[0, p])
@@ -192,14 +181,12 @@ def recover(
 
 
 @compiled
-def keep_room(mu: float, least: float, spread: float, parts: Array, state: Array) -> None:
-    """Move values off bounds that are too near, and keep duals near the central path.
+def keep_room(mu: float, least: float, spread: float, point: Point) -> None:
+    """Move values to at least a distance off bounds, and keep duals within a factor of the central path.
 
-    Parameters
-    ----------
-    least : distance to a bound, relative if the bound is above 1
-    spread : duals stay within this factor
+    The distance is `least`, relative if the bound is above 1; the factor is `spread`.
     """
+    parts, state = point.parts, point.state
     for p in range(parts.shape[1]):
         low, high = parts[2, p], parts[3, p]
         if low == high:
@@ -262,8 +249,9 @@ def solve_band(band: Array, right: Array, free: BoolArray, shift: float, dx: Arr
 
 
 @compiled
-def longest_steps(fraction: float, parts: Array, state: Array, change: Array) -> tuple[float, float]:
+def longest_steps(fraction: float, point: Point, change: Array) -> tuple[float, float]:
     """Find the longest steps up to 1, of values and of duals, that use at most a share of their room."""
+    parts, state = point.parts, point.state
     primal, dual = 1.0, 1.0
     for p in range(parts.shape[1]):
         low, high, v, dv = parts[2, p], parts[3, p], state[0, p], change[0, p]
@@ -281,10 +269,9 @@ def longest_steps(fraction: float, parts: Array, state: Array, change: Array) ->
 
 
 @compiled
-def measure(
-    mu: float, square: Array, begin: IntArray, parts: Array, v: Array, dv: Array, alpha: float, value: Array
-) -> tuple[float, float]:
+def measure(mu: float, point: Point, dv: Array, alpha: float, value: Array) -> tuple[float, float]:
     """Compute the sum of the errors of the equations, and the barrier objective (J), after a step."""
+    square, begin, parts, v = point.square, point.begin, point.parts, point.state[0]
     off, cost, product = 0.0, 0.0, 1.0
     for j in range(len(square)):
         cost += square[j] * value[j] * value[j]
@@ -310,19 +297,9 @@ def measure(
 
 
 @compiled
-def gain(
-    mu: float,
-    first: IntArray,
-    square: Array,
-    parts: Array,
-    state: Array,
-    value: Array,
-    gradient: Array,
-    d: int,
-    dx: Array,
-    change: Array,
-) -> float:
+def gain(mu: float, point: Point, dx: Array, change: Array) -> float:
     """Differentiate the barrier objective along a step."""
+    square, parts, state, gradient = point.square, point.parts, point.state, point.gradient
     total = 0.0
     for p in range(parts.shape[1]):
         low, high, v = parts[2, p], parts[3, p], state[0, p]
@@ -334,46 +311,33 @@ def gain(
         if high < np.inf:
             slope += mu / (high - v)
         total += slope * change[0, p]
-    for j in range(len(first)):
+    for j in range(len(square)):
         if square[j] > 0.0:
             for e in range(gradient.shape[1]):
                 if gradient[j, e] != 0.0:
-                    total += 2.0 * square[j] * value[j] * gradient[j, e] * dx[first[j] * d + e]
+                    total += (
+                        2.0 * square[j] * point.value[j] * gradient[j, e] * dx[point.first[j] * point.d + e]
+                    )
     return total
 
 
 @compiled
-def errors(
-    mu: float,
-    first: IntArray,
-    square: Array,
-    begin: IntArray,
-    parts: Array,
-    state: Array,
-    value: Array,
-    multiplier: Array,
-    gradient: Array,
-    d: int,
-    pull: Array,
-) -> tuple[float, float, float, float]:
+def errors(mu: float, point: Point, pull: Array) -> tuple[float, float, float, float]:
     """Measure the distance of a point from the optimum for a barrier parameter.
 
-    Parameters
-    ----------
-    pull : (n d,), filled in: the Lagrangian's gradient by the unknowns
-
-    Returns
-    -------
-    Largest error of the Lagrangian's gradient by unknowns and parts, of the equations and of complementarity;
-    mean size of multipliers and duals
+    Returns the largest error of the Lagrangian's gradient by unknowns and parts, of the equations and of
+    complementarity, and the mean size of multipliers and duals; `pull`, (n d,), is that gradient by the
+    unknowns.
     """
+    square, begin, parts, state = point.square, point.begin, point.parts, point.state
+    multiplier, value, gradient = point.multiplier, point.value, point.gradient
     dual, primal, apart, size, count = 0.0, 0.0, 0.0, 0.0, 0
     pull[:] = 0.0
-    for j in range(len(first)):
+    for j in range(len(square)):
         force = multiplier[j] + 2.0 * square[j] * value[j]
         for e in range(gradient.shape[1]):
             if gradient[j, e] != 0.0:
-                pull[first[j] * d + e] += force * gradient[j, e]
+                pull[point.first[j] * point.d + e] += force * gradient[j, e]
         if begin[j] == begin[j + 1]:
             continue
         rest, weight = value[j], 1.0

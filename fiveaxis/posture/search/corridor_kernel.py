@@ -52,10 +52,7 @@ class Corridor(NamedTuple):
 def swing(coefficients: Array, spin: int, angle: float) -> tuple[float, float, float]:
     """Compute middle, amplitude and phase of a linear axis over the other rotary angle, at a spin angle.
 
-    Parameters
-    ----------
-    coefficients : (9,), of the linear axis
-    spin : 0 or 1, the rotary axis whose angle is given
+    `coefficients`, (9,), are those of the linear axis; `spin`, 0 or 1, is the rotary axis of the given angle.
     """
     c, s = math.cos(angle), math.sin(angle)
     if spin == 0:
@@ -71,13 +68,9 @@ def swing(coefficients: Array, spin: int, angle: float) -> tuple[float, float, f
 
 @compiled
 def other_angle(swung: tuple[float, float, float], level: float, sign: float, low: float) -> float:
-    """Solve the other rotary angle for a level of a linear axis, on one branch.
+    """Solve the other rotary angle for a level of a linear axis (`swing`), in the turn from `low`, rad.
 
-    Parameters
-    ----------
-    swung : of the linear axis (`swing`)
-    sign : −1 or 1, the branch
-    low : rad, where the turn of the result begins
+    The sign, −1 or 1, is the branch.
     """
     half = math.acos(min(max((level - swung[0]) / swung[1], -1.0), 1.0))
     found = swung[2] + sign * half
@@ -86,12 +79,7 @@ def other_angle(swung: tuple[float, float, float], level: float, sign: float, lo
 
 @compiled
 def fill_states(corridor: Corridor, i: int, states: Array, price: Array) -> None:
-    """Compute the states of location i and their prices.
-
-    Parameters
-    ----------
-    states, price : (a, b, c, 5) and (a, b, c), filled in
-    """
+    """Compute the states of location i, (a, b, c, 5), and their prices, (a, b, c)."""
     cosines, limits, within = corridor.cosines[i], corridor.limits, corridor.within
     spin, level, width = corridor.spin, corridor.level, corridor.width
     strands, second = corridor.strands[i], corridor.second[i]
@@ -221,10 +209,7 @@ def trace(
 ) -> None:
     """Follow the predecessors back; the states are computed again, not stored.
 
-    Parameters
-    ----------
-    path : (n, 5), filled in
-    chosen : (n,), filled in from its last element, which is given
+    `path`, (n, 5), and `chosen`, (n,), are filled in from the last element of `chosen`, which is given.
     """
     listed = states.reshape(-1, 5)
     for i in range(len(corridor.second) - 1, -1, -1):

@@ -112,12 +112,9 @@ def choose_coordinates(problem: Problem) -> Coordinates:
 
 
 def spin_angles(problem: Problem, spin: int, step: float) -> tuple[Array, float]:
-    """Sample the range of a rotary axis; of one with many turns, the turn next to 0.
+    """Sample the range of a rotary axis, (a,) rad; of one with many turns, the turn next to 0.
 
-    Returns
-    -------
-    angles : (a,), rad
-    period : rad; 0 for an axis that is sampled over its whole range
+    The period, rad, is 0 for an axis that is sampled over its whole range.
     """
     column = problem.machine.rotary_columns[spin]
     limits = problem.machine.axes[column].limits
@@ -229,16 +226,9 @@ def corridor_lattice(
 
 
 def swing(problem: Problem, coordinates: Coordinates, rows: IntArray | slice, spin: Array) -> Swing:
-    """Fit ``a + b cos ρ + c sin ρ``, the level axis over the other angle, to three samples.
+    """Fit ``a + b cos ρ + c sin ρ``, (m, ...) mm, the level axis over the other angle, to three samples.
 
-    Parameters
-    ----------
-    rows : m locations
-    spin : (m, ...), rad
-
-    Returns
-    -------
-    a, b, c : (m, ...), mm
+    The spin angle, (m, ...) rad, is given for m locations.
     """
     column = coordinates.second_column(problem)
     at = [
@@ -254,10 +244,8 @@ def other_angle(
 ) -> tuple[Array, BoolArray]:
     """Solve the other rotary angle for a level of the linear axis.
 
-    Returns
-    -------
-    other : (..., 2), rad, both branches, from the lower limit on; the nearest angle if there is none
-    reached : (...)
+    Returns both branches, (..., 2) rad, from the lower limit on, and whether the level is reached, (...);
+    where it isn't, the angle is the nearest one.
     """
     a, b, c = swung
     # Without any swing, on the rotary axis itself, a single level is reached.

@@ -123,15 +123,9 @@ UPRIGHT = 1e-12
 
 @compiled
 def bound_excess(cosines: Array, within: Array, c1: float, s1: float, c2: float, s2: float) -> float:
-    """Measure how far a tool axis lies outside its bounds.
+    """Measure how far a tool axis lies outside its bounds `within`, (b, 2): the largest excess of a cosine.
 
-    Parameters
-    ----------
-    cosines, within : (b, 9) of a location, (b, 2)
-
-    Returns
-    -------
-    The largest excess of a cosine; one that is NaN, where nothing binds, has none
+    A cosine that is NaN, where nothing binds, has none.
     """
     excess = 0.0
     for b in range(len(cosines)):

@@ -130,13 +130,7 @@ def unwrap(angles: Array, runs: Sequence[IntArray], limits: Limits) -> Array:
 
 
 def reopen(layout: Layout, openings: Sequence[Opening]) -> Reopened:
-    """Reorder a path by one opening for each ring, with the links that they need.
-
-    Parameters
-    ----------
-    layout : the path, its rings and links
-    openings : of each ring; there must be links between them (`Layout.link_pivots`)
-    """
+    """Reorder a path by an opening for each ring; there must be links between them (`Layout.link_pivots`)."""
     path, sides = layout.path, [None, *enumerate(openings), None]
     parts, rings, at = [], [], 0
     for link, (leaving, arriving) in enumerate(pairwise(sides)):

@@ -93,10 +93,7 @@ class Transitions:
         return ends, starts
 
     def _pace(self, row: int) -> float:
-        """Price of a mm at the feed of the move to a row, J/mm.
-
-        The time of a rapid move goes with its axes' travel (`least_times`).
-        """
+        """Price of a mm at the feed of the move to a row, J/mm; a rapid's time goes with its axes' travel."""
         if self.layout.path.rapid[row] and times_rapids(self.problem.machine):
             return 0.0
         return self.problem.time_price / float(self.layout.path.feed[row])

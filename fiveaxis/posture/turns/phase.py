@@ -58,12 +58,7 @@ def better_phases(toolpath: Toolpath, machine: Machine, rotary: Array, found: Re
 
 
 def count_rewinds(toolpath: Toolpath, angles: Array, limits: Limits) -> tuple[float, float]:
-    """Count the rewinds that an axis needs within cuts and between them; infinite if it can't be rewound.
-
-    Parameters
-    ----------
-    angles : (n,), rad, unwrapped
-    """
+    """Count an unwrapped axis's rewinds within cuts and between them; infinite if it can't be rewound."""
     cutting = toolpath.cutting
     in_cut = np.append(cutting[1:] & cutting[:-1], False)
     stop = np.where(in_cut, 1.0, BETWEEN)

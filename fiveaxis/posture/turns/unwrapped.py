@@ -67,11 +67,7 @@ def path_check(
 ) -> PathCheck:
     """Make the check of what no problem states: the singular cone and the mask.
 
-    Parameters
-    ----------
-    toolpath, machine : of the paths
-    rotary : (n, 2), rad: other paths needn't hold the axis within the cone where this one couldn't
-    cone, mask : to be kept
+    The cone binds other paths only where the given path, (n, 2) rad, could hold the axis within it.
     """
     rows = np.arange(len(toolpath))
 
