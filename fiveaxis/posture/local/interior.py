@@ -126,8 +126,9 @@ class _Method:
         if step is None:
             return False
         point, (dx, change, new) = self.point, step
-        alpha, dual = kernel.longest_steps(max(LEAST_FRACTION, 1.0 - self.mu), point, change)
-        taken = self._search(dx, change, alpha)
+        fraction = max(LEAST_FRACTION, 1.0 - self.mu)
+        alpha, dual, off, cost, gain = kernel.probe(self.mu, fraction, point, dx, change)
+        taken = self._search(dx, change, alpha, off, cost, gain)
         if taken is None:
             self.restarts += 1
             point.state[:], point.multiplier[:] = central_point(self.rows, point.value, self.mu)
@@ -170,9 +171,7 @@ class _Method:
             for f in range(e + 1):
                 band[e::d, e - f] += self.curvature[:, e, f]
         soft, answer = np.empty((2, point.parts.shape[1])), np.empty((2, len(point.first)))
-        kernel.soften(self.mu, point, soft)
-        kernel.answer_rows(point, soft, answer)
-        kernel.condense(point, answer, band, right)
+        kernel.assemble(self.mu, point, soft, answer, band, right)
         if not self._solve(band, right, dx):
             return None
         change, new = np.zeros_like(point.state), np.zeros_like(point.multiplier)
@@ -191,11 +190,11 @@ class _Method:
             self.shift = shift
         return bool(np.isfinite(dx).all())
 
-    def _search(self, dx: Array, change: Array, alpha: float) -> float | None:
+    def _search(
+        self, dx: Array, change: Array, alpha: float, off: float, cost: float, gain: float
+    ) -> float | None:
         """Shorten a step until the filter accepts it; None if it accepts none."""
         point, moved = self.point, dx.reshape(self.x.shape)
-        off, cost = kernel.measure(self.mu, point, change[0], 0.0, point.value)
-        gain = kernel.gain(self.mu, point, dx, change)
         trial = np.empty_like(point.value)
         rounding = 10.0 * np.finfo(float).eps * abs(cost)
         for _ in range(MOST_HALVINGS):

@@ -84,57 +84,45 @@ def row_gradients(
 
 
 @compiled
-def soften(mu: float, point: Point, soft: Array) -> None:
-    """Fill in each part's compliance and pull ``μ/(v − l) − μ/(h − v) − w``, (2, p); 0 if it is fixed."""
-    parts, state = point.parts, point.state
-    for p in range(parts.shape[1]):
-        low, high, v = parts[2, p], parts[3, p], state[0, p]
-        soft[0, p] = soft[1, p] = 0.0
-        if low == high:
-            continue
-        stiff, pull = 0.0, -parts[1, p]
-        if low > -np.inf:
-            room = 1.0 / (v - low)
-            stiff += state[1, p] * room
-            pull += mu * room
-        if high < np.inf:
-            room = 1.0 / (high - v)
-            stiff += state[2, p] * room
-            pull -= mu * room
-        soft[0, p], soft[1, p] = 1.0 / stiff, pull
+def assemble(mu: float, point: Point, soft: Array, answer: Array, band: Array, right: Array) -> None:
+    """Eliminate parts and rows, and add the rows to the condensed system.
 
-
-@compiled
-def answer_rows(point: Point, soft: Array, answer: Array) -> None:
-    """Fill in each row's compliance and its new multiplier for unchanged unknowns, (2, r)."""
-    begin, parts, state, value = point.begin, point.parts, point.state, point.value
+    Parameters
+    ----------
+    soft : (2, p), compliance and pull ``μ/(v − l) − μ/(h − v) − w`` of each part; 0 if it is fixed
+    answer : (2, r), compliance of each row, and its new multiplier for unchanged unknowns
+    band : (n d, span d), lower half by row, the diagonal first
+    right : (n d,), gradient of the condensed problem
+    """
+    square, begin, parts, state = point.square, point.begin, point.parts, point.state
+    value, gradient = point.value, point.gradient
     for j in range(len(value)):
         yields, ahead = 0.0, value[j]
         for p in range(begin[j], begin[j + 1]):
+            low, high, v = parts[2, p], parts[3, p], state[0, p]
+            soft[0, p] = soft[1, p] = 0.0
+            if low != high:
+                stiff, pull = 0.0, -parts[1, p]
+                if low > -np.inf:
+                    room = 1.0 / (v - low)
+                    stiff += state[1, p] * room
+                    pull += mu * room
+                if high < np.inf:
+                    room = 1.0 / (high - v)
+                    stiff += state[2, p] * room
+                    pull -= mu * room
+                soft[0, p], soft[1, p] = 1.0 / stiff, pull
             yields += soft[0, p]
-            ahead -= parts[0, p] * (state[0, p] + soft[1, p] * soft[0, p])
+            ahead -= parts[0, p] * (v + soft[1, p] * soft[0, p])
         if yields == 0.0:
             answer[0, j], answer[1, j] = YIELD, point.multiplier[j] + ahead / YIELD
         else:
             answer[0, j], answer[1, j] = yields, ahead / yields
-
-
-@compiled
-def condense(point: Point, answer: Array, band: Array, right: Array) -> None:
-    """Add every row, with its gradient, (r, span d), to the condensed system.
-
-    Parameters
-    ----------
-    band : (n d, span d), lower half by row, the diagonal first
-    right : (n d,), gradient of the condensed problem
-    """
-    first, square, begin, gradient = point.first, point.square, point.begin, point.gradient
-    for j in range(len(first)):
-        stiff, push = 2.0 * square[j], 2.0 * square[j] * point.value[j]
+        stiff, push = 2.0 * square[j], 2.0 * square[j] * value[j]
         if begin[j] < begin[j + 1]:
             stiff += 1.0 / answer[0, j]
             push += answer[1, j]
-        base = first[j] * point.d
+        base = point.first[j] * point.d
         for e in range(gradient.shape[1]):
             g = gradient[j, e]
             if g == 0.0:
@@ -319,6 +307,16 @@ def gain(mu: float, point: Point, dx: Array, change: Array) -> float:
                         2.0 * square[j] * point.value[j] * gradient[j, e] * dx[point.first[j] * point.d + e]
                     )
     return total
+
+
+@compiled
+def probe(
+    mu: float, fraction: float, point: Point, dx: Array, change: Array
+) -> tuple[float, float, float, float, float]:
+    """Compute `longest_steps`, `measure` of the point itself and `gain` in one call."""
+    primal, dual = longest_steps(fraction, point, change)
+    off, cost = measure(mu, point, change[0], 0.0, point.value)
+    return primal, dual, off, cost, gain(mu, point, dx, change)
 
 
 @compiled

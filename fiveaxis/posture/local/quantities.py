@@ -15,7 +15,6 @@ from fiveaxis.posture.search.trigonometric import (
     COSINE,
     LINEAR,
     UPRIGHT,
-    LinearCoefficients,
     TrigonometricCoefficients,
     jet,
     linear_values,
@@ -60,21 +59,24 @@ class _TrigonometricModel:
     def values(self, x: Array) -> Array:
         quantities = np.empty((len(x), self.rows.count))
         known = self.trigonometric
-        evaluate(known.linear_coefficients, known.axis, self.rows.columns, x, quantities)
+        evaluate(*known.linear_coefficients, known.axis, self.rows.columns, x, quantities)
         return quantities
 
     def derivatives(self, x: Array, weights: Array) -> tuple[Array, Array, Array]:
         rows, (n, d) = self.rows, x.shape
         quantities = np.empty((n, rows.count))
         slope, curvature = np.zeros((n, rows.count, d)), np.zeros((n, d, d))
-        coefficients, axis = self.trigonometric.linear_coefficients, self.trigonometric.axis
-        differentiate(coefficients, axis, rows.columns, rows.free, x, weights, quantities, slope, curvature)
+        coefficients = (*self.trigonometric.linear_coefficients, self.trigonometric.axis)
+        differentiate(*coefficients, rows.columns, rows.free, x, weights, quantities, slope, curvature)
         return quantities, slope, curvature
 
 
 @compiled
 def evaluate(
-    coefficients: LinearCoefficients,
+    linear: Array,
+    beside: Array,
+    along: Array,
+    offset: float,
     axis: Array,
     columns: IntArray,
     x: Array,
@@ -84,12 +86,11 @@ def evaluate(
 
     Parameters
     ----------
-    coefficients, axis : of `TrigonometricCoefficients`
+    linear, beside, along, offset, axis : of `TrigonometricCoefficients`
     columns : (5,), of the linear and the rotary axes among the quantities
     x : (n, d)
     quantities : (n, m), filled in
     """
-    linear, beside, along, offset = coefficients
     position = np.empty(LINEAR)
     first = len(columns)
     for i in range(len(x)):
@@ -105,7 +106,10 @@ def evaluate(
 
 @compiled
 def differentiate(
-    coefficients: LinearCoefficients,
+    linear: Array,
+    beside: Array,
+    along: Array,
+    offset: float,
     axis: Array,
     columns: IntArray,
     free: BoolArray,
@@ -119,13 +123,12 @@ def differentiate(
 
     Parameters
     ----------
-    coefficients, axis, columns, x : as for `evaluate`
+    linear, beside, along, offset, axis, columns, x : as for `evaluate`
     free : (n, d), unknowns that move
     weights : (n, m), of the second derivatives
     quantities, slope : (n, m) and (n, m, d), filled in
     curvature : (n, d, d), filled in below and on the diagonal
     """
-    linear, beside, along, offset = coefficients
     first, wait = len(columns), len(columns) + LINEAR
     for i in range(len(x)):
         c1, s1, c2, s2 = math.cos(x[i, 0]), math.sin(x[i, 0]), math.cos(x[i, 1]), math.sin(x[i, 1])
