@@ -20,6 +20,7 @@ from fiveaxis.posture.strategy.singular import Cone, turning_within
 from fiveaxis.posture.turns.phase import better_phases
 from fiveaxis.posture.turns.reversals import paths_without_reversals
 from fiveaxis.posture.turns.rewinding import CLEARANCE, Rewound, insert_rewinds
+from fiveaxis.posture.turns.stops import CUT_PRICE
 from fiveaxis.posture.turns.winding import winding_columns
 from fiveaxis.toolpath import TiltBounds, Toolpath
 
@@ -27,8 +28,6 @@ from fiveaxis.toolpath import TiltBounds, Toolpath
 Refine = Callable[[Problem, Array], Array]
 # Checks whether a path, (n, 2) rad, keeps constraints that aren't part of its problem.
 PathCheck = Callable[[Array], bool]
-# J: one more rewind within a cut costs more than posture can save.
-MARK_PRICE = 1e9
 # Rounds of leaving out rewinds that undo each other.
 MOST_ROUNDS = 20
 
@@ -207,7 +206,7 @@ class _Choice:
         found = insert_rewinds(self.path, self.machine, rotary, tilt=self.tilt, **prices)
         marks = sum(r.in_cut for r in found.rewinds)
         travel = problem.cost(problem.positions(slice(None), rotary))
-        price = travel + found.energy + problem.time_price * found.time + MARK_PRICE * marks
+        price = travel + found.energy + problem.time_price * found.time + CUT_PRICE * marks
         return _Candidate(problem, rotary, found, price)
 
     def without_reversals(self, best: _Candidate, keeps: PathCheck) -> _Candidate:

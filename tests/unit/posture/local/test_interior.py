@@ -1,4 +1,4 @@
-"""The structured method: its algebra against dense matrices, its optima against IPOPT's, on every term."""
+"""The structured method: its algebra against dense matrices, its optima against IPOPT's for every term."""
 
 from dataclasses import replace
 
@@ -23,7 +23,7 @@ def cost(problem, rotary):
 
 
 @pytest.mark.parametrize("held", [(False, False), (True, True), (False, True)])
-def test_its_local_optimum_is_one_for_ipopt_too_and_ipopts_one_for_it(problem, start, held):
+def test_each_solver_accepts_the_local_optimum_of_the_other(problem, start, held):
     rows = build_rows(problem, held)
     x = rows.start(problem, start)
     own = minimise(rows, x, iterations=300, barrier=1.0)
@@ -79,7 +79,7 @@ def test_the_same_start_gives_the_same_bits(problem, start):
     np.testing.assert_array_equal(runs[0].rotary, runs[1].rotary)
 
 
-def test_a_slack_that_rounds_to_nothing_beside_its_bound_stops_nothing() -> None:
+def test_a_slack_that_rounds_to_zero_beside_its_bound_does_no_harm() -> None:
     """A level circle: steps end so near to their bounds that no room is left in double precision."""
     turn = np.linspace(0.0, 2.0 * np.pi, 721)
     contact = np.column_stack([25.0 * np.cos(turn), 25.0 * np.sin(turn), np.full_like(turn, 5.0)])
