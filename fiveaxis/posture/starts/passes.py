@@ -149,9 +149,7 @@ def free_starts(
     """
     path, problem = solution.toolpath, solution.problem
     if problem is None:
-        return _with_finding(
-            solution, "rotary axes are turned back between locations, so passes keep their start"
-        )
+        return _with_finding(solution, "rotary axes rewind between locations, so passes keep their start")
     if passes is not None and passes.locations != len(path):
         fact = f"free_start: these passes have {passes.locations} locations, and the path has {len(path)}"
         raise SettingError(f"{fact}; give the passes planned with it")

@@ -106,18 +106,18 @@ def rewind_solution(
     path, columns, problem = solution.toolpath, machine.rotary_columns, solution.problem
     if problem is None:
         raise SettingError("this solution has no problem and can't be rewound; optimise its path")
-    choice = _Choice(problem, path, solution.tilt, machine, clearance)
+    rewinder = _Rewinder(problem, path, solution.tilt, machine, clearance)
     own = solution.motion.positions[:, columns]
-    best = choice.without_reversals(choice.of(own), keeps)
+    best = rewinder.without_reversals(rewinder.of(own), keeps)
     for narrow, drawn in fewer_turns(problem, machine, own, best.found, refine):
         if keeps(drawn):
-            other = choice.without_reversals(choice.of(drawn), keeps)
+            other = rewinder.without_reversals(rewinder.of(drawn), keeps)
             best = min(best, replace(other, problem=narrow), key=attrgetter("price"))
     compared, missing = {}, dict(solution.missing)
     for name, baseline in solution.compared.items():
         rotary = baseline.motion.positions[:, columns]
         try:
-            other = choice.elsewhere(baseline.toolpath).of(rotary)
+            other = rewinder.elsewhere(baseline.toolpath).of(rotary)
         except Infeasible as reason:
             missing[name] = str(reason)
             continue
@@ -186,7 +186,7 @@ class _Candidate:
 
 
 @dataclass(frozen=True, eq=False)
-class _Choice:
+class _Rewinder:
     """Rewinds paths and prices them."""
 
     problem: Problem
@@ -195,7 +195,7 @@ class _Choice:
     machine: Machine
     clearance: float
 
-    def elsewhere(self, path: Toolpath | None) -> _Choice:
+    def elsewhere(self, path: Toolpath | None) -> _Rewinder:
         """Return the same for a path whose closed passes begin elsewhere; its bounds are unknown."""
         return self if path is None or path is self.path else replace(self, path=path, tilt=None)
 
