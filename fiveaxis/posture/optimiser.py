@@ -18,7 +18,7 @@ from fiveaxis.posture.masks.clearance import Clearance
 from fiveaxis.posture.masks.mask import Mask, MaskFunction
 from fiveaxis.posture.problem import Problem
 from fiveaxis.posture.solution import Solution
-from fiveaxis.posture.starts.passes import freed
+from fiveaxis.posture.starts.passes import free_starts
 from fiveaxis.posture.strategy import holding
 from fiveaxis.posture.strategy.delivery import Delivery, Objective, Posed, delivered
 from fiveaxis.posture.strategy.effort import ROUGH, Effort, effort_of
@@ -27,7 +27,7 @@ from fiveaxis.posture.strategy.least_time import by_time, time_findings
 from fiveaxis.posture.strategy.portfolio import Portfolio, Progress
 from fiveaxis.posture.strategy.singular import Cone, bounded_within, with_findings
 from fiveaxis.posture.strategy.turn_bounds import turn_bounds
-from fiveaxis.posture.turns.unwrapped import keeping, rewound_solution
+from fiveaxis.posture.turns.unwrapped import path_check, rewind_solution
 from fiveaxis.toolpath import Constraints, TiltBounds, Toolpath
 from fiveaxis.toolpath.passes import Passes
 
@@ -157,7 +157,7 @@ def optimise(
     if free_start:
         again = _refiner(allowed, progress, "another start")
         passes = None if free_start is True else free_start
-        found = freed(found, rebuild, again, passes=passes, both_ways=free_direction)
+        found = free_starts(found, rebuild, again, passes=passes, both_directions=free_direction)
     filling = Filling.of(constraints, interpolation)
     refine = _Refinement(allowed, singular, asked)
     clock = (clock or Clock()) if timed else None
@@ -165,8 +165,8 @@ def optimise(
     if found.machine is not machine:
         rotary = found.motion.positions[:, machine.rotary_columns]
         admits = None if asked is None else asked.along(found.motion.location).admits
-        keeps = keeping(found.toolpath, found.machine, rotary, singular, admits)
-        found = rewound_solution(found, machine, _refiner(allowed, progress, "one turn less"), keeps)
+        keeps = path_check(found.toolpath, found.machine, rotary, singular, admits)
+        found = rewind_solution(found, machine, _refiner(allowed, progress, "one turn less"), keeps)
     return with_findings(found, singular)
 
 

@@ -17,7 +17,7 @@ from fiveaxis.motion.bounds import axis_bounds
 from fiveaxis.posture.search.trigonometric import (
     TrigonometricCoefficients,
     is_trigonometric,
-    place,
+    solve_postures,
     trigonometric_coefficients,
 )
 from fiveaxis.posture.terms import OTHERS, Term, lean_cosine, terms_of
@@ -254,7 +254,8 @@ class Problem:
         within = np.array([bound.cosines for bound in self.bounds])
         columns = np.array([*machine.linear_columns, *machine.rotary_columns])
         angles = np.ascontiguousarray(rotary).reshape(*ways, 2)
-        place(trigonometric.places, trigonometric.cosines, within, columns, rows, angles, positions, excess)
+        coefficients, cosines = trigonometric.linear_coefficients, trigonometric.cosines
+        solve_postures(coefficients, cosines, within, columns, rows, angles, positions, excess)
         return positions.reshape(*rotary.shape[:-1], -1), excess.reshape(rotary.shape[:-1])
 
     def limit_excess(self, positions: Array) -> Array:

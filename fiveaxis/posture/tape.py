@@ -1,8 +1,8 @@
-"""CasADi's functions, evaluated for all rows of an array at once.
+"""CasADi functions evaluated for all rows of an array at once.
 
-CasADi writes an expression and its derivatives as a list of scalar instructions. Its own evaluator runs the
-list anew for every location, and holds Python's lock while it does; here one compiled loop runs every
-instruction for a block of locations, which takes a fifth of the time and lets threads run.
+A CasADi function is a list of scalar instructions. CasADi's own evaluator runs the list for one location at a
+time and holds Python's lock; here one compiled loop runs each instruction for a block of locations, which
+takes a fifth of the time and lets threads run.
 """
 
 from __future__ import annotations
@@ -16,10 +16,10 @@ import numpy as np
 from fiveaxis.compiled import compiled
 from fiveaxis.geometry import Array, IntArray
 
-# Locations that are evaluated together: their registers fit into the fastest memory.
+# Locations evaluated together: their registers fit into the processor's cache.
 BLOCK = 64
 
-# CasADi's instructions that the loop knows.
+# CasADi's instructions that have a compiled form.
 CONSTANT = ca.OP_CONST
 INPUT = ca.OP_INPUT
 OUTPUT = ca.OP_OUTPUT
@@ -36,33 +36,20 @@ SINE = ca.OP_SIN
 COSINE = ca.OP_COS
 COPY = ca.OP_ASSIGN
 KNOWN = {
-    CONSTANT,
-    INPUT,
-    OUTPUT,
-    ADD,
-    SUBTRACT,
-    MULTIPLY,
-    DIVIDE,
-    NEGATE,
-    SQUARE,
-    TWICE,
-    INVERT,
-    ROOT,
-    SINE,
-    COSINE,
-    COPY,
-}
+    CONSTANT, INPUT, OUTPUT, ADD, SUBTRACT, MULTIPLY, DIVIDE, NEGATE, SQUARE, TWICE, INVERT, ROOT,
+    SINE, COSINE, COPY,
+}  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
 class Tape:
-    """A CasADi function of one vector with one vector as its value.
+    """A CasADi function of one vector that returns one vector.
 
     Parameters
     ----------
-    steps : (s, 4), operation, target register and two sources; inputs and outputs are counted by their place
+    steps : (s, 4), operation, target register and two sources; indices for inputs and outputs
     constants : (s,)
-    registers, outputs : how many
+    registers, outputs : their numbers
     """
 
     steps: IntArray
@@ -72,16 +59,14 @@ class Tape:
 
     @classmethod
     def of(cls, argument: ca.SX, value: ca.SX) -> Tape:
-        """Write an expression, (o,), of a vector of symbols, (p,)."""
+        """Record an expression, (o,), of a vector of symbols, (p,)."""
         function = ca.Function("tape", [argument], [ca.densify(value)], {"cse": True})
         count = function.n_instructions()
         steps, constants = np.zeros((count, 4), dtype=np.int64), np.zeros(count)
         for k in range(count):
             code = function.instruction_id(k)
             if code not in KNOWN:
-                raise ValueError(
-                    f"{function.name()}: CasADi's instruction {code} has no compiled form; add one"
-                )
+                raise ValueError(f"tape: CasADi's instruction {code} has no compiled form; add one")
             sources, targets = function.instruction_input(k), function.instruction_output(k)
             if code == CONSTANT:
                 constants[k] = function.instruction_constant(k)
@@ -95,7 +80,7 @@ class Tape:
         return cls(steps, constants, function.sz_w(), value.numel())
 
     def __call__(self, arguments: Array) -> Array:
-        """Evaluate rows of arguments, (n, p); (n, o)."""
+        """Evaluate rows of arguments, (n, p) to (n, o)."""
         values = np.empty((len(arguments), self.outputs))
         play(self.steps, self.constants, self.registers, np.ascontiguousarray(arguments), values)
         return values
@@ -105,8 +90,7 @@ class Tape:
 def play(steps: IntArray, constants: Array, registers: int, arguments: Array, values: Array) -> None:
     """Run the instructions of a `Tape` for arguments, (n, p); values, (n, o), are filled in.
 
-    Numbers are copied one by one: for ``a[:] = b`` numba compiles the wording of an error, which takes longer
-    than all the rest.
+    Loops copy element by element: numba takes longer to compile ``a[:] = b`` than all the rest.
     """
     work = np.empty((registers + 1, BLOCK))
     for begin in range(0, len(arguments), BLOCK):

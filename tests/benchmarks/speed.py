@@ -31,7 +31,7 @@ from fiveaxis.nc.languages.sinumerik import split_sinumerik
 from fiveaxis.nc.source import Source
 from fiveaxis.posture import optimise as optimise_postures
 from fiveaxis.posture.baselines import find_baselines
-from fiveaxis.posture.turns.rewinding import rewound
+from fiveaxis.posture.turns.rewinding import insert_rewinds
 from fiveaxis.toolpath import Constraints, parse_tool
 from fiveaxis.toolpath.tool import Holder, Section
 from fiveaxis.verification import Tolerances
@@ -213,8 +213,8 @@ def time_rewinds(hayashi: fx.Machine) -> None:
     axes = tuple(replace(a, limits=limits) if a.letter == "C" else a for a in hayashi.axes)
     rotary = np.stack([angle, np.full(n, np.radians(-45.0))], axis=1)
     machine, bounds = replace(hayashi, axes=axes), TILT.lean_bounds(path)
-    rewound(path.at(np.arange(200)), machine, rotary[:200])
-    rate("rewinds of 1 000 turns, locations", n, lambda: rewound(path, machine, rotary, tilt=bounds))
+    insert_rewinds(path.at(np.arange(200)), machine, rotary[:200])
+    rate("rewinds of 1 000 turns, locations", n, lambda: insert_rewinds(path, machine, rotary, tilt=bounds))
 
 
 def time_collisions(part: Path, hayashi: fx.Machine) -> None:

@@ -15,8 +15,8 @@ from fiveaxis.machine import Chain, Line, Machine, load_machine
 from fiveaxis.posture.baselines import catalogue
 from fiveaxis.posture.baselines.branches import Postures
 from fiveaxis.posture.baselines.kernel import cheapest_branches
-from fiveaxis.posture.local.quantities import chained
-from fiveaxis.posture.local.rows import rows_of
+from fiveaxis.posture.local.quantities import chain_model
+from fiveaxis.posture.local.rows import build_rows
 from fiveaxis.posture.problem import Problem
 from fiveaxis.posture.search.trigonometric import (
     is_trigonometric,
@@ -83,9 +83,9 @@ def test_waves_have_the_derivatives_of_the_chains_tape(name, tool):
     path = for_tilt(Toolpath.from_contacts(path.contact, path.normal, tool), (15, 75))
     problem = replace(Problem.build(path, machine, tilt_bounds(path, (15, 75))), time_price=1.0)
     problem = replace(problem, top_speed=np.full(5, 10.0))
-    rows = rows_of(problem, (True, False))
+    rows = build_rows(problem, (True, False))
     x, weights = rng.uniform(0.5, 1.0, (20, 3)), rng.normal(size=(20, rows.count))
-    quick, taped = chained(rows), chained(replace(rows, trigonometric=None))
+    quick, taped = chain_model(rows), chain_model(replace(rows, trigonometric=None))
     np.testing.assert_allclose(quick.values(x), taped.values(x), atol=1e-9)
     for of_quick, of_tape in zip(quick.derivatives(x, weights), taped.derivatives(x, weights), strict=True):
         np.testing.assert_allclose(of_quick, of_tape, rtol=1e-8, atol=1e-8)

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from fiveaxis.contour import Plan, PlanOptions, plan_passes
 from fiveaxis.contour.ball_space import BallSpace
 from fiveaxis.mesh import Surface, TriangleTree
-from fiveaxis.posture.starts.reopening import Layout, Reopened, reopened
+from fiveaxis.posture.starts.reopening import Layout, Reopened, reopen
 from fiveaxis.posture.starts.rings import known_rings
 from fiveaxis.toolpath import MoveKind, Tool, Toolpath
 
@@ -61,10 +61,10 @@ def drawn(plan: Plan, data: st.DataObject) -> tuple[Layout, Reopened]:
         there = [
             o
             for o in choice
-            if layout.way(before, (k, o)) is not None and layout.way((k, o), None) is not None
+            if layout.link_pivots(before, (k, o)) is not None and layout.link_pivots((k, o), None) is not None
         ]
         openings.append(data.draw(st.sampled_from(there)))
-    return layout, reopened(layout, openings)
+    return layout, reopen(layout, openings)
 
 
 @settings(max_examples=15, deadline=None)
@@ -108,4 +108,4 @@ def test_a_path_opened_twice_can_be_opened_as_it_was(plans, data):
             if np.array_equal(again.path.pivot[ring.rows(o)[:2]], start)
         }.values()
         back.append(same)
-    np.testing.assert_allclose(reopened(again, back).toolpath.pivot, layout.path.pivot, atol=1e-9)
+    np.testing.assert_allclose(reopen(again, back).toolpath.pivot, layout.path.pivot, atol=1e-9)

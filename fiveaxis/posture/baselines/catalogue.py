@@ -316,7 +316,7 @@ def _walk(toolpath: Toolpath, machine: Machine, tilt: TiltBounds, anchor: Array)
     )
     plus, minus = travel_costs(machine, toolpath.feed, toolpath.rapid)
     return walk(
-        known.places,
+        known.linear_coefficients,
         known.cosines,
         np.array([bound.cosines for bound in tilt.all]),
         np.stack([machine.low - ON_LIMIT, machine.high + ON_LIMIT]),

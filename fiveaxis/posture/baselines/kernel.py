@@ -12,12 +12,12 @@ import numpy as np
 
 from fiveaxis.compiled import compiled
 from fiveaxis.geometry import Array, BoolArray, IntArray
-from fiveaxis.posture.search.trigonometric import LINEAR, Places, linear_values, value
+from fiveaxis.posture.search.trigonometric import LINEAR, LinearCoefficients, linear_values, value
 
 
 @compiled
 def best_move(
-    places: Places,
+    places: LinearCoefficients,
     cosines: Array,
     i: int,
     within: Array,
@@ -82,7 +82,7 @@ def best_move(
 
 @compiled
 def walk(
-    places: Places,
+    places: LinearCoefficients,
     cosines: Array,
     within: Array,
     limits: Array,

@@ -1,1 +1,1 @@
-"""What no posture can avoid: a certified lower bound."""
+"""A certified lower bound of the cost."""

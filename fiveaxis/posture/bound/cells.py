@@ -1,12 +1,12 @@
-"""The plane of both rotary angles cut into cells, with what the machine can be doing inside each of them.
+"""Cells of the plane of both rotary angles, with enclosures of the machine's equations in each.
 
-Every linear axis is ``M(ρ)·tip + c(ρ)``, and the tip is the pivot less a vector along the tool. Both M and c
-belong to the machine alone, so what holds for a cell is worked out once and serves every location.
+Every linear axis is ``M(ρ)·tip + c(ρ)``, and the tip is the pivot less a vector along the tool. M and c
+depend on the machine alone, so the enclosures of a cell are computed once for all locations.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -28,19 +28,19 @@ from fiveaxis.kinematics.windings import TURN
 from fiveaxis.machine import Machine
 from fiveaxis.toolpath import Zone
 
-# What stands for "no bound" where arithmetic must go on, mm: far beyond any machine.
+# mm, stands for "no bound" in arithmetic: far beyond any machine.
 HUGE = 1e9
 
 
 class Side(NamedTuple):
-    """How the range of one rotary axis is cut.
+    """The cells of one rotary axis.
 
     Parameters
     ----------
     low : rad, where the first cell begins
     step : rad, width of a cell
-    parts : cells
-    wraps : whether the last cell ends where the first begins: an axis with more than a turn to go
+    parts : number of cells
+    wraps : whether the last cell ends where the first begins, for an axis of more than a turn
     """
 
     low: float
@@ -57,7 +57,7 @@ class Cells:
     ----------
     sides : of the two rotary axes, chain order
     axis : (c, 3), unit vectors: the tool axis in the middle of the cell
-    swing : (c,), rad, how far from that the tool axis gets within the cell, at most
+    swing : (c,), rad, largest angle of the tool axis in the cell from that
     matrix : (c, 3, 3), M in the middle, rows in the order of `machine.linear_columns`
     shift : (c, 3), mm, c in the middle
     slope_middle, slope_radius : (c, 3, 2, 4), 1/rad (first three) and mm/rad (last): range of the derivatives
@@ -73,26 +73,15 @@ class Cells:
     slope_radius: Array
 
     def at(self, chosen: IntArray) -> Cells:
-        """Take some of the cells."""
-        return Cells(
-            self.sides,
-            self.axis[chosen],
-            self.swing[chosen],
-            self.matrix[chosen],
-            self.shift[chosen],
-            self.slope_middle[chosen],
-            self.slope_radius[chosen],
-        )
+        """Return some of the cells."""
+        names = ("axis", "swing", "matrix", "shift", "slope_middle", "slope_radius")
+        return replace(self, **{name: getattr(self, name)[chosen] for name in names})
 
 
 def cut_cells(machine: Machine, zone: Zone, step: float) -> Cells:
-    """Cut the plane of the rotary angles into cells.
+    """Cut the plane of the rotary angles of a five-axis machine into cells of at most a width, rad.
 
-    Parameters
-    ----------
-    machine : two rotary and three linear axes
-    zone : gives the height of the pivot above the tip
-    step : rad, largest width of a cell; an axis with more than a turn to go is cut into whole parts of a turn
+    An axis of more than a turn is cut into whole parts of a turn; the zone has the height of the pivot.
     """
     sides = _side(machine, 0, step), _side(machine, 1, step)
     grid = np.meshgrid(*(s.low + s.step * (np.arange(s.parts) + 0.5) for s in sides), indexing="ij")
@@ -107,7 +96,7 @@ def cut_cells(machine: Machine, zone: Zone, step: float) -> Cells:
     axis = np.stack(np.broadcast_arrays(*tool_axis(machine.chain, middle)), axis=-1)
     count = len(angles[0])
     values = np.array([[np.broadcast_to(v, count) for v in row] for row in exact]).transpose(2, 0, 1)
-    # Where the linear directions may lie in one plane, what they give is endless, and its products unknown.
+    # Where the linear directions may lie in one plane, enclosures are infinite and their products NaN.
     with np.errstate(invalid="ignore", over="ignore"):
         enclosed = _affine(machine, zone, ranged)
         slopes = [[_slopes(v, count) for v in row] for row in enclosed]
@@ -134,7 +123,7 @@ def _side(machine: Machine, rotary: int, step: float) -> Side:
 
 
 def _affine(machine: Machine, zone: Zone, cosines: Cosines) -> list[list[Any]]:
-    """Write M and c side by side, a row for each linear axis: Cramer's rule, as in `linear_axes`.
+    """Compute M and c side by side, a row for each linear axis, by Cramer's rule.
 
     The axis values solve ``Σ s_l D_l = tip − r_0``, ``tip = pivot − b·o``: M is the inverse of the directions
     D, and ``c = −M (r_0 + b·o)``.
@@ -155,7 +144,7 @@ def _affine(machine: Machine, zone: Zone, cosines: Cosines) -> list[list[Any]]:
 
 
 def _slopes(entry: Enclosure | float, count: int) -> tuple[list[Array], list[Array]]:
-    """Give radius and middle of an entry's slopes by each angle, (c,); a constant has none."""
+    """Compute radius and middle of an entry's slopes by each angle, (c,); 0 for a constant."""
     slopes = entry.slopes if isinstance(entry, Enclosure) else (Interval.of(0.0), Interval.of(0.0))
     radius, middle = [], []
     for slope in slopes:
@@ -167,10 +156,10 @@ def _slopes(entry: Enclosure | float, count: int) -> tuple[list[Array], list[Arr
 
 
 def _swing(machine: Machine, axis: Array, sides: tuple[Side, Side]) -> Array:
-    """Bound how far the tool axis turns from the middle of a cell to its edge, (c,) rad.
+    """Bound the angle of the tool axis from its direction in the middle of a cell, (c,) rad.
 
-    Turning about a direction moves the tool axis by the turn times the sine of the angle between both. The
-    second rotary axis comes first here, and may take the tool nearer to square to the first.
+    A turn about a direction moves the tool axis by the turn times the sine of the angle between both. The
+    turn of the second rotary axis may increase that angle for the first.
     """
     first, second = (0.5 * side.step for side in sides)
     chain = machine.chain

@@ -1,11 +1,11 @@
-"""What no posture can avoid: a certified lower bound of the travel metric, without any search.
+"""A certified lower bound of the travel metric, without any search.
 
-At each location only some values of an axis are possible over all admissible postures. A sequence that must
-visit these sets one after the other has a least cost, which is found exactly; the sum over the axes is less
-than any path can cost. The sets are enclosed from outside by interval arithmetic over cells of the rotary
-angles (mean value form), so nothing that is possible is left out, and the bound is one for whatever way the
-path was found. Both rotary axes are taken together, each linear axis alone: what a linear axis would save
-may cost another one dearly, which is why the bound may lie far below the optimum.
+Over all admissible postures of a location an axis can take only some values. The least cost of a sequence
+that visits these sets in order is found exactly, and no path costs less than the sum over the axes. Interval
+arithmetic over cells of the rotary angles (mean value form) encloses the sets from outside, so no possible
+posture is left out, and the bound holds however a path was found. Both rotary axes are treated together, each
+linear axis alone; as savings of one linear axis may be costly for another, the bound may lie far below the
+optimum.
 """
 
 from __future__ import annotations
@@ -25,24 +25,24 @@ from fiveaxis.toolpath import TiltBounds, Toolpath
 
 # rad, width of a cell.
 CELL = np.radians(3.0)
-# Locations looked at: one in so many, but at least and at most about these. What lies between adds little
-# where a path is short; a long one takes so long to solve that the bound is looked for more closely.
+# One location in ONE_IN is used, but at least and at most about these numbers: more add little to the bound
+# of a short path, and a long path, slow to solve anyway, affords more.
 ONE_IN, FEWEST_ROWS, MOST_ROWS = 4, 900, 4000
-# Places of a linear axis between which its least travel is found: bounds are rounded outwards to these.
-PLACES = 4000
-# A bound is widened by this to cover rounding (mm, rad, 1).
+# Values of a linear axis for which its least travel is found; ranges are rounded outwards to these.
+LEVELS = 4000
+# Bounds are widened by this to cover rounding (mm, rad, 1).
 ROUNDING = 1e-9
 
 
 @dataclass(frozen=True)
 class LowerBound:
-    """The least that any admissible path costs, J of the travel metric.
+    """A lower bound of the cost of every admissible path, J of the travel metric.
 
     Parameters
     ----------
-    linear : by axis letter, each on its own
+    linear : by axis letter, each alone
     rotary : of both rotary axes together
-    rows : locations that were looked at
+    rows : number of locations used
     """
 
     linear: dict[str, float]
@@ -51,11 +51,11 @@ class LowerBound:
 
     @property
     def total(self) -> float:
-        """Least cost of all axes, J."""
+        """Bound over all axes, J."""
         return self.rotary + sum(self.linear.values())
 
     def gap(self, cost: float) -> float:
-        """Give the share of a cost that the bound leaves open: 0 is proven to be the optimum."""
+        """Compute the share of a cost above the bound: 0 proves an optimum."""
         return 1.0 - self.total / cost if cost > 0.0 else 0.0
 
     def as_dict(self) -> dict[str, Any]:
@@ -64,10 +64,10 @@ class LowerBound:
 
 
 def bound_travel(toolpath: Toolpath, machine: Machine, tilt: TiltBounds, *, cell: float = CELL) -> LowerBound:
-    """Bound the travel metric of every path that keeps the tilt range and the axis limits from below.
+    """Bound from below the travel metric of every path that keeps the tilt range and the axis limits.
 
-    Largest rotary steps aren't considered; they only make paths dearer. An axis with more than a turn to go
-    is taken as one without limits.
+    Limits of rotary steps, which only raise the cost, aren't considered. An axis of more than a turn counts
+    as unlimited.
 
     Parameters
     ----------
@@ -76,7 +76,7 @@ def bound_travel(toolpath: Toolpath, machine: Machine, tilt: TiltBounds, *, cell
 
     Returns
     -------
-    The bound; its figures are infinite where some location has no admissible posture.
+    The bound; infinite if some location has no admissible posture
     """
     count = len(toolpath)
     stride = -(-count // min(max(count // ONE_IN, FEWEST_ROWS), MOST_ROWS))
@@ -93,7 +93,7 @@ def bound_travel(toolpath: Toolpath, machine: Machine, tilt: TiltBounds, *, cell
         np.minimum(machine.high[machine.linear_columns], HUGE) + ROUNDING,
     )
     cosines = _admitted_cosines(cells, bounds)
-    # The matrices have four columns: threads of the BLAS would only wait for each other.
+    # With matrices of four columns BLAS threads would only wait for each other.
     with threadpool_limits(limits=1):
         rotary, low, high = visit_cells(
             cells, at, bounds, cosines, limits, step * plus[:, columns], step * minus[:, columns]
@@ -106,26 +106,26 @@ def bound_travel(toolpath: Toolpath, machine: Machine, tilt: TiltBounds, *, cell
 
 
 def _least_between(costs: Array, rows: IntArray) -> Array:
-    """Give the least cost of travel, (m − 1, k), on the way between chosen rows: all of it is paid there."""
+    """Return the least cost per travel, (m − 1, k), of the moves between consecutive chosen rows."""
     return np.minimum.reduceat(costs, rows[:-1], axis=0) if len(rows) > 1 else costs
 
 
 def _admitted_cosines(cells: Cells, bounds: list[TiltBounds]) -> tuple[Array, Array]:
-    """Give the cosines in a cell's middle with which a posture in it may keep a bound, (b, c) each."""
+    """Compute the cosines in the middle of cells for which postures in them may keep a bound, (b, c) each."""
     low = [np.cos(np.minimum(bound.high + cells.swing, np.pi)) - ROUNDING for bound in bounds]
     high = [np.cos(np.maximum(bound.low - cells.swing, 0.0)) + ROUNDING for bound in bounds]
     return np.array(low), np.array(high)
 
 
 def _axis_bound(low: Array, high: Array, plus: Array, minus: Array) -> float:
-    """Find the least cost of an axis that visits ranges, (m,) mm each, one after the other."""
+    """Find the least cost of an axis that visits ranges, (m,) mm each, in order."""
     bound: BoolArray = (low > -HUGE) & (high < HUGE)
     if not bound.any():
         return 0.0
     if (low > high).any():
         return float("inf")
     least, most = low[bound].min(), high[bound].max()
-    step = max((most - least) / PLACES, ROUNDING)
+    step = max((most - least) / LEVELS, ROUNDING)
     first = np.where(bound, np.floor((low - least) / step), 0).astype(np.int64)
-    last = np.where(bound, np.ceil((high - least) / step), PLACES).astype(np.int64)
-    return least_travel(np.maximum(first, 0), np.minimum(last, PLACES), step * plus, step * minus)
+    last = np.where(bound, np.ceil((high - least) / step), LEVELS).astype(np.int64)
+    return least_travel(np.maximum(first, 0), np.minimum(last, LEVELS), step * plus, step * minus)

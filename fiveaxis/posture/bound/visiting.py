@@ -1,7 +1,7 @@
-"""Sets visited in order at the least cost of travel: the inner part of the lower bound.
+"""The least cost of visiting sets in order: the core of the lower bound.
 
-The least cost of visiting sets of cells is found on the edges of cells alone: for one choice of cells the
-problem is linear with a totally unimodular matrix and bounds on edges, so an optimum lies on edges.
+For sets of cells it is found on the edges of cells alone: for one choice of cells the problem is linear with
+a totally unimodular matrix and bounds on edges, so an optimum lies on edges.
 """
 
 from __future__ import annotations
@@ -14,19 +14,16 @@ from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.posture.bound.cells import Cells
 from fiveaxis.toolpath import TiltBounds, Toolpath
 
-# What is enclosed is widened by this to cover rounding, mm and as a share.
+# Enclosures are widened by this to cover rounding, in mm and as a share.
 ROUNDING = 1e-9
-# Locations taken at once: their cells stay in the processor's cache.
+# Locations processed at once: their cells stay in the processor's cache.
 CHUNK = 8
 
 
 def least_travel(first: IntArray, last: IntArray, plus: Array, minus: Array) -> float:
-    """Find the least cost of a number that visits ranges of places in order.
+    """Find the least cost of an integer that visits ranges in order, from `first` to `last`, (m,) each.
 
-    Parameters
-    ----------
-    first, last : (m,), the places from … to that each visit allows
-    plus, minus : (m − 1,), J per place upwards and downwards
+    Moves between visits, (m − 1,), cost `plus` and `minus` J per step up and down.
     """
     cost = np.zeros(last.max() + 1)
     for i in range(len(first)):
@@ -38,25 +35,25 @@ def least_travel(first: IntArray, last: IntArray, plus: Array, minus: Array) -> 
 
 
 def spread(cost: Array, plus: float, minus: float, *, wraps: bool) -> Array:
-    """Let every place be reached from every other along the first dimension.
+    """Compute the least cost of reaching every index of the first dimension from any other.
 
     Parameters
     ----------
     cost : (n, …), J, infinite where forbidden
     plus, minus : J per step up and down
-    wraps : whether the last place is beside the first
+    wraps : whether the last index is next to the first
 
     Returns
     -------
     (n, …), ``min over i of cost_i + plus·(j − i)⁺ + minus·(i − j)⁺``
     """
-    place = np.arange(len(cost), dtype=float).reshape(-1, *[1] * (cost.ndim - 1))
-    up, down = plus * place, minus * place
+    index = np.arange(len(cost), dtype=float).reshape(-1, *[1] * (cost.ndim - 1))
+    up, down = plus * index, minus * index
     upwards = np.minimum.accumulate(cost - up) + up
     downwards = np.minimum.accumulate((cost + down)[::-1])[::-1] - down
     least = np.minimum(upwards, downwards)
     if wraps:
-        # Over the end: whoever got to the last place goes on from there, and to the first one back.
+        # Across the end, upwards from the last index and downwards from the first.
         np.minimum(least, upwards[-1] + plus + up, out=least)
         np.minimum(least, downwards[0] + minus + down[::-1], out=least)
     return least
@@ -76,29 +73,29 @@ def visit_cells(
     Parameters
     ----------
     toolpath, bounds : of m locations
-    cosines : (b, c) each, between which the cosine in the middle of a cell has to lie
+    cosines : (b, c) each, smallest and largest admissible cosine in the middle of a cell
     limits : (3,) mm each, of the linear axes
     plus, minus : (m − 1, 2), J per cell
 
     Returns
     -------
-    The least rotary travel, J, and the range of each linear axis, (m, 3) mm each, endless where nothing binds
+    The least rotary travel, J, and the ends of each linear axis's range, (m, 3) mm each, infinite where
+    nothing binds
     """
     shape = tuple(side.parts if side.wraps else side.parts + 1 for side in cells.sides)
     low, high = np.full((len(toolpath), 3), -np.inf), np.full((len(toolpath), 3), np.inf)
     cost = np.zeros(shape)
     for rows in np.array_split(np.arange(len(toolpath)), -(-len(toolpath) // CHUNK)):
-        may = _leaning(cells, [bound.at(rows) for bound in bounds], cosines)
-        # A cell that leans too far at all of these locations needn't be enclosed.
+        here = [bound.at(rows) for bound in bounds]
+        may = _keep_lean(cells, here, cosines)
+        # Cells that break the bounds at all of these locations needn't be enclosed.
         near = np.flatnonzero(may.any(axis=1))
-        value, reach = _enclosed(cells.at(near), toolpath.at(rows))
-        # What is unknown, where linear directions may lie in one plane, excludes nothing.
+        value, reach = _enclose(cells.at(near), toolpath.at(rows))
+        # NaN, where linear directions may lie in one plane, excludes nothing.
         beyond = (value + reach < limits[0][:, None]) | (value - reach > limits[1][:, None])
         may[near] &= ~beyond.any(axis=1)
-        inside, binds = (
-            may[near][:, None],
-            np.any([np.isfinite(b.reference[rows, 0]) for b in bounds], axis=0),
-        )
+        inside = may[near][:, None]
+        binds = np.any([np.isfinite(b.reference[:, 0]) for b in here], axis=0)
         least = np.where(inside, np.maximum(value - reach, limits[0][:, None]), np.inf)
         most = np.where(inside, np.minimum(value + reach, limits[1][:, None]), -np.inf)
         low[rows[binds]] = least.min(axis=0, initial=np.inf)[:, binds].T
@@ -114,52 +111,52 @@ def visit_cells(
 
 
 def _edges(may: BoolArray, cells: Cells, shape: tuple[int, ...]) -> Iterator[BoolArray]:
-    """Give for each location which corners of cells belong to one of its cells, (c, m) to (p, q) each."""
+    """Mark for each location the corners of its cells, (c, m) to (p, q) each."""
     first, second = cells.sides
     for own in may.T.reshape(-1, first.parts, second.parts):
         touched = np.zeros(shape, dtype=bool)
         touched[: first.parts, : second.parts] = own
-        # A cell's far edge is the next one's near edge, around a circle too.
+        # A cell's far edge is the near edge of the next one, around a circle too.
         touched |= np.roll(touched, 1, axis=0)
         touched |= np.roll(touched, 1, axis=1)
         yield touched
 
 
-def _leaning(cells: Cells, bounds: Sequence[TiltBounds], cosines: tuple[Array, Array]) -> BoolArray:
-    """Tell which cells may keep the bounds on the lean, (c, m)."""
+def _keep_lean(cells: Cells, bounds: Sequence[TiltBounds], cosines: tuple[Array, Array]) -> BoolArray:
+    """Check which cells may keep the bounds on the lean, (c, m)."""
     may = np.ones((len(cells.axis), len(bounds[0].reference)), dtype=bool)
     for bound, least, most in zip(bounds, *cosines, strict=True):
         cosine = cells.axis @ bound.reference.T
-        # NaN, where nothing binds, is neither.
+        # NaN, where nothing binds, is admissible.
         may &= ~((cosine < least[:, None]) | (cosine > most[:, None]))
     return may
 
 
-def _enclosed(cells: Cells, toolpath: Toolpath) -> tuple[Array, Array]:
-    """Enclose the linear axes over every cell: the middle and the reach about it, (c, 3, m) mm each.
+def _enclose(cells: Cells, toolpath: Toolpath) -> tuple[Array, Array]:
+    """Enclose the linear axes over every cell: the middle and the radius about it, (c, 3, m) mm each.
 
     Mean value form: the largest slope by each angle, times half the width.
     """
     half = np.array([0.5 * side.step for side in cells.sides])
-    place = np.vstack([toolpath.pivot.T, np.ones(len(toolpath))])
+    point = np.vstack([toolpath.pivot.T, np.ones(len(toolpath))])
     value = _product(cells.matrix, toolpath.pivot.T) + cells.shift[:, :, None]
-    slope = np.abs(_product(cells.slope_middle, place)) + _product(cells.slope_radius, np.abs(place))
+    slope = np.abs(_product(cells.slope_middle, point)) + _product(cells.slope_radius, np.abs(point))
     reach = half[0] * slope[:, :, 0] + half[1] * slope[:, :, 1]
     if toolpath.zone.offset != 0.0:
-        beside, spreading = _beside(cells, half, np.nan_to_num(toolpath.normal), toolpath.zone.offset)
+        beside, spreading = _enclose_offset(cells, half, np.nan_to_num(toolpath.normal), toolpath.zone.offset)
         value, reach = value + beside, reach + spreading
     return value, reach * (1.0 + ROUNDING) + ROUNDING
 
 
 def _product(left: Array, right: Array) -> Array:
-    """Multiply (…, j) with (j, m) as one matrix: many small ones would take several times as long."""
+    """Multiply (…, j) by (j, m) as one matrix: many small products would take several times as long."""
     return (left.reshape(-1, left.shape[-1]) @ right).reshape(*left.shape[:-1], right.shape[-1])
 
 
-def _beside(cells: Cells, half: Array, normal: Array, offset: float) -> tuple[Array, Array]:
-    """Enclose ``M·a·e``, of the part of a tip beside the tool axis: (c, 3, m) mm, its middle and its reach.
+def _enclose_offset(cells: Cells, half: Array, normal: Array, offset: float) -> tuple[Array, Array]:
+    """Enclose ``M·a·e``, the share of an offset a beside the tool axis: middle and radius, (c, 3, m) mm each.
 
-    Over a cell e turns by no more than the swing over the sine of the lean.
+    Over a cell e turns by at most the swing over the sine of the lean.
     """
     cosine = cells.axis @ normal.T
     length = np.sqrt(np.maximum(1.0 - cosine**2, 0.0))

@@ -1,1 +1,1 @@
-"""Local optima: two solvers of the problem's terms, and how far a path is from an optimum."""
+"""Local optima: two solvers of a problem's terms, and the distance of a path from an optimum."""

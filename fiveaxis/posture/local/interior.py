@@ -1,9 +1,9 @@
 """The structured interior-point method: any terms over windows of a path.
 
-The method is that of Wächter and Biegler (2006), which IPOPT is, too: monotone barrier, filter line search,
-inertia correction. What differs is the algebra: parts of rows, their duals and the rows' multipliers are
-eliminated in closed form (`kernel`), and the unknowns are left in a band as wide as the longest window.
-An iteration takes a tenth of IPOPT's time.
+The method is that of Wächter and Biegler (2006), like IPOPT's: monotone barrier, filter line search, inertia
+correction. The linear algebra differs: parts of rows, their duals and the rows' multipliers are eliminated in
+closed form (`kernel`), which leaves the unknowns in a band as wide as the longest window. An iteration takes
+a tenth of IPOPT's time.
 """
 
 from __future__ import annotations
@@ -14,41 +14,41 @@ import numpy as np
 
 from fiveaxis.geometry import Array
 from fiveaxis.posture.local import kernel
-from fiveaxis.posture.local.quantities import Model
+from fiveaxis.posture.local.quantities import Model, chain_model
 from fiveaxis.posture.local.rows import ANGLES, Rows
 
-# The constants of Wächter and Biegler: last barrier parameter (J), barrier update, fraction to the boundary.
+# Constants of Wächter and Biegler: last barrier parameter (J), barrier update, fraction to the boundary.
 LAST_BARRIER = 5e-7
-# What rounding leaves of the equations and of the gradient (J/mm, J/rad) at the last barrier.
-EXACT, FLAT = 1e-9, 0.1
 BARRIER_FACTOR, BARRIER_POWER, BARRIER_ERROR = 0.2, 1.5, 10.0
 LEAST_FRACTION = 0.99
+# Accepted errors of the equations and of the gradient (J/mm, J/rad) at the last barrier: rounding.
+EXACT, FLAT = 1e-9, 0.1
 # Filter: margins in both measures, switch to the Armijo rule.
 FILTER_MARGIN, ARMIJO = 1e-5, 1e-4
 SWITCH_OBJECTIVE, SWITCH_OFF = 2.3, 1.1
 MOST_HALVINGS = 25
-# Inertia: the first shift of the diagonal (J/rad²), its growth and decay, and where to give up.
+# Inertia: first shift of the diagonal (J/rad²), its growth and decay, and its limit.
 FIRST_SHIFT, GROWTH, DECAY, MOST_SHIFT = 0.1, 8.0, 3.0, 1e14
-# Least room that a value keeps to its bound, of that bound where it is above 1: less is rounded away beside
-# it, and divided by.
+# Least distance of a value from its bound, relative if the bound is above 1: a smaller one would be rounded
+# away, and is divided by.
 LEAST_ROOM = 1e-13
-# Duals stay within this factor of what the barrier asks for.
+# Duals stay within this factor of their value on the central path.
 DUAL_RANGE = 1e10
-# Values of bounded parts start this share of their range inside it.
+# Bounded parts start this share of their range inside it.
 PUSH = 1e-2
 MOST_RESTARTS = 5
 
 
 @dataclass(frozen=True, eq=False)
 class LocalOptimum:
-    """Where the method ended.
+    """Result of a solver.
 
     Parameters
     ----------
     x : (n, d), the unknowns
     multiplier : (r,), of the rows
     solved : whether it is a local optimum
-    iterations : taken
+    iterations : number of them
     """
 
     x: Array
@@ -64,9 +64,9 @@ class LocalOptimum:
 
 def minimise(
     rows: Rows,
-    model: Model,
     start: Array,
     *,
+    model: Model | None = None,
     iterations: int,
     barrier: float,
     last: float = LAST_BARRIER,
@@ -77,39 +77,42 @@ def minimise(
     Parameters
     ----------
     start : (n, d), unknowns
-    iterations : most to take
+    model : of the quantities; by default that of the machine's chain
+    iterations : largest number
     barrier, last : first and last barrier parameter, J
-    flat : J/rad and J/s, scaled, that the gradient may keep
+    flat : J/rad and J/s, scaled, accepted error of the gradient
     """
-    method = _Method(rows, model, start, barrier, last, flat)
+    method = _Method(rows, model or chain_model(rows), start, barrier, last, flat)
     for number in range(iterations):
         solved = method.is_solved()
         if solved or not method.advance():
-            return LocalOptimum(method.x, method.multiplier, solved, number)
-    return LocalOptimum(method.x, method.multiplier, method.is_solved(), iterations)
+            return LocalOptimum(method.x, method.point.multiplier, solved, number)
+    return LocalOptimum(method.x, method.point.multiplier, method.is_solved(), iterations)
 
 
 class _Method:
-    """One run: unknowns x, parts with duals, multipliers; the rows there, the barrier and the filter."""
+    """State of a run: unknowns, parts with duals, multipliers, rows, barrier and filter."""
 
     def __init__(
         self, rows: Rows, model: Model, start: Array, barrier: float, last: float, flat: float
     ) -> None:
         self.last, self.flat = last, flat
         self.rows, self.model, self.mu, self.shift, self.restarts = rows, model, barrier, 0.0, 0
-        self.parts = np.stack([rows.sign, rows.price, rows.low, rows.high])
         self.x, self.free = start.copy(), np.ascontiguousarray(rows.free.ravel())
-        count, d = len(rows.first), rows.unknowns
-        self.value, self.gradient = np.empty(count), np.empty((count, rows.span * d))
-        quantities = model.values(self.x)
+        quantities, value = model.values(self.x), np.empty(len(rows.first))
         self.weights = np.zeros(quantities.shape)
-        self._rows(quantities, self.value)
-        self.state, self.multiplier = central_point(rows, self.value, barrier)
+        self._evaluate(quantities, value)
+        state, multiplier = central_point(rows, value, barrier)
+        parts = np.stack([rows.sign, rows.price, rows.low, rows.high])
+        gradient = np.empty((len(value), rows.span * rows.unknowns))
+        self.point = kernel.Point(
+            rows.first, rows.square, rows.begin, parts, state, value, multiplier, gradient, rows.unknowns
+        )
         self._differentiate()
         self._clear_filter()
 
     def is_solved(self) -> bool:
-        """Lower the barrier as often as its problem is solved; tell whether the whole is."""
+        """Lower the barrier while its problem is solved; return whether the last one is."""
         while self._is_barrier_solved():
             if self.mu <= self.last:
                 return True
@@ -118,69 +121,61 @@ class _Method:
         return False
 
     def advance(self) -> bool:
-        """Take one step; False where there is none that leads on."""
+        """Take one step; False if no step makes progress."""
         step = self._direction()
         if step is None:
             return False
-        dx, change, new = step
-        alpha, dual = kernel.longest(max(LEAST_FRACTION, 1.0 - self.mu), self.parts, self.state, change)
-        taken = self._search(dx, change, alpha)
+        point, (dx, change, new) = self.point, step
+        fraction = max(LEAST_FRACTION, 1.0 - self.mu)
+        alpha, dual, off, cost, gain = kernel.probe(self.mu, fraction, point, dx, change)
+        taken = self._search(dx, change, alpha, off, cost, gain)
         if taken is None:
             self.restarts += 1
-            self.state, self.multiplier = central_point(self.rows, self.value, self.mu)
+            point.state[:], point.multiplier[:] = central_point(self.rows, point.value, self.mu)
             self._clear_filter()
             return self.restarts <= MOST_RESTARTS
         self.x += taken * dx.reshape(self.x.shape)
-        self.multiplier += taken * new
-        self.state[0] += taken * change[0]
-        self.state[1:] += dual * change[1:]
-        kernel.keep_room(self.mu, LEAST_ROOM, DUAL_RANGE, self.parts, self.state)
+        point.multiplier[:] += taken * new
+        point.state[0] += taken * change[0]
+        point.state[1:] += dual * change[1:]
+        kernel.keep_room(self.mu, LEAST_ROOM, DUAL_RANGE, point)
         self._differentiate()
         return True
 
-    def _rows(self, quantities: Array, value: Array) -> None:
-        kernel.row_values(self.rows.place, self.rows.coefficient, quantities.ravel(), value)
+    def _evaluate(self, quantities: Array, value: Array) -> None:
+        kernel.row_values(self.rows.quantity, self.rows.coefficient, quantities.ravel(), value)
 
     def _differentiate(self) -> None:
-        """Evaluate the rows and their derivatives at the point."""
-        rows = self.rows
-        pull = self.multiplier
+        """Evaluate the rows and their derivatives at the present point."""
+        rows, point = self.rows, self.point
+        force = point.multiplier
         if rows.square.any():
-            self._rows(self.model.values(self.x), self.value)
-            pull = pull + 2.0 * rows.square * self.value
-        kernel.row_weights(rows.place, rows.coefficient, pull, self.weights.ravel())
-        quantities, slope, self.bow = self.model.derivatives(self.x, self.weights)
-        self._rows(quantities, self.value)
-        kernel.row_gradients(rows.first, rows.place, rows.coefficient, slope, self.gradient)
-
-    def _judge(self, change: Array, alpha: float, value: Array) -> tuple[float, float]:
-        rows = self.rows
-        return kernel.judge(self.mu, rows.square, rows.begin, self.parts, self.state[0], change, alpha, value)
+            self._evaluate(self.model.values(self.x), point.value)
+            force = force + 2.0 * rows.square * point.value
+        kernel.row_weights(rows.quantity, rows.coefficient, force, self.weights.ravel())
+        quantities, slope, self.curvature = self.model.derivatives(self.x, self.weights)
+        self._evaluate(quantities, point.value)
+        kernel.row_gradients(rows.first, rows.quantity, rows.coefficient, slope, point.gradient)
 
     def _clear_filter(self) -> None:
-        off, _ = self._judge(np.zeros_like(self.state[0]), 0.0, self.value)
+        point = self.point
+        off, _ = kernel.measure(self.mu, point, np.zeros_like(point.state[0]), 0.0, point.value)
         self.first_off = max(1.0, off)
         self.filter: list[tuple[float, float]] = [(1e4 * self.first_off, -np.inf)]
 
     def _direction(self) -> tuple[Array, Array, Array] | None:
-        """Solve the condensed system, its diagonal shifted until the step leads downhill."""
-        rows, d = self.rows, self.rows.unknowns
-        count = self.x.size
-        band, right, dx = np.zeros((count, rows.span * d)), np.zeros(count), np.zeros(count)
+        """Solve the condensed system, its diagonal shifted until the step descends."""
+        point, count, d = self.point, self.x.size, self.rows.unknowns
+        band, right, dx = np.zeros((count, self.rows.span * d)), np.zeros(count), np.zeros(count)
         for e in range(d):
             for f in range(e + 1):
-                band[e::d, e - f] += self.bow[:, e, f]
-        soft, answer = np.empty((2, len(rows.sign))), np.empty((2, len(rows.first)))
-        kernel.soften(self.mu, self.parts, self.state, soft)
-        split = rows.begin, self.parts, self.state, soft, self.value, self.multiplier, answer
-        kernel.answer_rows(*split)
-        kernel.condense(
-            rows.first, rows.square, rows.begin, self.value, answer, self.gradient, d, band, right
-        )
+                band[e::d, e - f] += self.curvature[:, e, f]
+        soft, answer = np.empty((2, point.parts.shape[1])), np.empty((2, len(point.first)))
+        kernel.assemble(self.mu, point, soft, answer, band, right)
         if not self._solve(band, right, dx):
             return None
-        change, new = np.zeros_like(self.state), np.zeros_like(self.multiplier)
-        kernel.recover(self.mu, rows.first, *split, self.gradient, d, dx, change, new)
+        change, new = np.zeros_like(point.state), np.zeros_like(point.multiplier)
+        kernel.recover(self.mu, point, soft, answer, dx, change, new)
         return dx, change, new
 
     def _solve(self, band: Array, right: Array, dx: Array) -> bool:
@@ -195,17 +190,16 @@ class _Method:
             self.shift = shift
         return bool(np.isfinite(dx).all())
 
-    def _search(self, dx: Array, change: Array, alpha: float) -> float | None:
-        """Shorten a step until the filter takes it; None where it takes none."""
-        rows, moved = self.rows, dx.reshape(self.x.shape)
-        off, cost = self._judge(change[0], 0.0, self.value)
-        at = self.parts, self.state, self.value, self.gradient, rows.unknowns
-        gain = kernel.gain(self.mu, rows.first, rows.square, *at, dx, change)
-        trial = np.empty_like(self.value)
+    def _search(
+        self, dx: Array, change: Array, alpha: float, off: float, cost: float, gain: float
+    ) -> float | None:
+        """Shorten a step until the filter accepts it; None if it accepts none."""
+        point, moved = self.point, dx.reshape(self.x.shape)
+        trial = np.empty_like(point.value)
         rounding = 10.0 * np.finfo(float).eps * abs(cost)
         for _ in range(MOST_HALVINGS):
-            self._rows(self.model.values(self.x + alpha * moved), trial)
-            new_off, new_cost = self._judge(change[0], alpha, trial)
+            self._evaluate(self.model.values(self.x + alpha * moved), trial)
+            new_off, new_cost = kernel.measure(self.mu, point, change[0], alpha, trial)
             switching = gain < 0.0 and alpha * (-gain) ** SWITCH_OBJECTIVE > off**SWITCH_OFF
             armijo = switching and off <= 1e-4 * self.first_off
             descends = new_cost - rounding <= cost + ARMIJO * alpha * gain
@@ -219,30 +213,18 @@ class _Method:
         return None
 
     def _is_barrier_solved(self) -> bool:
-        """Tell whether the point is the optimum for the barrier parameter, with IPOPT's scaling of duals."""
-        rows, mu = self.rows, self.mu
-        at = self.parts, self.state, self.value, self.multiplier, self.gradient, rows.unknowns
-        pull = np.empty(self.x.size)
-        dual, primal, gap, size = kernel.errors(mu, rows.first, rows.square, rows.begin, *at, pull)
+        """Check whether the point is optimal for the barrier parameter, with IPOPT's scaling of duals."""
+        mu = self.mu
+        dual, primal, gap, size = kernel.errors(mu, self.point, np.empty(self.x.size))
         scale, allowed = max(100.0, size) / 100.0, BARRIER_ERROR * mu
         exact = EXACT if mu <= self.last else allowed
         return dual / scale <= max(allowed, self.flat) and primal <= exact and gap / scale <= allowed
 
 
 def central_point(rows: Rows, value: Array, mu: float) -> tuple[Array, Array]:
-    """Split rows into parts on the central path.
-
-    Parameters
-    ----------
-    value : (r,), of the rows
-
-    Returns
-    -------
-    state : (3, p), values and duals of the parts
-    multiplier : (r,)
-    """
+    """Split rows, (r,), into parts on the central path: values with duals, (3, p), and multipliers, (r,)."""
     low, high, sign, price = rows.low, rows.high, rows.sign, rows.price
-    v = parted(rows, value, mu, PUSH)
+    v = split_rows(rows, value, mu, PUSH)
     state, moves = np.stack([v, np.zeros_like(v), np.zeros_like(v)]), low < high
     for z, room in ((state[1], v - low), (state[2], high - v)):
         inside = moves & np.isfinite(room)
@@ -252,25 +234,25 @@ def central_point(rows: Rows, value: Array, mu: float) -> tuple[Array, Array]:
     return state, np.bincount(rows.row, each, len(value)) / np.maximum(count, 1)
 
 
-def parted(rows: Rows, value: Array, mu: float, push: float) -> Array:
-    """Split rows, (r,), into parts, (p,), by the barrier parameter; bounded ones at least a share inside."""
+def split_rows(rows: Rows, value: Array, mu: float, push: float) -> Array:
+    """Split rows, (r,), into parts, (p,), on the central path; bounded ones at least a share inside."""
     low, high, row = rows.low, rows.high, rows.row
     v, bounded, fixed = low.copy(), rows.price == 0.0, low == high
     inset = np.zeros_like(low)
     inset[~fixed] = push * np.minimum(1.0, (high - low)[~fixed])
     v[bounded] = np.clip(value[row], low + inset, high - inset)[bounded]
-    # What the bounded part leaves is split into a rise and a fall.
+    # The rest is split into a rise and a fall.
     rest = value - np.bincount(row[bounded], v[bounded], len(value))
     weight = np.bincount(row, rows.price, len(value))[row]
     priced = ~bounded
-    rise, fall = split(rest[row[priced]], weight[priced], mu)
+    rise, fall = split_steps(rest[row[priced]], weight[priced], mu)
     v[priced] = np.minimum(np.where(rows.sign[priced] > 0.0, rise, fall), (1.0 - push) * high[priced])
     return v
 
 
-def split(apart: Array, weight: Array, mu: float) -> tuple[Array, Array]:
-    """Split steps into their parts on the central path, ``s − t = d`` and ``w s t = μ (s + t)``."""
-    size = np.abs(apart)
+def split_steps(step: Array, weight: Array, mu: float) -> tuple[Array, Array]:
+    """Split steps d into their parts on the central path, ``s − t = d`` and ``w s t = μ (s + t)``."""
+    size = np.abs(step)
     large = ((2.0 * mu + weight * size) + np.hypot(weight * size, 2.0 * mu)) / (2.0 * weight)
     small = mu * large / (weight * large - mu) if mu > 0.0 else np.zeros_like(large)
-    return np.where(apart > 0.0, large, small), np.where(apart > 0.0, small, large)
+    return np.where(step > 0.0, large, small), np.where(step > 0.0, small, large)

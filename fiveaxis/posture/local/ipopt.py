@@ -1,4 +1,4 @@
-"""The second opinion: IPOPT on the same rows."""
+"""The second solver: IPOPT on the same rows."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from scipy import sparse
 
 from fiveaxis.geometry import Array
 from fiveaxis.posture.local.interior import LocalOptimum, central_point
-from fiveaxis.posture.local.quantities import chained
+from fiveaxis.posture.local.quantities import chain_model
 from fiveaxis.posture.local.rows import ANGLES, Rows
 
 IPOPT: dict[str, Any] = {
@@ -21,27 +21,26 @@ IPOPT: dict[str, Any] = {
     "bound_relax_factor": 0.0,
     "nlp_scaling_method": "none",
 }
-# Its word for a converged problem.
+# IPOPT's status of a converged problem, and of one interrupted by Ctrl-C.
 SOLVED = "Solve_Succeeded"
-# Its words when a Ctrl-C reached it.
 INTERRUPTED = ("User_Requested_Stop", "NonIpopt_Exception_Thrown")
 
 
-def by_ipopt(rows: Rows, start: Array, *, iterations: int, barrier: float) -> LocalOptimum:
-    """Find a local optimum; as `minimise`."""
+def minimise_by_ipopt(rows: Rows, start: Array, *, iterations: int, barrier: float) -> LocalOptimum:
+    """Find a local optimum, like `minimise`."""
     n, d = start.shape
     x, parts = ca.MX.sym("x", d, n), ca.MX.sym("parts", len(rows.sign))
-    places = rows.tapes.function.map(n)(ca.vertcat(x[:ANGLES, :], rows.given.T))
+    tape_values = rows.tapes.function.map(n)(ca.vertcat(x[:ANGLES, :], rows.given.T))
     wait = x[ANGLES, :] if d > ANGLES else ca.MX(1, n)
-    row, column = np.nonzero(rows.place >= 0)
-    reads = rows.coefficient[row, column], (row, rows.place[row, column])
-    quantities = ca.vec(ca.vertcat(places, wait))
-    chosen = sparse.csc_matrix(reads, shape=(len(rows.first), quantities.shape[0]))
-    joined = sparse.csc_matrix((rows.sign, (rows.row, np.arange(len(rows.sign)))))
-    joined.resize(len(rows.first), len(rows.sign))
-    values = ca.DM(chosen) @ quantities
+    row, column = np.nonzero(rows.quantity >= 0)
+    entries = rows.coefficient[row, column], (row, rows.quantity[row, column])
+    quantities = ca.vec(ca.vertcat(tape_values, wait))
+    matrix = sparse.csc_matrix(entries, shape=(len(rows.first), quantities.shape[0]))
+    signs = rows.sign, (rows.row, np.arange(len(rows.sign)))
+    sums = sparse.csc_matrix(signs, shape=(len(rows.first), len(rows.sign)))
+    values = ca.DM(matrix) @ quantities
     bound = np.flatnonzero(np.diff(rows.begin))
-    apart = values - ca.DM(joined) @ parts
+    apart = values - ca.DM(sums) @ parts
     problem = {
         "x": ca.veccat(x, parts),
         "f": ca.dot(rows.price, parts) + ca.dot(rows.square, values**2),
@@ -49,7 +48,7 @@ def by_ipopt(rows: Rows, start: Array, *, iterations: int, barrier: float) -> Lo
     }
     options = {**IPOPT, "max_iter": iterations, "mu_init": barrier}
     solver = ca.nlpsol("refine", "ipopt", problem, {"print_time": False, "ipopt": options})
-    here = chosen @ chained(rows).values(start).ravel()
+    here = matrix @ chain_model(rows).values(start).ravel()
     low, high = (np.where(rows.free, end, start).ravel() for end in (-np.inf, np.inf))
     answer = solver(
         x0=np.concatenate([start.ravel(), central_point(rows, here, barrier)[0][0]]),
@@ -68,6 +67,6 @@ def by_ipopt(rows: Rows, start: Array, *, iterations: int, barrier: float) -> Lo
 
 
 def _require_uninterrupted(status: str) -> None:
-    """Pass a Ctrl-C on: CasADi catches it inside the solver and returns as if that were an answer."""
+    """Raise KeyboardInterrupt after a Ctrl-C: CasADi catches it in the solver and returns a result."""
     if status in INTERRUPTED:
         raise KeyboardInterrupt(f"IPOPT was interrupted ({status})")

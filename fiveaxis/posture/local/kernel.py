@@ -1,139 +1,128 @@
-"""The steps of the interior-point method, compiled.
+"""Steps of the interior-point method, compiled.
 
-Rows and parts are those of `rows`. A part's *compliance* is ``1/Σ``, how far it yields to its row's
-multiplier; a fixed part has none. A row's parts, their duals and its multiplier follow from the unknowns'
-step in closed form, and what is left couples the locations of a window only: a banded matrix.
+Rows and parts are those of `rows`. A part's *compliance* ``1/Σ`` is how far it yields to the multiplier of
+its row; a fixed part has none. A row's parts, their duals and its multiplier follow from the step of the
+unknowns in closed form, and the remaining system couples only the locations of a window: a banded matrix.
 """
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from fiveaxis.compiled import compiled
 from fiveaxis.geometry import Array, BoolArray, IntArray
 
-# An equation yields by so much to its multiplier: a stiffness that leaves the other terms their digits.
+# Compliance of an equation: its stiffness leaves the other terms their digits.
 YIELD = 1e-10
-# Products of rooms are kept above this and below its inverse: far from what a number can be.
+# Products of distances to bounds stay above this and below its inverse, far from overflow.
 SMALL = 1e-200
-# A priced row that is off by d costs d times its price more or less; one with bounds alone breaks them. The
-# former may be off by the inverse of this as much.
+# Weight of the error of a priced row: an error there only changes the cost, while one in a row with bounds
+# alone breaks them.
 PRICED = 1e-3
 
 
+class Point(NamedTuple):
+    """A point of a problem with r rows, p parts and d unknowns per location.
+
+    Parameters
+    ----------
+    first, square, begin : of the rows (`rows.TermRows`)
+    parts : (4, p), sign, price, low, high
+    state : (3, p), values of the parts and duals of both bounds, updated in place
+    value, multiplier, gradient : (r,), (r,) and (r, span d), of the rows, updated in place
+    """
+
+    first: IntArray
+    square: Array
+    begin: IntArray
+    parts: Array
+    state: Array
+    value: Array
+    multiplier: Array
+    gradient: Array
+    d: int
+
+
 @compiled
-def row_values(place: IntArray, coefficient: Array, quantities: Array, values: Array) -> None:
+def row_values(quantity: IntArray, coefficient: Array, quantities: Array, values: Array) -> None:
     """Evaluate ``C q``; values, (r,), are filled in from quantities, (n m,)."""
-    for j in range(len(place)):
+    for j in range(len(quantity)):
         total = 0.0
-        for z in range(place.shape[1]):
-            if place[j, z] >= 0:
-                total += coefficient[j, z] * quantities[place[j, z]]
+        for z in range(quantity.shape[1]):
+            if quantity[j, z] >= 0:
+                total += coefficient[j, z] * quantities[quantity[j, z]]
         values[j] = total
 
 
 @compiled
-def row_weights(place: IntArray, coefficient: Array, pull: Array, weights: Array) -> None:
-    """Evaluate ``Cᵀ pull``, (n m,): what weighs the quantities' second derivatives."""
+def row_weights(quantity: IntArray, coefficient: Array, force: Array, weights: Array) -> None:
+    """Evaluate ``Cᵀ force``, (n m,): the weights of the quantities' second derivatives."""
     weights[:] = 0.0
-    for j in range(len(place)):
-        for z in range(place.shape[1]):
-            if place[j, z] >= 0:
-                weights[place[j, z]] += coefficient[j, z] * pull[j]
+    for j in range(len(quantity)):
+        for z in range(quantity.shape[1]):
+            if quantity[j, z] >= 0:
+                weights[quantity[j, z]] += coefficient[j, z] * force[j]
 
 
 @compiled
 def row_gradients(
-    first: IntArray, place: IntArray, coefficient: Array, slope: Array, gradient: Array
+    first: IntArray, quantity: IntArray, coefficient: Array, slope: Array, gradient: Array
 ) -> None:
-    """Differentiate the rows by the unknowns of their windows.
-
-    Parameters
-    ----------
-    slope : (n, m, d), of the quantities
-    gradient : (r, span d), filled in
-    """
+    """Differentiate rows by the unknowns of their windows, (r, span d), by the slopes of the quantities."""
     m, d = slope.shape[1], slope.shape[2]
-    for j in range(len(place)):
+    for j in range(len(quantity)):
         for e in range(gradient.shape[1]):
             gradient[j, e] = 0.0
-        for z in range(place.shape[1]):
-            if place[j, z] >= 0:
-                i, a = divmod(place[j, z], m)
+        for z in range(quantity.shape[1]):
+            if quantity[j, z] >= 0:
+                i, a = divmod(quantity[j, z], m)
                 for e in range(d):
                     gradient[j, (i - first[j]) * d + e] += coefficient[j, z] * slope[i, a, e]
 
 
 @compiled
-def soften(mu: float, parts: Array, state: Array, soft: Array) -> None:
-    """Fill in every part's compliance and pull ``μ/(v − l) − μ/(h − v) − w``, (2, p); 0 of a fixed one.
+def assemble(mu: float, point: Point, soft: Array, answer: Array, band: Array, right: Array) -> None:
+    """Eliminate parts and rows, and add the rows to the condensed system.
 
     Parameters
     ----------
-    parts : (4, p), sign, price, low, high
-    state : (3, p), value and duals of the bounds
+    soft : (2, p), compliance and pull ``μ/(v − l) − μ/(h − v) − w`` of each part; 0 if it is fixed
+    answer : (2, r), compliance of each row, and its new multiplier for unchanged unknowns
+    band : (n d, span d), lower half by row, the diagonal first
+    right : (n d,), gradient of the condensed problem
     """
-    for p in range(parts.shape[1]):
-        low, high, v = parts[2, p], parts[3, p], state[0, p]
-        soft[0, p] = soft[1, p] = 0.0
-        if low == high:
-            continue
-        stiff, pull = 0.0, -parts[1, p]
-        if low > -np.inf:
-            room = 1.0 / (v - low)
-            stiff += state[1, p] * room
-            pull += mu * room
-        if high < np.inf:
-            room = 1.0 / (high - v)
-            stiff += state[2, p] * room
-            pull -= mu * room
-        soft[0, p], soft[1, p] = 1.0 / stiff, pull
-
-
-@compiled
-def answer_rows(
-    begin: IntArray, parts: Array, state: Array, soft: Array, value: Array, multiplier: Array, answer: Array
-) -> None:
-    """Fill in every row's compliance and its new multiplier if the unknowns stay, (2, r)."""
+    square, begin, parts, state = point.square, point.begin, point.parts, point.state
+    value, gradient = point.value, point.gradient
     for j in range(len(value)):
         yields, ahead = 0.0, value[j]
         for p in range(begin[j], begin[j + 1]):
+            low, high, v = parts[2, p], parts[3, p], state[0, p]
+            soft[0, p] = soft[1, p] = 0.0
+            if low != high:
+                stiff, pull = 0.0, -parts[1, p]
+                if low > -np.inf:
+                    room = 1.0 / (v - low)
+                    stiff += state[1, p] * room
+                    pull += mu * room
+                if high < np.inf:
+                    room = 1.0 / (high - v)
+                    stiff += state[2, p] * room
+                    pull -= mu * room
+                soft[0, p], soft[1, p] = 1.0 / stiff, pull
             yields += soft[0, p]
-            ahead -= parts[0, p] * (state[0, p] + soft[1, p] * soft[0, p])
+            ahead -= parts[0, p] * (v + soft[1, p] * soft[0, p])
         if yields == 0.0:
-            answer[0, j], answer[1, j] = YIELD, multiplier[j] + ahead / YIELD
+            answer[0, j], answer[1, j] = YIELD, point.multiplier[j] + ahead / YIELD
         else:
             answer[0, j], answer[1, j] = yields, ahead / yields
-
-
-@compiled
-def condense(
-    first: IntArray,
-    square: Array,
-    begin: IntArray,
-    value: Array,
-    answer: Array,
-    gradient: Array,
-    d: int,
-    band: Array,
-    right: Array,
-) -> None:
-    """Add every row to the condensed system.
-
-    Parameters
-    ----------
-    gradient : (r, span d)
-    band : (n d, span d), lower half by row, the diagonal first
-    right : (n d,), gradient of what is left
-    """
-    for j in range(len(first)):
         stiff, push = 2.0 * square[j], 2.0 * square[j] * value[j]
         if begin[j] < begin[j + 1]:
             stiff += 1.0 / answer[0, j]
             push += answer[1, j]
-        base = first[j] * d
+        base = point.first[j] * point.d
         for e in range(gradient.shape[1]):
             g = gradient[j, e]
             if g == 0.0:
@@ -146,33 +135,21 @@ def condense(
 
 @compiled
 def recover(
-    mu: float,
-    first: IntArray,
-    begin: IntArray,
-    parts: Array,
-    state: Array,
-    soft: Array,
-    value: Array,
-    multiplier: Array,
-    answer: Array,
-    gradient: Array,
-    d: int,
-    dx: Array,
-    change: Array,
-    new: Array,
+    mu: float, point: Point, soft: Array, answer: Array, dx: Array, change: Array, new: Array
 ) -> None:
-    """Work out the steps of parts and duals, (3, p), and of multipliers, (r,), from that of the unknowns."""
-    for j in range(len(first)):
+    """Compute the steps of parts and duals, (3, p), and of multipliers, (r,), from that of the unknowns."""
+    begin, parts, state, gradient = point.begin, point.parts, point.state, point.gradient
+    for j in range(len(begin) - 1):
         if begin[j] == begin[j + 1]:
             continue
-        along, base = 0.0, first[j] * d
+        along, base = 0.0, point.first[j] * point.d
         for e in range(gradient.shape[1]):
             if gradient[j, e] != 0.0:
                 along += gradient[j, e] * dx[base + e]
         force = answer[1, j] + along / answer[0, j]
-        new[j] = force - multiplier[j]
-        # The softest part takes what is left: its own equation would lose all digits beside a stiffer one's.
-        rest, softest, most = value[j] + along, -1, 0.0
+        new[j] = force - point.multiplier[j]
+        # The part with the largest compliance takes the rest, as its own equation would lose its digits.
+        rest, softest, most = point.value[j] + along, -1, 0.0
         for p in range(begin[j], begin[j + 1]):
             change[0, p] = soft[0, p] * (soft[1, p] + parts[0, p] * force)
             rest -= parts[0, p] * (state[0, p] + change[0, p])
@@ -192,14 +169,12 @@ def recover(
 
 
 @compiled
-def keep_room(mu: float, least: float, spread: float, parts: Array, state: Array) -> None:
-    """Move values off bounds that they have come too near to, and keep duals near what the barrier asks.
+def keep_room(mu: float, least: float, spread: float, point: Point) -> None:
+    """Move values to at least a distance off bounds, and keep duals within a factor of the central path.
 
-    Parameters
-    ----------
-    least : room, of the bound where that is above 1
-    spread : duals stay within this factor
+    The distance is `least`, relative if the bound is above 1; the factor is `spread`.
     """
+    parts, state = point.parts, point.state
     for p in range(parts.shape[1]):
         low, high = parts[2, p], parts[3, p]
         if low == high:
@@ -230,7 +205,7 @@ def solve_band(band: Array, right: Array, free: BoolArray, shift: float, dx: Arr
 
     Returns
     -------
-    Whether the matrix is positive definite.
+    Whether the matrix is positive definite
     """
     count, width = band.shape
     low, pivot = np.zeros((count, width)), np.empty(count)
@@ -262,8 +237,9 @@ def solve_band(band: Array, right: Array, free: BoolArray, shift: float, dx: Arr
 
 
 @compiled
-def longest(fraction: float, parts: Array, state: Array, change: Array) -> tuple[float, float]:
-    """Give the largest steps up to 1, of values and of duals, that leave each a share of its room."""
+def longest_steps(fraction: float, point: Point, change: Array) -> tuple[float, float]:
+    """Find the longest steps up to 1, of values and of duals, that use at most a share of their room."""
+    parts, state = point.parts, point.state
     primal, dual = 1.0, 1.0
     for p in range(parts.shape[1]):
         low, high, v, dv = parts[2, p], parts[3, p], state[0, p], change[0, p]
@@ -281,10 +257,9 @@ def longest(fraction: float, parts: Array, state: Array, change: Array) -> tuple
 
 
 @compiled
-def judge(
-    mu: float, square: Array, begin: IntArray, parts: Array, v: Array, dv: Array, alpha: float, value: Array
-) -> tuple[float, float]:
-    """Measure, a step on, how far the equations are off, added up, and the barrier problem's objective, J."""
+def measure(mu: float, point: Point, dv: Array, alpha: float, value: Array) -> tuple[float, float]:
+    """Compute the sum of the errors of the equations, and the barrier objective (J), after a step."""
+    square, begin, parts, v = point.square, point.begin, point.parts, point.state[0]
     off, cost, product = 0.0, 0.0, 1.0
     for j in range(len(square)):
         cost += square[j] * value[j] * value[j]
@@ -297,7 +272,7 @@ def judge(
             if low == high:
                 continue
             cost += parts[1, p] * at
-            # One logarithm for many rooms: it takes longer than all the rest.
+            # One logarithm for many factors: it takes longer than all the rest.
             if low > -np.inf:
                 product *= at - low
             if high < np.inf:
@@ -310,19 +285,9 @@ def judge(
 
 
 @compiled
-def gain(
-    mu: float,
-    first: IntArray,
-    square: Array,
-    parts: Array,
-    state: Array,
-    value: Array,
-    gradient: Array,
-    d: int,
-    dx: Array,
-    change: Array,
-) -> float:
-    """Differentiate the barrier problem's objective along a step."""
+def gain(mu: float, point: Point, dx: Array, change: Array) -> float:
+    """Differentiate the barrier objective along a step."""
+    square, parts, state, gradient = point.square, point.parts, point.state, point.gradient
     total = 0.0
     for p in range(parts.shape[1]):
         low, high, v = parts[2, p], parts[3, p], state[0, p]
@@ -334,46 +299,43 @@ def gain(
         if high < np.inf:
             slope += mu / (high - v)
         total += slope * change[0, p]
-    for j in range(len(first)):
+    for j in range(len(square)):
         if square[j] > 0.0:
             for e in range(gradient.shape[1]):
                 if gradient[j, e] != 0.0:
-                    total += 2.0 * square[j] * value[j] * gradient[j, e] * dx[first[j] * d + e]
+                    total += (
+                        2.0 * square[j] * point.value[j] * gradient[j, e] * dx[point.first[j] * point.d + e]
+                    )
     return total
 
 
 @compiled
-def errors(
-    mu: float,
-    first: IntArray,
-    square: Array,
-    begin: IntArray,
-    parts: Array,
-    state: Array,
-    value: Array,
-    multiplier: Array,
-    gradient: Array,
-    d: int,
-    pull: Array,
-) -> tuple[float, float, float, float]:
-    """Measure how far a point is from the optimum for a barrier parameter.
+def probe(
+    mu: float, fraction: float, point: Point, dx: Array, change: Array
+) -> tuple[float, float, float, float, float]:
+    """Compute `longest_steps`, `measure` of the point itself and `gain` in one call."""
+    primal, dual = longest_steps(fraction, point, change)
+    off, cost = measure(mu, point, change[0], 0.0, point.value)
+    return primal, dual, off, cost, gain(mu, point, dx, change)
 
-    Parameters
-    ----------
-    pull : (n d,), filled in: the Lagrangian's gradient by the unknowns
 
-    Returns
-    -------
-    Largest error of the Lagrangian's gradient by unknowns and parts, of the equations and of complementarity;
-    mean size of multipliers and duals
+@compiled
+def errors(mu: float, point: Point, pull: Array) -> tuple[float, float, float, float]:
+    """Measure the distance of a point from the optimum for a barrier parameter.
+
+    Returns the largest error of the Lagrangian's gradient by unknowns and parts, of the equations and of
+    complementarity, and the mean size of multipliers and duals; `pull`, (n d,), is that gradient by the
+    unknowns.
     """
+    square, begin, parts, state = point.square, point.begin, point.parts, point.state
+    multiplier, value, gradient = point.multiplier, point.value, point.gradient
     dual, primal, apart, size, count = 0.0, 0.0, 0.0, 0.0, 0
     pull[:] = 0.0
-    for j in range(len(first)):
+    for j in range(len(square)):
         force = multiplier[j] + 2.0 * square[j] * value[j]
         for e in range(gradient.shape[1]):
             if gradient[j, e] != 0.0:
-                pull[first[j] * d + e] += force * gradient[j, e]
+                pull[point.first[j] * point.d + e] += force * gradient[j, e]
         if begin[j] == begin[j + 1]:
             continue
         rest, weight = value[j], 1.0

@@ -1,9 +1,10 @@
-"""How far a path is from a local optimum, whoever found it.
+"""The distance of a path from a local optimum, whichever solver found it.
 
-A path is an optimum to first order if multipliers of its rows exist that balance the objective: within
-``−W⁻ … W⁺`` where a step stands still, at its end elsewhere, of the right sign on a bound. Here the ones are
-found that leave the least, with CasADi's derivatives at the path: they are those of the step that would
-better the linearised problem, held back by a stiff spring. No solver's own multipliers are taken on trust.
+A path is a first-order optimum if multipliers of its rows exist that balance the objective: within
+``−W⁻ … W⁺`` where an axis stands still, at an end of that range where it moves, of the right sign on a bound.
+The multipliers with the least residual are found with CasADi's derivatives at the path: they are those of the
+step that improves the linearised problem, held back by a stiff spring. The solvers' own multipliers aren't
+used.
 """
 
 from __future__ import annotations
@@ -13,15 +14,16 @@ from dataclasses import asdict, dataclass, replace
 import numpy as np
 
 from fiveaxis.geometry import Array
-from fiveaxis.posture.local.interior import minimise, parted
-from fiveaxis.posture.local.quantities import chained
-from fiveaxis.posture.local.rows import Rows, rows_of
+from fiveaxis.posture.local import kernel
+from fiveaxis.posture.local.interior import minimise, split_rows
+from fiveaxis.posture.local.quantities import chain_model
+from fiveaxis.posture.local.rows import Rows, build_rows
 from fiveaxis.posture.problem import ALLOWED, Problem
 
-# J/rad² and J/s²: a step of 1e-6 rad, as much as the last barrier may leave, weighs a tenth of a J/rad.
+# J/rad² and J/s²: a step of 1e-6 rad, the error that the last barrier may leave, gives a tenth of a J/rad.
 SPRING = 1e5
 ITERATIONS, BARRIER = 200, 1e-2
-# J/rad and J/s: how well the multipliers are found.
+# J/rad and J/s: accuracy of the multipliers.
 FLAT = 1e-3
 # Multipliers of this mean size aren't scaled down (Wächter and Biegler).
 USUAL = 100.0
@@ -29,13 +31,13 @@ USUAL = 100.0
 
 @dataclass(frozen=True)
 class Optimality:
-    """The residual of the Karush-Kuhn-Tucker conditions, scaled as IPOPT's: 0 at a local optimum.
+    """Residuals of the Karush-Kuhn-Tucker conditions, scaled like IPOPT's: 0 at a local optimum.
 
     Parameters
     ----------
     dual : J/rad and J/s, largest entry of the Lagrangian's gradient
     primal : mm, rad or cosine, largest violation of a bound
-    complementarity : J, largest product of a multiplier and the room that it should have closed
+    complementarity : J, largest product of a multiplier and the distance to its bound
     """
 
     dual: float
@@ -48,8 +50,8 @@ class Optimality:
 
 
 @dataclass(frozen=True, eq=False)
-class _Linear:
-    """Quantities linear in small steps, (n, d), which are quantities themselves, behind the others."""
+class _LinearModel:
+    """Quantities linear in small steps, (n, d), followed by the steps themselves."""
 
     values_there: Array
     slope: Array
@@ -65,31 +67,27 @@ class _Linear:
 
 
 def optimality(problem: Problem, rotary: Array) -> Optimality:
-    """Measure how far an admissible path, (n, 2) rad, is from a local optimum."""
-    # What stands on a bound must not be taken for beyond it.
-    rows = rows_of(problem, margin=-ALLOWED)
+    """Measure the distance of an admissible path, (n, 2) rad, from a local optimum."""
+    # Values on a bound must not count as beyond it.
+    rows = build_rows(problem, margin=-ALLOWED)
     x = rows.start(problem, rotary)
     weights = np.zeros((len(x), rows.count))
-    quantities, slope, _ = chained(rows).derivatives(x, weights)
-    linear = _sprung(rows)
+    quantities, slope, _ = chain_model(rows).derivatives(x, weights)
+    model, still = _LinearModel(quantities, slope), np.zeros_like(x)
     found = minimise(
-        linear,
-        _Linear(quantities, slope),
-        np.zeros_like(x),
-        iterations=ITERATIONS,
-        barrier=BARRIER,
-        flat=FLAT,
+        _with_springs(rows), still, model=model, iterations=ITERATIONS, barrier=BARRIER, flat=FLAT
     )
     multiplier = found.multiplier[: len(rows.first)]
-    value = np.sum(rows.coefficient * quantities.ravel()[rows.place] * (rows.place >= 0), axis=1)
-    force = (multiplier + 2.0 * rows.square * value)[:, None] * rows.coefficient * (rows.place >= 0)
-    weight = np.bincount(rows.place.ravel() % quantities.size, force.ravel(), quantities.size)
-    gradient = np.einsum("nmd,nm->nd", slope, weight.reshape(quantities.shape))
-    v = parted(rows, value, 0.0, 0.0)
+    value = np.empty_like(multiplier)
+    kernel.row_values(rows.quantity, rows.coefficient, quantities.ravel(), value)
+    force = multiplier + 2.0 * rows.square * value
+    kernel.row_weights(rows.quantity, rows.coefficient, force, weights.ravel())
+    gradient = np.einsum("nmd,nm->nd", slope, weights)
+    v = split_rows(rows, value, 0.0, 0.0)
     pull = rows.price - rows.sign * multiplier[rows.row]
     moves = rows.low < rows.high
     room = np.where(pull > 0.0, v - rows.low, rows.high - v)
-    # A pull towards where there is no bound is an error of the gradient.
+    # A pull without a bound to stop it is an error of the gradient.
     endless = moves & ~np.isfinite(room)
     closed = np.abs(pull) * np.where(moves & ~endless, room, 0.0)
     dual = max(float(np.abs(gradient).max()), float(np.max(np.abs(pull), initial=0.0, where=endless)))
@@ -97,16 +95,17 @@ def optimality(problem: Problem, rotary: Array) -> Optimality:
     return Optimality(dual / scale, problem.violation(rotary), float(closed.max(initial=0.0)) / scale)
 
 
-def _sprung(rows: Rows) -> Rows:
-    """Give every unknown that moves a row of its own: a spring; places count `_Linear`'s quantities."""
+def _with_springs(rows: Rows) -> Rows:
+    """Add a spring to each unknown that moves, as a row; rows then read `_LinearModel`'s quantities."""
     (at, unknown), wide = np.nonzero(rows.free), rows.count + rows.unknowns
-    place = np.where(rows.place >= 0, rows.place // rows.count * wide + rows.place % rows.count, -1)
-    springs = np.full((len(at), place.shape[1]), -1)
+    location, number = np.divmod(rows.quantity, rows.count)
+    quantity = np.where(rows.quantity >= 0, location * wide + number, -1)
+    springs = np.full((len(at), quantity.shape[1]), -1)
     springs[:, 0] = at * wide + rows.count + unknown
     return replace(
         rows,
         first=np.concatenate([rows.first, at]),
-        place=np.vstack([place, springs]),
+        quantity=np.vstack([quantity, springs]),
         coefficient=np.vstack([rows.coefficient, np.ones(springs.shape)]),
         square=np.concatenate([rows.square, np.full(len(at), SPRING / 2.0)]),
         begin=np.concatenate([rows.begin, np.full(len(at), rows.begin[-1])]),

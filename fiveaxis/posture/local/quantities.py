@@ -1,4 +1,4 @@
-"""The quantities of locations and their derivatives, as the machine's chain makes them."""
+"""The quantities of locations and their derivatives, by the machine's chain."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ from fiveaxis.posture.search.trigonometric import (
 
 
 class Model(Protocol):
-    """How quantities, (n, m), follow from unknowns, (n, d)."""
+    """Quantities, (n, m), as a function of unknowns, (n, d)."""
 
     def values(self, x: Array) -> Array:
-        """Give the quantities."""
+        """Compute the quantities."""
         ...
 
     def derivatives(self, x: Array, weights: Array) -> tuple[Array, Array, Array]:
-        """Give the quantities, their slopes, (n, m, d), and the second derivatives of their weighted sum.
+        """Compute the quantities and their derivatives; those by unknowns that don't move are 0.
 
         Parameters
         ----------
@@ -38,37 +38,37 @@ class Model(Protocol):
 
         Returns
         -------
-        values, slopes, and by pairs of a location's unknowns, (n, d, d)
+        The quantities; their slopes, (n, m, d); and the second derivatives of their weighted sum by the
+        unknowns of each location, (n, d, d)
         """
         ...
 
 
-def chained(rows: Rows) -> Model:
-    """Give the quantities as the machine's chain makes them."""
-    return _Taped(rows) if rows.trigonometric is None else _Trigonometric(rows, rows.trigonometric)
+def chain_model(rows: Rows) -> Model:
+    """Make the model of the machine's chain."""
+    return _TapeModel(rows) if rows.trigonometric is None else _TrigonometricModel(rows, rows.trigonometric)
 
 
 @dataclass(frozen=True, eq=False)
-class _Trigonometric:
-    """By the coefficients of every location: quicker than the tapes of the chain's own equations."""
+class _TrigonometricModel:
+    """By the coefficients of every location: quicker than tapes of the chain's equations."""
 
     rows: Rows
     trigonometric: TrigonometricCoefficients
 
     def values(self, x: Array) -> Array:
-        """Give the quantities, (n, m)."""
         quantities = np.empty((len(x), self.rows.count))
-        evaluate(*self.trigonometric.places, self.trigonometric.axis, self.rows.columns, x, quantities)
+        known = self.trigonometric
+        evaluate(*known.linear_coefficients, known.axis, self.rows.columns, x, quantities)
         return quantities
 
     def derivatives(self, x: Array, weights: Array) -> tuple[Array, Array, Array]:
-        """Give the quantities and their derivatives; those by unknowns that don't move are 0."""
         rows, (n, d) = self.rows, x.shape
         quantities = np.empty((n, rows.count))
-        slope, bow = np.zeros((n, rows.count, d)), np.zeros((n, d, d))
-        known = (*self.trigonometric.places, self.trigonometric.axis)
-        differentiate(*known, rows.columns, rows.free, x, weights, quantities, slope, bow)
-        return quantities, slope, bow
+        slope, curvature = np.zeros((n, rows.count, d)), np.zeros((n, d, d))
+        coefficients = (*self.trigonometric.linear_coefficients, self.trigonometric.axis)
+        differentiate(*coefficients, rows.columns, rows.free, x, weights, quantities, slope, curvature)
+        return quantities, slope, curvature
 
 
 @compiled
@@ -91,13 +91,13 @@ def evaluate(
     x : (n, d)
     quantities : (n, m), filled in
     """
-    place = np.empty(LINEAR)
+    position = np.empty(LINEAR)
     first = len(columns)
     for i in range(len(x)):
         c1, s1, c2, s2 = math.cos(x[i, 0]), math.sin(x[i, 0]), math.cos(x[i, 1]), math.sin(x[i, 1])
-        linear_values(linear[i], beside[i], along, offset, c1, s1, c2, s2, place)
+        linear_values(linear[i], beside[i], along, offset, c1, s1, c2, s2, position)
         for a in range(LINEAR):
-            quantities[i, columns[a]] = place[a]
+            quantities[i, columns[a]] = position[a]
             quantities[i, first + a] = value(axis[a], c1, s1, c2, s2)
         for r in range(ANGLES):
             quantities[i, columns[LINEAR + r]] = x[i, r]
@@ -117,7 +117,7 @@ def differentiate(
     weights: Array,
     quantities: Array,
     slope: Array,
-    bow: Array,
+    curvature: Array,
 ) -> None:
     """Evaluate the quantities of all locations with their derivatives.
 
@@ -127,18 +127,18 @@ def differentiate(
     free : (n, d), unknowns that move
     weights : (n, m), of the second derivatives
     quantities, slope : (n, m) and (n, m, d), filled in
-    bow : (n, d, d), filled in below and on the diagonal
+    curvature : (n, d, d), filled in below and on the diagonal
     """
     first, wait = len(columns), len(columns) + LINEAR
     for i in range(len(x)):
         c1, s1, c2, s2 = math.cos(x[i, 0]), math.sin(x[i, 0]), math.cos(x[i, 1]), math.sin(x[i, 1])
         moves1, moves2 = 1.0 * free[i, 0], 1.0 * free[i, 1]
-        bow11, bow12, bow22 = 0.0, 0.0, 0.0
+        curvature11, curvature12, curvature22 = 0.0, 0.0, 0.0
         c, ca, cb, caa, cab, cbb = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         g, ga, gb, gaa, gab, gbb = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         if len(beside[i]):
             c, ca, cb, caa, cab, cbb = jet(beside[i, COSINE], c1, s1, c2, s2)
-            # offset / √(1 − c²), and how it follows c.
+            # offset / √(1 − c²) and its derivatives.
             part = 1.0 / max(1.0 - c * c, UPRIGHT)
             g = offset * math.sqrt(part)
             by, twice = g * c * part, g * part * (1.0 + 3.0 * c * c * part)
@@ -160,8 +160,16 @@ def differentiate(
                 qbb += gbb * w + 2.0 * gb * wb + g * wbb
             quantities[i, at], slope[i, at, 0], slope[i, at, 1] = q, moves1 * qa, moves2 * qb
             weight = weights[i, at]
-            bow11, bow12, bow22 = bow11 + weight * qaa, bow12 + weight * qab, bow22 + weight * qbb
-        bow[i, 0, 0], bow[i, 1, 0], bow[i, 1, 1] = moves1 * bow11, moves1 * moves2 * bow12, moves2 * bow22
+            curvature11, curvature12, curvature22 = (
+                curvature11 + weight * qaa,
+                curvature12 + weight * qab,
+                curvature22 + weight * qbb,
+            )
+        curvature[i, 0, 0], curvature[i, 1, 0], curvature[i, 1, 1] = (
+            moves1 * curvature11,
+            moves1 * moves2 * curvature12,
+            moves2 * curvature22,
+        )
         for r in range(ANGLES):
             quantities[i, columns[LINEAR + r]] = x[i, r]
         slope[i, columns[LINEAR], 0], slope[i, columns[LINEAR + 1], 1] = moves1, moves2
@@ -171,29 +179,25 @@ def differentiate(
 
 
 @dataclass(frozen=True, eq=False)
-class _Taped:
+class _TapeModel:
     """By the tapes of any chain."""
 
     rows: Rows
 
     def values(self, x: Array) -> Array:
-        """Give the quantities, (n, m)."""
         return self._with_wait(self.rows.tapes.values(np.hstack([x[:, :ANGLES], self.rows.given])), x)
 
     def derivatives(self, x: Array, weights: Array) -> tuple[Array, Array, Array]:
-        """Give the quantities and their derivatives; those by unknowns that don't move are 0."""
-        rows = self.rows
-        n, d = x.shape
-        m = weights.shape[1]
+        rows, (n, d), m = self.rows, x.shape, weights.shape[1]
         found = rows.tapes.derivatives(np.hstack([x[:, :ANGLES], rows.given, weights[:, : m - 1]]))
-        slope, bow = np.zeros((n, m, d)), np.zeros((n, d, d))
+        slope, curvature = np.zeros((n, m, d)), np.zeros((n, d, d))
         slope[:, : m - 1, 0], slope[:, : m - 1, 1] = found[:, m - 1 : 2 * m - 2], found[:, 2 * m - 2 : -3]
-        bow[:, 0, 0], bow[:, 1, 0], bow[:, 1, 1] = found[:, -3], found[:, -2], found[:, -1]
+        curvature[:, 0, 0], curvature[:, 1, 0], curvature[:, 1, 1] = found[:, -3], found[:, -2], found[:, -1]
         slope[:, m - 1, ANGLES:] = 1.0
         if not rows.free.all():
             slope *= rows.free[:, None, :]
-            bow *= rows.free[:, :, None] & rows.free[:, None, :]
-        return self._with_wait(found[:, : m - 1], x), slope, bow
+            curvature *= rows.free[:, :, None] & rows.free[:, None, :]
+        return self._with_wait(found[:, : m - 1], x), slope, curvature
 
     def _with_wait(self, quantities: Array, x: Array) -> Array:
         wait = x[:, ANGLES:] if x.shape[1] > ANGLES else np.zeros((len(x), 1))

@@ -1,4 +1,4 @@
-"""The exact local optimum of a path near a start, by either solver."""
+"""The exact local optimum near a start, by either solver."""
 
 from __future__ import annotations
 
@@ -10,18 +10,17 @@ import numpy as np
 from fiveaxis.errors import SettingError
 from fiveaxis.geometry import Array
 from fiveaxis.posture.local.interior import LAST_BARRIER, LocalOptimum, minimise
-from fiveaxis.posture.local.ipopt import SOLVED, by_ipopt
-from fiveaxis.posture.local.quantities import chained
-from fiveaxis.posture.local.rows import rows_of
+from fiveaxis.posture.local.ipopt import SOLVED, minimise_by_ipopt
+from fiveaxis.posture.local.rows import build_rows
 from fiveaxis.posture.problem import ALLOWED, VIOLATION_PRICE, Problem
 
 # The method made for paths, and IPOPT.
 STRUCTURED, IPOPT = "structured", "ipopt"
 SOLVERS = (STRUCTURED, IPOPT)
-# Iterations of the structured method for one of IPOPT's: they are more, and still take a tenth of the time.
+# Iterations of the structured method for one of IPOPT's, each in a tenth of the time.
 ITERATIONS = 3
 # First barrier parameters, as multiples of IPOPT's. The large one leads further from the start, the small one
-# stays near it, and either may end in the better optimum; a long path takes the first alone.
+# stays near it, and either may end in the better optimum; long paths use only the first.
 BARRIERS = (25.0, 2.5)
 LONG = 5000
 UNSOLVED = "Maximum_Iterations_Exceeded"
@@ -29,14 +28,14 @@ UNSOLVED = "Maximum_Iterations_Exceeded"
 
 @dataclass(frozen=True, eq=False)
 class Refinement:
-    """A path after the NLP; never worse than its start.
+    """A path refined by the NLP; never worse than its start.
 
     Parameters
     ----------
     rotary : (n, 2), rad, chain order
     cost : J
-    status : `SOLVED`, or what the solver says of itself
-    iterations : taken
+    status : `SOLVED`, or the solver's own status
+    iterations : number of them
     """
 
     rotary: Array
@@ -60,50 +59,40 @@ def refine(
 
     Parameters
     ----------
-    problem : what to solve
     start : (n, 2), rad, chain order
-    iterations : most that IPOPT may take
-    barrier : IPOPT's first barrier parameter, J; small for a start that is nearly right
+    iterations : largest number for IPOPT
+    barrier : IPOPT's first barrier parameter, J; small for a start near an optimum
     held : whether the first and the last posture stay as they are
-    near : whether the start is nearly right and one of many: the structured method takes its small barrier
-        alone
+    near : whether the start is near an optimum, and one of many: the structured method then uses only its
+        small barrier
     last : the structured method's last barrier parameter, J
     solver : one of `SOLVERS`
 
     Returns
     -------
-    The refined path; the start itself where the solver didn't better it, or left what is allowed.
+    The refined path; the start itself if the solver didn't improve it or broke a bound
 
     Raises
     ------
     SettingError
-        An unknown solver.
+        The solver is unknown.
     """
     require_solver(solver)
-    rows = rows_of(problem, held)
+    rows = build_rows(problem, held)
     x = rows.start(problem, start)
     if solver == IPOPT:
-        tried = [by_ipopt(rows, x, iterations=iterations, barrier=barrier)]
+        tried = [minimise_by_ipopt(rows, x, iterations=iterations, barrier=barrier)]
     else:
-        barriers = BARRIERS if len(problem) <= LONG else BARRIERS[:1]
-        barriers = BARRIERS[-1:] if near else barriers
+        factors = BARRIERS[-1:] if near else BARRIERS if len(problem) <= LONG else BARRIERS[:1]
         tried = [
-            minimise(
-                rows,
-                chained(rows),
-                x,
-                iterations=ITERATIONS * iterations,
-                barrier=factor * barrier,
-                last=last,
-            )
-            for factor in barriers
+            minimise(rows, x, iterations=ITERATIONS * iterations, barrier=factor * barrier, last=last)
+            for factor in factors
         ]
+    if solver == STRUCTURED and not near and not any(found.solved for found in tried):
+        tried.append(_minimise_from_outside(problem, x, held, iterations, barrier))
     kept = start
     for found in tried:
-        kept = _better(problem, found.rotary, kept)
-    if solver == STRUCTURED and not near and not any(found.solved for found in tried):
-        tried.append(_from_outside(problem, x, held, iterations, barrier))
-        kept = _better(problem, tried[-1].rotary, kept)
+        kept = _choose(problem, found.rotary, kept)
     return Refinement(
         kept,
         problem.cost(problem.positions(slice(None), kept)),
@@ -112,38 +101,32 @@ def refine(
     )
 
 
-def _from_outside(
+def _minimise_from_outside(
     problem: Problem, x: Array, held: tuple[bool, bool], iterations: int, barrier: float
 ) -> LocalOptimum:
-    """Lead unknowns, (n, d), within the bounds, at first for a price: the filter may stall out there."""
+    """Bring unknowns, (n, d), within bounds that first have a price: outside the filter may stall."""
     most = ITERATIONS * iterations
-    loose = rows_of(problem, held, elastic=VIOLATION_PRICE)
-    led = minimise(loose, chained(loose), x, iterations=most, barrier=BARRIERS[0] * barrier)
-    rows = rows_of(problem, held)
-    found = minimise(rows, chained(rows), led.x, iterations=most, barrier=BARRIERS[-1] * barrier)
+    elastic = build_rows(problem, held, elastic=VIOLATION_PRICE)
+    led = minimise(elastic, x, iterations=most, barrier=BARRIERS[0] * barrier)
+    rows = build_rows(problem, held)
+    found = minimise(rows, led.x, iterations=most, barrier=BARRIERS[-1] * barrier)
     return replace(found, iterations=led.iterations + found.iterations)
 
 
 def require_solver(name: str) -> None:
-    """Check a solver's name.
-
-    Raises
-    ------
-    SettingError
-        There is none of that name.
-    """
+    """Raise `SettingError` if a solver is unknown."""
     if name not in SOLVERS:
-        raise SettingError(f"unknown solver {name!r}; write {' or '.join(SOLVERS)}")
+        raise SettingError(f"unknown solver {name!r}; use {' or '.join(SOLVERS)}")
 
 
 def refine_windows(
     problem: Problem, start: Array, *, size: int, iterations: int, barrier: float, solver: str = STRUCTURED
 ) -> Refinement:
-    """Refine a long path window by window, each between postures that it holds.
+    """Refine a long path window by window, each between held postures.
 
-    Two sweeps, the second with the windows shifted by half, so that what one sweep held the other frees. No
-    window makes the path dearer, and one that doesn't converge leaves its part as it was: on a path with many
-    edges the solver's trouble with one of them doesn't spoil the rest.
+    There are two sweeps, the second with the windows shifted by half, so that it frees what the first held.
+    No window raises the cost, and one that doesn't converge leaves its part unchanged: on a path with many
+    edges, trouble at one of them doesn't spoil the rest.
 
     Parameters
     ----------
@@ -151,7 +134,7 @@ def refine_windows(
 
     Returns
     -------
-    The refined path; its status counts the windows that converged.
+    The refined path; its status counts the windows that converged
     """
     rotary, taken, solved, windows = start.copy(), 0, 0, 0
     for first in (0, size // 2):
@@ -171,8 +154,8 @@ def refine_windows(
     return Refinement(rotary, cost, f"{solved} of {windows} windows converged", taken)
 
 
-def _better(problem: Problem, found: Array, start: Array) -> Array:
-    """Keep the start unless the solver's answer is cheaper and allowed, or the start wasn't allowed."""
+def _choose(problem: Problem, found: Array, start: Array) -> Array:
+    """Choose between result and start: the smaller violation, or the lower cost if both are allowed."""
     if not np.isfinite(found).all():
         return start
     faults = problem.violation(found), problem.violation(start)

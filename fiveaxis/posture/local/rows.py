@@ -1,12 +1,12 @@
-"""A problem's terms as flat arrays, which both solvers read.
+"""A problem's terms as flat arrays for both solvers.
 
-A row ``r = C q`` of a term is ``Σ σ v`` of its *parts* v, each within bounds of its own and with a price:
+A row ``r = C q`` of a term is ``Σ σ v`` of its *parts* v, each with its own bounds and price:
 
 - a row with prices is ``s − t``, ``s, t ≥ 0`` at ``W⁺s + W⁻t``; its bounds are the largest s and t;
-- where a band is free of the price it is ``y + s − t`` with y in the band;
-- a row with bounds alone is y within them; where they leave no room the part is fixed, an equation.
+- with a band free of the price it is ``y + s − t`` with y in the band;
+- a row with bounds alone is y within them; if they coincide the part is fixed, an equation.
 
-So the directional cost is exact; a smoothed absolute value fails.
+The directional cost is thus exact; a smoothed absolute value fails.
 """
 
 from __future__ import annotations
@@ -25,24 +25,24 @@ from fiveaxis.posture.terms import OTHERS, LocationTapes, Term, location_tapes
 
 T = TypeVar("T", bound=np.generic)
 
-# Bounds are kept by this much, so that the solver's rounding doesn't carry values out.
+# Margin of bounds, so that the solver's rounding doesn't carry values out.
 MARGIN = 1e-9
-# An axis that costs nothing would leave its parts of steps undetermined (J/mm, J/rad).
+# J/mm, J/rad: without a cost the parts of a step would be undetermined.
 LEAST_COST = 1e-6
-# mm, rad: a range narrower than this has no inside to speak of.
+# mm, rad: a narrower range counts as a single value.
 NARROW = 1e-6
 # Unknowns of a location that are angles.
 ANGLES = 2
 
 
 @dataclass(frozen=True, eq=False)
-class Laid:
+class TermRows:
     """Rows and their parts, of one term or of all.
 
     Parameters
     ----------
     first : (r,), the first location of each row's window
-    place : (r, z), quantities that a row reads, counted through the path; −1 where it reads fewer
+    quantity : (r, z), indices of the quantities that a row reads, over all locations; −1 for none
     coefficient : (r, z)
     square : (r,), J per unit²
     begin : (r + 1,), where each row's parts begin
@@ -50,7 +50,7 @@ class Laid:
     """
 
     first: IntArray
-    place: IntArray
+    quantity: IntArray
     coefficient: Array
     square: Array
     begin: IntArray
@@ -61,17 +61,17 @@ class Laid:
 
 
 @dataclass(frozen=True, eq=False)
-class Rows(Laid):
+class Rows(TermRows):
     """A problem of n locations with m quantities and d unknowns each: the rotary angles, then any wait.
 
     Parameters
     ----------
     tapes : of the quantities
-    trigonometric : coefficients of the locations' own quantities; None where the chain has none
+    trigonometric : coefficients of the quantities; None if the chain has none
     columns : (5,), of the linear and the rotary axes among the quantities
     given : (n, 6), pivot in mm and normal
     free : (n, d), unknowns that may move
-    fixed : (2,), rad, where a rotary axis is held; NaN where it isn't
+    fixed : (2,), rad, of held rotary axes; NaN for others
     span : locations in the longest window
     count : m
     """
@@ -87,7 +87,7 @@ class Rows(Laid):
 
     @property
     def unknowns(self) -> int:
-        """How many a location has."""
+        """Unknowns of a location."""
         return self.free.shape[1]
 
     @cached_property
@@ -96,7 +96,7 @@ class Rows(Laid):
         return np.repeat(np.arange(len(self.first)), np.diff(self.begin))
 
     def start(self, problem: Problem, rotary: Array) -> Array:
-        """Give the unknowns, (n, d), that a path, (n, 2) rad, stands for."""
+        """Return the unknowns, (n, d), of a path, (n, 2) rad."""
         x = np.zeros(self.free.shape)
         x[:, :ANGLES] = np.where(np.isnan(self.fixed), rotary, self.fixed)
         if self.unknowns > ANGLES:
@@ -104,20 +104,20 @@ class Rows(Laid):
         return x
 
 
-def rows_of(
+def build_rows(
     problem: Problem,
     held: tuple[bool, bool] = (False, False),
     *,
     margin: float = MARGIN,
     elastic: float = 0.0,
 ) -> Rows:
-    """Lay a problem's terms out.
+    """Convert a problem's terms to rows.
 
     Parameters
     ----------
     held : whether the first and the last posture stay as they are
-    margin : by which bounds are kept; negative to let what stands on them pass
-    elastic : J per mm, rad and cosine, at which bounds of a location may be broken; 0 where they may not
+    margin : by which bounds are kept; negative to accept values on them
+    elastic : J per mm, rad and cosine, of breaking the bounds of a location; 0 forbids it
     """
     n, machine = len(problem), problem.machine
     count = len(machine.axes) + OTHERS
@@ -133,20 +133,18 @@ def rows_of(
     free[-1, ANGLES:] = False
     still = np.zeros(n, dtype=bool)
     still[[0, -1]] = held
-    laid = [_laid(term, count, still, margin, elastic) for term in problem.terms]
-    widest = max(part.place.shape[1] for part in laid)
-    sizes = np.concatenate([np.diff(part.begin) for part in laid])
+    terms = [_term_rows(term, count, still, margin, elastic) for term in problem.terms]
+    widest = max(part.quantity.shape[1] for part in terms)
+    sizes = np.concatenate([np.diff(part.begin) for part in terms])
     return Rows(
         tapes=location_tapes(machine, problem.zone),
         trigonometric=problem.trigonometric,
         columns=np.array([*machine.linear_columns, *columns]),
         given=np.hstack([problem.pivot, problem.normal]),
-        first=np.concatenate([part.first for part in laid]),
-        place=np.vstack([_widened(part.place, widest, -1) for part in laid]),
-        coefficient=np.vstack([_widened(part.coefficient, widest, 0) for part in laid]),
-        square=np.concatenate([part.square for part in laid]),
+        quantity=np.vstack([_pad(part.quantity, widest, -1) for part in terms]),
+        coefficient=np.vstack([_pad(part.coefficient, widest, 0) for part in terms]),
         begin=np.concatenate([[0], np.cumsum(sizes)]),
-        **{name: np.concatenate([getattr(part, name) for part in laid]) for name in PARTS},
+        **{name: np.concatenate([getattr(part, name) for part in terms]) for name in FLAT},
         free=free,
         fixed=fixed,
         span=max(term.span for term in problem.terms),
@@ -154,18 +152,16 @@ def rows_of(
     )
 
 
-PARTS = ("sign", "price", "low", "high")
+# Arrays of `TermRows` that are joined as they are.
+FLAT = ("first", "square", "sign", "price", "low", "high")
 
 
-def _laid(term: Term, count: int, still: BoolArray, margin: float, elastic: float) -> Laid:
+def _term_rows(term: Term, count: int, still: BoolArray, margin: float, elastic: float) -> TermRows:
     slots, coefficients = term.coefficients(count)
     shape = coefficients.shape[:2]
 
-    def figures(values: Array | float) -> Array:
-        return np.broadcast_to(values, shape).ravel()
-
-    low, high, free, square = (figures(v) for v in (term.low, term.high, term.free, term.square))
-    plus, minus = (figures(price) for price in (term.plus, term.minus))
+    figures = (term.low, term.high, term.free, term.square, term.plus, term.minus)
+    low, high, free, square, plus, minus = (np.broadcast_to(v, shape).ravel() for v in figures)
     first = np.repeat(term.rows, shape[1])
     # (r, 3): y, s, t
     there = np.zeros((len(first), 3), dtype=bool)
@@ -174,7 +170,7 @@ def _laid(term: Term, count: int, still: BoolArray, margin: float, elastic: floa
         there[:, 0], there[:, 1:] = free > 0.0, (np.stack([high, -low], axis=1) > NARROW)
         ends[:, 0] = np.stack([-free, free], axis=1)
         ends[:, 1, 1], ends[:, 2, 1] = high, -low
-        # A step that may not be: an equation.
+        # A forbidden step: an equation.
         there[:, 0] |= ~there.any(axis=1)
         needed = np.isfinite(free)
     else:
@@ -186,15 +182,15 @@ def _laid(term: Term, count: int, still: BoolArray, margin: float, elastic: floa
     narrow = ends[..., 1] - ends[..., 0] < NARROW
     middle = ends[narrow].mean(axis=-1, keepdims=True)
     ends[narrow] = middle
-    # What doesn't move keeps no bounds.
+    # Bounds of locations that don't move are left out.
     kept = (needed | (square > 0.0)) & ~(still[first] & (term.span == 1) & (term.name != "waits"))
     there, ends = there[kept], ends[kept]
     prices = np.stack([np.zeros(len(first)), plus, minus], axis=1)[kept]
     prices[:, 1:] = np.maximum(prices[:, 1:], LEAST_COST)
-    place = np.where(slots >= 0, slots + term.rows[:, None, None] * count, -1)
-    return Laid(
+    quantity = np.where(slots >= 0, slots + term.rows[:, None, None] * count, -1)
+    return TermRows(
         first=first[kept],
-        place=place.reshape(len(first), -1)[kept],
+        quantity=quantity.reshape(len(first), -1)[kept],
         coefficient=coefficients.reshape(len(first), -1)[kept],
         square=square[kept],
         begin=np.concatenate([[0], np.cumsum(there.sum(axis=1))]),
@@ -205,6 +201,6 @@ def _laid(term: Term, count: int, still: BoolArray, margin: float, elastic: floa
     )
 
 
-def _widened(columns: NDArray[T], width: int, filling: int) -> NDArray[T]:
-    """Give every row as many columns, (r, z)."""
+def _pad(columns: NDArray[T], width: int, filling: int) -> NDArray[T]:
+    """Widen an array, (r, z), to a number of columns."""
     return np.pad(columns, ((0, 0), (0, width - columns.shape[1])), constant_values=filling)

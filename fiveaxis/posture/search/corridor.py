@@ -1,4 +1,4 @@
-"""The cheapest path through a narrow corridor around one that is nearly right."""
+"""The cheapest path through a narrow corridor around a known path."""
 
 from __future__ import annotations
 
@@ -9,23 +9,24 @@ import numpy as np
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.kinematics.windings import TURN, one_turn_from
 from fiveaxis.posture.problem import VIOLATION_PRICE, Problem
-from fiveaxis.posture.search.corridor_kernel import Corridor, Prices, corridor_path, corridor_postures
+from fiveaxis.posture.search.corridor_kernel import Corridor, corridor_path, corridor_postures
+from fiveaxis.posture.search.kernel import step_prices
 from fiveaxis.posture.search.lattice import Coordinates
 from fiveaxis.posture.search.trigonometric import TrigonometricCoefficients
 
-# Price of a posture that a mask refuses, J: a way through is cheaper only round many of them.
+# J, price of a posture that a mask refuses: high enough for detours around many of them.
 REFUSED_PRICE = 1e3
 
 
 class Admission(Protocol):
-    """What a mask admits of postures, (m, 2) rad, at locations, (m,): exactly, or roughly and quickly."""
+    """Which postures, (m, 2) rad, at locations, (m,), a mask admits: exactly, or roughly and quickly."""
 
     def exactly(self, rows: IntArray, rotary: Array) -> BoolArray:
-        """Ask the mask itself."""
+        """Evaluate the mask itself."""
         ...
 
     def roughly(self, rows: IntArray, rotary: Array) -> BoolArray:
-        """Ask what is known about the mask."""
+        """Estimate from what is known about the mask."""
         ...
 
 
@@ -46,9 +47,8 @@ def path_through_corridor(
     ----------
     strands, second, width, count : as for `corridor_lattice`
     trigonometric : of the problem (`Problem.trigonometric`)
-    clear : what a mask admits; states that it roughly doesn't have a price
-    looks : how often the mask is asked exactly about the path found and what lies round it, and another one
-        looked for
+    clear : what a mask admits; states that it roughly refuses have a price
+    looks : how often the path found and the states around it are checked exactly, and the search repeated
 
     Returns
     -------
@@ -60,7 +60,7 @@ def path_through_corridor(
     spin, level = coordinates.spin, -1 if coordinates.level is None else columns.index(coordinates.level)
     low = limits.low if limits.high - limits.low < TURN else one_turn_from(limits)
     corridor = Corridor(
-        trigonometric.places,
+        trigonometric.linear_coefficients,
         trigonometric.cosines,
         np.array([bound.cosines for bound in problem.bounds]),
         np.stack([machine.low[columns], machine.high[columns]]),
@@ -72,17 +72,7 @@ def path_through_corridor(
         np.array(width),
         VIOLATION_PRICE,
     )
-
-    prices = Prices(
-        np.ascontiguousarray(problem.plus[:, columns]),
-        np.ascontiguousarray(problem.minus[:, columns]),
-        np.ascontiguousarray(problem.max_turn),
-        problem.turn_prices,
-        np.ascontiguousarray(problem.bend_price),
-        1.0 / problem.top_speed[columns],
-        np.ascontiguousarray(problem.least_time),
-        problem.time_price,
-    )
+    prices = step_prices(problem, columns)
 
     def cheapest(refused: Array) -> tuple[Array, IntArray]:
         return corridor_path(corridor, prices, refused, count)
@@ -97,7 +87,7 @@ def path_through_corridor(
         found, chosen = cheapest(refused)
         seen = np.zeros(rough.shape, dtype=bool)
         for _ in range(looks):
-            if not _asked(clear, postures, chosen, seen, refused):
+            if not _check_path(clear, postures, chosen, seen, refused):
                 break
             found, chosen = cheapest(refused)
     path = np.empty_like(found)
@@ -105,18 +95,18 @@ def path_through_corridor(
     return path
 
 
-def _asked(clear: Admission, postures: Array, chosen: IntArray, seen: BoolArray, refused: Array) -> bool:
-    """Ask a mask about the states of a path, and about all of a location where it refuses the path's.
+def _check_path(clear: Admission, postures: Array, chosen: IntArray, seen: BoolArray, refused: Array) -> bool:
+    """Check the states of a path exactly, and all states of a location where the path's is refused.
 
     Parameters
     ----------
     postures : (n, s, 2), rad, of all states
-    chosen : (n,), the path's
-    seen, refused : (n, s), which states were asked about, and the price of each; both changed
+    chosen : (n,), the states of the path
+    seen, refused : (n, s), which states were checked, and the price of each; both updated
 
     Returns
     -------
-    Whether something was refused that wasn't known to be.
+    Whether an unchecked state of the path is refused
     """
     fresh = np.flatnonzero(~seen[np.arange(len(chosen)), chosen])
     at = chosen[fresh]

@@ -1,4 +1,4 @@
-"""The cheapest path through a corridor, compiled: the states of `lattice.corridor_lattice`, row by row."""
+"""The cheapest path through the states of `lattice.corridor_lattice`, compiled."""
 
 from __future__ import annotations
 
@@ -10,32 +10,32 @@ from numpy.typing import NDArray
 
 from fiveaxis.compiled import compiled
 from fiveaxis.geometry import Array
-from fiveaxis.posture.search.kernel import relax_layer
-from fiveaxis.posture.search.trigonometric import Places, linear_values, value
+from fiveaxis.posture.search.kernel import Prices, relax_layer
+from fiveaxis.posture.search.trigonometric import LinearCoefficients, bound_excess, linear_values
 
 TURN = 2.0 * np.pi
 # Rotary axes' columns come last: linear, first and second rotary axis.
 FIRST, SECOND = 3, 4
-# mm: how far a posture that isn't there lies past the limits.
-NOWHERE = 1e6
+# mm: excess of a posture without axis values over the limits.
+NO_POSTURE = 1e6
 
 
 class Corridor(NamedTuple):
-    """The states of all locations, and what each must keep.
+    """The states of all locations, and their bounds.
 
     Parameters
     ----------
-    places, cosines : trigonometric coefficients of all locations (`TrigonometricCoefficients`)
+    linear, cosines : coefficients of all locations (`TrigonometricCoefficients`)
     within, limits : (b, 2) and (2, 5), bounds of cosines and axes
     spin : 0 or 1, the rotary axis that is the first coordinate
-    level : row of the linear axis whose level is the second coordinate; −1 for the other rotary angle
-    low : rad, from which the other angle is counted
-    strands, second : (n, s) rad and (n,) mm or rad, the middles of the corridor
+    level : row of the linear axis that is the second coordinate; −1 for the other rotary angle
+    low : rad, where the turn of the other angle begins
+    strands, second : (n, s) rad and (n,) mm or rad, centre lines of the corridor in both coordinates
     width : (2,), its steps, rad and mm or rad
     fault : J per unit of violation
     """
 
-    places: Places
+    linear: LinearCoefficients
     cosines: Array
     within: Array
     limits: Array
@@ -48,36 +48,11 @@ class Corridor(NamedTuple):
     fault: float
 
 
-class Prices(NamedTuple):
-    """What steps from location to location cost, and how far they may turn.
-
-    Parameters
-    ----------
-    plus, minus : (n − 1, 5), J/mm and J/rad
-    max_turn : (n − 1, 2), rad
-    turn_price, bend_price : (n − 1,), J/rad and J/rad²
-    pace : (5,), s/mm and s/rad
-    least_time, time_price : (n − 1,) s, J/s
-    """
-
-    plus: Array
-    minus: Array
-    max_turn: Array
-    turn_price: Array
-    bend_price: Array
-    pace: Array
-    least_time: Array
-    time_price: float
-
-
 @compiled
 def swing(coefficients: Array, spin: int, angle: float) -> tuple[float, float, float]:
-    """Give middle, amplitude and phase of a linear axis over the other rotary angle, at a spin angle.
+    """Compute middle, amplitude and phase of a linear axis over the other rotary angle, at a spin angle.
 
-    Parameters
-    ----------
-    coefficients : (9,), of the linear axis
-    spin : 0 or 1, the rotary axis whose angle is given
+    `coefficients`, (9,), are those of the linear axis; `spin`, 0 or 1, is the rotary axis of the given angle.
     """
     c, s = math.cos(angle), math.sin(angle)
     if spin == 0:
@@ -93,13 +68,9 @@ def swing(coefficients: Array, spin: int, angle: float) -> tuple[float, float, f
 
 @compiled
 def other_angle(swung: tuple[float, float, float], level: float, sign: float, low: float) -> float:
-    """Solve the other rotary angle for a level of a linear axis, on one branch.
+    """Solve the other rotary angle for a level of a linear axis (`swing`), in the turn from `low`, rad.
 
-    Parameters
-    ----------
-    swung : of the linear axis (`swing`)
-    sign : −1 or 1, the branch
-    low : rad, the answer lies in the turn from here
+    The sign, −1 or 1, is the branch.
     """
     half = math.acos(min(max((level - swung[0]) / swung[1], -1.0), 1.0))
     found = swung[2] + sign * half
@@ -108,16 +79,12 @@ def other_angle(swung: tuple[float, float, float], level: float, sign: float, lo
 
 @compiled
 def fill_states(corridor: Corridor, i: int, states: Array, price: Array) -> None:
-    """Work out the states of location i and their prices.
-
-    Parameters
-    ----------
-    states, price : (a, b, c, 5) and (a, b, c), filled in
-    """
-    places, cosines, limits, within = corridor.places, corridor.cosines, corridor.limits, corridor.within
+    """Compute the states of location i, (a, b, c, 5), and their prices, (a, b, c)."""
+    cosines, limits, within = corridor.cosines[i], corridor.limits, corridor.within
     spin, level, width = corridor.spin, corridor.level, corridor.width
     strands, second = corridor.strands[i], corridor.second[i]
-    linear, beside, along, offset = places[0][i], places[1][i], places[2], places[3]
+    linear, beside = corridor.linear[0][i], corridor.linear[1][i]
+    along, offset = corridor.linear[2], corridor.linear[3]
     per_strand, count = states.shape[0] // len(strands), states.shape[1] // 2
     swung = (0.0, 1.0, 0.0)
     for a in range(states.shape[0]):
@@ -134,20 +101,13 @@ def fill_states(corridor: Corridor, i: int, states: Array, price: Array) -> None
                 c1, s1, c2, s2 = cosine, sine, math.cos(other), math.sin(other)
                 if spin == 1:
                     c1, s1, c2, s2 = c2, s2, c1, s1
-                excess, past = 0.0, 0.0
+                past = 0.0
                 linear_values(linear, beside, along, offset, c1, s1, c2, s2, state)
                 for m in range(len(state)):
                     past += max(limits[0, m] - state[m], state[m] - limits[1, m], 0.0)
-                for m in range(cosines.shape[1]):
-                    lean = value(cosines[i, m], c1, s1, c2, s2)
-                    # NaN, where nothing binds, is no excess.
-                    if lean < within[m, 0]:
-                        excess = max(excess, within[m, 0] - lean)
-                    elif lean > within[m, 1]:
-                        excess = max(excess, lean - within[m, 1])
-                # Beside its contact a torus has no place along the normal.
-                past = past if past < np.inf else NOWHERE
-                price[a, b, c] = corridor.fault * (excess + past)
+                # A torus has no contact along the normal of its axis.
+                past = past if past < np.inf else NO_POSTURE
+                price[a, b, c] = corridor.fault * (bound_excess(cosines, within, c1, s1, c2, s2) + past)
 
 
 def corridor_path(
@@ -161,18 +121,18 @@ def corridor_path(
     Parameters
     ----------
     corridor : its states
-    prices : of steps between them
-    refused : (n, states) J, further prices of the states; (n, 0) for none
-    count : steps to each side of every strand
+    prices : of the steps
+    refused : (n, states), J, additional prices of the states; (n, 0) for none
+    count : lattice steps to each side of every strand
 
     Returns
     -------
     path : (n, 5), mm and rad
-    chosen : (n,), number of its state in each location
+    chosen : (n,), index of its state at each location
     """
     n, across = len(corridor.second), 2 * count + 1
     shape = (corridor.strands.shape[1] * across, across, 1 if corridor.level < 0 else 2)
-    # Made here, as numba takes a second for each array that it makes itself.
+    # Allocated here: numba takes a second to compile each allocation.
     states, before = np.zeros((*shape, 5)), np.zeros((*shape, 5))
     price, cost, best, back = (
         np.zeros(shape),
@@ -181,10 +141,7 @@ def corridor_path(
         np.zeros(shape, dtype=np.int64),
     )
     trail, row_least = np.zeros((n, price.size), dtype=np.int32), np.empty(shape[0])
-    turn, bend = np.full(5, np.inf), np.zeros(5)
-    sweep(
-        corridor, prices, refused, states, before, price, cost, best, back, trail, row_least, turn, bend,
-    )  # fmt: skip
+    sweep(corridor, prices, refused, states, before, price, cost, best, back, trail, row_least)
     path, chosen = np.empty((n, 5)), np.empty(n, dtype=np.int64)
     chosen[-1] = np.argmin(cost)
     trace(corridor, trail, states, price, path, chosen)
@@ -204,20 +161,18 @@ def sweep(
     back: NDArray[np.int64],
     trail: NDArray[np.int32],
     row_least: Array,
-    turn: Array,
-    bend: Array,
 ) -> None:
-    """Take `corridor_path` from the first location to the last.
+    """Relax all layers of a corridor from the first location to the last.
 
     Parameters
     ----------
-    states, before, price, best, back, row_least, turn, bend : room to work in
+    states, before, price, best, back, row_least : work space
     cost : filled in, J, of the cheapest path to each state of the last location
-    trail : (n, states), filled in: each state's predecessor
+    trail : (n, states), filled in: predecessor of each state
     """
     reach = (cost.shape[0], cost.shape[1])
     row, size = cost.shape[1] * cost.shape[2], cost.size
-    # The same numbers in one row: copied one by one, as for ``a[:] = b`` numba compiles an error's wording.
+    # Flat views, copied element by element: numba compiles ``a[:] = b`` slowly.
     flat, costs, bests, backs = price.reshape(-1), cost.reshape(-1), best.reshape(-1), back.reshape(-1)
     for i in range(len(corridor.second)):
         fill_states(corridor, i, states, price)
@@ -228,20 +183,17 @@ def sweep(
             for s in range(size):
                 costs[s] = flat[s]
         else:
-            for r in range(2):
-                turn[FIRST + r], bend[FIRST + r] = prices.max_turn[i - 1, r], prices.bend_price[i - 1]
             for a in range(len(row_least)):
                 row_least[a] = np.inf
                 for s in range(a * row, (a + 1) * row):
                     row_least[a] = min(row_least[a], costs[s])
             relax_layer(
-                cost, row_least, before, states, price, FIRST + corridor.spin, 0.0, reach, prices.plus[i - 1],
-                prices.minus[i - 1], turn, prices.turn_price[i - 1], bend, prices.pace,
-                prices.least_time[i - 1], prices.time_price, best, back,
+                cost, row_least, before, states, price, FIRST + corridor.spin, 0.0, reach, prices, i - 1,
+                best, back,
             )  # fmt: skip
             for s in range(size):
                 costs[s] = bests[s]
-                # Counted from the layer's size, which stands for no winding.
+                # An offset of the layer's size stands for no winding.
                 trail[i, s] = backs[s] - size
         states, before = before, states
 
@@ -255,12 +207,9 @@ def trace(
     path: Array,
     chosen: NDArray[np.int64],
 ) -> None:
-    """Follow the predecessors back, working each location's states out once more instead of keeping all.
+    """Follow the predecessors back; the states are computed again, not stored.
 
-    Parameters
-    ----------
-    path : (n, 5), filled in
-    chosen : (n,), filled in but for the last, which is where it begins
+    `path`, (n, 5), and `chosen`, (n,), are filled in from the last element of `chosen`, which is given.
     """
     listed = states.reshape(-1, 5)
     for i in range(len(corridor.second) - 1, -1, -1):
@@ -273,14 +222,9 @@ def trace(
 
 @compiled
 def corridor_postures(corridor: Corridor, count: int) -> Array:
-    """Give the rotary angles of all states, as `fill_states` numbers them.
-
-    Returns
-    -------
-    (n, states, 2), rad, chain order
-    """
+    """Compute the rotary angles of all states in the order of `fill_states`: (n, states, 2) rad."""
     spin, level, width = corridor.spin, corridor.level, corridor.width
-    strands, linear = corridor.strands, corridor.places[0]
+    strands, linear = corridor.strands, corridor.linear[0]
     n, across, branches = len(strands), 2 * count + 1, 1 if level < 0 else 2
     postures = np.empty((n, strands.shape[1] * across * across * branches, 2))
     for i in range(n):

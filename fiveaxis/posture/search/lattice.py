@@ -1,10 +1,10 @@
 """Candidate postures for the global search.
 
 A lattice has two coordinates: the angle of the *spin* axis, the rotary axis with the wider range, and either
-the other rotary angle or, better, the *level* of the dearest linear axis. At a fixed spin angle such an axis
-stands at ``a + b cos ρ + c sin ρ`` of the other angle ρ, so ρ follows from the level in closed form (two
-branches) and standing still in the dear axis costs exactly nothing; a grid over both angles carries rounding
-noise in that axis which hides the good basin.
+the other rotary angle or, better, the *level* of the most expensive linear axis. At a fixed spin angle this
+axis is at ``a + b cos ρ + c sin ρ`` of the other angle ρ, so ρ follows from the level in closed form (two
+branches), and a path of constant level costs exactly nothing in this axis. A grid over both angles carries
+rounding noise in the axis, which hides the good basin.
 """
 
 from __future__ import annotations
@@ -19,16 +19,16 @@ from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.kinematics.windings import TURN, one_turn_from
 from fiveaxis.posture.problem import VIOLATION_PRICE, Problem
 
-# A rotary axis with no more turns than this is searched over its whole range, with its ends; one with more,
-# over one turn, and the path is shifted into the range afterwards.
+# A rotary axis with no more turns than this is searched over its whole range, including its ends; one with
+# more over one turn, and the path is shifted into the range afterwards.
 MOST_TURNS = 3
-# A linear axis that the other rotary angle moves by less than this (mm) has no levels to choose from.
+# mm: a linear axis that the other rotary angle moves by less has no levels to choose from.
 SMALLEST_SWING = 1e-3
-# Bounds closer together than this (rad) hold too few states of a lattice for a way through.
+# rad: bounds closer together hold too few states of a lattice for a path.
 NARROW = np.radians(12.0)
-# A lattice for narrow bounds admits states whose cosine lies this far outside, at a price (J per unit).
+# A lattice for narrow bounds admits cosines this far outside, at a price (J per unit).
 SLACK, SLACK_PRICE = 0.08, 100.0
-# mm; a swing below this is rounding.
+# mm; a smaller swing is rounding.
 NO_SWING = 1e-12
 
 Swing = tuple[Array, Array, Array]
@@ -36,7 +36,7 @@ Swing = tuple[Array, Array, Array]
 
 @dataclass(frozen=True)
 class Coordinates:
-    """What a lattice spans.
+    """The two coordinates of a lattice.
 
     Parameters
     ----------
@@ -53,7 +53,7 @@ class Coordinates:
         return 1 - self.spin
 
     def angles(self, spin: Array, other: Array) -> Array:
-        """Put both angles side by side in chain order, (..., 2) rad."""
+        """Stack both angles in chain order, (..., 2) rad."""
         pair = (spin, other) if self.spin == 0 else (other, spin)
         return np.stack(np.broadcast_arrays(*pair), axis=-1)
 
@@ -68,12 +68,12 @@ class Lattice:
 
     Parameters
     ----------
-    states : gives for rows (m,) axis values (m, a, b, c, k) and the price of each state (m, a, b, c), J
-    spin_column : column of the first coordinate's axis
-    period : rad, its wrap-around, 0 for none
-    reach : lattice steps to a predecessor, in both coordinates
-    chunk : locations whose states are worked out at once: enough for numpy, little memory
-    turns_forbidden : whether a step may not be larger than the largest; else it has the problem's price
+    states : computes for rows (m,) axis values (m, a, b, c, k) and the price of each state (m, a, b, c), J
+    spin_column : column of the spin axis
+    period : rad, of its angle; 0 for none
+    reach : largest distance to a predecessor, in lattice steps of both coordinates
+    chunk : locations whose states are computed at once: enough for numpy, little memory
+    turns_forbidden : whether turns beyond the largest are forbidden, or have the problem's price
     """
 
     states: Callable[[IntArray], tuple[Array, Array]]
@@ -85,20 +85,20 @@ class Lattice:
 
 
 def is_narrow(problem: Problem) -> bool:
-    """Tell whether the tool's lean is bound so closely somewhere that a lattice may hold no state there."""
+    """Check whether the bounds on the lean are so narrow somewhere that a lattice may have no state there."""
     if any(bound.high - bound.low < NARROW for bound in problem.bounds):
         return True
-    # Two half-spaces back to back, as those of a range of lead, leave a wedge between them.
+    # Two half-spaces back to back, as of a range of lead, leave a wedge between them.
     pairs = combinations((b.reference for b in problem.bounds if b.high >= np.pi / 2.0), 2)
     facing = [np.nanmin(np.sum(a * b, axis=1), initial=1.0) for a, b in pairs]
     return bool(facing and min(facing) < -np.cos(NARROW))
 
 
 def choose_coordinates(problem: Problem) -> Coordinates:
-    """Take the rotary axis with the wider range as spin axis, and the dearest linear axis for levels.
+    """Choose the rotary axis with the wider range as spin axis, and levels of the most expensive linear axis.
 
-    Levels are taken only where that axis really is a sinusoid of the other angle all along the path; chains
-    with a linear axis between the rotary ones may differ, and fall back to a grid over both angles.
+    Levels are chosen only if that axis is a sinusoid of the other angle along the whole path; for chains with
+    a linear axis between the rotary ones it may not be, and the lattice is a grid over both angles.
     """
     machine = problem.machine
     columns = machine.rotary_columns
@@ -112,12 +112,9 @@ def choose_coordinates(problem: Problem) -> Coordinates:
 
 
 def spin_angles(problem: Problem, spin: int, step: float) -> tuple[Array, float]:
-    """Sample the range of a rotary axis; of one with many turns, the turn next to 0.
+    """Sample the range of a rotary axis, (a,) rad; of one with many turns, the turn next to 0.
 
-    Returns
-    -------
-    angles : (a,), rad
-    period : rad, the wrap-around; 0 for an axis that is sampled over its whole range
+    The period, rad, is 0 for an axis that is sampled over its whole range.
     """
     column = problem.machine.rotary_columns[spin]
     limits = problem.machine.axes[column].limits
@@ -135,20 +132,20 @@ def grid_lattice(
     reach: tuple[float, float],
     slack: float = 0.0,
 ) -> Lattice:
-    """Lay a grid over both rotary angles.
+    """Make a grid over both rotary angles.
 
     Parameters
     ----------
     steps : rad, of the spin angle and of the other one
-    reach : rad, how far a predecessor may lie in each
-    slack : cosine by which a bound on the lean may be broken, at `SLACK_PRICE`
+    reach : rad, largest distance to a predecessor in each
+    slack : cosine by which bounds on the lean may be broken, at `SLACK_PRICE`
     """
     spin, period = spin_angles(problem, coordinates.spin, steps[0])
     other, other_period = spin_angles(problem, coordinates.other, steps[1])
 
     def states(rows: IntArray) -> tuple[Array, Array]:
         possible = np.ones((len(rows), len(spin), len(other), 1), dtype=bool)
-        return _admitted(problem, coordinates, rows, spin, other[:, None], possible, slack)
+        return _admit(problem, coordinates, rows, spin, other[:, None], possible, slack)
 
     hops = (_hops(reach[0], steps[0], spin, period), _hops(reach[1], steps[1], other, other_period))
     column = problem.machine.rotary_columns[coordinates.spin]
@@ -163,14 +160,14 @@ def level_lattice(
     reach: tuple[float, int],
     slack: float = 0.0,
 ) -> Lattice:
-    """Lay a grid over the spin angle and the level of a linear axis.
+    """Make a grid over the spin angle and the level of a linear axis.
 
     Parameters
     ----------
     step : rad, of the spin angle
     count : levels over all that the axis can reach
-    reach : how far a predecessor may lie, in rad and in levels
-    slack : cosine by which a bound on the lean may be broken, at `SLACK_PRICE`
+    reach : largest distance to a predecessor, in rad and in levels
+    slack : as for `grid_lattice`
     """
     machine, axis = problem.machine, coordinates.second_column(problem)
     spin, period = spin_angles(problem, coordinates.spin, step)
@@ -185,7 +182,7 @@ def level_lattice(
         other, reached = other_angle(problem, coordinates, swung, level)
         highest = machine.high[machine.rotary_columns[coordinates.other]]
         possible = reached[..., None] & (other <= highest)
-        return _admitted(problem, coordinates, rows, spin, other, possible, slack)
+        return _admit(problem, coordinates, rows, spin, other, possible, slack)
 
     column = machine.rotary_columns[coordinates.spin]
     hops = (_hops(reach[0], step, spin, period), reach[1])
@@ -200,15 +197,15 @@ def corridor_lattice(
     width: tuple[float, float],
     count: int,
 ) -> Lattice:
-    """Lay a narrow lattice around a path that is nearly right.
+    """Make a narrow lattice around a known path.
 
-    Violations have a price instead of being forbidden, so there is always a way through.
+    Violations have a price instead of being forbidden, so there is always a path.
 
     Parameters
     ----------
     strands : (n, s), rad, spin angles to stay near
     second : (n,), mm or rad, second coordinate to stay near
-    width : step of the lattice in both coordinates
+    width : lattice step in both coordinates
     count : steps to each side of every strand
     """
     offsets = np.arange(-count, count + 1.0)
@@ -229,16 +226,9 @@ def corridor_lattice(
 
 
 def swing(problem: Problem, coordinates: Coordinates, rows: IntArray | slice, spin: Array) -> Swing:
-    """Fit ``a + b cos ρ + c sin ρ``, the level axis over the other angle, to three samples.
+    """Fit ``a + b cos ρ + c sin ρ``, (m, ...) mm, the level axis over the other angle, to three samples.
 
-    Parameters
-    ----------
-    rows : m locations
-    spin : (m, ...), rad
-
-    Returns
-    -------
-    a, b, c : (m, ...), mm
+    The spin angle, (m, ...) rad, is given for m locations.
     """
     column = coordinates.second_column(problem)
     at = [
@@ -252,28 +242,25 @@ def swing(problem: Problem, coordinates: Coordinates, rows: IntArray | slice, sp
 def other_angle(
     problem: Problem, coordinates: Coordinates, swung: Swing, level: Array
 ) -> tuple[Array, BoolArray]:
-    """Solve the other rotary angle for a level of the dear axis.
+    """Solve the other rotary angle for a level of the linear axis.
 
-    Returns
-    -------
-    other : (..., 2), rad, both branches, from the lower limit upwards; the nearest approach where the level
-        isn't reached
-    reached : (...)
+    Returns both branches, (..., 2) rad, from the lower limit on, and whether the level is reached, (...);
+    where it isn't, the angle is the nearest one.
     """
     a, b, c = swung
-    # Where the swing is nothing at all, at the axis itself, no level but its own is reached.
+    # Without any swing, on the rotary axis itself, a single level is reached.
     ratio = (level - a) / np.maximum(np.hypot(b, c), NO_SWING)
     middle, half = np.arctan2(c, b), np.arccos(np.clip(ratio, -1.0, 1.0))
     angles = np.stack(np.broadcast_arrays(middle - half, middle + half), axis=-1)
     column = problem.machine.rotary_columns[coordinates.other]
     limits = problem.machine.axes[column].limits
-    # An axis with a turn or more to go stays near 0; its turns aren't searched.
+    # An axis of a turn or more stays near 0; its turns aren't searched.
     low = limits.low if limits.high - limits.low < TURN else one_turn_from(limits)
     return low + np.mod(angles - low, TURN), np.abs(ratio) <= 1.0
 
 
 def _is_sinusoid(problem: Problem, coordinates: Coordinates) -> bool:
-    """Check the form on angles that the fit didn't use, at another spin angle for each location."""
+    """Check the fit at other angles, with a different spin angle for each location."""
     spin = np.linspace(-2.0, 2.0, len(problem))
     a, b, c = swing(problem, coordinates, slice(None), spin)
     angle = 1.0
@@ -283,7 +270,7 @@ def _is_sinusoid(problem: Problem, coordinates: Coordinates) -> bool:
     return bool(fits and np.hypot(b, c).max() > SMALLEST_SWING)
 
 
-def _admitted(
+def _admit(
     problem: Problem,
     coordinates: Coordinates,
     rows: IntArray,
@@ -292,13 +279,13 @@ def _admitted(
     possible: BoolArray,
     slack: float,
 ) -> tuple[Array, Array]:
-    """Solve axis values where they are possible; the rest, and what tilt or limits forbid, has no price."""
+    """Solve the possible axis values; the price of all others, and of those out of bounds, is infinite."""
     at = np.nonzero(possible)
     angles = coordinates.angles(spin[at[1]], np.broadcast_to(other, possible.shape)[at])
     found, excess = problem.placed(rows[at[0]], angles)
     allowed = (excess <= slack) & (problem.limit_excess(found) == 0.0)
     positions = np.zeros((*possible.shape, found.shape[-1]))
-    # The kernel reads the spin angle of every row of a layer, also where all its states are forbidden.
+    # The kernel reads the spin angle of every row of a layer, even if all its states are forbidden.
     positions[..., problem.machine.rotary_columns[coordinates.spin]] = spin[:, None, None]
     positions[at] = found
     price = np.full(possible.shape, np.inf)
@@ -307,5 +294,5 @@ def _admitted(
 
 
 def _hops(reach: float, step: float, angle: Array, period: float) -> int:
-    """Count lattice steps in a reach, at most half a turn where the angle wraps around."""
+    """Convert a reach to lattice steps, at most half a turn where the angle wraps around."""
     return min(round(reach / step), len(angle) // 2 if period else len(angle))

@@ -1,4 +1,4 @@
-"""Global search: the cheapest way through a lattice of postures, layer by layer."""
+"""Global search: the cheapest path through a lattice of postures, layer by layer."""
 
 from __future__ import annotations
 
@@ -11,14 +11,13 @@ from fiveaxis.geometry import Array, IntArray, angle_between
 from fiveaxis.kinematics.windings import fit_turns
 from fiveaxis.posture.problem import Problem
 from fiveaxis.posture.search.corridor import Admission, path_through_corridor
-from fiveaxis.posture.search.kernel import relax_layer
+from fiveaxis.posture.search.kernel import Prices, relax_layer, step_prices
 from fiveaxis.posture.search.lattice import Coordinates, Lattice, corridor_lattice
 
-# Paths up to this many locations are searched as densely as the effort says, longer ones as their turn asks.
+# Paths of more locations are searched as densely as their turning requires, shorter ones as the effort says.
 LONG = 10_000
-# rad a location: for paths that turn so much the effort's strides are made. Denser ones count up to so much.
+# rad per location for which the strides of the efforts are made, and the largest density by that measure.
 USUAL_TURN, MOST_DENSE = np.radians(1.0), 4.0
-
 # How often the last corridor is searched again after a mask refused some of its states.
 MOST_LOOKS = 8
 
@@ -32,26 +31,29 @@ def shortest_path(
 
     Parameters
     ----------
-    problem : gives the costs of the steps
-    lattice : gives the states
-    progress : called with the locations done and all
+    problem : prices the steps
+    lattice : the states
+    progress : called with the number of locations done, and of all
 
     Returns
     -------
-    (n, k), mm and rad, the spin angle unwound; None where the lattice has no way through, or only one that
-    winds the spin axis further than its limits allow
+    (n, k), mm and rad, the spin angle unwrapped; None if the lattice has no path, or only one that winds the
+    spin axis beyond its limits
     """
     n = len(problem)
+    prices = step_prices(problem, range(problem.plus.shape[1]))
+    if lattice.turns_forbidden:
+        prices = prices._replace(turn_price=np.full(n - 1, np.inf))
     layers: list[Layer] = []
     cost = before = np.empty(0)
     for begin in range(0, n, lattice.chunk):
         rows = np.arange(begin, min(begin + lattice.chunk, n))
         for row, states, price in zip(rows, *lattice.states(rows), strict=True):
-            cost, back = _step(problem, lattice, int(row), cost, before, states, price)
+            cost, back = _step(lattice, prices, int(row), cost, before, states, price)
             before, alive = states, np.flatnonzero(np.isfinite(cost))
             if not len(alive):
                 return None
-            # A long path has thousands of layers: half the digits will do for what counts states.
+            # A long path has thousands of layers: indices of 32 bits halve the memory.
             kept = states.reshape(-1, states.shape[-1])[alive]
             layers.append((alive.astype(np.int32), back.ravel()[alive].astype(np.int32), kept))
         if progress is not None:
@@ -60,36 +62,14 @@ def shortest_path(
 
 
 def _step(
-    problem: Problem, lattice: Lattice, row: int, cost: Array, before: Array, states: Array, price: Array
+    lattice: Lattice, prices: Prices, row: int, cost: Array, before: Array, states: Array, price: Array
 ) -> tuple[Array, IntArray]:
-    back = np.zeros(price.shape, dtype=np.int64)
-    if row == 0:
-        return price, back
-    best = np.empty_like(price)
-    max_turn = np.full(states.shape[-1], np.inf)
-    max_turn[problem.machine.rotary_columns] = problem.max_turn[row - 1]
-    bend = np.zeros(states.shape[-1])
-    bend[problem.machine.rotary_columns] = problem.bend_price[row - 1]
-    relax_layer(
-        cost,
-        cost.min(axis=(1, 2)),
-        before,
-        states,
-        price,
-        lattice.spin_column,
-        lattice.period,
-        lattice.reach,
-        problem.plus[row - 1],
-        problem.minus[row - 1],
-        max_turn,
-        np.inf if lattice.turns_forbidden else problem.turn_prices[row - 1],
-        bend,
-        1.0 / problem.top_speed,
-        problem.least_time[row - 1],
-        problem.time_price,
-        best,
-        back,
-    )
+    best, back = price.copy(), np.zeros(price.shape, dtype=np.int64)
+    if row:
+        relax_layer(
+            cost, cost.min(axis=(1, 2)), before, states, price, lattice.spin_column, lattice.period,
+            lattice.reach, prices, row - 1, best, back,
+        )  # fmt: skip
     return best, back
 
 
@@ -119,10 +99,9 @@ def _within_limits(problem: Problem, lattice: Lattice, path: Array) -> Array | N
 
 
 def density(problem: Problem) -> int:
-    """Tell how many times as densely as `USUAL_TURN` the locations of a long path lie; 1 for others.
+    """Estimate how many times more densely than `USUAL_TURN` a long path is sampled; 1 for others.
 
-    Searches may leave out as many more locations: what decides is how far the surface turns between two that
-    they look at.
+    Searches may use strides larger by this factor: what counts is how far the surface turns in a stride.
     """
     if len(problem) <= LONG:
         return 1
@@ -133,7 +112,7 @@ def density(problem: Problem) -> int:
 
 
 def thin(problem: Problem, stride: int) -> IntArray:
-    """Choose every stride-th location, both ends, and both sides of every change between cut and link."""
+    """Select every stride-th location, both ends, and both sides of every change between cut and link."""
     n = len(problem)
     ends = np.flatnonzero(np.diff(problem.bound_rows.astype(np.int8)))
     return np.unique(np.concatenate([np.arange(0, n, stride), ends, ends + 1, [n - 1]]))
@@ -148,10 +127,10 @@ def refill(
     find: Callable[[Problem, Lattice], Array | None] | None = None,
     clear: Admission | None = None,
 ) -> Array:
-    """Extend a path that is known at some locations to all of them, then tighten it in narrowing corridors.
+    """Extend a path from some locations to all of them, then improve it in narrowing corridors.
 
-    Between two known locations the spin angle may stay, slide or turn at once: a fast turn takes one step,
-    and sliding through it would cost more. The other angle is solved from the interpolated level.
+    Between two known locations the spin angle may stay, change evenly or turn at once: a fast turn takes one
+    step, and spreading it would cost more. The other angle is solved from the interpolated level.
 
     Parameters
     ----------
@@ -159,8 +138,8 @@ def refill(
     path : (m, k), mm and rad
     widths : lattice steps of the corridors, widest first
     find : finds the path through a corridor; `shortest_path` by default
-    clear : what a mask admits at the locations; paths that it doesn't admit have a price, and the last
-        corridor asks it exactly. Only where `Problem.trigonometric` is known
+    clear : what a mask admits; states that it refuses have a price, and the last corridor is checked exactly.
+        Used only if `Problem.trigonometric` is known
 
     Returns
     -------

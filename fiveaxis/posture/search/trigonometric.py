@@ -1,13 +1,13 @@
 """Linear axes and leans as trigonometric polynomials of the two rotary angles.
 
-Where no rotary axis stands between linear ones and the tool leans about one point, every linear axis is
+Where no rotary axis lies between linear ones and the tool tilts about one point, every linear axis is
 ``Σ K_mn u_m(ρ1) u_n(ρ2)`` with ``u = (1, cos ρ, sin ρ)``, and so is the cosine of the tool axis to a
-direction. The nine coefficients of a location are affine in its pivot, so they are read off the kinematics'
-own equations at nine postures and four pivots, and compiled loops need no chain.
+direction. The nine coefficients of a location are affine in its pivot, so they are fitted to the kinematics
+at nine postures and four pivots, and compiled loops need no chain.
 
-A zone whose centre lies beside the tool's axis adds ``a (u − c v) / √(1 − c²)`` to the linear axes, where c
-is the cosine to the normal, and u and v are how the axes move the tool along the normal and along itself: all
-three are such polynomials again.
+A zone whose centre lies beside the tool axis adds ``a (u − c v) / √(1 − c²)`` to the linear axes, where c is
+the cosine to the normal, and u and v are the axis travels per mm along the normal and along the tool: all
+three are such polynomials too.
 """
 
 from __future__ import annotations
@@ -26,11 +26,11 @@ from fiveaxis.toolpath import TiltBounds, Zone
 TERMS = 9
 # Linear axes, and the row of the cosine to the normal behind them.
 LINEAR = COSINE = 3
-# mm: pivots at which the equations are sampled; as large as real ones, so that differences keep their digits.
+# mm: sampled pivots are as far away as real ones, so that differences keep their digits.
 FAR = 1000.0
 
-# The coefficients of the linear axes, as `linear_values` takes them.
-Places = tuple[Array, Array, Array, float]
+# `linear`, `beside`, `along` and `offset` of `TrigonometricCoefficients`.
+LinearCoefficients = tuple[Array, Array, Array, float]
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +42,7 @@ class TrigonometricCoefficients:
     linear : (n, 3, 9), mm, of the linear axes in column order
     cosines : (n, b, 9), of the cosine to the reference of each bound; NaN where it binds nothing
     axis : (3, 9), of the tool axis
-    beside : (n, 4, 9), of an offset zone: u, mm/mm, of the linear axes, then c; (n, 0, 9) for others
+    beside : (n, 4, 9), u of the linear axes, mm/mm, then c; (n, 0, 9) for a zone without offset
     along : (3, 9), v, mm/mm
     offset : mm, a
     """
@@ -55,35 +55,35 @@ class TrigonometricCoefficients:
     offset: float
 
     @property
-    def places(self) -> Places:
-        """What `linear_values` asks for, of all locations."""
+    def linear_coefficients(self) -> LinearCoefficients:
+        """The coefficients of the linear axes at all locations."""
         return self.linear, self.beside, self.along, self.offset
 
 
 def is_trigonometric(machine: Machine) -> bool:
-    """Tell whether the linear axes of a machine are polynomials of this form."""
+    """Check whether the linear axes of a machine are polynomials of this form."""
     return machine.chain.linears_adjoin and len(machine.linear_columns) == LINEAR
 
 
 def trigonometric_coefficients(
     machine: Machine, pivot: Array, normal: Array, zone: Zone, bounds: tuple[TiltBounds, ...]
 ) -> TrigonometricCoefficients:
-    """Work out the coefficients of a path.
+    """Fit the coefficients of a path.
 
     Parameters
     ----------
     machine : for which `is_trigonometric` holds
     pivot, normal : (n, 3), mm and unit vectors, workpiece frame
-    zone : the part of the cutter's profile whose centre the pivot is
+    zone : part of the cutter's profile whose centre is the pivot
     bounds : on the lean
     """
     third = 2.0 * np.pi / 3.0 * np.arange(3)
     sampled = np.stack(np.meshgrid(third, third, indexing="ij"), axis=-1).reshape(-1, 1, 2)
-    places = np.vstack([np.zeros(3), FAR * np.eye(3)])
-    positions, axis = positions_about(machine, places, sampled, replace(zone, offset=0.0))
+    pivots = np.vstack([np.zeros(3), FAR * np.eye(3)])
+    positions, axis = positions_about(machine, pivots, sampled, replace(zone, offset=0.0))
     products = terms(sampled[:, 0])
     inverse = np.linalg.inv(products)
-    # [term, place, linear axis]
+    # [term, pivot, linear axis]
     fitted = np.einsum("ts,spa->tpa", inverse, positions[..., machine.linear_columns])
     slope = (fitted[:, 1:] - fitted[:, :1]) / FAR
     directions = inverse @ axis[:, 0]
@@ -102,7 +102,7 @@ def trigonometric_coefficients(
 
 
 def terms(rotary: Array) -> Array:
-    """Give the nine products of 1, cosine and sine of both angles; (..., 2) rad to (..., 9)."""
+    """Compute the nine products of 1, cosine and sine of both angles; (..., 2) rad to (..., 9)."""
     each = np.stack([np.ones_like(rotary), np.cos(rotary), np.sin(rotary)], axis=-1)
     products = each[..., 0, :, None] * each[..., 1, None, :]
     return products.reshape(*rotary.shape[:-1], TERMS)
@@ -117,8 +117,24 @@ def value(coefficients: Array, c1: float, s1: float, c2: float, s2: float) -> fl
     return still + cosine * c1 + sine * s1
 
 
-# Where the tool stands along the normal, the square of the sine between them counts as this: no way across.
+# Least square of the sine between tool and normal: where they are parallel the offset has no direction.
 UPRIGHT = 1e-12
+
+
+@compiled
+def bound_excess(cosines: Array, within: Array, c1: float, s1: float, c2: float, s2: float) -> float:
+    """Measure how far a tool axis lies outside its bounds `within`, (b, 2): the largest excess of a cosine.
+
+    A cosine that is NaN, where nothing binds, has none.
+    """
+    excess = 0.0
+    for b in range(len(cosines)):
+        cosine = value(cosines[b], c1, s1, c2, s2)
+        if cosine < within[b, 0]:
+            excess = max(excess, within[b, 0] - cosine)
+        elif cosine > within[b, 1]:
+            excess = max(excess, cosine - within[b, 1])
+    return excess
 
 
 @compiled
@@ -137,7 +153,7 @@ def linear_values(
 
     Parameters
     ----------
-    linear, beside, along, offset : (3, 9), (4, 9) or (0, 9), (3, 9), mm, as of `TrigonometricCoefficients`
+    linear, beside, along, offset : as in `TrigonometricCoefficients`, of this location
     c1, s1, c2, s2 : cosines and sines of both angles
     values : (3,) or more, mm, filled in
     """
@@ -147,15 +163,15 @@ def linear_values(
         cosine = value(beside[COSINE], c1, s1, c2, s2)
         share = offset / math.sqrt(max(1.0 - cosine * cosine, UPRIGHT))
         for a in range(LINEAR):
-            way = value(beside[a], c1, s1, c2, s2) - cosine * value(along[a], c1, s1, c2, s2)
-            values[a] += share * way
+            across = value(beside[a], c1, s1, c2, s2) - cosine * value(along[a], c1, s1, c2, s2)
+            values[a] += share * across
 
 
 @compiled
 def jet(
     coefficients: Array, c1: float, s1: float, c2: float, s2: float
 ) -> tuple[float, float, float, float, float, float]:
-    """Evaluate a polynomial with its derivatives by the angles: value, 1, 2, 11, 12, 22."""
+    """Evaluate a polynomial with its derivatives by angles 1 and 2: value, 1, 2, 11, 12, 22."""
     still = coefficients[1] * c2 + coefficients[2] * s2
     cosine = coefficients[4] * c2 + coefficients[5] * s2
     sine = coefficients[7] * c2 + coefficients[8] * s2
@@ -172,8 +188,8 @@ def jet(
 
 
 @compiled
-def place(
-    places: Places,
+def solve_postures(
+    coefficients: LinearCoefficients,
     cosines: Array,
     within: Array,
     columns: IntArray,
@@ -182,32 +198,26 @@ def place(
     positions: Array,
     excess: Array,
 ) -> None:
-    """Solve the axis values of postures, and how far their tool axes lie outside the bounds.
+    """Solve the axis values of postures, and how far their tool axes lie outside their bounds.
 
     Parameters
     ----------
-    places, cosines, within : of all locations, (n, b, 9), (b, 2)
+    coefficients, cosines : of all locations
+    within : (b, 2), smallest and largest cosine of each bound
     columns : (5,), of the three linear and the two rotary axes
     rows : (m,), locations
     rotary : (m, p, 2), rad
     positions, excess : (m, p, k), mm and rad, and (m, p), cosine, filled in
     """
-    linear = np.empty(LINEAR)
+    linear, beside, along, offset = coefficients
+    values = np.empty(LINEAR)
     for m in range(len(rows)):
         i = rows[m]
         for p in range(rotary.shape[1]):
             first, second = rotary[m, p, 0], rotary[m, p, 1]
             c1, s1, c2, s2 = math.cos(first), math.sin(first), math.cos(second), math.sin(second)
-            linear_values(places[0][i], places[1][i], places[2], places[3], c1, s1, c2, s2, linear)
+            linear_values(linear[i], beside[i], along, offset, c1, s1, c2, s2, values)
             for a in range(LINEAR):
-                positions[m, p, columns[a]] = linear[a]
+                positions[m, p, columns[a]] = values[a]
             positions[m, p, columns[LINEAR]], positions[m, p, columns[LINEAR + 1]] = first, second
-            past = 0.0
-            for b in range(cosines.shape[1]):
-                cosine = value(cosines[i, b], c1, s1, c2, s2)
-                # NaN, where nothing binds, is no excess.
-                if cosine < within[b, 0]:
-                    past = max(past, within[b, 0] - cosine)
-                elif cosine > within[b, 1]:
-                    past = max(past, cosine - within[b, 1])
-            excess[m, p] = past
+            excess[m, p] = bound_excess(cosines[i], within, c1, s1, c2, s2)

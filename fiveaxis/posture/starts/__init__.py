@@ -1,1 +1,1 @@
-"""Closed passes that may begin elsewhere."""
+"""Start points of closed passes."""

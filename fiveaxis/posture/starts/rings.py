@@ -10,17 +10,17 @@ from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.toolpath import Toolpath
 from fiveaxis.toolpath.passes import Passes
 
-# A step this many times as long as the median one leads to another pass; a ring is closed where its ends are
-# no farther apart than this many median steps, and no nearer than the third number of them.
+# In median steps: a longer step leads to another pass; a pass is closed if its ends are no farther apart than
+# CLOSED and no nearer than GAP.
 JUMP, CLOSED, GAP = 2.0, 1.5, 0.5
-# mm and 1: ends that differ by less, in place and in normal, are one location that is there twice.
+# mm and 1: ends whose pivots and normals differ by less are the same location twice.
 SAME = 1e-6
 FEWEST = 4
 
 
 @dataclass(frozen=True)
 class Opening:
-    """Where a ring begins and which way it is followed.
+    """Where a ring begins and in which direction it is followed.
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ class Ring:
     ----------
     first, last : rows
     closed : whether it ends where it began, so that it could begin anywhere
-    again : whether its last row is its first one again; else there is a step between the two that isn't cut
+    again : whether its last row repeats its first; otherwise the step between the two isn't cut
     """
 
     first: int
@@ -50,21 +50,21 @@ class Ring:
 
     @property
     def own(self) -> Opening:
-        """How the path itself opens it."""
+        """The opening that the path itself uses."""
         return Opening(self.first)
 
     def openings(self, usable: BoolArray, *, most: int, both: bool = False) -> list[Opening]:
-        """Give openings, its own first: about `most` starts among usable rows, (n,), evenly spread."""
+        """List openings, its own first: about `most` starts among the usable rows, (n,), evenly spread."""
         if not self.closed:
             return [self.own]
-        # The seam of a ring whose last row is its first again counts once.
+        # A repeated first row counts once.
         rows = np.arange(self.first, self.last + (0 if self.again else 1))
         rows = rows[usable[rows] | (rows == self.first)]
         starts = rows[:: max(1, len(rows) // most)].tolist()
-        return [Opening(s, way) for way in ((False, True) if both else (False,)) for s in starts]
+        return [Opening(s, backward) for backward in ((False, True) if both else (False,)) for s in starts]
 
     def rows(self, opening: Opening) -> IntArray:
-        """Give its rows in the order of an opening; a ring that comes to its first row again, does so."""
+        """Return its rows in the order of an opening; a ring that repeats its first row does so there too."""
         own = np.arange(self.first, self.last + 1)
         if opening.start == self.first and (self.again or not opening.backward):
             return own[::-1] if opening.backward else own
@@ -74,10 +74,10 @@ class Ring:
         return np.append(cycle, opening.start) if self.again else cycle
 
     def moves(self, opening: Opening) -> IntArray:
-        """Give for each row in that order the row whose feed it has: of the same move, forth or back.
+        """Return, for each row in that order, the row whose feed it takes: that of the same move.
 
-        The way to the ring is that to its own first row, whatever row comes first now; where the gap that the
-        path leaves is cut, its feed is that of the move after it.
+        The move to the ring stays the one to its own first row, whichever row comes first now. If the
+        opening cuts the gap that the path leaves, the gap takes the feed of the move after it.
         """
         rows = self.rows(opening)
         moves = rows.copy()
@@ -89,32 +89,33 @@ class Ring:
 
 
 def find_rings(path: Toolpath) -> list[Ring]:
-    """Split a path's cuts at links, and where a step is much longer than others.
+    """Split a path's cuts at links and at steps much longer than the median.
 
-    What moves to its first location doesn't matter, so that location belongs to the run that it leads.
+    The kind of the path's first location says nothing, so the location belongs to the run that it leads.
     """
     cutting = path.cutting.copy()
     cutting[0] |= bool(cutting[1:2].all())
     steps, cut = path.lengths[1:], cutting[1:] & cutting[:-1]
     long = cut & (steps > 0.0)
-    middle = float(np.median(steps[long])) if long.any() else 0.0
-    joined = np.append(cut & (steps <= JUMP * middle), False)
+    median = float(np.median(steps[long])) if long.any() else 0.0
+    joined = np.append(cut & (steps <= JUMP * median), False)
     rings, first = [], 0
     for last in np.flatnonzero(~joined).tolist():
         if cutting[first]:
-            rings.append(_ring(path, first, last, middle))
+            rings.append(_classify(path, first, last, median))
         first = last + 1
     return rings
 
 
 def known_rings(path: Toolpath, passes: Passes) -> list[Ring]:
-    """Give the rings of a path whose passes are known."""
+    """Return the rings of a path whose passes are known."""
     spans = zip(passes.first.tolist(), passes.last.tolist(), strict=True)
     again = [(a, b, b - a + 1 > FEWEST and _is_same(path, a, b)) for a, b in spans]
     return [Ring(a, b, closed, closed) for a, b, closed in again]
 
 
-def _ring(path: Toolpath, first: int, last: int, step: float) -> Ring:
+def _classify(path: Toolpath, first: int, last: int, step: float) -> Ring:
+    """Decide whether a run of cuts is closed; `step` is the median step, mm."""
     pivot = path.pivot[first : last + 1]
     if not _is_one_turn(pivot, step):
         return Ring(first, last, False)
@@ -124,10 +125,10 @@ def _ring(path: Toolpath, first: int, last: int, step: float) -> Ring:
 
 
 def _is_one_turn(pivot: Array, step: float) -> bool:
-    """Tell whether a run, (m, 3) mm, comes back to its begin once, at its end, but for about a step.
+    """Check whether a run, (m, 3) mm, returns to within about a step of its begin once, at its end.
 
-    Several turns that lie close above each other look like one run: begun elsewhere, lower ones would be cut
-    before upper ones.
+    Several turns close above each other look like one run; begun elsewhere, lower turns would be cut before
+    upper ones.
     """
     if len(pivot) < FEWEST:
         return False
@@ -136,7 +137,7 @@ def _is_one_turn(pivot: Array, step: float) -> bool:
 
 
 def _is_same(path: Toolpath, first: int, last: int) -> bool:
-    """Tell whether two rows are the same location."""
+    """Check whether two rows are the same location."""
     columns = (path.pivot, path.normal, path.axis)
     apart = [np.abs(np.nan_to_num(c[first]) - np.nan_to_num(c[last])).max() for c in columns]
     return max(apart) <= SAME

@@ -22,7 +22,7 @@ from fiveaxis.posture.solution import Solution, Stage
 from fiveaxis.posture.strategy.effort import effort_of
 from fiveaxis.posture.strategy.portfolio import Portfolio, Progress
 from fiveaxis.posture.strategy.singular import Cone, with_findings
-from fiveaxis.posture.turns.unwrapped import asked_within, keeping, with_path
+from fiveaxis.posture.turns.unwrapped import path_check, with_path, wrap_mask
 from fiveaxis.toolpath import Constraints, Toolpath
 
 # The price at which all bends cost as much as all travel is the middle of the sweep: from a hundredth of it …
@@ -214,8 +214,8 @@ def _allowing(
     unwrapped, posed = solution.unwrapped, _posed(solution)[0]
     path = solution.toolpath if unwrapped is None else unwrapped.toolpath
     if unwrapped is not None and mask is not None:
-        mask = asked_within(solution.machine, mask)
-    keeps = keeping(path, posed.machine, start, cone, mask)
+        mask = wrap_mask(solution.machine, mask)
+    keeps = path_check(path, posed.machine, start, cone, mask)
     most = _marks(solution, start)
 
     def allowed(rotary: Array) -> bool:

@@ -25,7 +25,7 @@ from fiveaxis.posture.strategy.reach import unreachable
 from fiveaxis.posture.strategy.restarts import best_of_starts, leaning_paths
 from fiveaxis.posture.strategy.sequence import long_turns
 from fiveaxis.posture.strategy.singular import Cone, held
-from fiveaxis.posture.turns.unwrapped import asked_within
+from fiveaxis.posture.turns.unwrapped import wrap_mask
 from fiveaxis.posture.turns.winding import endless, winding_columns
 from fiveaxis.toolpath import TiltBounds, Toolpath
 
@@ -101,7 +101,7 @@ def _within_turns(given: GivenProblem, mask: MaskFunction | None) -> tuple[Solut
         if not winding_columns(given.machine):
             raise
     # No way within its turns: the axis winds as far as the path wants, and is turned back where it is cheap.
-    asked = None if mask is None else Mask(asked_within(given.machine, mask))
+    asked = None if mask is None else Mask(wrap_mask(given.machine, mask))
     return _solved(given.endless(), asked), asked
 
 

@@ -1,1 +1,1 @@
-"""Axes with limits: angles counted on beyond a turn, and brought back."""
+"""Turns: unwrapped paths brought into the axis limits, and the rewinds that they need."""

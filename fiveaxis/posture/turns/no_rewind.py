@@ -1,4 +1,4 @@
-"""Why an axis can't be rewound along a path, and what limits would do."""
+"""Why an axis can't be rewound along a path, and which limits would be enough."""
 
 from __future__ import annotations
 
@@ -11,51 +11,51 @@ from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array
 from fiveaxis.kinematics.windings import ON_LIMIT, TURN
 from fiveaxis.machine import Machine
-from fiveaxis.posture.turns.retreat import way_ends, ways_clear
-from fiveaxis.posture.turns.turn_changes import Course
+from fiveaxis.posture.turns.stops import clear_retracts, retract_ends
+from fiveaxis.posture.turns.turn_changes import UnwrappedPath
 from fiveaxis.posture.turns.winding import plan_turns
 
-# Limits that would do are said to this many decimals, rounded outwards.
+# Suggested limits are rounded outwards to this many decimals.
 DECIMALS = 1
 
 
 def why_no_rewind(
-    course: Course, machine: Machine, column: int, clearance: float
+    course: UnwrappedPath, machine: Machine, column: int, clearance: float
 ) -> tuple[str, tuple[Finding, ...]]:
-    """Say that an axis winds too far, and which limits would let it be rewound or make that needless.
+    """Explain that an axis winds too far, and which limits would allow rewinds or make them needless.
 
-    Each remedy is verified: the linear limits on a plan of the turns with its ways off the part, the axis's
-    own on the path's angles.
+    Each remedy is checked: linear limits by a plan of turns with its retracts, the axis's own limits by the
+    path's angles.
 
     Parameters
     ----------
-    course : the path, unwrapped
-    column : the axis, in the order of the machine's axes
-    clearance : mm, between tool and part while it rewinds
+    column : of the axis among the machine's axes
+    clearance : mm, between tool and part during a rewind
 
     Returns
     -------
-    A message, and a finding of the code ``no-rewind``
+    A message, and a finding with the code ``no-rewind``
     """
     axis = machine.axes[column]
     angles = course.rotary[:, machine.rotary_columns.index(column)]
     span, has = np.degrees(np.ptp(angles)), np.degrees(axis.limits.high - axis.limits.low)
-    remedies = [*_roomier(course, machine, column, clearance), _wider(angles, machine, column)]
+    remedies = [*_linear_remedy(course, machine, column, clearance), _own_remedy(angles, machine, column)]
     message = (
-        f"{axis.letter} winds through {span:.0f} deg and has {has:.0f} deg, and there is no place to turn it "
-        "back: nowhere can the tool back off from the part, within its bounds and the limits of the linear "
-        f"axes, while two turns are open to it; {' or '.join(remedies)} would do; or set the part up lower"
+        f"{axis.letter} winds through {span:.0f} deg and has {has:.0f} deg, and it can't be rewound on this "
+        f"path: where {axis.letter} could be on two turns, the tool can't back off from the part within its "
+        f"bounds and the limits of the linear axes; {' or '.join(remedies)} would be enough; or set the part "
+        "up lower"
     )
-    furthest = int(np.ceil(course.place[int(np.argmax(np.abs(angles - angles[0])))]))
+    furthest = int(np.ceil(course.row[int(np.argmax(np.abs(angles - angles[0])))]))
     place = course.toolpath.place(furthest)
     return message, (Finding(Severity.ERROR, "no-rewind", message, place, float(span)),)
 
 
-def _wider(angles: Array, machine: Machine, column: int) -> str:
-    """Say to where the axis would have to turn so that the whole path fits without a rewind."""
+def _own_remedy(angles: Array, machine: Machine, column: int) -> str:
+    """Name the limits of the axis within which the whole path would fit without a rewind."""
     axis = machine.axes[column]
-    low, high = (axis.limits.low, axis.limits.high)
-    # Of the turns on which the path could begin the one that widens the limits least.
+    low, high = axis.limits.low, axis.limits.high
+    # The path begins on the turn that widens the limits least.
     turns = np.arange(math.floor((low - angles.max()) / TURN), math.ceil((high - angles.min()) / TURN) + 1)
     ends = np.minimum(low, angles.min() + TURN * turns), np.maximum(high, angles.max() + TURN * turns)
     best = int(np.argmin(ends[1] - ends[0]))
@@ -63,22 +63,20 @@ def _wider(angles: Array, machine: Machine, column: int) -> str:
     return f"{axis.letter} from {least} to {most} deg"
 
 
-def _roomier(course: Course, machine: Machine, column: int, clearance: float) -> Iterator[str]:
-    """Say how far the linear axes would have to go for the rewinds that take the least more."""
+def _linear_remedy(course: UnwrappedPath, machine: Machine, column: int, clearance: float) -> Iterator[str]:
+    """Name the linear limits for the rewinds that need the least additional travel."""
     inner = 1 + np.flatnonzero(course.admitted[1:-1])
     if not len(inner):
         return
-    path, rotary = course.toolpath, course.rotary
-    way = ways_clear(path, machine, rotary, column, inner, clearance)
-    known = np.isfinite(way)
-    ends = way_ends(path, machine, rotary, inner, np.where(known, way, 0.0))
+    distance = clear_retracts(course, machine, column, inner, clearance)
+    known = np.isfinite(distance)
+    ends = retract_ends(course, machine, inner, np.where(known, distance, 0.0))
     low, high = machine.low[machine.linear_columns], machine.high[machine.linear_columns]
     past = np.maximum(np.maximum(low - ends, ends - high), 0.0).max(axis=(0, 2))
-    stop = np.full(len(course.place), np.inf)
+    stop = np.full(len(course.row), np.inf)
     stop[inner] = np.where(known & np.isfinite(past), past, np.inf)
-    limits, nothing = machine.axes[column].limits, np.zeros(len(stop))
-    angles = rotary[:, machine.rotary_columns.index(column)]
-    turns = plan_turns(angles, (limits.low, limits.high), stop, nothing, nothing)
+    angles = course.rotary[:, machine.rotary_columns.index(column)]
+    turns = plan_turns(angles, machine.axes[column].limits, stop)
     if turns is None:
         return
     chosen = np.searchsorted(inner, np.flatnonzero(turns[1] - turns[0]))
@@ -86,7 +84,7 @@ def _roomier(course: Course, machine: Machine, column: int, clearance: float) ->
 
 
 def _limits_for(machine: Machine, ends: Array) -> Iterator[str]:
-    """Name the linear limits that positions, (2, m, linear axes) mm, lie past."""
+    """Name the linear limits that positions, (2, m, linear axes) mm, would need."""
     for number, column in enumerate(machine.linear_columns):
         axis, values = machine.axes[column], ends[..., number]
         if values.max() > axis.limits.high + ON_LIMIT:
@@ -96,7 +94,7 @@ def _limits_for(machine: Machine, ends: Array) -> Iterator[str]:
 
 
 def _outwards(value: float, side: float) -> str:
-    """Write a bound that would do, rounded up or, with −1, down."""
+    """Write a limit rounded up or, with −1, down."""
     scale = 10.0**DECIMALS
     # Adding 0 makes −0 a 0.
     return f"{side * math.ceil(side * value * scale - ON_LIMIT) / scale + 0.0:g}"

@@ -1,4 +1,4 @@
-"""Where a part is set up on a table that turns decides where the axis is at the end of its range."""
+"""Phase of the set-up: turning the part on a rotary table shifts the ends of the axis range on the path."""
 
 from __future__ import annotations
 
@@ -9,22 +9,22 @@ from fiveaxis.geometry import Array
 from fiveaxis.kinematics.windings import TURN
 from fiveaxis.machine import Limits, Machine
 from fiveaxis.posture.turns.rewinding import Rewound
-from fiveaxis.posture.turns.turn_changes import passed_seams
+from fiveaxis.posture.turns.turn_changes import find_turn_changes
 from fiveaxis.posture.turns.winding import plan_turns, winding_columns
 from fiveaxis.toolpath import Toolpath
 
-# Angles, in turns, by which the part is turned in thought; on longer paths it isn't looked at.
+# Angles to try, in turns; longer paths aren't examined.
 PHASES = np.arange(1, 24) / 24.0
 MOST_LOCATIONS = 20_000
-# A rewind between cuts is dear as well, next to one within a cut.
+# Price of a rewind between cuts, of one within a cut.
 BETWEEN = 1e-3
 
 
 def better_phases(toolpath: Toolpath, machine: Machine, rotary: Array, found: Rewound) -> list[Finding]:
-    """Say by how much the part would have to be turned on the table for fewer rewinds within cuts.
+    """Find by how much to turn the part on the table for fewer rewinds within cuts.
 
-    The axis that carries the part then stands that much further at every location, and all else stays where
-    it is: the room to back off, too.
+    The axis that carries the part is then further by that angle at every location; everything else stays as
+    it is, including the room to back off.
 
     Parameters
     ----------
@@ -35,7 +35,7 @@ def better_phases(toolpath: Toolpath, machine: Machine, rotary: Array, found: Re
 
     Returns
     -------
-    One finding at most, code ``rewind-phase``; its value the angle in degrees
+    At most one finding, code ``rewind-phase``; its value is the angle in degrees
     """
     letter = machine.chain.joints[0].letter
     marks = sum(r.in_cut for r in found.rewinds if r.axis == letter)
@@ -50,32 +50,24 @@ def better_phases(toolpath: Toolpath, machine: Machine, rotary: Array, found: Re
         return []
     angle = 360.0 * PHASES[best] - (360.0 if PHASES[best] > 0.5 else 0.0)
     message = (
-        f"{letter} is turned back within a cut {_times(marks)}; with the part set up on the table so that "
-        f"{letter} is {angle:+g} deg more everywhere it would be {_times(fewer)}, and {_times(others)} "
-        "between cuts"
+        f"{letter} rewinds {_times(marks)} within a cut; with the part turned on the table so that {letter} "
+        f"is {angle:+g} deg more everywhere, it would rewind {_times(fewer)} within a cut and "
+        f"{_times(others)} between cuts"
     )
     return [Finding(Severity.NOTE, "rewind-phase", message, toolpath.place(0), float(angle))]
 
 
 def count_rewinds(toolpath: Toolpath, angles: Array, limits: Limits) -> tuple[float, float]:
-    """Count the rewinds that an axis needs within cuts and between them; infinite where there is no way.
-
-    Parameters
-    ----------
-    angles : (n,), rad, unwrapped
-    """
+    """Count an unwrapped axis's rewinds within cuts and between them; infinite if it can't be rewound."""
     cutting = toolpath.cutting
     in_cut = np.append(cutting[1:] & cutting[:-1], False)
     stop = np.where(in_cut, 1.0, BETWEEN)
     stop[[0, -1]] = np.inf
-    rows, seam = passed_seams(angles, limits)
+    rows, changes = find_turn_changes(angles, limits)
     order = np.argsort(np.concatenate([np.arange(len(angles)), rows]), kind="stable")
     passing = np.where(cutting[np.ceil(rows).astype(np.int64)], 1.0, BETWEEN)
     price = np.concatenate([stop, passing])[order]
-    nothing = np.zeros(len(price))
-    turns = plan_turns(
-        np.concatenate([angles, seam])[order], (limits.low, limits.high), price, nothing, nothing
-    )
+    turns = plan_turns(np.concatenate([angles, changes])[order], limits, price)
     if turns is None:
         return np.inf, np.inf
     taken = price[turns[1] != turns[0]]

@@ -1,4 +1,4 @@
-"""Rewinds: where an axis of limited turns goes back, so that a path may wind further than its range."""
+"""Rewinds: where an axis of limited turns goes back, so that a path may wind further than the axis range."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ import numpy as np
 
 from fiveaxis.errors import Infeasible
 from fiveaxis.findings import Finding, Severity
-from fiveaxis.geometry import Array, BoolArray, IntArray
+from fiveaxis.geometry import Array, BoolArray
 from fiveaxis.kinematics import tool_axes
 from fiveaxis.kinematics.windings import TURN
 from fiveaxis.machine import Machine
 from fiveaxis.posture.turns.no_rewind import why_no_rewind
 from fiveaxis.posture.turns.stops import Stops, find_stops, link_feed, turn_feed
-from fiveaxis.posture.turns.turn_changes import Course, bounds_between, with_seams
+from fiveaxis.posture.turns.turn_changes import UnwrappedPath, bounds_between, with_turn_changes
 from fiveaxis.posture.turns.winding import plan_turns, winding_columns
 from fiveaxis.toolpath import MoveKind, TiltBounds, Toolpath
 
@@ -24,19 +24,19 @@ CLEARANCE = 10.0
 
 @dataclass(frozen=True)
 class Rewind:
-    """A stop at which an axis turns back by whole turns.
+    """A stop at which an axis turns by whole turns.
 
     Parameters
     ----------
-    place : of the stop on the path without rewinds, in rows: at location 3, or at 3.25 between 3 and 4
+    row : of the stop on the path without rewinds; 3.25 lies between locations 3 and 4
     axis : letter
     turns : whole turns, signed
-    retract : mm, that the tool backs off along its axis first and comes back afterwards
-    in_cut : whether a cut goes on afterwards where it stopped
+    retract : mm, that the tool backs off along its axis before, and returns after
+    in_cut : whether it interrupts a cut
     energy, time : J of the travel metric, and s
     """
 
-    place: float
+    row: float
     axis: str
     turns: int
     retract: float
@@ -51,30 +51,22 @@ class Rewound:
 
     Parameters
     ----------
-    toolpath : the locations, and those of the rewinds
-    rotary : (m, 2), rad, chain order, inside the limits of the axes that wind
-    place : (m,), where on the path without rewinds each location is, or stands at, in rows: 3.25 lies between
-        locations 3 and 4
+    toolpath : its own locations and those of the rewinds
+    rotary : (m, 2), rad, chain order, within the limits of the axes that wind
+    row : (m,), row of each location on the path without rewinds; 3.25 lies between locations 3 and 4
     own : (m,), whether it is a location of the path without rewinds
     rewinds : in path order
     """
 
     toolpath: Toolpath
     rotary: Array
-    place: Array
+    row: Array
     own: BoolArray
     rewinds: tuple[Rewind, ...]
 
-    @property
-    def rows(self) -> IntArray:
-        """(m,), row of the path without rewinds that each location is, stands at, or is on the way to."""
-        return np.ceil(self.place).astype(np.int64)
-
     def bounds(self, tilt: TiltBounds) -> TiltBounds:
-        """Give the bounds on the lean, made for the path without rewinds, for this one; links are free."""
-        free = np.where((self.own | self.toolpath.cutting)[:, None], 0.0, np.nan)
-        here = [replace(b, reference=b.reference + free) for b in bounds_between(tilt, self.place).all]
-        return replace(here[0], beside=tuple(here[1:]))
+        """Convert bounds on the lean of the path without rewinds to this one; links are free."""
+        return bounds_between(tilt, self.row).only(self.own | self.toolpath.cutting)
 
     @property
     def energy(self) -> float:
@@ -87,13 +79,13 @@ class Rewound:
         return sum(r.time for r in self.rewinds)
 
     def findings(self) -> list[Finding]:
-        """Say of every rewind where it is and what it costs; code ``rewind``."""
-        first_rows = np.searchsorted(self.place, [r.place for r in self.rewinds])
+        """Report where every rewind is and what it costs; code ``rewind``."""
+        first_rows = np.searchsorted(self.row, [r.row for r in self.rewinds])
         return [
             Finding(
                 Severity.WARNING if r.in_cut else Severity.NOTE,
                 "rewind",
-                _message(r),
+                _describe(r),
                 self.toolpath.place(int(row)),
                 value=360.0 * abs(r.turns),
             )
@@ -101,20 +93,16 @@ class Rewound:
         ]
 
 
-def _message(rewind: Rewind) -> str:
-    where = "the cut stops here" if rewind.in_cut else "between two cuts"
-    off = (
-        f"the tool backs off {rewind.retract:.1f} mm along its axis"
-        if rewind.retract
-        else "the tool is clear"
-    )
+def _describe(rewind: Rewind) -> str:
+    where = "within a cut" if rewind.in_cut else "between two cuts"
+    off = f"backs off {rewind.retract:.1f} mm along its axis" if rewind.retract else "is clear"
     return (
-        f"{rewind.axis} turns back by {360 * rewind.turns:+d} deg, {where}: {off}; it costs "
-        f"{rewind.energy:.1f} J and {rewind.time:.1f} s. Table and fixture aren't known here: look at this"
+        f"{rewind.axis} rewinds by {360 * rewind.turns:+d} deg {where}: the tool {off}; this costs "
+        f"{rewind.energy:.1f} J and {rewind.time:.1f} s. Table and fixture weren't considered: check it"
     )
 
 
-def rewound(
+def insert_rewinds(
     toolpath: Toolpath,
     machine: Machine,
     rotary: Array,
@@ -123,34 +111,34 @@ def rewound(
     clearance: float = CLEARANCE,
     time_price: float = 0.0,
 ) -> Rewound:
-    """Put a path that winds without end into the limits, with as cheap rewinds as there are.
+    """Bring an unwrapped path into the axis limits with the cheapest rewinds.
 
-    A rewind stands where the tool is already clear of what the path cuts, or where it can back off along
-    its own axis (`fiveaxis.posture.turns.retreat`). One that interrupts a cut is taken only where none
-    between cuts will do. Where two turns are open to an axis between two locations only, as with exactly
-    one turn, it stands there (`with_seams`).
+    A rewind takes place where the tool is clear of everything that is cut, or can back off along its own axis
+    (`clear_retracts`). It interrupts a cut only if no rewind between cuts is enough. If two turns are
+    possible only between two locations, as with exactly one turn, it takes place there (`with_turn_changes`).
 
     Parameters
     ----------
     rotary : (n, 2), rad, chain order, unwrapped
-    tilt : bounds on the lean of the path's locations, which hold where an axis stops between two as well
-    clearance : mm, between tool and part while an axis rewinds
+    tilt : bounds on the lean at the path's locations; they also hold at stops between two
+    clearance : mm, between tool and part during a rewind
     time_price : J/s
 
     Raises
     ------
     Infeasible
-        The path winds further than an axis can, and there is no place to rewind.
+        The path winds further than an axis can, and no rewind is possible.
     """
     columns = winding_columns(machine)
-    course = with_seams(toolpath, machine, rotary, columns, tilt)
+    course = with_turn_changes(toolpath, machine, rotary, columns, tilt)
     arriving, leaving = course.rotary.copy(), course.rotary.copy()
     rewinds: list[tuple[int, Rewind]] = []
     for column in columns:
-        which, limits = machine.rotary_columns.index(column), machine.axes[column].limits
+        which = machine.rotary_columns.index(column)
         stops = find_stops(course, machine, column, clearance, time_price)
-        angles = course.rotary[:, which]
-        turns = plan_turns(angles, (limits.low, limits.high), stops.price, stops.up, stops.down)
+        turns = plan_turns(
+            course.rotary[:, which], machine.axes[column].limits, stops.price, *stops.turn_price
+        )
         if turns is None:
             raise Infeasible(*why_no_rewind(course, machine, column, clearance))
         before, after = turns
@@ -158,14 +146,14 @@ def rewound(
         leaving[:, which] += TURN * after
         rows = np.flatnonzero(after - before)
         rewinds += [(int(i), _rewind(stops, course, int(i), int(after[i] - before[i]))) for i in rows]
-    return _inserted(course, machine, (arriving, leaving), sorted(rewinds, key=lambda r: r[0]))
+    return _insert(course, machine, (arriving, leaving), sorted(rewinds, key=lambda r: r[0]))
 
 
-def _rewind(stops: Stops, course: Course, row: int, turns: int) -> Rewind:
-    """Describe the rewind at a row of a course."""
+def _rewind(stops: Stops, course: UnwrappedPath, row: int, turns: int) -> Rewind:
+    """Make the record of the rewind at a row of an unwrapped path."""
     one = stops.turn_energy[0] if turns > 0 else stops.turn_energy[1]
     return Rewind(
-        place=float(course.place[row]),
+        row=float(course.row[row]),
         axis=stops.axis,
         turns=turns,
         retract=float(stops.retract[row]),
@@ -175,15 +163,15 @@ def _rewind(stops: Stops, course: Course, row: int, turns: int) -> Rewind:
     )
 
 
-def _inserted(
-    course: Course, machine: Machine, rotary: tuple[Array, Array], rewinds: list[tuple[int, Rewind]]
+def _insert(
+    course: UnwrappedPath, machine: Machine, rotary: tuple[Array, Array], rewinds: list[tuple[int, Rewind]]
 ) -> Rewound:
-    """Put the rewinds into the path: back off, turn each axis, come back."""
+    """Insert rewinds into the path: back off, turn each axis, return."""
     arriving, leaving = rotary
     stops: dict[int, list[Rewind]] = {}
     for row, rewind in rewinds:
         stops.setdefault(row, []).append(rewind)
-    count = np.ones(len(course.place), dtype=np.int64)
+    count = np.ones(len(course.row), dtype=np.int64)
     for row, there in stops.items():
         count[row] += len(there) + 2 * (max(r.retract for r in there) > 0.0)
     rows = np.repeat(np.arange(len(count)), count)
@@ -207,13 +195,13 @@ def _inserted(
             at += 1
     linked = _with_links(path, machine, angles, is_link, back, feed)
     own = course.own[rows] & ~is_link
-    return Rewound(linked, angles, course.place[rows], own, tuple(r for _, r in rewinds))
+    return Rewound(linked, angles, course.row[rows], own, tuple(r for _, r in rewinds))
 
 
 def _with_links(
     path: Toolpath, machine: Machine, rotary: Array, link: BoolArray, back: Array, feed: Array
 ) -> Toolpath:
-    """Make some rows links, so far off along the tool's axis; the tip counts."""
+    """Turn some rows into links, with the tip backed off along the tool's axis by a distance, (n,) mm."""
     axes = tool_axes(machine, rotary)
     unknown = np.full_like(path.normal, np.nan)
     pivot = path.zone.pivot_of_tip(path.tips(axes) + back[:, None] * axes, unknown, axes)

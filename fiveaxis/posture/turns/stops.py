@@ -1,4 +1,4 @@
-"""Stops: what it costs, at each location of a path, to back off there and turn an axis back."""
+"""Stops for rewinds: how far the tool must back off at each location, and what rewinding there costs."""
 
 from __future__ import annotations
 
@@ -7,16 +7,21 @@ from dataclasses import dataclass
 import numpy as np
 
 from fiveaxis.energy import travel_costs
-from fiveaxis.geometry import Array
-from fiveaxis.kinematics import linear_positions, tool_axes
-from fiveaxis.kinematics.windings import TURN
+from fiveaxis.geometry import Array, BoolArray, IntArray
+from fiveaxis.kinematics import linear_positions, tool_axes, tool_poses
+from fiveaxis.kinematics.windings import ON_LIMIT, TURN
 from fiveaxis.machine import Machine
-from fiveaxis.posture.turns.retreat import retreats
-from fiveaxis.posture.turns.turn_changes import Course
+from fiveaxis.posture.turns.turn_changes import UnwrappedPath
 from fiveaxis.toolpath import Toolpath
 
 # J: a rewind that interrupts a cut leaves a mark, so it is taken only where there is no other.
 CUT_PRICE = 1e9
+# For an axis on the head: angles of a turn to check, and the distances to try, as multiples of the one that
+# clears the part at the first angle.
+CHECKED = 24
+TRIED = 1.5 ** np.arange(8.0)
+# mm; a tool that is so near to being clear is clear.
+ROUNDING = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,67 +32,162 @@ class Stops:
     ----------
     axis : letter
     retract : (n,), mm; 0 where there is no room
-    energy : (n,), J, of backing off and coming back
-    up, down : (n,), J, of each turn, with its time's price
-    turn_energy : (2,), J, of one turn forwards and back, without it
-    times : s, of one turn and (n,) of backing off and coming back
-    in_cut : (n,), whether a cut goes on where it stopped
-    price : (n,), J, what `plan_turns` counts; infinite where there is no room
+    energy : (n,), J, of backing off and returning
+    turn_price : J, of one turn up and down, with the price of its time
+    turn_energy : (2,), J, without it
+    times : s, of one turn, and (n,) of backing off and returning
+    in_cut : (n,), whether the rewind would interrupt a cut
+    price : (n,), J, of a stop as `plan_turns` counts it; infinite where there is no room
     """
 
     axis: str
     retract: Array
     energy: Array
-    up: Array
-    down: Array
+    turn_price: tuple[float, float]
     turn_energy: Array
     times: tuple[float, Array]
     in_cut: Array
     price: Array
 
 
-def find_stops(course: Course, machine: Machine, column: int, clearance: float, time_price: float) -> Stops:
+def find_stops(
+    course: UnwrappedPath, machine: Machine, column: int, clearance: float, time_price: float
+) -> Stops:
     """Work out what rewinding an axis costs at each location.
 
     Parameters
     ----------
-    course : the path, unwrapped
-    column : the axis, in the order of the machine's axes
+    column : of the axis among the machine's axes
     clearance : mm, between tool and part while the axis rewinds
     time_price : J/s
     """
-    toolpath, rotary, n = course.toolpath, course.rotary, len(course.place)
+    toolpath, rotary, n = course.toolpath, course.rotary, len(course.row)
     cutting = toolpath.cutting
-    # A rewind at the last location would serve nothing; one at the first is a matter of where to begin.
+    # A rewind at the last location would be useless; one at the first is the choice of the first turn.
     in_cut = np.append(cutting[1:], False) & (cutting | (np.arange(n) == 0))
     retract = np.full(n, np.inf)
     rows = 1 + np.flatnonzero(course.admitted[1:-1])
-    retract[rows] = retreats(toolpath, machine, rotary, column, rows, clearance)
-    way = np.where(np.isfinite(retract), retract, 0.0)
+    retract[rows] = retracts_within_limits(course, machine, column, rows, clearance)
+    distance = np.where(np.isfinite(retract), retract, 0.0)
     axes = tool_axes(machine, rotary)
-    tip = toolpath.tips(axes)
+    tip, off = toolpath.tips(axes), distance[:, None] * axes
+    move = linear_positions(machine, tip + off, rotary) - linear_positions(machine, tip, rotary)
     feed = link_feed(toolpath)
-    move = linear_positions(machine, tip + way[:, None] * axes, rotary) - linear_positions(
-        machine, tip, rotary
-    )
     plus, minus = (c[0] for c in travel_costs(machine, np.array([feed])))
     energy = np.abs(move) @ (plus + minus)
     speed = turn_feed(machine, column, feed)
     plus, minus = (c[0, column] for c in travel_costs(machine, np.array([speed])))
     turning = TURN * np.array([plus, minus])
-    times = 360.0 / speed, 2.0 * way / feed
+    times = 360.0 / speed, 2.0 * distance / feed
     price = np.where(np.isfinite(retract), energy + time_price * times[1], np.inf) + CUT_PRICE * in_cut
-    up, down = (np.full(n, joules + time_price * times[0]) for joules in turning)
-    return Stops(machine.axes[column].letter, way, energy, up, down, turning, times, in_cut, price)
+    up, down = (float(joules + time_price * times[0]) for joules in turning)
+    return Stops(machine.axes[column].letter, distance, energy, (up, down), turning, times, in_cut, price)
 
 
 def link_feed(toolpath: Toolpath) -> float:
-    """Highest feed of links and rapid moves, mm/s; of the cuts where there are none."""
+    """Highest feed of links and rapid moves, mm/s; of the cuts if there are none."""
     links = toolpath.feed[~toolpath.cutting]
     return float((links if len(links) else toolpath.feed).max())
 
 
 def turn_feed(machine: Machine, column: int, feed: float) -> float:
-    """Feed of a move in which one rotary axis turns alone: deg/s, its highest speed if that is known."""
+    """Feed of a move of one rotary axis alone, deg/s: its highest speed if known, else the given feed."""
     fastest = machine.axes[column].max_speed
     return feed if fastest is None else float(np.degrees(fastest))
+
+
+def retracts_within_limits(
+    course: UnwrappedPath, machine: Machine, column: int, rows: IntArray, clearance: float
+) -> Array:
+    """Measure retract distances as `clear_retracts` does; infinite also beyond the linear limits.
+
+    The limits hold at both ends of the retract, and so between them: linear axes are linear in the tip.
+    """
+    distance = clear_retracts(course, machine, column, rows, clearance)
+    low, high = machine.low[machine.linear_columns], machine.high[machine.linear_columns]
+    ends = retract_ends(course, machine, rows, np.where(np.isfinite(distance), distance, 0.0))
+    inside = (ends >= low - ON_LIMIT) & (ends <= high + ON_LIMIT)
+    return np.where(inside.all(axis=(0, 2)), distance, np.inf)
+
+
+def retract_ends(course: UnwrappedPath, machine: Machine, rows: IntArray, distance: Array) -> Array:
+    """Solve the linear axes at locations, (m,), and backed off from them, (m,) mm: (2, m, linear axes) mm."""
+    rotary = course.rotary
+    axis = tool_axes(machine, rotary)
+    tip = course.toolpath.tips(axis)[rows]
+    ends = [
+        linear_positions(machine, tip + d[:, None] * axis[rows], rotary[rows])
+        for d in (0.0 * distance, distance)
+    ]
+    return np.stack(ends)[..., machine.linear_columns]
+
+
+def clear_retracts(
+    course: UnwrappedPath, machine: Machine, column: int, rows: IntArray, clearance: float
+) -> Array:
+    """Measure how far the tool must back off along its axis before a rotary axis may make whole turns.
+
+    A sphere around everything that is cut must stay clear. If the workpiece sits on the turning axis, the
+    sphere is centred on that axis, so the turn leaves it in place. The tool is a ray as thick as its thickest
+    part. Table, fixture, surroundings and axis limits aren't considered.
+
+    Parameters
+    ----------
+    column : of the turning axis among the machine's axes
+    rows : (m,), locations
+    clearance : mm, between sphere and tool
+
+    Returns
+    -------
+    (m,), mm; infinite where no distance was found
+    """
+    toolpath, rotary = course.toolpath, course.rotary
+    tip = toolpath.tips(tool_axes(machine, rotary))
+    on_table = machine.chain.joints[0].letter == machine.axes[column].letter
+    centre, radius = _sphere(toolpath.pivot[toolpath.cutting], machine, on_table)
+    reach = radius + toolpath.zone.radius + float(toolpath.tool.outline()[:, 0].max()) + clearance
+    rotary, tip = rotary[rows], tip[rows]
+    axis = tool_axes(machine, rotary)
+    least = _exit_distance(tip - centre, axis, reach)
+    if on_table:
+        return least
+    found = np.full(len(rows), np.inf)
+    for share in TRIED:
+        # A tip outside the sphere has no distance to multiply, but the turn may sweep the tool into it.
+        distance = share * np.maximum(least, clearance) if share > TRIED[0] else least
+        clear = _turns_clear(machine, tip + distance[:, None] * axis, rotary, column, (centre, reach))
+        found = np.where(np.isinf(found) & clear, distance, found)
+    return found
+
+
+def _sphere(points: Array, machine: Machine, on_table: bool) -> tuple[Array, float]:
+    """Put a sphere around points, (n, 3) mm, centred on the workpiece's own axis if that is what turns."""
+    if on_table:
+        line = machine.chain.joints[0].line
+        along = (points - line.point) @ line.direction
+        centre = line.point + np.multiply((along.min() + along.max()) / 2.0, line.direction)
+    else:
+        centre = (points.min(axis=0) + points.max(axis=0)) / 2.0
+    return centre, float(np.linalg.norm(points - centre, axis=1).max())
+
+
+def _exit_distance(start: Array, axis: Array, reach: float) -> Array:
+    """Measure how far tips, (n, 3) mm from a sphere's centre, go along their axes until the ray is clear."""
+    along = np.sum(start * axis, axis=1)
+    across = np.sum(start * start, axis=1) - along**2
+    half = np.sqrt(np.maximum(reach**2 - across, 0.0))
+    return np.maximum(np.where(across < reach**2, half - along, 0.0), 0.0)
+
+
+def _turns_clear(
+    machine: Machine, tip: Array, rotary: Array, column: int, sphere: tuple[Array, float]
+) -> BoolArray:
+    """Check where the tool stays clear of a sphere while an axis makes one turn and the others stand."""
+    standing = linear_positions(machine, tip, rotary)
+    clear = np.ones(len(tip), dtype=bool)
+    for turn in np.linspace(0.0, TURN, CHECKED, endpoint=False):
+        turned = standing.copy()
+        turned[:, column] += turn
+        swept, axis = tool_poses(machine, turned)
+        clear &= _exit_distance(swept - sphere[0], axis, sphere[1]) <= ROUNDING
+    return clear

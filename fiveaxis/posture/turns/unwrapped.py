@@ -1,9 +1,10 @@
-"""Solutions that wind without end, brought into the turns that the machine has."""
+"""Unwrapped solutions, brought into the axis limits of the machine."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from operator import attrgetter
 
 import numpy as np
 
@@ -17,30 +18,23 @@ from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.posture.solution import Baseline, Solution, Unwrapped, program_energy
 from fiveaxis.posture.strategy.singular import Cone, turning_within
 from fiveaxis.posture.turns.phase import better_phases
-from fiveaxis.posture.turns.reversals import unreversed
-from fiveaxis.posture.turns.rewinding import CLEARANCE, Rewound, rewound
+from fiveaxis.posture.turns.reversals import paths_without_reversals
+from fiveaxis.posture.turns.rewinding import CLEARANCE, Rewound, insert_rewinds
+from fiveaxis.posture.turns.stops import CUT_PRICE
 from fiveaxis.posture.turns.winding import winding_columns
 from fiveaxis.toolpath import TiltBounds, Toolpath
 
 # Takes a problem and a path, (n, 2) rad, to a cheaper path.
 Refine = Callable[[Problem, Array], Array]
-# Tells of a path, (n, 2) rad, whether it keeps what isn't in its problem.
-Keeps = Callable[[Array], bool]
-# J: one more rewind within a cut is dearer than what posture can save.
-MARK_PRICE = 1e9
+# Checks whether a path, (n, 2) rad, keeps constraints that aren't part of its problem.
+PathCheck = Callable[[Array], bool]
 # Rounds of leaving out rewinds that undo each other.
 MOST_ROUNDS = 20
 
 
 @dataclass(frozen=True, eq=False)
-class _Asked:
-    """A mask that is asked about angles within the limits of a machine, of all turns that are open.
-
-    Parameters
-    ----------
-    machine : with its limits
-    mask : asked
-    """
+class _WrappedMask:
+    """A mask for unwrapped angles, evaluated within the limits of a machine."""
 
     machine: Machine
     mask: MaskFunction
@@ -50,8 +44,8 @@ class _Asked:
 
 
 @dataclass(frozen=True, eq=False)
-class _RoughlyAsked(_Asked):
-    """The same with the mask's own rough map."""
+class _WrappedRoughMask(_WrappedMask):
+    """The same for a mask with a rough map."""
 
     mask: RoughMask
 
@@ -59,24 +53,20 @@ class _RoughlyAsked(_Asked):
         return self.mask.rough(rows, into_limits(self.machine, rotary))
 
 
-def asked_within(machine: Machine, mask: MaskFunction) -> MaskFunction:
-    """Make a mask that knows the machine's limits one for a path that winds without end.
+def wrap_mask(machine: Machine, mask: MaskFunction) -> MaskFunction:
+    """Make a mask of postures within the machine's limits one for unwrapped paths.
 
-    A whole turn changes nothing of where the tool is, but a mask may count angles as the machine does.
+    A whole turn leaves the tool where it is, but a mask may count angles as the machine does.
     """
-    return _RoughlyAsked(machine, mask) if isinstance(mask, RoughMask) else _Asked(machine, mask)
+    return _WrappedRoughMask(machine, mask) if isinstance(mask, RoughMask) else _WrappedMask(machine, mask)
 
 
-def keeping(
+def path_check(
     toolpath: Toolpath, machine: Machine, rotary: Array, cone: Cone | None, mask: MaskFunction | None
-) -> Keeps:
-    """Make what tells of another path, (n, 2) rad, whether it keeps what no problem knows: cone and mask.
+) -> PathCheck:
+    """Make the check of what no problem states: the singular cone and the mask.
 
-    Parameters
-    ----------
-    toolpath, machine : of the paths
-    rotary : (n, 2), rad: where this one couldn't hold the axis within the singular cone, none has to
-    cone, mask : what to keep
+    The cone binds other paths only where the given path, (n, 2) rad, could hold the axis within it.
     """
     rows = np.arange(len(toolpath))
 
@@ -89,55 +79,55 @@ def keeping(
     return lambda path: turned(path) <= most and (mask is None or bool(np.all(mask(rows, path))))
 
 
-def rewound_solution(
-    solution: Solution, machine: Machine, refine: Refine, keeps: Keeps, *, clearance: float = CLEARANCE
+def rewind_solution(
+    solution: Solution, machine: Machine, refine: Refine, keeps: PathCheck, *, clearance: float = CLEARANCE
 ) -> Solution:
-    """Make of a solution on the endless machine one on the machine itself.
+    """Convert a solution on the endless machine to the machine itself.
 
-    The path, the path drawn into one turn less (`fewer_turns`) and the baselines that keep all bounds are
-    rewound; the cheapest, with its rewinds, is the result. Baselines are compared with their own rewinds; one
-    that can't be rewound is missing.
+    The path, the path with one turn less (`fewer_turns`) and the baselines that keep all bounds are rewound;
+    the cheapest, with its rewinds, is the result. Baselines are compared with their own rewinds; one that
+    can't be rewound is reported as missing.
 
     Parameters
     ----------
     solution : on the machine whose axes turn without end, with its problem
     machine : with its limits
-    refine : for a path that is drawn in
-    keeps : tells of a path whether it keeps what isn't in the problem (`keeping`)
-    clearance : mm, between tool and part while an axis rewinds
+    refine : for the path with one turn less
+    keeps : checks what isn't part of the problem (`path_check`)
+    clearance : mm, between tool and part during a rewind
 
     Raises
     ------
     Infeasible
         The solution's path can't be rewound.
     SettingError
-        A solution without its problem.
+        The solution has no problem.
     """
     path, columns, problem = solution.toolpath, machine.rotary_columns, solution.problem
     if problem is None:
-        raise SettingError("a solution that was put together by hand can't be rewound; optimise its path")
-    choice = _Choice(problem, path, solution.tilt, machine, clearance)
+        raise SettingError("this solution has no problem and can't be rewound; optimise its path")
+    rewinder = _Rewinder(problem, path, solution.tilt, machine, clearance)
     own = solution.motion.positions[:, columns]
-    best = choice.without_reversals(choice.of(own), keeps)
+    best = rewinder.without_reversals(rewinder.of(own), keeps)
     for narrow, drawn in fewer_turns(problem, machine, own, best.found, refine):
         if keeps(drawn):
-            other = choice.without_reversals(choice.of(drawn), keeps)
-            best = min(best, replace(other, problem=narrow), key=_price)
+            other = rewinder.without_reversals(rewinder.of(drawn), keeps)
+            best = min(best, replace(other, problem=narrow), key=attrgetter("price"))
     compared, missing = {}, dict(solution.missing)
     for name, baseline in solution.compared.items():
         rotary = baseline.motion.positions[:, columns]
         try:
-            other = choice.elsewhere(baseline.toolpath).of(rotary)
+            other = rewinder.elsewhere(baseline.toolpath).of(rotary)
         except Infeasible as reason:
             missing[name] = str(reason)
             continue
-        driven = follow(other.found.toolpath, machine, other.found.rotary)
-        path_there = other.found.toolpath
-        spent = program_energy(machine, path_there, driven, solution.filling)
-        compared[name] = Baseline(driven, spent, path_there, baseline.note)
+        rewound = other.found.toolpath
+        motion = follow(rewound, machine, other.found.rotary)
+        energy = program_energy(machine, rewound, motion, solution.filling)
+        compared[name] = Baseline(motion, energy, rewound, baseline.note)
         if baseline.toolpath in (None, path) and problem.violation(rotary) <= ALLOWED and keeps(rotary):
-            best = min(best, other, key=_price)
-    kept = Unwrapped(path, solution.tilt, best.problem, best.rotary, clearance, best.found.place)
+            best = min(best, other, key=attrgetter("price"))
+    kept = Unwrapped(path, solution.tilt, best.problem, best.rotary, clearance, best.found.row)
     limited = replace(
         solution, machine=machine, compared=compared, missing=missing, problem=None, unwrapped=kept
     )
@@ -145,15 +135,15 @@ def rewound_solution(
 
 
 def with_path(solution: Solution, rotary: Array) -> tuple[Solution, Rewound | None]:
-    """Give a solution another path in the place of its own.
+    """Replace the path of a solution.
 
     Parameters
     ----------
-    rotary : (n, 2), rad, chain order, in the problem of the solution, or in that which it was rewound from
+    rotary : (n, 2), rad, chain order, of the solution's problem, or of the one it was rewound from
 
     Returns
     -------
-    The solution, and how it was rewound, if so
+    The solution, and the rewound path if it is rewound
 
     Raises
     ------
@@ -167,9 +157,9 @@ def with_path(solution: Solution, rotary: Array) -> tuple[Solution, Rewound | No
         energy = program_energy(machine, solution.toolpath, motion, solution.filling, solution.clock)
         return replace(solution, motion=motion, energy=energy), None
     prices = {"clearance": unwrapped.clearance, "time_price": unwrapped.problem.time_price}
-    found = rewound(unwrapped.toolpath, machine, rotary, tilt=unwrapped.tilt, **prices)
-    told = [*found.findings(), *better_phases(unwrapped.toolpath, machine, rotary, found)]
-    path = replace(found.toolpath, findings=(*unwrapped.toolpath.findings, *told))
+    found = insert_rewinds(unwrapped.toolpath, machine, rotary, tilt=unwrapped.tilt, **prices)
+    findings = [*found.findings(), *better_phases(unwrapped.toolpath, machine, rotary, found)]
+    path = replace(found.toolpath, findings=(*unwrapped.toolpath.findings, *findings))
     motion = follow(path, machine, found.rotary)
     other = replace(
         solution,
@@ -177,21 +167,16 @@ def with_path(solution: Solution, rotary: Array) -> tuple[Solution, Rewound | No
         tilt=found.bounds(unwrapped.tilt),
         motion=motion,
         energy=program_energy(machine, path, motion, solution.filling, solution.clock),
-        unwrapped=replace(unwrapped, rotary=rotary, place=found.place),
+        unwrapped=replace(unwrapped, rotary=rotary, place=found.row),
     )
     return other, found
 
 
 @dataclass(frozen=True, eq=False)
 class _Candidate:
-    """A path with its rewinds.
+    """An unwrapped path, (n, 2) rad, with its rewinds.
 
-    Parameters
-    ----------
-    problem : that it solves
-    rotary : (n, 2), rad, chain order, unwrapped
-    found : rewound
-    price : J, with its delay, its rewinds and the marks that they leave
+    The price, J, includes its delay, its rewinds and the marks that they leave.
     """
 
     problem: Problem
@@ -200,13 +185,9 @@ class _Candidate:
     price: float
 
 
-def _price(candidate: _Candidate) -> float:
-    return candidate.price
-
-
 @dataclass(frozen=True, eq=False)
-class _Choice:
-    """What paths are rewound on, and priced by."""
+class _Rewinder:
+    """Rewinds paths and prices them."""
 
     problem: Problem
     path: Toolpath
@@ -214,24 +195,24 @@ class _Choice:
     machine: Machine
     clearance: float
 
-    def elsewhere(self, path: Toolpath | None) -> _Choice:
-        """Choose on a path whose closed passes begin elsewhere, of which no bounds are known."""
+    def elsewhere(self, path: Toolpath | None) -> _Rewinder:
+        """Return the same for a path whose closed passes begin elsewhere; its bounds are unknown."""
         return self if path is None or path is self.path else replace(self, path=path, tilt=None)
 
     def of(self, rotary: Array) -> _Candidate:
         """Rewind a path, (n, 2) rad, and price it."""
         problem = self.problem
         prices = {"clearance": self.clearance, "time_price": problem.time_price}
-        found = rewound(self.path, self.machine, rotary, tilt=self.tilt, **prices)
+        found = insert_rewinds(self.path, self.machine, rotary, tilt=self.tilt, **prices)
         marks = sum(r.in_cut for r in found.rewinds)
         travel = problem.cost(problem.positions(slice(None), rotary))
-        price = travel + found.energy + problem.time_price * found.time + MARK_PRICE * marks
+        price = travel + found.energy + problem.time_price * found.time + CUT_PRICE * marks
         return _Candidate(problem, rotary, found, price)
 
-    def without_reversals(self, best: _Candidate, keeps: Keeps) -> _Candidate:
-        """Hold a path at the ends of the range where it passes them for a while, as often as that pays."""
+    def without_reversals(self, best: _Candidate, keeps: PathCheck) -> _Candidate:
+        """Leave out rewinds that undo each other as long as that gets cheaper."""
         for _ in range(MOST_ROUNDS):
-            tried = unreversed(self.problem, self.machine, best.rotary, best.found, self.tilt)
+            tried = paths_without_reversals(self.problem, self.machine, best.rotary, best.found, self.tilt)
             sound = (self.of(r) for r in tried if keeps(r) and self.problem.violation(r) <= ALLOWED)
             better = next((other for other in sound if other.price < best.price), None)
             if better is None:
@@ -243,11 +224,11 @@ class _Choice:
 def fewer_turns(
     problem: Problem, machine: Machine, rotary: Array, found: Rewound, refine: Refine
 ) -> Iterator[tuple[Problem, Array]]:
-    """Draw a path that winds one way into one turn less than its rewinds give back.
+    """Draw a path that winds in one direction into limits that save one turn of its rewinds.
 
-    Where a path begins and ends may be worth a turn: one from −46° to 3486° on an axis of ±400° needs nine
-    turns back, one from −40° to 3480° eight. That bound is a limit of the endless axis, so the NLP finds the
-    cheapest path within it near the given one.
+    Small changes at its ends may save a turn: from −46° to 3486° on an axis of ±400° takes nine turns of
+    rewinds, from −40° to 3480° eight. These bounds become limits of the endless axis, and the NLP finds the
+    cheapest path within them near the given one.
 
     Parameters
     ----------
@@ -258,8 +239,8 @@ def fewer_turns(
 
     Returns
     -------
-    The problem within fewer turns and its path, (n, 2) rad, for every axis that winds one way only; none
-    where no admissible path was found
+    The narrowed problem and its path, (n, 2) rad, for every axis that winds in one direction only and for
+    which an admissible path was found
     """
     for column in winding_columns(machine):
         axis, which = machine.axes[column], machine.rotary_columns.index(column)

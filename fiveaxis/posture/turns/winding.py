@@ -1,8 +1,8 @@
-"""Turns: which turn each location is run on, where an axis has several but not all.
+"""The turn of every location, for axes with a whole turn or more but not without end.
 
-The optimiser winds such an axis without end first. Whole turns move neither the tool nor any other axis, so
-which turn each location is run on is a problem of its own: dynamic programming over the turn number, in which
-changing the turn costs what backing off, turning and coming back cost. That is exact for the path given.
+The optimiser first winds such an axis without end. Whole turns move neither the tool nor any other axis, so
+the turns are a separate problem: dynamic programming over the turn number, in which changing the turn costs
+what backing off, turning and returning cost. That is exact for the given path.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ from fiveaxis.geometry import Array, IntArray
 from fiveaxis.kinematics.windings import ON_LIMIT, TURN
 from fiveaxis.machine import Limits, Machine
 
-# No turn at all.
-NOWHERE = np.iinfo(np.int64).max
+# Stands for: no turn is possible.
+NO_TURN = np.iinfo(np.int64).max
 
 
 def winding_columns(machine: Machine) -> list[int]:
-    """Columns of the rotary axes that have a whole turn or more, but not without end."""
+    """Find the columns of the rotary axes that have a whole turn or more, but not without end."""
     axes = machine.axes
     return [
         c
@@ -31,37 +31,39 @@ def winding_columns(machine: Machine) -> list[int]:
 
 
 def endless(machine: Machine) -> Machine:
-    """Return the machine with axes of a whole turn or more turning without end."""
+    """Free the axes that have a whole turn or more of their limits."""
     free = set(winding_columns(machine))
     axes = tuple(replace(a, limits=Limits()) if c in free else a for c, a in enumerate(machine.axes))
     return replace(machine, axes=axes)
 
 
 def plan_turns(
-    angles: Array, limits: tuple[float, float], stop: Array, up: Array, down: Array
+    angles: Array, limits: Limits, stop: Array, up: float = 0.0, down: float = 0.0
 ) -> tuple[IntArray, IntArray] | None:
     """Choose the turn of every location so that the rewinds cost least.
 
     Parameters
     ----------
     angles : (n,), rad, unwrapped
-    limits : rad
-    stop : (n,), J, of rewinding at a location at all; infinite where that can't be
-    up, down : (n,), J, of each turn forwards and back
+    limits : of the axis
+    stop : (n,), J, of stopping at a location for a rewind; infinite where that is impossible
+    up, down : J, of each turn
 
     Returns
     -------
-    before, after : (n,), whole turns to add on the way to each location and on the way from it; they differ
-        where the axis rewinds. None where there is no way
+    before, after : (n,), whole turns to add on the moves to each location and from it; they differ where the
+        axis rewinds. None if the path can't be rewound
     """
-    low, high = limits
-    # Towards an open end no path needs more turns than it makes itself.
+    # Towards an open end no path needs more turns than it makes.
     room = np.ceil(np.ptp(angles) / TURN) + 1.0
-    first, final = np.ceil((low - ON_LIMIT - angles) / TURN), np.floor((high + ON_LIMIT - angles) / TURN)
+    first, final = (
+        np.ceil((limits.low - ON_LIMIT - angles) / TURN),
+        np.floor((limits.high + ON_LIMIT - angles) / TURN),
+    )
     least = np.where(np.isfinite(first), first, final - room).astype(np.int64)
     most = np.where(np.isfinite(final), final, first + room).astype(np.int64)
-    came, last = _cheapest_turns(least, most, stop.astype(float), up.astype(float), down.astype(float))
-    if last == NOWHERE:
+    came, last = _cheapest_turns(least, most, stop.astype(float), float(up), float(down))
+    if last == NO_TURN:
         return None
     before, after = np.empty(len(angles), dtype=np.int64), np.empty(len(angles), dtype=np.int64)
     for i in range(len(angles) - 1, -1, -1):
@@ -72,11 +74,11 @@ def plan_turns(
 
 @compiled
 def _cheapest_turns(
-    least: IntArray, most: IntArray, stop: Array, up: Array, down: Array
+    least: IntArray, most: IntArray, stop: Array, up: float, down: float
 ) -> tuple[IntArray, int]:
-    """Give for each turn of each location, from its least one, the turn on the way to it, and the last one.
+    """Find the turn before each turn of each location, counted from its least one, and the last turn.
 
-    Of paths that cost the same the one with turns next to 0 is taken.
+    Of paths with the same cost the one with turns nearest to 0 is taken.
     """
     n, width = len(least), max(1, np.max(most - least) + 1)
     came = np.zeros((n, width), dtype=np.int64)
@@ -99,11 +101,11 @@ def _cheapest_turns(
                 turns = w - v
                 if turns == 0 or arrived[v] == np.inf:
                     continue
-                total = arrived[v] + stop[i] + (turns * up[i] if turns > 0 else -turns * down[i])
+                total = arrived[v] + stop[i] + (turns * up if turns > 0 else -turns * down)
                 nearer = abs(least[i] + v) < abs(came[i, w])
                 if total < cost[w] or (total == cost[w] and nearer):
                     cost[w], came[i, w] = total, least[i] + v
-    last, best = NOWHERE, np.inf
+    last, best = NO_TURN, np.inf
     for w in range(width):
         k = least[n - 1] + w
         if cost[w] < best or (cost[w] == best and cost[w] < np.inf and abs(k) < abs(last)):

@@ -11,7 +11,7 @@ from fiveaxis.contour import Plan, PlanOptions, plan_contour, plan_passes
 from fiveaxis.contour.ball_space import BallSpace
 from fiveaxis.job import make_job, run_job
 from fiveaxis.mesh import Surface, TriangleTree
-from fiveaxis.posture.starts.reopening import Layout, reopened
+from fiveaxis.posture.starts.reopening import Layout, reopen
 from fiveaxis.posture.starts.rings import known_rings
 from fiveaxis.toolpath import Tool
 from fiveaxis.toolpath.passes import PassEnd
@@ -87,11 +87,11 @@ def test_a_path_begun_elsewhere_keeps_the_ball_out_of_the_part(part, lead):
         ways = [
             c
             for c in choice
-            if layout.way((k, c), None) is not None
-            and layout.way((k - 1, openings[-1]) if k else None, (k, c)) is not None
+            if layout.link_pivots((k, c), None) is not None
+            and layout.link_pivots((k - 1, openings[-1]) if k else None, (k, c)) is not None
         ]
         openings.append(ways[int(random.integers(len(ways)))])
-    moved = reopened(layout, openings).toolpath
+    moved = reopen(layout, openings).toolpath
     assert (moved.pivot[plan.passes.first[0]] != path.pivot[plan.passes.first[0]]).any()
     surface = Surface.from_mesh(part)
     space = BallSpace(TriangleTree.build(surface.triangles), BALL.radius)
@@ -131,4 +131,4 @@ def test_a_job_on_a_mesh_lays_links_anew(part, tmp_path):
         free_direction=True,
     )
     [told] = [f.message for f in run_job(job).solution.toolpath.findings if f.code == "free-start"]
-    assert "run the other way, which saves" in told
+    assert "run backwards, which saves" in told

@@ -8,7 +8,7 @@ from fiveaxis.posture.tape import Tape
 
 
 @pytest.mark.parametrize("count", [0, 1, 63, 64, 65, 200])
-def test_a_tape_gives_what_casadi_gives_bit_for_bit(count):
+def test_a_tape_returns_what_casadi_returns_bit_for_bit(count):
     x = ca.SX.sym("x", 3)
     a, b, c = ca.vertsplit(x)
     value = ca.vertcat(
@@ -26,7 +26,7 @@ def test_a_tape_gives_what_casadi_gives_bit_for_bit(count):
     np.testing.assert_array_equal(found, expected)
 
 
-def test_where_casadi_gives_no_number_a_tape_gives_none():
+def test_where_casadi_returns_no_finite_number_a_tape_returns_the_same():
     x = ca.SX.sym("x")
     found = Tape.of(x, ca.vertcat(1.0 / x, ca.sqrt(x)))(np.array([[0.0], [-1.0]]))
     assert np.isinf(found[0, 0])

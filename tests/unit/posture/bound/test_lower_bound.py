@@ -1,4 +1,4 @@
-"""The lower bound: below every admissible path, exact on what it takes apart, and worth something."""
+"""The lower bound: below every admissible path, exact in its parts, and useful."""
 
 import itertools
 from dataclasses import replace
@@ -21,7 +21,7 @@ ROUNDING = 1e-6  # J
 
 
 def powered(code: str) -> Machine:
-    """A machine of a code whose axes cost differently, and differently each way."""
+    """A machine of a code whose axes cost differently, and differently in each direction."""
     machine = Machine.from_code(code)
     axes = tuple(
         replace(axis, drive=DirectionalDrive(20.0 + 7.0 * i, 35.0 - 5.0 * i))
@@ -38,7 +38,7 @@ def limited(machine: Machine, letter: str, low: float, high: float) -> Machine:
 
 
 def wandering(tool: str, n: int, seed: int) -> Toolpath:
-    """Contacts here and there, normals to all sides but from below."""
+    """Random contacts, with normals to all sides but downwards."""
     rng = np.random.default_rng(seed)
     normal = rng.normal(size=(n, 3))
     normal[:, 2] = np.abs(normal[:, 2])
@@ -59,7 +59,7 @@ def admissible_postures(problem: Problem, row: int, count: int, rng: np.random.G
 
 
 def cheapest(problem: Problem, layers: list[np.ndarray]) -> float:
-    """Cost of the cheapest path through layers of postures; unlimited axes turn the cheaper way round."""
+    """Cost of the cheapest path through layers of postures; unlimited axes turn in the cheaper direction."""
     cost = np.zeros(len(layers[0]))
     for i, (here, there) in enumerate(itertools.pairwise(layers)):
         step = there[None] - here[:, None]
@@ -89,10 +89,10 @@ def test_no_admissible_path_costs_less_than_the_bound(code, tool):
         problem = Problem.build(path, machine, tilt)
         layers = [admissible_postures(problem, row, 300, rng) for row in range(len(path))]
         assert bound.total <= cheapest(problem, layers) + ROUNDING
-        # Each axis on its own too: random ways through the samples.
+        # Each axis alone too: random paths through the samples.
         for _ in range(50):
-            way = np.array([layer[rng.integers(len(layer))] for layer in layers])
-            paid = sum(priced(problem, i, step) for i, step in enumerate(np.diff(way, axis=0)))
+            chosen = np.array([layer[rng.integers(len(layer))] for layer in layers])
+            paid = sum(priced(problem, i, step) for i, step in enumerate(np.diff(chosen, axis=0)))
             for letter, cost in bound.linear.items():
                 assert cost <= paid[machine.column(letter)] + ROUNDING
             assert bound.rotary <= paid[machine.rotary_columns].sum() + ROUNDING
@@ -110,8 +110,8 @@ def test_axis_limits_raise_the_bound_and_it_stays_below_every_path():
     assert bound.total <= cheapest(problem, layers) + ROUNDING
 
 
-def test_a_tight_tilt_leaves_hardly_a_gap_to_brute_force():
-    """With next to no freedom in the lean, and one branch alone, what the axes must do is what they do."""
+def test_a_narrow_tilt_leaves_hardly_a_gap_to_brute_force():
+    """With hardly any freedom in the lean, and one branch only, the bound is nearly attained."""
     path, machine = wandering("ball:6", 4, 1), limited(powered("640123"), "A", -3.0, 0.0)
     tilt = tilt_bounds(path, (0.0, 3.0))
     bound = bound_travel(path, machine, tilt, cell=np.radians(1.0))
@@ -127,7 +127,7 @@ def test_a_tight_tilt_leaves_hardly_a_gap_to_brute_force():
     assert 0.8 * optimum <= bound.total <= optimum
 
 
-def test_smaller_cells_never_lose_what_larger_ones_prove_by_much():
+def test_smaller_cells_give_higher_bounds():
     path, machine = wandering("ball:6", 8, 2), powered("640123")
     tilt = tilt_bounds(path, (10.0, 30.0))
     totals = [bound_travel(path, machine, tilt, cell=np.radians(c)).total for c in (8.0, 4.0, 2.0, 1.0)]
@@ -135,7 +135,7 @@ def test_smaller_cells_never_lose_what_larger_ones_prove_by_much():
     assert totals[-1] > 1.2 * totals[0]
 
 
-def test_links_bind_nothing_and_their_cost_is_not_forgotten():
+def test_links_bind_nothing_and_still_cost_something():
     path, machine = wandering("ball:6", 6, 3), powered("640123")
     whole = bound_travel(path, machine, tilt_bounds(path, (10.0, 20.0)))
     loose = tilt_bounds(path, (10.0, 20.0))
@@ -155,7 +155,7 @@ def test_one_location_costs_nothing_and_a_location_without_posture_has_no_finite
 
 def test_the_vase_is_proven_to_a_sixth(hayashi, vase):
     bound = bound_travel(vase, hayashi, tilt_bounds(vase, (15, 75)))
-    # The best path that is known costs 7 424 J.
+    # The best known path costs 7 424 J.
     assert bound.gap(7424.0) < 1.0 / 6.0
     assert bound.total < 7423.9
 
@@ -176,20 +176,20 @@ ranges = st.lists(st.tuples(st.integers(0, 6), st.integers(0, 6)).map(sorted), m
 def test_the_least_travel_through_ranges_is_that_of_brute_force(visits, plus, minus):
     first, last = np.array(visits).T
     found = least_travel(first, last, np.array(plus), np.array(minus))
-    ways = itertools.product(*(range(a, b + 1) for a, b in visits))
+    paths = itertools.product(*(range(a, b + 1) for a, b in visits))
     paid = min(
         sum(
             p * max(b - a, 0) + m * max(a - b, 0)
-            for (a, b), p, m in zip(itertools.pairwise(way), plus, minus, strict=True)
+            for (a, b), p, m in zip(itertools.pairwise(path), plus, minus, strict=True)
         )
-        for way in ways
+        for path in paths
     )
     assert found == pytest.approx(paid, abs=1e-9)
 
 
 @settings(max_examples=60, deadline=None)
 @given(st.lists(st.floats(0.0, 50.0), min_size=1, max_size=8), st.floats(0.0, 9.0), st.floats(0.0, 9.0))
-def test_on_a_circle_every_place_is_reached_the_cheaper_way_round(costs, plus, minus):
+def test_on_a_circle_every_index_is_reached_in_the_cheaper_direction(costs, plus, minus):
     found = np.array(costs)
     found = spread(found, plus, minus, wraps=True)
     n = len(costs)

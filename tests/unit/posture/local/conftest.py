@@ -12,7 +12,7 @@ from fiveaxis.toolpath import Tool, Toolpath
 
 N = 40
 TILT = (15.0, 75.0)
-# So slow that they matter: mm/s and rad/s.
+# mm/s and rad/s, slow enough to matter.
 SPEEDS = np.array([3.0, 3.0, 1.5, 0.2, 0.3])
 CASES = (
     "free",

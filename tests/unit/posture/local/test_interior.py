@@ -1,4 +1,4 @@
-"""The structured method: its algebra against dense matrices, its optima against IPOPT's, on every term."""
+"""The structured method: its algebra against dense matrices, its optima against IPOPT's for every term."""
 
 from dataclasses import replace
 
@@ -8,10 +8,9 @@ from by_degrees import optimise
 
 from fiveaxis.machine import load_machine
 from fiveaxis.posture.local import kernel
-from fiveaxis.posture.local.interior import minimise, split
-from fiveaxis.posture.local.ipopt import by_ipopt
-from fiveaxis.posture.local.quantities import chained
-from fiveaxis.posture.local.rows import rows_of
+from fiveaxis.posture.local.interior import minimise, split_steps
+from fiveaxis.posture.local.ipopt import minimise_by_ipopt
+from fiveaxis.posture.local.rows import build_rows
 from fiveaxis.posture.problem import ALLOWED
 from fiveaxis.toolpath import Tool, Toolpath
 
@@ -24,19 +23,19 @@ def cost(problem, rotary):
 
 
 @pytest.mark.parametrize("held", [(False, False), (True, True), (False, True)])
-def test_its_local_optimum_is_one_for_ipopt_too_and_ipopts_one_for_it(problem, start, held):
-    rows = rows_of(problem, held)
+def test_each_solver_accepts_the_local_optimum_of_the_other(problem, start, held):
+    rows = build_rows(problem, held)
     x = rows.start(problem, start)
-    own = minimise(rows, chained(rows), x, iterations=300, barrier=1.0)
+    own = minimise(rows, x, iterations=300, barrier=1.0)
     assert own.solved
     assert problem.violation(own.rotary) <= ALLOWED
     if problem.violation(x[:, :2]) <= ALLOWED:
         assert cost(problem, own.rotary) < cost(problem, x[:, :2])
-    again = by_ipopt(rows, rows.start(problem, own.rotary), iterations=300, barrier=1e-4)
+    again = minimise_by_ipopt(rows, rows.start(problem, own.rotary), iterations=300, barrier=1e-4)
     assert cost(problem, again.rotary) == pytest.approx(cost(problem, own.rotary), rel=GAP)
-    ipopt = by_ipopt(rows, x, iterations=300, barrier=1e-1)
+    ipopt = minimise_by_ipopt(rows, x, iterations=300, barrier=1e-1)
     assert ipopt.solved
-    kept = minimise(rows, chained(rows), rows.start(problem, ipopt.rotary), iterations=300, barrier=1e-4)
+    kept = minimise(rows, rows.start(problem, ipopt.rotary), iterations=300, barrier=1e-4)
     assert cost(problem, kept.rotary) == pytest.approx(cost(problem, ipopt.rotary), rel=GAP)
     at = [row for row, is_held in ((0, held[0]), (-1, held[1])) if is_held]
     np.testing.assert_array_equal(own.rotary[at], x[at, :2])
@@ -66,7 +65,7 @@ def test_a_band_is_solved_as_the_dense_matrix_is(seed, width):
 
 def test_steps_are_split_on_the_central_path():
     apart = np.array([-30.0, -1e-9, 0.0, 1e-6, 2.0, 1e5])
-    s, t = split(apart, np.full(6, 60.0), 1e-3)
+    s, t = split_steps(apart, np.full(6, 60.0), 1e-3)
     np.testing.assert_allclose(s - t, apart, rtol=1e-12, atol=1e-15)
     np.testing.assert_allclose(60.0 * s * t, 1e-3 * (s + t), rtol=1e-9)
     assert (s > 0.0).all()
@@ -74,13 +73,13 @@ def test_steps_are_split_on_the_central_path():
 
 
 def test_the_same_start_gives_the_same_bits(problem, start):
-    rows = rows_of(problem)
+    rows = build_rows(problem)
     x = rows.start(problem, start)
-    runs = [minimise(rows, chained(rows), x, iterations=50, barrier=1.0) for _ in range(2)]
+    runs = [minimise(rows, x, iterations=50, barrier=1.0) for _ in range(2)]
     np.testing.assert_array_equal(runs[0].rotary, runs[1].rotary)
 
 
-def test_a_slack_that_rounds_to_nothing_beside_its_bound_stops_nothing() -> None:
+def test_a_slack_that_rounds_to_zero_beside_its_bound_does_no_harm() -> None:
     """A level circle: steps end so near to their bounds that no room is left in double precision."""
     turn = np.linspace(0.0, 2.0 * np.pi, 721)
     contact = np.column_stack([25.0 * np.cos(turn), 25.0 * np.sin(turn), np.full_like(turn, 5.0)])
@@ -94,10 +93,10 @@ def test_a_slack_that_rounds_to_nothing_beside_its_bound_stops_nothing() -> None
 
 def test_prices_may_change_from_one_solve_to_the_next(problem, start):
     """Reweighted prices: cheaper travel can't cost more."""
-    rows = rows_of(problem)
-    first = minimise(rows, chained(rows), rows.start(problem, start), iterations=300, barrier=1.0)
+    rows = build_rows(problem)
+    first = minimise(rows, rows.start(problem, start), iterations=300, barrier=1.0)
     halved = replace(problem, plus=0.5 * problem.plus, minus=0.5 * problem.minus)
-    again = rows_of(halved)
-    found = minimise(again, chained(again), again.start(halved, first.rotary), iterations=300, barrier=0.1)
+    again = build_rows(halved)
+    found = minimise(again, again.start(halved, first.rotary), iterations=300, barrier=0.1)
     assert found.solved
     assert cost(halved, found.rotary) <= cost(halved, first.rotary) * (1.0 + GAP)

@@ -1,4 +1,4 @@
-"""The optimality residual: small at what a solver ends in, large elsewhere."""
+"""The optimality residual: small at a solver's result, large elsewhere."""
 
 import numpy as np
 
@@ -9,7 +9,7 @@ from fiveaxis.posture.local.refinement import refine
 FLAT, CLOSED = 0.5, 1e-4
 
 
-def test_both_solvers_optima_have_nearly_no_residual_and_their_start_has(problem, start):
+def test_optima_of_both_solvers_have_hardly_a_residual_but_their_start_has_one(problem, start):
     for solver in ("structured", "ipopt"):
         found = refine(problem, start, iterations=200, barrier=0.1, solver=solver)
         residual = optimality(problem, found.rotary)

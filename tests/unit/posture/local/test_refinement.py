@@ -79,7 +79,7 @@ def test_held_ends_stay_where_they_are(problem, start):
     assert found.cost < cost(problem, start)
 
 
-def test_windows_never_make_a_path_dearer(problem, start):
+def test_windows_never_raise_the_cost(problem, start):
     whole = refine(problem, start, iterations=200, barrier=1e-1)
     windows = refine_windows(problem, start, size=12, iterations=200, barrier=1e-1)
     assert whole.cost <= windows.cost + 1e-6

@@ -47,7 +47,7 @@ def random_lattice(rng: np.random.Generator, n: int, shape: tuple[int, int, int]
 
 
 def brute_force(problem: Problem, lattice: Lattice) -> float:
-    """Try every sequence of states, with C going every way round that the lattice allows."""
+    """Try every sequence of states, with every winding of C that the lattice allows."""
     n = len(problem)
     states, price = lattice.states(np.arange(n))
     flat, prices = states.reshape(n, -1, 5), price.reshape(n, -1)
@@ -91,7 +91,7 @@ def test_the_cheapest_path_is_that_of_brute_force(period, max_turn, prices, seed
         assert problem.cost(path) == pytest.approx(expected, rel=1e-12)
 
 
-def test_a_lattice_without_a_way_through_gives_none():
+def test_a_lattice_without_a_path_gives_none():
     problem = problem_of(ring(3))
     states = np.zeros((3, 2, 2, 1, 5))
     price = np.zeros((3, 2, 2, 1))
@@ -100,10 +100,10 @@ def test_a_lattice_without_a_way_through_gives_none():
     assert shortest_path(problem, lattice) is None
 
 
-def test_states_of_one_level_stand_at_one_height_and_keep_all_bounds():
+def test_states_of_one_level_have_one_height_and_keep_all_bounds():
     problem = problem_of(ring(12))
     coordinates = choose_coordinates(problem)
-    assert coordinates == Coordinates(spin=0, level=2)  # C spins, Z is dear
+    assert coordinates == Coordinates(spin=0, level=2)  # C spins, Z is the most expensive
     lattice = level_lattice(problem, coordinates, np.radians(10.0), 15, (np.pi, 3))
     states, price = lattice.states(np.arange(12))
     allowed = np.isfinite(price)
@@ -152,7 +152,7 @@ def test_thinning_keeps_both_ends_and_both_sides_of_every_link():
     assert thin(problem, 10).tolist() == [0, 10, 12, 13, 15, 16, 20, 29]
 
 
-def test_a_path_known_everywhere_comes_back_from_refilling_no_dearer():
+def test_refilling_a_path_known_everywhere_never_raises_its_cost():
     problem = problem_of(ring(60))
     coordinates = choose_coordinates(problem)
     lattice = level_lattice(problem, coordinates, np.radians(5.0), 30, (np.pi, 3))
@@ -164,7 +164,7 @@ def test_a_path_known_everywhere_comes_back_from_refilling_no_dearer():
 
 @pytest.mark.parametrize("coordinates", [Coordinates(0, 2), Coordinates(0, None), Coordinates(1, None)])
 @pytest.mark.parametrize("prices", [{}, {"time_price": 400.0, "bend_price": 30.0}])
-def test_the_compiled_corridor_holds_the_path_of_the_general_one(coordinates, prices):
+def test_the_compiled_corridor_has_the_path_of_the_general_one(coordinates, prices):
     problem = problem_of(ring(80, turns=1.6), max_turn=0.4, **prices)
     problem = replace(problem, top_speed=np.array([5.0, 8.0, 2.0, 0.5, 0.9]))
     lattice = level_lattice(problem, Coordinates(0, 2), np.radians(5.0), 30, (np.pi, 3))

@@ -1,4 +1,4 @@
-"""Starts of closed passes: found, chosen as by brute force, and never to a solution's cost."""
+"""Starts of closed passes: found, chosen as by brute force, and never more expensive."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from fiveaxis.energy import motion_energy
 from fiveaxis.errors import SettingError, ToolpathError
 from fiveaxis.machine import Limits
 from fiveaxis.posture import Problem
-from fiveaxis.posture.starts import seams as joints
+from fiveaxis.posture.starts import transitions
 from fiveaxis.posture.starts.passes import choose_openings
-from fiveaxis.posture.starts.reopening import Layout, reopened, unwrapped
+from fiveaxis.posture.starts.reopening import Layout, reopen, unwrap
 from fiveaxis.posture.starts.rings import Opening, Ring, find_rings, known_rings
-from fiveaxis.posture.starts.seams import Joints
+from fiveaxis.posture.starts.transitions import Transitions
 from fiveaxis.toolpath import MoveKind, Tool, Toolpath
 from fiveaxis.toolpath.passes import Passes
 
@@ -81,14 +81,14 @@ def layout_of(path: Toolpath, passes: Passes | None = None) -> Layout:
 
 
 def steps_cut(path: Toolpath) -> list[tuple[tuple[float, ...], ...]]:
-    """Each cut step as its two contacts, whichever way it is followed."""
+    """Each cut step as its two contacts, in either direction."""
     touching = np.isfinite(path.contact).all(axis=1)
     rows = np.flatnonzero(touching[1:] & touching[:-1] & path.cutting[1:]) + 1
     ends = np.round(np.stack([path.contact[rows - 1], path.contact[rows]], axis=1), 9) + 0.0
     return sorted(tuple(sorted(map(tuple, pair.tolist()))) for pair in ends)
 
 
-def told(solution) -> str:
+def free_start_message(solution) -> str:
     [finding] = [f for f in solution.toolpath.findings if f.code == "free-start"]
     return finding.message
 
@@ -143,7 +143,7 @@ def test_a_ring_from_another_start_has_its_rows_in_order_and_each_move_its_feed(
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize("both", [False, True])
 def test_openings_are_chosen_as_by_brute_force(hayashi, monkeypatch, seed, both):
-    monkeypatch.setattr(joints, "LONGER", 1e9)
+    monkeypatch.setattr(transitions, "LONGER", 1e9)
     path = rings(n=5)
     layout = Layout(path, [Ring(0, 4, True), Ring(5, 9, True), Ring(10, 14, True)], None)
     random = np.random.default_rng(seed)
@@ -151,14 +151,16 @@ def test_openings_are_chosen_as_by_brute_force(hayashi, monkeypatch, seed, both)
     rotary = np.stack([angle, np.full(15, -1.0)], axis=1) + random.normal(0.0, 0.2, (15, 2))
 
     def cost(openings):
-        found = reopened(layout, openings)
+        found = reopen(layout, openings)
         moved = Problem.build(found.toolpath, hayashi, tilt_bounds(found.toolpath, tilt=(5, 85)))
         return moved.cost(moved.positions(slice(None), found.start(moved, rotary)))
 
     choices = [ring.openings(path.cutting, most=9, both=both) for ring in layout.rings]
     least = min(cost(list(openings)) for openings in itertools.product(*choices))
     problem = Problem.build(path, hayashi, tilt_bounds(path, tilt=(5, 85)))
-    assert cost(choose_openings(Joints(problem, layout, rotary), choices)) == pytest.approx(least, rel=1e-9)
+    assert cost(choose_openings(Transitions(problem, layout, rotary), choices)) == pytest.approx(
+        least, rel=1e-9
+    )
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -166,11 +168,11 @@ def test_openings_between_links_are_chosen_as_by_brute_force(hayashi, seed):
     path, passes = linked(count=3, n=5)
     layout = layout_of(path, passes)
     rotary = np.random.default_rng(seed).normal(0.0, 0.5, (len(path), 2))
-    priced = Joints(Problem.build(path, hayashi, tilt_bounds(path, tilt=(5, 85))), layout, rotary)
+    priced = Transitions(Problem.build(path, hayashi, tilt_bounds(path, tilt=(5, 85))), layout, rotary)
     choices = [ring.openings(path.cutting, most=9) for ring in layout.rings]
 
     def cost(openings):
-        found = reopened(layout, openings)
+        found = reopen(layout, openings)
         here, rows = Problem.build(found.toolpath, hayashi, tilt_bounds(found.toolpath, tilt=(5, 85))), []
         angles, air = rotary[found.rows], found.toolpath.kind == MoveKind.LINK
         known = np.flatnonzero(~air)
@@ -180,8 +182,8 @@ def test_openings_between_links_are_chosen_as_by_brute_force(hayashi, seed):
                 if (known[0] < row < known[-1])
                 else known[[0, 0] if row < known[0] else [-1, -1]]
             )
-            way = np.cumsum(found.toolpath.lengths)[[near[0], row, near[1]]]
-            share = (way[1] - way[0]) / (way[2] - way[0]) if near[0] != near[1] else 0.0
+            at = np.cumsum(found.toolpath.lengths)[[near[0], row, near[1]]]
+            share = (at[1] - at[0]) / (at[2] - at[0]) if near[0] != near[1] else 0.0
             a, b = angles[near[0]], angles[near[1]]
             rows.append((row, a + share * (np.remainder(b - a + np.pi, 2.0 * np.pi) - np.pi)))
         for row, angle in rows:
@@ -197,13 +199,13 @@ def test_openings_between_links_are_chosen_as_by_brute_force(hayashi, seed):
     assert cost(choose_openings(priced, choices)) == pytest.approx(least, rel=1e-9)
 
 
-def test_the_way_between_passes_stays_short(hayashi):
+def test_the_step_between_passes_stays_short(hayashi):
     path = rings()
     layout = layout_of(path)
     rotary = np.random.default_rng(1).normal(0.0, 0.5, (len(path), 2))
     problem = Problem.build(path, hayashi, tilt_bounds(path, tilt=(5, 85)))
     choices = [ring.openings(path.cutting, most=72) for ring in layout.rings]
-    moved = reopened(layout, choose_openings(Joints(problem, layout, rotary), choices)).toolpath
+    moved = reopen(layout, choose_openings(Transitions(problem, layout, rotary), choices)).toolpath
     assert moved.lengths[[40, 80]].max() <= 1.3 * path.lengths[[40, 80]].max()
 
 
@@ -212,7 +214,7 @@ def test_the_move_to_a_ring_keeps_its_feed_wherever_the_ring_begins():
     feed = path.feed.copy()
     feed[[0, 40, 80]] = [1.0, 2.0, 3.0]
     layout = layout_of(replace(path, feed=feed))
-    moved = reopened(layout, [Opening(5), Opening(45, True), Opening(80)]).toolpath
+    moved = reopen(layout, [Opening(5), Opening(45, True), Opening(80)]).toolpath
     assert moved.feed[[0, 40, 80]].tolist() == [1.0, 2.0, 3.0]
     assert np.delete(moved.feed, [0, 40, 80]).tolist() == [10.0] * 117
     np.testing.assert_array_equal(np.sort(moved.source), path.source)
@@ -224,7 +226,7 @@ def test_a_reopened_path_drops_no_step_and_cuts_none_twice(seed):
     path, passes = linked(count=int(random.integers(1, 5)), n=int(random.integers(5, 12)))
     layout = layout_of(path, passes)
     choices = [ring.openings(path.cutting, most=99, both=True) for ring in layout.rings]
-    found = reopened(layout, [choice[random.integers(len(choice))] for choice in choices])
+    found = reopen(layout, [choice[random.integers(len(choice))] for choice in choices])
     moved = found.toolpath
     assert steps_cut(moved) == steps_cut(path)
     assert moved.source.tolist() == list(range(1, len(moved) + 1))
@@ -254,7 +256,7 @@ def test_rings_without_a_repeat_keep_every_contact_in_any_opening(seed):
     openings = [
         Opening(int(random.integers(r.first, r.last + 1)), bool(random.integers(2))) for r in layout.rings
     ]
-    moved = reopened(layout, openings).toolpath
+    moved = reopen(layout, openings).toolpath
     assert sorted(map(tuple, moved.contact.tolist())) == sorted(map(tuple, path.contact.tolist()))
     for ring in layout.rings:
         assert set(moved.source[ring.first : ring.last + 1]) == set(path.source[ring.first : ring.last + 1])
@@ -263,7 +265,7 @@ def test_rings_without_a_repeat_keep_every_contact_in_any_opening(seed):
 def test_own_openings_give_the_path_back():
     path, passes = linked()
     layout = layout_of(path, passes)
-    same = reopened(layout, [ring.own for ring in layout.rings])
+    same = reopen(layout, [ring.own for ring in layout.rings])
     for name in ("pivot", "contact", "normal", "axis", "feed", "kind", "source"):
         np.testing.assert_array_equal(getattr(same.toolpath, name), getattr(path, name))
 
@@ -271,22 +273,22 @@ def test_own_openings_give_the_path_back():
 def test_angles_within_limits_keep_their_turn_along_a_pass():
     angles = np.radians([350.0, 355.0, 0.0, 5.0, 10.0])
     runs = [np.arange(2), np.arange(2, 5)]
-    free = unwrapped(angles, runs, Limits(-np.inf, np.inf))
+    free = unwrap(angles, runs, Limits(-np.inf, np.inf))
     np.testing.assert_allclose(np.degrees(free), [350.0, 355.0, 360.0, 365.0, 370.0])
-    held = unwrapped(
+    held = unwrap(
         np.radians([-5.0, 355.0, 0.0, 5.0, 370.0]), runs, Limits(np.radians(-20.0), np.radians(360.0))
     )
     np.testing.assert_allclose(np.degrees(held), [-5.0, -5.0, 0.0, 5.0, 10.0])
 
 
-def test_a_free_start_is_cheaper_and_says_what_it_did(hayashi):
+def test_a_free_start_is_cheaper_and_has_a_finding(hayashi):
     path = rings()
     bound = optimise(path, hayashi, tilt=(15, 75), effort="quick")
     free = optimise(path, hayashi, tilt=(15, 75), effort="quick", free_start=True)
     assert free.energy.travel < bound.energy.travel
     assert free.residuals()["tilt"] <= 1e-9
     assert free.residuals()["contact"] <= 1e-9
-    assert "begin elsewhere, which saves" in told(free)
+    assert "begin elsewhere, which saves" in free_start_message(free)
     assert all(b.toolpath is not None for b in free.compared.values())
     np.testing.assert_array_equal(np.sort(free.toolpath.source), path.source)
 
@@ -297,16 +299,16 @@ def test_rings_that_come_to_their_first_location_again_are_cut_whole_from_anothe
     bound = optimise(path, hayashi, tilt=(15, 75), effort="quick")
     free = optimise(path, hayashi, tilt=(15, 75), effort="quick", free_start=True)
     assert free.energy.travel < bound.energy.travel
-    assert "begin elsewhere" in told(free)
+    assert "begin elsewhere" in free_start_message(free)
     for first in (0, 41, 82):
         rows = np.arange(first, first + 41)
         assert steps_cut(free.toolpath.at(rows)) == steps_cut(path.at(rows))
 
 
-def test_passes_reached_by_links_keep_their_start_and_say_why(hayashi):
+def test_passes_reached_by_links_keep_their_start_and_the_finding_says_why(hayashi):
     path, _ = linked()
     found = optimise(path, hayashi, tilt=(15, 75), effort="quick", free_start=True)
-    assert told(found).startswith("3 keep their start: they are reached or left by links")
+    assert free_start_message(found).startswith("3 keep their start: they are reached or left by links")
     np.testing.assert_array_equal(found.toolpath.pivot, path.pivot)
 
 
@@ -334,14 +336,14 @@ def test_linked_passes_of_a_plan_begin_where_it_is_cheaper_and_stay_whole(hayash
     assert free.energy.travel < bound.energy.travel
     assert steps_cut(given(free)) == steps_cut(path)
     assert free.residuals()["tilt"] <= 1e-9
-    assert "of 3 closed passes begin elsewhere, which saves" in told(free)
+    assert "of 3 closed passes begin elsewhere, which saves" in free_start_message(free)
 
 
-def test_a_free_direction_is_no_dearer_than_the_given_one(hayashi):
+def test_a_free_direction_costs_no_more_than_the_given_one(hayashi):
     path, passes = linked()
-    one_way = optimise(path, hayashi, tilt=(15, 75), effort="quick", free_start=passes)
+    forward = optimise(path, hayashi, tilt=(15, 75), effort="quick", free_start=passes)
     both = optimise(path, hayashi, tilt=(15, 75), effort="quick", free_start=passes, free_direction=True)
-    assert both.energy.travel <= one_way.energy.travel
+    assert both.energy.travel <= forward.energy.travel
     assert steps_cut(given(both)) == steps_cut(path)
 
 
@@ -352,7 +354,7 @@ def test_open_passes_stay_as_they_are(hayashi):
     assert [ring.closed for ring in known_rings(half, known)] == [False, True]
     found = optimise(half, hayashi, tilt=(15, 75), effort="quick", free_start=known)
     np.testing.assert_array_equal(found.toolpath.contact[1:14], half.contact[1:14])
-    assert "of 1 closed passes" in told(found)
+    assert "of 1 closed passes" in free_start_message(found)
 
 
 def test_passes_of_another_path_are_refused(hayashi):

@@ -1,4 +1,4 @@
-"""How the part is set up on the table, and how often the axis under it has to be turned back."""
+"""The phase of the set-up on the table, and how many rewinds it takes."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import pytest
 from fiveaxis.geometry import Array
 from fiveaxis.machine import Limits, Machine
 from fiveaxis.posture.turns.phase import better_phases, count_rewinds
-from fiveaxis.posture.turns.rewinding import rewound
+from fiveaxis.posture.turns.rewinding import insert_rewinds
 from fiveaxis.toolpath import Tool, Toolpath
 
 
@@ -35,10 +35,10 @@ def rings(first: float, *, links: int = 6) -> tuple[Toolpath, Array]:
     return path, np.stack([c, np.full(n, np.radians(-45.0))], axis=1)
 
 
-def test_a_part_turned_by_what_is_said_needs_the_rewinds_that_are_said(hayashi):
+def test_a_part_turned_as_suggested_needs_as_many_rewinds_as_announced(hayashi):
     machine = one_turn(hayashi)
     path, rotary = rings(100.0)
-    found = rewound(path, machine, rotary)
+    found = insert_rewinds(path, machine, rotary)
     assert sum(r.in_cut for r in found.rewinds) == 3
     [finding] = better_phases(path, machine, rotary, found)
     assert finding.code == "rewind-phase"
@@ -49,33 +49,33 @@ def test_a_part_turned_by_what_is_said_needs_the_rewinds_that_are_said(hayashi):
     cosine, sine = np.cos(np.radians(angle)), np.sin(np.radians(angle))
     about = np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])
     np.testing.assert_allclose(turned.pivot, path.pivot @ about.T, atol=1e-9)
-    other = rewound(turned, machine, angles)
+    other = insert_rewinds(turned, machine, angles)
     within = sum(r.in_cut for r in other.rewinds)
     assert within == 0
-    assert f"0 times, and {len(other.rewinds)} times between cuts" in finding.message
+    assert f"rewind 0 times within a cut and {len(other.rewinds)} times between cuts" in finding.message
 
 
 @pytest.mark.parametrize("first", [100.0, 3.0, 20.0, 250.0])
 def test_rewinds_are_counted_as_they_are_planned(hayashi, first):
     machine = one_turn(hayashi)
     path, rotary = rings(first)
-    found = rewound(path, machine, rotary).rewinds
+    found = insert_rewinds(path, machine, rotary).rewinds
     within = sum(r.in_cut for r in found)
     assert count_rewinds(path, rotary[:, 0], machine.axis("C").limits) == (within, len(found) - within)
 
 
-def test_where_no_cut_is_interrupted_nothing_is_said(hayashi):
+def test_there_is_no_finding_where_no_cut_is_interrupted(hayashi):
     machine = one_turn(hayashi)
     path, rotary = rings(20.0)
-    found = rewound(path, machine, rotary)
+    found = insert_rewinds(path, machine, rotary)
     assert found.rewinds
     assert not any(r.in_cut for r in found.rewinds)
     assert better_phases(path, machine, rotary, found) == []
 
 
-def test_where_every_phase_interrupts_as_many_cuts_nothing_is_said(hayashi):
+def test_there_is_no_finding_where_every_phase_interrupts_as_many_cuts(hayashi):
     machine = one_turn(hayashi)
     path, rotary = rings(0.0, links=0)
-    found = rewound(path, machine, rotary)
+    found = insert_rewinds(path, machine, rotary)
     assert len(found.rewinds) == 2
     assert better_phases(path, machine, rotary, found) == []

@@ -1,4 +1,4 @@
-"""Paths that pass the end of an axis's range and come back."""
+"""Paths that pass the end of an axis range and come back."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from fiveaxis.machine import Limits, Machine
 from fiveaxis.motion import follow
 from fiveaxis.posture import Problem
 from fiveaxis.posture.solution import Solution
-from fiveaxis.posture.turns.reversals import unreversed
-from fiveaxis.posture.turns.rewinding import rewound
-from fiveaxis.posture.turns.unwrapped import rewound_solution
+from fiveaxis.posture.turns.reversals import paths_without_reversals
+from fiveaxis.posture.turns.rewinding import insert_rewinds
+from fiveaxis.posture.turns.unwrapped import rewind_solution
 from fiveaxis.posture.turns.winding import endless
 from fiveaxis.toolpath import TiltBounds, Tool, Toolpath
 
@@ -49,19 +49,18 @@ def solved(path: Toolpath, machine: Machine, rotary: Array, bounds: TiltBounds) 
 
 
 @pytest.mark.parametrize(("low", "high"), [(0.0, 360.0), (-2.0, 361.0)])
-def test_a_path_that_swings_at_the_seam_is_held_there_and_rewound_once(hayashi, low, high):
+def test_a_path_that_swings_at_the_turn_change_is_held_there_and_rewound_once(hayashi, low, high):
     machine = ranged(hayashi, low, high)
     path, rotary = swinging(12.0)
-    first = rewound(path, machine, rotary)
+    first = insert_rewinds(path, machine, rotary)
     assert [r.turns for r in first.rewinds] == [-1, 1, -1]
-    solution = rewound_solution(
+    solution = rewind_solution(
         solved(path, machine, rotary, tilt_bounds(path, tilt=(15, 85))),
         machine,
         lambda _, start: start,
         lambda _: True,
     )
-    told = [f for f in solution.toolpath.findings if f.code == "rewind"]
-    assert len(told) == 1
+    assert sum(f.code == "rewind" for f in solution.toolpath.findings) == 1
     assert max(solution.residuals().values()) <= 1e-9
     changed = np.flatnonzero((solution.unwrapped.rotary != rotary).any(axis=1))
     assert 1 <= len(changed) <= 6
@@ -69,12 +68,12 @@ def test_a_path_that_swings_at_the_seam_is_held_there_and_rewound_once(hayashi, 
 
 
 @pytest.mark.parametrize(("cone", "rewinds"), [(2.0, 3), (20.0, 1)])
-def test_a_pair_that_the_bounds_ask_for_stays(hayashi, cone, rewinds):
-    """In a narrow cone about the swinging axes C can't be held at the seam, whatever A does."""
+def test_a_pair_that_the_bounds_require_stays(hayashi, cone, rewinds):
+    """In a narrow cone about the swinging axes C can't be held at the end of its range, whatever A does."""
     machine = ranged(hayashi, 0.0, 360.0)
     path, rotary = swinging(12.0)
     bounds = TiltBounds(tool_axes(machine, rotary), 0.0, np.radians(cone), "programmed axis")
-    solution = rewound_solution(
+    solution = rewind_solution(
         solved(path, machine, rotary, bounds), machine, lambda _, start: start, lambda _: True
     )
     assert sum(f.code == "rewind" for f in solution.toolpath.findings) == rewinds
@@ -83,13 +82,13 @@ def test_a_pair_that_the_bounds_ask_for_stays(hayashi, cone, rewinds):
 
 def tried(machine: Machine, path: Toolpath, rotary: Array) -> list[Array]:
     problem = Problem.build(path, endless(machine), tilt_bounds(path, tilt=(15, 85)))
-    return list(unreversed(problem, machine, rotary, rewound(path, machine, rotary)))
+    return list(paths_without_reversals(problem, machine, rotary, insert_rewinds(path, machine, rotary)))
 
 
-def test_what_keeps_the_path_from_changing_is_asked(hayashi):
+def test_a_path_that_the_check_refuses_stays_as_it_is(hayashi):
     machine = ranged(hayashi, 0.0, 360.0)
     path, rotary = swinging(12.0)
-    solution = rewound_solution(
+    solution = rewind_solution(
         solved(path, machine, rotary, tilt_bounds(path, tilt=(15, 85))),
         machine,
         lambda _, start: start,
@@ -98,7 +97,7 @@ def test_what_keeps_the_path_from_changing_is_asked(hayashi):
     np.testing.assert_array_equal(solution.unwrapped.rotary, rotary)
 
 
-def test_each_pair_of_opposite_rewinds_is_offered_the_shortest_first(hayashi):
+def test_each_pair_of_opposite_rewinds_is_left_out_the_shortest_first(hayashi):
     machine = ranged(hayashi, 0.0, 360.0)
     path, rotary = swinging(12.0)
     together, *alone = tried(machine, path, rotary)
@@ -108,7 +107,7 @@ def test_each_pair_of_opposite_rewinds_is_offered_the_shortest_first(hayashi):
     assert len(changed) == 2
     assert changed == sorted(changed)
     for other in alone:
-        assert len(rewound(path, machine, other).rewinds) == 1
+        assert len(insert_rewinds(path, machine, other).rewinds) == 1
 
 
 def test_pairs_that_share_no_rewind_are_left_out_at_once(hayashi):
@@ -118,16 +117,16 @@ def test_pairs_that_share_no_rewind_are_left_out_at_once(hayashi):
     path = Toolpath.from_contacts(
         np.tile(one[0].contact, (2, 1)), np.tile(one[0].normal, (2, 1)), Tool.ball(6), feed_mm_min=600.0
     )
-    # There and back: on the way back the same swings are passed.
+    # There and back: the same swings are passed again.
     order = np.concatenate([np.arange(n), np.arange(n)[::-1]])
     path, rotary = path.at(order), one[1][order]
-    assert [r.turns for r in rewound(path, machine, rotary).rewinds] == [-1, 1, -1, 1, -1, 1]
+    assert [r.turns for r in insert_rewinds(path, machine, rotary).rewinds] == [-1, 1, -1, 1, -1, 1]
     together = tried(machine, path, rotary)[0]
-    assert [r.turns for r in rewound(path, machine, together).rewinds] == [-1, 1]
+    assert [r.turns for r in insert_rewinds(path, machine, together).rewinds] == [-1, 1]
 
 
-def test_a_path_that_winds_one_way_has_no_pairs(hayashi):
+def test_a_path_that_winds_in_one_direction_has_no_pairs(hayashi):
     machine = ranged(hayashi, 0.0, 360.0)
     path, rotary = swinging(0.0)
-    assert len(rewound(path, machine, rotary).rewinds) == 1
+    assert len(insert_rewinds(path, machine, rotary).rewinds) == 1
     assert tried(machine, path, rotary) == []

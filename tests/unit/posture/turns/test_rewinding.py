@@ -1,4 +1,4 @@
-"""Rewinds of an axis that has exactly one turn, or little more: at the seam, and as few as there must be."""
+"""Rewinds of an axis with one turn or little more: at the turn change, and no more than necessary."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ from fiveaxis.machine import Limits, Machine
 from fiveaxis.motion import fill_in, follow
 from fiveaxis.nc import compose_program
 from fiveaxis.posture import Solution
-from fiveaxis.posture.turns.rewinding import CLEARANCE, rewound
+from fiveaxis.posture.turns.rewinding import CLEARANCE, insert_rewinds
 from fiveaxis.posture.turns.stops import find_stops
-from fiveaxis.posture.turns.turn_changes import with_seams
+from fiveaxis.posture.turns.turn_changes import with_turn_changes
 from fiveaxis.posture.turns.winding import plan_turns, winding_columns
 from fiveaxis.toolpath import TiltBounds, Tool, Toolpath
 from fiveaxis.verification import verify
@@ -53,10 +53,10 @@ def turns_round(turns: float, per_turn: int, *, first: float = 0.0, links: int =
 
 
 def least_of_all(path: Toolpath, machine: Machine, rotary: Array) -> float:
-    """Least price over every choice of the turn that each location and each passed seam is left on."""
+    """Least price over every choice of turns after each location and each turn change."""
     column = machine.column("C")
     limits = machine.axes[column].limits
-    course = with_seams(path, machine, rotary, [column])
+    course = with_turn_changes(path, machine, rotary, [column])
     stops = find_stops(course, machine, column, CLEARANCE, 0.0)
     angles = course.rotary[:, 0]
     every = np.arange(-9, 10)
@@ -71,14 +71,14 @@ def least_of_all(path: Toolpath, machine: Machine, rotary: Array) -> float:
             if not fits[i, every == came].any():
                 price = np.inf
                 break
-            one = stops.up[i] if left > came else stops.down[i]
+            one = stops.turn_price[0] if left > came else stops.turn_price[1]
             price += stops.price[i] + abs(left - came) * one
         best = min(best, price)
     return best
 
 
 def price_of(path: Toolpath, machine: Machine, rotary: Array) -> float:
-    found = rewound(path, machine, rotary)
+    found = insert_rewinds(path, machine, rotary)
     return found.energy + 1e9 * sum(r.in_cut for r in found.rewinds)
 
 
@@ -91,12 +91,12 @@ def test_no_choice_of_turns_is_cheaper_than_the_plan(hayashi, low, high, first, 
 
 
 @pytest.mark.parametrize(("first", "needed"), [(0.0, 2), (40.0, 3), (-40.0, 3)])
-def test_three_turns_on_an_axis_of_one_need_two_rewinds_from_the_seam_and_three_from_elsewhere(
+def test_three_turns_on_an_axis_of_one_need_two_rewinds_from_its_end_and_three_from_elsewhere(
     hayashi, first, needed
 ):
     machine = ranged(hayashi, 0.0, 360.0)
     path, rotary = turns_round(3, 36, first=first)
-    found = rewound(path, machine, rotary)
+    found = insert_rewinds(path, machine, rotary)
     assert [r.turns for r in found.rewinds] == [-1] * needed
     assert winding_columns(machine) == [machine.column("C")]
 
@@ -105,19 +105,19 @@ def test_three_turns_on_an_axis_of_one_need_two_rewinds_from_the_seam_and_three_
 def test_limits_are_kept_and_the_contact_too(hayashi, low, high):
     machine = ranged(hayashi, low, high)
     path, rotary = turns_round(3.2, 20, first=33.0)
-    found = rewound(path, machine, rotary)
+    found = insert_rewinds(path, machine, rotary)
     motion = follow(found.toolpath, machine, found.rotary)
     assert within_limits(machine, motion.positions).all()
-    np.testing.assert_array_equal(found.place[found.own], np.arange(len(path)))
+    np.testing.assert_array_equal(found.row[found.own], np.arange(len(path)))
     np.testing.assert_array_equal(found.toolpath.pivot[found.own], path.pivot)
-    # What was put into a cut lies on the way of the cut.
+    # What was inserted into a cut lies on the cut.
     cut = found.toolpath.cutting & ~found.own
     assert cut.any() == (high - low < 360.0 + 18.0)
-    way = np.array([np.interp(found.place, np.arange(len(path)), c) for c in path.contact.T]).T
-    np.testing.assert_allclose(found.toolpath.contact[cut], way[cut], atol=1e-12)
+    line = np.array([np.interp(found.row, np.arange(len(path)), c) for c in path.contact.T]).T
+    np.testing.assert_allclose(found.toolpath.contact[cut], line[cut], atol=1e-12)
     tip, axis = tool_poses(machine, motion.positions)
     touching = tip + 3.0 * axis - 3.0 * found.toolpath.normal
-    np.testing.assert_allclose(touching[cut], way[cut], atol=1e-9)
+    np.testing.assert_allclose(touching[cut], line[cut], atol=1e-9)
     # Between locations too, with the blocks that keep the contact between them.
     _, driven, _ = fill_in(found.toolpath, machine, found.rotary)
     assert within_limits(machine, driven.positions).all()
@@ -127,7 +127,7 @@ def test_limits_are_kept_and_the_contact_too(hayashi, low, high):
 def test_the_program_of_a_rewound_path_stays_within_the_limits(hayashi, low, high):
     machine = ranged(hayashi, low, high)
     path, rotary = turns_round(3.2, 20, first=33.0)
-    found = rewound(path, machine, rotary)
+    found = insert_rewinds(path, machine, rotary)
     text = compose_program(follow(found.toolpath, machine, found.rotary), machine=machine).text
     words = [float(word) for word in re.findall(r"(?<=C)-?\d+\.?\d*", re.sub(r"\(.*?\)", "", text))]
     assert len(words) > 60
@@ -136,16 +136,16 @@ def test_the_program_of_a_rewound_path_stays_within_the_limits(hayashi, low, hig
     assert max(words) - min(words) > 350.0
 
 
-def test_the_tool_backs_off_at_the_seam_and_the_place_is_said(hayashi):
+def test_the_tool_backs_off_at_the_turn_change_and_the_finding_names_it(hayashi):
     machine = ranged(hayashi, -180.0, 180.0)
     path, rotary = turns_round(1.5, 35, first=-100.0)
-    found = rewound(path, machine, rotary)
+    found = insert_rewinds(path, machine, rotary)
     [rewind], [finding] = found.rewinds, found.findings()
     assert rewind.in_cut
-    assert rewind.place != round(rewind.place)
+    assert rewind.row != round(rewind.row)
     assert (finding.code, finding.severity) == ("rewind", Severity.WARNING)
     row = finding.place.location
-    # Cut to the seam, back off, turn, come back, cut on.
+    # Cut to the turn change, back off, turn, return, cut on.
     assert found.toolpath.cutting[row : row + 5].tolist() == [True, False, False, False, True]
     c = np.degrees(found.rotary[row : row + 4, 0])
     np.testing.assert_allclose(c, [180.0, 180.0, -180.0, -180.0], atol=1e-9)
@@ -153,22 +153,22 @@ def test_the_tool_backs_off_at_the_seam_and_the_place_is_said(hayashi):
     assert gone == pytest.approx(rewind.retract)
 
 
-def test_every_place_put_in_is_a_stop(hayashi):
+def test_every_inserted_location_is_a_stop(hayashi):
     """C passes 170…190 deg in steps of 50 deg, sometimes without a location there."""
     machine = ranged(hayashi, -190.0, 190.0)
     path, rotary = turns_round(3.0, 7, first=10.0)
     rotary[:, 0] = np.radians(10.0 + 50.0 * np.arange(len(path)))
-    course = with_seams(path, machine, rotary, [machine.column("C")])
-    found = rewound(path, machine, rotary)
+    course = with_turn_changes(path, machine, rotary, [machine.column("C")])
+    found = insert_rewinds(path, machine, rotary)
     assert 0 < (~course.own).sum() < len(found.rewinds)
-    assert set(course.place[~course.own]) <= {r.place for r in found.rewinds}
+    assert set(course.row[~course.own]) <= {r.row for r in found.rewinds}
 
 
-def test_bounds_on_the_lean_bind_where_it_cuts_and_not_on_the_way_off(hayashi):
+def test_bounds_on_the_lean_bind_in_cuts_and_not_on_the_retract(hayashi):
     machine = ranged(hayashi, 0.0, 360.0)
     path, rotary = turns_round(2.3, 30, first=7.0)
     tilt = tilt_bounds(path, tilt=(10, 80))
-    found = rewound(path, machine, rotary, tilt=tilt)
+    found = insert_rewinds(path, machine, rotary, tilt=tilt)
     bounds = found.bounds(tilt)
     np.testing.assert_array_equal(bounds.reference[found.own], path.normal)
     np.testing.assert_array_equal(np.isfinite(bounds.reference).all(axis=1), found.toolpath.cutting)
@@ -178,22 +178,22 @@ def test_bounds_on_the_lean_bind_where_it_cuts_and_not_on_the_way_off(hayashi):
     assert bounds.admits(tool_axes(machine, found.rotary)).all()
 
 
-def test_where_no_posture_at_the_seam_keeps_the_bounds_no_rewind_stands(hayashi):
+def test_no_rewind_takes_place_where_no_posture_at_the_turn_change_keeps_the_bounds(hayashi):
     machine = ranged(hayashi, 0.0, 360.0)
     path, rotary = turns_round(1.3, 30, first=7.0)
     axis = tool_axes(machine, rotary)
-    # A cone about axes that are programmed leaning far to both sides of the seam in turn.
+    # A cone about programmed axes that lean far to both sides of the turn change alternately.
     aside = np.where(np.arange(len(path)) % 2, 1.0, -1.0)[:, None] * np.cross(path.normal, [0.0, 0.0, 1.0])
     reference = axis + 0.5 * aside
     reference /= np.linalg.norm(reference, axis=1, keepdims=True)
     angles = angle_between(axis, reference)
     bounds = TiltBounds(reference, float(angles.min()) - 1e-6, float(angles.max()) + 1e-6, "programmed axis")
     assert bounds.admits(axis).all()
-    with pytest.raises(Infeasible, match=r"C from [\d.]+ to [\d.]+ deg would do"):
-        rewound(path, machine, rotary, tilt=bounds)
+    with pytest.raises(Infeasible, match=r"C from [\d.]+ to [\d.]+ deg would be enough"):
+        insert_rewinds(path, machine, rotary, tilt=bounds)
 
 
-def test_a_seam_beyond_a_linear_limit_is_no_place_to_stop(hayashi):
+def test_there_is_no_stop_at_a_turn_change_beyond_a_linear_limit(hayashi):
     """Near C = 180 deg the contact lies farthest along −Y; a limit there leaves no room to back off."""
     machine = ranged(hayashi, -180.0, 180.0)
     path, rotary = turns_round(1.5, 36, first=-105.0)
@@ -209,9 +209,9 @@ def test_a_seam_beyond_a_linear_limit_is_no_place_to_stop(hayashi):
         ),
     )
     with pytest.raises(
-        Infeasible, match=r"Z to \d+(\.\d)? mm or C from -?[\d.]+ to -?[\d.]+ deg would do"
+        Infeasible, match=r"Z to \d+(\.\d)? mm or C from -?[\d.]+ to -?[\d.]+ deg would be enough"
     ) as e:
-        rewound(path, tight, rotary)
+        insert_rewinds(path, tight, rotary)
     [finding] = e.value.findings
     assert finding.code == "no-rewind"
     z_high, c_low, c_high = map(
@@ -224,26 +224,25 @@ def test_a_seam_beyond_a_linear_limit_is_no_place_to_stop(hayashi):
             tight, axes=tuple(replace(a, limits=limits) if a.letter == "Z" else a for a in tight.axes)
         )
 
-    # What is said would do does, and hardly less does not.
-    assert len(rewound(path, with_z(z_high), rotary).rewinds) == 1
+    # The suggested limits are enough, and hardly less is not.
+    assert len(insert_rewinds(path, with_z(z_high), rotary).rewinds) == 1
     with pytest.raises(Infeasible):
-        rewound(path, with_z(z_high - 0.2), rotary)
-    assert rewound(path, ranged(tight, c_low, c_high), rotary).rewinds == ()
+        insert_rewinds(path, with_z(z_high - 0.2), rotary)
+    assert insert_rewinds(path, ranged(tight, c_low, c_high), rotary).rewinds == ()
     with pytest.raises(Infeasible):
-        rewound(path, ranged(tight, c_low, c_high - 0.2), rotary)
+        insert_rewinds(path, ranged(tight, c_low, c_high - 0.2), rotary)
 
 
-def test_locations_alone_give_an_axis_of_one_turn_no_way(hayashi):
-    """The plan over the locations, without seams, is what can't be done."""
+def test_an_axis_of_one_turn_cannot_rewind_at_locations_alone(hayashi):
+    """A plan over the locations, without turn changes, doesn't exist."""
     path, rotary = turns_round(2.0, 30, first=5.0)
-    nothing = np.zeros(len(path))
-    assert plan_turns(rotary[:, 0], (0.0, TURN), nothing, nothing, nothing) is None
-    assert len(rewound(path, ranged(hayashi, 0.0, 360.0), rotary).rewinds) == 2
+    assert plan_turns(rotary[:, 0], Limits(0.0, TURN), np.zeros(len(path))) is None
+    assert len(insert_rewinds(path, ranged(hayashi, 0.0, 360.0), rotary).rewinds) == 2
 
 
 @pytest.fixture(scope="module")
 def helix(hayashi):
-    """What gives the helix of 1.6 turns as solved on a machine with C from one angle to another, deg."""
+    """Solve the helix of 1.6 turns on a machine with C from one angle to another, deg."""
 
     @cache
     def solved(low: float, high: float) -> Solution:
@@ -259,11 +258,11 @@ def test_a_helix_on_an_axis_of_one_turn_is_optimised(helix, low, high):
     machine = solution.machine
     residuals = solution.residuals()
     assert max(residuals["tilt"], residuals["limit"], residuals["contact"]) <= 1e-9
-    told = [f for f in solution.toolpath.findings if f.code == "rewind"]
-    assert 1 <= len(told) <= 2
+    rewinds = [f for f in solution.toolpath.findings if f.code == "rewind"]
+    assert 1 <= len(rewinds) <= 2
     c = machine.column("C")
     turned = np.abs(solution.motion.moves[:, c])
-    assert (turned > TURN - 1e-6).sum() == len(told)
+    assert (turned > TURN - 1e-6).sum() == len(rewinds)
     assert turned[solution.motion.cutting].max() <= np.radians(15.0) + 1e-9
 
 
@@ -283,12 +282,12 @@ def test_a_mask_holds_on_a_path_that_is_rewound(hayashi, helix):
         return np.asarray(ahead_of_normal(path.normal[rows], rotary[:, 0]) >= 10.0)
 
     solution = optimise(path, machine, tilt=(15, 75), effort="quick", mask=mask)
-    # It was never asked about a turn that the machine hasn't.
+    # It was never called for a turn that the machine hasn't got.
     assert -1e-6 <= min(seen) <= max(seen) <= TURN + 1e-6
     assert [f for f in solution.toolpath.findings if f.code == "rewind"]
     assert solution.residuals()["limit"] <= 1e-9
     assert solution.unwrapped is not None
-    own = rewound(path, machine, solution.unwrapped.rotary).own
+    own = insert_rewinds(path, machine, solution.unwrapped.rotary).own
     c = solution.motion.positions[own, machine.column("C")]
     assert ahead_of_normal(path.normal, c).min() >= 10.0
     # Without the mask C follows the normal, and so does the path that is drawn in.
@@ -297,12 +296,12 @@ def test_a_mask_holds_on_a_path_that_is_rewound(hayashi, helix):
     assert ahead_of_normal(path.normal, free.unwrapped.rotary[:, 0]).min() < 5.0
 
 
-def test_a_solution_tells_the_path_that_it_was_rewound_from(helix):
+def test_a_solution_has_the_path_that_it_was_rewound_from(helix):
     solution = helix(-180.0, 180.0)
     machine, unwrapped = solution.machine, solution.unwrapped
     assert unwrapped is not None
     assert unwrapped.problem.violation(unwrapped.rotary) <= 1e-9
-    again = rewound(unwrapped.toolpath, machine, unwrapped.rotary, clearance=unwrapped.clearance)
+    again = insert_rewinds(unwrapped.toolpath, machine, unwrapped.rotary, clearance=unwrapped.clearance)
     np.testing.assert_array_equal(again.rotary, solution.motion.positions[:, machine.rotary_columns])
 
 
@@ -316,8 +315,8 @@ def test_verification_finds_nothing_wrong_with_a_rewound_path(hayashi, helix):
     assert "axis-limit" in {f.code for f in less.findings}
 
 
-def test_free_starts_are_chosen_before_the_turns_are_cut(hayashi):
-    """Three closed rings, begun far from the seam; with starts of their own they need no more rewinds."""
+def test_free_starts_are_chosen_before_the_rewinds(hayashi):
+    """Three closed rings, begun far from the turn change; free starts need no more rewinds."""
     angle = np.radians(200.0) + np.arange(48) * TURN / 48
     normal = np.stack([np.cos(angle), np.sin(angle), np.full(48, -0.3)], axis=1)
     ring = (20.0 + 2.0 * np.cos(3.0 * angle))[:, None] * normal * [1.0, 1.0, 0.0]
@@ -331,7 +330,7 @@ def test_free_starts_are_chosen_before_the_turns_are_cut(hayashi):
     assert 1 <= len(rewinds[1]) <= len(rewinds[0])
     assert freed.energy.travel < kept.energy.travel
     assert max(freed.residuals().values()) <= 1e-9
-    own = rewound(freed.unwrapped.toolpath, machine, freed.unwrapped.rotary).own
+    own = insert_rewinds(freed.unwrapped.toolpath, machine, freed.unwrapped.rotary).own
     # Every contact is there once, in another order.
     cut = np.round(freed.toolpath.contact[own], 9)
     np.testing.assert_array_equal(np.unique(cut, axis=0), np.unique(np.round(contact, 9), axis=0))

@@ -1,4 +1,4 @@
-"""Places put into a path where an axis may change its turn."""
+"""Locations inserted into a path where an axis may change its turn."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from fiveaxis.geometry import Array, angle_between
 from fiveaxis.kinematics import tool_axes
 from fiveaxis.kinematics.windings import ON_LIMIT, TURN
 from fiveaxis.machine import Limits, Machine
-from fiveaxis.posture.turns.turn_changes import bounds_between, passed_seams, with_seams
+from fiveaxis.posture.turns.turn_changes import bounds_between, find_turn_changes, with_turn_changes
 from fiveaxis.toolpath import TiltBounds, Tool, Toolpath
 
 
@@ -30,23 +30,23 @@ def open_turns(angle: float, limits: Limits) -> int:
     low=st.floats(-7.0, 7.0),
     width=st.sampled_from([0.0, 1e-6, 0.3, 2.0, 6.0]),
 )
-def test_no_move_passes_a_seam_without_a_location_and_each_has_two_turns(angles, low, width):
+def test_no_move_passes_a_turn_change_without_a_location_and_each_has_two_turns(angles, low, width):
     limits = Limits(low, low + TURN + width)
-    rows, seam = passed_seams(angles, limits)
-    assert all(open_turns(a, limits) == 2 for a in seam)
-    np.testing.assert_allclose(np.interp(rows, np.arange(len(angles)), angles), seam, atol=1e-9)
+    rows, changes = find_turn_changes(angles, limits)
+    assert all(open_turns(a, limits) == 2 for a in changes)
+    np.testing.assert_allclose(np.interp(rows, np.arange(len(angles)), angles), changes, atol=1e-9)
     order = np.argsort(np.concatenate([np.arange(len(angles)), rows]), kind="stable")
-    full = np.concatenate([angles, seam])[order]
-    assert len(passed_seams(full, limits)[0]) == 0
+    full = np.concatenate([angles, changes])[order]
+    assert len(find_turn_changes(full, limits)[0]) == 0
 
 
 @pytest.mark.parametrize("limits", [Limits(), Limits(0.0, np.inf), Limits(-TURN, TURN), Limits(-1.0, 2.0)])
-def test_an_axis_with_two_turns_an_open_end_or_less_than_a_turn_has_no_seam(limits):
-    assert len(passed_seams(np.linspace(-20.0, 20.0, 9), limits)[0]) == 0
+def test_an_axis_with_two_turns_an_open_end_or_less_than_a_turn_has_no_turn_change(limits):
+    assert len(find_turn_changes(np.linspace(-20.0, 20.0, 9), limits)[0]) == 0
 
 
-def test_a_location_on_the_seam_is_not_put_in_again():
-    rows, _ = passed_seams(np.radians([90.0, 180.0, 270.0]), Limits(-np.pi, np.pi))
+def test_a_location_at_the_turn_change_is_not_inserted_again():
+    rows, _ = find_turn_changes(np.radians([90.0, 180.0, 270.0]), Limits(-np.pi, np.pi))
     assert len(rows) == 0
 
 
@@ -66,11 +66,11 @@ def half_turns(machine: Machine) -> Machine:
 
 
 @pytest.mark.parametrize("tool", [Tool.ball(6), Tool.bull(10, 2)])
-def test_the_contact_of_a_place_lies_on_the_straight_way_with_angles_in_proportion(hayashi, tool):
+def test_an_inserted_contact_lies_on_the_straight_line_with_angles_in_proportion(hayashi, tool):
     path, rotary = around([150.0, 170.0, 190.0], tool)
     machine = half_turns(hayashi)
-    course = with_seams(path, machine, rotary, [machine.column("C")])
-    np.testing.assert_allclose(course.place, [0.0, 1.0, 1.5, 2.0])
+    course = with_turn_changes(path, machine, rotary, [machine.column("C")])
+    np.testing.assert_allclose(course.row, [0.0, 1.0, 1.5, 2.0])
     np.testing.assert_array_equal(course.own, [True, True, False, True])
     assert course.rotary[2, 0] == np.pi
     assert np.degrees(course.rotary[2, 1]) == pytest.approx(-50.0)
@@ -83,12 +83,12 @@ def test_the_contact_of_a_place_lies_on_the_straight_way_with_angles_in_proporti
     np.testing.assert_array_equal(there.pivot[course.own], path.pivot)
 
 
-def test_where_the_surface_is_unknown_the_axis_of_the_tool_runs_straight(hayashi):
+def test_where_the_surface_is_unknown_a_point_of_the_tool_axis_moves_straight(hayashi):
     known, rotary = around([150.0, 170.0, 190.0], Tool.bull(10, 2))
     axes = tool_axes(hayashi, rotary)
     path = Toolpath.from_tips(known.tips(axes), axes, known.tool)
     machine = half_turns(hayashi)
-    course = with_seams(path, machine, rotary, [machine.column("C")])
+    course = with_turn_changes(path, machine, rotary, [machine.column("C")])
     centres = path.centres(axes)
     np.testing.assert_allclose(course.toolpath.pivot[2], (centres[1] + centres[2]) / 2.0, atol=1e-12)
     assert np.isnan(course.toolpath.normal[2]).all()
@@ -96,24 +96,25 @@ def test_where_the_surface_is_unknown_the_axis_of_the_tool_runs_straight(hayashi
     np.testing.assert_allclose(course.toolpath.axis[2], middle, atol=1e-12)
 
 
-def test_at_a_place_the_other_angle_gives_way_to_the_bounds_on_the_lean(hayashi):
+def test_at_an_inserted_location_the_other_angle_keeps_the_bounds_on_the_lean(hayashi):
     """Two postures that lean just as far as they may to both sides: halfway they would lean too little."""
     machine = half_turns(hayashi)
     path, rotary = around([178.0, 179.0, 181.0], Tool.ball(6))
     rotary = np.stack([rotary[:, 0] + np.radians([-6.0, -6.0, 6.0]), np.full(3, np.radians(-45.0))], axis=1)
     angles = np.degrees(angle_between(tool_axes(machine, rotary), path.normal))
     tilt = tilt_bounds(path, tilt=(float(angles.min()) - 0.01, 89.0))
-    free = with_seams(path, machine, rotary, [machine.column("C")])
-    assert not bounds_between(tilt, free.place).admits(tool_axes(machine, free.rotary)).all()
-    course = with_seams(path, machine, rotary, [machine.column("C")], tilt)
+    free = with_turn_changes(path, machine, rotary, [machine.column("C")])
+    assert not bounds_between(tilt, free.row).admits(tool_axes(machine, free.rotary)).all()
+    course = with_turn_changes(path, machine, rotary, [machine.column("C")], tilt)
     assert course.admitted.all()
-    assert bounds_between(tilt, course.place).admits(tool_axes(machine, course.rotary)).all()
+    assert bounds_between(tilt, course.row).admits(tool_axes(machine, course.rotary)).all()
     assert course.rotary[~course.own, 0] == np.pi
     assert 0.0 < np.degrees(np.abs(course.rotary - free.rotary).max()) < 5.0
-    # Bounds that no angle keeps are said.
+    # Where no angle keeps the bounds the location isn't admitted.
     strict = tilt_bounds(path, tilt=(0.0, 0.001))
     assert (
-        with_seams(path, machine, rotary, [machine.column("C")], strict).admitted.tolist().count(False) == 1
+        with_turn_changes(path, machine, rotary, [machine.column("C")], strict).admitted.tolist().count(False)
+        == 1
     )
 
 

@@ -20,7 +20,7 @@ from fiveaxis.machine import Limits, Machine
 from fiveaxis.motion import fill_in, follow
 from fiveaxis.posture import Problem
 from fiveaxis.posture.local.refinement import refine
-from fiveaxis.posture.turns.rewinding import rewound
+from fiveaxis.posture.turns.rewinding import insert_rewinds
 from fiveaxis.posture.turns.unwrapped import fewer_turns
 from fiveaxis.posture.turns.winding import endless, plan_turns, winding_columns
 from fiveaxis.toolpath import Tool, Toolpath
@@ -53,8 +53,8 @@ def helix(links: int = 0, per_turn: int = 36) -> tuple[Toolpath, np.ndarray]:
 
 
 def brute_force(angles, limits, stop, up, down):
-    """Least cost over all turn numbers, one on the way to each location and one on the way from it."""
-    low, high = limits
+    """Least cost over all turn numbers, one on the move to each location and one on the move from it."""
+    low, high = limits.low, limits.high
     least, most = np.ceil((low - angles.max()) / TURN) - 1, np.floor((high - angles.min()) / TURN) + 1
     turns = range(int(least), int(most) + 1)
 
@@ -69,7 +69,7 @@ def brute_force(angles, limits, stop, up, down):
                 cost = np.inf
                 break
             if here is not None and k != here:
-                cost += stop[i] + (k - here) * up[i] if k > here else stop[i] + (here - k) * down[i]
+                cost += stop[i] + (k - here) * up if k > here else stop[i] + (here - k) * down
             here = k
         best = min(best, cost)
     return best
@@ -93,9 +93,9 @@ def cost_of(turns, stop, up, down):
 def test_turns_are_chosen_as_by_brute_force(angles, degrees, data):
     n = len(angles)
     prices = st.lists(st.floats(0.0, 50.0), min_size=n, max_size=n).map(np.array)
-    stop, up, down = (data.draw(prices) for _ in range(3))
+    stop, up, down = data.draw(prices), data.draw(st.floats(0.0, 50.0)), data.draw(st.floats(0.0, 50.0))
     stop = np.where(data.draw(st.lists(st.booleans(), min_size=n, max_size=n)), np.inf, stop)
-    limits = (-np.radians(degrees), np.radians(degrees))
+    limits = Limits(-np.radians(degrees), np.radians(degrees))
     found = plan_turns(angles, limits, stop, up, down)
     least = brute_force(angles, limits, stop, up, down)
     if found is None:
@@ -105,25 +105,25 @@ def test_turns_are_chosen_as_by_brute_force(angles, degrees, data):
     assert cost_of(found, stop, up, down) == pytest.approx(least, abs=1e-9)
     for turns in found:
         unwrapped = angles + TURN * turns
-        assert (np.abs(unwrapped) <= limits[1] + 1e-8).all()
+        assert (np.abs(unwrapped) <= limits.high + 1e-8).all()
     np.testing.assert_array_equal(found[0][1:], found[1][:-1])
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_towards_an_open_end_nothing_is_rewound(sign):
     angles = sign * np.linspace(0.0, 60.0, 50)
-    limits = (-1.0, np.inf) if sign > 0.0 else (-np.inf, 1.0)
+    limits = Limits(-1.0, np.inf) if sign > 0.0 else Limits(-np.inf, 1.0)
     ones = np.ones(50)
-    np.testing.assert_array_equal(plan_turns(angles, limits, ones, ones, ones), np.zeros((2, 50)))
-    # The other way it begins as many turns up as it goes down.
-    before, after = plan_turns(-angles, limits, ones, ones, ones)
+    np.testing.assert_array_equal(plan_turns(angles, limits, ones, 1.0, 1.0), np.zeros((2, 50)))
+    # In the other direction it begins as many turns up as it goes down.
+    before, after = plan_turns(-angles, limits, ones, 1.0, 1.0)
     np.testing.assert_array_equal(before, after)
     unwrapped = -angles + TURN * after
-    assert (unwrapped >= limits[0]).all()
-    assert (unwrapped <= limits[1]).all()
+    assert (unwrapped >= limits.low).all()
+    assert (unwrapped <= limits.high).all()
 
 
-def test_a_head_that_turns_is_rewound_clear_of_the_part_too(hayashi):
+def test_a_rotary_head_rewinds_clear_of_the_part_too(hayashi):
     bare = Machine.from_code("123064")
     drives = {a.letter: a.drive for a in hayashi.axes}
     axes = tuple(replace(a, drive=drives[a.letter]) for a in bare.axes)
@@ -132,7 +132,7 @@ def test_a_head_that_turns_is_rewound_clear_of_the_part_too(hayashi):
     contact = np.stack([30.0 * np.cos(angle), 30.0 * np.sin(angle), np.zeros(120)], axis=1)
     path = Toolpath.from_contacts(contact, np.tile([0.0, 0.0, 1.0], (120, 1)), Tool.ball(6))
     rotary = np.stack([angle, np.full(120, np.radians(40.0))], axis=1)
-    found = rewound(path, machine, rotary, clearance=5.0)
+    found = insert_rewinds(path, machine, rotary, clearance=5.0)
     assert found.rewinds
     motion = follow(found.toolpath, machine, found.rotary)
     assert within_limits(machine, motion.positions).all()
@@ -147,7 +147,7 @@ def test_a_head_that_turns_is_rewound_clear_of_the_part_too(hayashi):
 def test_a_path_that_fits_is_left_as_it_is(hayashi):
     path, rotary = helix()
     rotary = rotary[:30]
-    found = rewound(path.at(np.arange(30)), limited(hayashi, 400), rotary)
+    found = insert_rewinds(path.at(np.arange(30)), limited(hayashi, 400), rotary)
     assert found.rewinds == ()
     assert len(found.toolpath) == 30
     np.testing.assert_allclose(np.remainder(found.rotary[:, 0] - rotary[:, 0] + 1.0, TURN), 1.0, atol=1e-9)
@@ -157,10 +157,10 @@ def test_a_path_that_fits_is_left_as_it_is(hayashi):
 def test_a_helix_of_ten_turns_is_rewound_as_often_as_needed_and_no_more(hayashi, degrees):
     machine = limited(hayashi, degrees)
     path, rotary = helix()
-    found = rewound(path, machine, rotary)
+    found = insert_rewinds(path, machine, rotary)
     motion = follow(found.toolpath, machine, found.rotary)
     assert within_limits(machine, motion.positions).all()
-    # Begun as low as the range allows and ended as high: fewer turns can't be given back.
+    # Begun as low as the range allows and ended as high: fewer turns of rewinds aren't possible.
     first, last = np.degrees(rotary[[0, -1], 0])
     least = np.ceil((last - degrees) / 360.0) + np.ceil((-degrees - first) / 360.0)
     assert sum(abs(r.turns) for r in found.rewinds) == least
@@ -174,7 +174,7 @@ def test_a_helix_of_ten_turns_is_rewound_as_often_as_needed_and_no_more(hayashi,
 def test_the_contact_is_where_it_was_and_the_tool_far_off_while_c_rewinds(hayashi):
     machine = limited(hayashi, 400.0)
     path, rotary = helix()
-    found = rewound(path, machine, rotary, clearance=12.0)
+    found = insert_rewinds(path, machine, rotary, clearance=12.0)
     motion = follow(found.toolpath, machine, found.rotary)
     own = np.flatnonzero(found.own)
     np.testing.assert_allclose(found.toolpath.pivot[own], path.pivot, atol=1e-12)
@@ -190,20 +190,20 @@ def test_the_contact_is_where_it_was_and_the_tool_far_off_while_c_rewinds(hayash
         assert gap >= 3.0 + 12.0 - 1e-6
 
 
-def test_a_rewind_stands_where_the_tool_is_clear_if_there_is_such_a_place(hayashi):
+def test_rewinds_take_place_where_the_tool_is_clear_if_possible(hayashi):
     machine = limited(hayashi, 400.0)
     path, rotary = helix(links=6)
-    found = rewound(path, machine, rotary)
+    found = insert_rewinds(path, machine, rotary)
     assert found.rewinds
     assert not any(r.in_cut for r in found.rewinds)
     notes = found.findings()
     assert {(f.code, f.severity.value) for f in notes} == {("rewind", "note")}
 
 
-def test_what_a_rewind_is_said_to_cost_is_what_it_adds(hayashi):
+def test_the_reported_cost_of_a_rewind_is_what_it_adds(hayashi):
     machine = limited(hayashi, 400.0)
     path, rotary = helix()
-    found = rewound(path, machine, rotary)
+    found = insert_rewinds(path, machine, rotary)
     without = motion_energy(machine, follow(path, machine, rotary))
     with_them = motion_energy(machine, follow(found.toolpath, machine, found.rotary))
     assert with_them.total == pytest.approx(without.total + found.energy, rel=1e-9)
@@ -213,7 +213,7 @@ def test_what_a_rewind_is_said_to_cost_is_what_it_adds(hayashi):
 def test_blocks_are_not_inserted_into_a_turn_on_the_spot(hayashi):
     machine = limited(hayashi, 400.0)
     path, rotary = helix()
-    found = rewound(path, machine, rotary)
+    found = insert_rewinds(path, machine, rotary)
     filled, motion, _ = fill_in(found.toolpath, machine, found.rotary)
     turned = np.abs(motion.moves[:, machine.column("C")])
     assert (turned > TURN - 1e-6).sum() == len(found.rewinds)
@@ -226,20 +226,20 @@ def test_blocks_are_not_inserted_into_a_turn_on_the_spot(hayashi):
 def test_bounds_on_the_lean_leave_the_links_of_a_rewind_free(hayashi):
     machine = limited(hayashi, 400.0)
     path, rotary = helix()
-    found = rewound(path, machine, rotary)
+    found = insert_rewinds(path, machine, rotary)
     bounds = found.bounds(tilt_bounds(path, tilt=(10, 80)))
     links = found.toolpath.kind != 0
     assert np.isnan(bounds.reference[links]).all()
     np.testing.assert_array_equal(bounds.reference[~links], path.normal)
 
 
-def test_no_room_to_back_off_is_said_with_the_axis_and_its_range(hayashi):
+def test_without_room_to_back_off_the_error_names_the_axis_and_its_range(hayashi):
     low = tuple(
         replace(a, limits=Limits(-1.0, 1.0)) if a.letter == "Z" else a for a in limited(hayashi, 400.0).axes
     )
     path, rotary = helix()
     with pytest.raises(Infeasible, match="C winds through 3590 deg and has 800 deg"):
-        rewound(path, replace(hayashi, axes=low), rotary)
+        insert_rewinds(path, replace(hayashi, axes=low), rotary)
 
 
 def test_only_axes_with_a_whole_turn_wind(hayashi):
@@ -258,9 +258,9 @@ def test_a_path_that_winds_further_than_c_can_is_optimised_with_rewinds(hayashi)
     solution = optimise(path, machine, tilt=(15, 75), effort="quick")
     assert solution.residuals()["limit"] <= 1e-9
     assert solution.residuals()["tilt"] <= 1e-9
-    told = [f for f in solution.toolpath.findings if f.code == "rewind"]
-    assert 1 <= len(told) <= 3
-    for finding in told:
+    rewinds = [f for f in solution.toolpath.findings if f.code == "rewind"]
+    assert 1 <= len(rewinds) <= 3
+    for finding in rewinds:
         # What follows the location is the link on which the tool backs off.
         assert solution.toolpath.kind[finding.place.location + 1] != 0
     cuts = solution.motion.cutting
@@ -268,7 +268,7 @@ def test_a_path_that_winds_further_than_c_can_is_optimised_with_rewinds(hayashi)
     assert turned.max() <= np.radians(15.0) + 1e-9
     for name, baseline in solution.compared.items():
         assert solution.energy.travel <= baseline.energy.travel * (1.0 + 1e-9), name
-        # A baseline has its rewinds at places of its own.
+        # A baseline has its own rewinds.
         fill_in(baseline.toolpath, machine, baseline.motion.positions[:, machine.rotary_columns])
 
 
@@ -277,7 +277,7 @@ def test_a_path_is_drawn_into_fewer_turns_where_that_saves_a_rewind(hayashi):
     machine = limited(hayashi, 200.0)
     path, rotary = helix()
     path, rotary = path.at(np.arange(41)), rotary[:41]
-    found = rewound(path, machine, rotary)
+    found = insert_rewinds(path, machine, rotary)
     assert len(found.rewinds) == 1
     problem = Problem.build(path, endless(machine), tilt_bounds(path, tilt=(5, 85)))
 
@@ -285,7 +285,7 @@ def test_a_path_is_drawn_into_fewer_turns_where_that_saves_a_rewind(hayashi):
         return refine(narrow, start, iterations=100, barrier=1e-2).rotary
 
     [(narrow, drawn)] = fewer_turns(problem, machine, rotary, found, refined)
-    assert rewound(path, machine, drawn).rewinds == ()
+    assert insert_rewinds(path, machine, drawn).rewinds == ()
     assert narrow.violation(drawn) <= 1e-9
     limits = narrow.machine.axis("C").limits
     assert limits.high - limits.low == pytest.approx(np.radians(400.0))
