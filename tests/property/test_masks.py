@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from fiveaxis.errors import Infeasible
 from fiveaxis.kinematics import tool_axes
 from fiveaxis.machine import load_machine
-from fiveaxis.posture.masks import repair
+from fiveaxis.posture.masks import enforcement
 from fiveaxis.toolpath import Tool, Toolpath
 
 MACHINE = load_machine("hayashi-640123")
@@ -88,8 +88,8 @@ def test_a_path_that_comes_back_is_admitted_everywhere_and_sound(kind, patched, 
     with pytest.MonkeyPatch.context() as context:
         if not patched:
             # As a long path is: searched off what is roughly refused.
-            context.setattr(repair, "MOST_ROWS", 10)
-            context.setattr(repair, "MOST_PATCHED", -1.0)
+            context.setattr(enforcement, "MOST_ROWS", 10)
+            context.setattr(enforcement, "MOST_REPLANNED", -1.0)
         try:
             found = optimise(PATH, MACHINE, **OPTIONS, mask=mask)
         except Infeasible:

@@ -1,4 +1,4 @@
-"""The cheapest path at the locations that are given, and what it is compared with."""
+"""The cheapest path at the given locations, and the baselines it is compared with."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from fiveaxis.geometry import Array
 from fiveaxis.machine import Machine
 from fiveaxis.motion import follow
 from fiveaxis.posture.baselines import find_baselines, moved_clear
+from fiveaxis.posture.masks.enforcement import Enforcement, or_cheaper_baseline
 from fiveaxis.posture.masks.mask import Mask, MaskFunction
-from fiveaxis.posture.masks.repair import Repair, never_dearer
 from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.posture.solution import Solution
 from fiveaxis.posture.strategy.effort import Effort
@@ -24,7 +24,7 @@ from fiveaxis.posture.strategy.portfolio import Portfolio, Progress
 from fiveaxis.posture.strategy.reach import unreachable
 from fiveaxis.posture.strategy.restarts import best_of_starts, leaning_paths
 from fiveaxis.posture.strategy.sequence import long_turns
-from fiveaxis.posture.strategy.singular import Cone, held
+from fiveaxis.posture.strategy.singular import Cone, hold_in_cone
 from fiveaxis.posture.turns.unwrapped import asked_within
 from fiveaxis.posture.turns.winding import endless, winding_columns
 from fiveaxis.toolpath import TiltBounds, Toolpath
@@ -34,43 +34,46 @@ logger = logging.getLogger(__name__)
 
 @dataclass(frozen=True, eq=False)
 class GivenProblem:
-    """What is solved at the locations that are given.
+    """What is solved at the given locations.
 
     Parameters
     ----------
-    problem : of its locations
-    machine : as it is
-    toolpath, bounds : as they were given
+    problem, bounds : of the path's locations
+    machine, toolpath : as given
     start : (n, 2), rad, chain order, a path that is refined; None for a search
-    allowed : how much may be done
+    effort : how much may be done
     progress : called with a stage's name, steps done and steps in all
-    singular : the cone in which the first rotary axis is bound; None without one
+    cone : in which the first rotary axis is bounded; None without one
     """
 
     problem: Problem
+    bounds: TiltBounds
     machine: Machine
     toolpath: Toolpath
-    bounds: TiltBounds
     start: Array | None
-    allowed: Effort
-    progress: Progress | None = None
-    singular: Cone | None = None
+    effort: Effort
+    progress: Progress | None
+    cone: Cone | None
 
     def endless(self) -> GivenProblem:
-        """Pose the same where rotary axes turn without end."""
+        """Return the same problem with rotary axes of unlimited travel."""
         problem = replace(self.problem, machine=endless(self.problem.machine))
         return replace(self, problem=problem, machine=endless(self.machine))
 
 
 def solve_given(given: GivenProblem, mask: MaskFunction | None) -> tuple[Solution, Mask | None]:
-    """Find the cheapest path as `_within_turns` does, or say where there is none.
+    """Find the cheapest path, if possible within the turns that the axes have.
+
+    Returns
+    -------
+    A solution on the machine, or on the `endless` one, and the mask that counted its queries
 
     Raises
     ------
     Infeasible
         Locations out of reach; moves that turn too far.
     """
-    problem, toolpath = given.problem, given.toolpath
+    toolpath = given.toolpath
     blocked = unreachable(toolpath, given.machine, given.bounds)
     if blocked:
         share = f"{len(blocked)} of {len(toolpath)} locations"
@@ -78,64 +81,60 @@ def solve_given(given: GivenProblem, mask: MaskFunction | None) -> tuple[Solutio
     try:
         return _within_turns(given, mask)
     except Infeasible:
-        turning = long_turns(problem, toolpath)
+        turning = long_turns(given.problem, toolpath)
         if not turning:
             raise
-        moves = (
-            f"{len(turning)} of {len(toolpath) - 1} moves turn further than they may on the best way found"
-        )
-        raise Infeasible(f"no way along the path: {moves}", turning) from None
+        share = f"{len(turning)} of {len(toolpath) - 1} moves"
+        raise Infeasible(
+            f"no sequence of postures along the path: {share} exceed the largest turn in the best one found",
+            turning,
+        ) from None
 
 
 def _within_turns(given: GivenProblem, mask: MaskFunction | None) -> tuple[Solution, Mask | None]:
-    """Find the cheapest path in the turns that the axes have, or where there is none, one without end.
-
-    Returns
-    -------
-    A solution on the machine, or on the `endless` one; and the mask as it was asked
-    """
-    asked = None if mask is None else Mask(mask)
+    """Solve within the turns that the axes have, or where that fails, on the `endless` machine."""
+    counted = None if mask is None else Mask(mask)
     try:
-        return _solved(given, asked), asked
+        return _solve(given, counted), counted
     except Infeasible:
         if not winding_columns(given.machine):
             raise
-    # No way within its turns: the axis winds as far as the path wants, and is turned back where it is cheap.
-    asked = None if mask is None else Mask(asked_within(given.machine, mask))
-    return _solved(given.endless(), asked), asked
+    # The axis turns as far as the path needs; afterwards it is rewound where that is cheap.
+    counted = None if mask is None else Mask(asked_within(given.machine, mask))
+    return _solve(given.endless(), counted), counted
 
 
-def _solved(given: GivenProblem, mask: Mask | None) -> Solution:
-    """Find the cheapest path of a problem, and what it is compared with."""
+def _solve(given: GivenProblem, mask: Mask | None) -> Solution:
+    """Find the baselines and the cheapest path of a problem."""
     problem, machine, toolpath, bounds = given.problem, given.machine, given.toolpath, given.bounds
-    allowed, progress, singular = given.allowed, given.progress, given.singular
+    effort, progress, cone = given.effort, given.progress, given.cone
     compared, missing = find_baselines(toolpath, machine, bounds)
     # A baseline that the mask refuses is still a start.
     starts = compared
     if mask is not None:
         compared, refused = moved_clear(compared, problem, toolpath, machine, bounds, mask)
         missing = missing | refused
-    run, optima = Portfolio(problem, allowed, progress), None
+    run, optima = Portfolio(problem, effort, progress), None
 
     def solve(bounded: Problem, start: Array) -> Array:
-        again = Portfolio(bounded, allowed, progress, run.stages)
+        again = Portfolio(bounded, effort, progress, run.stages)
         near = again.refined_from("path within wider bounds", start)
         return near if bounded.violation(near) <= ALLOWED else again.best_path(starts)
 
-    # IPOPT's linear solver works on small blocks: threads of the BLAS under it only wait for each other.
+    # IPOPT's linear solver works on small blocks, for which threads of the BLAS only wait for each other.
     with threadpool_limits(limits=1):
         if given.start is not None:
             rotary = solve(problem, given.start)
-        elif allowed.is_many:
-            leaning = leaning_paths(toolpath, machine, bounds, allowed)
+        elif effort.is_many:
+            leaning = leaning_paths(toolpath, machine, bounds, effort)
             rotary, optima = best_of_starts(run, starts, leaning)
         else:
             rotary = run.best_path(starts)
-        if singular is not None:
-            rotary = held(problem, toolpath, rotary, solve, singular)
+        if cone is not None:
+            rotary = hold_in_cone(problem, toolpath, rotary, solve, cone)
         if mask is not None:
-            rotary = Repair(run, mask).repaired(rotary, toolpath, compared)
-            rotary = never_dearer(problem, rotary, compared)
+            rotary = Enforcement(run, mask).enforced(rotary, toolpath, compared)
+            rotary = or_cheaper_baseline(problem, rotary, compared)
     for stage in run.stages:
         logger.debug("%s: %s, %d steps, %.1f J", stage.name, stage.status, stage.iterations, stage.after)
     _require_admissible(problem, rotary, toolpath)
@@ -148,13 +147,7 @@ def _solved(given: GivenProblem, mask: Mask | None) -> Solution:
 
 
 def _require_admissible(problem: Problem, rotary: Array, toolpath: Toolpath) -> None:
-    """Refuse to hand out a path that breaks a bound, naming the places.
-
-    Raises
-    ------
-    Infeasible
-        Tilt, limit or rotary step broken somewhere by more than rounding.
-    """
+    """Raise `Infeasible` if a path breaks a bound by more than rounding, with a finding for each location."""
     positions, excess = problem.placed(slice(None), rotary)
     turned = np.concatenate([[0.0], problem.turn_excess(rotary)])
     broken = {
@@ -166,8 +159,8 @@ def _require_admissible(problem: Problem, rotary: Array, toolpath: Toolpath) -> 
         Finding(
             Severity.ERROR,
             "no-posture",
-            f"no posture was found that keeps {what} and joins its neighbours; allow larger turns "
-            "(--max-turn), put the locations closer together, or widen the tilt range",
+            f"no posture was found that keeps {what} and can be reached from its neighbours; allow larger "
+            "turns (--max-turn), put the locations closer together, or widen the tilt range",
             toolpath.place(int(row)),
         )
         for what, rows in broken.items()

@@ -1,4 +1,4 @@
-"""Many starts: how good the best path is can't be proven, but it can be looked at from many sides."""
+"""Many starts: the spread of their local optima shows how good the best path is, though it proves nothing."""
 
 from __future__ import annotations
 
@@ -12,25 +12,25 @@ from fiveaxis.geometry import Array
 from fiveaxis.machine import Machine
 from fiveaxis.posture.baselines import INSIDE, NoBaseline, follow_axes, uphill
 from fiveaxis.posture.problem import ALLOWED, Problem
-from fiveaxis.posture.solution import Baseline, Optima, Stage
+from fiveaxis.posture.solution import Baseline, Optima
 from fiveaxis.posture.strategy.effort import Effort
 from fiveaxis.posture.strategy.portfolio import Portfolio
 from fiveaxis.toolpath import TiltBounds, Toolpath
 
-# The start that is the portfolio's own, as it would be without the others.
+# Name of the portfolio's own start.
 OWN = "searches"
 
 
 def best_of_starts(
     run: Portfolio, compared: Mapping[str, Baseline], leaning: Mapping[str, Array]
 ) -> tuple[Array, Optima]:
-    """Find the cheapest admissible path from every start that the effort names.
+    """Find the cheapest admissible path from all starts of the effort.
 
-    The portfolio's own searches come first, so the answer is never dearer than without the other starts.
+    The portfolio's own searches come first, so the result is never costlier than without the other starts.
 
     Parameters
     ----------
-    run : the portfolio; what the other starts did is added to its stages
+    run : the portfolio; the stages of the other starts are added to its own
     compared : the baselines
     leaning : further starts by name, (n, 2) rad (`leaning_paths`)
 
@@ -49,7 +49,7 @@ def best_of_starts(
         name = f"{OWN}, set {number}"
         other = Portfolio(problem, replace(effort, searches=searches), run.progress)
         found[name] = _searched(other, {})
-        run.stages += [_named(stage, name) for stage in other.stages]
+        run.stages += [replace(stage, name=f"{name}: {stage.name}") for stage in other.stages]
     columns = problem.machine.rotary_columns
     own = {f"baseline {name}": b.motion.positions[:, columns] for name, b in compared.items()}
     for name, start in ({**own, **leaning} if effort.from_baselines else leaning).items():
@@ -58,7 +58,7 @@ def best_of_starts(
 
 
 def leaning_paths(toolpath: Toolpath, machine: Machine, tilt: TiltBounds, effort: Effort) -> dict[str, Array]:
-    """Make paths whose tool leans upwards by one angle all along, (n, 2) rad; those that the limits allow."""
+    """Compute paths with a constant upward lean, (n, 2) rad, of those angles that the limits allow."""
     paths = {}
     upwards = uphill(tilt.reference, machine.chain.tool_home[:3, 2])
     for share in effort.leans:
@@ -80,20 +80,12 @@ def _searched(run: Portfolio, compared: Mapping[str, Baseline]) -> Array | Infea
 
 def _cheapest(problem: Problem, found: Mapping[str, Array | Infeasible]) -> tuple[Array, Optima]:
     paths = {name: path for name, path in found.items() if not isinstance(path, Infeasible)}
-    sound = {
-        name: problem.cost(problem.positions(slice(None), path))
-        for name, path in paths.items()
-        if problem.violation(path) <= ALLOWED
-    }
+    sound = {n: problem.path_cost(path) for n, path in paths.items() if problem.violation(path) <= ALLOWED}
     optima = Optima(sound, tuple(name for name in found if name not in sound))
     if sound:
         return paths[min(sound, key=lambda name: sound[name])], optima
-    # Where no path is admissible the portfolio's own tells what stands in the way.
+    # If no path is admissible, the portfolio's own shows why.
     first = found[OWN]
     if isinstance(first, Infeasible):
         raise first
     return first, optima
-
-
-def _named(stage: Stage, name: str) -> Stage:
-    return replace(stage, name=f"{name}: {stage.name}")

@@ -9,7 +9,7 @@ from by_degrees import tilt_bounds
 
 from fiveaxis.machine import Limits, load_machine
 from fiveaxis.posture.masks.clearance import NODE_STEP, NODE_STRIDE, Clearance, NodeMap, Nodes
-from fiveaxis.posture.masks.mask import Known, Mask, clean_path, way_among
+from fiveaxis.posture.masks.mask import CheckedStates, Mask, clean_path
 from fiveaxis.posture.problem import Problem
 from fiveaxis.posture.search.corridor import REFUSED_PRICE, path_through_corridor
 from fiveaxis.posture.search.lattice import Coordinates, Lattice, corridor_lattice, level_lattice
@@ -57,10 +57,10 @@ def test_a_grid_of_nodes_answers_for_the_nearest_one_and_asks_it_once():
     at = nodes.rows[np.abs(nodes.rows[None] - rows[:, None]).argmin(axis=1)]
     near = [n.first + n.step * n.nearest(rotary[:, i]) for i, n in enumerate(nodes.nodes)]
     np.testing.assert_array_equal(got, function(at, np.stack(near, axis=1)))
-    asked = mask.asked
-    assert asked <= 500
+    queried = mask.queried
+    assert queried <= 500
     np.testing.assert_array_equal(nodes.admits(rows, rotary), got)
-    assert mask.asked == asked
+    assert mask.queried == queried
 
 
 def test_the_order_of_questions_changes_no_answer():
@@ -145,9 +145,9 @@ def test_the_cheapest_clean_path_is_that_of_brute_force(seed):
         path = states[rows, chosen]
         if problem.turn_excess(path[:, columns]).max() == 0.0:
             best = min(best, problem.cost(path))
-    for find in (clean_path, way_among):
-        known = Known(Mask(function), np.arange(n), problem)
-        path = find(lattice, known, 40)
+    for or_last in (False, True):
+        checked = CheckedStates(Mask(function), np.arange(n), problem)
+        path = clean_path(lattice, checked, 40, or_last=or_last)
         clear = replace(
             lattice,
             states=lambda rows: (

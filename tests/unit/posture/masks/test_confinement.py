@@ -1,4 +1,4 @@
-"""Refinement inside of a mask: never out of it, never dearer."""
+"""Refinement within a mask: never outside it, never costlier."""
 
 import numpy as np
 import pytest
@@ -8,7 +8,7 @@ from fiveaxis.kinematics import axis_positions, tool_axes
 from fiveaxis.machine import load_machine
 from fiveaxis.posture.local.refinement import refine
 from fiveaxis.posture.masks.clearance import Clearance
-from fiveaxis.posture.masks.confinement import PINCH, Confinement, Planes, around, blended, pinched
+from fiveaxis.posture.masks.confinement import PINCH, Confinement, Planes, blended, pinched, windows_around
 from fiveaxis.posture.masks.mask import Mask
 from fiveaxis.posture.problem import Problem
 from fiveaxis.toolpath import Tool, Toolpath
@@ -108,9 +108,9 @@ def test_planes_bind_the_part_that_they_belong_to():
 
 
 def test_stretches_have_a_margin_and_overlap_into_one():
-    assert around(np.array([5, 9]), 30, 2) == [(3, 11)]
-    assert around(np.array([0, 29]), 30, 3) == [(0, 3), (26, 29)]
-    assert around(np.array([5, 12]), 30, 2) == [(3, 7), (10, 14)]
+    assert windows_around(np.array([5, 9]), 30, 2) == [(3, 11)]
+    assert windows_around(np.array([0, 29]), 30, 3) == [(0, 3), (26, 29)]
+    assert windows_around(np.array([5, 12]), 30, 2) == [(3, 7), (10, 14)]
 
 
 def test_a_blend_is_the_other_path_where_asked_and_the_path_far_away():

@@ -32,13 +32,13 @@ def test_the_ends_are_the_optimum_and_the_smoothest_asked_for(found):
 def test_a_cheaper_path_met_on_the_way_is_the_solution(found, hayashi, monkeypatch):
     """The first optimum is spoilt, so that the sweep finds a better one."""
 
-    def spoilt(*args, **options):
-        poor = posture.optimise(*args, smoothing=3000.0, **options)
+    def spoilt(path, machine, constraints, options):
+        poor = posture.optimise(path, machine, constraints, replace(options, smoothing=3000.0))
         return replace(poor, problem=replace(poor.problem, bend_price=np.zeros(len(poor.problem) - 1)))
 
     monkeypatch.setattr("fiveaxis.posture.strategy.front.optimise", spoilt)
     bounds = Constraints.of_degrees(tilt=(15, 75), max_turn=15.0)
-    poor = spoilt(ring(60), hayashi, bounds, objective="travel", effort="quick")
+    poor = spoilt(ring(60), hayashi, bounds, posture.Options(objective="travel", effort="quick"))
     front = find_front(ring(60), hayashi, 3, tilt=(15, 75), effort="quick")
     first = front.points[0]
     assert first.cost == min(p.cost for p in front.points) == pytest.approx(front.solution.travel)
@@ -201,8 +201,8 @@ def test_the_solution_of_such_a_front_keeps_its_bounds_and_tells_its_own_rewinds
 
 
 def test_a_solution_put_together_by_hand_has_no_front(hayashi, monkeypatch):
-    def bare(*args, **options):
-        return replace(posture.optimise(*args, **options), problem=None)
+    def bare(*args):
+        return replace(posture.optimise(*args), problem=None)
 
     monkeypatch.setattr("fiveaxis.posture.strategy.front.optimise", bare)
     with pytest.raises(SettingError, match="put together by hand"):

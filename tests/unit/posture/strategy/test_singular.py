@@ -18,7 +18,7 @@ from fiveaxis.posture.strategy.singular import (
     MOST_ROUNDS,
     Cone,
     bounded_within,
-    held,
+    hold_in_cone,
     kept_outside,
     nearest_angles,
     slow_findings,
@@ -122,7 +122,7 @@ def test_where_c_cannot_be_held_the_path_stays_and_says_so(hayashi):
     def solve(_: Problem, __: np.ndarray) -> np.ndarray:
         raise Infeasible("no way", ())
 
-    np.testing.assert_array_equal(held(problem, path, rotary, solve, CONE), rotary)
+    np.testing.assert_array_equal(hold_in_cone(problem, path, rotary, solve, CONE), rotary)
 
 
 def test_bounds_are_kept_from_round_to_round(hayashi):
@@ -136,7 +136,7 @@ def test_bounds_are_kept_from_round_to_round(hayashi):
         # The next path comes into the cone elsewhere.
         return np.roll(rotary, 8 * len(seen), axis=0)
 
-    held(problem, path, rotary, solve, CONE)
+    hold_in_cone(problem, path, rotary, solve, CONE)
     assert len(seen) > 1
     seen = seen[:-MOST_ROUNDS]  # those of the other remedy
     for before, after in pairwise(seen):
