@@ -1,4 +1,4 @@
-"""Whatever a mask refuses: a path that comes back is admitted everywhere, sound and no dearer than others."""
+"""Whatever a mask refuses: the result is admitted everywhere, sound and no costlier than baselines."""
 
 from functools import cache
 

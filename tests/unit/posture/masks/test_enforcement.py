@@ -77,7 +77,7 @@ def test_a_forbidden_band_of_c_is_avoided_with_few_queries(hayashi, free, banded
     assert last.before < last.after == refined.after < refined.before
 
 
-def test_a_baseline_that_would_have_to_hop_over_the_band_is_missing_with_the_reason(hayashi, banded):
+def test_a_baseline_that_would_have_to_jump_across_the_band_is_missing_with_the_reason(hayashi, banded):
     solution, _ = banded
     for name in ("normal", "lead-lean"):
         assert name not in solution.baselines

@@ -1,4 +1,4 @@
-"""What is solved is the program: its inserted blocks keep the bounds, and its energy is the objective."""
+"""The program is solved: its inserted blocks keep the bounds, and its energy is the objective."""
 
 from dataclasses import replace
 
@@ -65,9 +65,9 @@ def short(hayashi) -> Machine:
 
 
 def counts(solution, bounds) -> dict[str, int]:
-    asked = Constraints.of_degrees(tilt=bounds["tilt"], max_turn=bounds.get("max_turn"))
+    constraints = Constraints.of_degrees(tilt=bounds["tilt"], max_turn=bounds.get("max_turn"))
     made = make_program(
-        solution.motion, solution.machine, solution.toolpath, asked, ProgramOptions(thin=False)
+        solution.motion, solution.machine, solution.toolpath, constraints, ProgramOptions(thin=False)
     )
     return dict(made.report.counts)
 
@@ -100,7 +100,7 @@ def test_what_is_solved_passes_the_given_locations_in_their_order(wall, hayashi)
 
 
 @pytest.mark.parametrize("path", [lobes(181), s_wall(160)], ids=["lobes", "wall"])
-def test_energy_of_the_program_is_what_is_least(path, hayashi):
+def test_the_energy_of_the_program_is_minimal(path, hayashi):
     bounds = {"tilt": (25.0, 75.0), "effort": "quick"}
     by_energy = fx.optimise(path, hayashi, **bounds)
     by_travel = fx.optimise(path, hayashi, objective="travel", **bounds)

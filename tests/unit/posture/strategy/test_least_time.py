@@ -1,4 +1,4 @@
-"""Least time: what slows a path down has its price, nothing else does, and what is free is smooth."""
+"""Least time: only what slows a path down is priced, and what is free is smooth."""
 
 from dataclasses import replace
 
@@ -69,7 +69,7 @@ def test_no_baselines_program_is_quicker(solution):
     assert all(solution.energy.run_time <= time + EXACT for time in times.values()), times
 
 
-def test_the_told_time_is_that_of_the_programs_blocks(solution):
+def test_the_reported_time_is_that_of_the_programs_blocks(solution):
     blocks = solution.filling.blocks(solution.toolpath, solution.machine, solution.motion)
     assert solution.energy.run_time == solution.clock(blocks, solution.machine).total
     shares = solution.time_savings()
@@ -124,8 +124,8 @@ def test_no_sequence_of_postures_on_a_grid_is_quicker(hayashi):
     axes, excess = (np.concatenate(parts) for parts in zip(*placed, strict=True))
     late = np.where(excess[0] > 0.0, np.inf, 0.0)
     for i in range(1, len(path)):
-        way = np.abs(axes[i][None] - axes[i - 1][:, None]) / problem.top_speed
-        step = np.maximum(way.max(axis=-1), problem.least_time[i - 1])
+        times = np.abs(axes[i][None] - axes[i - 1][:, None]) / problem.top_speed
+        step = np.maximum(times.max(axis=-1), problem.least_time[i - 1])
         turn = np.abs(states[None] - states[:, None]) > problem.max_turn[i - 1] + 1e-9
         step = np.where(turn.any(axis=-1), np.inf, step)
         late = np.where(excess[i] > 0.0, np.inf, (late[:, None] + step).min(axis=0))
@@ -164,22 +164,22 @@ def test_without_speeds_there_is_no_least_time(hayashi):
 def test_without_accelerations_the_result_says_so(hayashi):
     unknown = limited(hayashi, pushes=(1000.0, 1000.0, None, 5.0, None))
     found = optimise(wavy(9), unknown, objective="time", **CONE)
-    (told,) = [f for f in found.toolpath.findings if f.code == "acceleration-unknown"]
-    assert "of Z, C" in told.message
+    (finding,) = [f for f in found.toolpath.findings if f.code == "acceleration-unknown"]
+    assert "of Z, C" in finding.message
 
 
-def test_time_has_no_other_price_where_it_is_the_objective(machine):
+def test_time_as_the_objective_excludes_another_price_of_time(machine):
     with pytest.raises(SettingError, match="time_price"):
         fx.optimise(wavy(9), machine, objective="time", time_price=5.0, **CONE)
 
 
-def test_a_job_tells_one_time_in_terminal_report_and_document(tmp_path):
+def test_terminal_report_and_document_of_a_job_have_the_same_time(tmp_path):
     path, file = wavy(21), tmp_path / "wavy.csv"
     table = np.hstack([path.contact, path.axis])
     np.savetxt(file, table, delimiter=",", header="x,y,z,i,j,k", comments="", fmt="%.9f")
-    asked = {"machine": "linuxcnc-xyzac-trt", "drives": "hayashi-640123", "tool": "ball:6", "feed": 1000.0}
-    asked |= {"cone": 20.0, "effort": "quick", "objective": "time", "keep_clear": False}
-    outcome = run_job(make_job(input=file, **asked))
+    job = {"machine": "linuxcnc-xyzac-trt", "drives": "hayashi-640123", "tool": "ball:6", "feed": 1000.0}
+    job |= {"cone": 20.0, "effort": "quick", "objective": "time", "keep_clear": False}
+    outcome = run_job(make_job(input=file, **job))
     solution, document = outcome.solution, outcome.document
     blocks = outcome.program.motion.blocks
     assert document["energy"]["run_time"] == solution.clock(blocks, solution.machine).total
