@@ -2,8 +2,7 @@
 
 from fiveaxis.former import former_names
 from fiveaxis.posture.bound.lower_bound import LowerBound, bound_travel
-from fiveaxis.posture.optimiser import optimise
-from fiveaxis.posture.options import Options
+from fiveaxis.posture.optimiser import Options, optimise
 from fiveaxis.posture.problem import Problem
 from fiveaxis.posture.solution import Baseline, Optima, Solution, Stage
 from fiveaxis.posture.strategy.delivery import Objective

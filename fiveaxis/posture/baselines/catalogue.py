@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from fiveaxis.energy import motion_energy, move_energies, travel_costs
-from fiveaxis.geometry import Array, BoolArray
+from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.kinematics import linear_positions, tool_axes, within_limits
 from fiveaxis.kinematics.windings import ON_LIMIT
 from fiveaxis.machine import Machine
@@ -129,31 +129,27 @@ def lead_lean(toolpath: Toolpath, machine: Machine, tilt: TiltBounds) -> Array:
     cuts = np.flatnonzero(bound)
     # Links stay in the sample: the cost of a posture between passes counts as well.
     sample = np.union1d(cuts[:: max(1, len(cuts) // RANKING_LOCATIONS)], np.flatnonzero(~bound))
-    ranked: list[tuple[float, float, float]] = []
-    for lead, lean in [*_leads_and_leans(tilt), *_drawn_pairs(tilt, forward)]:
-        axis = leaned(tilt.reference[sample], forward[sample], lead, lean)
-        if tilt.beside and not tilt.admits(axis, sample).all():
-            continue
+
+    def priced(lead: float, lean: float, rows: IntArray) -> tuple[float, Array] | None:
+        """Return the energy and rotary angles at some locations; None if the pair isn't possible there."""
+        axis, part = leaned(tilt.reference[rows], forward[rows], lead, lean), toolpath.at(rows)
+        if tilt.beside and not tilt.admits(axis, rows).all():
+            return None
         try:
-            rotary = follow_axes(toolpath.at(sample), machine, axis)
+            rotary = follow_axes(part, machine, axis)
         except NoBaseline:
-            continue
-        motion = follow(toolpath.at(sample), machine, rotary)
-        ranked.append((float(move_energies(machine, motion).sum()), lead, lean))
+            return None
+        return float(move_energies(machine, follow(part, machine, rotary)).sum()), rotary
+
+    pairs = [*_leads_and_leans(tilt), *_drawn_pairs(tilt, forward)]
+    ranked = sorted((found[0], *pair) for pair in pairs if (found := priced(*pair, sample)) is not None)
     best: tuple[float, Array] | None = None
-    for number, (_, lead, lean) in enumerate(sorted(ranked)):
+    for number, (_, lead, lean) in enumerate(ranked):
         if number >= RANKED_KEPT and best is not None:
             break
-        axis = leaned(tilt.reference, forward, lead, lean)
-        if tilt.beside and not tilt.admits(axis).all():
-            continue
-        try:
-            rotary = follow_axes(toolpath, machine, axis)
-        except NoBaseline:
-            continue
-        cost = float(move_energies(machine, follow(toolpath, machine, rotary)).sum())
-        if best is None or cost < best[0]:
-            best = cost, rotary
+        held = priced(lead, lean, np.arange(len(toolpath)))
+        if held is not None and (best is None or held[0] < best[0]):
+            best = held
     if best is None:
         raise NoBaseline("no constant lead and lean of the tilt range stays within the axis limits")
     return best[1]

@@ -131,6 +131,10 @@ class Clearance:
         """Query the mask itself for postures, (m, 2) rad, of locations, (m,)."""
         return self.mask.admits(self.rows[rows], rotary)
 
+    def admits(self, path: Array) -> BoolArray:
+        """Query the mask itself for a path through all locations, (n, 2) rad."""
+        return self.mask.admits(self.rows, path)
+
     def roughly(self, rows: IntArray, rotary: Array) -> BoolArray:
         """Return approximately which postures, (m, 2) rad, of locations, (m,), are admissible."""
         if self.nodes is None:

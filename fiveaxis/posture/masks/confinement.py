@@ -128,7 +128,7 @@ class Confinement:
         """Refine once, with as many planes as needed; None if that fails."""
         n = len(path)
         everywhere = np.arange(n)
-        admitted = self.clearance.exactly(everywhere, path)
+        admitted = self.clearance.admits(path)
         planes, found = Planes.none(n), self._solved(self.problem, path, (False, False))
         changed = everywhere
         for number in range(MOST_PLANES + PINCHES):
@@ -151,18 +151,15 @@ class Confinement:
 
     def _restored(self, found: Array, path: Array, admitted: BoolArray) -> Array | None:
         """Return the refined path with the admitted one wherever it is refused, without refining again."""
-        every = np.arange(len(path))
         far = np.zeros(0, dtype=np.int64)
         for reach in REACHES:
-            clean = self.clearance.exactly(every, found)
-            refused = np.flatnonzero(~clean & admitted)
+            refused = np.flatnonzero(~self.clearance.admits(found) & admitted)
             if not len(refused):
                 return found
             far = np.union1d(far, refused)
             spread = np.unique(np.clip(far[:, None] + np.arange(-reach, reach + 1), 0, len(path) - 1))
             found = blended(found, path, spread)
-        refused = np.flatnonzero(~self.clearance.exactly(every, found) & admitted)
-        return None if len(refused) else found
+        return None if np.any(~self.clearance.admits(found) & admitted) else found
 
     def _solved(self, problem: Problem, start: Array, held: tuple[bool, bool]) -> Array:
         found, taken = self.solve(problem, start, held)

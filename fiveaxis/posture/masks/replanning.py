@@ -68,7 +68,7 @@ class Replanning:
     def bad(self, path: Array) -> BoolArray:
         """Find the locations of a path, (n, 2) rad, that break a bound or are refused, (n,)."""
         broken = self.problem.broken(path)
-        return broken if self.clear is None else broken | ~self.clear.exactly(np.arange(len(path)), path)
+        return broken if self.clear is None else broken | ~self.clear.admits(path)
 
     def replanned(self, path: Array, reaches: Iterable[Reach], most: float = 1.0) -> Array:
         """Replan a path, (n, 2) rad, around its bad locations, in wider and wider windows.

@@ -77,10 +77,7 @@ class Effort:
     middle: int = 4
     kept: int = 2
     level_reach: int = 3
-    widths: tuple[tuple[float, float], ...] = (
-        (1.0 * DEGREE, 0.25),
-        (0.5 * DEGREE, 0.12),
-    )
+    widths: tuple[tuple[float, float], ...] = ((1.0 * DEGREE, 0.25), (0.5 * DEGREE, 0.12))
     coarse_iterations: int = 100
     iterations: int = 120
     coarse_barrier: float = 1e-1

@@ -16,8 +16,7 @@ from fiveaxis.geometry import Array
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Motion, follow, peak_rates
 from fiveaxis.posture.masks.mask import MaskFunction
-from fiveaxis.posture.optimiser import DEFAULTS, optimise
-from fiveaxis.posture.options import Options
+from fiveaxis.posture.optimiser import DEFAULTS, Options, optimise
 from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.posture.solution import Solution, Stage
 from fiveaxis.posture.strategy.portfolio import Portfolio, Progress

@@ -75,9 +75,10 @@ class Portfolio:
         if len(self.problem) > 1:
             best = self._replanned_once(self._searched())
         start = self._cheapest(compared)
-        if start is not None and (best is None or self._is_worse(best, start)):
+        if start is not None:
             name, rotary = start
-            best = self._refined(f"refine, from baseline {name}", None, rotary)
+            if best is None or self._is_worse(best, rotary):
+                best = self._refined(f"refine, from baseline {name}", None, rotary)
         if best is None:
             raise Infeasible(
                 "every location has an admissible posture, but the search found no sequence of them along "
@@ -250,15 +251,14 @@ class Portfolio:
         before = problem.path_cost(start)
         if len(problem) == 1:
             return Refinement(start, before, "one location, nothing to refine", 0)
-        if rounds > COARSE_ROUNDS and not clear.exactly(np.arange(len(problem)), start).all():
+        if rounds > COARSE_ROUNDS and not clear.admits(start).all():
             return Refinement(start, before, "to be replanned first", 0)
         inside = Confinement(
             problem.eased(start), clear, self._solver(self.effort.iterations, self.effort.last_barrier)
         )
         found = inside.refined(start, rounds)
         cost = problem.path_cost(found)
-        refused = int((~clear.exactly(np.arange(len(problem)), found)).sum())
-        status = f"{refused} of {len(problem)} locations refused"
+        status = f"{np.count_nonzero(~clear.admits(found))} of {len(problem)} locations refused"
         self.stages.append(Stage(f"{name}, within the mask", status, inside.iterations, before, cost))
         return Refinement(found, cost, SOLVED, inside.iterations)
 
@@ -266,30 +266,26 @@ class Portfolio:
         """Return a function that refines a problem, or a part of it, from a start near its solution."""
         effort = self.effort
 
+        refine_near = partial(
+            refine, iterations=iterations, barrier=effort.barrier, near=True, last=last, solver=effort.solver
+        )
+
         def solve(problem: Problem, start: Array, held: tuple[bool, bool]) -> tuple[Array, int]:
             if len(problem) <= effort.whole or effort.takes_any:
-                found = refine(
-                    problem,
-                    start,
-                    iterations=iterations,
-                    barrier=effort.barrier,
-                    held=held,
-                    near=True,
-                    last=last,
-                    solver=effort.solver,
-                )
+                found = refine_near(problem, start, held=held)
             else:
-                found = refine_windows(
-                    problem,
-                    start,
-                    size=effort.window,
-                    iterations=effort.window_iterations,
-                    barrier=effort.barrier,
-                    solver=effort.solver,
-                )
+                found = self._in_windows(problem, start, effort.barrier)
             return found.rotary, found.iterations
 
         return solve
+
+    def _in_windows(self, problem: Problem, start: Array, barrier: float) -> Refinement:
+        """Refine a path window by window."""
+        effort = self.effort
+        size, iterations = effort.window, effort.window_iterations
+        return refine_windows(
+            problem, start, size=size, iterations=iterations, barrier=barrier, solver=effort.solver
+        )
 
     def _unmasked(self, name: str, problem: Problem, start: Array, *, coarse: bool, near: bool) -> Refinement:
         """Refine a path as a whole, or window by window if it is too long or doesn't converge."""
@@ -316,14 +312,7 @@ class Portfolio:
                 self.stages.append(Stage(name, found.status, found.iterations, before, found.cost))
         if found.status != SOLVED and len(problem) > 2:
             whole = found.cost
-            found = refine_windows(
-                problem,
-                found.rotary,
-                size=effort.window,
-                iterations=effort.window_iterations,
-                barrier=barrier,
-                solver=effort.solver,
-            )
+            found = self._in_windows(problem, found.rotary, barrier)
             self.stages.append(
                 Stage(f"{name}, in windows", found.status, found.iterations, whole, found.cost)
             )
@@ -346,14 +335,11 @@ class Portfolio:
     def _cheapest(self, compared: Mapping[str, Baseline]) -> tuple[str, Array] | None:
         """Find the name and rotary angles of the cheapest baseline that keeps all bounds."""
         columns = self.problem.machine.rotary_columns
-        paths = {name: baseline.motion.positions for name, baseline in compared.items()}
-        kept = {n: p for n, p in paths.items() if self.problem.violation(p[:, columns]) <= ALLOWED}
-        if not kept:
-            return None
-        name = min(kept, key=lambda n: self.problem.cost(kept[n]))
-        return name, kept[name][:, columns]
+        paths = {name: baseline.motion.positions[:, columns] for name, baseline in compared.items()}
+        kept = [name for name, path in paths.items() if self.problem.violation(path) <= ALLOWED]
+        name = min(kept, key=lambda n: self.problem.cost(compared[n].motion.positions), default=None)
+        return None if name is None else (name, paths[name])
 
-    def _is_worse(self, found: Refinement, start: tuple[str, Array]) -> bool:
-        if self.problem.violation(found.rotary) > ALLOWED:
-            return True
-        return found.cost > self.problem.path_cost(start[1])
+    def _is_worse(self, found: Refinement, rotary: Array) -> bool:
+        violation = self.problem.violation(found.rotary)
+        return violation > ALLOWED or found.cost > self.problem.path_cost(rotary)

@@ -180,33 +180,22 @@ def slow_findings(toolpath: Toolpath, machine: Machine, motion: Motion) -> list[
     for which, letter in enumerate(machine.rotaries):
         slow = (stretch[:, which] > 1.0 + KEPT) & (stretch.argmax(axis=1) == which)
         crossing = near & (which == 0)
-        for rows, code in ((slow & crossing, "singular-crossing"), (slow & ~crossing, "rotary-slows")):
+        for rows, code, where in (
+            (slow & crossing, "singular-crossing", " next to the singular direction"),
+            (slow & ~crossing, "rotary-slows", ""),
+        ):
             for run in _runs(np.flatnonzero(rows)):
                 worst = int(run[np.argmax(stretch[run, which])])
-                figures = stretch[worst, which], np.degrees(turns[worst, which]), np.degrees(speeds[which])
-                found.append(_slow(toolpath, motion, (letter, code), (run, worst), figures))
+                factor, feed = float(stretch[worst, which]), 60.0 * motion.feed[worst]
+                turn, speed = np.degrees([turns[worst, which], speeds[which]])
+                message = (
+                    f"{letter} can't keep the feed in {_blocks(len(run))}{where}: the slowest turns it by "
+                    f"{turn:.3g} deg, which at {speed:g} deg/s takes {factor:.2f} times as long as F{feed:g} "
+                    f"allows, so it falls to {feed / factor:.0f} mm/min; bound the turns (turn_rate) or "
+                    "program that feed"
+                )
+                found.append(Finding(Severity.WARNING, code, message, toolpath.place(worst), factor))
     return sorted(found, key=lambda f: f.place.location or 0)
-
-
-def _slow(
-    toolpath: Toolpath,
-    motion: Motion,
-    names: tuple[str, str],
-    rows: tuple[IntArray, int],
-    figures: tuple[float, float, float],
-) -> Finding:
-    (letter, code), (run, worst), (factor, turn, speed) = names, rows, figures
-    feed = 60.0 * motion.feed[worst]
-    where = " next to the singular direction" if code == "singular-crossing" else ""
-    return Finding(
-        Severity.WARNING,
-        code,
-        f"{letter} can't keep the feed in {_blocks(len(run))}{where}: the slowest turns it by {turn:.3g} "
-        f"deg, which at {speed:g} deg/s takes {factor:.2f} times as long as F{feed:g} allows, so it falls "
-        f"to {feed / factor:.0f} mm/min; bound the turns (turn_rate) or program that feed",
-        toolpath.place(worst),
-        float(factor),
-    )
 
 
 def _blocks(count: int) -> str:

@@ -1,4 +1,4 @@
-"""Many starts: never costlier than one, with the results of all."""
+"""Starts of a path: many never cost more than one, and the results of all are reported."""
 
 from dataclasses import replace
 
@@ -12,7 +12,7 @@ from fiveaxis.errors import SettingError
 from fiveaxis.kinematics import tool_axes
 from fiveaxis.posture import Effort, LatticeSearch
 from fiveaxis.posture.solution import Optima
-from fiveaxis.posture.strategy.restarts import leaning_paths
+from fiveaxis.posture.strategy.given_path import leaning_paths
 
 MANY = Effort(
     searches=(LatticeSearch(4, 0.1, 24),),

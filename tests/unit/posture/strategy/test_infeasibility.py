@@ -9,7 +9,7 @@ from by_travel import optimise
 
 from fiveaxis.errors import Infeasible
 from fiveaxis.machine import Limits
-from fiveaxis.posture.strategy.reach import unreachable
+from fiveaxis.posture.strategy.infeasibility import unreachable
 from fiveaxis.toolpath import Tool, Toolpath
 
 
