@@ -82,7 +82,7 @@ class Options:
         if self.free_start and (self.mask is not None or constraints.singular_cone is not None):
             raise SettingError("free_start can't be combined with a mask or a singular cone; leave one out")
         if self.free_direction and not self.free_start:
-            raise SettingError("free_direction needs free_start; give that, too")
+            raise SettingError("free_direction goes with free_start only; give that, too")
         if self.is_timed and self.time_price is not None:
             raise SettingError("time_price can't be combined with the objective time; leave one out")
 

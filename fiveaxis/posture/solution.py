@@ -121,8 +121,6 @@ class Unwrapped:
         within those
     rotary : (n, 2), rad, chain order
     clearance : mm, between tool and part while an axis rewinds
-    place : (m,), fractional row of each location of the path with rewinds in the path without: 3.25 lies
-        between locations 3 and 4
     """
 
     toolpath: Toolpath
@@ -130,7 +128,6 @@ class Unwrapped:
     problem: Problem
     rotary: Array
     clearance: float
-    place: Array
 
 
 @dataclass(frozen=True, eq=False)

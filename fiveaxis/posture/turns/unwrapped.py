@@ -137,7 +137,7 @@ def rewound_solution(
         compared[name] = Baseline(driven, spent, path_there, baseline.note)
         if baseline.toolpath in (None, path) and problem.violation(rotary) <= ALLOWED and keeps(rotary):
             best = min(best, other, key=_price)
-    kept = Unwrapped(path, solution.tilt, best.problem, best.rotary, clearance, best.found.place)
+    kept = Unwrapped(path, solution.tilt, best.problem, best.rotary, clearance)
     limited = replace(
         solution, machine=machine, compared=compared, missing=missing, problem=None, unwrapped=kept
     )
@@ -177,7 +177,7 @@ def with_path(solution: Solution, rotary: Array) -> tuple[Solution, Rewound | No
         tilt=found.bounds(unwrapped.tilt),
         motion=motion,
         energy=program_energy(machine, path, motion, solution.filling, solution.clock),
-        unwrapped=replace(unwrapped, rotary=rotary, place=found.place),
+        unwrapped=replace(unwrapped, rotary=rotary),
     )
     return other, found
 
