@@ -155,7 +155,7 @@ def optimise(
         )
         return by_time(built, up_penalty, smoothing) if options.is_timed else built, bounds
 
-    given = GivenProblem(*build(toolpath), machine, toolpath, options.start, effort, progress, cone)
+    given = GivenProblem(*build(toolpath), toolpath, options.start, effort, progress, cone)
     found, mask = solve_given(given, options.mask)
 
     def rebuild(path: Toolpath, location: Array | None = None) -> tuple[Problem, TiltBounds]:

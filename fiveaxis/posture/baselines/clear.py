@@ -15,7 +15,6 @@ import numpy as np
 from fiveaxis.energy import motion_energy
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.kinematics import linear_positions, tool_axes, within_limits
-from fiveaxis.machine import Machine
 from fiveaxis.motion import follow
 from fiveaxis.posture.baselines.branches import NoBaseline
 from fiveaxis.posture.masks.mask import Mask
@@ -56,7 +55,6 @@ def moved_clear(
     compared: Mapping[str, Baseline],
     problem: Problem,
     toolpath: Toolpath,
-    machine: Machine,
     bounds: TiltBounds,
     mask: Mask,
 ) -> tuple[dict[str, Baseline], dict[str, str]]:
@@ -69,15 +67,15 @@ def moved_clear(
     Parameters
     ----------
     compared : baselines by name, at the locations of `toolpath`
-    problem : with the bounds on turns
-    machine, bounds : as given; a moved posture keeps them
+    problem : with the machine and the bounds on turns
+    bounds : on the lean, which a moved posture keeps
 
     Returns
     -------
     kept : by name; those that were moved have a note
     missing : by name, why a baseline has no clear path
     """
-    clear = _Clear(problem, toolpath, machine, bounds, mask)
+    clear, machine = _Clear(problem, toolpath, bounds, mask), problem.machine
     kept, missing = dict(compared), {}
     for name, baseline in compared.items():
         rotary = baseline.motion.positions[:, machine.rotary_columns]
@@ -104,7 +102,6 @@ class _Clear:
 
     problem: Problem
     toolpath: Toolpath
-    machine: Machine
     bounds: TiltBounds
     mask: Mask
 
@@ -138,7 +135,7 @@ class _Clear:
         broken = [np.flatnonzero(self.problem.turn_excess(path) > before) for path in paths]
         if all(map(len, broken)):
             raise NoBaseline(
-                f"it is refused at {len(rows)} locations, and moved to the nearest clear postures it turns "
+                f"it isn't clear at {len(rows)} locations, and moved to the nearest clear postures it turns "
                 f"too far from location {broken[0][0]} to the next"
             )
         return next(path for path, turns in zip(paths, broken, strict=True) if not len(turns))
@@ -147,9 +144,10 @@ class _Clear:
         """Check which postures, (m, 2) rad, keep bounds, limits and mask; the mask is queried last."""
         if not len(rows):
             return np.zeros(0, dtype=bool)
-        axis = tool_axes(self.machine, rotary)
-        positions = linear_positions(self.machine, self.toolpath.at(rows).tips(axis), rotary)
-        admitted: BoolArray = within_limits(self.machine, positions) & self.bounds.admits(axis, rows)
+        machine = self.problem.machine
+        axis = tool_axes(machine, rotary)
+        positions = linear_positions(machine, self.toolpath.at(rows).tips(axis), rotary)
+        admitted: BoolArray = within_limits(machine, positions) & self.bounds.admits(axis, rows)
         at = np.flatnonzero(admitted)
         if self.mask.is_rough:
             at = at[self.mask.roughly_admits(rows[at], rotary[at])]

@@ -40,8 +40,7 @@ class GivenProblem:
 
     Parameters
     ----------
-    problem, bounds : of the path's locations
-    machine, toolpath : as given
+    problem, bounds, toolpath : of the path's locations
     start : (n, 2), rad, chain order, a path that is refined; None for a search
     effort : how much may be done
     progress : called with a stage's name, steps done and steps in all
@@ -50,7 +49,6 @@ class GivenProblem:
 
     problem: Problem
     bounds: TiltBounds
-    machine: Machine
     toolpath: Toolpath
     start: Array | None
     effort: Effort
@@ -59,8 +57,7 @@ class GivenProblem:
 
     def endless(self) -> GivenProblem:
         """Return the same problem with rotary axes of unlimited travel."""
-        problem = replace(self.problem, machine=endless(self.problem.machine))
-        return replace(self, problem=problem, machine=endless(self.machine))
+        return replace(self, problem=replace(self.problem, machine=endless(self.problem.machine)))
 
 
 def solve_given(given: GivenProblem, mask: MaskFunction | None) -> tuple[Solution, Mask | None]:
@@ -75,11 +72,11 @@ def solve_given(given: GivenProblem, mask: MaskFunction | None) -> tuple[Solutio
     Infeasible
         Locations out of reach; moves that turn too far.
     """
-    toolpath = given.toolpath
-    blocked = unreachable(toolpath, given.machine, given.bounds)
+    toolpath, machine = given.toolpath, given.problem.machine
+    blocked = unreachable(toolpath, machine, given.bounds)
     if blocked:
         share = f"{len(blocked)} of {len(toolpath)} locations"
-        raise Infeasible(f"{share} have no admissible posture on {given.machine.name}", blocked)
+        raise Infeasible(f"{share} have no admissible posture on {machine.name}", blocked)
     try:
         return _within_turns(given, mask)
     except Infeasible:
@@ -95,26 +92,27 @@ def solve_given(given: GivenProblem, mask: MaskFunction | None) -> tuple[Solutio
 
 def _within_turns(given: GivenProblem, mask: MaskFunction | None) -> tuple[Solution, Mask | None]:
     """Solve within the turns that the axes have, or where that fails, on the `endless` machine."""
-    counted = None if mask is None else Mask(mask)
+    machine, counted = given.problem.machine, None if mask is None else Mask(mask)
     try:
         return _solve(given, counted), counted
     except Infeasible:
-        if not winding_columns(given.machine):
+        if not winding_columns(machine):
             raise
     # The axis turns as far as the path needs; afterwards it is rewound where that is cheap.
-    counted = None if mask is None else Mask(asked_within(given.machine, mask))
+    counted = None if mask is None else Mask(asked_within(machine, mask))
     return _solve(given.endless(), counted), counted
 
 
 def _solve(given: GivenProblem, mask: Mask | None) -> Solution:
     """Find the baselines and the cheapest path of a problem."""
-    problem, machine, toolpath, bounds = given.problem, given.machine, given.toolpath, given.bounds
+    problem, toolpath, bounds = given.problem, given.toolpath, given.bounds
+    machine = problem.machine
     effort, progress, cone = given.effort, given.progress, given.cone
     compared, missing = find_baselines(toolpath, machine, bounds)
     # A baseline that the mask refuses is still a start.
     starts = compared
     if mask is not None:
-        compared, refused = moved_clear(compared, problem, toolpath, machine, bounds, mask)
+        compared, refused = moved_clear(compared, problem, toolpath, bounds, mask)
         missing = missing | refused
     run, optima = Portfolio(problem, effort, progress), None
 
