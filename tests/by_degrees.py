@@ -1,4 +1,4 @@
-"""Bounds in degrees, as people say them, for what takes them as one record."""
+"""Optimiser functions with constraints in degrees and options as keywords."""
 
 from __future__ import annotations
 

@@ -51,7 +51,7 @@ def test_the_dome_is_solved_with_and_without_a_bound_on_turns(hayashi, dome):
     turns = np.abs(bounded.motion.moves[:, hayashi.rotary_columns])
     assert np.degrees(turns.max()) <= 15.0 + 1e-6
     assert refined_cost(bounded) < 33_000.0
-    # Seen at the locations alone fast turns are cheap; the program drives what lies between.
+    # At the locations alone fast turns are cheap; the program also drives in between.
     assert bounded.energy.travel < free.energy.travel
 
 
@@ -140,7 +140,7 @@ def test_a_limited_c_keeps_its_turn_and_offsets_are_respected(trunnion, hayashi)
     assert_sound(solution)
     c = solution.motion.positions[:, machine.column("C")]
     assert np.ptp(c) > 2.0 * 2.0 * np.pi
-    # It starts where it is, not at the end of its range, though that would cost the travel metric nothing.
+    # It starts on the turn at 0, not at the end of its range, though the travel metric would be the same.
     assert np.abs(c).max() < 4.0 * 2.0 * np.pi
 
 

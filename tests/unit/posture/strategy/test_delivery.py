@@ -58,7 +58,7 @@ def ring() -> Toolpath:
 
 @pytest.fixture(scope="module")
 def short(hayashi) -> Machine:
-    """A machine that can't go down as far as the cheapest path around the ring wants to."""
+    """A machine whose Z doesn't reach as far down as the cheapest path around the ring."""
     z = hayashi.column("Z")
     axes = [replace(a, limits=Limits(low=18.7)) if i == z else a for i, a in enumerate(hayashi.axes)]
     return replace(hayashi, axes=tuple(axes))
@@ -105,7 +105,7 @@ def test_the_energy_of_the_program_is_minimal(path, hayashi):
     by_energy = fx.optimise(path, hayashi, **bounds)
     by_travel = fx.optimise(path, hayashi, objective="travel", **bounds)
     assert by_energy.energy.total < 0.9 * by_travel.energy.total
-    # Good under the other reading of the power table, too, and hardly more travel.
+    # Good by the other reading of the power table too, with hardly more travel.
     assert by_energy.energy.least < by_travel.energy.least
     assert by_energy.energy.travel < 1.15 * by_travel.energy.travel
     for solution in (by_energy, by_travel):

@@ -183,7 +183,7 @@ def test_a_front_of_a_path_with_rewinds_has_points_each_with_its_own(rewound_fro
         turned = np.abs(p.motion.moves[:, c]) > 2.0 * np.pi - 1e-6
         assert 1 <= turned.sum() <= len(rewinds)
         assert len(p.motion) > len(path)
-        # The turn back isn't counted among the bends.
+        # A rewind isn't counted among the bends.
         assert p.bend < (2.0 * np.pi) ** 2
     bend = [p.bend for p in front.points]
     assert bend == sorted(bend, reverse=True)

@@ -35,7 +35,7 @@ def limited(machine: Machine, speeds=SPEEDS, pushes=PUSHES) -> Machine:
 
 
 def wavy(count: int = 41, *, swing: float = 25.0, waves: float = 6.0, feed: float = 3000.0) -> Toolpath:
-    """A straight cut whose programmed axis swings to and fro, deg, as a surface's normal would lead it."""
+    """A straight cut whose programmed axis swings to and fro, deg, like a surface's normal."""
     x = np.linspace(-40.0, 40.0, count)
     lean = np.radians(swing) * np.sin(waves * np.pi * x / 40.0)
     axis = np.column_stack([np.sin(lean), np.full(count, 0.3), np.cos(lean)])
@@ -80,7 +80,7 @@ def test_the_reported_time_is_that_of_the_programs_blocks(solution):
 
 
 def test_an_axis_that_reverses_with_the_normal_is_smoothed(solution):
-    """Its programmed axis would have A stop and turn back with every wave."""
+    """With the programmed axis A would stop and reverse at every wave."""
     assert solution.time_savings()["as-programmed"] > 0.05
     if solution.clock.stops_at_turns:
         return  # axes stand between blocks anyway
@@ -110,7 +110,7 @@ def posed(path: Toolpath, machine: Machine) -> Problem:
 
 
 def test_no_sequence_of_postures_on_a_grid_is_quicker(hayashi):
-    """One axis limits: brute force over the angles, location by location."""
+    """Brute force over the angles, location by location, with A as the limiting axis."""
     machine = limited(hayashi, speeds=(100.0, 100.0, 100.0, 0.3, 50.0), pushes=(None,) * 5)
     path = wavy(65, swing=40.0, waves=2.0, feed=1000.0)
     found = optimise(path, machine, objective="time", **CONE)
@@ -134,7 +134,7 @@ def test_no_sequence_of_postures_on_a_grid_is_quicker(hayashi):
 
 
 def test_a_second_costs_the_same_however_it_is_lost(hayashi):
-    """An axis that stops from v and goes back loses v / A, and one that is late what it is late by."""
+    """An axis that reverses from v loses v / A, and a late one its delay."""
     machine = limited(hayashi)
     problem = posed(wavy(), machine)
     assert problem.time_price == TIME_PRICE
@@ -143,7 +143,7 @@ def test_a_second_costs_the_same_however_it_is_lost(hayashi):
 
 @pytest.mark.parametrize("feed", [100.0, 1000.0, 6000.0])
 def test_blocks_from_rest_to_rest_are_priced_by_the_time_they_take(hayashi, feed):
-    """A limits: at the feed it gets there, below it it doesn't, and then it runs at its highest speed."""
+    """A is the limiting axis: it reaches the feed, doesn't reach it, or runs at its highest speed."""
     machine = limited(hayashi, (1e5, 1e5, 1e5, 0.5, 1e5), (1e8, 1e8, 1e8, 2.0, 1e8))
     path = for_tilt(wavy(21, feed=feed), None, CONE["cone"])
     turns = np.concatenate([[0.0], np.geomspace(1e-3, 0.3, 20) * np.tile([1.0, -1.0], 10)])
