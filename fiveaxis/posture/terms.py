@@ -320,17 +320,9 @@ def jerks(problem: Problem) -> Term | None:
     if not len(first) or problem.jerk_price == 0.0:
         return None
     data, price = np.stack([times[first], times[first + 1], times[first + 2]], axis=1), problem.jerk_price
-    unpriced = np.array([0.0 if axis.is_rotary else np.inf for axis in problem.machine.axes])
+    free = np.array([0.0 if axis.is_rotary else np.inf for axis in problem.machine.axes])
     return _term(
-        "jerks",
-        problem,
-        _acceleration_changes,
-        4,
-        rows=first,
-        data=data,
-        free=unpriced,
-        plus=price,
-        minus=price,
+        "jerks", problem, _acceleration_changes, 4, rows=first, data=data, free=free, plus=price, minus=price
     )
 
 

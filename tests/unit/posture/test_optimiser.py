@@ -140,7 +140,7 @@ def test_a_limited_c_keeps_its_turn_and_offsets_are_respected(trunnion, hayashi)
     assert_sound(solution)
     c = solution.motion.positions[:, machine.column("C")]
     assert np.ptp(c) > 2.0 * 2.0 * np.pi
-    # It starts on the turn at 0, not at the end of its range, though the travel metric would be the same.
+    # It starts near 0, not at the end of its range, though the travel metric would be the same.
     assert np.abs(c).max() < 4.0 * 2.0 * np.pi
 
 
