@@ -138,7 +138,7 @@ def test_progress_counts_the_runs_of_a_front_up_to_the_last(hayashi):
         ({"n": 1}, "two ends"),
         ({"smoothest": 0.0}, "above 0"),
         ({"smoothest": float("nan")}, "above 0"),
-        ({"smoothing": 3.0}, "of its own"),
+        ({"smoothing": 3.0}, "its own smoothing"),
     ],
 )
 def test_a_front_that_makes_no_sense_is_refused(hayashi, options, what):

@@ -98,7 +98,7 @@ def test_a_turn_that_is_too_large_is_named_with_the_bound_that_would_do(hayashi)
     findings = caught.value.findings
     needed = max(number_after(f.message, "allow turns of ") for f in findings)
     for finding in findings:
-        assert f"location {finding.place.location - 1} can have: C has to turn" in finding.message
+        assert f"location {finding.place.location - 1}: C has to turn" in finding.message
         assert finding.value > 15.0
     assert optimise(path, hayashi, tilt=(15, 40), max_turn=needed).residuals()["tilt"] <= 1e-9
 
