@@ -1,4 +1,4 @@
-"""Bounds in degrees, as people say them, for what takes them as one record."""
+"""Optimiser functions with constraints in degrees and options as keywords."""
 
 from __future__ import annotations
 
@@ -12,13 +12,14 @@ BOUNDS = tuple(field.name for field in fields(Constraints))
 
 
 def optimise(path: Toolpath, machine, **options: Any) -> posture.Solution:
-    """Choose postures; `options` are bounds in degrees and what `fiveaxis.posture.optimise` takes."""
-    return posture.optimise(path, machine, _taken(options), **options)
+    """Choose postures; `options` are constraints in degrees and fields of `fiveaxis.posture.Options`."""
+    return posture.optimise(path, machine, _taken(options), posture.Options(**options))
 
 
-def find_front(path: Toolpath, machine, n: int = 8, **options: Any) -> posture.Front:
-    """Find a front; the same of `fiveaxis.posture.find_front`."""
-    return posture.find_front(path, machine, _taken(options), n, **options)
+def find_front(path: Toolpath, machine, n: int = 8, smoothest=None, **options: Any) -> posture.Front:
+    """Find a front; `options` as for `optimise`."""
+    bounds = _taken(options)
+    return posture.find_front(path, machine, bounds, n, posture.Options(**options), smoothest=smoothest)
 
 
 def tilt_bounds(path: Toolpath, tilt=None, cone=None, **bounds: Any) -> TiltBounds:

@@ -14,5 +14,5 @@ find_front = partial(by_degrees.find_front, objective="travel", max_turn=15.0)
 
 
 def refined_cost(solution: posture.Solution) -> float:
-    """Give the objective at the locations that were given, J, before any were inserted."""
+    """Return the objective at the given locations, J, before any were inserted."""
     return next(stage.after for stage in reversed(solution.stages) if stage.name.startswith("refine"))

@@ -1,4 +1,4 @@
-"""Optimisation that keeps the tool clear: a mask first, then repair of what is found on the way."""
+"""Optimisation that keeps the tool clear: by a mask, and by new searches where the motion still collides."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from fiveaxis.job.solution import Solution
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Interpolation
 from fiveaxis.nc import Clock
-from fiveaxis.posture import Effort, Objective
+from fiveaxis.posture import Effort, Objective, Options
 from fiveaxis.posture import Solution as Postures
 from fiveaxis.posture import optimise as optimise_postures
 from fiveaxis.posture.masks.mask import MaskFunction
@@ -108,64 +108,65 @@ def optimise(
 ) -> Solution:
     """Choose the rotary angles of every cutter location so that its program costs the least.
 
-    With a part, stock or fixtures, or bodies of the machine, postures in which cutter, shank, holder or
-    spindle come too near to them are left out. What collides all the same, between locations or with what
-    only the axis values tell, is refused and the path searched again, at most `ROUNDS` times; `verify` names
-    what is left.
+    Postures in which cutter, shank, holder or spindle come too near to the part, stock, fixtures or bodies of
+    the machine are excluded. Where the motion still collides, between locations or at particular axis values,
+    those postures are refused and the path is searched again, at most `ROUNDS` times; `verify` reports what
+    is left.
 
     Parameters
     ----------
     toolpath, machine : the path, and the machine with its bodies
     tilt : smallest and largest angle between tool axis and surface normal, **degrees**
-    cone : largest angle between tool axis and programmed axis, **degrees**, in place of `tilt`
+    cone : largest angle between tool axis and programmed axis, **degrees**; replaces `tilt`
     lead, lean : smallest and largest angle, **degrees**, by which the tool is tipped forwards into the feed,
-        seen from the side, and to its left, seen along it (`fiveaxis.toolpath.lead_lean`); beside the others
-        or alone
-    plane : a vector, workpiece frame, at right angles to a plane that the tool axis stays in; beside
-        the others
-    hold : rotary axes that stay at an angle, **degrees** by letter: one for 4-axis machining, both for 3+2
+        seen from the side, and to its left, seen along it (`fiveaxis.toolpath.lead_lean`); alone or together
+        with other bounds
+    plane : a vector, workpiece frame, at right angles to a plane that the tool axis stays in; alone or
+        together with other bounds
+    hold : angles of held rotary axes, **degrees** by letter: one for 4-axis machining, both for 3+2
     part, stock : meshes in mm, workpiece frame, or their files
     fixtures : clamps and vices, workpiece frame
     clearances : mm, by kind of body
-    mask : beside what is kept clear of: tells for locations (m,) and rotary angles (m, 2), rad, chain
-        order, which are admissible, (m,) bool (`fiveaxis.posture.masks.mask`); asked only about what a
-        search is going to use. Where a rotary axis is rewound it holds at the locations of the path, and
-        not on the link off the part and back
-    objective : what is least: ``energy``, ∫P dt of the feed drives in the program's blocks; ``travel``, the
-        travel metric of form-shaping Eq. 1; ``time``, what the control takes for the blocks under the axes'
-        highest speeds and accelerations, and the steadiest posture where that costs none
-    up_penalty : J/mm, extra price of the machine's Z moving up
+    mask : a function that takes locations (m,) and rotary angles (m, 2), rad, chain order, and returns which
+        postures are admissible, (m,) bool (`fiveaxis.posture.masks.mask`), in addition to the clearances. It
+        is called only for postures that a search is about to use. Where a rotary axis rewinds, the mask holds
+        at the locations of the path, not on the link off the part and back
+    objective : what is minimised: ``energy``, ∫P dt of the feed drives over the program's blocks; ``travel``,
+        the travel metric of form-shaping Eq. 1; ``time``, how long the control takes for the blocks with the
+        axes' highest speeds and accelerations, and among postures of equal time the steadiest
+        (`fiveaxis.posture.strategy.least_time`)
+    up_penalty : J/mm, extra price of moving the machine's Z up
     max_turn : largest turn of a rotary axis in one cutting move, **degrees**; by default 180 deg/s at the
-        programmed feed. Links turn three times as far, and farther only where there is no other way
-    turn_rate : largest turn of a rotary axis over the way of the contact in cutting moves, **deg/mm**
-    smoothing : J/rad², price μ of ‖Δρ‖² in each move: dearer travel for a steadier posture
-    time_price : W, of time that a posture costs beyond the programmed feed's, where an axis would have to be
-        faster than its highest speed; by default the machine's base power, 0 where that is unknown. Not with
-        the objective ``time``, which knows no other price
+        programmed feed. Links may turn three times as far, and farther only where nothing else is possible
+    turn_rate : largest turn of a rotary axis over the path of the contact in cutting moves, **deg/mm**
+    smoothing : J/rad², price μ of ‖Δρ‖² in each move: a steadier posture at the cost of more travel
+    time_price : W, price of time beyond that at the programmed feed, where an axis is too slow for it; by
+        default the machine's base power, 0 if that is unknown. Not with the objective ``time``, which has a
+        price of its own
     singular_cone : half angle, **degrees**, of a cone about the direction of the first rotary axis: while the
-        tool axis passes it in a cut, that axis is held, or turns at most by `singular_rate`. What can't be
-        held is told by a finding
-    singular_rate : **deg/mm** over the way of the contact
-    free_start : whether closed passes may begin elsewhere (`fiveaxis.posture.starts.passes`); the
-        solution's path then has them in another order. Those that are reached by links do so only if the
-        path's `Plan.passes` (`fiveaxis.contour.plan_passes`), which know how to lay other links, are given
-        in place of True
-    free_direction : whether those may also be followed backwards: climb milling turns to conventional there
-    effort : ``quick``, ``normal`` or ``thorough``, or counts of one's own: how much is done, with what that
-        promises in
-        `fiveaxis.posture.strategy.effort.EFFORTS`
+        tool axis is inside it in a cut, that axis is held, or turns by at most `singular_rate`. A finding
+        names each cut where that is impossible
+    singular_rate : **deg/mm** over the path of the contact
+    free_start : whether closed passes may begin elsewhere (`fiveaxis.posture.starts.passes`); the solution's
+        path then starts them at other locations. Passes that links lead to can do so only if the plan's
+        `Plan.passes` (`fiveaxis.contour.plan_passes`), from which new links are laid, are given instead of
+        True
+    free_direction : whether those passes may also be reversed, from climb to conventional milling
+    effort : ``quick``, ``normal`` or ``thorough`` (`fiveaxis.posture.EFFORTS` has what each promises), or an
+        `Effort`
     interpolation : of the control that the program is for
-    clock : how long that control takes for blocks; by default it passes corners within 5 µm
-    solver : ``structured`` or ``ipopt`` (`fiveaxis.posture.optimise`)
-    start : (n, 2), rad, chain order, postures that are refined in place of a search
-    progress : called with a stage's name, steps done and steps in all
+    clock : how long that control takes for blocks; by default it rounds corners within 5 µm
+    solver : ``structured``, the interior-point method made for paths, or ``ipopt``, a second opinion on the
+        same terms (`fiveaxis.posture.local`); overrides the effort's own
+    start : (n, 2), rad, chain order, postures to refine instead of searching
+    progress : called with a stage's name, steps done and total steps
 
     Raises
     ------
     Infeasible
         Some locations have no admissible posture that is clear; each is listed.
     MeshError
-        A mesh that can't be read, or is refused.
+        A mesh that can't be read, or is unusable.
     FiveAxisError
         As `fiveaxis.posture.optimise`.
     """
@@ -181,33 +182,30 @@ def optimise(
         singular_cone=singular_cone,
         singular_rate=singular_rate,
     )
-    options: dict[str, Any] = {
-        "objective": objective,
-        "interpolation": interpolation,
-        "clock": clock,
-        "up_penalty": up_penalty,
-        "smoothing": smoothing,
-        "time_price": time_price,
-        "free_start": free_start,
-        "free_direction": free_direction,
-        "effort": effort,
-        "solver": solver,
-        "start": start,
-        "progress": progress,
-    }
+    options = Options(
+        objective=objective,
+        up_penalty=up_penalty,
+        smoothing=smoothing,
+        time_price=time_price,
+        free_start=free_start,
+        free_direction=free_direction,
+        effort=effort,
+        interpolation=interpolation,
+        clock=clock,
+        solver=solver,
+        start=start,
+        progress=progress,
+    )
     around = Surroundings.load(part, stock, fixtures, clearances)
 
     def solve(path: Toolpath, own: MaskFunction | None, free: bool) -> Postures:
-        asked = options if free else without_starts(options)
-        return optimise_postures(path, machine, constraints, mask=own, **asked)
+        chosen = options if free else options.without_free_start()
+        return optimise_postures(path, machine, constraints, replace(chosen, mask=own))
 
-    found = keep_clear(solve, toolpath, machine, around, constraints, options | {"mask": mask}).solution
-    return Solution.of(found, constraints, around)
-
-
-def without_starts(options: Mapping[str, Any]) -> dict[str, Any]:
-    """Give the options that leave passes as they are."""
-    return dict(options) | {"free_start": False, "free_direction": False}
+    cleared = keep_clear(
+        solve, toolpath, machine, around, constraints, mask=mask, free_start=bool(free_start)
+    )
+    return Solution.of(cleared.solution, constraints, around)
 
 
 def keep_clear(
@@ -216,7 +214,9 @@ def keep_clear(
     machine: Machine,
     around: Surroundings,
     constraints: Constraints,
-    options: Mapping[str, Any],
+    *,
+    mask: MaskFunction | None = None,
+    free_start: bool = False,
 ) -> Cleared:
     """Solve with the mask that keeps the tool clear, and again where the result collides on its way.
 
@@ -229,15 +229,15 @@ def keep_clear(
     toolpath, machine : what is solved
     around : what to keep clear of
     constraints : that `solve` keeps
-    options : its further ones; a mask of the user's among them holds beside ours
+    mask : the user's own, which holds in addition to the clearances
+    free_start : whether closed passes may begin elsewhere
 
     Raises
     ------
     FiveAxisError
         As `solve`.
     """
-    mask = options.get("mask")
-    if not options.get("free_start"):
+    if not free_start:
         return _kept(solve, toolpath, machine, around, constraints, mask)
     path = constraints.zoned(toolpath)
     if find_accessible(path, machine, around) is None:

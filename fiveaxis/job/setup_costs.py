@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -12,7 +11,8 @@ from fiveaxis.collision import Surroundings
 from fiveaxis.collision.clearing import find_accessible
 from fiveaxis.job.description import Job, SetupTable
 from fiveaxis.machine import Machine
-from fiveaxis.posture import optimise
+from fiveaxis.posture import Options, optimise
+from fiveaxis.posture.masks.mask import MaskFunction
 from fiveaxis.toolpath import Toolpath
 
 # A setup is looked at roughly on at most so many locations.
@@ -41,13 +41,13 @@ class SetupCosts:
         bounds = job.constraints
         turn = None if bounds.max_turn is None else stride * bounds.max_turn
         self.constraints = replace(bounds, max_turn=turn if turn is None or turn < math.pi else 2.0 * math.pi)
-        self.options: dict[str, Any] = {
+        self.options = Options(
             # A rough path has no program of its own.
-            "objective": "travel",
-            "up_penalty": job.up_penalty,
-            "time_price": job.time_price,
-            "effort": "quick",
-        }
+            objective="travel",
+            up_penalty=job.up_penalty,
+            time_price=job.time_price,
+            effort="quick",
+        )
         self.leaning = bounds.zoned(self.toolpath)
         self.price = (machine.base_power or 0.0) if job.time_price is None else job.time_price
 
@@ -69,7 +69,7 @@ class SetupCosts:
         there = self.machine.with_setup(setup.offset, setup.rotation)
         return self._spent(setup, find_accessible(self.leaning, there, self.around or Surroundings()))
 
-    def _spent(self, setup: SetupTable, mask: Any) -> float:
+    def _spent(self, setup: SetupTable, mask: MaskFunction | None) -> float:
         there = self.machine.with_setup(setup.offset, setup.rotation)
-        energy = optimise(self.toolpath, there, self.constraints, mask=mask, **self.options).energy
+        energy = optimise(self.toolpath, there, self.constraints, replace(self.options, mask=mask)).energy
         return energy.travel + self.price * energy.time

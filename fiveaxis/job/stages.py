@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
@@ -12,7 +12,7 @@ from fiveaxis.collision import Surroundings
 from fiveaxis.energy import Budget, job_budget
 from fiveaxis.errors import JobError
 from fiveaxis.geometry import Array
-from fiveaxis.job.clearing import Cleared, keep_clear, without_starts
+from fiveaxis.job.clearing import Cleared, keep_clear
 from fiveaxis.job.description import Job
 from fiveaxis.job.inputs import describe_inputs
 from fiveaxis.job.loading import (
@@ -28,7 +28,7 @@ from fiveaxis.job.program import MadeProgram, ProgramOptions, make_program
 from fiveaxis.job.release import Gate
 from fiveaxis.machine import Machine
 from fiveaxis.nc import Clock, require_program
-from fiveaxis.posture import Front, Solution, find_front
+from fiveaxis.posture import Front, Options, Solution, find_front
 from fiveaxis.posture import optimise as optimise_postures
 from fiveaxis.posture.masks.mask import MaskFunction
 from fiveaxis.posture.solution import blocks_energy
@@ -37,18 +37,8 @@ from fiveaxis.toolpath import Toolpath
 from fiveaxis.toolpath.passes import Passes
 from fiveaxis.verification import DEFAULT_TOLERANCES, Report
 
-# Settings of a job that `optimise` takes under the same name, beside its bounds.
-SOLVING = (
-    "objective",
-    "up_penalty",
-    "smoothing",
-    "time_price",
-    "effort",
-    "solver",
-    "free_start",
-    "free_direction",
-)
-
+# Settings of a job that the optimiser takes under the same name, besides constraints.
+SOLVING = tuple(each.name for each in fields(Options) if each.name in Job.model_fields)
 
 # Name of the optimised result beside the baselines'.
 RESULT = "optimised"
@@ -237,12 +227,16 @@ def solve(
 
     `passes` are those of a planned path: with a free start the links between them are laid anew.
     """
-    options = {name: getattr(job, name) for name in SOLVING} | {"progress": progress}
     wording = require_program(machine, job.control, job.coordinates, job.winding, job.nc)
-    options["interpolation"] = wording.interpolation
-    options["clock"] = Clock(wording.dialect, wording.coordinates)
+    options = Options(
+        **{name: getattr(job, name) for name in SOLVING},
+        interpolation=wording.interpolation,
+        clock=Clock(wording.dialect, wording.coordinates),
+        start=start,
+        progress=progress,
+    )
     if job.free_start and passes is not None:
-        options["free_start"] = passes
+        options = replace(options, free_start=passes)
     if job.front is not None and job.smoothing:
         raise JobError("smoothing is what a front sweeps; leave one of them out", file=job.input)
     if job.pick is not None and job.pick > (job.front or 0):
@@ -255,19 +249,18 @@ def solve(
     fronts: list[Front] = []
 
     def once(path: Toolpath, mask: MaskFunction | None, free: bool) -> Solution:
-        asked = (options if free else without_starts(options)) | {"mask": mask}
-        asked["start"] = None if free else start
+        chosen = replace(options, start=None) if free else options.without_free_start()
+        chosen = replace(chosen, mask=mask)
         if job.front is None:
-            return optimise_postures(path, machine, job.constraints, **asked)
-        swept = {name: value for name, value in asked.items() if name != "smoothing"}
-        fronts.append(find_front(path, machine, job.constraints, job.front, **swept))
+            return optimise_postures(path, machine, job.constraints, chosen)
+        fronts.append(find_front(path, machine, job.constraints, job.front, chosen))
         return fronts[-1].pick(job.pick or 1)
 
     cleared = None
     if around is None or not job.keep_clear:
         solution = once(toolpath, None, job.free_start)
     else:
-        cleared = keep_clear(once, toolpath, machine, around, job.constraints, options)
+        cleared = keep_clear(once, toolpath, machine, around, job.constraints, free_start=job.free_start)
         solution = cleared.solution
     # Paths were searched again; the front is that of the one which was taken.
     front = next((f for f in fronts if any(s.motion is solution.motion for s in f.solutions)), None)

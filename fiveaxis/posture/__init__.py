@@ -1,8 +1,8 @@
-"""Choosing the rotary angles of every cutter location."""
+"""Choice of the rotary angles of every cutter location."""
 
 from fiveaxis.former import former_names
 from fiveaxis.posture.bound.lower_bound import LowerBound, bound_travel
-from fiveaxis.posture.optimiser import optimise
+from fiveaxis.posture.optimiser import Options, optimise
 from fiveaxis.posture.problem import Problem
 from fiveaxis.posture.solution import Baseline, Optima, Solution, Stage
 from fiveaxis.posture.strategy.delivery import Objective
@@ -19,6 +19,7 @@ __all__ = [
     "LowerBound",
     "Objective",
     "Optima",
+    "Options",
     "Problem",
     "Solution",
     "Stage",

@@ -1,4 +1,4 @@
-"""The optimiser: from a path, a machine and bounds to a solution with its baselines."""
+"""The optimiser: from a path, a machine and constraints to a solution with its baselines."""
 
 from __future__ import annotations
 
@@ -32,30 +32,72 @@ from fiveaxis.toolpath import Constraints, TiltBounds, Toolpath
 from fiveaxis.toolpath.passes import Passes
 
 
+@dataclass(frozen=True, eq=False)
+class Options:
+    """What is minimised and how: the keywords of `fiveaxis.optimise`, which documents each of them."""
+
+    mask: MaskFunction | None = None
+    objective: Objective = "energy"
+    up_penalty: float = 0.0
+    smoothing: float = 0.0
+    time_price: float | None = None
+    free_start: bool | Passes = False
+    free_direction: bool = False
+    effort: str | Effort = "normal"
+    interpolation: Interpolation = Interpolation.JOINT
+    clock: Clock | None = None
+    solver: str = STRUCTURED
+    start: Array | None = None
+    progress: Progress | None = None
+
+    @property
+    def is_timed(self) -> bool:
+        """Whether time is the objective."""
+        return self.objective == "time"
+
+    def counts(self) -> Effort:
+        """Look up the effort by its name; `solver` replaces the effort's own.
+
+        Raises
+        ------
+        SettingError
+            An unknown effort or solver.
+        """
+        require_solver(self.solver)
+        return replace(effort_of(self.effort), solver=self.solver)
+
+    def without_free_start(self) -> Options:
+        """Return the options with which passes stay as they are."""
+        return replace(self, free_start=False, free_direction=False)
+
+    def require_consistent(self, constraints: Constraints) -> None:
+        """Raise an error if options contradict each other or the constraints.
+
+        Raises
+        ------
+        SettingError
+            `free_start` with a mask or a singular cone, `free_direction` without `free_start`, `time_price`
+            with the objective ``time``.
+        """
+        if self.free_start and (self.mask is not None or constraints.singular_cone is not None):
+            raise SettingError("free_start can't be combined with a mask or a singular cone; leave one out")
+        if self.free_direction and not self.free_start:
+            raise SettingError("free_direction goes with free_start only; give that, too")
+        if self.is_timed and self.time_price is not None:
+            raise SettingError("time_price can't be combined with the objective time; leave one out")
+
+
+DEFAULTS = Options()
+
+
 def optimise(
-    toolpath: Toolpath,
-    machine: Machine,
-    constraints: Constraints,
-    *,
-    mask: MaskFunction | None = None,
-    objective: Objective = "energy",
-    up_penalty: float = 0.0,
-    smoothing: float = 0.0,
-    time_price: float | None = None,
-    free_start: bool | Passes = False,
-    free_direction: bool = False,
-    effort: str | Effort = "normal",
-    interpolation: Interpolation = Interpolation.JOINT,
-    clock: Clock | None = None,
-    solver: str = STRUCTURED,
-    start: Array | None = None,
-    progress: Progress | None = None,
+    toolpath: Toolpath, machine: Machine, constraints: Constraints, options: Options = DEFAULTS
 ) -> Solution:
     """Choose the rotary angles of every cutter location so that its program costs the least.
 
-    A portfolio of global searches on some of the locations gives starts; each is refined by the exact NLP,
-    and the best are extended to all locations and refined there, all by the travel metric
-    ``Σ W⁺Δq⁺ + W⁻Δq⁻`` with the price of delay and of bends (`Problem`). Then locations are inserted where
+    A portfolio of global searches on some of the locations provides starts; the exact NLP refines each, and
+    the best are extended to all locations and refined there, all by the travel metric
+    ``Σ W⁺Δq⁺ + W⁻Δq⁻`` with the prices of delay and bends (`Problem`). Then locations are inserted where
     the program needs blocks, and the whole is solved for the energy of those blocks
     (`fiveaxis.posture.strategy.delivery`). The result is the best local optimum found, not proven global.
 
@@ -63,41 +105,14 @@ def optimise(
     ----------
     toolpath : cutter locations
     machine : two rotary and three linear axes, all with powers
-    constraints : on the tool's lean and the rotary axes' turns. By default an axis turns by 180 deg/s at the
-        programmed feed; links turn three times as far, and farther only where there is no other way. While
-        the tool axis passes the singular cone in a cut, the first rotary axis is held, or turns at most by
-        the singular rate; what can't be held is told by a finding
-    mask : tells for locations (m,) and rotary angles (m, 2), rad, chain order, which are admissible, (m,)
-        bool (`fiveaxis.posture.masks.mask`); asked only about what a search is going to use. Where a rotary
-        axis is rewound it holds at the locations of the path, and not on the way off the part and back
-    objective : what is least: ``energy``, ∫P dt of the feed drives in the program's blocks; ``travel``, the
-        travel metric of form-shaping Eq. 1; ``time``, what the control takes for the blocks under the axes'
-        highest speeds and accelerations, and the steadiest posture where that costs none (`by_time`)
-    up_penalty : J/mm, extra price of the machine's Z moving up
-    smoothing : J/rad², price μ of ‖Δρ‖² in each move: dearer travel for a steadier posture
-    time_price : W, of time that a posture costs beyond the programmed feed's, where an axis would have to be
-        faster than its highest speed; by default the machine's base power, 0 where that is unknown. Not with
-        the objective ``time``, which knows no other price
-    free_start : whether closed passes may begin elsewhere (`fiveaxis.posture.starts.passes`); the
-        solution's path then has them in another order. Those that are reached by links do so only if the
-        path's `Plan.passes` (`fiveaxis.contour.plan_passes`), which know how to lay other links, are given
-        in place of True
-    free_direction : whether those may also be followed backwards: climb milling turns to conventional there
-    effort : ``quick``, ``normal`` or ``thorough``, or counts of one's own: how much is done, with what that
-        promises in
-        `fiveaxis.posture.strategy.effort.EFFORTS`
-    interpolation : of the control that the program is for
-    clock : how long that control takes for blocks; by default it passes corners within 5 µm
-    solver : ``structured``, the interior-point method made for paths, or ``ipopt``, a second opinion on the
-        same terms (`fiveaxis.posture.local`), in place of the effort's
-    start : (n, 2), rad, chain order, postures that are refined in place of a search
-    progress : called with a stage's name, steps done and steps in all
+    constraints : on the tool's lean and the rotary axes' turns (`turn_bounds` has the default)
+    options : objective, prices, effort and the rest
 
     Returns
     -------
-    The solution with its baselines and a record of what the solver did. Its path has the locations that its
-    program needs between those given (`Motion.location`). Where a rotary axis has too few turns
-    for any way along the path, its toolpath holds links on which the axis is turned back, each with a finding
+    The solution with its baselines and a record of what the solver did. Its path includes the locations that
+    its program needs between those given (`Motion.location`). Where a rotary axis has too few turns for the
+    path, the toolpath contains links on which the axis rewinds, each with a finding
     (`fiveaxis.posture.turns.rewinding`).
 
     Raises
@@ -107,119 +122,88 @@ def optimise(
     MachineError
         The machine has no powers, too few axes, or no highest speeds where time is the objective.
     ToolError, ToolpathError
-        The cutter doesn't touch with one part of its profile over the range; the path lacks the direction
-        that the range refers to.
+        The cutter doesn't touch with one part of its profile over the range; the path has no cut, or lacks
+        the direction that the range refers to.
     SettingError
-        Nothing bounds the tool's lean; a held axis that the machine hasn't got, or held out of its limits; an
-        unknown effort or solver; a price of time where that is the objective.
-    """
-    _require_options(
-        toolpath,
-        begins_elsewhere=bool(free_start),
-        both_ways=free_direction,
-        stays=mask is not None or constraints.singular_cone is not None,
-        timed=objective == "time",
-        time_price=time_price,
-    )
-    require_solver(solver)
-    allowed = replace(effort_of(effort), solver=solver)
-    if objective != "travel":
-        # The prices of travel are but a start for those of blocks.
-        allowed = replace(allowed, last_barrier=ROUGH)
-    singular = Cone.of(constraints)
-    machine = holding.hold(machine, constraints.hold)
-    toolpath = constraints.zoned(toolpath)
-    timed = objective == "time"
-    if timed:
-        toolpath = replace(toolpath, findings=(*toolpath.findings, *time_findings(machine)))
-
-    def build(path: Toolpath, location: Array | None = None) -> tuple[Problem, TiltBounds]:
-        leaning = constraints.lean_bounds(path)
-        built = Problem.build(
-            path,
-            machine,
-            leaning,
-            up_penalty=up_penalty,
-            max_turn=turn_bounds(path, constraints, location),
-            time_price=(machine.base_power or 0.0) if time_price is None else time_price,
-            bend_price=smoothing,
-        )
-        return by_time(built, up_penalty, smoothing) if timed else built, leaning
-
-    problem, bounds = build(toolpath)
-    given = GivenProblem(problem, machine, toolpath, bounds, start, allowed, progress, singular)
-    found, asked = solve_given(given, mask)
-
-    def rebuild(path: Toolpath, location: Array | None = None) -> tuple[Problem, TiltBounds]:
-        other, leaning = build(path, location)
-        return replace(other, machine=found.machine), leaning
-
-    if free_start:
-        again = _refiner(allowed, progress, "another start")
-        passes = None if free_start is True else free_start
-        found = free_starts(found, rebuild, again, passes=passes, both_directions=free_direction)
-    filling = Filling.of(constraints, interpolation)
-    refine = _Refinement(allowed, singular, asked)
-    clock = (clock or Clock()) if timed else None
-    found = delivered(found, Delivery(found.toolpath, rebuild, refine, filling, up_penalty, objective, clock))
-    if found.machine is not machine:
-        rotary = found.motion.positions[:, machine.rotary_columns]
-        admits = None if asked is None else asked.along(found.motion.location).admits
-        keeps = path_check(found.toolpath, found.machine, rotary, singular, admits)
-        found = rewind_solution(found, machine, _refiner(allowed, progress, "one turn less"), keeps)
-    return with_findings(found, singular)
-
-
-def _require_options(
-    toolpath: Toolpath,
-    *,
-    begins_elsewhere: bool,
-    both_ways: bool,
-    stays: bool,
-    timed: bool,
-    time_price: float | None,
-) -> None:
-    """Refuse options that contradict each other or the path.
-
-    Raises
-    ------
-    SettingError, ToolpathError
-        As `optimise`.
+        Nothing bounds the tool's lean; a held axis that the machine doesn't have, or held outside its limits;
+        options that contradict each other (`Options.require_consistent`), or an unknown effort or solver.
     """
     if not toolpath.cutting.any():
         raise ToolpathError("has links only; there is no cut to choose a posture for", file=toolpath.name)
-    if begins_elsewhere and stays:
-        raise SettingError("free_start can't be combined with a mask or a singular cone; leave one out")
-    if both_ways and not begins_elsewhere:
-        raise SettingError("free_direction goes with free_start only; give that, too")
-    if timed and time_price is not None:
-        raise SettingError("time_price can't be combined with the objective time; leave one out")
+    options.require_consistent(constraints)
+    effort = options.counts()
+    if options.objective != "travel":
+        # Travel prices only provide the start for the prices of blocks.
+        effort = replace(effort, last_barrier=ROUGH)
+    progress, smoothing, up_penalty = options.progress, options.smoothing, options.up_penalty
+    cone = Cone.of(constraints)
+    machine = holding.hold(machine, constraints.hold)
+    toolpath = constraints.zoned(toolpath)
+    if options.is_timed:
+        toolpath = replace(toolpath, findings=(*toolpath.findings, *time_findings(machine)))
+
+    def build(path: Toolpath, location: Array | None = None) -> tuple[Problem, TiltBounds]:
+        bounds = constraints.lean_bounds(path)
+        built = Problem.build(
+            path,
+            machine,
+            bounds,
+            up_penalty=up_penalty,
+            max_turn=turn_bounds(path, constraints, location),
+            time_price=(machine.base_power or 0.0) if options.time_price is None else options.time_price,
+            bend_price=smoothing,
+        )
+        return by_time(built, up_penalty, smoothing) if options.is_timed else built, bounds
+
+    given = GivenProblem(*build(toolpath), toolpath, options.start, effort, progress, cone)
+    found, mask = solve_given(given, options.mask)
+
+    def rebuild(path: Toolpath, location: Array | None = None) -> tuple[Problem, TiltBounds]:
+        problem, bounds = build(path, location)
+        return replace(problem, machine=found.machine), bounds
+
+    if options.free_start:
+        again = _refiner(effort, progress, "another start")
+        passes = None if options.free_start is True else options.free_start
+        found = free_starts(found, rebuild, again, passes=passes, both_directions=options.free_direction)
+    filling = Filling.of(constraints, options.interpolation)
+    refine = _Refinement(effort, cone, mask)
+    clock = (options.clock or Clock()) if options.is_timed else None
+    found = delivered(
+        found, Delivery(found.toolpath, rebuild, refine, filling, up_penalty, options.objective, clock)
+    )
+    if found.machine is not machine:
+        rotary = found.motion.positions[:, machine.rotary_columns]
+        admits = None if mask is None else mask.along(found.motion.location).admits
+        keeps = path_check(found.toolpath, found.machine, rotary, cone, admits)
+        found = rewind_solution(found, machine, _refiner(effort, progress, "one turn less"), keeps)
+    return with_findings(found, cone)
 
 
 @dataclass(frozen=True, eq=False)
 class _Refinement:
     """Refines a path on the locations of its program, within the mask and the singular cone."""
 
-    allowed: Effort
-    singular: Cone | None
+    effort: Effort
+    cone: Cone | None
     mask: Mask | None
 
     def __call__(self, posed: Posed, problem: Problem, start: Array) -> Array:
         """Solve a problem of posed locations near a start, (n, 2) rad."""
-        if self.singular is not None:
-            problem = bounded_within(problem, posed.path, start, self.singular)
+        if self.cone is not None:
+            problem = bounded_within(problem, posed.path, start, self.cone)
             turned = np.abs(np.diff(start, axis=0))
             problem = replace(problem, max_turn=np.maximum(problem.max_turn, turned))
         clear = None if self.mask is None else Clearance.of(self.mask.along(posed.location), problem)
         with threadpool_limits(limits=1):
-            return Portfolio(problem, self.allowed, None, clear=clear).refined_near(start)
+            return Portfolio(problem, self.effort, None, clear=clear).refined_near(start)
 
 
-def _refiner(allowed: Effort, progress: Progress | None, name: str) -> Callable[[Problem, Array], Array]:
-    """Make what refines a path on a problem of its own."""
+def _refiner(effort: Effort, progress: Progress | None, name: str) -> Callable[[Problem, Array], Array]:
+    """Return a function that refines a path, (n, 2) rad, of a given problem."""
 
     def refine(problem: Problem, start: Array) -> Array:
         with threadpool_limits(limits=1):
-            return Portfolio(problem, allowed, progress).refined_from(name, start)
+            return Portfolio(problem, effort, progress).refined_from(name, start)
 
     return refine

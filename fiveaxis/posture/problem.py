@@ -1,4 +1,4 @@
-"""The optimisation problem, built and ready to be looked at before anything is solved."""
+"""The optimisation problem, which can be inspected before it is solved."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from fiveaxis.energy import travel_costs
 from fiveaxis.errors import SettingError
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.kinematics import positions_about, require_orienting, require_positioning
+from fiveaxis.kinematics.equations import dot
 from fiveaxis.machine import Machine
 from fiveaxis.motion import least_times
 from fiveaxis.motion.bounds import axis_bounds
@@ -20,21 +21,21 @@ from fiveaxis.posture.search.trigonometric import (
     solve_postures,
     trigonometric_coefficients,
 )
-from fiveaxis.posture.terms import OTHERS, Term, lean_cosine, terms_of
+from fiveaxis.posture.terms import OTHERS, Term, terms_of
 from fiveaxis.toolpath import TiltBounds, Toolpath, Zone
 
 # Where rotary steps are bounded, no step of a thinned path is larger than this (or than the bound itself):
-# a longer turn would hop over postures that the path has to pass through and that nobody has looked at.
+# a longer turn would skip postures that the path has to pass through and that weren't checked.
 LONGEST_HOP = np.radians(60.0)
-# Price of a change of speed beyond an axis's acceleration, J per rad/s of a rotary one: more than turning
-# less costs. A linear one has that of a turn 100 mm from its centre, J per mm/s.
+# Price of a change of speed beyond an axis's acceleration, J per rad/s of a rotary one: more than is saved by
+# turning faster. A linear one has that of a turn 100 mm from its centre, J per mm/s.
 ROTARY_EXCESS_PRICE, LINEAR_EXCESS_PRICE = 100.0, 1.0
 # An axis value past its limit, or a cosine past its bound, by less than this is rounding (mm, rad, 1).
 ALLOWED = 1e-9
 
 # Price of a violation where it isn't forbidden, J per mm, per rad and per unit of cosine.
 VIOLATION_PRICE = 1e4
-# Price of a cut's turn beyond its bound, J/rad: dearer than any turn of a link.
+# Price of a cut's turn beyond its bound, J/rad: higher than of any turn of a link.
 CUT_TURN_PRICE = 1e5
 
 Rows = IntArray | slice
@@ -42,37 +43,36 @@ Rows = IntArray | slice
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """Choose two rotary angles for every location so that the objective is least.
+    """Choose two rotary angles for every location so that the objective is minimal.
 
     ``Σ_i [Σ_a (W⁺_a Δq⁺_a + W⁻_a Δq⁻_a) + P (τ_i − L_i/F_i) + μ_i ‖Δρ_i‖²]`` subject to the bounds on the
-    tool's lean, the axis limits and the largest rotary step (design of the objective; the costs of travel are
-    those of form-shaping Eq. 1). ``τ_i = max(L_i/F_i, max_a |Δq_a| / v_a)`` is how long a move takes: what it
-    takes at the programmed feed is paid whatever the posture, so only the rest counts. A rapid move has no
-    feed, so all of its time counts (`least_times`). Where an axis
-    has a highest acceleration a, the change of Δq/τ from one cut to the next is at most
-    ``a (τ_i + τ_{i+1}) / 2`` with the feed's τ; beyond that it has a price, and the machine would slow down.
-    This record has the figures; the expressions are in `fiveaxis.posture.terms`.
+    tool's lean, the axis limits and the largest rotary step; the costs of travel are those of form-shaping
+    Eq. 1. ``τ_i = max(L_i/F_i, max_a |Δq_a| / v_a)`` is the duration of a move: its time at the programmed
+    feed doesn't depend on the posture, so only the rest counts. A rapid move has no feed, so all of its time
+    counts (`least_times`). Where an axis has a highest acceleration a, the change of Δq/τ from one cut to the
+    next is at most ``a (τ_i + τ_{i+1}) / 2`` with the feed's τ; any excess, which would slow the machine
+    down, has a price. This record has the figures; the expressions are in `fiveaxis.posture.terms`.
 
     Parameters
     ----------
     machine : two rotary and three linear axes
     pivot : (n, 3), mm, workpiece frame; the tool leans about it
     normal : (n, 3), unit vectors out of the material, zero where unknown
-    zone : the part of the cutter's profile whose centre the pivot is
-    bounds : on the angle between tool axis and a direction, all at once; rows whose direction is NaN (links)
-        are bound by the axis limits alone
+    zone : the part of the cutter's profile whose centre is the pivot
+    bounds : on the angle between tool axis and a direction; all of them hold. Rows whose direction is NaN
+        (links) are bounded by the axis limits alone
     plus, minus : (n − 1, k), J/mm and J/rad of the step from row i to i + 1
     max_turn : (n − 1, 2), rad, largest step of each rotary axis, chain order; infinite where unbounded
-    strict : (n − 1,), whether the step cuts, so that its `max_turn` holds; on links it is a wish with a price
-    least_time : (n − 1,), s, of the step at the programmed feed; 0 of a rapid move
+    strict : (n − 1,), whether the step cuts, where `max_turn` is a bound; on links exceeding it has a price
+    least_time : (n − 1,), s, of the step at the programmed feed; 0 for a rapid move
     top_speed : (k,), mm/s and rad/s, infinite where unknown
     top_acceleration : (k,), mm/s² and rad/s², infinite where unknown
     excess_price : (k,), J per mm/s and per rad/s, of a change of speed beyond that acceleration
     time_price : J/s, P, of a step's time beyond the least
     bend_price : (n − 1,), J/rad², μ
     jerk_price : J per rad/s², of a change of a rotary axis's acceleration from one pair of cuts to the next
-    ramps : (2, n − 1, k), s/mm and s/rad, and s: a step waits for ``pace |Δq| − grace`` of each axis, where
-        that isn't ``|Δq| / v − L/F``
+    ramps : (2, n − 1, k), pace in s/mm and s/rad, and grace in s: a step waits for ``pace |Δq| − grace`` of
+        each axis; None for ``|Δq| / v − L/F``
     """
 
     machine: Machine
@@ -106,14 +106,14 @@ class Problem:
         bend_price: float = 0.0,
         jerk_price: float = 0.0,
     ) -> Problem:
-        """Put a path, a machine and bounds together.
+        """Build the problem of a path on a machine within bounds.
 
         Parameters
         ----------
         toolpath, machine, tilt : what to solve
-        up_penalty : J/mm, added to the cost of the machine's Z moving up
+        up_penalty : J/mm, added to the cost of moving the machine's Z up
         max_turn : rad, largest turn of a rotary axis in each step (`turn_bounds`), or one for all
-        time_price : J/s, of time that a posture costs beyond the programmed feed's
+        time_price : J/s, of time beyond that at the programmed feed
         bend_price : J/rad², of ‖Δρ‖² in each step
         jerk_price : J per rad/s², of changes of a rotary axis's acceleration between cuts
 
@@ -165,20 +165,21 @@ class Problem:
 
     @property
     def bound_rows(self) -> BoolArray:
-        """(n,), where a bound on the tool's lean binds."""
+        """(n,), where the tool's lean is bounded."""
         return np.any([np.isfinite(b.reference).all(axis=1) for b in self.bounds], axis=0)
 
     def thinned(self, rows: IntArray) -> Problem:
-        """Pose the same problem on some of its locations.
+        """Return the same problem on some of its locations.
 
-        Costs are the mean over each gap; rotary steps add up over it, as far as `LONGEST_HOP`.
+        Costs are averaged over each gap; bounds on rotary steps add up over it, up to `LONGEST_HOP`.
         """
         spans = np.diff(rows)[:, None]
 
         def summed(steps: Array) -> Array:
             return np.add.reduceat(steps[: rows[-1]], rows[:-1], axis=0) if len(spans) else steps[:0]
 
-        turns, longest = summed(self.max_turn), np.maximum(LONGEST_HOP, _largest(self.max_turn))
+        largest = np.max(self.max_turn, initial=0.0, where=np.isfinite(self.max_turn))
+        turns, longest = summed(self.max_turn), np.maximum(LONGEST_HOP, largest)
         return replace(
             self,
             pivot=self.pivot[rows],
@@ -195,7 +196,7 @@ class Problem:
         )
 
     def between(self, first: int, last: int) -> Problem:
-        """Cut out the part from one location to another, both included."""
+        """Return the part from one location to another, both included."""
         return replace(
             self,
             pivot=self.pivot[first : last + 1],
@@ -211,17 +212,17 @@ class Problem:
         )
 
     def eased(self, rotary: Array) -> Problem:
-        """Widen the bound of every link that a path, (n, 2) rad, turns too far on, to a little more."""
+        """Return the problem with wider bounds on links on which a path, (n, 2) rad, turns too far."""
         turns = np.abs(np.diff(rotary, axis=0))
         eased = (turns > self.max_turn + ALLOWED) & ~self.strict[:, None]
         return replace(self, max_turn=np.where(eased, turns + self.max_turn, self.max_turn))
 
     def positions(self, rows: Rows, rotary: Array) -> Array:
-        """Solve axis values; `rotary` is (m, ..., 2) rad for m rows, the answer (m, ..., k)."""
+        """Solve axis values; `rotary` is (m, ..., 2) rad for m rows, the result (m, ..., k)."""
         return self.placed(rows, rotary)[0]
 
     def placed(self, rows: Rows, rotary: Array) -> tuple[Array, Array]:
-        """Solve axis values and how far each tool axis lies outside the tilt range.
+        """Solve axis values and how far each tool axis is out of bounds.
 
         Parameters
         ----------
@@ -231,7 +232,7 @@ class Problem:
         Returns
         -------
         positions : (m, ..., k), mm and rad
-        excess : (m, ...), cosine past its bound, 0 where admitted or nothing binds
+        excess : (m, ...), cosine past its bound, 0 where admitted or unbounded
         """
         if self.trigonometric is not None:
             return self._placed(self.trigonometric, np.arange(len(self))[rows], rotary)
@@ -240,48 +241,49 @@ class Problem:
         positions, axis = positions_about(self.machine, pivot, rotary, self.zone, normal)
         excess = np.zeros(axis.shape[:-1])
         for bound in self.bounds:
-            reference = bound.reference[rows].reshape(shape)
-            cosine = lean_cosine(_columns(axis), _columns(reference))
-            excess = np.maximum(excess, np.nan_to_num(_past(cosine, bound.cosines)))
+            reference, (low, high) = bound.reference[rows].reshape(shape), bound.cosines
+            cosine = dot(_columns(axis), _columns(reference))
+            past = np.maximum(np.maximum(low - cosine, cosine - high), 0.0)
+            excess = np.maximum(excess, np.nan_to_num(past))  # NaN is unbounded
         return positions, excess
 
     def _placed(
         self, trigonometric: TrigonometricCoefficients, rows: IntArray, rotary: Array
     ) -> tuple[Array, Array]:
         rotary = np.broadcast_to(rotary, (len(rows), *rotary.shape[1:]))
-        machine, ways = self.machine, (len(rows), int(np.prod(rotary.shape[1:-1])))
-        positions, excess = np.empty((*ways, len(machine.axes))), np.empty(ways)
+        machine, shape = self.machine, (len(rows), int(np.prod(rotary.shape[1:-1])))
+        positions, excess = np.empty((*shape, len(machine.axes))), np.empty(shape)
         within = np.array([bound.cosines for bound in self.bounds])
         columns = np.array([*machine.linear_columns, *machine.rotary_columns])
-        angles = np.ascontiguousarray(rotary).reshape(*ways, 2)
+        angles = np.ascontiguousarray(rotary).reshape(*shape, 2)
         coefficients, cosines = trigonometric.linear_coefficients, trigonometric.cosines
         solve_postures(coefficients, cosines, within, columns, rows, angles, positions, excess)
         return positions.reshape(*rotary.shape[:-1], -1), excess.reshape(rotary.shape[:-1])
 
     def limit_excess(self, positions: Array) -> Array:
-        """Add up how far axis values, (..., k), lie past their limits (mm, rad)."""
+        """Sum how far axis values, (..., k), lie past their limits (mm, rad)."""
         past = np.maximum(self.machine.low - positions, positions - self.machine.high)
         return np.maximum(past, 0.0).sum(axis=-1)
 
     @cached_property
     def terms(self) -> tuple[Term, ...]:
-        """What the objective and the bounds are made of."""
+        """The terms of the objective and the bounds."""
         return terms_of(self)
 
     @cached_property
     def trigonometric(self) -> TrigonometricCoefficients | None:
-        """The coefficients of its locations; None where its chain has none."""
+        """The trigonometric coefficients of its locations; None if the chain has none."""
         if not is_trigonometric(self.machine):
             return None
         return trigonometric_coefficients(self.machine, self.pivot, self.normal, self.zone, self.bounds)
 
     def quantities(self, positions: Array, axis: Array | None = None) -> Array:
-        """Put the quantities of a path's terms together, (n, k + 4): its steps wait as long as they have to.
+        """Collect the quantities of a path's terms, (n, k + 4); its steps wait as long as they have to.
 
         Parameters
         ----------
         positions : (n, k), mm and rad
-        axis : (n, 3), unit vectors; None where no term needs them
+        axis : (n, 3), unit vectors; None if no term needs them
         """
         n, k = positions.shape
         quantities = np.zeros((n, k + OTHERS))
@@ -295,16 +297,20 @@ class Problem:
         return quantities
 
     def cost(self, positions: Array) -> float:
-        """Add up the objective along a path, (n, k); J."""
+        """Sum the objective along a path, (n, k); J."""
         quantities = self.quantities(positions)
         return sum(term.cost(term.values(quantities)) for term in self.terms if term.has_price)
 
+    def path_cost(self, rotary: Array) -> float:
+        """Sum the objective along a path, (n, 2) rad; J."""
+        return self.cost(self.positions(slice(None), rotary))
+
     def delay(self, positions: Array) -> Array:
-        """Measure how much longer the steps of a path, (n, k), take than at the feed, (n − 1,) s."""
+        """Compute how much longer the steps of a path, (n, k), take than at the feed, (n − 1,) s."""
         return np.asarray(self.quantities(positions)[:-1, -1])
 
     def acceleration_excess(self, positions: Array) -> Array:
-        """Measure by how much axes change their speed too fast on a path, (n, k); (m, k) mm/s and rad/s."""
+        """Compute by how much axes change their speed too fast on a path, (n, k); (m, k) mm/s and rad/s."""
         found = [term for term in self.terms if term.name == "acceleration"]
         quantities = self.quantities(positions)
         return np.vstack(
@@ -312,7 +318,7 @@ class Problem:
         )
 
     def priced(self, rotary: Array) -> float:
-        """Add up a path's cost and the price of its violations, J; `rotary` is (n, 2) rad."""
+        """Sum a path's cost and the price of its violations, J; `rotary` is (n, 2) rad."""
         positions, excess = self.placed(slice(None), rotary)
         turns = np.maximum(np.abs(np.diff(rotary, axis=0)) - self.max_turn, 0.0).sum(axis=1)
         faults = VIOLATION_PRICE * (excess.sum() + self.limit_excess(positions).sum())
@@ -324,13 +330,13 @@ class Problem:
         return np.where(self.strict, CUT_TURN_PRICE, VIOLATION_PRICE)
 
     def violation(self, rotary: Array) -> float:
-        """Find the worst violation of a path, (n, 2) rad: cosine, mm or rad; 0 where all is kept."""
+        """Find the worst violation of a path, (n, 2) rad: cosine, mm or rad; 0 if there is none."""
         positions, excess = self.placed(slice(None), rotary)
         worst = (excess.max(), self.limit_excess(positions).max(), self.turn_excess(rotary).max(initial=0.0))
         return max(0.0, *(float(w) for w in worst))
 
     def broken(self, rotary: Array) -> BoolArray:
-        """Tell which locations of a path, (n, 2) rad, break a bound, alone or by the step to or from them."""
+        """Find the locations of a path, (n, 2) rad, that break a bound, also by the step to or from them."""
         positions, excess = self.placed(slice(None), rotary)
         broken = (excess > ALLOWED) | (self.limit_excess(positions) > ALLOWED)
         far = self.turn_excess(rotary) > ALLOWED
@@ -339,21 +345,10 @@ class Problem:
         return np.asarray(broken)
 
     def turn_excess(self, rotary: Array) -> Array:
-        """Measure how far cutting steps turn beyond their bound, (n − 1,) rad; 0 on links."""
+        """Compute how far cutting steps turn beyond their bound, (n − 1,) rad; 0 on links."""
         turns = (np.abs(np.diff(rotary, axis=0)) - self.max_turn).max(axis=1)
         return np.where(self.strict, np.maximum(turns, 0.0), 0.0)
 
 
-def _past(cosine: Array, bounds: tuple[float, float]) -> Array:
-    """Measure how far cosines lie outside their bounds; NaN stays."""
-    low, high = bounds
-    return np.maximum(np.maximum(low - cosine, cosine - high), 0.0)
-
-
 def _columns(vectors: Array) -> tuple[Array, Array, Array]:
     return vectors[..., 0], vectors[..., 1], vectors[..., 2]
-
-
-def _largest(turns: Array) -> float:
-    """Give the largest finite bound, 0 where there is none."""
-    return float(np.max(turns, initial=0.0, where=np.isfinite(turns)))

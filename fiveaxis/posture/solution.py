@@ -1,4 +1,4 @@
-"""What the optimiser found, and how."""
+"""The optimiser's result: the motion, its costs, baselines and stages."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ SAME = 1e-4
 
 @dataclass(frozen=True)
 class Stage:
-    """What one step of the solver did.
+    """Record of one step of the solver.
 
     Parameters
     ----------
     name : which search, or the refinement and the start it refined
-    status : what the step said of itself, e.g. ``Solve_Succeeded``
+    status : reported by the step, e.g. ``Solve_Succeeded``
     iterations : of the NLP; states visited for a search
-    before, after : objective, J; `before` is None for a search, which starts from nothing
+    before, after : objective, J; `before` is None for a search, which has no start
     """
 
     name: str
@@ -50,12 +50,12 @@ class Stage:
 
 @dataclass(frozen=True)
 class Optima:
-    """Local optima that were found from several starts.
+    """Local optima found from several starts.
 
     Parameters
     ----------
-    costs : by the start's name, J: the objective of the admissible path that it ended in
-    failed : starts that ended in no admissible path
+    costs : objective of the admissible path found from each start, J, by the start's name
+    failed : starts from which no admissible path was found
     """
 
     costs: Mapping[str, float]
@@ -63,12 +63,12 @@ class Optima:
 
     @property
     def distinct(self) -> int:
-        """How many of them are really different (`SAME`)."""
+        """How many differ by more than `SAME`."""
         costs = np.sort(list(self.costs.values()))
         return int(np.count_nonzero(np.diff(costs) > SAME * costs[1:])) + 1 if len(costs) else 0
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the spread as plain data for JSON, J; None where no start ended in an admissible path."""
+        """Return the spread as plain data for JSON, J; None if no start led to an admissible path."""
         costs = list(self.costs.values())
         spread = (min(costs), float(np.median(costs)), max(costs)) if costs else (None, None, None)
         return {
@@ -81,13 +81,13 @@ class Optima:
 
 @dataclass(frozen=True, eq=False)
 class Baseline:
-    """A posture that the result is measured against.
+    """A motion that the result is compared with.
 
     Parameters
     ----------
-    motion, energy : what it does and costs
-    toolpath : its locations, where they aren't those of the result, as each is rewound at places of its own
-    note : how it departs from what its name says, empty where it doesn't
+    motion, energy : of its program
+    toolpath : its locations if they differ from the result's, since each path has its own rewinds
+    note : how it deviates from what its name says; may be empty
     """
 
     motion: Motion
@@ -99,30 +99,28 @@ class Baseline:
 def program_energy(
     machine: Machine, toolpath: Toolpath, motion: Motion, filling: Filling, clock: Clock | None = None
 ) -> Energy:
-    """Work out what the blocks cost that a motion becomes, without ways in and out."""
+    """Compute the energy of the blocks that a motion becomes, without approach and retract."""
     return blocks_energy(machine, filling.blocks(toolpath, machine, motion), clock)
 
 
 def blocks_energy(machine: Machine, blocks: Motion, clock: Clock | None = None) -> Energy:
-    """Work out what blocks cost; with a clock also how long the control takes for them."""
+    """Compute the energy of blocks; with a clock also how long the control takes for them."""
     run_time = None if clock is None else clock(blocks, machine).total
     return replace(motion_energy(machine, blocks), run_time=run_time)
 
 
 @dataclass(frozen=True, eq=False)
 class Unwrapped:
-    """A path before its axes were turned back into their turns.
+    """A path before its axes were rewound into their limits.
 
     Parameters
     ----------
     toolpath : without rewinds
     tilt : bounds on the lean at its locations
-    problem : on the machine whose axes turn without end; where the path was drawn into fewer turns, within
-        those
+    problem : on the machine with axes of unlimited travel; or, where the path was squeezed into fewer turns,
+        within those
     rotary : (n, 2), rad, chain order
     clearance : mm, between tool and part while an axis rewinds
-    place : (m,), where each location of the path with rewinds lies, in rows of the one without: 3.25 lies
-        between locations 3 and 4
     """
 
     toolpath: Toolpath
@@ -130,27 +128,26 @@ class Unwrapped:
     problem: Problem
     rotary: Array
     clearance: float
-    place: Array
 
 
 @dataclass(frozen=True, eq=False)
 class Solution:
-    """A motion with the least energy that was found, and what it is compared with.
+    """The cheapest motion that was found, and its baselines.
 
     Parameters
     ----------
     machine, toolpath, tilt : the problem
     motion : the result
-    energy : what its program costs: the blocks that the motion becomes, without ways in and out
-    compared : baselines by name, with their motions
+    energy : of its program: the blocks that the motion becomes, without approach and retract
+    compared : baselines by name
     missing : baselines that don't exist for this path, with the reason
     stages : what the solver did, in order
     problem : what was solved, with the prices near the result; None for a solution that was put together by
         hand or has rewinds
-    optima : local optima by start, where the effort looks for several
-    unwrapped : what a solution with rewinds was made of
+    optima : local optima by start, if the effort looks for several
+    unwrapped : the path of a solution with rewinds before these
     filling : how blocks are inserted between its locations, and removed
-    clock : how long the program's control takes; None where time wasn't asked about
+    clock : model of the control's time; None unless time is the objective
     """
 
     machine: Machine
@@ -180,15 +177,15 @@ class Solution:
 
     @cached_property
     def bound(self) -> LowerBound:
-        """What no admissible path can do without; worked out when it is first asked for."""
+        """Lower bound on the travel metric of all admissible paths; computed on first use."""
         return bound_travel(self.toolpath, self.machine, self.tilt)
 
     @cached_property
     def kkt(self) -> Optimality | None:
         """How far the path is from a local optimum; None for a solution that was put together by hand.
 
-        One with rewinds is what its path was before them. A mask is no term: where it holds a path back, the
-        residual says by how much. Worked out when it is first asked for.
+        A solution with rewinds is judged by its path before them. A mask isn't part of the problem: where it
+        keeps the path from the optimum, the residual shows by how much. Computed on first use.
         """
         if self.unwrapped is not None:
             return optimality(self.unwrapped.problem, self.unwrapped.rotary)
@@ -203,11 +200,11 @@ class Solution:
 
     @property
     def gap(self) -> float:
-        """Share of the travel metric that the lower bound leaves open: 0 is proven to be the optimum."""
+        """Share of the travel metric above the lower bound: 0 proves the optimum."""
         return self.bound.gap(self.travel)
 
     def savings(self) -> dict[str, float]:
-        """Compute the saved share of the feed drives' energy against each baseline, 1 is everything."""
+        """Compute the saved share of the feed drives' energy against each baseline, at most 1."""
         return {
             name: 1.0 - self.energy.total / energy.total
             for name, energy in self.baselines.items()
@@ -226,7 +223,7 @@ class Solution:
         Returns
         -------
         ``tilt`` and ``limit``: largest overrun, rad (mm for linear axes); ``contact``: largest distance
-        between the pivot wanted and the pivot that the axis values give, mm.
+        between the path's pivot and the pivot that the axis values give, mm.
         """
         tip, axis = tool_poses(self.machine, self.motion.positions)
         path = self.toolpath
@@ -244,5 +241,5 @@ class Solution:
 
 
 def _worst(overrun: Array) -> float:
-    """Give the largest overrun, 0 where all stay inside; rows that bind nothing are NaN."""
+    """Return the largest overrun, 0 if there is none; unbounded rows are NaN."""
     return max(0.0, float(np.max(overrun, initial=0.0, where=~np.isnan(overrun))))

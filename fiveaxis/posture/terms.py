@@ -1,10 +1,10 @@
 """The terms of the optimisation problem, each written once.
 
-What isn't linear is a *quantity* of one location: axis values and tool axis are CasADi expressions of its
-rotary angles (`location_tapes`). Every term is a linear expression of the quantities of one or more locations
-in a row, with prices and bounds for each of its rows. It is written over scalars, which are columns of arrays
-where a path is priced, and CasADi's symbols where its coefficients are derived (`Term.coefficients`).
-Problem, solvers and optimality check read this list and nothing else; to add a term is to add a function to
+Everything nonlinear is a *quantity* of one location: axis values and tool axis are CasADi expressions of its
+rotary angles (`location_tapes`). Every term is a linear expression of the quantities of one or more
+consecutive locations, with prices and bounds for each of its rows. It is written over scalars: columns of
+arrays where a path is priced, CasADi symbols where its coefficients are derived (`Term.coefficients`).
+Problem, solvers and optimality check read this list and nothing else; to add a term, add a function to
 `TERMS`.
 """
 
@@ -36,14 +36,14 @@ OTHERS = 4
 WRITING = Lock()
 
 
-class Place(NamedTuple):
+class Quantities(NamedTuple):
     """The quantities of one location, each a scalar.
 
     Parameters
     ----------
     positions : (k,), mm and rad, machine axis order
     axis : (3,), unit vector, workpiece frame
-    wait : s, that the step to the next location takes longer than at the feed
+    wait : s, by which the step to the next location takes longer than at the feed
     """
 
     positions: Sequence[Scalar]
@@ -51,24 +51,24 @@ class Place(NamedTuple):
     wait: Scalar
 
     @classmethod
-    def of(cls, quantities: Sequence[Scalar]) -> Place:
+    def of(cls, quantities: Sequence[Scalar]) -> Quantities:
         """Name k + 4 quantities in their order."""
         *positions, u, v, w, wait = quantities
         return cls(positions, (u, v, w), wait)
 
 
-Expression = Callable[[Sequence[Place], Sequence[Scalar]], Sequence[Scalar]]
+Expression = Callable[[Sequence[Quantities], Sequence[Scalar]], Sequence[Scalar]]
 
 
 @dataclass(frozen=True, eq=False)
 class Term:
     """Rows of one kind, ``r = C q`` of the quantities q of the locations in a window.
 
-    A row's cost is ``plus (r − free)⁺ + minus (−r − free)⁺ + square r²``; it is bound by ``low ≤ r ≤ high``.
+    A row costs ``plus (r − free)⁺ + minus (−r − free)⁺ + square r²``; its bounds are ``low ≤ r ≤ high``.
 
     Parameters
     ----------
-    expression : gives the values of o rows of a window, from its places and the window's data
+    expression : computes o rows of a window from its locations' quantities and the window's data
     span : locations in a window
     rows : (w,), the windows' first locations
     data : (w, d), of each window
@@ -99,11 +99,11 @@ class Term:
 
     def values(self, quantities: Array) -> Array:
         """Evaluate the rows for a path's quantities, (n, k + 4); (w, o)."""
-        places = [Place.of(list(quantities[self.rows + i].T)) for i in range(self.span)]
-        return np.stack(self.expression(places, list(self.data.T)), axis=-1)
+        window = [Quantities.of(list(quantities[self.rows + i].T)) for i in range(self.span)]
+        return np.stack(self.expression(window, list(self.data.T)), axis=-1)
 
     def excess(self, values: Array) -> Array:
-        """Measure how far values lie outside what is free of a price, (w, o)."""
+        """Compute how far values lie beyond the range that costs nothing, (w, o)."""
         return np.maximum(np.abs(values) - self.free, 0.0)
 
     def cost(self, values: Array) -> float:
@@ -112,7 +112,7 @@ class Term:
         return float(np.sum(self.plus * rise + self.minus * fall + self.square * values**2))
 
     def coefficients(self, count: int) -> tuple[IntArray, Array]:
-        """Derive the rows' coefficients by the quantities.
+        """Derive the rows' coefficients with respect to the quantities.
 
         Parameters
         ----------
@@ -120,12 +120,11 @@ class Term:
 
         Returns
         -------
-        places : (o, z), counted through the quantities of a window's locations; −1 where a row has fewer
+        columns : (o, z), indices into the quantities of a window's locations; −1 where a row has fewer
         coefficients : (w, o, z), 0 there
         """
-        places, tape = _coefficients(self.expression, self.span, self.data.shape[1], count)
-        values = tape(self.data).reshape(len(self.data), *places.shape)
-        return places, values
+        columns, tape = _coefficients(self.expression, self.span, self.data.shape[1], count)
+        return columns, tape(self.data).reshape(len(self.data), *columns.shape)
 
 
 @lru_cache(maxsize=256)
@@ -134,10 +133,10 @@ def _coefficients(expression: Expression, span: int, data: int, count: int) -> t
     with WRITING:
         quantities, given = ca.SX.sym("quantities", span * count), ca.SX.sym("data", data)
         split = ca.vertsplit(quantities)
-        places = [Place.of(split[i * count : (i + 1) * count]) for i in range(span)]
-        rows = ca.vertcat(*expression(places, ca.vertsplit(given)))
+        window = [Quantities.of(split[i * count : (i + 1) * count]) for i in range(span)]
+        rows = ca.vertcat(*expression(window, ca.vertsplit(given)))
         if not ca.is_linear(rows, quantities):
-            raise ValueError(f"{expression.__name__} isn't linear; make what isn't a quantity of a location")
+            raise ValueError(f"{expression.__name__} isn't linear; make the nonlinear part a quantity")
         slope = ca.jacobian(rows, quantities)
         found = [
             [column for column in range(quantities.numel()) if slope.sparsity().has_nz(row, column)]
@@ -156,8 +155,8 @@ class LocationTapes:
     Parameters
     ----------
     values : (rotary (2), pivot (3), normal (3)) → (k + 3)
-    derivatives : (the same, weights (k + 3)) → (values, slopes by the first and by the second angle, second
-        derivatives by 11, 12, 22 of the weighted sum)
+    derivatives : (the same, weights (k + 3)) → (values, derivatives by the first and second angle, second
+        derivatives 11, 12, 22 of the weighted sum)
     function : as `values`, for CasADi's own solvers
     """
 
@@ -167,7 +166,7 @@ class LocationTapes:
 
 
 def location_tapes(machine: Machine, zone: Zone) -> LocationTapes:
-    """Write a machine's location: the same for all machines whose chains have the same lines."""
+    """Compile a machine's location, once for all machines whose chains have the same lines."""
     chain = machine.chain
     joints = tuple((j.letter, *j.line.direction, *j.line.point) for j in chain.joints)
     key = (joints, chain.tool_home.tobytes(), machine.letters, zone.height, zone.offset)
@@ -179,7 +178,7 @@ def location_tapes(machine: Machine, zone: Zone) -> LocationTapes:
         return _written[key]
 
 
-# A search for a set-up asks for many machines, one after the other.
+# A search for a setup goes through many machines.
 MOST_WRITTEN = 32
 _written: dict[tuple[Any, ...], LocationTapes] = {}
 
@@ -204,43 +203,38 @@ def _location_tapes(machine: Machine, zone: Zone) -> LocationTapes:
     )
 
 
-def lean_cosine(axis: Vector, reference: Vector) -> Scalar:
-    """Give the cosine of the angle between the tool axis and a direction."""
-    return dot(axis, reference)
-
-
-def _axis_values(window: Sequence[Place], _: Sequence[Scalar]) -> Sequence[Scalar]:
+def _axis_values(window: Sequence[Quantities], _: Sequence[Scalar]) -> Sequence[Scalar]:
     return window[0].positions
 
 
-def _lean_cosines(window: Sequence[Place], references: Sequence[Scalar]) -> Sequence[Scalar]:
+def _lean_cosines(window: Sequence[Quantities], references: Sequence[Scalar]) -> Sequence[Scalar]:
     at = range(0, len(references), 3)
-    return [lean_cosine(window[0].axis, (references[i], references[i + 1], references[i + 2])) for i in at]
+    return [dot(window[0].axis, (references[i], references[i + 1], references[i + 2])) for i in at]
 
 
-def _steps(window: Sequence[Place], _: Sequence[Scalar]) -> Sequence[Scalar]:
+def _steps(window: Sequence[Quantities], _: Sequence[Scalar] = ()) -> Sequence[Scalar]:
     here, there = window
     return [b - a for a, b in zip(here.positions, there.positions, strict=True)]
 
 
-def _waits(window: Sequence[Place], _: Sequence[Scalar]) -> Sequence[Scalar]:
+def _waits(window: Sequence[Quantities], _: Sequence[Scalar]) -> Sequence[Scalar]:
     return [window[0].wait]
 
 
-def _durations(window: Sequence[Place], paces: Sequence[Scalar]) -> Sequence[Scalar]:
-    """How long the axes take, less the wait; each both ways, where the pace, s/mm and s/rad, isn't 0."""
-    way = _steps(window, ())
-    return [sign * pace * w - window[0].wait for pace, w in zip(paces, way, strict=True) for sign in (1, -1)]
+def _durations(window: Sequence[Quantities], paces: Sequence[Scalar]) -> Sequence[Scalar]:
+    """Time of each axis in both directions at a pace, s/mm and s/rad, less the wait."""
+    steps, wait = _steps(window), window[0].wait
+    return [sign * pace * step - wait for pace, step in zip(paces, steps, strict=True) for sign in (1, -1)]
 
 
-def _speed_changes(window: Sequence[Place], paces: Sequence[Scalar]) -> Sequence[Scalar]:
+def _speed_changes(window: Sequence[Quantities], paces: Sequence[Scalar]) -> Sequence[Scalar]:
     first, then = paces
-    return [then * b - first * a for a, b in zip(_steps(window[:2], ()), _steps(window[1:], ()), strict=True)]
+    return [then * b - first * a for a, b in zip(_steps(window[:2]), _steps(window[1:]), strict=True)]
 
 
-def _acceleration_changes(window: Sequence[Place], times: Sequence[Scalar]) -> Sequence[Scalar]:
+def _acceleration_changes(window: Sequence[Quantities], times: Sequence[Scalar]) -> Sequence[Scalar]:
     """Third differences over the feed's times: accelerations are changes of speed over the mean of two."""
-    speeds = [[way / t for way in _steps(window[i : i + 2], ())] for i, t in enumerate(times)]
+    speeds = [[step / t for step in _steps(window[i : i + 2])] for i, t in enumerate(times)]
     first, then = (
         [(b - a) * 2.0 / (times[i] + times[i + 1]) for a, b in zip(speeds[i], speeds[i + 1], strict=True)]
         for i in range(2)
@@ -267,7 +261,7 @@ def leans(problem: Problem) -> Term:
 
 
 def travel(problem: Problem) -> Term:
-    """Price the way of every axis by its direction, and bound the turns of rotary ones; mm and rad."""
+    """Price the travel of every axis by direction, and bound the turns of rotary ones; mm and rad."""
     most = np.full(problem.plus.shape, np.inf)
     most[:, problem.machine.rotary_columns] = problem.max_turn
     plus, minus = problem.plus, problem.minus
@@ -284,7 +278,7 @@ def bends(problem: Problem) -> Term | None:
 
 
 def waits(problem: Problem) -> Term | None:
-    """Price the time that steps take longer than at the feed, s."""
+    """Price the time by which steps take longer than at the feed, s."""
     if not problem.is_timed:
         return None
     return _term(
@@ -293,7 +287,7 @@ def waits(problem: Problem) -> Term | None:
 
 
 def durations(problem: Problem) -> Term | None:
-    """Let steps wait until the axis is there that has farthest to go, s."""
+    """Make steps wait for the slowest axis, s."""
     if not problem.is_timed:
         return None
     if problem.ramps is None:
@@ -305,7 +299,7 @@ def durations(problem: Problem) -> Term | None:
 
 
 def acceleration_excess(problem: Problem) -> Term | None:
-    """Price changes of speed, mm/s and rad/s, from a cut to the next beyond what the axes can."""
+    """Price changes of speed between cuts, mm/s and rad/s, beyond the axes' accelerations."""
     times, timed = problem.least_time, problem.strict & (problem.least_time > 0.0)
     first = np.flatnonzero(timed[:-1] & timed[1:])
     if not len(first) or not np.isfinite(problem.top_acceleration).any():
@@ -326,21 +320,13 @@ def jerks(problem: Problem) -> Term | None:
     if not len(first) or problem.jerk_price == 0.0:
         return None
     data, price = np.stack([times[first], times[first + 1], times[first + 2]], axis=1), problem.jerk_price
-    unpriced = np.array([0.0 if axis.is_rotary else np.inf for axis in problem.machine.axes])
+    free = np.array([0.0 if axis.is_rotary else np.inf for axis in problem.machine.axes])
     return _term(
-        "jerks",
-        problem,
-        _acceleration_changes,
-        4,
-        rows=first,
-        data=data,
-        free=unpriced,
-        plus=price,
-        minus=price,
+        "jerks", problem, _acceleration_changes, 4, rows=first, data=data, free=free, plus=price, minus=price
     )
 
 
-# Every term of the problem; one that a problem has no use for is None.
+# Every term of the problem; one that a problem doesn't need is None.
 TERMS: tuple[Callable[[Problem], Term | None], ...] = (
     limits,
     leans,
@@ -368,7 +354,7 @@ def _term(
     data: Array | None = None,
     **figures: Array | float,
 ) -> Term:
-    """Put a term together: by default for every window of the path, without data."""
+    """Build a term, by default for every window of the path and without data."""
     firsts = np.arange(max(len(problem) - span + 1, 0)) if rows is None else rows
     given = np.empty((len(firsts), 0)) if data is None else np.ascontiguousarray(data)
     return Term(name, expression, span, firsts, given, **figures)

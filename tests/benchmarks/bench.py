@@ -18,7 +18,7 @@ import numpy as np
 
 import fiveaxis as fx
 from fiveaxis.energy import Energy
-from fiveaxis.posture import optimise
+from fiveaxis.posture import Options, optimise
 from fiveaxis.posture.strategy.effort import EFFORTS
 from fiveaxis.toolpath import Constraints
 
@@ -79,9 +79,8 @@ def run(name: str, efforts: list[str]) -> None:
     notes = []
     for effort in efforts:
         started = time.perf_counter()
-        found[effort] = optimise(
-            toolpath, machine, Constraints.of_degrees(**case.options), objective="travel", effort=effort
-        )
+        options = Options(objective="travel", effort=effort)
+        found[effort] = optimise(toolpath, machine, Constraints.of_degrees(**case.options), options)
         rate = len(toolpath) / (time.perf_counter() - started)
         notes.append(f"{effort}: {rate:,.0f} locations/s")
         print(row(f"optimised, {effort}", found[effort].energy), flush=True)

@@ -18,7 +18,7 @@ import numpy as np
 import fiveaxis as fx
 from fiveaxis.energy import motion_energy
 from fiveaxis.motion import Filling, follow
-from fiveaxis.posture import Problem
+from fiveaxis.posture import Options, Problem
 from fiveaxis.posture import optimise as optimise_postures
 from fiveaxis.posture.local.refinement import refine
 from fiveaxis.posture.strategy.turn_bounds import turn_bounds
@@ -81,7 +81,8 @@ def run(name: str) -> None:
 
 def prototype(path: fx.Toolpath, machine: fx.Machine, options: dict) -> fx.Energy:
     """Solve at the given locations alone, each linear axis priced by its own last travel, three times."""
-    start = optimise_postures(path, machine, Constraints.of_degrees(**options), objective="travel")
+    by_travel = Options(objective="travel")
+    start = optimise_postures(path, machine, Constraints.of_degrees(**options), by_travel)
     given = start.motion.positions[~start.toolpath.inserted][:, machine.rotary_columns]
     constraints = Constraints.of_degrees(**options)
     turns = turn_bounds(path, constraints)

@@ -19,7 +19,7 @@ from scale import fine_vase
 
 import fiveaxis as fx
 from fiveaxis.kinematics import tool_axes
-from fiveaxis.posture import optimise
+from fiveaxis.posture import Options, optimise
 from fiveaxis.toolpath import Constraints
 
 VASE = Path(__file__).parents[3] / "shared" / "data" / "cases" / "vase_overhang.csv"
@@ -81,7 +81,7 @@ def run(what: str, path: fx.Toolpath) -> None:
     for name, make in MASKS.items():
         mask = make(path)
         started = time.process_time()
-        found = optimise(path, MACHINE, Constraints.of_degrees(tilt=(15, 75)), mask=mask)
+        found = optimise(path, MACHINE, Constraints.of_degrees(tilt=(15, 75)), Options(mask=mask))
         seconds = time.process_time() - started
         rotary = found.motion.positions[:, MACHINE.rotary_columns]
         refused = int((~mask(np.arange(len(path)), rotary)).sum())
@@ -101,7 +101,7 @@ def main() -> None:
     }
     # Compilers and caches.
     small = cases["vase"]().at(np.arange(450))
-    optimise(small, MACHINE, Constraints.of_degrees(tilt=(15, 75)), mask=scattered(small))
+    optimise(small, MACHINE, Constraints.of_degrees(tilt=(15, 75)), Options(mask=scattered(small)))
     for name in sys.argv[1:] or ["vase"]:
         run(name, cases[name]())
 

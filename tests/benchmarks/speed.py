@@ -29,6 +29,7 @@ from fiveaxis.nc import DIALECTS, compose_program
 from fiveaxis.nc.languages.klartext import split_klartext
 from fiveaxis.nc.languages.sinumerik import split_sinumerik
 from fiveaxis.nc.source import Source
+from fiveaxis.posture import Options
 from fiveaxis.posture import optimise as optimise_postures
 from fiveaxis.posture.baselines import find_baselines
 from fiveaxis.posture.turns.rewinding import insert_rewinds
@@ -78,15 +79,15 @@ def time_optimiser(vase: fx.Toolpath, hayashi: fx.Machine) -> None:
     torus = fx.read_toolpath(DATA / "cases" / "vase_overhang.csv", tool=parse_tool("bull:10:2"))
     plain = 0.0
     for what, path, machine, options in (
-        ("vase, locations", vase, hayashi, {}),
-        ("the same by travel", vase, hayashi, {"objective": "travel"}),
-        ("the same with a bull nose", torus, hayashi, {}),
-        ("the same with speeds and accelerations", vase, trt, {}),
+        ("vase, locations", vase, hayashi, Options()),
+        ("the same by travel", vase, hayashi, Options(objective="travel")),
+        ("the same with a bull nose", torus, hayashi, Options()),
+        ("the same with speeds and accelerations", vase, trt, Options()),
     ):
         spent = []
         for _ in range(2):  # compilers and caches
             before = time.process_time()
-            optimise_postures(path, machine, TILT, **options)
+            optimise_postures(path, machine, TILT, options)
             spent.append(time.process_time() - before)
         plain = plain or spent[1]
         shown = f"{len(path) / plain:12,.0f} /s of processor" if what.startswith("vase") else ""

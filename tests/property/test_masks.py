@@ -1,4 +1,4 @@
-"""Whatever a mask refuses: a path that comes back is admitted everywhere, sound and no dearer than others."""
+"""Whatever a mask refuses: the result is admitted everywhere, sound and no costlier than baselines."""
 
 from functools import cache
 
@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from fiveaxis.errors import Infeasible
 from fiveaxis.kinematics import tool_axes
 from fiveaxis.machine import load_machine
-from fiveaxis.posture.masks import repair
+from fiveaxis.posture.masks import enforcement
 from fiveaxis.toolpath import Tool, Toolpath
 
 MACHINE = load_machine("hayashi-640123")
@@ -34,13 +34,13 @@ OPTIONS = {"tilt": (15, 75), "max_turn": 40.0, "effort": "quick"}
 
 @cache
 def free_axes() -> np.ndarray:
-    """Tool axes of the path that knows no mask: what refuses none of them is no test."""
+    """Tool axes of the path without a mask: a mask that refuses none of them tests nothing."""
     free = optimise(PATH, MACHINE, **OPTIONS)
     return tool_axes(MACHINE, rotary_of(free, free.motion))
 
 
 def rotary_of(solution, motion) -> np.ndarray:
-    """Rotary angles at the locations that were given, (n, 2) rad."""
+    """Rotary angles at the given locations, (n, 2) rad."""
     return motion.positions[~solution.toolpath.inserted][:, MACHINE.rotary_columns]
 
 
@@ -80,16 +80,16 @@ caps = st.lists(
 
 
 @pytest.mark.parametrize("kind", [Caps, MappedCaps])
-@pytest.mark.parametrize("patched", [True, False])
+@pytest.mark.parametrize("replanned", [True, False])
 @settings(max_examples=4, deadline=None, derandomize=True)
 @given(drawn=caps)
-def test_a_path_that_comes_back_is_admitted_everywhere_and_sound(kind, patched, drawn):
+def test_a_path_is_admitted_everywhere_and_sound(kind, replanned, drawn):
     mask = kind(drawn)
     with pytest.MonkeyPatch.context() as context:
-        if not patched:
-            # As a long path is: searched off what is roughly refused.
-            context.setattr(repair, "MOST_ROWS", 10)
-            context.setattr(repair, "MOST_PATCHED", -1.0)
+        if not replanned:
+            # Like a long path: searched among roughly admitted postures.
+            context.setattr(enforcement, "MOST_ROWS", 10)
+            context.setattr(enforcement, "MOST_REPLANNED", -1.0)
         try:
             found = optimise(PATH, MACHINE, **OPTIONS, mask=mask)
         except Infeasible:

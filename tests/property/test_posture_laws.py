@@ -210,7 +210,7 @@ def test_no_path_of_a_grid_nor_its_local_optimum_is_cheaper(machine, seed):
     solution = found(path, machine)
     rotary = rotary_of(solution)
     cost = objective.of(rotary)
-    # It is what it says, and no cheaper than an admissible path can be: it is one.
+    # The reported cost is that of the formula, and the path is admissible.
     assert cost == pytest.approx(solution.problem.cost(solution.motion.positions), rel=1e-9)
     lean = np.array([objective.leans(i, r[None])[0] for i, r in enumerate(rotary)])
     assert ((lean >= TILT[0] - 1e-6) & (lean <= TILT[1] + 1e-6)).all()
@@ -220,7 +220,7 @@ def test_no_path_of_a_grid_nor_its_local_optimum_is_cheaper(machine, seed):
 
 
 def test_every_term_is_at_work(machine):
-    """Else the laws below would hold for less than they say."""
+    """Otherwise the laws below would be tested for fewer terms than they claim."""
     delays, changes = [], []
     for seed in SEEDS:
         solution = found(bumps(seed), machine)

@@ -1,4 +1,4 @@
-"""What `optimise` was bound by, `verify` finds kept, and what it wasn't bound by, broken where it is."""
+"""`verify` finds the bounds of `optimise` kept, and others broken where they are."""
 
 import numpy as np
 import pytest
@@ -36,7 +36,7 @@ BOUNDS = {
 
 
 @pytest.mark.parametrize("name", BOUNDS)
-def test_a_bound_that_was_asked_for_is_verified_and_one_that_was_not_is_found_broken(hayashi, name):
+def test_a_given_bound_is_verified_and_one_that_was_not_given_is_found_broken(hayashi, name):
     make, leaning, bound, code = BOUNDS[name]
     path = make()
     free = optimise(path, hayashi, effort="quick", **leaning)
@@ -57,11 +57,11 @@ def test_where_the_optimiser_could_not_hold_c_verification_warns_of_the_same_mov
     path = Toolpath.from_tips(np.stack([angle, 0 * angle, 0 * angle], axis=1), axis, Tool.ball(6.0))
     bounds = {"cone": 1.0, "singular_cone": 8.0}
     solution = optimise(path, hayashi, effort="quick", **bounds)
-    told = [f for f in solution.toolpath.findings if f.code == "singular-turn"]
+    reported = [f for f in solution.toolpath.findings if f.code == "singular-turn"]
     report = verify(solution.motion, hayashi, solution.toolpath, **bounds)
-    assert told
+    assert reported
     assert report.ok
     assert report.counts["singular-turn"] > 0
     found = [f for f in report.findings if f.code == "singular-turn"]
-    assert sum(f.value for f in found) == pytest.approx(sum(f.value for f in told), rel=1e-9)
-    assert {t.place.location for t in told} <= {f.place.location for f in found}
+    assert sum(f.value for f in found) == pytest.approx(sum(f.value for f in reported), rel=1e-9)
+    assert {t.place.location for t in reported} <= {f.place.location for f in found}

@@ -11,7 +11,7 @@ import pytest
 
 import fiveaxis as fx
 from fiveaxis.batch import run_batch
-from fiveaxis.posture import optimise
+from fiveaxis.posture import Options
 from fiveaxis.toolpath import Constraints
 
 # Loads nothing but the package itself; a name's own room comes when it is asked for.
@@ -44,14 +44,15 @@ def test_a_name_that_isnt_there_is_named():
 
 
 def test_optimise_says_each_of_its_options_with_its_type():
-    own, solver = (inspect.signature(function).parameters for function in (fx.optimise, optimise))
+    own = inspect.signature(fx.optimise).parameters
+    options = {field.name: field for field in fields(Options)}
     bounds = {field.name for field in fields(Constraints)}
-    # What keeps the tool clear is the job's; bounds are taken in degrees, and go on as one record.
-    assert set(own) - set(solver) == {"part", "stock", "fixtures", "clearances"} | bounds
-    assert set(solver) - set(own) == {"constraints"}
+    # What keeps the tool clear is the job's; constraints are taken in degrees, and passed on as one record.
+    clear = {"toolpath", "machine", "part", "stock", "fixtures", "clearances"}
+    assert set(own) == clear | set(options) | bounds
     assert bounds == set(inspect.signature(Constraints.of_degrees).parameters)
-    for name in set(own) & set(solver):
-        assert own[name] == solver[name], name
+    for name, option in options.items():
+        assert (own[name].default, own[name].annotation) == (option.default, option.type), name
     for parameter in own.values():
         assert parameter.kind is not inspect.Parameter.VAR_KEYWORD
         assert parameter.annotation is not inspect.Parameter.empty

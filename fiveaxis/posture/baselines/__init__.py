@@ -1,18 +1,9 @@
-"""The postures that a result is measured against, also where a mask refuses some of them."""
+"""The motions that a result is compared with, also where a mask refuses some of their postures."""
 
-from fiveaxis.posture.baselines.branches import postures, spread_over_links
-from fiveaxis.posture.baselines.catalogue import (
-    INSIDE,
-    NoBaseline,
-    as_programmed,
-    find_baselines,
-    follow_axes,
-    leaned,
-    nearest_to_reference,
-    uphill,
-)
+from fiveaxis.posture.baselines.branches import NoBaseline, follow_axes, postures
+from fiveaxis.posture.baselines.catalogue import as_programmed, find_baselines, leaned
 from fiveaxis.posture.baselines.clear import moved_clear
-from fiveaxis.posture.baselines.held import nearest_held
+from fiveaxis.posture.baselines.nearest import INSIDE, nearest_held, nearest_to_reference, uphill
 
 __all__ = [
     "INSIDE",
@@ -25,6 +16,5 @@ __all__ = [
     "nearest_held",
     "nearest_to_reference",
     "postures",
-    "spread_over_links",
     "uphill",
 ]

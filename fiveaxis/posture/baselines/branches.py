@@ -1,4 +1,4 @@
-"""From wanted tool axes to rotary angles: branch by branch, turn by turn."""
+"""From tool axes to rotary angles: choice of branches and turns."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fiveaxis.energy import travel_costs
+from fiveaxis.errors import FiveAxisError
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.kinematics import hold_singular, linear_positions, rotary_angles, within_limits
 from fiveaxis.kinematics.windings import ON_LIMIT, TURN, fit_turns, into_limits
@@ -15,14 +16,18 @@ from fiveaxis.posture.baselines.kernel import cheapest_branches
 from fiveaxis.toolpath import Toolpath
 
 
+class NoBaseline(FiveAxisError):
+    """The baseline doesn't exist for the path; the message is the reason."""
+
+
 @dataclass(frozen=True, eq=False)
 class Postures:
-    """Axis values that give wanted tool axes, branch by branch.
+    """Axis values that give tool axes, for both branches.
 
     Parameters
     ----------
-    positions : (2, n, k), mm and rad; angles brought into the limits by whole turns where that is possible
-    allowed : (2, n), whether the branch exists and lies within every limit
+    positions : (2, n, k), mm and rad; angles are shifted into the limits by whole turns if possible
+    allowed : (2, n), whether the branch exists and keeps every limit
     """
 
     positions: Array
@@ -30,7 +35,7 @@ class Postures:
 
 
 def postures(machine: Machine, toolpath: Toolpath, axis: Array) -> Postures:
-    """Solve both branches for wanted tool axes and check the limits.
+    """Solve both branches for tool axes and check the limits.
 
     Parameters
     ----------
@@ -43,9 +48,9 @@ def postures(machine: Machine, toolpath: Toolpath, axis: Array) -> Postures:
 
 
 def cheapest_sequence(machine: Machine, toolpath: Toolpath, found: Postures) -> Array | None:
-    """Choose the branch of every location so that the travel metric is least.
+    """Choose the branch of every location so that the travel metric is minimal.
 
-    Each turn of a rotary axis goes the short way, unless its limits forbid that; turns accumulate.
+    Each rotary axis takes the shorter turn unless its limits forbid that; turns accumulate.
 
     Returns
     -------
@@ -55,7 +60,7 @@ def cheapest_sequence(machine: Machine, toolpath: Toolpath, found: Postures) -> 
         return None
     columns = machine.rotary_columns
     low, high = machine.low[columns], machine.high[columns]
-    # Which turn an axis with several of them starts on is free: it is unwrapped first and shifted as a whole.
+    # An axis with several turns may start on any of them: it is unwrapped first, then shifted as a whole.
     winding = high - low >= TURN
     unwrapped = _cheapest(
         machine, toolpath, found, np.where(winding, -np.inf, low), np.where(winding, np.inf, high)
@@ -67,14 +72,14 @@ def cheapest_sequence(machine: Machine, toolpath: Toolpath, found: Postures) -> 
 
 
 def _cheapest(machine: Machine, toolpath: Toolpath, found: Postures, low: Array, high: Array) -> Array:
-    """Choose branches and turns, (n, 2) rad, with the compiled loop."""
+    """Choose branches and turns with the compiled loop, (n, 2) rad."""
     plus, minus = travel_costs(machine, toolpath.feed, toolpath.rapid)
     columns = np.array(machine.rotary_columns)
     return cheapest_branches(found.positions, found.allowed, columns, low, high, ON_LIMIT, plus, minus)
 
 
 def spread_over_links(toolpath: Toolpath, rows: IntArray, rotary: Array) -> Array:
-    """Give the locations between known ones angles in proportion to the way.
+    """Interpolate the angles of locations between known ones over the length of the path.
 
     Parameters
     ----------
@@ -85,8 +90,33 @@ def spread_over_links(toolpath: Toolpath, rows: IntArray, rotary: Array) -> Arra
     -------
     (n, 2), rad; before the first and after the last known location the angles are held
     """
-    way = np.cumsum(toolpath.lengths)
-    spread = np.stack([np.interp(way, way[rows], rotary[:, k]) for k in range(2)], axis=1)
-    # Where the pivot stands still, as in an inside corner, several locations share one place on the way.
+    length = np.cumsum(toolpath.lengths)
+    spread = np.stack([np.interp(length, length[rows], rotary[:, k]) for k in range(2)], axis=1)
+    # Where the pivot stands still, as in an inside corner, several locations are at the same length.
     spread[rows] = rotary
     return spread
+
+
+def follow_axes(toolpath: Toolpath, machine: Machine, axis: Array) -> Array:
+    """Compute the rotary angles of tool axes on the cheapest branches; (n, 2) rad.
+
+    Parameters
+    ----------
+    axis : (n, 3), unit vectors; in NaN rows (links) angles are interpolated between the neighbours
+
+    Raises
+    ------
+    NoBaseline
+        A location where neither branch keeps the limits.
+    """
+    rows = np.flatnonzero(np.isfinite(axis).all(axis=1)).astype(np.int64)
+    part = toolpath.at(rows)
+    found = postures(machine, part, axis[rows])
+    rotary = cheapest_sequence(machine, part, found)
+    if rotary is None:
+        unreached = rows[~found.allowed.any(axis=0)]
+        raise NoBaseline(
+            f"{len(unreached)} locations have a tool axis outside the axis limits, first location "
+            f"{unreached[0]}"
+        )
+    return spread_over_links(toolpath, rows, rotary)

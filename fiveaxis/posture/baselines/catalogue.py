@@ -1,7 +1,7 @@
-"""The postures that a result is measured against.
+"""The baselines that a result is compared with.
 
-Every baseline is a motion that somebody would really run: it keeps the limits and, except where it follows a
-programmed axis, the tilt range. Where one can't, it doesn't exist for that path, and says why.
+Every baseline is a motion that a programmer might actually run: it keeps the limits and, unless it follows
+programmed axes, the tilt range. If it can't, it doesn't exist for that path, and the reason is given.
 """
 
 from __future__ import annotations
@@ -11,53 +11,37 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from fiveaxis.energy import motion_energy, move_energies, travel_costs
-from fiveaxis.errors import FiveAxisError
-from fiveaxis.geometry import Array, BoolArray, normalise, perpendicular
+from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.kinematics import linear_positions, tool_axes, within_limits
-from fiveaxis.kinematics.windings import ON_LIMIT, TURN, one_turn_from
+from fiveaxis.kinematics.windings import ON_LIMIT
 from fiveaxis.machine import Machine
 from fiveaxis.motion import follow
-from fiveaxis.posture.baselines.branches import (
-    cheapest_sequence,
-    postures,
-    spread_over_links,
-)
-from fiveaxis.posture.baselines.held import nearest_held
+from fiveaxis.posture.baselines.branches import NoBaseline, follow_axes
 from fiveaxis.posture.baselines.kernel import walk
+from fiveaxis.posture.baselines.nearest import INSIDE, nearest_held, nearest_to_reference
 from fiveaxis.posture.search.trigonometric import is_trigonometric, trigonometric_coefficients
 from fiveaxis.posture.solution import Baseline
-from fiveaxis.posture.strategy.holding import is_holding
+from fiveaxis.posture.strategy.holding import free_angles, is_holding
 from fiveaxis.toolpath import TiltBounds, Toolpath, feed_directions
 
-# Steps of the tilt range that `normal` tries, and of the lead and lean angles of `lead-lean`.
-TILT_STEPS = 61
+# Step of the lead and lean angles of `lead-lean`.
 LEAN_STEP = np.radians(15.0)
-# Grid of the single posture of `fixed`.
-FIXED_STEP = np.radians(3.0)
-ROUNDING = 1e-9
-# About so many locations are placed in one go while its postures are priced.
+# Grid of the single posture of `fixed`, and the share of its cost that is rounding.
+FIXED_STEP, ROUNDING = np.radians(3.0), 1e-9
+# Approximate number of postures placed at once while pricing them.
 FIXED_ROWS = 50_000
-# Ranking many candidates is done on about this many locations; the best few are measured on all.
-RANKING_LOCATIONS = 400
-RANKED_KEPT = 6
-# Tool axes stay this far inside the tilt range (rad), so that rounding doesn't carry them out of it.
-INSIDE = 1e-9
-# Where several bounds hold, axes are drawn this far inside them (rad): at their edges they may not meet.
-DRAWN_IN = np.radians(0.02)
-# Between unit vectors: tool axes of a program's own angles, but for rounding.
+# Candidates of `lead-lean` are ranked on about this many locations; the best few are priced on all.
+RANKING_LOCATIONS, RANKED_KEPT = 400, 6
+# Distance of unit vectors that is rounding.
 SAME_AXIS = 1e-9
-# How far inside the bounds `lead-lean` looks for a pair of angles when its grid misses a narrow range (rad).
+# Distances inside the bounds at which `lead-lean` tries a pair if its grid misses a narrow range (rad).
 INSETS = np.radians([2.0, 0.5, 0.1, 0.02])
-
-
-class NoBaseline(FiveAxisError):
-    """A baseline that doesn't exist for a path; the message is the reason."""
 
 
 def find_baselines(
     toolpath: Toolpath, machine: Machine, tilt: TiltBounds
 ) -> tuple[dict[str, Baseline], dict[str, str]]:
-    """Work out every baseline of a path.
+    """Find every baseline of a path.
 
     Parameters
     ----------
@@ -65,9 +49,9 @@ def find_baselines(
 
     Returns
     -------
-    found : by name: ``as-programmed`` (the input's own tool axes, with a program's own angles), ``normal``
-        (along the reference direction, tilted up as far as the range asks), ``lead-lean`` (the cheapest
-        constant lead and lean), ``fixed`` (the cheapest single posture, 3+2), ``greedy`` (each location takes
+    found : by name: ``as-programmed`` (the input's own tool axes, or a program's own angles), ``normal``
+        (along the reference direction, tilted up as far as the range requires), ``lead-lean`` (the cheapest
+        constant lead and lean), ``fixed`` (the cheapest single posture, 3+2), ``greedy`` (at each location
         the cheapest move from the one before)
     missing : by name, the reason
     """
@@ -98,19 +82,19 @@ def find_baselines(
 def as_programmed(toolpath: Toolpath, machine: Machine, tilt: TiltBounds) -> Array:
     """Follow the tool axes of the input; (n, 2) rad.
 
-    A program that names the angles of a machine like this one keeps them, turns and all. Else the axes take
-    the cheapest branches.
+    A program with the angles of a machine like this one keeps them, including whole turns. Otherwise the
+    cheapest branches are taken.
     """
     if not toolpath.has_axes:
         raise NoBaseline("the input has no tool axes")
     own = toolpath.rotary
-    if own is not None and _gives(machine, own, toolpath):
+    if own is not None and _reproduces(machine, own, toolpath):
         return own
     return follow_axes(toolpath, machine, toolpath.axis)
 
 
-def _gives(machine: Machine, rotary: Array, toolpath: Toolpath) -> bool:
-    """Tell whether rotary angles, (n, r) rad, give a path's tool axes on this machine, within its limits."""
+def _reproduces(machine: Machine, rotary: Array, toolpath: Toolpath) -> bool:
+    """Check whether rotary angles, (n, r) rad, give a path's tool axes on this machine, within its limits."""
     if rotary.shape[1] != len(machine.rotary_columns) or not np.isfinite(rotary).all():
         return False
     axis = tool_axes(machine, rotary)
@@ -120,54 +104,19 @@ def _gives(machine: Machine, rotary: Array, toolpath: Toolpath) -> bool:
 
 
 def along_normal(toolpath: Toolpath, machine: Machine, tilt: TiltBounds) -> Array:
-    """Keep the tool as near to the reference direction as the tilt range and the limits allow; (n, 2) rad.
+    """Keep the tool as close to the reference direction as the tilt range and the limits allow; (n, 2) rad.
 
-    The lean goes upwards, towards the tool axis at home: for an overhanging wall the way that a programmer
-    would take.
+    The lean is upwards, towards the tool axis at home: what a programmer would choose on an overhanging wall.
     """
     if is_holding(machine):
         rotary, open_rows = nearest_held(toolpath, machine, tilt)
         if open_rows.any():
-            raise NoBaseline(f"{int(open_rows.sum())} locations have no posture with the axes that are held")
+            raise NoBaseline(f"{int(open_rows.sum())} locations have no posture with the held axes")
         return rotary
     axis, open_rows = nearest_to_reference(toolpath, machine, tilt)
     if open_rows.any():
         raise NoBaseline(f"{int(open_rows.sum())} locations have no posture with the tool leaning upwards")
     return follow_axes(toolpath, machine, axis)
-
-
-def nearest_to_reference(toolpath: Toolpath, machine: Machine, tilt: TiltBounds) -> tuple[Array, BoolArray]:
-    """Find for each location the smallest upward lean that the machine reaches.
-
-    Returns
-    -------
-    axis : (n, 3), unit vectors; NaN where the location binds nothing
-    open_rows : (n,), locations where no lean of the range was reached
-    """
-    upwards = uphill(tilt.reference, machine.chain.tool_home[:3, 2])
-    axis = np.full_like(tilt.reference, np.nan)
-    open_rows: BoolArray = np.array(np.isfinite(tilt.reference).all(axis=1))
-    for angle in np.linspace(tilt.low + INSIDE, tilt.high - INSIDE, TILT_STEPS):
-        leaning = np.cos(angle) * tilt.reference + np.sin(angle) * upwards
-        if tilt.beside:
-            leaning = tilt.draw_in(leaning, DRAWN_IN)
-        wanted = np.where(open_rows[:, None], leaning, np.nan)
-        reached = open_rows & postures(machine, toolpath, wanted).allowed.any(axis=0)
-        if tilt.beside:
-            reached &= tilt.admits(leaning)
-        axis[reached] = leaning[reached]
-        open_rows &= ~reached
-        if not open_rows.any():
-            break
-    return axis, open_rows
-
-
-def uphill(reference: Array, up: Array) -> Array:
-    """Give unit vectors at right angles to the reference that rise most steeply, (n, 3)."""
-    across = up - reference * (reference @ up)[:, None]
-    flat = np.linalg.norm(across, axis=1) < 1e-9
-    across[flat] = perpendicular(reference[flat])
-    return normalise(across)
 
 
 def lead_lean(toolpath: Toolpath, machine: Machine, tilt: TiltBounds) -> Array:
@@ -178,33 +127,29 @@ def lead_lean(toolpath: Toolpath, machine: Machine, tilt: TiltBounds) -> Array:
     forward = feed_directions(toolpath, tilt.reference)
     bound = np.isfinite(tilt.reference).all(axis=1)
     cuts = np.flatnonzero(bound)
-    # Links stay in the sample: what a posture costs on the way between passes counts as well.
+    # Links stay in the sample: the cost of a posture between passes counts as well.
     sample = np.union1d(cuts[:: max(1, len(cuts) // RANKING_LOCATIONS)], np.flatnonzero(~bound))
-    ranked: list[tuple[float, float, float]] = []
-    for lead, lean in [*_leads_and_leans(tilt), *_drawn_pairs(tilt, forward)]:
-        axis = leaned(tilt.reference[sample], forward[sample], lead, lean)
-        if tilt.beside and not tilt.admits(axis, sample).all():
-            continue
+
+    def priced(lead: float, lean: float, rows: IntArray) -> tuple[float, Array] | None:
+        """Return the energy and rotary angles at some locations; None if the pair isn't possible there."""
+        axis, part = leaned(tilt.reference[rows], forward[rows], lead, lean), toolpath.at(rows)
+        if tilt.beside and not tilt.admits(axis, rows).all():
+            return None
         try:
-            rotary = follow_axes(toolpath.at(sample), machine, axis)
+            rotary = follow_axes(part, machine, axis)
         except NoBaseline:
-            continue
-        motion = follow(toolpath.at(sample), machine, rotary)
-        ranked.append((float(move_energies(machine, motion).sum()), lead, lean))
+            return None
+        return float(move_energies(machine, follow(part, machine, rotary)).sum()), rotary
+
+    pairs = [*_leads_and_leans(tilt), *_drawn_pairs(tilt, forward)]
+    ranked = sorted((found[0], *pair) for pair in pairs if (found := priced(*pair, sample)) is not None)
     best: tuple[float, Array] | None = None
-    for number, (_, lead, lean) in enumerate(sorted(ranked)):
+    for number, (_, lead, lean) in enumerate(ranked):
         if number >= RANKED_KEPT and best is not None:
             break
-        axis = leaned(tilt.reference, forward, lead, lean)
-        if tilt.beside and not tilt.admits(axis).all():
-            continue
-        try:
-            rotary = follow_axes(toolpath, machine, axis)
-        except NoBaseline:
-            continue
-        cost = float(move_energies(machine, follow(toolpath, machine, rotary)).sum())
-        if best is None or cost < best[0]:
-            best = cost, rotary
+        held = priced(lead, lean, np.arange(len(toolpath)))
+        if held is not None and (best is None or held[0] < best[0]):
+            best = held
     if best is None:
         raise NoBaseline("no constant lead and lean of the tilt range stays within the axis limits")
     return best[1]
@@ -222,14 +167,14 @@ def _leads_and_leans(tilt: TiltBounds) -> Iterator[tuple[float, float]]:
         for lean in steps:
             angle = np.arccos(np.cos(lead) * np.cos(lean))
             inside = np.clip(angle, tilt.low + INSIDE, tilt.high - INSIDE)
-            # A pair on the very edge of the range is drawn in by a hair; one outside it is left out.
+            # A pair on the edge of the range is scaled to lie inside; one outside it is left out.
             if abs(angle - inside) < 10.0 * INSIDE:
                 scale = inside / angle if angle > 0.0 else 1.0
                 yield float(lead * scale), float(lean * scale)
 
 
 def _drawn_pairs(tilt: TiltBounds, forward: Array) -> Iterator[tuple[float, float]]:
-    """Give the lead and lean, at a location in the middle, of the reference drawn into all bounds."""
+    """Yield the median lead and lean of the reference drawn into all bounds."""
     for inset in INSETS if tilt.beside else ():
         drawn = tilt.draw_in(tilt.reference, inset)
         ahead = np.arctan2(np.sum(drawn * forward, axis=1), np.sum(drawn * tilt.reference, axis=1))
@@ -239,8 +184,7 @@ def _drawn_pairs(tilt: TiltBounds, forward: Array) -> Iterator[tuple[float, floa
 
 def single_posture(toolpath: Toolpath, machine: Machine, tilt: TiltBounds) -> Array:
     """Hold one posture for the whole path, the cheapest of a grid (3+2 machining); (n, 2) rad."""
-    angles = [_grid(machine, column) for column in machine.rotary_columns]
-    grid = np.stack(np.meshgrid(*angles, indexing="ij"), axis=-1).reshape(-1, 2)
+    grid = free_angles(machine, FIXED_STEP)
     grid = grid[_admitted_everywhere(tool_axes(machine, grid), tilt)]
     costs = _fixed_costs(toolpath, machine, grid)
     if not np.isfinite(costs).any():
@@ -250,17 +194,8 @@ def single_posture(toolpath: Toolpath, machine: Machine, tilt: TiltBounds) -> Ar
     return np.tile(grid[cheapest], (len(toolpath), 1))
 
 
-def _grid(machine: Machine, column: int) -> Array:
-    limits = machine.axes[column].limits
-    low, high = limits.low, limits.high
-    if high - low > TURN:
-        low = one_turn_from(limits)
-        high = low + TURN - FIXED_STEP
-    return np.linspace(low, high, int(np.ceil((high - low) / FIXED_STEP)) + 1)
-
-
 def _admitted_everywhere(axis: Array, tilt: TiltBounds) -> BoolArray:
-    """Tell which tool axes, (g, 3), keep the tilt range at every location."""
+    """Check which tool axes, (g, 3), keep the tilt range at every location."""
     admitted = np.ones(len(axis), dtype=bool)
     for bound in tilt.all:
         reference = bound.reference[np.isfinite(bound.reference).all(axis=1)]
@@ -287,7 +222,7 @@ def _fixed_costs(toolpath: Toolpath, machine: Machine, grid: Array) -> Array:
     return costs
 
 
-# Offsets that `greedy` tries around the posture before: a ring of directions at every scale, and none.
+# Offsets that `greedy` tries around the previous posture: a ring of directions at every scale, and none.
 RING = np.radians(np.arange(0.0, 360.0, 30.0))
 COARSE = np.radians([16.0, 8.0, 4.0, 2.0, 1.0, 0.5, 0.25, 0.1])
 FINE = np.radians([0.06, 0.03, 0.015, 0.005])
@@ -299,10 +234,10 @@ def _offsets(scales: Array) -> Array:
 
 
 def greedy(toolpath: Toolpath, machine: Machine, tilt: TiltBounds, anchor: Array | None = None) -> Array:
-    """Take at each location the cheapest move from the one before, looking no further ahead; (n, 2) rad.
+    """Take at each location the cheapest move from the one before, without looking ahead; (n, 2) rad.
 
-    Starts from, and falls back to, the posture of `along_normal` where no small move is admissible: the
-    `anchor`, (n, 2) rad, where that is known.
+    It starts from the path of `along_normal`, or from `anchor`, (n, 2) rad, if that path is known already,
+    and falls back to it where no small move is admissible.
     """
     anchor = along_normal(toolpath, machine, tilt) if anchor is None else anchor
     if is_trigonometric(machine):
@@ -331,7 +266,7 @@ def _walk(toolpath: Toolpath, machine: Machine, tilt: TiltBounds, anchor: Array)
 
 
 def _walk_slowly(toolpath: Toolpath, machine: Machine, tilt: TiltBounds, anchor: Array) -> Array:
-    """Do the same for any chain and cutter."""
+    """Do the same as `_walk` for any chain and cutter."""
     plus, minus = travel_costs(machine, toolpath.feed, toolpath.rapid)
     coarse, fine = _offsets(COARSE), _offsets(FINE)
     rotary = anchor.copy()
@@ -362,29 +297,3 @@ def _admitted(machine: Machine, tilt: TiltBounds, rotary: Array, positions: Arra
         cosine = tool_axes(machine, rotary) @ bound.reference[row]
         inside &= np.isnan(cosine) | ((cosine >= bound.cosines[0]) & (cosine <= bound.cosines[1]))
     return inside
-
-
-def follow_axes(toolpath: Toolpath, machine: Machine, axis: Array) -> Array:
-    """Turn wanted tool axes into rotary angles on the cheapest branches; (n, 2) rad.
-
-    Parameters
-    ----------
-    axis : (n, 3), unit vectors; NaN rows (links) get angles in proportion to the way between their
-        neighbours
-
-    Raises
-    ------
-    NoBaseline
-        A location where neither branch lies within the limits.
-    """
-    rows = np.flatnonzero(np.isfinite(axis).all(axis=1)).astype(np.int64)
-    part = toolpath.at(rows)
-    found = postures(machine, part, axis[rows])
-    rotary = cheapest_sequence(machine, part, found)
-    if rotary is None:
-        unreached = rows[~found.allowed.any(axis=0)]
-        raise NoBaseline(
-            f"{len(unreached)} locations have a tool axis outside the axis limits, first location "
-            f"{unreached[0]}"
-        )
-    return spread_over_links(toolpath, rows, rotary)

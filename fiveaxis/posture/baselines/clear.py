@@ -1,7 +1,7 @@
-"""Baselines beside a mask: where it refuses one, the nearest clear posture takes its place.
+"""Baselines under a mask: a refused posture is replaced by the nearest admitted one.
 
-With a fixture or a holder in the way a baseline as its name says would collide, and a programmer would tip
-the tool aside there, no farther than needed. That is what a result is compared with.
+Next to a fixture a baseline by its plain definition would collide, and a programmer would tip the tool aside
+there, no farther than needed. A result is compared with that.
 """
 
 from __future__ import annotations
@@ -15,26 +15,25 @@ import numpy as np
 from fiveaxis.energy import motion_energy
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.kinematics import linear_positions, tool_axes, within_limits
-from fiveaxis.machine import Machine
 from fiveaxis.motion import follow
-from fiveaxis.posture.baselines.catalogue import NoBaseline
+from fiveaxis.posture.baselines.branches import NoBaseline
 from fiveaxis.posture.masks.mask import Mask
 from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.posture.solution import Baseline
 from fiveaxis.toolpath import TiltBounds, Toolpath
 
-# Rings about a refused posture that are asked one after the other, and the directions on each, in the plane
-# of first and second rotary angle, rad.
+# Radii of the rings around a refused posture that are queried one after the other, and the directions on
+# each, in the plane of first and second rotary angle, rad.
 RINGS = np.radians([0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 12.0, 15.0, 18.0, 22.0])
 RINGS = np.concatenate([RINGS, np.radians([26.0, 30.0, 35.0, 40.0, 45.0])])
 ANGLES = np.radians(np.arange(0.0, 360.0, 15.0))
-# What the direction taken is turned by, both ways, to see whether a posture beside it is nearer.
+# Angles to each side of the chosen direction at which a nearer posture is tried.
 ASIDE = np.radians([7.5, 3.75, 1.875])
-# After the first clear posture so many rings more are asked: a neighbour may be passed on another side.
+# Rings queried after the first clear posture: a neighbour may pass on another side.
 MORE_RINGS = 1
-# Halvings between a ring that isn't clear and one that is.
+# Bisections between a refused ring and a clear one.
 HALVINGS = 6
-# What turning beyond the bound of a move counts, in place of 1 for being away from the baseline.
+# Weight of turning beyond the bound of a move, relative to distance from the baseline.
 TOO_FAR = 1e3
 
 
@@ -45,7 +44,7 @@ class _Choice:
     Parameters
     ----------
     rows : (r,), refused locations
-    far : (r, d), rad, of the nearest clear posture in a direction; infinite where none is
+    far : (r, d), rad, distance of the nearest clear posture in a direction; infinite if there is none
     """
 
     rows: IntArray
@@ -56,28 +55,27 @@ def moved_clear(
     compared: Mapping[str, Baseline],
     problem: Problem,
     toolpath: Toolpath,
-    machine: Machine,
     bounds: TiltBounds,
     mask: Mask,
 ) -> tuple[dict[str, Baseline], dict[str, str]]:
-    """Move baselines that a mask refuses somewhere to the nearest postures that mask and bounds admit.
+    """Move baselines where a mask refuses them to the nearest postures that mask and bounds admit.
 
-    Near is meant in the rotary angles, in which a baseline goes on from turn to turn; locations that the mask
-    admits keep their postures to the last bit. Along refused locations in a row the posture stays on one side
-    of what is in the way, as far as that is no detour.
+    Distance is measured in the unwrapped rotary angles; locations that the mask admits keep their postures
+    exactly. Along consecutive refused locations the posture stays on one side of the obstacle unless that is
+    a detour.
 
     Parameters
     ----------
     compared : baselines by name, at the locations of `toolpath`
-    problem : says how far moves may turn
-    machine, bounds : as they were given; a moved posture keeps them
+    problem : with the machine and the bounds on turns
+    bounds : on the lean, which a moved posture keeps
 
     Returns
     -------
-    kept : by name, those that were moved with a note
-    missing : by name, why one has no clear path
+    kept : by name; those that were moved have a note
+    missing : by name, why a baseline has no clear path
     """
-    clear = _Clear(problem, toolpath, machine, bounds, mask)
+    clear, machine = _Clear(problem, toolpath, bounds, mask), problem.machine
     kept, missing = dict(compared), {}
     for name, baseline in compared.items():
         rotary = baseline.motion.positions[:, machine.rotary_columns]
@@ -104,7 +102,6 @@ class _Clear:
 
     problem: Problem
     toolpath: Toolpath
-    machine: Machine
     bounds: TiltBounds
     mask: Mask
 
@@ -114,7 +111,7 @@ class _Clear:
         Raises
         ------
         NoBaseline
-            No clear posture is near enough, or what is joins its neighbours only by turning too far.
+            No clear posture is near enough, or it can be reached only by turning too far.
         """
         rows = np.flatnonzero(~self.mask.admits(np.arange(len(rotary)), rotary))
         if not len(rows):
@@ -129,8 +126,8 @@ class _Clear:
         taken = self._directions(choice, rotary)
         far, angle = choice.far[np.arange(len(rows)), taken], ANGLES[taken]
         paths = []
-        # Postures that were drawn nearer one by one may join less well than those they were drawn from.
-        for away in (self._nearest(rows, rotary[rows], angle, far), far[:, None] * _way(angle)):
+        # Postures that were moved nearer one by one may need larger turns in between than before.
+        for away in (self._nearest(rows, rotary[rows], angle, far), far[:, None] * _direction(angle)):
             path = rotary.copy()
             path[rows] += away
             paths.append(path)
@@ -144,12 +141,13 @@ class _Clear:
         return next(path for path, turns in zip(paths, broken, strict=True) if not len(turns))
 
     def _admits(self, rows: IntArray, rotary: Array) -> BoolArray:
-        """Tell which postures, (m, 2) rad, keep bounds, limits and mask; the mask is asked last."""
+        """Check which postures, (m, 2) rad, keep bounds, limits and mask; the mask is queried last."""
         if not len(rows):
             return np.zeros(0, dtype=bool)
-        axis = tool_axes(self.machine, rotary)
-        positions = linear_positions(self.machine, self.toolpath.at(rows).tips(axis), rotary)
-        admitted: BoolArray = within_limits(self.machine, positions) & self.bounds.admits(axis, rows)
+        machine = self.problem.machine
+        axis = tool_axes(machine, rotary)
+        positions = linear_positions(machine, self.toolpath.at(rows).tips(axis), rotary)
+        admitted: BoolArray = within_limits(machine, positions) & self.bounds.admits(axis, rows)
         at = np.flatnonzero(admitted)
         if self.mask.is_rough:
             at = at[self.mask.roughly_admits(rows[at], rotary[at])]
@@ -158,14 +156,14 @@ class _Clear:
         return admitted
 
     def _choices(self, rows: IntArray, rotary: Array) -> _Choice:
-        """Ask about rings about refused postures, (r, 2) rad, from the innermost outwards."""
+        """Query rings around refused postures, (r, 2) rad, from the innermost outwards."""
         inner, outer = np.zeros((len(rows), len(ANGLES))), np.full((len(rows), len(ANGLES)), np.inf)
         left = np.full(len(rows), len(RINGS))
         for last, ring in pairwise([0.0, *RINGS]):
             at, direction = np.nonzero((left > 0)[:, None] & np.isinf(outer))
             if not len(at):
                 break
-            clear = self._admits(rows[at], rotary[at] + ring * _way(ANGLES[direction]))
+            clear = self._admits(rows[at], rotary[at] + ring * _direction(ANGLES[direction]))
             outer[at[clear], direction[clear]] = ring
             inner[at, direction] = last
             found = np.isfinite(outer).any(axis=1)
@@ -178,8 +176,8 @@ class _Clear:
     def _directions(self, choice: _Choice, rotary: Array) -> IntArray:
         """Choose a direction for each refused location, (r,), by dynamic programming along runs of them.
 
-        What is least is the distance from the baseline plus the change of it from one location to the next;
-        turning farther than a move may is a last resort.
+        The objective is the distance from the baseline plus its change from one location to the next; turning
+        beyond the bound of a move is a last resort.
         """
         taken = np.empty(len(choice.rows), dtype=np.int64)
         runs = np.split(np.arange(len(choice.rows)), np.flatnonzero(np.diff(choice.rows) > 1) + 1)
@@ -188,7 +186,7 @@ class _Clear:
             offsets = [np.zeros((1, 2))]
             for k in run:
                 far = np.where(np.isfinite(choice.far[k]), choice.far[k], 0.0)
-                offsets.append(far[:, None] * _way(ANGLES))
+                offsets.append(far[:, None] * _direction(ANGLES))
                 step = cost[:, None] + self._change(choice.rows[k] - 1, rotary, *offsets[-2:])
                 came.append(step.argmin(axis=0))
                 cost = step.min(axis=0) + choice.far[k]
@@ -199,7 +197,7 @@ class _Clear:
         return taken
 
     def _change(self, move: int, rotary: Array, here: Array, there: Array) -> Array:
-        """Price the change of offset in a move, (a, b) rad, of offsets (a, 2) and (b, 2) at its ends."""
+        """Price the change between offsets, (a, 2) and (b, 2), at the ends of a move, (a, b) rad."""
         change = there[None] - here[:, None]
         if not 0 <= move < len(rotary) - 1:
             return np.zeros(change.shape[:2])
@@ -208,25 +206,25 @@ class _Clear:
         return np.linalg.norm(change, axis=-1) + TOO_FAR * too_far
 
     def _nearest(self, rows: IntArray, rotary: Array, angle: Array, far: Array) -> Array:
-        """Look beside a direction for postures that are nearer; their offsets, (r, 2) rad."""
+        """Find nearer postures beside a direction; their offsets, (r, 2) rad."""
         angle, far = angle.copy(), far.copy()
         for turn in (turn for aside in ASIDE for turn in (aside, -aside)):
-            # Nearer by less than this isn't worth more questions.
+            # A smaller gain isn't worth more queries.
             inside = far * np.cos(0.5 * turn)
-            at = np.flatnonzero(self._admits(rows, rotary + inside[:, None] * _way(angle + turn)))
+            at = np.flatnonzero(self._admits(rows, rotary + inside[:, None] * _direction(angle + turn)))
             angle[at] += turn
             far[at] = self._nearer(rows[at], rotary[at], angle[at], 0.5 * inside[at], inside[at])
-        return far[:, None] * _way(angle)
+        return far[:, None] * _direction(angle)
 
     def _nearer(self, rows: IntArray, rotary: Array, angle: Array, inner: Array, outer: Array) -> Array:
-        """Halve the way between what isn't clear and what is; (r,) rad, where it still is."""
+        """Bisect between refused and clear distances; the least clear ones found, (r,) rad."""
         for _ in range(HALVINGS):
             middle = 0.5 * (inner + outer)
-            clear = self._admits(rows, rotary + middle[:, None] * _way(angle))
+            clear = self._admits(rows, rotary + middle[:, None] * _direction(angle))
             inner, outer = np.where(clear, inner, middle), np.where(clear, middle, outer)
         return outer
 
 
-def _way(angle: Array) -> Array:
-    """Give unit vectors in the plane of the rotary angles, (…, 2); a held axis stays to the last bit."""
+def _direction(angle: Array) -> Array:
+    """Compute unit vectors in the plane of the rotary angles, (…, 2), with exact zeros for a held axis."""
     return np.round(np.stack([np.cos(angle), np.sin(angle)], axis=-1), 15)

@@ -1,7 +1,7 @@
-"""The loop of the greedy baseline, compiled.
+"""The compiled loops of the baselines.
 
-Rows are copied number by number: for ``a[:] = b`` numba compiles how to word a broadcasting error, for
-seconds.
+Rows are copied element by element: for ``a[:] = b`` numba would spend seconds on compiling the broadcasting
+error.
 """
 
 from __future__ import annotations
@@ -36,15 +36,15 @@ def best_move(
     Parameters
     ----------
     places, cosines : of all locations (`TrigonometricCoefficients`)
-    i : the location
-    within : (b, 2), smallest and largest cosine
+    i : location
+    within : (b, 2), smallest and largest cosine of each bound
     limits : (2, k), mm and rad
     columns : (5,), of the three linear and the two rotary axes
     plus, minus : (k,), J/mm and J/rad
-    here : (k,), mm and rad, where the move starts
+    here : (k,), mm and rad, start of the move
     around : (2,), rad, chain order
     offsets : (m, 2), rad
-    found, there : (2,) and (k,), filled in: the posture
+    found, there : (2,) and (k,), output: the posture
 
     Returns
     -------
@@ -94,7 +94,7 @@ def walk(
     coarse: Array,
     fine: Array,
 ) -> Array:
-    """Take the cheapest move at every location, coarsely and then finely, or the one to the anchor.
+    """Take the cheapest move at every location, first coarse then fine, or the one to the anchor.
 
     Parameters
     ----------
@@ -143,13 +143,14 @@ def cheapest_branches(
     plus: Array,
     minus: Array,
 ) -> Array:
-    """Choose branches and turns location by location, remembering the cheapest way to each.
+    """Choose branches and turns by dynamic programming.
 
     Parameters
     ----------
     positions, allowed : (2, n, k) and (2, n), as `Postures`
     columns : (2,), of the rotary axes
-    low, high : (2,), rad; turns go the short way as far as these let them, by `slack` past them
+    low, high : (2,), rad; the shorter turn is taken within these limits
+    slack : rad, by which limits may be exceeded
     plus, minus : (n, k), J/mm and J/rad, of the move into each location
 
     Returns

@@ -1,1 +1,1 @@
-"""Postures that a mask refuses: asked as seldom as possible, and kept off."""
+"""Masks: searches and refinement that avoid refused postures with as few queries as possible."""

@@ -1,8 +1,8 @@
-"""What a mask admits, for searches: roughly everywhere, exactly where it is worth asking.
+"""What a mask admits, for searches: approximately everywhere, exactly where a query is worth its cost.
 
-A search of a whole path looks at a million postures. Where a mask has no rough answer of its own, it is asked
-on a grid of rotary angles at some of the locations, each node once and only when a search wants to know; a
-posture then counts as its nearest node at the nearest such location does.
+A search of a whole path considers a million postures. A mask without rough answers is queried on a grid of
+rotary angles at some of the locations, each node once and only when a search needs it; a posture then gets
+the answer of the nearest node at the nearest such location.
 """
 
 from __future__ import annotations
@@ -20,21 +20,21 @@ from fiveaxis.posture.problem import Problem
 from fiveaxis.posture.search.lattice import Lattice
 from fiveaxis.posture.strategy.effort import DEGREE
 
-# Nodes lie about this far apart in each rotary angle (rad), at every so many-th location.
+# Approximate distance of nodes in each rotary angle (rad), and stride of their locations.
 NODE_STEP, NODE_STRIDE = 4.0 * DEGREE, 12
-# What is known of a node.
+# State of a node.
 UNKNOWN, REFUSED, CLEAN = 0, 1, 2
 
 
 @dataclass(frozen=True, eq=False)
 class Nodes:
-    """Angles of a rotary axis at which a mask is asked.
+    """Angles of a rotary axis at which a mask is queried.
 
     Parameters
     ----------
     first, step : rad
     count : of the nodes
-    period : rad, after which they come again; 0 for none
+    period : rad, after which they repeat; 0 if they don't
     """
 
     first: float
@@ -44,7 +44,7 @@ class Nodes:
 
     @classmethod
     def of(cls, limits: Limits) -> Nodes:
-        """Lay nodes over the range of an axis, or over one turn of it."""
+        """Space nodes over the range of an axis, at most one turn."""
         width = limits.high - limits.low
         if width >= TURN:
             count = int(np.ceil(TURN / NODE_STEP))
@@ -53,19 +53,19 @@ class Nodes:
         return cls(limits.low, width / max(count - 1, 1) or 1.0, count, 0.0)
 
     def nearest(self, angle: Array) -> IntArray:
-        """Find the numbers of the nodes next to angles, rad."""
+        """Find the indices of the nodes nearest to angles, rad."""
         number = np.rint((angle - self.first) / self.step).astype(np.int64)
         return number % self.count if self.period else np.clip(number, 0, self.count - 1)
 
 
 @dataclass(eq=False)
 class NodeMap:
-    """A mask's answers on a grid, asked when they are wanted.
+    """A mask's answers on a grid, queried on demand.
 
     Parameters
     ----------
-    mask : asked
-    rows : (m,), locations at which it is asked
+    mask : what is queried
+    rows : (m,), its locations
     nodes : of both rotary axes, chain order
     """
 
@@ -79,18 +79,18 @@ class NodeMap:
 
     @classmethod
     def of(cls, mask: Mask, problem: Problem) -> NodeMap:
-        """Lay a grid over the postures of a path."""
+        """Span the postures of a path with a grid."""
         count = len(problem)
         rows = np.unique(np.append(np.arange(0, count, NODE_STRIDE), count - 1)).astype(np.int64)
         limits = [problem.machine.axes[column].limits for column in problem.machine.rotary_columns]
         return cls(mask, rows, (Nodes.of(limits[0]), Nodes.of(limits[1])))
 
     def admits(self, rows: IntArray, rotary: Array) -> BoolArray:
-        """Tell about which postures, (m, 2) rad, of locations, (m,), are admissible."""
+        """Return approximately which postures, (m, 2) rad, of locations, (m,), are admissible."""
         middles = (self.rows[1:] + self.rows[:-1]) / 2.0
-        place = np.searchsorted(middles, rows)
+        nearest = np.searchsorted(middles, rows)
         first, second = (n.nearest(rotary[:, i]) for i, n in enumerate(self.nodes))
-        cell = np.ravel_multi_index((place, first, second), self._known.shape)
+        cell = np.ravel_multi_index((nearest, first, second), self._known.shape)
         known = self._known.reshape(-1)
         wanted = np.unique(cell[known[cell] == UNKNOWN])
         if len(wanted):
@@ -108,9 +108,9 @@ class Clearance:
 
     Parameters
     ----------
-    mask : the last word
-    nodes : its answers on a grid, for a mask that has no rough ones
-    rows : (n,), the path's locations that this one's are
+    mask : exact
+    nodes : its answers on a grid, for a mask without rough ones
+    rows : (n,), the path's locations in question
     """
 
     mask: Mask
@@ -119,7 +119,7 @@ class Clearance:
 
     @classmethod
     def of(cls, mask: Mask, problem: Problem) -> Clearance:
-        """Take all locations of a path."""
+        """Describe all locations of a path."""
         nodes = None if mask.is_rough else NodeMap.of(mask, problem)
         return cls(mask, nodes, np.arange(len(problem)))
 
@@ -128,17 +128,21 @@ class Clearance:
         return replace(self, rows=self.rows[rows])
 
     def exactly(self, rows: IntArray, rotary: Array) -> BoolArray:
-        """Ask the mask itself about postures, (m, 2) rad, of locations, (m,)."""
+        """Query the mask itself for postures, (m, 2) rad, of locations, (m,)."""
         return self.mask.admits(self.rows[rows], rotary)
 
+    def admits(self, path: Array) -> BoolArray:
+        """Query the mask itself for a path through all locations, (n, 2) rad."""
+        return self.mask.admits(self.rows, path)
+
     def roughly(self, rows: IntArray, rotary: Array) -> BoolArray:
-        """Tell about which postures, (m, 2) rad, of locations, (m,), are admissible."""
+        """Return approximately which postures, (m, 2) rad, of locations, (m,), are admissible."""
         if self.nodes is None:
             return self.mask.roughly_admits(self.rows[rows], rotary)
         return self.nodes.admits(self.rows[rows], rotary)
 
     def priced(self, lattice: Lattice, columns: list[int], price: float) -> Lattice:
-        """Return the lattice with a price on states that are roughly not admissible; infinite forbids them.
+        """Return the lattice with a price, J, on states that are roughly refused; infinite forbids them.
 
         Parameters
         ----------

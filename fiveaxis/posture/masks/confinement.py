@@ -1,8 +1,8 @@
-"""Refinement of a path that a mask admits to one that costs less and that it admits too.
+"""Refinement of an admitted path to a cheaper one that the mask admits too.
 
-The solvers know no masks. They are given half-spaces of the tool axis instead, each a plane between a posture
-that the mask admits and one that it refuses, and only where a refined path is refused: the rest stays free.
-After a plane was added the path is refined anew near it, not everywhere.
+The solvers don't handle masks. They get half-spaces of the tool axis instead, each bounded by a plane between
+an admitted and a refused posture, and only where the refined path is refused: the rest stays free. After
+adding a plane, only the path near it is refined again.
 """
 
 from __future__ import annotations
@@ -21,37 +21,37 @@ from fiveaxis.posture.strategy.effort import DEGREE
 from fiveaxis.toolpath import TiltBounds
 from fiveaxis.toolpath.bounds import INSIDE_OF
 
-# A location gets so many planes, one after the other; then three at once, close round what is admitted.
+# Most single planes of a location; then up to three times three planes close around the admitted axis.
 MOST_PLANES, PINCHES, AROUND = 5, 3, 3
 # Locations to each side of a refused one that are refined again with it.
 NEAR = 40
-# From this share of refused locations on a path is refined again as a whole.
+# Above this share of refused locations the whole path is refined again.
 WIDESPREAD = 0.005
-# How far to each side of a location that no plane helps the path becomes the admitted one again, at last.
+# Where planes don't help: how many locations to each side return to the admitted path, step by step.
 REACHES = (0, 5, 20, 80)
 HALVINGS = 6
-# Postures asked about round a posture on the edge of the mask, at this distance (rad).
+# Number of postures queried around one on the edge of the mask, and their distance (rad).
 PROBES, PROBE = 8, 1.0 * DEGREE
-# rad: how far from an admitted tool axis three planes stand, and how much closer the next three do.
+# Distance of three planes from an admitted tool axis (rad), and its factor for the next three.
 PINCH, CLOSER = 0.25 * DEGREE, 0.1
-# rad: the edge of the mask is known no better.
+# Resolution of the edge of the mask (rad).
 APART = 0.01 * DEGREE
 # A round that saves a smaller share of the cost is the last.
 WORTHWHILE = 1e-3
 
-# Refines a problem from a start, (n, 2) rad, with its ends held or not: what it finds, and its iterations.
+# Refines a problem from a start, (n, 2) rad, with each end held or free; returns path and iterations.
 Solver = Callable[[Problem, Array, tuple[bool, bool]], tuple[Array, int]]
 
 
 @dataclass(eq=False)
 class Planes:
-    """Half-spaces that tool axes of some locations have to stay in.
+    """Half-spaces in which the tool axes of some locations have to stay.
 
     Parameters
     ----------
-    inwards : (n, p, 3), unit vectors, workpiece frame; NaN where there is none
-    count : (n,), of those that there are
-    pinches : (n,), how often three of them were put close round an admitted tool axis
+    inwards : (n, p, 3), unit normals, workpiece frame; NaN where unused
+    count : (n,), how many are used
+    pinches : (n,), how often three planes were set close around an admitted tool axis
     """
 
     inwards: Array
@@ -60,7 +60,7 @@ class Planes:
 
     @classmethod
     def none(cls, n: int) -> Planes:
-        """Begin without any."""
+        """Start without planes."""
         most = MOST_PLANES + AROUND * PINCHES
         counts = np.zeros((2, n), dtype=np.int64)
         return cls(np.full((n, most, 3), np.nan), *counts)
@@ -71,7 +71,7 @@ class Planes:
         self.count[rows] += 1
 
     def bounding(self, problem: Problem, first: int, last: int) -> Problem:
-        """Cut out a part of a problem and bind it by its planes."""
+        """Return a part of a problem, bounded by its planes."""
         part, most = problem.between(first, last), int(self.count[first : last + 1].max())
         bounds = [
             TiltBounds(self.inwards[first : last + 1, number], 0.0, np.pi / 2.0, f"{INSIDE_OF}the mask")
@@ -82,14 +82,14 @@ class Planes:
 
 @dataclass(eq=False)
 class Confinement:
-    """Refinement inside of a mask.
+    """Refinement within a mask.
 
     Parameters
     ----------
     problem : what to solve
     clearance : of its locations
     solve : refines without a mask
-    iterations : taken so far
+    iterations : so far
     """
 
     problem: Problem
@@ -98,16 +98,16 @@ class Confinement:
     iterations: int = field(default=0, init=False)
 
     def refined(self, start: Array, rounds: int) -> Array:
-        """Refine a path, (n, 2) rad, as long as that is worth it.
+        """Refine a path, (n, 2) rad, as long as that is worthwhile.
 
         Parameters
         ----------
-        start : where the mask refuses it, it may be refused afterwards too; nowhere else
-        rounds : most to take; each begins without planes
+        start : the result is refused only where the start is
+        rounds : the most; each starts without planes
 
         Returns
         -------
-        (n, 2), rad; never dearer than a start that keeps all bounds
+        (n, 2), rad; never costlier than a start that keeps all bounds
         """
         path = start
         for number in range(rounds):
@@ -120,15 +120,15 @@ class Confinement:
             if sound and self.problem.priced(found) > (1.0 - WORTHWHILE) * before:
                 break
             if number and not sound:
-                # Twice the solvers found no way within the bounds: there hardly is one here.
+                # The solvers failed twice to satisfy the bounds: there is hardly a solution here.
                 break
         return path
 
     def _round(self, path: Array) -> Array | None:
-        """Refine once, with as many planes as it takes; None where no number of them was enough."""
+        """Refine once, with as many planes as needed; None if that fails."""
         n = len(path)
         everywhere = np.arange(n)
-        admitted = self.clearance.exactly(everywhere, path)
+        admitted = self.clearance.admits(path)
         planes, found = Planes.none(n), self._solved(self.problem, path, (False, False))
         changed = everywhere
         for number in range(MOST_PLANES + PINCHES):
@@ -142,27 +142,24 @@ class Confinement:
                 changed = everywhere
                 continue
             found = blended(found, path, refused)
-            windows = around(refused, n, NEAR)
+            windows = windows_around(refused, n, NEAR)
             for first, last in windows:
                 rows, held = slice(first, last + 1), (first > 0, last < n - 1)
                 found[rows] = self._solved(planes.bounding(self.problem, first, last), found[rows], held)
             changed = np.concatenate([everywhere[first : last + 1] for first, last in windows])
-        return self._led_back(found, path, admitted)
+        return self._restored(found, path, admitted)
 
-    def _led_back(self, found: Array, path: Array, admitted: BoolArray) -> Array | None:
-        """Lead a path that is refused in places back to the admitted one there, without refining it."""
-        every = np.arange(len(path))
+    def _restored(self, found: Array, path: Array, admitted: BoolArray) -> Array | None:
+        """Return the refined path with the admitted one wherever it is refused, without refining again."""
         far = np.zeros(0, dtype=np.int64)
         for reach in REACHES:
-            clean = self.clearance.exactly(every, found)
-            refused = np.flatnonzero(~clean & admitted)
+            refused = np.flatnonzero(~self.clearance.admits(found) & admitted)
             if not len(refused):
                 return found
             far = np.union1d(far, refused)
             spread = np.unique(np.clip(far[:, None] + np.arange(-reach, reach + 1), 0, len(path) - 1))
             found = blended(found, path, spread)
-        refused = np.flatnonzero(~self.clearance.exactly(every, found) & admitted)
-        return None if len(refused) else found
+        return None if np.any(~self.clearance.admits(found) & admitted) else found
 
     def _solved(self, problem: Problem, start: Array, held: tuple[bool, bool]) -> Array:
         found, taken = self.solve(problem, start, held)
@@ -182,7 +179,7 @@ class Confinement:
         planes.add(rows[cut], inwards[cut])
 
     def _between(self, rows: IntArray, clean: Array, refused: Array) -> Array:
-        """Find planes between admitted and refused postures, (m, 2) rad; (m, 3), NaN where there is none."""
+        """Find planes between admitted and refused postures, (m, 2) rad; (m, 3), NaN where that fails."""
         machine = self.problem.machine
         edge = self._edge(rows, clean, refused)
         inside, outside = tool_axes(machine, clean), tool_axes(machine, refused)
@@ -192,31 +189,31 @@ class Confinement:
         straight = normalise(np.where(apart, back, np.nan))
         fitted = self._inwards(rows, edge)
         for inwards in (fitted, straight):
-            # A plane that cuts off what is known to be good, or leaves what is refused, is none.
+            # A plane has to separate the admitted from the refused axis.
             wrong = (np.sum(inwards * inside, axis=1) < 0.0) | (np.sum(inwards * outside, axis=1) > 0.0)
             inwards[wrong] = np.nan
         return np.where(np.isnan(fitted), straight, fitted)
 
     def _edge(self, rows: IntArray, clean: Array, refused: Array) -> Array:
-        """Halve the way from admitted to refused postures down to the last one that is admitted."""
+        """Bisect between admitted and refused postures for the last admitted one."""
         low, high = np.zeros(len(rows)), np.ones(len(rows))
-        way = refused - clean
+        offset = refused - clean
         for _ in range(HALVINGS):
             middle = (low + high) / 2.0
-            is_clean = self.clearance.exactly(rows, clean + middle[:, None] * way)
+            is_clean = self.clearance.exactly(rows, clean + middle[:, None] * offset)
             low, high = np.where(is_clean, middle, low), np.where(is_clean, high, middle)
-        edge: Array = clean + low[:, None] * way
+        edge: Array = clean + low[:, None] * offset
         return edge
 
     def _inwards(self, rows: IntArray, edge: Array) -> Array:
-        """Find the direction across the tool axis, (m, 3), in which the mask admits, at its edge.
+        """Find the direction across the tool axis, (m, 3), that points into the admitted side of the edge.
 
-        The mask is asked at some postures round it; the direction is the fit of its answers by a plane.
+        It is the gradient of a plane fitted to the mask's answers at some postures around the edge.
         """
         machine = self.problem.machine
         turn = np.arange(PROBES) * TURN / PROBES
-        round_it = PROBE * np.stack([np.cos(turn), np.sin(turn)], axis=1)
-        tried = (edge[:, None] + round_it).reshape(-1, 2)
+        ring = PROBE * np.stack([np.cos(turn), np.sin(turn)], axis=1)
+        tried = (edge[:, None] + ring).reshape(-1, 2)
         clean = self.clearance.exactly(np.repeat(rows, PROBES), tried).reshape(len(rows), PROBES)
         axis = tool_axes(machine, edge)
         moved = tool_axes(machine, tried).reshape(len(rows), PROBES, 3) - axis[:, None]
@@ -227,7 +224,7 @@ class Confinement:
 
 
 def pinched(axis: Array, close: Array) -> Array:
-    """Stand three planes round tool axes, (m, 3), at (m,) rad; (m, 3 planes, 3) unit vectors inwards."""
+    """Set three planes around tool axes, (m, 3), at (m,) rad; (m, 3 planes, 3) inward unit normals."""
     first = normalise(perpendicular(axis))
     second = np.cross(axis, first)
     turn = np.arange(AROUND) * TURN / AROUND
@@ -237,7 +234,7 @@ def pinched(axis: Array, close: Array) -> Array:
 
 
 def blended(path: Array, other: Array, rows: IntArray) -> Array:
-    """Lead a path over to another one, (n, 2) rad, at some locations, and back within `NEAR` of them."""
+    """Blend a path, (n, 2) rad, into another at some locations, fading out over `NEAR` locations."""
     every = np.arange(len(path))
     after = np.clip(np.searchsorted(rows, every), 0, len(rows) - 1)
     away = np.minimum(np.abs(rows[after] - every), np.abs(rows[np.maximum(after - 1, 0)] - every))
@@ -246,8 +243,8 @@ def blended(path: Array, other: Array, rows: IntArray) -> Array:
     return answer
 
 
-def around(rows: IntArray, count: int, margin: int) -> list[tuple[int, int]]:
-    """Give first and last location of every stretch of some locations with a margin, overlaps joined."""
+def windows_around(rows: IntArray, count: int, margin: int) -> list[tuple[int, int]]:
+    """Find the first and last location of windows around locations with a margin; overlaps are merged."""
     near: BoolArray = np.zeros(count + 2, dtype=bool)
     change = np.zeros(count + 1, dtype=np.int64)
     np.add.at(change, np.maximum(rows - margin, 0), 1)

@@ -1,10 +1,10 @@
-"""A user's mask on postures, asked as seldom as possible: about what a search is going to use.
+"""A user's mask on postures, queried as seldom as possible: only for postures that a search will use.
 
-A mask says of a location and a posture whether it is admissible, and costs what a collision query costs. So
-a path is first found without it. Where the mask refuses a few of its locations, they are patched
-(`repair`): a lattice search looks for another way, the mask is asked about the states of that way alone and
-about some round those that it refuses, and what it refuses is forbidden, until a way is clean or there is
-none. Where it refuses many, the whole path is searched again off what it roughly refuses (`clearance`).
+A mask decides whether a posture is admissible at a location, at the cost of a collision query. So a path is
+first found without it (`enforcement`). Where the mask refuses a few of its locations, windows around them are
+replanned (`replanning`): a lattice search finds another path, the mask is queried for the states of that path
+and some around those that it refuses, and refused states are forbidden, until a path is clean or there is
+none. Where it refuses many, the whole path is searched again among roughly admitted postures (`clearance`).
 """
 
 from __future__ import annotations
@@ -27,18 +27,18 @@ MaskFunction = Callable[[IntArray, Array], BoolArray]
 
 @runtime_checkable
 class RoughMask(Protocol):
-    """A mask that can also answer quickly and less exactly, which keeps searches off what it refuses.
+    """A mask that can also answer quickly and approximately, to steer searches.
 
-    A mask need be no more than a function. Where it has a method `rough` too, as one with a map of tool
-    directions has, global searches ask that about every posture they look at: some 10⁵ to 10⁷, many at once,
-    about locations far apart. Of a mask without it such a map is made by asking it on a grid.
+    A mask may be a plain function. If it also has a method `rough`, for example a lookup in a map of tool
+    directions, global searches call that for every posture they consider: 10⁵ to 10⁷, in large batches, at
+    locations far apart. For a mask without it such a map is sampled on a grid.
 
-    Every answer must depend on the question alone, never on what was asked before. A rotary axis that turns
-    without end may stand on any turn.
+    Every answer must depend on its arguments alone, never on earlier calls. A rotary axis of unlimited travel
+    may be on any turn.
     """
 
     def __call__(self, rows: IntArray, rotary: Array, /) -> BoolArray:
-        """Tell exactly which postures are admissible; the last word on every location of the path.
+        """Return exactly which postures are admissible; this decides at every location of the path.
 
         Parameters
         ----------
@@ -52,41 +52,40 @@ class RoughMask(Protocol):
         ...
 
     def rough(self, rows: IntArray, rotary: Array, /) -> BoolArray:
-        """Tell about which postures are admissible; parameters and answer as above.
+        """Return approximately which postures are admissible; same arguments and result.
 
-        Wrong answers make a path dearer, never wrong. Rather too strict than too lax: a posture that is
-        admitted here and refused exactly has to be mended afterwards.
+        Wrong answers make a path more costly, never wrong. Err on the strict side: a posture that is admitted
+        here but refused exactly has to be replanned.
         """
         ...
 
 
-# How often a lattice is searched again after states were forbidden.
-MOST_LOOKS = 40
+# Most searches of a lattice, each with more states forbidden.
+MOST_SEARCHES = 40
 
 
 @dataclass(eq=False)
 class Mask:
-    """A mask with a count of what it was asked.
+    """A mask with a count of its queries.
 
     Parameters
     ----------
-    function : called with rows (m,) and rotary angles (m, 2), rad, chain order; answers (m,), True where the
-        posture is admissible there. A rotary axis that turns without end may stand on any turn
+    function : as `RoughMask.__call__`
     calls : of the function
-    asked : postures in them
+    queried : postures in them
     """
 
     function: MaskFunction
     calls: int = 0
-    asked: int = 0
+    queried: int = 0
 
     @property
     def is_rough(self) -> bool:
-        """Whether the mask has rough answers of its own."""
+        """Whether the mask has its own rough answers."""
         return isinstance(self.function, RoughMask)
 
     def admits(self, rows: IntArray, rotary: Array) -> BoolArray:
-        """Ask about postures, (m, 2) rad, of locations, (m,).
+        """Query postures, (m, 2) rad, of locations, (m,).
 
         Raises
         ------
@@ -96,15 +95,15 @@ class Mask:
         if not len(rows):
             return np.zeros(0, dtype=bool)
         self.calls += 1
-        self.asked += len(rows)
-        return _answer(self.function, rows, rotary)
+        self.queried += len(rows)
+        return _query(self.function, rows, rotary)
 
     def along(self, location: Array | None) -> Mask:
-        """Return the mask of a path with inserted locations: there both neighbours have to admit a posture.
+        """Return the mask of a path with inserted locations, where both neighbours have to admit a posture.
 
         Parameters
         ----------
-        location : (n,), where each lies among the locations that the mask knows; None for these themselves
+        location : (n,), fractional index of each among the mask's locations; None for these themselves
         """
         if location is None:
             return self
@@ -115,62 +114,60 @@ class Mask:
         return Mask(_Between(function, *ends))
 
     def roughly_admits(self, rows: IntArray, rotary: Array) -> BoolArray:
-        """Ask the mask's own rough map, which it must have, as `admits` does."""
+        """Query the mask's own rough answers, which it must have, as `admits` does."""
         if not len(rows):
             return np.zeros(0, dtype=bool)
-        return _answer(cast("RoughMask", self.function).rough, rows, rotary)
+        return _query(cast("RoughMask", self.function).rough, rows, rotary)
 
 
 @dataclass(frozen=True, eq=False)
 class _Between:
-    """A mask asked at both neighbours of inserted locations; a given one is its own neighbour."""
+    """A mask queried at both neighbours of inserted locations; a given one is its own neighbour."""
 
     function: MaskFunction
     before: IntArray
     after: IntArray
 
     def __call__(self, rows: IntArray, rotary: Array, /) -> BoolArray:
-        return self._asked(self.function, rows, rotary)
+        return self._at_both(self.function, rows, rotary)
 
-    def _asked(self, function: MaskFunction, rows: IntArray, rotary: Array) -> BoolArray:
-        free = np.array(_answer(function, self.before[rows], rotary))
+    def _at_both(self, function: MaskFunction, rows: IntArray, rotary: Array) -> BoolArray:
+        free = np.array(_query(function, self.before[rows], rotary))
         at = np.flatnonzero(free & (self.after[rows] != self.before[rows]))
         if len(at):
-            free[at] = _answer(function, self.after[rows[at]], rotary[at])
+            free[at] = _query(function, self.after[rows[at]], rotary[at])
         return free
 
 
 @dataclass(frozen=True, eq=False)
 class _RoughlyBetween(_Between):
-    """The same with the mask's own rough map."""
+    """The same with the mask's own rough answers."""
 
     function: RoughMask
 
     def rough(self, rows: IntArray, rotary: Array, /) -> BoolArray:
-        return self._asked(self.function.rough, rows, rotary)
+        return self._at_both(self.function.rough, rows, rotary)
 
 
 @dataclass(eq=False)
-class Known:
-    """What a mask said about the states of a lattice.
+class CheckedStates:
+    """A mask's answers for the states of a lattice.
 
     Parameters
     ----------
-    mask : asked about states not known yet
-    rows : (n,), the path's locations that the lattice's rows are
+    mask : queried for states that weren't checked before
+    rows : (n,), the path's locations of the lattice's rows
     problem : of the lattice
-    refused, seen : by row of the lattice, (a, b, c)
-    radius : by row, how many lattice steps round a refused state are looked at next
-    price : J, of a refused state; infinite forbids it
+    refused, checked : by row of the lattice, (a, b, c)
+    radius : by row, how many lattice steps around a refused state are checked next
     """
 
     mask: Mask
     rows: IntArray
     problem: Problem
     refused: dict[int, BoolArray] = field(default_factory=dict)
-    seen: dict[int, BoolArray] = field(default_factory=dict)
+    checked: dict[int, BoolArray] = field(default_factory=dict)
     radius: dict[int, int] = field(default_factory=dict)
-    price: float = np.inf
 
     def forbidding(self, lattice: Lattice) -> Lattice:
         """Return the lattice without the states that the mask refused."""
@@ -180,106 +177,94 @@ class Known:
             price = price.copy()
             for number, row in enumerate(rows):
                 if int(row) in self.refused:
-                    price[number][self.refused[int(row)]] += self.price
+                    price[number][self.refused[int(row)]] = np.inf
             return positions, price
 
         return replace(lattice, states=states)
 
-    def look(self, lattice: Lattice, path: Array) -> bool:
-        """Ask about a path through the lattice, (n, k), and round what is refused; tell if all is clean."""
+    def check(self, lattice: Lattice, path: Array) -> bool:
+        """Check a path through the lattice, (n, k), and states near refused ones; True if none is refused."""
         columns = self.problem.machine.rotary_columns
         unknown: list[tuple[int, tuple[int, int, int]]] = []
         for row in range(len(path)):
             at = _index(lattice, columns, row, path[row])
-            if row not in self.seen or not self.seen[row][at]:
+            if row not in self.checked or not self.checked[row][at]:
                 unknown.append((row, at))
         index = np.array([row for row, _ in unknown], dtype=np.int64)
         clean = self.mask.admits(self.rows[index], path[index][:, columns])
         for (row, at), is_clean in zip(unknown, clean, strict=True):
             self._note(lattice, row, [at], np.array([is_clean]))
-        dirty = [place for place, is_clean in zip(unknown, clean, strict=True) if not is_clean]
-        if dirty:
-            self._look_around(lattice, dirty)
-        return not dirty
+        refused = [state for state, is_clean in zip(unknown, clean, strict=True) if not is_clean]
+        if refused:
+            self._check_around(lattice, refused)
+        return not refused
 
-    def _look_around(self, lattice: Lattice, dirty: list[tuple[int, tuple[int, int, int]]]) -> None:
-        """Ask about the admissible states near refused ones, twice as far each time a row comes back."""
+    def _check_around(self, lattice: Lattice, refused: list[tuple[int, tuple[int, int, int]]]) -> None:
+        """Check the admissible states near refused ones, twice as far each time a row comes back."""
         columns = self.problem.machine.rotary_columns
-        asked: list[tuple[int, IntArray, Array]] = []
-        for row, (i, j, _) in dirty:
+        near_states: list[tuple[int, IntArray, Array]] = []
+        for row, (i, j, _) in refused:
             positions, price = (part[0] for part in lattice.states(np.array([row])))
             radius = self.radius.get(row, 1)
             self.radius[row] = 2 * radius
             spin = np.arange(price.shape[0])
             away = np.abs(spin - i)
             away = np.minimum(away, len(spin) - away) if lattice.period else away
-            near = (away <= radius)[:, None, None] & (np.abs(np.arange(price.shape[1]) - j) <= radius)[
-                :, None
-            ]
-            places = np.argwhere(near & np.isfinite(price) & ~self.seen[row])
-            asked.append((row, places, positions[tuple(places.T)][:, columns]))
-        rows = np.concatenate([np.full(len(places), row) for row, places, _ in asked])
-        answers = self.mask.admits(self.rows[rows], np.concatenate([rotary for *_, rotary in asked]))
+            beside = np.abs(np.arange(price.shape[1]) - j)
+            near = (away <= radius)[:, None, None] & (beside <= radius)[:, None]
+            states = np.argwhere(near & np.isfinite(price) & ~self.checked[row])
+            near_states.append((row, states, positions[tuple(states.T)][:, columns]))
+        rows = np.concatenate([np.full(len(states), row) for row, states, _ in near_states])
+        answers = self.mask.admits(self.rows[rows], np.concatenate([rotary for *_, rotary in near_states]))
         begin = 0
-        for row, places, _ in asked:
-            self._note(lattice, row, [tuple(p) for p in places], answers[begin : begin + len(places)])
-            begin += len(places)
+        for row, states, _ in near_states:
+            self._note(lattice, row, [tuple(s) for s in states], answers[begin : begin + len(states)])
+            begin += len(states)
 
-    def _note(self, lattice: Lattice, row: int, places: list[tuple[int, int, int]], clean: BoolArray) -> None:
-        if row not in self.seen:
+    def _note(self, lattice: Lattice, row: int, states: list[tuple[int, int, int]], clean: BoolArray) -> None:
+        if row not in self.checked:
             shape = lattice.states(np.array([row]))[1].shape[1:]
-            self.seen[row], self.refused[row] = np.zeros(shape, dtype=bool), np.zeros(shape, dtype=bool)
-        for at, is_clean in zip(places, clean, strict=True):
-            self.seen[row][at], self.refused[row][at] = True, not is_clean
+            self.checked[row], self.refused[row] = np.zeros(shape, dtype=bool), np.zeros(shape, dtype=bool)
+        for at, is_clean in zip(states, clean, strict=True):
+            self.checked[row][at], self.refused[row][at] = True, not is_clean
 
 
-def clean_path(lattice: Lattice, known: Known, looks: int = MOST_LOOKS) -> Array | None:
-    """Find the cheapest path through a lattice whose every state the mask admits.
+def clean_path(
+    lattice: Lattice, states: CheckedStates, searches: int = MOST_SEARCHES, *, or_last: bool = False
+) -> Array | None:
+    """Find the cheapest path through a lattice that the mask admits everywhere.
 
     Parameters
     ----------
-    looks : how often the lattice is searched
+    searches : most searches of the lattice
+    or_last : whether to return the last path found if the mask admits none of them
 
     Returns
     -------
-    (n, k), mm and rad; None where there is none, or none was found in so many searches
+    (n, k), mm and rad; None where none was found
     """
-    for _ in range(looks):
-        path = shortest_path(known.problem, known.forbidding(lattice))
-        if path is None or known.look(lattice, path):
-            return path
-    return None
+    last = None
+    for _ in range(searches):
+        path = shortest_path(states.problem, states.forbidding(lattice))
+        if path is None or states.check(lattice, path):
+            return last if path is None else path
+        last = path if or_last else None
+    return last
 
 
-def way_among(lattice: Lattice, known: Known, looks: int) -> Array | None:
-    """Find the cheapest path through a lattice that the mask admits, or at last one that it does nearly.
-
-    Returns
-    -------
-    (n, k), mm and rad; None where there is no way
-    """
-    path = None
-    for _ in range(looks):
-        found = shortest_path(known.problem, known.forbidding(lattice))
-        if found is None or known.look(lattice, found):
-            return found if found is not None else path
-        path = found
-    return path
-
-
-def stored(lattice: Lattice, count: int) -> Lattice:
-    """Return the lattice with the states of its rows, so many, worked out once."""
+def precomputed(lattice: Lattice, count: int) -> Lattice:
+    """Return the lattice with the states of its rows, `count` of them, computed once."""
     chunks = np.array_split(np.arange(count), -(-count // lattice.chunk))
     positions, price = (np.concatenate(part) for part in zip(*map(lattice.states, chunks), strict=True))
     return replace(lattice, states=lambda rows: (positions[rows], price[rows]))
 
 
 def pinned(lattice: Lattice, problem: Problem, ends: dict[int, Array]) -> Lattice:
-    """Return the lattice with rows that have one state only.
+    """Return the lattice with a single state in some rows.
 
     Parameters
     ----------
-    ends : by row of the lattice, its posture, (2,) rad
+    ends : posture by row of the lattice, (2,) rad
     """
 
     def states(rows: IntArray) -> tuple[Array, Array]:
@@ -294,13 +279,13 @@ def pinned(lattice: Lattice, problem: Problem, ends: dict[int, Array]) -> Lattic
 
 
 def _pin(lattice: Lattice, values: Array, positions: Array, price: Array) -> None:
-    """Leave one state of a row, with given axis values (k,); its spin index is the nearest one."""
+    """Keep one state of a row and set its axis values, (k,); its spin index is the nearest one."""
     spin = lattice.spin_column
     angles = positions[:, 0, 0, spin]
     if lattice.period:
         values[spin] = angles[0] + np.mod(values[spin] - angles[0], TURN)
     nearest = int(np.argmin(np.abs(angles - values[spin])))
-    # Neighbours are counted in both coordinates, so the state stands among those that are like it.
+    # Neighbours are counted in both coordinates, so the state replaces the one most like it.
     off = np.abs(positions[nearest] - values)
     off[..., spin] = 0.0
     at = np.where(np.isfinite(price[nearest]), off.max(axis=-1), np.inf)
@@ -323,11 +308,11 @@ def _index(lattice: Lattice, columns: list[int], row: int, position: Array) -> t
     return int(at[0]), int(at[1]), int(at[2])
 
 
-def _answer(function: MaskFunction, rows: IntArray, rotary: Array) -> BoolArray:
+def _query(function: MaskFunction, rows: IntArray, rotary: Array) -> BoolArray:
     answer = np.asarray(function(rows.astype(np.int64), rotary.copy()))
     if answer.shape != rows.shape or answer.dtype != np.bool_:
         raise SettingError(
-            f"the mask answered with shape {answer.shape} of {answer.dtype} to {len(rows)} postures; "
+            f"the mask returned shape {answer.shape} of {answer.dtype} for {len(rows)} postures; "
             f"({len(rows)},) of bool is needed, True where a posture is admissible"
         )
     return answer

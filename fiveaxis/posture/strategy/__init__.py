@@ -1,1 +1,1 @@
-"""What is searched and refined in which order: portfolios, starts, fronts, the locations of the program."""
+"""The order of searches and refinements: portfolios, starts, fronts, the locations of the program."""

@@ -1,9 +1,9 @@
-"""The program as the variable: what a control needs between locations is solved as the locations are.
+"""Optimisation of the program itself: locations that it needs in between are solved like the given ones.
 
-Axes that run linearly keep a tool on its path only in short blocks, so locations have to be inserted where
-rotary axes turn. Postures that are interpolated there let axes creep which stand at the locations, and lean
-the tool where nobody looked. So inserted locations become part of the problem: tilt, limits, turns and
-clearance hold there, and the objective is that of the program's blocks.
+With joint interpolation only short blocks keep the tool on its path, so locations have to be inserted where
+rotary axes turn. Postures interpolated there would move axes that stand still at the given locations, and
+lean the tool where nothing was checked. So inserted locations become part of the problem: tilt, limits, turns
+and clearance hold there, and the objective is that of the program's blocks.
 """
 
 from __future__ import annotations
@@ -24,17 +24,17 @@ from fiveaxis.posture.solution import Solution, Stage, blocks_energy, program_en
 from fiveaxis.posture.strategy.least_time import TIME_PRICE, from_rest_to_rest
 from fiveaxis.toolpath import TiltBounds, Toolpath, refined
 
-# Travel below this share of a step counts as none, round after round; what stays is as good as standing.
+# Share of a step below which travel counts as none, by round.
 SHARPNESS = (0.1, 0.03, 0.01, 0.01, 0.01)
 # A round that saves a smaller share, and inserts no larger share of locations, is the last.
 WORTHWHILE, FEW = 2e-3, 1e-3
-# Further rounds, as sharp as the last, where what lies between locations still breaks a bound.
+# Rounds continue up to this many, as sharp as the last, while postures between locations break a bound.
 MOST_ROUNDS = 12
-# A posture on the way between two locations may be past its bounds by so much (cosine, mm, rad).
+# Violation that is tolerated between two locations (cosine, mm, rad).
 BETWEEN = 2e-4
 
 Objective = Literal["energy", "travel", "time"]
-# Makes the problem of a path with inserted locations, (n,) places among the given ones.
+# Makes the problem of a path with inserted locations from their fractional indices, (n,), in the given path.
 Build = Callable[[Toolpath, Array], tuple[Problem, TiltBounds]]
 
 
@@ -45,7 +45,7 @@ class Posed:
     Parameters
     ----------
     path : n locations
-    location : (n,), where each lies among the given ones
+    location : (n,), fractional index of each in the given path
     problem, bounds : with the prices of travel, or of time
     """
 
@@ -61,17 +61,17 @@ Refine = Callable[[Posed, Problem, Array], Array]
 
 @dataclass(frozen=True, eq=False)
 class Delivered:
-    """A path, what its program needs beside, and what that costs.
+    """A path, the locations that its program needs in addition, and its cost.
 
     Parameters
     ----------
     posed : what was solved
     rotary : (n, 2), rad, chain order, its postures
-    denser : with the locations that the program's blocks need between
+    denser : with the additional locations of the program's blocks
     filled : (m, 2), rad, the postures there
-    excess : how far postures between the locations break their bounds; cosine, mm or rad
-    cost : J, what the objective says of the program's blocks
-    solved : the problem that the postures are an optimum of, with the prices near them
+    excess : largest violation between the locations; cosine, mm or rad
+    cost : J, objective of the program's blocks
+    solved : the problem of which the postures are an optimum, with the prices near them
     """
 
     posed: Posed
@@ -84,12 +84,12 @@ class Delivered:
 
     @property
     def inserted(self) -> int:
-        """How many locations the program needs beside those that were solved."""
+        """Number of locations that the program needs in addition to those that were solved."""
         return len(self.denser.path) - len(self.posed.path)
 
     @property
     def rank(self) -> tuple[float, float]:
-        """By what of two the better one is: first bounds are kept, then energy is saved."""
+        """Key by which the better of two is smaller: first violation, then cost."""
         broken = self.posed.problem.violation(self.rotary)
         return (broken if broken > ALLOWED else 0.0) + max(self.excess - BETWEEN, 0.0), self.cost
 
@@ -104,9 +104,9 @@ class Delivery:
     build : makes the problem of a path with inserted locations
     refine : solves one near a start
     filling : what inserted blocks keep
-    up_penalty : J/mm, extra price of the machine's Z moving up
+    up_penalty : J/mm, extra price of moving the machine's Z up
     objective : ``energy`` of the blocks reweights the problem's prices; the others keep them
-    clock : how long the control takes for blocks, where the objective is ``time``
+    clock : how long the control takes for blocks, if the objective is ``time``
     """
 
     given: Toolpath
@@ -126,7 +126,7 @@ class Delivery:
 
         Returns
         -------
-        The best of the paths met, and what was done
+        The best of the paths, and what was done
         """
         stages: list[Stage] = []
         every = np.arange(len(self.given), dtype=float)
@@ -139,8 +139,8 @@ class Delivery:
             posed, start, before = here.denser, here.filled, here.cost
             problem = self._reweighted(posed, start, sharpness)
             here = self._priced(posed, self.refine(posed, problem, start), problem)
-            said = f"{len(posed.path)} locations, {here.inserted} more in the program"
-            stages.append(Stage(f"program, round {number + 1}", said, 0, before, here.cost))
+            status = f"{len(posed.path)} locations, {here.inserted} more in the program"
+            stages.append(Stage(f"program, round {number + 1}", status, 0, before, here.cost))
             gain, better = best.cost - here.cost, here.rank < best.rank
             best = here if better else best
             more = here.inserted > FEW * len(posed.path) or (better and gain > WORTHWHILE * here.cost)
@@ -150,44 +150,44 @@ class Delivery:
 
     @property
     def reweights(self) -> bool:
-        """Whether what blocks cost depends on the path, and is met round after round.
+        """Whether the price of blocks depends on the path, so that it is adapted round by round.
 
-        A control that leads the tip and rests between blocks isn't priced by its rests: turns that are
-        gathered in few blocks need more of them there, and these are more rests.
+        The stops of a control with TCP that stops between blocks aren't priced: concentrating turns in few
+        blocks would need more blocks there, and so more stops.
         """
         if self.clock is None:
             return self.objective == "energy"
         return self.clock.stops_at_turns and not self.clock.limits_words
 
     def admits(self, rotary: Array) -> bool:
-        """Tell whether a path, (n, 2) rad, keeps the bounds at all given locations."""
+        """Check whether a path, (n, 2) rad, keeps the bounds at all given locations."""
         every = np.arange(len(self.given), dtype=float)
         return self.build(self.given, every)[0].violation(rotary) <= ALLOWED
 
     def _priced(self, posed: Posed, rotary: Array, solved: Problem | None = None) -> Delivered:
-        """Price a path by the blocks of its program, and see what these pass between its locations."""
+        """Price a path by the blocks of its program, and check the postures between its locations."""
         machine = posed.problem.machine
         fill = self.filling.fill(posed.path, machine, follow(posed.path, machine, rotary))
         row = np.interp(fill.row, np.arange(len(posed.location)), posed.location)
         path = refined(self.given, row)
         denser, filled = Posed(path, row, *self.build(path, row)), fill.motion.positions
-        rotary_there = filled[:, machine.rotary_columns]
-        positions, excess = denser.problem.placed(slice(None), rotary_there)
+        between = filled[:, machine.rotary_columns]
+        positions, excess = denser.problem.placed(slice(None), between)
         past = max(float(excess.max()), float(denser.problem.limit_excess(positions).max()))
-        # How long a control takes is a matter of its blocks: redundant ones are stops, too.
+        # Redundant blocks would cost the control time, as stops.
         blocks = self.filling.thin(fill).blocks if self.objective == "time" else fill.motion
         cost = self.cost(blocks_energy(machine, blocks, self.clock))
-        return Delivered(posed, rotary, denser, rotary_there, past, cost, solved or posed.problem)
+        return Delivered(posed, rotary, denser, between, past, cost, solved or posed.problem)
 
     def cost(self, energy: Energy) -> float:
-        """Say what the objective is of a program, J."""
+        """Compute the objective of a program, J."""
         if energy.run_time is not None:
-            # Paths that no axis slows take the same time, but for the rounding of sums: the first one stays.
+            # Rounded, so that of paths that no axis slows down the first one stays.
             return TIME_PRICE * round(energy.run_time, 6)
         return energy.total if self.objective == "energy" else energy.travel
 
     def _reweighted(self, posed: Posed, rotary: Array, sharpness: float) -> Problem:
-        """Price travel by what the program's blocks cost, near a path, (n, 2) rad."""
+        """Price travel by the cost of the program's blocks near a path, (n, 2) rad."""
         problem, path = posed.problem, posed.path
         if not self.reweights:
             return problem
@@ -203,14 +203,14 @@ class Delivery:
 
 
 def delivered(solution: Solution, delivery: Delivery) -> Solution:
-    """Solve a solution again on the locations of its program; energies are then those of programs.
+    """Solve a solution again on the locations of its program; its energies are then those of programs.
 
-    Every baseline is priced as a program of its own, and shown on the locations of the result. None is
-    cheaper than the result: one that is takes its place, refined.
+    Every baseline is priced as its own program, and given on the locations of the result. A baseline that is
+    cheaper than the result is refined and replaces it.
 
     Parameters
     ----------
-    solution : on the locations that were given, with its problem
+    solution : on the given locations, with its problem
     delivery : what solves it
     """
     machine, filling, given = solution.machine, delivery.filling, solution.toolpath
@@ -255,7 +255,7 @@ def delivered(solution: Solution, delivery: Delivery) -> Solution:
 
 
 def _findings(best: Delivered) -> list[Finding]:
-    """Say where postures on the way between locations break a bound all the same."""
+    """Report where postures between locations still break a bound."""
     if best.excess <= BETWEEN:
         return []
     problem = best.denser.problem
@@ -264,15 +264,14 @@ def _findings(best: Delivered) -> list[Finding]:
     found = []
     for off, fact, remedy in (
         (excess, "the tool leans out of its bounds", "widen the range of its lean"),
-        (past, "an axis passes the end of its travel", "move the part on the table (work_offset)"),
+        (past, "an axis exceeds its limits", "move the part on the table (work_offset)"),
     ):
         rows = np.flatnonzero(off > BETWEEN)
         if len(rows):
-            worst = int(np.argmax(off))
             message = (
-                f"on the way to this location {fact}, in {len(rows)} places, and no path was found that "
-                f"doesn't; put locations closer together here or {remedy}"
+                f"between this location and the one before it {fact} ({len(rows)} blocks in all), and no "
+                f"path was found that avoids this; put locations closer together here or {remedy}"
             )
-            place = best.denser.path.place(worst)
+            place = best.denser.path.place(int(np.argmax(off)))
             found.append(Finding(Severity.WARNING, "between-locations", message, place))
     return found

@@ -9,7 +9,7 @@ import numpy as np
 from fiveaxis.errors import SettingError
 
 DEGREE = np.pi / 180.0
-# J: the last barrier parameters of what is solved again on more locations, and of the program's rounds.
+# J: last barrier parameters of what will be solved again on more locations, and of the program's rounds.
 ROUGH, ROUND = 1e-3, 1e-5
 
 
@@ -19,10 +19,10 @@ class LatticeSearch:
 
     Parameters
     ----------
-    stride : it looks at every stride-th location
+    stride : of the locations searched
     step : rad, grid of the spin angle
-    levels : how many levels the dear axis's range is cut into
-    on_angles : whether it looks at a grid over both rotary angles, in place of levels
+    levels : into which the range of the costliest axis is divided
+    on_angles : whether to search a grid over both rotary angles instead of levels
     """
 
     stride: int
@@ -32,7 +32,7 @@ class LatticeSearch:
 
 
 def random_searches(count: int, seed: int = 0) -> tuple[LatticeSearch, ...]:
-    """Draw searches whose grids lie elsewhere than those of the portfolio: the same ones in every run."""
+    """Draw searches with grids other than the portfolio's, the same ones in every run."""
     draw = np.random.default_rng(seed)
     return tuple(
         LatticeSearch(
@@ -48,26 +48,25 @@ class Effort:
 
     Parameters
     ----------
-    searches : the portfolio; each search's path is refined on its own locations
-    middle : the best of each stride go on to every middle-th location
-    kept : how many of them, by their cost there, are refined
+    searches : the portfolio; the path of each search is refined on its own locations
+    middle : stride of the locations to which the best path of each search stride is extended
+    kept : how many of those, by their cost there, are refined
     level_reach : levels between neighbours of a searched path
     widths : steps of the corridors in which a path is extended to more locations (rad, mm or rad)
-    coarse_iterations, iterations : of the NLP, on some locations and on all; what converges at all does so
-        sooner
+    coarse_iterations, iterations : of the NLP, on some locations and on all; what converges needs fewer
     coarse_barrier, barrier : IPOPT's first barrier parameter, from a searched and from an extended start
-    last_barrier : the structured method's last one, J; a path costs as much more as it has steps of axes,
-        times this. Searches on some locations need no more than `ROUGH`
-    whole : locations up to which the NLP takes a path at once; the windows take a longer one, and one on
-        which it didn't converge
+    last_barrier : the structured method's last one, J; it raises the cost by this times the number of steps
+        of axes. `ROUGH` is enough for searches on some locations
+    whole : most locations of a path that the NLP solves at once; a longer one, and one on which it doesn't
+        converge, is solved in windows
     window : locations in a window
     window_iterations : of the NLP in a window
-    others : further portfolios, each of which ends in a local optimum of its own
-    from_baselines : whether every admissible baseline is refined as a start too
-    solver : which refines (`fiveaxis.posture.local.refinement.SOLVERS`)
-    leans : shares of the range of the tool's lean, 0…1; a path that leans upwards by that much all along is
-        a start too
-    promise : what a user may expect of it
+    others : further portfolios, each of which leads to a local optimum
+    from_baselines : whether every admissible baseline is a start too
+    leans : shares of the range of the tool's lean, 0…1; a path with that upward lean everywhere is a start
+        too
+    solver : for refinement (`fiveaxis.posture.local.refinement.SOLVERS`)
+    promise : what a user may expect
     """
 
     searches: tuple[LatticeSearch, ...] = (
@@ -78,10 +77,7 @@ class Effort:
     middle: int = 4
     kept: int = 2
     level_reach: int = 3
-    widths: tuple[tuple[float, float], ...] = (
-        (1.0 * DEGREE, 0.25),
-        (0.5 * DEGREE, 0.12),
-    )
+    widths: tuple[tuple[float, float], ...] = ((1.0 * DEGREE, 0.25), (0.5 * DEGREE, 0.12))
     coarse_iterations: int = 100
     iterations: int = 120
     coarse_barrier: float = 1e-1
@@ -98,17 +94,17 @@ class Effort:
 
     @property
     def takes_any(self) -> bool:
-        """Whether the solver takes a path of any length at once."""
+        """Whether the solver handles a path of any length at once."""
         return self.solver == "structured"
 
     @property
     def is_many(self) -> bool:
-        """Whether more than one local optimum is looked for."""
+        """Whether several local optima are sought."""
         return bool(self.others or self.leans or self.from_baselines)
 
 
 NORMAL = Effort(
-    promise="three searches, the best two refined, the better one carried to all locations: for everyday use"
+    promise="three searches, the best two refined, the better one extended to all locations: for everyday use"
 )
 
 EFFORTS = {
@@ -116,7 +112,7 @@ EFFORTS = {
         NORMAL,
         searches=NORMAL.searches[-1:],
         kept=1,
-        promise="one search, refined once: a sound path, never dearer than a baseline, for trying things out",
+        promise="one search, refined once: a sound path, never costlier than a baseline, for quick trials",
     ),
     "normal": NORMAL,
     "thorough": replace(
@@ -134,20 +130,14 @@ EFFORTS = {
         ),
         from_baselines=True,
         leans=(0.5, 0.98),
-        promise="many starts, each refined on all locations until it converges: never dearer than normal, "
+        promise="many starts, each refined on all locations until it converges: never costlier than normal, "
         "and the spread of the local optima is reported; it takes many times as long",
     ),
 }
 
 
 def effort_of(effort: str | Effort) -> Effort:
-    """Give the effort of that name.
-
-    Raises
-    ------
-    SettingError
-        No effort has the name.
-    """
+    """Return an effort by its name; raise `SettingError` if there is none."""
     if isinstance(effort, Effort):
         return effort
     if effort not in EFFORTS:

@@ -1,4 +1,4 @@
-"""Rotary axes that are held: one for 4-axis machining, both for 3+2."""
+"""Held rotary axes: one for 4-axis machining, both for 3+2."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from fiveaxis.geometry import Array
 from fiveaxis.kinematics.windings import ON_LIMIT, TURN, one_turn_from
 from fiveaxis.machine import Limits, Machine
 
-# Step in which the angle of the axis that isn't held is tried.
+# Step of the free axis's angle if the other is held (rad).
 FREE_STEP = np.radians(0.25)
 
 
 def hold(machine: Machine, angles: Mapping[str, float]) -> Machine:
-    """Return a machine whose rotary axes may not leave an angle.
+    """Return the machine with rotary axes fixed at angles.
 
-    The axes stay axes of the machine, with limits that are one value: motions keep their columns.
+    They remain axes of the machine, with equal limits, so that motions keep their columns.
 
     Parameters
     ----------
@@ -56,14 +56,14 @@ def is_holding(machine: Machine) -> bool:
     return any(machine.axes[column].limits.is_fixed for column in machine.rotary_columns)
 
 
-def free_angles(machine: Machine) -> Array:
-    """List the rotary angles that a machine with held axes can take, (a, 2) rad, one turn of each axis."""
+def free_angles(machine: Machine, step: float = FREE_STEP) -> Array:
+    """List a grid of the rotary angles within the limits, (a, 2) rad, at most one turn of each axis."""
     choices = []
     for column in machine.rotary_columns:
         limits = machine.axes[column].limits
         low, high = limits.low, limits.high
         if high - low > TURN:
             low = one_turn_from(limits)
-            high = low + TURN - FREE_STEP
-        choices.append(np.linspace(low, high, math.ceil((high - low) / FREE_STEP) + 1))
+            high = low + TURN - step
+        choices.append(np.linspace(low, high, math.ceil((high - low) / step) + 1))
     return np.stack(np.meshgrid(*choices, indexing="ij"), axis=-1).reshape(-1, 2)

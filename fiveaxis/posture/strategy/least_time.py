@@ -1,9 +1,9 @@
-"""Least time as the objective: seconds with a price, and what breaks ties where nothing costs any.
+"""Least time as the objective: a price on seconds, and tie-breakers where no posture costs any.
 
-A second has a price that makes costs of the size the solvers are tuned for: 1 J of the objective is 1 ms.
-What a path takes at its feed no posture changes; postures cost the time by which an axis at its highest speed
-is late, and that which changes of speed beyond an axis's acceleration cost. Where neither does, the least
-travel and the evenest turns are chosen, at prices so small that no second is given for them.
+The price brings costs to the size for which the solvers are tuned: 1 J of the objective is 1 ms. The time at
+the programmed feed doesn't depend on the posture. Postures cost the time by which an axis at its highest
+speed is late, and the time lost by changes of speed beyond an axis's acceleration. Where there is neither,
+the least travel and the most even turns are chosen, at prices too small to trade time for them.
 """
 
 from __future__ import annotations
@@ -15,39 +15,35 @@ import numpy as np
 from fiveaxis.errors import MachineError
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array
-from fiveaxis.machine import Axis, Machine
+from fiveaxis.machine import Machine
 from fiveaxis.posture.problem import Problem
 
 # W, of time.
 TIME_PRICE = 1000.0
-# Travel costs this share of the time that the axis takes for it at its highest speed; steady turns this share
-# of their time, times the square of their speed over the highest one. 100 s of travel, or of turning at full
-# speed, are worth 0.1 s of the program.
+# Travel costs this share of its time at the axis's highest speed; steady turns cost this share of their time,
+# times the square of their speed relative to the highest one. 100 s of travel, or of turning at full speed,
+# are worth 0.1 s of the program.
 TRAVEL_SHARE = BEND_SHARE = 1e-3
-# s: blocks aren't shorter. rad: an axis that turns less in one stands.
+# Shortest block, s, and the turn in a block below which an axis stands still, rad.
 SHORTEST, STANDING = 1e-4, 1e-7
 
 
 def by_time(problem: Problem, up_penalty: float = 0.0, smoothing: float = 0.0) -> Problem:
-    """Price a problem by the time that its path takes.
+    """Return a problem priced by the time of its path.
 
-    *Speed*: a step waits for the axis that has farthest to go, at `TIME_PRICE`. *Acceleration*: an axis j
-    that has to change its speed by Δv within the time T in which it can change it by A T costs about
-    ``e / (2 A)`` seconds, ``e = Δv − A T``. For where the control slows down by a factor s it asks for
-    ``s Δv ≤ A T / s``, and T becomes ``T √(1 + e / (A T))``, that is ``e / (2 A)`` more while e is small;
-    and where there is no time at all, as at a corner, an axis that stops from v and starts again with −v
-    is late by ``v / A``, which is ``e / (2 A)`` again. *Ties*: travel and the squares of turns, see
-    `TRAVEL_SHARE`; turning by Δ in the time t costs ``Δ² / (t v²)``, however many steps it is cut into.
+    *Speed*: a step waits for the slowest axis, at `TIME_PRICE`. *Acceleration*: an axis that has to change
+    its speed by Δv within a time T, in which it can change it by A T, costs about ``e / (2 A)`` seconds,
+    ``e = Δv − A T``. A control that slows down by a factor s needs ``s Δv ≤ A T / s``, so T becomes
+    ``T √(1 + e / (A T))``, that is ``e / (2 A)`` more for small e. With no time at all, as at a corner, an
+    axis that stops from v and starts again with −v is late by ``v / A``, again ``e / (2 A)``. *Ties*: travel
+    and the squares of turns, see `TRAVEL_SHARE`; turning by Δ in the time t costs ``Δ² / (t v²)`` however
+    many steps it is divided into.
 
     Parameters
     ----------
-    problem : with other prices; the highest speeds of all axes
-    up_penalty : J/mm, added to the price of the machine's Z moving up
+    problem : with other prices, and the highest speeds of all axes
+    up_penalty : J/mm, added to the price of moving the machine's Z up
     smoothing : J/rad², added to the price of bends
-
-    Returns
-    -------
-    The problem, which asks for no axis's power
     """
     speed, push, least = problem.top_speed, problem.top_acceleration, problem.least_time
     travel = np.broadcast_to(TIME_PRICE * TRAVEL_SHARE / speed, problem.plus.shape)
@@ -66,14 +62,14 @@ def by_time(problem: Problem, up_penalty: float = 0.0, smoothing: float = 0.0) -
 
 
 def from_rest_to_rest(problem: Problem, rotary: Array, sharpness: float) -> Problem:
-    """Price a problem by the time of blocks that run from rest to rest where they turn, near a path.
+    """Return a problem priced by the time of blocks that stop at both ends if they turn, near a path.
 
-    A block of the time t at its feed whose axis j travels Δ at the acceleration A takes ``t + Δ / (A t)``
-    while it reaches its feed, ``2 √(Δ / A)`` where it doesn't, and ``Δ / v + v / A`` at the axis's highest
-    speed v. Each is met with its slope at the given travel: the second is concave, and so never priced too
-    low. A block that turns nothing is passed without a rest, so what the rest costs is a price of turning at
-    all, shared out over the turn as in `BlockCosts.prices`. Changes of speed between blocks cost nothing:
-    there the axes stand.
+    A block of the time t at its feed, with an axis that travels Δ at the acceleration A, takes
+    ``t + Δ / (A t)`` if it reaches its feed, ``2 √(Δ / A)`` if it doesn't, and ``Δ / v + v / A`` at the
+    axis's highest speed v. Each is linearised at the given travel; the second is concave, and so never priced
+    too low. A block without turns is passed without a stop, so the time of the stop is a price of turning at
+    all, distributed over the turn as in `BlockCosts.prices`. Changes of speed between blocks cost nothing:
+    the axes stand still there.
 
     Parameters
     ----------
@@ -110,32 +106,30 @@ def from_rest_to_rest(problem: Problem, rotary: Array, sharpness: float) -> Prob
 
 
 def time_findings(machine: Machine) -> tuple[Finding, ...]:
-    """Say which accelerations least time doesn't know of; one finding, or none.
+    """Report unknown accelerations, which least time then ignores; one finding, or none.
 
     Raises
     ------
     MachineError
-        An axis whose highest speed isn't known: nobody can say what slows the path down.
+        The highest speed of an axis is unknown.
     """
     unknown = _letters(machine, "max_speed")
     if unknown:
         raise MachineError(
-            f"machine {machine.name!r} doesn't tell the highest speed of {', '.join(unknown)}, so nobody can "
-            f"say which postures slow it down; add max_speed to [axes.{unknown[0]}] of its file, or choose "
-            "another objective"
+            f"machine {machine.name!r} has no highest speed of {', '.join(unknown)}, so the time of postures "
+            f"is unknown; add max_speed to [axes.{unknown[0]}] of its file, or choose another objective"
         )
     unknown = _letters(machine, "max_acceleration")
     if not unknown:
         return ()
     message = (
-        f"machine {machine.name!r} doesn't tell the acceleration of {', '.join(unknown)}: times are as if "
-        "they could change their speed at once, and postures are chosen so; add max_acceleration to "
+        f"machine {machine.name!r} has no acceleration of {', '.join(unknown)}: postures are chosen, and "
+        "times computed, as if they changed speed at once; add max_acceleration to "
         f"[axes.{unknown[0]}] of its file"
     )
     return (Finding(Severity.WARNING, "acceleration-unknown", message),)
 
 
 def _letters(machine: Machine, figure: str) -> list[str]:
-    """Name the axes that don't state a figure; one that is held needs none."""
-    axes: tuple[Axis, ...] = machine.axes
-    return [axis.letter for axis in axes if getattr(axis, figure) is None and not axis.limits.is_fixed]
+    """List the axes that lack a figure; a held one needs none."""
+    return [a.letter for a in machine.axes if getattr(a, figure) is None and not a.limits.is_fixed]

@@ -1,9 +1,9 @@
-"""From a problem to its best path: search a few locations globally, refine, fill in more, refine again."""
+"""From a problem to its best path: search some locations globally, refine, fill in the rest, refine again."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -17,7 +17,7 @@ from fiveaxis.posture.local.ipopt import SOLVED
 from fiveaxis.posture.local.refinement import Refinement, refine, refine_windows
 from fiveaxis.posture.masks.clearance import Clearance
 from fiveaxis.posture.masks.confinement import Confinement, Solver
-from fiveaxis.posture.masks.mask import Known, stored, way_among
+from fiveaxis.posture.masks.mask import CheckedStates, clean_path, precomputed
 from fiveaxis.posture.masks.replanning import WIDER, Reach, Replanning
 from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.posture.search.lattice import (
@@ -36,31 +36,31 @@ from fiveaxis.posture.strategy.effort import DEGREE, ROUGH, ROUND, Effort, Latti
 T = TypeVar("T")
 Progress = Callable[[str, int, int], None]
 
-# Windows round what breaks a bound; a path that does in more than this share of its locations is beyond that.
+# Windows around broken bounds; a path with more than this share of broken locations isn't replanned.
 BROKEN = tuple(Reach(margin, 200) for margin in (12, 24, 48, 96, 192, 384))
 MOST_BROKEN = 0.1
-# A search looks at no fewer locations than about this.
+# A search considers at least about this many locations.
 LEAST_ROWS = 100
-# Iterations of IPOPT's that a path which is nearly right gets: it is solved again, with other prices.
+# IPOPT's iterations on a path that is nearly right: it will be solved again, with other prices.
 ROUND_ITERATIONS = 40
-# How often a search inside of a mask may look for another way where the mask refuses its own.
-LOOKS = 6
-# Rounds of refining inside of a mask, of a path on some locations, on all, and on all of a long one: the
-# first two save nearly all that there is to save.
+# Most searches of a lattice within a mask.
+MASKED_SEARCHES = 6
+# Rounds of refinement within a mask of a path on some locations, on all, and on all of a long one: the first
+# two yield nearly all of the savings.
 COARSE_ROUNDS, ROUNDS, LONG_ROUNDS = 1, 4, 2
 
 
 @dataclass(eq=False)
 class Portfolio:
-    """Searches of some of the locations, each refined; the best is carried to all of them.
+    """Searches of some of the locations, each refined; the best is extended to all of them.
 
     Parameters
     ----------
     problem : what to solve
     effort : how much may be done
-    progress : called with a stage's name, steps done and steps in all
+    progress : called with a stage's name, steps done and total steps
     stages : what was done so far
-    clear : what a mask admits, for searches that keep off the rest; None without one
+    clear : what a mask admits; None without one
     """
 
     problem: Problem
@@ -70,61 +70,65 @@ class Portfolio:
     clear: Clearance | None = None
 
     def best_path(self, compared: Mapping[str, Baseline]) -> Array:
-        """Find the cheapest admissible path, (n, 2) rad, never dearer than an admissible baseline."""
+        """Find the cheapest admissible path, (n, 2) rad, never costlier than an admissible baseline."""
         best: Refinement | None = None
         if len(self.problem) > 1:
             best = self._replanned_once(self._searched())
         start = self._cheapest(compared)
-        if start is not None and (best is None or self._is_worse(best, start)):
+        if start is not None:
             name, rotary = start
-            best = self._refined(f"refine, from baseline {name}", None, rotary)
+            if best is None or self._is_worse(best, rotary):
+                best = self._refined(f"refine, from baseline {name}", None, rotary)
         if best is None:
             raise Infeasible(
-                "no way along the path was found: every location has an admissible posture, but the search "
-                "found no sequence of them; allow larger turns between locations (--max-turn), put the "
-                "locations closer together, or widen the tilt range",
+                "every location has an admissible posture, but the search found no sequence of them along "
+                "the path; allow larger turns between locations (--max-turn), put the locations closer "
+                "together, or widen the tilt range",
                 (),
             )
         return best.rotary
 
     def refined_from(self, name: str, start: Array) -> Array:
-        """Refine a path, (n, 2) rad, on all locations; the start itself where that doesn't better it."""
+        """Refine a path, (n, 2) rad, on all locations; the start itself if that is no improvement."""
         return self._refined(f"refine, from {name}", None, start).rotary
 
     def refined_near(self, start: Array) -> Array:
-        """Refine a path, (n, 2) rad, that is nearly right, within the mask where there is one."""
-        allowed = self.effort
-        few, last = min(allowed.iterations, ROUND_ITERATIONS), min(allowed.last_barrier, ROUND)
+        """Refine a path, (n, 2) rad, that is nearly right, within the mask if there is one."""
+        few, last = min(self.effort.iterations, ROUND_ITERATIONS), min(self.effort.last_barrier, ROUND)
         problem, solve = self.problem.eased(start), self._solver(few, last)
         if self.clear is None:
             return solve(problem, start, (False, False))[0]
         return Confinement(problem, self.clear, solve).refined(start, 1)
 
     def _replanned_once(self, found: Refinement | None) -> Refinement | None:
-        """Lead a path that breaks bounds in a few places elsewhere there, and refine it again."""
+        """Replan a path around the few locations at which it breaks bounds, and refine it again."""
         if found is None or self.clear is not None or self.problem.violation(found.rotary) <= ALLOWED:
             return found
         path = self._replanned(self.problem, found.rotary)
         before, after = (int(self.problem.broken(p).sum()) for p in (found.rotary, path))
         if after == before:
             return found
-        cost = self.problem.cost(self.problem.positions(slice(None), path))
         status = f"{before} of {len(path)} locations broke a bound, {after} do now"
-        self.stages.append(Stage("local replanning", status, before, found.cost, cost))
+        self.stages.append(
+            Stage("local replanning", status, before, found.cost, self.problem.path_cost(path))
+        )
         return self._refined("refine, replanned", None, path)
 
     def _searched(self) -> Refinement | None:
         coordinates = choose_coordinates(self.problem)
         found: dict[int, tuple[IntArray, Refinement]] = {}
         sparser = density(self.problem)
-        tasks: list[Callable[[Portfolio], tuple[int, IntArray, Refinement | None]]] = []
+        strides, tasks = [], []
         for number, search in enumerate(self.effort.searches):
             # A short path is searched more densely: a turn of the wall must not fall between the rows.
             stride = min(search.stride * sparser, max(1, len(self.problem) // LEAST_ROWS))
             rows = thin(self.problem, stride)
             near = replace(search, stride=min(search.stride, stride))
-            tasks.append(partial(_searched_once, near, stride, rows, coordinates, number))
-        for stride, rows, candidate in self._at_once(tasks):
+            strides.append((stride, rows))
+            tasks.append(
+                partial(Portfolio._search, search=near, rows=rows, coordinates=coordinates, number=number)
+            )
+        for (stride, rows), candidate in zip(strides, self._at_once(tasks), strict=True):
             if candidate is not None and (stride not in found or candidate.cost < found[stride][1].cost):
                 found[stride] = rows, candidate
         if not found:
@@ -136,28 +140,34 @@ class Portfolio:
         )
         denser = self.problem.thinned(middle)
         starts = self._at_once(
-            [partial(_carried_once, rows, middle, r, coordinates) for rows, r in found.values()]
+            [
+                partial(Portfolio._extended, known=rows, rows=middle, found=r, coordinates=coordinates)
+                for rows, r in found.values()
+            ]
         )
         starts.sort(key=denser.priced)
         name = f"refine, {len(middle)} locations"
         halfway = self._at_once(
-            [partial(_refined_once, name, middle, start) for start in starts[: self.effort.kept]]
+            [
+                partial(Portfolio._refined, name=name, rows=middle, start=start)
+                for start in starts[: self.effort.kept]
+            ]
         )
         best = min(halfway, key=lambda r: denser.priced(r.rotary))
         everywhere = np.arange(len(self.problem))
-        rotary = self._carried(middle, everywhere, best, coordinates)
+        rotary = self._extended(middle, everywhere, best, coordinates)
         return self._refined("refine, all locations", None, rotary, near=True)
 
-    def _at_once(self, tasks: list[Callable[[Portfolio], T]]) -> list[T]:
-        """Run tasks that don't need each other; on a long path in as many threads as there are cores.
+    def _at_once(self, tasks: Sequence[Callable[[Portfolio], T]]) -> list[T]:
+        """Run independent tasks, on a long path in as many threads as there are cores.
 
-        Each has a portfolio of its own, and what they did is told in their order: which one ends first, and
-        how many run at once, changes nothing.
+        Each has its own portfolio, and the stages are recorded in the order of the tasks: the result doesn't
+        depend on which one ends first, or how many run at once.
         """
-        # A mask is asked one question at a time.
+        # A mask need not be safe for threads.
         if len(self.problem) <= LONG or not self.effort.takes_any or self.clear is not None:
             return [task(self) for task in tasks]
-        # One voice is enough to tell how far the work is.
+        # Only the first reports progress.
         parts = [replace(self, stages=[], progress=None if i else self.progress) for i in range(len(tasks))]
         pool = ThreadPoolExecutor(os.cpu_count())
         try:
@@ -175,12 +185,12 @@ class Portfolio:
         if search.on_angles:
             coordinates, name = replace(coordinates, level=None), f"{name}, on angles"
         path = None
-        # Far neighbours cost time, and a dense path needs none; one with long moves has no way without them.
-        # A search between narrow bounds may go beside them, and leaves the rest to the refinement.
+        # Far neighbours cost time, and a dense path needs none; one with long moves isn't possible without
+        # them. A search within narrow bounds may exceed them, and leaves the rest to the refinement.
         slacks = (0.0, SLACK) if is_narrow(problem) else (0.0,)
         for wider, slack in ((wider, slack) for slack in slacks for wider in WIDER):
             lattice = self.lattice(problem, search, coordinates, wider, slack)
-            path = self._way(problem, lattice, rows, number)
+            path = self._shortest(problem, lattice, rows, number)
             if path is not None:
                 break
         if path is None:
@@ -189,31 +199,34 @@ class Portfolio:
         rotary = path[:, self.problem.machine.rotary_columns]
         return self._refined(f"refine, {name}", rows, rotary, coarse=True)
 
-    def _way(self, problem: Problem, lattice: Lattice, rows: IntArray, number: int) -> Array | None:
-        """Find the cheapest path through a lattice, and off what the mask refuses."""
+    def _shortest(self, problem: Problem, lattice: Lattice, rows: IntArray, number: int) -> Array | None:
+        """Find the cheapest path through a lattice, within the mask if there is one."""
         if self.clear is None:
-            return shortest_path(problem, lattice, self._tell(f"search {number + 1}"))
+            report = None if self.progress is None else partial(self.progress, f"search {number + 1}")
+            return shortest_path(problem, lattice, report)
         clear = self.clear.at(rows)
-        open_states = clear.priced(lattice, problem.machine.rotary_columns, np.inf)
-        return way_among(stored(open_states, len(rows)), Known(clear.mask, clear.rows, problem), LOOKS)
+        lattice = precomputed(clear.priced(lattice, problem.machine.rotary_columns, np.inf), len(rows))
+        checked = CheckedStates(clear.mask, clear.rows, problem)
+        return clean_path(lattice, checked, MASKED_SEARCHES, or_last=True)
 
     def lattice(
         self, problem: Problem, search: LatticeSearch, coordinates: Coordinates, wider: int, slack: float
     ) -> Lattice:
-        """Lay the lattice of a search whose neighbours in the second coordinate lie so many times as far."""
+        """Make the lattice of a search, with the reach in the second coordinate times `wider`."""
         if coordinates.level is None:
             fixed = problem.machine.axes[coordinates.second_column(problem)].limits.is_fixed
             # With one axis held there are few states, and the other can be searched finely.
             steps = (search.step / (8.0 if fixed else 1.0), 0.75 * search.step)
-            reach = (
-                (4.0 * DEGREE * search.stride, 2.0 * DEGREE * search.stride) if not fixed else (np.pi, 0.0)
-            )
-            return grid_lattice(problem, coordinates, steps, (reach[0], reach[1] * wider), slack)
+            first = np.pi if fixed else 4.0 * DEGREE * search.stride
+            second = 0.0 if fixed else 2.0 * DEGREE * search.stride
+            return grid_lattice(problem, coordinates, steps, (first, second * wider), slack)
         levels = min(self.effort.level_reach * wider, search.levels)
         return level_lattice(problem, coordinates, search.step, search.levels, (np.pi, levels), slack)
 
-    def _carried(self, known: IntArray, rows: IntArray, found: Refinement, coordinates: Coordinates) -> Array:
-        """Carry a refined path over to more locations, (m, 2) rad."""
+    def _extended(
+        self, known: IntArray, rows: IntArray, found: Refinement, coordinates: Coordinates
+    ) -> Array:
+        """Extend a refined path to more locations, (m, 2) rad."""
         path = self.problem.thinned(known).positions(slice(None), found.rotary)
         at = np.searchsorted(rows, known)
         clear = None if self.clear is None else self.clear.at(rows)
@@ -223,10 +236,10 @@ class Portfolio:
     def _refined(
         self, name: str, rows: IntArray | None, start: Array, *, coarse: bool = False, near: bool = False
     ) -> Refinement:
-        """Refine a path on some locations, or on all, inside of the mask where there is one."""
+        """Refine a path on some locations, or on all, within the mask if there is one."""
         problem = self.problem if rows is None else self.problem.thinned(rows)
         if self.clear is None:
-            return self._freely(name, problem, start, coarse=coarse, near=near)
+            return self._unmasked(name, problem, start, coarse=coarse, near=near)
         clear = self.clear if rows is None else self.clear.at(rows)
         most = ROUNDS if len(problem) <= self.effort.whole else LONG_ROUNDS
         return self._confined(name, problem, clear, start, most if rows is None else COARSE_ROUNDS)
@@ -234,60 +247,54 @@ class Portfolio:
     def _confined(
         self, name: str, problem: Problem, clear: Clearance, start: Array, rounds: int
     ) -> Refinement:
-        before = problem.cost(problem.positions(slice(None), start))
+        """Refine a path within the mask."""
+        before = problem.path_cost(start)
         if len(problem) == 1:
             return Refinement(start, before, "one location, nothing to refine", 0)
-        if rounds > COARSE_ROUNDS and not clear.exactly(np.arange(len(problem)), start).all():
+        if rounds > COARSE_ROUNDS and not clear.admits(start).all():
             return Refinement(start, before, "to be replanned first", 0)
         inside = Confinement(
             problem.eased(start), clear, self._solver(self.effort.iterations, self.effort.last_barrier)
         )
         found = inside.refined(start, rounds)
-        cost = problem.cost(problem.positions(slice(None), found))
-        refused = int((~clear.exactly(np.arange(len(problem)), found)).sum())
-        status = f"{refused} of {len(problem)} locations refused"
-        self.stages.append(Stage(f"{name}, inside of the mask", status, inside.iterations, before, cost))
+        cost = problem.path_cost(found)
+        status = f"{np.count_nonzero(~clear.admits(found))} of {len(problem)} locations refused"
+        self.stages.append(Stage(f"{name}, within the mask", status, inside.iterations, before, cost))
         return Refinement(found, cost, SOLVED, inside.iterations)
 
     def _solver(self, iterations: int, last: float) -> Solver:
-        """Make what refines a problem, a part of the path or all of it, quickly."""
+        """Return a function that refines a problem, or a part of it, from a start near its solution."""
         effort = self.effort
+
+        refine_near = partial(
+            refine, iterations=iterations, barrier=effort.barrier, near=True, last=last, solver=effort.solver
+        )
 
         def solve(problem: Problem, start: Array, held: tuple[bool, bool]) -> tuple[Array, int]:
             if len(problem) <= effort.whole or effort.takes_any:
-                found = refine(
-                    problem,
-                    start,
-                    iterations=iterations,
-                    barrier=effort.barrier,
-                    held=held,
-                    near=True,
-                    last=last,
-                    solver=effort.solver,
-                )
+                found = refine_near(problem, start, held=held)
             else:
-                found = refine_windows(
-                    problem,
-                    start,
-                    size=effort.window,
-                    iterations=effort.window_iterations,
-                    barrier=effort.barrier,
-                    solver=effort.solver,
-                )
+                found = self._in_windows(problem, start, effort.barrier)
             return found.rotary, found.iterations
 
         return solve
 
-    def _freely(
-        self, name: str, problem: Problem, start: Array, *, coarse: bool, near: bool = False
-    ) -> Refinement:
-        """Refine a path as a whole, and window by window where that is too much or doesn't converge."""
+    def _in_windows(self, problem: Problem, start: Array, barrier: float) -> Refinement:
+        """Refine a path window by window."""
+        effort = self.effort
+        size, iterations = effort.window, effort.window_iterations
+        return refine_windows(
+            problem, start, size=size, iterations=iterations, barrier=barrier, solver=effort.solver
+        )
+
+    def _unmasked(self, name: str, problem: Problem, start: Array, *, coarse: bool, near: bool) -> Refinement:
+        """Refine a path as a whole, or window by window if it is too long or doesn't converge."""
         effort = self.effort
         barrier = effort.coarse_barrier if coarse else effort.barrier
         everywhere = len(problem) == len(self.problem)
         limit = effort.iterations if everywhere else effort.coarse_iterations
         last = effort.last_barrier if everywhere else ROUGH
-        before = problem.cost(problem.positions(slice(None), start))
+        before = problem.path_cost(start)
         if len(problem) == 1:
             return Refinement(start, before, "one location, nothing to refine", 0)
         found = Refinement(start, before, "", 0)
@@ -305,14 +312,7 @@ class Portfolio:
                 self.stages.append(Stage(name, found.status, found.iterations, before, found.cost))
         if found.status != SOLVED and len(problem) > 2:
             whole = found.cost
-            found = refine_windows(
-                problem,
-                found.rotary,
-                size=effort.window,
-                iterations=effort.window_iterations,
-                barrier=barrier,
-                solver=effort.solver,
-            )
+            found = self._in_windows(problem, found.rotary, barrier)
             self.stages.append(
                 Stage(f"{name}, in windows", found.status, found.iterations, whole, found.cost)
             )
@@ -322,47 +322,24 @@ class Portfolio:
         return found
 
     def _unbroken(self, problem: Problem, start: Array) -> Array:
-        """Replan a start, (n, 2) rad, that the refinement couldn't mend, where that can be done wholly."""
+        """Replan a start, (n, 2) rad, that the refinement couldn't fix; the start unless all is kept then."""
         if not problem.broken(start).any():
             return start
         path = self._replanned(problem, start)
         return start if problem.broken(path).any() else path
 
     def _replanned(self, problem: Problem, path: Array) -> Array:
-        """Lead a path elsewhere where it breaks a bound."""
+        """Replan a path around the locations at which it breaks a bound."""
         return Replanning(problem, self.lattice, self.effort.widths).replanned(path, BROKEN, MOST_BROKEN)
 
     def _cheapest(self, compared: Mapping[str, Baseline]) -> tuple[str, Array] | None:
-        """Name the cheapest baseline that keeps all bounds, with its rotary angles."""
+        """Find the name and rotary angles of the cheapest baseline that keeps all bounds."""
         columns = self.problem.machine.rotary_columns
-        paths = {name: baseline.motion.positions for name, baseline in compared.items()}
-        kept = {n: p for n, p in paths.items() if self.problem.violation(p[:, columns]) <= ALLOWED}
-        if not kept:
-            return None
-        name = min(kept, key=lambda n: self.problem.cost(kept[n]))
-        return name, kept[name][:, columns]
+        paths = {name: baseline.motion.positions[:, columns] for name, baseline in compared.items()}
+        kept = [name for name, path in paths.items() if self.problem.violation(path) <= ALLOWED]
+        name = min(kept, key=lambda n: self.problem.cost(compared[n].motion.positions), default=None)
+        return None if name is None else (name, paths[name])
 
-    def _is_worse(self, found: Refinement, start: tuple[str, Array]) -> bool:
-        if self.problem.violation(found.rotary) > ALLOWED:
-            return True
-        return found.cost > self.problem.cost(self.problem.positions(slice(None), start[1]))
-
-    def _tell(self, stage: str) -> Callable[[int, int], None] | None:
-        progress = self.progress
-        return None if progress is None else lambda done, total: progress(stage, done, total)
-
-
-def _searched_once(
-    search: LatticeSearch, stride: int, rows: IntArray, coordinates: Coordinates, number: int, run: Portfolio
-) -> tuple[int, IntArray, Refinement | None]:
-    return stride, rows, run._search(search, rows, coordinates, number)
-
-
-def _carried_once(
-    known: IntArray, rows: IntArray, found: Refinement, coordinates: Coordinates, run: Portfolio
-) -> Array:
-    return run._carried(known, rows, found, coordinates)
-
-
-def _refined_once(name: str, rows: IntArray, start: Array, run: Portfolio) -> Refinement:
-    return run._refined(name, rows, start)
+    def _is_worse(self, found: Refinement, rotary: Array) -> bool:
+        violation = self.problem.violation(found.rotary)
+        return violation > ALLOWED or found.cost > self.problem.path_cost(rotary)

@@ -1,11 +1,10 @@
-"""Next to the singular direction: the first rotary axis is held, and what it can't do in time is said.
+"""Near the singular direction: the first rotary axis is held, and a turn that is too slow is reported.
 
-With the tool along the first rotary axis that axis turns the part and nothing else; next to it a small change
-of the tool's direction takes a large turn, ``1/sin`` of the angle. Whether a location lies within the cone
-depends on the posture that is being looked for, so there are two steps: solve, see which moves turn the axis
-within the cone, bound them, solve again. What is bounded stays so, and the rounds come to an end. The bounds
-are those that search and NLP know anyway, on turns and on directions, and paths that keep clear of the cone,
-nearly all, are solved once.
+With the tool along the first rotary axis, that axis turns the part without changing the tool's direction;
+near it a small change of direction takes a large turn, ``1/sin`` of the angle. Whether a location is within
+the cone depends on its posture, so this takes rounds: solve, bound the moves that turn the axis within the
+cone, solve again. Bounds are never removed, so the rounds end. They are of the kinds that search and NLP
+handle anyway, on turns and on directions, and paths that stay out of the cone, nearly all, are solved once.
 """
 
 from __future__ import annotations
@@ -25,12 +24,12 @@ from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.posture.solution import Solution
 from fiveaxis.toolpath import Constraints, TiltBounds, Toolpath
 
-# Takes a problem and a path, (n, 2) rad, that is good but for the problem's last bounds, to a path.
+# Solves a problem from a path, (n, 2) rad, that keeps all but the last bounds added.
 Solve = Callable[[Problem, Array], Array]
 
-# Rounds of solving and bounding; each bounds moves that were free before.
+# Rounds of solving and bounding; each bounds more moves.
 MOST_ROUNDS = 4
-# rad: a move that passes the singular direction this near is called a crossing.
+# A move that passes the singular direction closer than this is called a crossing (rad).
 NEAR = np.radians(10.0)
 # Relative: a move stretched by less keeps its feed.
 KEPT = 1e-6
@@ -43,7 +42,7 @@ class Cone:
     Parameters
     ----------
     angle : rad, half angle
-    rate : rad/mm that the axis may turn there over the way of the pivot; 0 to hold it
+    rate : rad/mm that the axis may turn there over the path of the pivot; 0 to hold it
     """
 
     angle: float
@@ -51,13 +50,13 @@ class Cone:
 
     @classmethod
     def of(cls, constraints: Constraints) -> Cone | None:
-        """Take the cone that constraints name; None without one."""
+        """Return the cone of constraints; None without one."""
         angle = constraints.singular_cone
         return None if angle is None else cls(angle, constraints.singular_rate)
 
 
 def nearest_angles(machine: Machine, rotary: Array) -> Array:
-    """Measure how near each move comes to the singular direction: at its ends and halfway.
+    """Compute how close each move comes to the singular direction, at its ends and halfway.
 
     Parameters
     ----------
@@ -73,7 +72,7 @@ def nearest_angles(machine: Machine, rotary: Array) -> Array:
 
 
 def turning_within(toolpath: Toolpath, machine: Machine, rotary: Array, cone: Cone) -> BoolArray:
-    """Find the cuts that turn the first rotary axis within the cone further than they may, (n − 1,)."""
+    """Find the cuts that turn the first rotary axis within the cone farther than allowed, (n − 1,)."""
     inside = toolpath.cutting[1:] & (nearest_angles(machine, rotary) < cone.angle)
     return inside & (np.abs(np.diff(rotary[:, 0])) > cone.rate * toolpath.lengths[1:] + ALLOWED)
 
@@ -87,7 +86,7 @@ def bounded_within(problem: Problem, toolpath: Toolpath, rotary: Array, cone: Co
 
 
 def kept_outside(problem: Problem, toolpath: Toolpath, rotary: Array, cone: Cone) -> Problem:
-    """Keep the tool axis out of the cone at both ends of every cut that turns the axis in it on a path."""
+    """Keep the tool axis out of the cone at both ends of every cut of a path that turns the axis in it."""
     moves = turning_within(toolpath, problem.machine, rotary, cone)
     rows = np.append(moves, False) | np.append(False, moves)
     reference = np.where(rows[:, None], singular_direction(problem.machine), np.nan)
@@ -95,29 +94,28 @@ def kept_outside(problem: Problem, toolpath: Toolpath, rotary: Array, cone: Cone
     return replace(problem, bounds=(*problem.bounds, bound))
 
 
-def held(problem: Problem, toolpath: Toolpath, rotary: Array, solve: Solve, cone: Cone) -> Array:
+def hold_in_cone(problem: Problem, toolpath: Toolpath, rotary: Array, solve: Solve, cone: Cone) -> Array:
     """Solve again until no cut turns the first rotary axis within the singular cone.
 
-    Two remedies are tried: the axis is held where the path passes the cone (`bounded_within`), and the path
-    goes round the cone where the axis turns (`kept_outside`).
+    Two remedies are tried: holding the axis where the path passes the cone (`bounded_within`), and avoiding
+    the cone where the axis turns (`kept_outside`).
 
     Parameters
     ----------
-    problem : without bounds in the cone
-    toolpath : what it was made of
+    problem, toolpath : without bounds in the cone
     rotary : (n, 2), rad, its path
     solve : finds the path of a problem with bounds
 
     Returns
     -------
-    (n, 2), rad; of the admissible paths that were found the one that turns least within the cone, then the
-    cheapest. `cone_findings` names the moves where neither remedy helped.
+    (n, 2), rad; of the admissible paths found, the one that turns least within the cone, then the cheapest.
+    `cone_findings` lists the moves where neither remedy helped.
     """
 
     def rank(path: Array) -> tuple[float, float]:
         rows = turning_within(toolpath, problem.machine, path, cone)
         turned = float(np.abs(np.diff(path[:, 0]))[rows].sum())
-        return turned, problem.cost(problem.positions(slice(None), path))
+        return turned, problem.path_cost(path)
 
     found = [rotary]
     for remedy in (bounded_within, kept_outside):
@@ -135,16 +133,16 @@ def held(problem: Problem, toolpath: Toolpath, rotary: Array, solve: Solve, cone
 
 
 def with_findings(solution: Solution, cone: Cone | None) -> Solution:
-    """Return a solution whose path says what its postures make of the time, and which turn in the cone."""
+    """Return a solution with findings on moves that postures slow down or that turn in the cone."""
     path, machine, motion = solution.toolpath, solution.machine, solution.motion
-    told = [*rapid_findings(path, machine, motion.positions), *slow_findings(path, machine, motion)]
+    found = [*rapid_findings(path, machine, motion.positions), *slow_findings(path, machine, motion)]
     if cone is not None:
-        told += cone_findings(path, machine, motion.positions[:, machine.rotary_columns], cone)
-    return replace(solution, toolpath=replace(path, findings=(*path.findings, *told))) if told else solution
+        found += cone_findings(path, machine, motion.positions[:, machine.rotary_columns], cone)
+    return replace(solution, toolpath=replace(path, findings=(*path.findings, *found)))
 
 
 def cone_findings(toolpath: Toolpath, machine: Machine, rotary: Array, cone: Cone) -> list[Finding]:
-    """Name the runs of cuts that turn the first rotary axis within the cone; code ``singular-turn``."""
+    """List the runs of cuts that turn the first rotary axis within the cone; code ``singular-turn``."""
     rows = np.flatnonzero(turning_within(toolpath, machine, rotary, cone))
     turns = np.degrees(np.abs(np.diff(rotary[:, 0])))
     angles = np.degrees(nearest_angles(machine, rotary))
@@ -154,7 +152,7 @@ def cone_findings(toolpath: Toolpath, machine: Machine, rotary: Array, cone: Con
             "singular-turn",
             f"{machine.rotaries[0]} turns by {turns[run].sum():.1f} deg in {_blocks(len(run))} while the "
             f"tool axis is {angles[run].min():.2f} deg from the singular direction (cone "
-            f"{np.degrees(cone.angle):g} deg): no way was found that holds it; widen the tilt range or tilt "
+            f"{np.degrees(cone.angle):g} deg): no path was found that holds it; widen the tilt range or tilt "
             "the part on the table",
             toolpath.place(int(run[0]) + 1),
             float(turns[run].sum()),
@@ -164,11 +162,11 @@ def cone_findings(toolpath: Toolpath, machine: Machine, rotary: Array, cone: Con
 
 
 def slow_findings(toolpath: Toolpath, machine: Machine, motion: Motion) -> list[Finding]:
-    """Name the runs of cuts whose feed a rotary axis can't keep at its highest speed.
+    """List the runs of cuts whose feed a rotary axis can't keep at its highest speed.
 
     Returns
     -------
-    Code ``singular-crossing`` where the first rotary axis holds up a move next to the singular direction,
+    Code ``singular-crossing`` where the first rotary axis slows a move near the singular direction,
     ``rotary-slows`` elsewhere; the value is the factor by which the slowest block of the run is stretched
     """
     turns = np.abs(motion.moves[:, machine.rotary_columns])
@@ -182,33 +180,22 @@ def slow_findings(toolpath: Toolpath, machine: Machine, motion: Motion) -> list[
     for which, letter in enumerate(machine.rotaries):
         slow = (stretch[:, which] > 1.0 + KEPT) & (stretch.argmax(axis=1) == which)
         crossing = near & (which == 0)
-        for rows, code in ((slow & crossing, "singular-crossing"), (slow & ~crossing, "rotary-slows")):
+        for rows, code, where in (
+            (slow & crossing, "singular-crossing", " next to the singular direction"),
+            (slow & ~crossing, "rotary-slows", ""),
+        ):
             for run in _runs(np.flatnonzero(rows)):
                 worst = int(run[np.argmax(stretch[run, which])])
-                figures = stretch[worst, which], np.degrees(turns[worst, which]), np.degrees(speeds[which])
-                found.append(_slow(toolpath, motion, (letter, code), (run, worst), figures))
+                factor, feed = float(stretch[worst, which]), 60.0 * motion.feed[worst]
+                turn, speed = np.degrees([turns[worst, which], speeds[which]])
+                message = (
+                    f"{letter} can't keep the feed in {_blocks(len(run))}{where}: the slowest turns it by "
+                    f"{turn:.3g} deg, which at {speed:g} deg/s takes {factor:.2f} times as long as F{feed:g} "
+                    f"allows, so it falls to {feed / factor:.0f} mm/min; bound the turns (turn_rate) or "
+                    "program that feed"
+                )
+                found.append(Finding(Severity.WARNING, code, message, toolpath.place(worst), factor))
     return sorted(found, key=lambda f: f.place.location or 0)
-
-
-def _slow(
-    toolpath: Toolpath,
-    motion: Motion,
-    said: tuple[str, str],
-    rows: tuple[IntArray, int],
-    figures: tuple[float, float, float],
-) -> Finding:
-    (letter, code), (run, worst), (factor, turn, speed) = said, rows, figures
-    feed = 60.0 * motion.feed[worst]
-    where = " next to the singular direction" if code == "singular-crossing" else ""
-    return Finding(
-        Severity.WARNING,
-        code,
-        f"{letter} can't keep the feed in {_blocks(len(run))}{where}: the slowest turns it by {turn:.3g} "
-        f"deg, which at {speed:g} deg/s takes {factor:.2f} times as long as F{feed:g} allows, so it falls "
-        f"to {feed / factor:.0f} mm/min; bound the turns (turn_rate) or program that feed",
-        toolpath.place(worst),
-        float(factor),
-    )
 
 
 def _blocks(count: int) -> str:

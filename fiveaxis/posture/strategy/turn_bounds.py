@@ -8,34 +8,31 @@ from fiveaxis.geometry import Array, angle_between
 from fiveaxis.motion import STANDSTILL, feed_times
 from fiveaxis.toolpath import Constraints, Toolpath
 
-# rad/s: rotary axes turn no faster at the programmed feed where nobody asks for another bound. A table of
-# usual size turns at 30 1/min (`reference/machines`: 180 deg/s of most trunnions).
+# Default speed of rotary axes at the programmed feed, rad/s: that of most trunnion tables, 30 1/min.
 USUAL_SPEED = np.radians(180.0)
-# Links may turn this many times as far as cuts: nothing is touched there.
+# Links may turn this many times as far as cuts: nothing is cut there.
 LINK_SHARE = 3.0
-# rad: no rotary axis turns farther in a cutting move, however long that takes: verification calls it a jump
-# where nobody asks for more.
+# Default largest turn in a cutting move, rad, however long it takes: verification calls a larger one a jump.
 FARTHEST = np.radians(45.0)
-# rad: where the pivot stands still no feed says how long a turn takes.
+# Default where the pivot stands still, so that the feed gives no time for the turn (rad).
 ON_THE_SPOT = np.radians(15.0)
-# A step may always turn by this, rad.
+# Every step may turn by this, rad.
 LEAST_TURN = np.radians(0.01)
 
 
 def turn_bounds(toolpath: Toolpath, constraints: Constraints, location: Array | None = None) -> Array:
     """Bound the turn of every rotary axis in each move of a path.
 
-    A bound on a given move holds for what lies between its ends as well: inserted locations share it out. A
-    move in which the program itself turns the tool farther may turn as far; where nobody asks for a bound,
-    one in which the surface turns farther, too.
+    Locations inserted in a given move share its bound. A move in which the program itself turns the tool
+    farther may turn as far; without a given bound, so may one in which the surface turns farther.
 
     Parameters
     ----------
     toolpath : n locations
-    constraints : the largest turn in a cutting move, by default what `USUAL_SPEED` allows at the programmed
-        feed, as far as `FARTHEST`, and over the path of the contact in cuts. Links may turn `LINK_SHARE`
-        times as far
-    location : (n,), where each lies among given ones; by default all are given
+    constraints : `max_turn` in a cutting move, by default `USUAL_SPEED` at the programmed feed and at most
+        `FARTHEST`, and `turn_rate` over the path of the contact in cuts. Links may turn `LINK_SHARE` times as
+        far
+    location : (n,), fractional index of each in the given path; by default all are given
 
     Returns
     -------
@@ -54,7 +51,7 @@ def turn_bounds(toolpath: Toolpath, constraints: Constraints, location: Array | 
     for direction in (toolpath.axis, toolpath.normal)[: 2 if max_turn is None else 1]:
         most = np.maximum(most, np.nan_to_num(angle_between(direction[1:], direction[:-1])))
     if turn_rate is not None:
-        # A place that is there twice would forbid every turn between its two locations.
+        # Two locations with the same contact would not be allowed any turn.
         steep = np.maximum(turn_rate * toolpath.lengths[1:], LEAST_TURN)
         most = np.where(cutting, np.minimum(most, steep), most)
     return np.maximum(most, LEAST_TURN)

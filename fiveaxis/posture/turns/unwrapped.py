@@ -127,7 +127,7 @@ def rewind_solution(
         compared[name] = Baseline(motion, energy, rewound, baseline.note)
         if baseline.toolpath in (None, path) and problem.violation(rotary) <= ALLOWED and keeps(rotary):
             best = min(best, other, key=attrgetter("price"))
-    kept = Unwrapped(path, solution.tilt, best.problem, best.rotary, clearance, best.found.row)
+    kept = Unwrapped(path, solution.tilt, best.problem, best.rotary, clearance)
     limited = replace(
         solution, machine=machine, compared=compared, missing=missing, problem=None, unwrapped=kept
     )
@@ -167,7 +167,7 @@ def with_path(solution: Solution, rotary: Array) -> tuple[Solution, Rewound | No
         tilt=found.bounds(unwrapped.tilt),
         motion=motion,
         energy=program_energy(machine, path, motion, solution.filling, solution.clock),
-        unwrapped=replace(unwrapped, rotary=rotary, place=found.row),
+        unwrapped=replace(unwrapped, rotary=rotary),
     )
     return other, found
 

@@ -102,7 +102,7 @@ def test_what_collides_between_locations_is_refused_and_searched_again(
         asked.append(mask)
         return free if mask is None else optimise_postures(arc, machine, tilt=TILT, effort="quick", mask=mask)
 
-    cleared = clearing.keep_clear(solve, arc, machine, around, BOUNDS, {})
+    cleared = clearing.keep_clear(solve, arc, machine, around, BOUNDS)
     before = clearing.colliding_rows(free, around)
     after = clearing.colliding_rows(cleared.solution, around)
     assert asked[0] is None
@@ -168,7 +168,7 @@ def test_a_path_that_tightening_makes_impossible_comes_back_with_its_collisions(
             raise Infeasible("no way", ())
         return free
 
-    cleared = clearing.keep_clear(solve, arc, machine, around, BOUNDS, {})
+    cleared = clearing.keep_clear(solve, arc, machine, around, BOUNDS)
     assert cleared.solution is free
     assert cleared.rounds == 1
     report = fx.verify(cleared.solution.motion, machine, arc, tilt=TILT, surroundings=around)
@@ -185,7 +185,7 @@ def test_a_ball_with_nothing_above_it_is_solved_once(machine, block):
 
     part = trimesh.creation.box(extents=(100.0, 100.0, 10.0))
     part.apply_translation([0.0, 0.0, -5.0])
-    assert clearing.keep_clear(solve, path, machine, Surroundings(part=part), BOUNDS, {}).rounds == 0
+    assert clearing.keep_clear(solve, path, machine, Surroundings(part=part), BOUNDS).rounds == 0
     assert calls == [None]
 
 
@@ -221,8 +221,8 @@ def test_passes_keep_their_start_where_others_cannot_be_kept_clear(rings, machin
             raise Infeasible("1 of 26 locations have no admissible posture", [])
         return rolled if free_starts else given
 
-    options = {"free_start": True}
-    cleared = clearing.keep_clear(solve, rings, machine, Surroundings(fixtures=(block,)), BOUNDS, options)
+    around = Surroundings(fixtures=(block,))
+    cleared = clearing.keep_clear(solve, rings, machine, around, BOUNDS, free_start=True)
     kept = cleared.solution.toolpath
     assert np.array_equal(kept.pivot[~kept.inserted], rings.pivot)
     assert "elsewhere the tool isn't kept clear: 1 of 26" in cleared.solution.toolpath.findings[-1].message

@@ -1,4 +1,4 @@
-"""The whole optimiser: on the cases with known numbers, on laws, and where there is nothing to find."""
+"""The whole optimiser: cases with known numbers, laws, and infeasible paths."""
 
 from dataclasses import replace
 
@@ -51,17 +51,17 @@ def test_the_dome_is_solved_with_and_without_a_bound_on_turns(hayashi, dome):
     turns = np.abs(bounded.motion.moves[:, hayashi.rotary_columns])
     assert np.degrees(turns.max()) <= 15.0 + 1e-6
     assert refined_cost(bounded) < 33_000.0
-    # Seen at the locations alone fast turns are cheap; the program drives what lies between.
+    # At the locations alone fast turns are cheap; the program also drives in between.
     assert bounded.energy.travel < free.energy.travel
 
 
-def test_a_small_path_is_sound_and_says_what_the_solver_did(plain):
+def test_a_small_path_is_sound_and_has_a_record_of_the_solver(plain):
     solution = plain
     assert_sound(solution)
     names = [stage.name for stage in solution.stages]
     assert any(name.startswith("search") for name in names)
     assert names[-1].startswith("refine, all locations")
-    # A searched path is clean, so refining it never makes it dearer, and here makes it cheaper.
+    # A searched path keeps the bounds, so refining never makes it costlier, and here makes it cheaper.
     searched = [stage for stage in solution.stages if stage.name.startswith("refine") and "deg" in stage.name]
     assert len(searched) >= 3
     assert all(stage.after < stage.before for stage in searched)
@@ -79,7 +79,7 @@ def test_the_other_solver_ends_as_low_and_both_where_nothing_is_left_to_gain(hay
         optimise(ring(), hayashi, tilt=(15, 75), solver="simplex")
 
 
-def test_the_posture_may_turn_no_further_than_allowed(hayashi):
+def test_no_axis_turns_farther_than_allowed(hayashi):
     solution = optimise(ring(), hayashi, tilt=(15, 75), max_turn=6.0)
     turns = np.degrees(np.abs(solution.motion.moves[:, hayashi.rotary_columns]))
     assert turns.max() <= 6.0 + 1e-6
@@ -109,7 +109,7 @@ def test_a_part_turned_about_c_costs_the_same(hayashi, plain):
     assert cost == pytest.approx(plain.energy.travel, rel=0.02)
 
 
-def test_links_are_bound_by_limits_alone(hayashi):
+def test_links_are_bounded_by_limits_alone(hayashi):
     path = ring()
     links = np.zeros(len(path), dtype=bool)
     links[30:50] = True
@@ -140,7 +140,7 @@ def test_a_limited_c_keeps_its_turn_and_offsets_are_respected(trunnion, hayashi)
     assert_sound(solution)
     c = solution.motion.positions[:, machine.column("C")]
     assert np.ptp(c) > 2.0 * 2.0 * np.pi
-    # It starts where it is, not at the end of its range, though that would cost the travel metric nothing.
+    # It starts near 0, not at the end of its range, though the travel metric would be the same.
     assert np.abs(c).max() < 4.0 * 2.0 * np.pi
 
 
@@ -176,7 +176,7 @@ def test_locations_out_of_reach_are_listed_each_with_its_reason(hayashi):
     assert findings[0].value == pytest.approx(10.0, abs=0.1)
 
 
-def test_what_cannot_be_asked_is_refused(hayashi, trunnion):
+def test_impossible_input_is_refused(hayashi, trunnion):
     path = ring()
     with pytest.raises(SettingError, match=r"75…15 deg is empty, reversed"):
         optimise(path, hayashi, tilt=(75, 15))
@@ -240,7 +240,7 @@ def test_an_unreachable_sequence_names_the_bound_on_turns(hayashi):
 @pytest.mark.parametrize(
     ("text", "tilt"), [("bull:6:1", (15, 75)), ("flat:6", (5, 60)), ("taper:3:4:8", (15, 75))]
 )
-def test_any_cutter_keeps_the_contacts_that_the_path_asks_for(hayashi, text, tilt):
+def test_any_cutter_keeps_the_contacts_of_the_path(hayashi, text, tilt):
     path, tool = ring(), parse_tool(text)
     solution = optimise(Toolpath.from_contacts(path.contact, path.normal, tool), hayashi, tilt=tilt)
     assert_sound(solution)

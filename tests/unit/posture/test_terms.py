@@ -133,7 +133,7 @@ def test_changes_of_rotary_acceleration_have_their_price(rotary):
     assert problem.cost(positions) - free.cost(positions) == pytest.approx(expected)
 
 
-def test_terms_that_a_problem_has_no_use_for_are_left_out():
+def test_terms_that_a_problem_doesnt_need_are_left_out():
     problem = problem_of(MACHINES["hayashi"], Tool.ball(6.0))
     endless = np.full(5, np.inf)
     plain = replace(

@@ -1,4 +1,4 @@
-"""The postures that a result is measured against."""
+"""The baselines that a result is compared with."""
 
 import numpy as np
 import pytest
@@ -47,7 +47,7 @@ def test_every_baseline_keeps_the_tilt_range_and_the_limits(hayashi, vase):
     assert found["lead-lean"].energy.travel < 1.01 * found["normal"].energy.total
 
 
-def test_greedy_takes_no_dearer_moves_than_standing_still_would(hayashi):
+def test_greedy_moves_cost_no_more_than_standing_still(hayashi):
     # A straight line on a flat floor: the posture may stay, and nothing but X moves.
     contact = np.stack([np.linspace(0.0, 20.0, 21), np.zeros(21), np.zeros(21)], axis=1)
     path = Toolpath.from_contacts(contact, np.tile(UP, (21, 1)), Tool.ball(6))
@@ -89,7 +89,7 @@ def test_a_programmed_axis_out_of_reach_is_named(hayashi):
 
 
 def test_the_branches_are_chosen_for_the_whole_path_not_one_by_one(hayashi, vase):
-    """Brute force over the two branches of a few locations, each turn the short way."""
+    """Brute force over the two branches of a few locations, with the shorter turns."""
     import itertools
 
     short = vase.at(np.arange(0, 3600, 450))
@@ -109,7 +109,7 @@ def test_the_branches_are_chosen_for_the_whole_path_not_one_by_one(hayashi, vase
     assert motion_energy(free, follow(short, free, rotary)).travel == pytest.approx(best)
 
 
-def test_a_turn_goes_the_short_way_unless_the_limits_forbid_it():
+def test_the_shorter_turn_is_taken_unless_the_limits_forbid_it():
     low, high = np.array([-np.inf, -2.0]), np.array([np.inf, 2.0])
     near = nearest_turn(np.array([-3.0, 1.5]), np.array([9.0, -1.9]), low, high)
     np.testing.assert_allclose(near, [-3.0 + 4.0 * np.pi, 1.5])
@@ -159,7 +159,7 @@ def test_an_inside_corner_keeps_every_location_its_own_posture(hayashi):
     np.testing.assert_allclose(tilt, 15.0, atol=1e-6)
 
 
-def test_a_baseline_starts_on_the_turn_that_spares_it_an_unwinding(hayashi):
+def test_a_baseline_starts_on_the_turn_that_needs_no_rewind(hayashi):
     from dataclasses import replace
 
     from fiveaxis.machine import Limits
@@ -176,8 +176,8 @@ def test_a_baseline_starts_on_the_turn_that_spares_it_an_unwinding(hayashi):
 
 
 @pytest.mark.parametrize("tool", [Tool.ball(8.0), Tool.bull(16.0, 3.0)], ids=["ball", "bull"])
-def test_no_single_posture_is_cheaper_than_the_one_that_is_taken(hayashi, tool):
-    """Each of the grid as the whole path would take it, priced by the room for energy."""
+def test_no_single_posture_is_cheaper_than_the_chosen_one(hayashi, tool):
+    """Each posture of the grid is held along the whole path and priced by `fiveaxis.energy`."""
     turn = np.linspace(0.0, 2.0 * np.pi, 9)
     contact = np.stack([40.0 * np.cos(turn), 40.0 * np.sin(turn), 3.0 * turn], axis=1)
     path = for_tilt(Toolpath.from_contacts(contact, np.tile(UP, (9, 1)), tool), (10, 70))

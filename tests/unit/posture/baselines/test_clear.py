@@ -1,4 +1,4 @@
-"""Baselines beside a mask: nearest clear postures, and no others touched."""
+"""Baselines under a mask: nearest clear postures, and no others changed."""
 
 from functools import cache
 
@@ -41,7 +41,7 @@ def plain():
 
 
 def moved(function):
-    return moved_clear(plain(), PROBLEM, PATH, MACHINE, BOUNDS, Mask(function))
+    return moved_clear(plain(), PROBLEM, PATH, BOUNDS, Mask(function))
 
 
 def angles(baseline) -> np.ndarray:
@@ -58,10 +58,10 @@ def disc(centre: np.ndarray, radius: float):
 
 
 @pytest.mark.parametrize("away", [0.0, 2.0, 5.5])
-@pytest.mark.parametrize("way", [0.3, 1.9, 4.0])
-def test_out_of_a_disc_the_nearest_posture_is_that_of_brute_force(away, way):
+@pytest.mark.parametrize("direction", [0.3, 1.9, 4.0])
+def test_out_of_a_disc_the_nearest_posture_is_that_of_brute_force(away, direction):
     here = angles(plain()["normal"])[20]
-    centre = here + away * DEGREE * np.array([np.cos(way), np.sin(way)])
+    centre = here + away * DEGREE * np.array([np.cos(direction), np.sin(direction)])
     mask = disc(centre, 6.0 * DEGREE)
     side = np.arange(-14.0, 14.01, 0.05) * DEGREE
     grid = here + np.stack(np.meshgrid(side, side), axis=-1).reshape(-1, 2)
@@ -85,14 +85,14 @@ def test_beyond_a_half_plane_the_nearest_posture_lies_square_to_its_edge():
 
     # A wide range, at whose edge no baseline lies.
     wide = tilt_bounds(PATH, (0, 89))
-    kept, _ = moved_clear(plain(), PROBLEM, PATH, MACHINE, wide, Mask(mask))
+    kept, _ = moved_clear(plain(), PROBLEM, PATH, wide, Mask(mask))
     away = angles(kept["normal"])[20] - here
     assert np.linalg.norm(away) == pytest.approx(3.0 * DEGREE, rel=0.02)
     assert away @ square == pytest.approx(3.0 * DEGREE, rel=0.02)
 
 
 def test_along_a_wall_the_posture_stays_on_one_side():
-    """What is in the way lies in the middle of the path's own angles: both sides are equally near."""
+    """The obstacle lies in the middle of the path's own angles: both sides are equally near."""
     own = angles(plain()["normal"])
 
     def mask(rows, rotary):
@@ -120,7 +120,7 @@ def test_what_can_only_turn_too_far_is_missing():
         return (rows != 20) | (np.linalg.norm(rotary - own[20], axis=1) > 12.0 * DEGREE)
 
     only = {"normal": plain()["normal"]}
-    kept, missing = moved_clear(only, narrow, PATH, MACHINE, BOUNDS, Mask(mask))
+    kept, missing = moved_clear(only, narrow, PATH, BOUNDS, Mask(mask))
     assert kept == {}
     assert "turns too far" in missing["normal"]
 
@@ -134,7 +134,7 @@ caps = st.lists(
 
 @settings(max_examples=25, deadline=None, derandomize=True)
 @given(caps)
-def test_a_moved_baseline_is_admitted_everywhere_and_else_as_it_was(drawn):
+def test_a_moved_baseline_is_admitted_everywhere_and_otherwise_unchanged(drawn):
     own = tool_axes(MACHINE, angles(plain()["normal"]))
 
     def mask(rows, rotary):
@@ -159,7 +159,7 @@ def test_a_moved_baseline_is_admitted_everywhere_and_else_as_it_was(drawn):
         assert np.all(PROBLEM.turn_excess(after) <= PROBLEM.turn_excess(before) + 1e-9)
 
 
-def test_a_result_beside_a_mask_is_compared(vase, hayashi):
+def test_a_result_under_a_mask_has_baselines(vase, hayashi):
     """The scattered mask of the benchmarks, on a part of the case."""
     path = vase.at(np.arange(300))
 

@@ -1,4 +1,4 @@
-"""What searches know of a mask: its nodes, or the rough map that it brings."""
+"""Approximate answers of a mask for searches: its nodes, or its own rough map."""
 
 import itertools
 from dataclasses import replace
@@ -9,7 +9,7 @@ from by_degrees import tilt_bounds
 
 from fiveaxis.machine import Limits, load_machine
 from fiveaxis.posture.masks.clearance import NODE_STEP, NODE_STRIDE, Clearance, NodeMap, Nodes
-from fiveaxis.posture.masks.mask import Known, Mask, clean_path, way_among
+from fiveaxis.posture.masks.mask import CheckedStates, Mask, clean_path
 from fiveaxis.posture.problem import Problem
 from fiveaxis.posture.search.corridor import REFUSED_PRICE, path_through_corridor
 from fiveaxis.posture.search.lattice import Coordinates, Lattice, corridor_lattice, level_lattice
@@ -46,7 +46,7 @@ def postures(rng: np.random.Generator, n: int) -> np.ndarray:
     return np.stack([rng.uniform(-20.0, 20.0, n), rng.uniform(-2.0, 0.5, n)], axis=1)
 
 
-def test_a_grid_of_nodes_answers_for_the_nearest_one_and_asks_it_once():
+def test_a_posture_has_the_answer_of_the_nearest_node_which_is_queried_once():
     def function(rows, rotary):
         return np.sin(3.0 * rotary[:, 0]) + rotary[:, 1] < 0.1 * rows - 1.0
 
@@ -57,13 +57,13 @@ def test_a_grid_of_nodes_answers_for_the_nearest_one_and_asks_it_once():
     at = nodes.rows[np.abs(nodes.rows[None] - rows[:, None]).argmin(axis=1)]
     near = [n.first + n.step * n.nearest(rotary[:, i]) for i, n in enumerate(nodes.nodes)]
     np.testing.assert_array_equal(got, function(at, np.stack(near, axis=1)))
-    asked = mask.asked
-    assert asked <= 500
+    queried = mask.queried
+    assert queried <= 500
     np.testing.assert_array_equal(nodes.admits(rows, rotary), got)
-    assert mask.asked == asked
+    assert mask.queried == queried
 
 
-def test_the_order_of_questions_changes_no_answer():
+def test_the_order_of_queries_changes_no_answer():
     rng = np.random.default_rng(1)
     rows, rotary, order = rng.integers(0, 30, 300), postures(rng, 300), rng.permutation(300)
 
@@ -86,7 +86,7 @@ def test_every_angle_lies_near_a_node_on_some_turn(limits):
     assert np.abs(off).max() <= NODE_STEP / 2.0 + 1e-9
 
 
-def test_locations_between_nodes_are_answered_for_by_the_nearest():
+def test_a_location_between_nodes_has_the_answer_of_the_nearest():
     mask = Mask(lambda rows, rotary: rows == NODE_STRIDE)
     got = NodeMap.of(mask, problem_of(3 * NODE_STRIDE)).admits(
         np.arange(3 * NODE_STRIDE), np.zeros((3 * NODE_STRIDE, 2))
@@ -95,7 +95,7 @@ def test_locations_between_nodes_are_answered_for_by_the_nearest():
     assert np.flatnonzero(got).tolist() == list(range(half + 1, NODE_STRIDE + half + 1))
 
 
-def test_a_rough_map_of_its_own_is_asked_in_place_of_nodes():
+def test_the_masks_own_rough_map_replaces_the_nodes():
     function = Mapped()
     clear = Clearance.of(Mask(function), problem_of(30)).at(np.array([5, 7]))
     rotary = np.array([[0.4, 0.0], [0.7, 0.0]])
@@ -104,7 +104,7 @@ def test_a_rough_map_of_its_own_is_asked_in_place_of_nodes():
     assert clear.exactly(np.array([0, 1]), rotary).tolist() == [True, True]
 
 
-def test_a_lattice_off_the_mask_has_no_price_there():
+def test_roughly_refused_states_of_a_lattice_have_the_price():
     states = np.zeros((2, 3, 1, 1, 5))
     states[..., SPIN] = np.array([0.0, 0.7, 2.0])[None, :, None, None]
     lattice = Lattice(lambda rows: (states[rows], np.zeros((len(rows), 3, 1, 1))), SPIN, 0.0, (3, 1))
@@ -145,9 +145,9 @@ def test_the_cheapest_clean_path_is_that_of_brute_force(seed):
         path = states[rows, chosen]
         if problem.turn_excess(path[:, columns]).max() == 0.0:
             best = min(best, problem.cost(path))
-    for find in (clean_path, way_among):
-        known = Known(Mask(function), np.arange(n), problem)
-        path = find(lattice, known, 40)
+    for or_last in (False, True):
+        checked = CheckedStates(Mask(function), np.arange(n), problem)
+        path = clean_path(lattice, checked, 40, or_last=or_last)
         clear = replace(
             lattice,
             states=lambda rows: (
@@ -198,12 +198,12 @@ def test_the_compiled_corridor_off_a_mask_holds_the_path_of_the_general_one(coor
 
     assert priced(found) == pytest.approx(priced(expected), rel=1e-9)
     assert not rough(np.arange(n), path_through_corridor(*corridor, problem.trigonometric)[:, columns]).all()
-    asked = path_through_corridor(*corridor, problem.trigonometric, clear, 20)
-    assert rough(np.arange(n), asked[:, columns]).all()
+    checked = path_through_corridor(*corridor, problem.trigonometric, clear, 20)
+    assert rough(np.arange(n), checked[:, columns]).all()
 
 
 class Roughly:
-    """What answers roughly as it would exactly, and may not be asked exactly."""
+    """A clearance whose rough answers are exact, and that must not be queried exactly."""
 
     def __init__(self, function):
         self.roughly = function

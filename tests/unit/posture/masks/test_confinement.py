@@ -1,4 +1,4 @@
-"""Refinement inside of a mask: never out of it, never dearer."""
+"""Refinement within a mask: never outside it, never costlier."""
 
 import numpy as np
 import pytest
@@ -8,7 +8,7 @@ from fiveaxis.kinematics import axis_positions, tool_axes
 from fiveaxis.machine import load_machine
 from fiveaxis.posture.local.refinement import refine
 from fiveaxis.posture.masks.clearance import Clearance
-from fiveaxis.posture.masks.confinement import PINCH, Confinement, Planes, around, blended, pinched
+from fiveaxis.posture.masks.confinement import PINCH, Confinement, Planes, blended, pinched, windows_around
 from fiveaxis.posture.masks.mask import Mask
 from fiveaxis.posture.problem import Problem
 from fiveaxis.toolpath import Tool, Toolpath
@@ -44,7 +44,7 @@ def run(problem, function, start, rounds=4):
     return Confinement(problem, clear, solve).refined(start, rounds)
 
 
-def test_planes_keep_a_refined_path_inside_of_a_mask_and_cheaper():
+def test_planes_keep_a_refined_path_within_a_mask_and_cheaper():
     problem = problem_of()
     start = steady(problem)
     assert problem.violation(start) <= 1e-9
@@ -73,7 +73,7 @@ def test_a_mask_that_admits_only_the_start_leaves_it():
     np.testing.assert_allclose(run(problem, mask, start, rounds=2), start, atol=1e-9)
 
 
-def test_a_location_that_is_refused_at_the_start_binds_nothing():
+def test_a_location_that_is_refused_at_the_start_has_no_planes():
     problem = problem_of(40)
     start = steady(problem)
     found = run(problem, lambda rows, _: rows != 7, start, rounds=1)
@@ -95,7 +95,7 @@ def test_three_planes_close_round_an_axis_admit_it_and_nothing_far(axis):
     assert inside[angle < PINCH].all()
 
 
-def test_planes_bind_the_part_that_they_belong_to():
+def test_planes_bound_the_part_that_they_belong_to():
     problem, planes = problem_of(30), Planes.none(30)
     planes.add(np.array([4]), np.array([[1.0, 0.0, 0.0]]))
     planes.add(np.array([4, 9]), np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]))
@@ -107,13 +107,13 @@ def test_planes_bind_the_part_that_they_belong_to():
     assert len(planes.bounding(problem, 10, 20).bounds) == len(problem.bounds)
 
 
-def test_stretches_have_a_margin_and_overlap_into_one():
-    assert around(np.array([5, 9]), 30, 2) == [(3, 11)]
-    assert around(np.array([0, 29]), 30, 3) == [(0, 3), (26, 29)]
-    assert around(np.array([5, 12]), 30, 2) == [(3, 7), (10, 14)]
+def test_windows_have_a_margin_and_merge_if_they_overlap():
+    assert windows_around(np.array([5, 9]), 30, 2) == [(3, 11)]
+    assert windows_around(np.array([0, 29]), 30, 3) == [(0, 3), (26, 29)]
+    assert windows_around(np.array([5, 12]), 30, 2) == [(3, 7), (10, 14)]
 
 
-def test_a_blend_is_the_other_path_where_asked_and_the_path_far_away():
+def test_a_blend_is_the_other_path_at_the_given_locations_and_the_path_far_away():
     path, other = np.zeros((200, 2)), np.ones((200, 2))
     mixed = blended(path, other, np.array([100]))
     assert mixed[100].tolist() == [1.0, 1.0]

@@ -1,4 +1,4 @@
-"""Places at which the refinement can't lead a path within its bounds are searched anew."""
+"""Local replanning of locations at which the refinement can't satisfy the bounds."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def test_a_sound_path_stays_as_it_is(problem, sound):
     assert replanned(problem, sound) is sound
 
 
-def test_broken_places_are_found_with_the_steps_that_break_a_bound(problem, sound):
+def test_broken_locations_are_found_with_the_steps_that_break_a_bound(problem, sound):
     assert not problem.broken(sound).any()
     leaning, turning = sound.copy(), sound.copy()
     leaning[40] += np.radians([0.0, 60.0])
@@ -54,7 +54,7 @@ def test_broken_places_are_found_with_the_steps_that_break_a_bound(problem, soun
 
 
 @pytest.mark.parametrize("where", [0, 1, 40, 118, 119])
-def test_a_path_that_breaks_bounds_in_one_place_is_led_another_way_there(problem, sound, where):
+def test_a_path_that_breaks_bounds_at_one_location_is_replanned_there(problem, sound, where):
     broken = sound.copy()
     broken[where] += np.radians([0.0, 60.0])
     found = replanned(problem, broken)
@@ -70,7 +70,7 @@ def test_a_path_that_is_broken_nearly_everywhere_is_left_alone(problem, sound):
     assert replanned(problem, broken) is broken
 
 
-def test_an_endless_axis_that_comes_out_on_another_turn_counts_on_from_there(problem, sound):
+def test_an_endless_axis_that_ends_on_another_turn_goes_on_from_there(problem, sound):
     unwrapped = sound.copy()
     unwrapped[60:] += [2.0 * np.pi, 0.0]
     assert problem.broken(unwrapped).any()

@@ -1,4 +1,4 @@
-"""What is solved is the program: its inserted blocks keep the bounds, and its energy is the objective."""
+"""The program is solved: its inserted blocks keep the bounds, and its energy is the objective."""
 
 from dataclasses import replace
 
@@ -58,16 +58,16 @@ def ring() -> Toolpath:
 
 @pytest.fixture(scope="module")
 def short(hayashi) -> Machine:
-    """A machine that can't go down as far as the cheapest path around the ring wants to."""
+    """A machine whose Z doesn't reach as far down as the cheapest path around the ring."""
     z = hayashi.column("Z")
     axes = [replace(a, limits=Limits(low=18.7)) if i == z else a for i, a in enumerate(hayashi.axes)]
     return replace(hayashi, axes=tuple(axes))
 
 
 def counts(solution, bounds) -> dict[str, int]:
-    asked = Constraints.of_degrees(tilt=bounds["tilt"], max_turn=bounds.get("max_turn"))
+    constraints = Constraints.of_degrees(tilt=bounds["tilt"], max_turn=bounds.get("max_turn"))
     made = make_program(
-        solution.motion, solution.machine, solution.toolpath, asked, ProgramOptions(thin=False)
+        solution.motion, solution.machine, solution.toolpath, constraints, ProgramOptions(thin=False)
     )
     return dict(made.report.counts)
 
@@ -100,12 +100,12 @@ def test_what_is_solved_passes_the_given_locations_in_their_order(wall, hayashi)
 
 
 @pytest.mark.parametrize("path", [lobes(181), s_wall(160)], ids=["lobes", "wall"])
-def test_energy_of_the_program_is_what_is_least(path, hayashi):
+def test_the_energy_of_the_program_is_minimal(path, hayashi):
     bounds = {"tilt": (25.0, 75.0), "effort": "quick"}
     by_energy = fx.optimise(path, hayashi, **bounds)
     by_travel = fx.optimise(path, hayashi, objective="travel", **bounds)
     assert by_energy.energy.total < 0.9 * by_travel.energy.total
-    # Good under the other reading of the power table, too, and hardly more travel.
+    # Good by the other reading of the power table too, with hardly more travel.
     assert by_energy.energy.least < by_travel.energy.least
     assert by_energy.energy.travel < 1.15 * by_travel.energy.travel
     for solution in (by_energy, by_travel):

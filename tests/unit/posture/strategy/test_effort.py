@@ -1,4 +1,4 @@
-"""Efforts: what each of the names stands for."""
+"""Efforts by name."""
 
 from dataclasses import replace
 
@@ -8,7 +8,7 @@ from fiveaxis.errors import SettingError
 from fiveaxis.posture.strategy.effort import EFFORTS, Effort, effort_of, random_searches
 
 
-def test_normal_is_what_is_done_without_being_asked():
+def test_normal_is_the_default():
     assert effort_of("normal") == replace(Effort(), promise=EFFORTS["normal"].promise)
 
 
@@ -19,11 +19,11 @@ def test_quick_does_less_than_normal_and_thorough_more():
     assert not quick.is_many
     assert not normal.is_many
     assert thorough.is_many
-    # The portfolio of normal is among the starts, so thorough can't end up dearer.
+    # The portfolio of normal is among the starts, so thorough can't cost more.
     assert set(normal.searches) <= set(thorough.searches)
 
 
-def test_every_effort_says_what_it_promises():
+def test_every_effort_has_a_promise():
     assert list(EFFORTS) == ["quick", "normal", "thorough"]
     for effort in EFFORTS.values():
         assert len(effort.promise.split()) > 8

@@ -1,4 +1,4 @@
-"""The front between energy and steadiness: its ends, its order, and that nothing on it is beaten."""
+"""The front between energy and steadiness: its ends, its order, and that no point dominates another."""
 
 from dataclasses import replace
 
@@ -29,16 +29,16 @@ def test_the_ends_are_the_optimum_and_the_smoothest_asked_for(found):
     assert len(found.points) + found.dominated == 5
 
 
-def test_a_cheaper_path_met_on_the_way_is_the_solution(found, hayashi, monkeypatch):
-    """The first optimum is spoilt, so that the sweep finds a better one."""
+def test_a_cheaper_path_found_during_the_sweep_is_the_solution(found, hayashi, monkeypatch):
+    """The first optimum is made worse, so that the sweep finds a better one."""
 
-    def spoilt(*args, **options):
-        poor = posture.optimise(*args, smoothing=3000.0, **options)
+    def optimise_badly(path, machine, constraints, options):
+        poor = posture.optimise(path, machine, constraints, replace(options, smoothing=3000.0))
         return replace(poor, problem=replace(poor.problem, bend_price=np.zeros(len(poor.problem) - 1)))
 
-    monkeypatch.setattr("fiveaxis.posture.strategy.front.optimise", spoilt)
+    monkeypatch.setattr("fiveaxis.posture.strategy.front.optimise", optimise_badly)
     bounds = Constraints.of_degrees(tilt=(15, 75), max_turn=15.0)
-    poor = spoilt(ring(60), hayashi, bounds, objective="travel", effort="quick")
+    poor = optimise_badly(ring(60), hayashi, bounds, posture.Options(objective="travel", effort="quick"))
     front = find_front(ring(60), hayashi, 3, tilt=(15, 75), effort="quick")
     first = front.points[0]
     assert first.cost == min(p.cost for p in front.points) == pytest.approx(front.solution.travel)
@@ -47,7 +47,7 @@ def test_a_cheaper_path_met_on_the_way_is_the_solution(found, hayashi, monkeypat
     assert front.solution.stages[-1].name == "front"
 
 
-def test_a_point_that_the_mask_refuses_is_none(hayashi):
+def test_a_path_that_the_mask_refuses_is_no_point_of_the_front(hayashi):
     """A mask that admits what `optimise` found, and nothing else that differs by a tenth of a degree."""
     alone = optimise(ring(60), hayashi, tilt=(15, 75), effort="quick")
     kept = alone.motion.positions[:, hayashi.rotary_columns]
@@ -93,7 +93,7 @@ def test_where_time_has_a_price_the_solution_is_the_cheapest_with_it(trunnion, h
     assert front.solution.problem.cost(front.solution.motion.positions) == cost[0]
 
 
-def test_where_speeds_are_known_delay_grows_dearer_too_and_time_shrinks(trunnion, hayashi):
+def test_where_speeds_are_known_delay_costs_more_along_the_front_and_time_shrinks(trunnion, hayashi):
     machine = trunnion.with_drives_of(hayashi)
     small = Toolpath.from_contacts(ring(60).contact, ring(60).normal, Tool.ball(6), feed_mm_min=3000.0)
     found = find_front(small, machine, 3, tilt=(15, 75), effort="quick")
@@ -115,7 +115,7 @@ def test_every_point_has_its_solution_and_is_picked_by_its_number(found):
         assert solution.motion.positions.tolist() == p.motion.positions.tolist()
         assert solution.energy.total == p.energy.total
         assert max(solution.residuals().values()) <= 1e-9
-    # Fewer may be left than were asked for.
+    # Fewer may be left than were sought.
     assert found.pick(50) is found.solutions[-1]
 
 
@@ -124,12 +124,12 @@ def test_the_same_front_comes_out_again(found, hayashi):
     assert again.as_dict() == found.as_dict()
 
 
-def test_the_runs_of_a_front_are_told_up_to_the_last(hayashi):
-    told = []
-    find_front(ring(24), hayashi, 3, tilt=(15, 75), effort="quick", progress=lambda *step: told.append(step))
-    assert [step[1:] for step in told if step[0] == "front"] == [(k, 7) for k in range(1, 8)]
-    # The stages of one point would say that all is done.
-    assert "refine" not in {stage for stage, _, _ in told}
+def test_progress_counts_the_runs_of_a_front_up_to_the_last(hayashi):
+    steps = []
+    find_front(ring(24), hayashi, 3, tilt=(15, 75), effort="quick", progress=lambda *step: steps.append(step))
+    assert [step[1:] for step in steps if step[0] == "front"] == [(k, 7) for k in range(1, 8)]
+    # The stages of one point would look as if all were done.
+    assert "refine" not in {stage for stage, _, _ in steps}
 
 
 @pytest.mark.parametrize(
@@ -138,7 +138,7 @@ def test_the_runs_of_a_front_are_told_up_to_the_last(hayashi):
         ({"n": 1}, "two ends"),
         ({"smoothest": 0.0}, "above 0"),
         ({"smoothest": float("nan")}, "above 0"),
-        ({"smoothing": 3.0}, "of its own"),
+        ({"smoothing": 3.0}, "its own smoothing"),
     ],
 )
 def test_a_front_that_makes_no_sense_is_refused(hayashi, options, what):
@@ -152,7 +152,7 @@ def point(found, energy: float, bend: float, time: float) -> FrontPoint:
     return replace(first, energy=replace(first.energy, by_axis=by_axis, time=time), cost=energy, bend=bend)
 
 
-def test_what_another_point_beats_in_everything_is_left_out_and_of_equals_one_stays(found):
+def test_a_dominated_point_is_left_out_and_of_equals_one_stays(found):
     figures = [(5, 1, 1), (1, 5, 1), (5, 5, 1), (1, 5, 1), (9, 9, 0.5)]
     kept = undominated([point(found, *f) for f in figures])
     assert [(p.energy.total, p.bend, p.energy.time) for p in kept] == [(1, 5, 1), (5, 1, 1), (9, 9, 0.5)]
@@ -176,20 +176,20 @@ def test_a_front_of_a_path_with_rewinds_has_points_each_with_its_own(rewound_fro
     assert solution.unwrapped is not None
     assert front.points[0].energy.as_dict() == solution.energy.as_dict()
     assert len(front.points) >= 2
-    told = [f for f in solution.toolpath.findings if f.code == "rewind"]
+    rewinds = [f for f in solution.toolpath.findings if f.code == "rewind"]
     c = machine.column("C")
     for p in front.points:
         assert within_limits(machine, p.motion.positions).all()
         turned = np.abs(p.motion.moves[:, c]) > 2.0 * np.pi - 1e-6
-        assert 1 <= turned.sum() <= len(told)
+        assert 1 <= turned.sum() <= len(rewinds)
         assert len(p.motion) > len(path)
-        # The turn back isn't counted among the bends.
+        # A rewind isn't counted among the bends.
         assert p.bend < (2.0 * np.pi) ** 2
     bend = [p.bend for p in front.points]
     assert bend == sorted(bend, reverse=True)
 
 
-def test_the_solution_of_such_a_front_keeps_its_bounds_and_tells_its_own_rewinds(rewound_front):
+def test_the_solution_of_such_a_front_keeps_its_bounds_and_reports_its_own_rewinds(rewound_front):
     front = rewound_front[2]
     solution = front.solution
     assert max(solution.residuals().values()) <= 1e-9
@@ -201,8 +201,8 @@ def test_the_solution_of_such_a_front_keeps_its_bounds_and_tells_its_own_rewinds
 
 
 def test_a_solution_put_together_by_hand_has_no_front(hayashi, monkeypatch):
-    def bare(*args, **options):
-        return replace(posture.optimise(*args, **options), problem=None)
+    def bare(*args):
+        return replace(posture.optimise(*args), problem=None)
 
     monkeypatch.setattr("fiveaxis.posture.strategy.front.optimise", bare)
     with pytest.raises(SettingError, match="put together by hand"):

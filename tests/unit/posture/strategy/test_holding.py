@@ -83,7 +83,7 @@ def test_what_cannot_be_held_is_refused(hayashi):
     assert not is_holding(hold(hayashi, {}))
 
 
-def test_held_axes_that_reach_nothing_are_told_with_the_tilt_that_would_do(hayashi):
+def test_held_axes_that_reach_nothing_are_reported_with_the_tilt_that_would_do(hayashi):
     with pytest.raises(Infeasible, match="5 of 5 locations") as caught:
         optimise(wave(), hayashi, tilt=(0, 30), hold={"A": -60.0, "C": 0.0})
     assert "tilt up to 6" in caught.value.findings[0].message
@@ -104,10 +104,10 @@ def test_a_plane_is_kept_and_as_good_as_brute_force(hayashi):
 
 
 def test_lead_and_lean_are_kept_and_as_good_as_brute_force(hayashi):
-    asked = {"lead": (5.0, 25.0), "lean": (-20.0, 10.0)}
-    solution = optimise(wave(), hayashi, **asked, max_turn=25.0)
+    bounds = {"lead": (5.0, 25.0), "lean": (-20.0, 10.0)}
+    solution = optimise(wave(), hayashi, **bounds, max_turn=25.0)
     assert max(solution.residuals().values()) <= 1e-9
-    assert verify(solution.motion, hayashi, solution.toolpath, **asked).ok
+    assert verify(solution.motion, hayashi, solution.toolpath, **bounds).ok
     steps = (np.radians(np.arange(-180.0, 180.0, 3.0)), np.radians(np.arange(-60.0, 30.0, 1.5)))
     choices = np.array(list(itertools.product(*steps)))
     assert solution.energy.travel <= cheapest_of_all(solution, choices) * (1.0 + 1e-6) + 1e-6

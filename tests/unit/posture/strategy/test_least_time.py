@@ -1,4 +1,4 @@
-"""Least time: what slows a path down has its price, nothing else does, and what is free is smooth."""
+"""Least time: only what slows a path down is priced, and what is free is smooth."""
 
 from dataclasses import replace
 
@@ -35,7 +35,7 @@ def limited(machine: Machine, speeds=SPEEDS, pushes=PUSHES) -> Machine:
 
 
 def wavy(count: int = 41, *, swing: float = 25.0, waves: float = 6.0, feed: float = 3000.0) -> Toolpath:
-    """A straight cut whose programmed axis swings to and fro, deg, as a surface's normal would lead it."""
+    """A straight cut whose programmed axis swings to and fro, deg, like a surface's normal."""
     x = np.linspace(-40.0, 40.0, count)
     lean = np.radians(swing) * np.sin(waves * np.pi * x / 40.0)
     axis = np.column_stack([np.sin(lean), np.full(count, 0.3), np.cos(lean)])
@@ -69,7 +69,7 @@ def test_no_baselines_program_is_quicker(solution):
     assert all(solution.energy.run_time <= time + EXACT for time in times.values()), times
 
 
-def test_the_told_time_is_that_of_the_programs_blocks(solution):
+def test_the_reported_time_is_that_of_the_programs_blocks(solution):
     blocks = solution.filling.blocks(solution.toolpath, solution.machine, solution.motion)
     assert solution.energy.run_time == solution.clock(blocks, solution.machine).total
     shares = solution.time_savings()
@@ -80,7 +80,7 @@ def test_the_told_time_is_that_of_the_programs_blocks(solution):
 
 
 def test_an_axis_that_reverses_with_the_normal_is_smoothed(solution):
-    """Its programmed axis would have A stop and turn back with every wave."""
+    """With the programmed axis A would stop and reverse at every wave."""
     assert solution.time_savings()["as-programmed"] > 0.05
     if solution.clock.stops_at_turns:
         return  # axes stand between blocks anyway
@@ -110,7 +110,7 @@ def posed(path: Toolpath, machine: Machine) -> Problem:
 
 
 def test_no_sequence_of_postures_on_a_grid_is_quicker(hayashi):
-    """One axis limits: brute force over the angles, location by location."""
+    """Brute force over the angles, location by location, with A as the limiting axis."""
     machine = limited(hayashi, speeds=(100.0, 100.0, 100.0, 0.3, 50.0), pushes=(None,) * 5)
     path = wavy(65, swing=40.0, waves=2.0, feed=1000.0)
     found = optimise(path, machine, objective="time", **CONE)
@@ -124,8 +124,8 @@ def test_no_sequence_of_postures_on_a_grid_is_quicker(hayashi):
     axes, excess = (np.concatenate(parts) for parts in zip(*placed, strict=True))
     late = np.where(excess[0] > 0.0, np.inf, 0.0)
     for i in range(1, len(path)):
-        way = np.abs(axes[i][None] - axes[i - 1][:, None]) / problem.top_speed
-        step = np.maximum(way.max(axis=-1), problem.least_time[i - 1])
+        times = np.abs(axes[i][None] - axes[i - 1][:, None]) / problem.top_speed
+        step = np.maximum(times.max(axis=-1), problem.least_time[i - 1])
         turn = np.abs(states[None] - states[:, None]) > problem.max_turn[i - 1] + 1e-9
         step = np.where(turn.any(axis=-1), np.inf, step)
         late = np.where(excess[i] > 0.0, np.inf, (late[:, None] + step).min(axis=0))
@@ -134,7 +134,7 @@ def test_no_sequence_of_postures_on_a_grid_is_quicker(hayashi):
 
 
 def test_a_second_costs_the_same_however_it_is_lost(hayashi):
-    """An axis that stops from v and goes back loses v / A, and one that is late what it is late by."""
+    """An axis that reverses from v loses v / A, and a late one its delay."""
     machine = limited(hayashi)
     problem = posed(wavy(), machine)
     assert problem.time_price == TIME_PRICE
@@ -143,7 +143,7 @@ def test_a_second_costs_the_same_however_it_is_lost(hayashi):
 
 @pytest.mark.parametrize("feed", [100.0, 1000.0, 6000.0])
 def test_blocks_from_rest_to_rest_are_priced_by_the_time_they_take(hayashi, feed):
-    """A limits: at the feed it gets there, below it it doesn't, and then it runs at its highest speed."""
+    """A is the limiting axis: it reaches the feed, doesn't reach it, or runs at its highest speed."""
     machine = limited(hayashi, (1e5, 1e5, 1e5, 0.5, 1e5), (1e8, 1e8, 1e8, 2.0, 1e8))
     path = for_tilt(wavy(21, feed=feed), None, CONE["cone"])
     turns = np.concatenate([[0.0], np.geomspace(1e-3, 0.3, 20) * np.tile([1.0, -1.0], 10)])
@@ -164,22 +164,22 @@ def test_without_speeds_there_is_no_least_time(hayashi):
 def test_without_accelerations_the_result_says_so(hayashi):
     unknown = limited(hayashi, pushes=(1000.0, 1000.0, None, 5.0, None))
     found = optimise(wavy(9), unknown, objective="time", **CONE)
-    (told,) = [f for f in found.toolpath.findings if f.code == "acceleration-unknown"]
-    assert "of Z, C" in told.message
+    (finding,) = [f for f in found.toolpath.findings if f.code == "acceleration-unknown"]
+    assert "of Z, C" in finding.message
 
 
-def test_time_has_no_other_price_where_it_is_the_objective(machine):
+def test_time_as_the_objective_excludes_another_price_of_time(machine):
     with pytest.raises(SettingError, match="time_price"):
         fx.optimise(wavy(9), machine, objective="time", time_price=5.0, **CONE)
 
 
-def test_a_job_tells_one_time_in_terminal_report_and_document(tmp_path):
+def test_terminal_report_and_document_of_a_job_have_the_same_time(tmp_path):
     path, file = wavy(21), tmp_path / "wavy.csv"
     table = np.hstack([path.contact, path.axis])
     np.savetxt(file, table, delimiter=",", header="x,y,z,i,j,k", comments="", fmt="%.9f")
-    asked = {"machine": "linuxcnc-xyzac-trt", "drives": "hayashi-640123", "tool": "ball:6", "feed": 1000.0}
-    asked |= {"cone": 20.0, "effort": "quick", "objective": "time", "keep_clear": False}
-    outcome = run_job(make_job(input=file, **asked))
+    job = {"machine": "linuxcnc-xyzac-trt", "drives": "hayashi-640123", "tool": "ball:6", "feed": 1000.0}
+    job |= {"cone": 20.0, "effort": "quick", "objective": "time", "keep_clear": False}
+    outcome = run_job(make_job(input=file, **job))
     solution, document = outcome.solution, outcome.document
     blocks = outcome.program.motion.blocks
     assert document["energy"]["run_time"] == solution.clock(blocks, solution.machine).total

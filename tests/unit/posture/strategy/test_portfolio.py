@@ -1,4 +1,4 @@
-"""Parts of the work that run beside each other."""
+"""Searches and refinements in parallel threads."""
 
 import os
 
@@ -19,7 +19,7 @@ def problem(hayashi, vase) -> Problem:
     return Problem.build(part, hayashi, tilt_bounds(part, (15, 75)), max_turn=turns)
 
 
-def test_the_number_of_threads_changes_no_bit(problem, monkeypatch):
+def test_the_number_of_threads_doesnt_change_the_result(problem, monkeypatch):
     alone = Portfolio(problem, Effort(), None)
     expected = alone.best_path({})
     monkeypatch.setattr(portfolio, "LONG", 100)

@@ -1,4 +1,4 @@
-"""Next to the singular direction: what is held, what is bounded, and what is said."""
+"""Near the singular direction: held axes, bounds and findings."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from fiveaxis.posture.strategy.singular import (
     MOST_ROUNDS,
     Cone,
     bounded_within,
-    held,
+    hold_in_cone,
     kept_outside,
     nearest_angles,
     slow_findings,
@@ -99,7 +99,7 @@ def round_the_top(n: int = 60, radius: float = 50.0) -> Toolpath:
     return replace(path, axis=normal)
 
 
-def test_the_optimiser_turns_c_outside_the_cone_only_where_it_is_asked_to(hayashi):
+def test_the_optimiser_keeps_c_still_in_the_cone_only_if_there_is_one(hayashi):
     path = round_the_top()
     columns = hayashi.rotary_columns
     wide = Cone(np.radians(9.0))
@@ -114,15 +114,15 @@ def test_the_optimiser_turns_c_outside_the_cone_only_where_it_is_asked_to(hayash
     assert "singular-turn" not in {f.code for f in bound.toolpath.findings}
 
 
-def test_where_c_cannot_be_held_the_path_stays_and_says_so(hayashi):
+def test_where_c_cannot_be_held_the_path_stays_with_a_finding(hayashi):
     path = over_the_top()
     rotary = along_the_normal(path)
     problem = Problem.build(path, hayashi, tilt_bounds(path, cone=10))
 
     def solve(_: Problem, __: np.ndarray) -> np.ndarray:
-        raise Infeasible("no way", ())
+        raise Infeasible("no path", ())
 
-    np.testing.assert_array_equal(held(problem, path, rotary, solve, CONE), rotary)
+    np.testing.assert_array_equal(hold_in_cone(problem, path, rotary, solve, CONE), rotary)
 
 
 def test_bounds_are_kept_from_round_to_round(hayashi):
@@ -136,7 +136,7 @@ def test_bounds_are_kept_from_round_to_round(hayashi):
         # The next path comes into the cone elsewhere.
         return np.roll(rotary, 8 * len(seen), axis=0)
 
-    held(problem, path, rotary, solve, CONE)
+    hold_in_cone(problem, path, rotary, solve, CONE)
     assert len(seen) > 1
     seen = seen[:-MOST_ROUNDS]  # those of the other remedy
     for before, after in pairwise(seen):
@@ -149,7 +149,7 @@ def speed_of_c(machine, degrees):
     return replace(machine, axes=axes)
 
 
-def test_a_crossing_that_c_cannot_follow_is_said_with_its_factor(hayashi):
+def test_a_crossing_that_c_cannot_follow_is_reported_with_its_factor(hayashi):
     path = over_the_top()
     machine = speed_of_c(hayashi, 30.0)
     motion = follow(path, machine, along_the_normal(path))
@@ -164,7 +164,7 @@ def test_a_crossing_that_c_cannot_follow_is_said_with_its_factor(hayashi):
     assert motion.time[1:].sum() > path.lengths.sum() / 10.0
 
 
-def test_a_turn_far_from_the_singular_direction_is_called_otherwise(hayashi):
+def test_a_turn_far_from_the_singular_direction_has_another_code(hayashi):
     path = over_the_top(aside=25.0)
     machine = speed_of_c(hayashi, 1.0)
     found = slow_findings(path, machine, follow(path, machine, along_the_normal(path)))
@@ -178,7 +178,7 @@ def test_an_axis_that_is_quick_enough_or_has_no_known_speed_is_not_named(hayashi
 
 
 @pytest.mark.parametrize(("angle", "rate"), [(0.0, 0.0), (90.0, 0.0), (-3.0, 0.0), (5.0, -1.0)])
-def test_a_cone_that_can_not_be_is_refused(angle, rate):
+def test_an_impossible_cone_is_refused(angle, rate):
     with pytest.raises(SettingError, match="singular_"):
         Constraints.of_degrees(singular_cone=angle, singular_rate=rate)
 

@@ -1,4 +1,4 @@
-"""Paths that can't be done: which locations, which bound, and what would let them through."""
+"""Infeasible paths: which locations, which bound, and which change would help."""
 
 from dataclasses import replace
 
@@ -9,7 +9,7 @@ from by_travel import optimise
 
 from fiveaxis.errors import Infeasible
 from fiveaxis.machine import Limits
-from fiveaxis.posture.strategy.reach import unreachable
+from fiveaxis.posture.strategy.infeasibility import unreachable
 from fiveaxis.toolpath import Tool, Toolpath
 
 
@@ -35,8 +35,8 @@ def falling(n: int, rows, degrees: float) -> Toolpath:
     return wall(n, n_z)
 
 
-def test_an_infeasible_middle_is_listed_with_what_would_let_it_through(hayashi):
-    # 70 deg below the horizontal is 160 deg from the vertical: A −120 deg asks for a tilt of 40.
+def test_infeasible_locations_are_listed_with_the_changes_that_would_help(hayashi):
+    # 70 deg below the horizontal is 160 deg from the vertical: A −120 deg needs a tilt of 40.
     path = falling(30, slice(12, 15), 70.0)
     with pytest.raises(Infeasible, match="3 of 30 locations have no admissible posture") as caught:
         optimise(path, hayashi, tilt=(5, 30))
@@ -44,23 +44,23 @@ def test_an_infeasible_middle_is_listed_with_what_would_let_it_through(hayashi):
     assert [f.place.location for f in findings] == [12, 13, 14]
     for finding in findings:
         assert finding.code == "no-posture"
-        assert 40.0 <= said(finding.message, "tilt up to ") <= 40.5
-        assert -130.2 <= said(finding.message, "A to ") <= -130.0
+        assert 40.0 <= number_after(finding.message, "tilt up to ") <= 40.5
+        assert -130.2 <= number_after(finding.message, "A to ") <= -130.0
         assert finding.value == pytest.approx(10.0, abs=0.1)
 
 
-def said(message: str, before: str) -> float:
+def number_after(message: str, before: str) -> float:
     """Read the number that follows some words."""
     return float(message.split(before)[1].split()[0])
 
 
-def test_what_is_said_to_do_does(hayashi):
+def test_the_recommended_changes_help(hayashi):
     path = falling(9, slice(3, 6), 70.0)
     with pytest.raises(Infeasible) as caught:
         optimise(path, hayashi, tilt=(5, 30), max_turn=360.0)
     messages = [f.message for f in caught.value.findings]
-    tilt = max(said(m, "tilt up to ") for m in messages)
-    lowest = min(said(m, "A to ") for m in messages)
+    tilt = max(number_after(m, "tilt up to ") for m in messages)
+    lowest = min(number_after(m, "A to ") for m in messages)
     assert unreachable(path, hayashi, tilt_bounds(path, (5, tilt))) == []
     limits = Limits(np.radians(lowest), hayashi.axis("A").limits.high)
     assert unreachable(path, with_limits(hayashi, A=limits), tilt_bounds(path, (5, 30))) == []
@@ -84,7 +84,7 @@ def test_a_linear_axis_that_is_too_short_is_named(hayashi):
     assert caught.value.findings[0].message.count(" mm") >= 1
 
 
-def test_a_lead_that_cannot_be_is_named_with_what_could_be_left_out(hayashi):
+def test_an_impossible_lead_is_named_with_the_bounds_that_could_be_left_out(hayashi):
     path = falling(8, slice(0, 8), 50.0)
     with pytest.raises(Infeasible) as caught:
         optimise(path, hayashi, tilt=(0, 60), lead=(-5, 5), lean=(-60, -20))
@@ -93,12 +93,12 @@ def test_a_lead_that_cannot_be_is_named_with_what_could_be_left_out(hayashi):
 
 def test_a_turn_that_is_too_large_is_named_with_the_bound_that_would_do(hayashi):
     path = wall(12, -0.3, turns=0.92)
-    with pytest.raises(Infeasible, match="moves turn further than they may") as caught:
+    with pytest.raises(Infeasible, match="moves exceed the largest turn") as caught:
         optimise(path, hayashi, tilt=(15, 40), max_turn=15.0)
     findings = caught.value.findings
-    needed = max(said(f.message, "allow turns of ") for f in findings)
+    needed = max(number_after(f.message, "allow turns of ") for f in findings)
     for finding in findings:
-        assert f"location {finding.place.location - 1} can have: C has to turn" in finding.message
+        assert f"location {finding.place.location - 1}: C has to turn" in finding.message
         assert finding.value > 15.0
     assert optimise(path, hayashi, tilt=(15, 40), max_turn=needed).residuals()["tilt"] <= 1e-9
 
@@ -122,13 +122,13 @@ def test_a_closed_loop_ends_where_it_began(hayashi):
     for name, energy in solution.baselines.items():
         assert solution.energy.travel <= energy.total * (1.0 + 1e-9), name
     loops = Toolpath.from_contacts(np.tile(path.contact, (2, 1)), np.tile(path.normal, (2, 1)), path.tool)
-    # The second round can cost no more than the first and the way back to its start.
+    # The second round can cost no more than the first and the return to its start.
     assert optimise(loops, hayashi, tilt=(15, 75)).energy.travel <= 2.3 * solution.energy.travel + 1.0
 
 
-@pytest.mark.parametrize("asked", [{"tilt": (15, 75)}, {"tilt": (15, 75), "plane": (0.0, 0.0, 1.0)}])
-def test_one_location_and_the_same_twice_have_a_posture(hayashi, asked):
+@pytest.mark.parametrize("bounds", [{"tilt": (15, 75)}, {"tilt": (15, 75), "plane": (0.0, 0.0, 1.0)}])
+def test_one_location_and_the_same_twice_have_a_posture(hayashi, bounds):
     path = wall(9, -0.3)
-    assert len(optimise(path.at(np.array([4])), hayashi, **asked).motion) == 1
-    twice = optimise(path.at(np.array([4, 4])), hayashi, **asked)
+    assert len(optimise(path.at(np.array([4])), hayashi, **bounds).motion) == 1
+    twice = optimise(path.at(np.array([4, 4])), hayashi, **bounds)
     assert twice.energy.travel == pytest.approx(0.0, abs=1e-6)

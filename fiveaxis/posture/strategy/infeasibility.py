@@ -1,4 +1,4 @@
-"""Which locations have no admissible posture, what stands in their way, and what would let them through."""
+"""Why a path is infeasible: locations without a posture, moves that turn too far, and what would help."""
 
 from __future__ import annotations
 
@@ -16,34 +16,40 @@ from fiveaxis.kinematics.windings import ON_LIMIT
 from fiveaxis.machine import Machine
 from fiveaxis.motion import follow
 from fiveaxis.posture.baselines import INSIDE, nearest_held, nearest_to_reference, postures
+from fiveaxis.posture.problem import ALLOWED, Problem
+from fiveaxis.posture.search.lattice import spin_angles
 from fiveaxis.posture.strategy.holding import free_angles, is_holding
 from fiveaxis.toolpath import TiltBounds, Toolpath
 
-# Tool axes that are tried at a location: rings of this many around the reference, over the tilt range, and
-# beyond it so far outside: finely where a little more would do.
+# Rings of tool axes over the tilt range, around the reference, that are tried at a location.
 RINGS, AXES_PER_RING = 13, 120
-# Far fewer are tried first, at all locations at once: most that can be reached are by one of these.
+# The same for a quick first attempt at all locations at once, which reaches most of them.
 FEW_RINGS, FEW_AXES = 7, 12
+# Rings beyond the tilt range, densest near it (rad).
 BEYOND = np.radians(np.concatenate([np.arange(0.25, 15.0, 0.25), np.arange(15.0, 180.0, 1.0)]))
-# How far inside bounds that hold together axes are drawn (rad).
-INSETS = np.radians([0.5, 0.02])
-# One in so many of them; and no more locations than this are asked what would let them through.
-DRAWN_SHARE, MOST_ADVISED = 29, 100
-# Angles and lengths that would do are said to this many decimals, rounded outwards.
+# Distances inside several bounds to which axes are drawn (rad), and the stride of those axes.
+INSETS, DRAWN_STRIDE = np.radians([0.5, 0.02]), 29
+# Most locations for which a remedy is sought.
+MOST_ADVISED = 100
+# Decimals of recommended angles and lengths, rounded outwards.
 DECIMALS = 1
+# Turns: grid of both rotary angles (rad): a share of the bound, between these limits.
+SHARE, FINEST, COARSEST = 1.0 / 3.0, np.radians(3.0), np.radians(5.0)
+# Longer paths aren't analysed: each pair of locations costs the square of its postures.
+MOST_LOCATIONS = 3000
 
 
 def unreachable(toolpath: Toolpath, machine: Machine, tilt: TiltBounds) -> list[Finding]:
     """List the locations where no posture keeps the bounds on the tool's lean and the axis limits.
 
-    Most locations are cleared by the first posture tried, the upward lean of the ``normal`` baseline, or by
-    leaning in a few other directions; the rest by sampling all tool axes, so a set narrower than the samples'
-    spacing may be missed.
+    Most locations pass with the first posture tried, the upward lean of the ``normal`` baseline, or with one
+    of a few other directions of lean. For the rest all tool axes are sampled, so a set narrower than the
+    samples' spacing may be missed.
 
     Returns
     -------
-    One finding a location, code ``no-posture``, with the axis and the limit of the nearest posture, and with
-    the one bound or limit whose change would admit a posture (each verified on a posture that it admits).
+    One finding per location, code ``no-posture``, with the axis and limit of the nearest posture, and with
+    each single bound or limit whose change would admit a posture (verified on a posture that it admits).
     """
     if is_holding(machine):
         rows = np.flatnonzero(nearest_held(toolpath, machine, tilt)[1])
@@ -54,7 +60,7 @@ def unreachable(toolpath: Toolpath, machine: Machine, tilt: TiltBounds) -> list[
 
 
 def _leaning_elsewhere(toolpath: Toolpath, machine: Machine, tilt: TiltBounds) -> BoolArray:
-    """Tell which locations are reached with one of a few leans all round the reference, (n,)."""
+    """Check which locations are reached with one of a few leans around the reference, (n,)."""
     reached = np.zeros(len(toolpath), dtype=bool)
     angles = np.linspace(tilt.low + INSIDE, tilt.high - INSIDE, FEW_RINGS)
     across = perpendicular(tilt.reference)
@@ -75,17 +81,17 @@ def _blocked(toolpath: Toolpath, machine: Machine, tilt: TiltBounds, rows: IntAr
     advised = 0
     for row in rows:
         advising = advised < MOST_ADVISED
-        tried = _tried(toolpath, machine, tilt, int(row), advising)
+        tried = _try(toolpath, machine, tilt, int(row), advising)
         if tried.admitted.any():
             continue
         advised += 1
         nearest, overrun = _nearest_miss(machine, tried)
-        remedies = [*_wider_tilt(tilt, tried), *_wider_limits(machine, tried), *_left_out(tilt, tried)]
+        remedies = [*_wider_tilt(tilt, tried), *_wider_limits(machine, tried), *_omitted(tilt, tried)]
         advice = f"{' or '.join(remedies)} would do; or " if remedies and advising else ""
         yield Finding(
             Severity.ERROR,
             "no-posture",
-            f"no tool axis within {' and '.join(b.text for b in tilt.all)} lies inside the axis limits; "
+            f"no tool axis within {' and '.join(b.text for b in tilt.all)} keeps the axis limits; "
             f"{nearest}; {advice}widen the tilt range or set the part up differently",
             toolpath.place(int(row)),
             overrun,
@@ -94,12 +100,12 @@ def _blocked(toolpath: Toolpath, machine: Machine, tilt: TiltBounds, rows: IntAr
 
 @dataclass(frozen=True, eq=False)
 class _Tried:
-    """Postures of one location, with what each of them breaks.
+    """Postures of one location, and what each of them violates.
 
     Parameters
     ----------
     angle : (m,), rad, to the first bound's reference
-    outside : (b, m), which bound on the lean is broken
+    outside : (b, m), whether a bound on the lean is violated
     positions : (m, k), mm and deg
     overrun : (m, k), mm and deg, past the limits
     """
@@ -111,7 +117,7 @@ class _Tried:
 
     @property
     def admitted(self) -> BoolArray:
-        """(m,), postures that break nothing."""
+        """(m,), postures that violate nothing."""
         admitted: BoolArray = np.logical_not(self.outside.any(axis=0)) & self.reached
         return admitted
 
@@ -120,26 +126,26 @@ class _Tried:
         """(m,), postures inside all axis limits."""
         return np.all(self.overrun <= 0.0, axis=1)
 
-    def breaks_only(self, bound: int) -> BoolArray:
-        """(m,), postures inside the limits that break this bound and no other."""
+    def violates_only(self, bound: int) -> BoolArray:
+        """(m,), postures inside the limits that violate this bound and no other."""
         return self.outside[bound] & (self.outside.sum(axis=0) == 1) & self.reached
 
 
-def _tried(toolpath: Toolpath, machine: Machine, tilt: TiltBounds, row: int, far: bool) -> _Tried:
-    """Try tool axes of the tilt range, or far all round the reference, or all angles that held axes leave."""
+def _try(toolpath: Toolpath, machine: Machine, tilt: TiltBounds, row: int, far: bool) -> _Tried:
+    """Try tool axes of the tilt range, if `far` also beyond it, or all angles that held axes leave."""
     if is_holding(machine):
         rotary = free_angles(machine)
         axis = tool_axes(machine, rotary)
         positions = follow(toolpath.at(np.full(len(rotary), row)), machine, rotary).positions
     else:
         zone, by_normal = toolpath.zone, tilt.name == "normal"
-        # Where the cutter doesn't touch no wider range would help.
+        # A wider range doesn't help where the cutter doesn't touch.
         least, most = (zone.least, zone.high) if by_normal else (0.0, math.pi)
         axis = ring_axes(
             tilt.reference[row], _angles(tilt, least, most) if far else _angles(tilt, math.pi, 0.0)
         )
         if tilt.beside:
-            some = axis[::DRAWN_SHARE]
+            some = axis[::DRAWN_STRIDE]
             axis = np.concatenate([axis, *_drawn(some, tilt.at(np.full(len(some), row)))])
         found = postures(machine, toolpath.at(np.full(len(axis), row)), axis)
         axis = np.tile(axis, (len(found.positions), 1))
@@ -158,7 +164,7 @@ def _tried(toolpath: Toolpath, machine: Machine, tilt: TiltBounds, row: int, far
 
 
 def _angles(tilt: TiltBounds, least: float, most: float) -> Array:
-    """Sample the tilt range, and what lies outside it as far as two angles, rad."""
+    """Sample the tilt range, and the angles outside it between two limits, rad."""
     inside = np.linspace(tilt.low + INSIDE, tilt.high - INSIDE, RINGS)
     above, below = tilt.high + BEYOND, tilt.low - BEYOND
     above, below = above[above < most], below[below > least]
@@ -166,7 +172,7 @@ def _angles(tilt: TiltBounds, least: float, most: float) -> Array:
 
 
 def _drawn(axis: Array, bounds: TiltBounds) -> Iterator[Array]:
-    """Draw sampled axes into all bounds, and into all but one: narrow sets fall between samples."""
+    """Draw sampled axes into all bounds, and into all but one, as narrow sets fall between samples."""
     for kept in (bounds.all, *([b for b in bounds.all if b is not left] for left in bounds.all)):
         first, *others = (replace(b, beside=()) for b in kept)
         for inset in INSETS:
@@ -194,7 +200,7 @@ def ring_axes(reference: Array, angles: Array) -> Array:
 
 
 def _nearest_miss(machine: Machine, tried: _Tried) -> tuple[str, float]:
-    """Say which axis misses its limit by how much in the nearest posture that keeps the bounds."""
+    """Name the axis that exceeds its limit in the nearest posture within the bounds; also by how much."""
     inside = ~tried.outside.any(axis=0)
     if not inside.any():
         return "the rotary axes can't give one, whatever their limits", math.inf
@@ -209,9 +215,9 @@ def _nearest_miss(machine: Machine, tried: _Tried) -> tuple[str, float]:
 
 
 def _wider_tilt(tilt: TiltBounds, tried: _Tried) -> Iterator[str]:
-    """Say to which angle the first bound would have to reach, with all else kept."""
+    """Name the angle to which the first bound would have to extend, all else being kept."""
     name = "cone" if tilt.name == "programmed axis" else "tilt"
-    angle = np.degrees(tried.angle[tried.breaks_only(0)])
+    angle = np.degrees(tried.angle[tried.violates_only(0)])
     low, high = np.degrees([tilt.low, tilt.high])
     above, below = angle[angle > high], angle[angle < low]
     ends = []
@@ -224,7 +230,7 @@ def _wider_tilt(tilt: TiltBounds, tried: _Tried) -> Iterator[str]:
 
 
 def _wider_limits(machine: Machine, tried: _Tried) -> Iterator[str]:
-    """Say how far a rotary and a linear axis would have to go, each with all else kept."""
+    """Name how far a rotary and a linear axis would have to go, all else being kept."""
     single = ~tried.outside.any(axis=0) & ((tried.overrun > 0.0).sum(axis=1) == 1)
     for columns in (machine.rotary_columns, machine.linear_columns):
         overrun = np.where(single[:, None] & (tried.overrun > 0.0), tried.overrun, np.inf)[:, columns]
@@ -239,15 +245,107 @@ def _wider_limits(machine: Machine, tried: _Tried) -> Iterator[str]:
         yield f"{axis.letter} to {_outwards(value, side)} {axis.unit}"
 
 
-def _left_out(tilt: TiltBounds, tried: _Tried) -> Iterator[str]:
-    """Name the bounds beside the first without which there would be a posture."""
+def _omitted(tilt: TiltBounds, tried: _Tried) -> Iterator[str]:
+    """Name the further bounds without which there would be a posture."""
     for number, bound in enumerate(tilt.beside, start=1):
-        if tried.breaks_only(number).any():
+        if tried.violates_only(number).any():
             yield f"leaving out {bound.text}"
 
 
 def _outwards(value: float, side: float) -> str:
-    """Write a bound that would do, rounded up or, with −1, down."""
+    """Format a bound rounded up or, with −1, down."""
     scale = 10.0**DECIMALS
-    # Zero has no sign.
+    # Adding zero removes its sign.
     return f"{side * math.ceil(side * value * scale) / scale + 0.0:g}"
+
+
+@dataclass(frozen=True, eq=False)
+class _Layer:
+    """Admissible postures of a location, (m, 2) rad, the least cost to reach each, and from which, (m,)."""
+
+    rotary: Array
+    cost: Array
+    came: IntArray
+
+
+def long_turns(problem: Problem, toolpath: Toolpath) -> list[Finding]:
+    """List the cutting moves on which a rotary axis has to turn farther than allowed.
+
+    They are those of the path through a grid of admissible postures with the smallest sum of squares of turns
+    beyond their bounds. The grid is coarse: angles are accurate to a few degrees.
+
+    Returns
+    -------
+    One finding per move, code ``no-posture``, at the location where it ends, with the turn in degrees; none
+    if the grid is too coarse, or has a path within the bounds
+    """
+    bounds = problem.max_turn[problem.strict]
+    smallest = float(bounds.min(initial=np.inf))
+    step = SHARE * smallest
+    if not FINEST <= step < np.inf or len(problem) > MOST_LOCATIONS:
+        return []
+    layers = _layers(problem, min(step, COARSEST))
+    if layers is None:
+        return []
+    path = _traced(layers)
+    turns = _turns(problem, path[:-1, None], path[1:, None])[:, 0]
+    past = (turns - problem.max_turn).max(axis=1)
+    rows = np.flatnonzero(problem.strict & (past > ALLOWED))
+    needed = math.ceil(max((float(np.degrees(turns[row].max())) for row in rows), default=0.0))
+    return [_finding(problem, toolpath, int(row), np.degrees(turns[row]), needed) for row in rows]
+
+
+def _finding(problem: Problem, toolpath: Toolpath, row: int, turns: Array, needed: int) -> Finding:
+    column = problem.machine.rotary_columns[int(np.argmax(turns))]
+    letter = problem.machine.axes[column].letter
+    most = np.degrees(problem.max_turn[row].min())
+    return Finding(
+        Severity.ERROR,
+        "no-posture",
+        f"no posture here is within {most:g} deg of an admissible one at location {row}: {letter} has to "
+        f"turn by about {turns.max():.0f} deg in between; allow turns of {needed} deg (--max-turn {needed}) "
+        "or put the locations closer together",
+        toolpath.place(row + 1),
+        float(turns.max()),
+    )
+
+
+def _layers(problem: Problem, step: float) -> list[_Layer] | None:
+    """Find the postures of every location with the least cost to reach each; None if a location has none."""
+    grids = [spin_angles(problem, axis, step)[0] for axis in (0, 1)]
+    every = np.stack(np.meshgrid(*grids, indexing="ij"), axis=-1).reshape(-1, 2)
+    layers: list[_Layer] = []
+    for row in range(len(problem)):
+        positions, excess = problem.placed(np.array([row]), every[None])
+        rotary = every[(excess[0] <= ALLOWED) & (problem.limit_excess(positions[0]) <= ALLOWED)]
+        if not len(rotary):
+            return None
+        if not row:
+            layers.append(_Layer(rotary, np.zeros(len(rotary)), np.zeros(len(rotary), dtype=np.int64)))
+            continue
+        last = layers[-1]
+        past = (_turns(problem, last.rotary[None], rotary[:, None]) - problem.max_turn[row - 1]).max(axis=-1)
+        total = last.cost + (np.maximum(past, 0.0) ** 2 if problem.strict[row - 1] else 0.0 * past)
+        # Of equals the one with the smallest turn.
+        came = np.argmin(total + 1e-9 * np.maximum(past + np.pi, 0.0), axis=1)
+        layers.append(_Layer(rotary, total[np.arange(len(rotary)), came], came))
+    return layers
+
+
+def _turns(problem: Problem, here: Array, there: Array) -> Array:
+    """Compute turns between angles, (..., 2) rad, the shorter ones for axes with at least a full turn."""
+    turns = np.abs(there - here)
+    columns = problem.machine.rotary_columns
+    wraps = problem.machine.high[columns] - problem.machine.low[columns] >= 2.0 * np.pi
+    around = np.mod(turns, 2.0 * np.pi)
+    return np.where(wraps, np.minimum(around, 2.0 * np.pi - around), turns)
+
+
+def _traced(layers: list[_Layer]) -> Array:
+    """Trace the cheapest path back, (n, 2) rad."""
+    path = np.empty((len(layers), 2))
+    state = int(np.argmin(layers[-1].cost))
+    for row in range(len(layers) - 1, -1, -1):
+        path[row] = layers[row].rotary[state]
+        state = int(layers[row].came[state])
+    return path

@@ -1,4 +1,4 @@
-"""A user's mask: kept everywhere, asked seldom, and told when nothing pleases it."""
+"""A user's mask: satisfied everywhere, queried seldom, and an error if nothing satisfies it."""
 
 import numpy as np
 import pytest
@@ -9,21 +9,21 @@ from fiveaxis.errors import Infeasible, SettingError
 from fiveaxis.kinematics import tool_axes
 from fiveaxis.machine import load_machine
 
-# A mask only knows the edge of a bound from asking; the way along it is this share dearer at most.
+# The edge of a mask is found by queries; a path along it costs at most this share more than along a bound.
 DEARER = 0.02
-# States of the lattices that one search of a path of 80 locations looks at.
+# States of the lattices of one search of a path of 80 locations.
 LATTICE = 80 * 90 * 36 * 2
 
 
 class Counted:
-    """A mask that counts what it is asked."""
+    """A mask that counts its queries."""
 
     def __init__(self, function):
-        self.function, self.asked, self.rows = function, 0, []
+        self.function, self.queried, self.rows = function, 0, []
 
     def __call__(self, rows, rotary):
         assert rotary.shape == (len(rows), 2)
-        self.asked += len(rows)
+        self.queried += len(rows)
         self.rows.append(rows)
         return self.function(rows, rotary)
 
@@ -46,7 +46,7 @@ def free(hayashi):
 
 @pytest.fixture(scope="module")
 def banded(hayashi):
-    """The ring beside the forbidden band, and the mask that was asked for it."""
+    """The ring with the forbidden band, and its mask."""
     mask = Counted(in_band)
     return optimise(ring(), hayashi, tilt=(15, 75), mask=mask), mask
 
@@ -61,23 +61,23 @@ def leaning(path, low, high):
     return mask
 
 
-def test_a_forbidden_band_of_c_is_gone_round_with_few_questions(hayashi, free, banded):
+def test_a_forbidden_band_of_c_is_avoided_with_few_queries(hayashi, free, banded):
     solution, mask = banded
     assert not in_band(np.arange(80), rotary_of(free)).all()
     assert in_band(np.arange(80), rotary_of(solution)).all()
     assert max(solution.residuals().values()) <= 1e-9
     turns = np.degrees(np.abs(solution.motion.moves[:, hayashi.rotary_columns]))
     assert turns.max() <= 15.0 + 1e-6
-    assert mask.asked < 0.04 * LATTICE
+    assert mask.queried < 0.04 * LATTICE
     last = solution.stages[-1]
-    assert last.name == "repair for the mask"
-    assert last.status == f"{mask.asked} postures asked in {len(mask.rows)} calls"
-    # What is mended costs more than what ignored the mask, and less once it is refined.
-    refined = next(s for s in solution.stages if s.name == "refine, from clean path, inside of the mask")
+    assert last.name == "enforce the mask"
+    assert last.status == f"{mask.queried} postures queried in {len(mask.rows)} calls"
+    # The replanned path costs more than the one without the mask, and less once it is refined.
+    refined = next(s for s in solution.stages if s.name == "refine, from admitted path, within the mask")
     assert last.before < last.after == refined.after < refined.before
 
 
-def test_a_baseline_that_would_have_to_hop_over_the_band_is_missing_with_the_reason(hayashi, banded):
+def test_a_baseline_that_would_have_to_jump_across_the_band_is_missing_with_the_reason(hayashi, banded):
     solution, _ = banded
     for name in ("normal", "lead-lean"):
         assert name not in solution.baselines
@@ -99,7 +99,7 @@ def test_a_mask_that_admits_everything_changes_nothing(hayashi, free):
     solution = optimise(ring(), hayashi, tilt=(15, 75), mask=mask)
     assert solution.energy.travel == pytest.approx(free.energy.travel, rel=1e-6)
     # The baselines, the path, and the path refined.
-    assert mask.asked <= 6 * 80
+    assert mask.queried <= 6 * 80
 
 
 def test_a_mask_that_refuses_everything_lists_every_location(hayashi):
@@ -116,7 +116,7 @@ def test_a_mask_that_refuses_one_location_names_it(hayashi):
     assert [f.place.location for f in caught.value.findings] == [7]
 
 
-def test_one_location_is_repaired_too(hayashi):
+def test_the_mask_is_enforced_at_a_single_location_too(hayashi):
     path = ring().at(np.array([3]))
     free = optimise(path, hayashi, tilt=(15, 75))
     mask = leaning(path, 40, 60)

@@ -1,4 +1,4 @@
-"""Many starts: never dearer than one, and honest about what the others found."""
+"""Starts of a path: many never cost more than one, and the results of all are reported."""
 
 from dataclasses import replace
 
@@ -12,7 +12,7 @@ from fiveaxis.errors import SettingError
 from fiveaxis.kinematics import tool_axes
 from fiveaxis.posture import Effort, LatticeSearch
 from fiveaxis.posture.solution import Optima
-from fiveaxis.posture.strategy.restarts import leaning_paths
+from fiveaxis.posture.strategy.given_path import leaning_paths
 
 MANY = Effort(
     searches=(LatticeSearch(4, 0.1, 24),),
@@ -29,7 +29,7 @@ def many(hayashi):
     return optimise(ring(120), hayashi, tilt=(15, 75), effort=MANY)
 
 
-def test_many_starts_are_never_dearer_than_the_searches_alone(many, hayashi):
+def test_many_starts_never_cost_more_than_the_searches_alone(many, hayashi):
     one = replace(MANY, others=(), from_baselines=False, leans=())
     alone = optimise(ring(120), hayashi, tilt=(15, 75), effort=one)
     assert alone.optima is None
@@ -37,12 +37,12 @@ def test_many_starts_are_never_dearer_than_the_searches_alone(many, hayashi):
     assert many.optima.costs["searches"] == pytest.approx(refined_cost(alone))
 
 
-def test_the_best_of_the_optima_is_the_answer_and_each_start_is_told(many):
+def test_the_best_of_the_optima_is_the_result_and_each_start_is_reported(many):
     costs = many.optima.costs
     assert min(costs.values()) <= refined_cost(many) * (1.0 + 1e-9)
-    told = {*costs, *many.optima.failed}
-    assert {"searches", "searches, set 1", "searches, set 2", "lean of 45 deg"} <= told
-    assert {f"baseline {name}" for name in many.baselines} <= told
+    starts = {*costs, *many.optima.failed}
+    assert {"searches", "searches, set 1", "searches, set 2", "lean of 45 deg"} <= starts
+    assert {f"baseline {name}" for name in many.baselines} <= starts
     assert any(stage.name.startswith("searches, set 2: search") for stage in many.stages)
     assert any("on angles" in stage.name for stage in many.stages)
     for name, energy in many.baselines.items():
