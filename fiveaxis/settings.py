@@ -216,7 +216,7 @@ def _known_keys(location: Sequence[str | int], model: type[BaseModel]) -> list[s
     for part in location:
         annotations = [m.model_fields[str(part)].annotation for m in models if str(part) in m.model_fields]
         # A key of a free dictionary, or the tag of a union, stays at the models already found.
-        models = [found for a in annotations for found in _models_in(a)] or models
+        models = [found for a in annotations for found in models_in(a)] or models
     fields = [(f.alias or n, f.annotation) for m in models for n, f in m.model_fields.items()]
     inner = [
         f"{name}.{key}"
@@ -227,7 +227,8 @@ def _known_keys(location: Sequence[str | int], model: type[BaseModel]) -> list[s
     return [*sorted({name for name, _ in fields}), *sorted(inner)]
 
 
-def _models_in(annotation: object) -> list[type[BaseModel]]:
+def models_in(annotation: object) -> list[type[BaseModel]]:
+    """List the models that a field's annotation names."""
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         return [annotation]
-    return [found for part in get_args(annotation) for found in _models_in(part)]
+    return [found for part in get_args(annotation) for found in models_in(part)]

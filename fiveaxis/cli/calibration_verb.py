@@ -1,4 +1,4 @@
-"""The verb that fits a drive to a log."""
+"""The command that fits a drive to a log."""
 
 from __future__ import annotations
 
@@ -22,47 +22,66 @@ def calibrate(
     log: Annotated[
         Path, typer.Argument(help="CSV file; its first line names the columns", metavar="LOG.csv")
     ],
-    axis: Annotated[str, typer.Option("--axis", help="letter")],
-    model: Annotated[str, typer.Option("--model", help="friction, affine, weight or directional")],
-    power: Annotated[str, typer.Option("--power", help="column of the drive's own power", metavar="COLUMN")],
-    velocity: Annotated[str | None, typer.Option("--velocity", help="column; else from position")] = None,
+    axis: Annotated[str, typer.Option("--axis", help="letter of the axis")],
+    model: Annotated[
+        str, typer.Option("--model", help="drive model: friction, affine, weight or directional")
+    ],
+    power: Annotated[str, typer.Option("--power", help="column of the drive's power", metavar="COLUMN")],
+    velocity: Annotated[
+        str | None, typer.Option("--velocity", help="column of the speed; default: from position")
+    ] = None,
     acceleration: Annotated[
-        str | None, typer.Option("--acceleration", help="column; else from velocity")
+        str | None, typer.Option("--acceleration", help="column of the acceleration; default: from speed")
     ] = None,
-    position: Annotated[str | None, typer.Option("--position", help="column")] = None,
-    time: Annotated[str | None, typer.Option("--time", help="column, in s")] = None,
+    position: Annotated[str | None, typer.Option("--position", help="column of the position")] = None,
+    time: Annotated[str | None, typer.Option("--time", help="column of the time, in s")] = None,
     rate: Annotated[float | None, typer.Option("--rate", help="rows per second, in place of --time")] = None,
-    power_unit: Annotated[str, typer.Option("--power-unit", help="W or kW")] = "W",
+    power_unit: Annotated[str, typer.Option("--power-unit", help="unit of the power: W or kW")] = "W",
     length_unit: Annotated[
-        str | None, typer.Option("--length-unit", help="mm, inch or deg, per s and s²; mm or deg by default")
+        str | None,
+        typer.Option("--length-unit", help="unit of lengths: mm, inch or deg; default: mm or deg"),
     ] = None,
-    moved_mass: Annotated[float | None, typer.Option("--moved-mass", help="kg, all that moves")] = None,
+    moved_mass: Annotated[float | None, typer.Option("--moved-mass", help="total moving mass, kg")] = None,
     gravity: Annotated[
-        float | None, typer.Option("--gravity", help="N or N·m held while the value grows (friction)")
+        float | None,
+        typer.Option("--gravity", help="gravity load that opposes the + direction, N or N·m (friction)"),
     ] = None,
     max_acceleration: Annotated[
-        float | None, typer.Option("--max-acceleration", help="drop rows above it, length unit per s²")
+        float | None,
+        typer.Option("--max-acceleration", help="drop rows above this acceleration, length unit per s²"),
     ] = None,
     standstill: Annotated[
-        float | None, typer.Option("--standstill", help="speed that counts as 0; 0.5 % of the highest")
+        float | None,
+        typer.Option("--standstill", help="speed that counts as 0; default: 0.5 % of the highest"),
     ] = None,
     efficiency: Annotated[
-        float, typer.Option("--efficiency", help="given, not fitted: only force over efficiency shows")
+        float,
+        typer.Option(
+            "--efficiency", help="efficiency of the drive; a log doesn't show it, so it isn't fitted"
+        ),
     ] = 1.0,
     terms: Annotated[
         str | None,
-        typer.Option("--terms", help="of a friction drive: friction,viscous,counterbalance,copper,hold, …"),
+        typer.Option(
+            "--terms", help="terms of a friction drive: friction,viscous,counterbalance,copper,hold, …"
+        ),
     ] = None,
     proportional: Annotated[
-        bool, typer.Option("--proportional/--constant", help="directional: W per speed, or W")
+        bool,
+        typer.Option(
+            "--proportional/--constant", help="directional drive: power proportional to speed, or not"
+        ),
     ] = False,
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="TOML block for the machine file; else stdout")
+        Path | None,
+        typer.Option("--output", "-o", help="file for the TOML block of the machine file; default: stdout"),
     ] = None,
-    figure: Annotated[Path | None, typer.Option("--figure", help="residuals, .png or .svg")] = None,
+    figure: Annotated[
+        Path | None, typer.Option("--figure", help="file for a figure of the residuals, .png or .svg")
+    ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Fit an axis's drive to a log of its speed and power, for the machine file."""
+    """Fit the drive of an axis to a log of its speed and power, for the machine file."""
     with errors_explained(as_json):
         from fiveaxis.energy.calibration import calibrate_drive
         from fiveaxis.files import write_atomically
@@ -113,7 +132,7 @@ def _print_calibration(found: Calibration, *, with_block: bool) -> None:
         f"R² {found.r_squared:.4f} ({found.r_squared_moving:.4f} of the rows in motion); "
         f"residual {found.residual_rms:.3g} W rms, {found.noise:.3g} W robust"
     )
-    out.print("intervals hold all coefficients together with 95 % confidence")
+    out.print("the intervals contain all coefficients at once with 95 % confidence")
     for reason, count in found.dropped.items():
         out.print(f"dropped {count} rows: {reason}")
     if found.note:

@@ -1,4 +1,4 @@
-"""Options about what a program says, shared by the verbs that write one."""
+"""Options about the text of a program, shared by the commands that write one."""
 
 from __future__ import annotations
 
@@ -13,32 +13,41 @@ if TYPE_CHECKING:
     from fiveaxis.nc import Coordinates, ProgramSettings
 
 Tcp = Annotated[
-    bool | None, typer.Option("--tcp", help="NC of the tool's tip and rotary angles, not of axis positions")
+    bool | None, typer.Option("--tcp", help="NC with tool tip and rotary angles (TCP), not axis positions")
 ]
 Vectors = Annotated[
-    bool | None, typer.Option("--vectors", help="NC of the tip and tool directions: the control picks angles")
+    bool | None,
+    typer.Option("--vectors", help="NC with tool tip and tool direction; the control picks the angles"),
 ]
-ToolNumber = Annotated[int | None, typer.Option("--tool-number", help="NC changes this tool in")]
+ToolNumber = Annotated[int | None, typer.Option("--tool-number", help="tool that NC changes to")]
 LengthOffset = Annotated[
-    int | None, typer.Option("--length-offset", help="NC's number of the tool length, H; else the tool's")
+    int | None, typer.Option("--length-offset", help="number of the tool length (H); default: tool number")
 ]
-SpindleSpeed = Annotated[float | None, typer.Option("--spindle-rpm", help="NC starts the spindle, rev/min")]
+SpindleSpeed = Annotated[
+    float | None, typer.Option("--spindle-rpm", help="spindle speed that NC sets, rev/min")
+]
 SpindleDirection = Annotated[
-    str | None, typer.Option("--spindle-direction", help="right or left; right by default")
+    str | None, typer.Option("--spindle-direction", help="right or left; default: right")
 ]
-Coolant = Annotated[str | None, typer.Option("--coolant", help="NC's coolant: flood, mist, …")]
-ZeroWord = Annotated[str | None, typer.Option("--zero-word", help="NC's work offset: G55, …")]
-LineNumbers = Annotated[int | None, typer.Option("--line-numbers", help="step of NC's block numbers")]
+Coolant = Annotated[str | None, typer.Option("--coolant", help="coolant that NC switches on: flood, mist, …")]
+ZeroWord = Annotated[str | None, typer.Option("--zero-word", help="work offset that NC selects: G55, …")]
+LineNumbers = Annotated[int | None, typer.Option("--line-numbers", help="step of the block numbers")]
 Retract = Annotated[
-    float | None, typer.Option("--retract", help="Z in machine coordinates, mm: NC's first and last place")
+    float | None,
+    typer.Option("--retract", help="Z in machine coordinates where NC begins and ends, mm"),
 ]
-WayOut = Annotated[
-    bool | None, typer.Option("--way-out/--end-in-cut", help="whether NC leads the tool out of a last cut")
+LeadOutAtEnd = Annotated[
+    bool | None,
+    typer.Option("--way-out/--end-in-cut", help="lead the tool out of the last cut (default), or end in it"),
 ]
 Home = Annotated[str | None, typer.Option("--home", help="axes that NC sends home at the end: 'Z XY AC'")]
-NcUnit = Annotated[str | None, typer.Option("--nc-unit", help="mm or inch, of NC")]
-ProgramNumber = Annotated[int | None, typer.Option("--program-number", help="O of Fanuc and Haas programs")]
-ProgramName = Annotated[str | None, typer.Option("--program-name", help="of Klartext; else the file's")]
+NcUnit = Annotated[str | None, typer.Option("--nc-unit", help="unit of NC: mm or inch")]
+ProgramNumber = Annotated[
+    int | None, typer.Option("--program-number", help="number (O) of Fanuc and Haas programs")
+]
+ProgramName = Annotated[
+    str | None, typer.Option("--program-name", help="name of Klartext programs; default: the file's")
+]
 
 WRITING: Mapping[str, Any] = {
     "tcp": Tcp,
@@ -51,7 +60,7 @@ WRITING: Mapping[str, Any] = {
     "zero_word": ZeroWord,
     "line_numbers": LineNumbers,
     "retract": Retract,
-    "way_out": WayOut,
+    "way_out": LeadOutAtEnd,
     "home": Home,
     "nc_unit": NcUnit,
     "program_number": ProgramNumber,
@@ -62,12 +71,12 @@ _KEYS = {"zero_word": "work_offset", "nc_unit": "unit", "program_number": "numbe
 
 
 def coordinates_of(options: Mapping[str, Any]) -> Coordinates | None:
-    """Tell which coordinates the options ask for; None leaves them to the control.
+    """Return the coordinates that the options select; None leaves the choice to the control.
 
     Raises
     ------
     SettingError
-        Both kinds.
+        Both options.
     """
     if options.get("tcp") and options.get("vectors"):
         raise SettingError("--tcp writes angles and --vectors directions; give one of them")
@@ -77,13 +86,13 @@ def coordinates_of(options: Mapping[str, Any]) -> Coordinates | None:
 
 
 def given_settings(options: Mapping[str, Any]) -> dict[str, Any]:
-    """Pick what the options say about a program, by key of `ProgramSettings`."""
+    """Collect the options that are given, by key of `ProgramSettings`."""
     names = [name for name in WRITING if name not in ("tcp", "vectors")]
     return {_KEYS.get(n, n): options[n] for n in names if options.get(n) is not None}
 
 
 def settings_of(options: Mapping[str, Any]) -> ProgramSettings:
-    """Make the settings of a program.
+    """Make the settings of a program from the options.
 
     Raises
     ------

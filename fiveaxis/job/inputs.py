@@ -1,4 +1,4 @@
-"""Every file that a job is made from, by what it is used as: for reports, and for recognising a job."""
+"""List every file that a job is made from, by its use: for reports, and to recognise a job."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from fiveaxis.settings import read_document
 
 
 def describe_inputs(job: Job) -> list[dict[str, Any]]:
-    """Describe all files of a job so that they can be recognised, each once, with what it is used as.
+    """Describe all files of a job by name, hash and size, each once, with its uses.
 
     Raises
     ------
@@ -31,12 +31,12 @@ def describe_inputs(job: Job) -> list[dict[str, Any]]:
 
 
 def input_files(job: Job) -> Iterator[tuple[str, Path]]:
-    """Give the files that a job names and those that these name: use and path.
+    """Yield use and path of the files that a job names, and of those that these name.
 
     Raises
     ------
     MachineError, SettingError
-        A machine, or a table of a control, that can't be read.
+        A machine, or a control table, that can't be read.
     """
     if job.file is not None:
         yield "job", job.file
@@ -55,7 +55,7 @@ def input_files(job: Job) -> Iterator[tuple[str, Path]]:
 
 
 def _tables(path: Path) -> Iterator[Path]:
-    """Give a control's table, and those that it is based on."""
+    """Yield a control table, and those that it is based on."""
     yield path
     based_on = read_document(path, SettingError)[1].get("based_on", "")
     if str(based_on).lower().endswith(TOOL_FILE):
@@ -63,7 +63,7 @@ def _tables(path: Path) -> Iterator[Path]:
 
 
 def _machine_files(name: str) -> Iterator[tuple[str, Path]]:
-    """Give a machine's file and the meshes of its bodies."""
+    """Yield a machine's file and the meshes of its bodies."""
     yield "file", find_machine(name)
     for number, body in enumerate(load_machine(name).bodies):
         if isinstance(body.shape, MeshShape):

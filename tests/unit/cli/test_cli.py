@@ -204,7 +204,7 @@ def test_a_folder_is_not_an_input(tmp_path, name):
         ((*TILT, "--feed", "0"), "feed = 0.0 must be above 0"),
         ((*TILT, "--unit", "cm"), "unit = 'cm' must be 'mm' or 'inch'"),
         ((*TILT, "--max-turn", "0"), "max_turn = 0.0 must be above 0"),
-        ((*TILT, "--stepdown", "2"), "stepdown would plan passes on a mesh"),
+        ((*TILT, "--stepdown", "2"), "stepdown is for planning on a mesh"),
         ((*TILT, "--part", "gone.stl"), "gone.stl: no such file"),
         ((*TILT, "--drives", "linuxcnc-xyzac-trt"), "has no power for axis"),
     ],
@@ -233,7 +233,7 @@ def test_tilt_needs_normals(tmp_path):
 
 def test_a_unit_for_a_mesh_is_refused_instead_of_ignored():
     result = run("optimise", PART, *MACHINE, "--tool", "ball:8", *TILT, "--unit", "inch")
-    assert "a mesh is in mm" in refused(result)
+    assert "the input is a mesh" in refused(result)
 
 
 def test_an_error_is_a_json_document_too(path):
@@ -605,8 +605,8 @@ def test_bounds_and_prices_of_the_optimiser_reach_it(path, tmp_path):
         (("--front", "1"), "front = 1 must be at least 2"),
         (("--turn-rate", "0"), "turn_rate = 0.0 must be above 0"),
         (("--winding", "round"), "winding = 'round' must be"),
-        (("--front", "3", "--smoothing", "5"), "smoothing is what a front sweeps"),
-        (("--pick", "2"), "pick = 2 chooses from a front; give front, too"),
+        (("--front", "3", "--smoothing", "5"), "smoothing is varied along a front"),
+        (("--pick", "2"), "pick = 2 chooses from a front; give front too"),
         (("--front", "3", "--pick", "4"), "pick = 4 is none of the 3 solutions of the front"),
     ],
 )

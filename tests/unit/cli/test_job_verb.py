@@ -68,7 +68,7 @@ def test_a_sweep_is_explained_and_shown_in_a_new_file(tmp_path):
     assert "10000 at most" in told["sweep"].description
     assert told["sweep.combine"].kind == '"product" | "zip"'
     assert "setup.offset" in told["sweep.KEY"].description
-    shown = starter_text().partition("# The whole file is for a batch then:\n")[2]
+    shown = starter_text().partition("# With a sweep the file is for `fiveaxis batch`:\n")[2]
     text = "".join(line.removeprefix("#   ") + "\n" for line in shown.splitlines())
     variants = read_sweep(tomllib.loads(text), text, tmp_path / "job.toml")
     assert len(variants) == 4
@@ -130,7 +130,7 @@ def test_an_existing_file_is_not_overwritten(tmp_path):
     path.write_text("kept")
     result = run("job", path, "--init")
     assert result.exit_code == 2
-    assert "is there already and stays as it is" in result.stderr
+    assert "exists already and isn't overwritten" in result.stderr
     assert path.read_text() == "kept"
 
 

@@ -12,7 +12,7 @@ from by_degrees import optimise
 import fiveaxis as fx
 from fiveaxis.energy import motion_energy, move_energies
 from fiveaxis.job import MadeProgram, ProgramOptions, make_job, make_program, verify_program
-from fiveaxis.job.planned import may_thin
+from fiveaxis.job.planned_program import may_thin
 from fiveaxis.motion import AXIS_TOLERANCE, fill, follow
 from fiveaxis.nc import Coordinates
 from fiveaxis.posture import Solution

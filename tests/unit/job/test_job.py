@@ -124,7 +124,7 @@ def test_a_job_without_a_machine_can_be_planned_but_not_optimised(tmp_path):
 
 def test_settings_that_a_list_of_locations_has_no_use_for_are_refused(tmp_path):
     job = read_job(write_job(tmp_path), plan={"stepdown": 1.0, "overhang": True})
-    with pytest.raises(JobError, match=r"path\.csv: overhang, stepdown would plan passes on a mesh"):
+    with pytest.raises(JobError, match=r"path\.csv: overhang, stepdown is for planning on a mesh"):
         load_job_toolpath(job)
 
 
