@@ -7,11 +7,11 @@
     >>> solution = fx.optimise(toolpath, machine, tilt=(15, 75), part="part.stl")
     >>> report = solution.write("part.ngc", control="linuxcnc")
 
-Many jobs, each from a file, run side by side, and what is done isn't run again:
+Many jobs, each from a file, run in parallel; finished jobs aren't run again:
 
     >>> batch = fx.run_batch(["cup.toml", "vase.toml"], "out")
 
-Everything is loaded where it is used, so importing the package is quick.
+Modules are loaded when they are used, so importing the package is quick.
 """
 
 from __future__ import annotations

@@ -106,7 +106,7 @@ WrittenFor = Annotated[
 ]
 Positions = Annotated[
     str | None,
-    typer.Option("--positions", help="tip positions of a program turn with the table, or not: machine"),
+    typer.Option("--positions", help="table (tip positions of a program turn with it) or machine"),
 ]
 ProgramZero = Annotated[
     str | None,

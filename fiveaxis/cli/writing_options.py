@@ -19,7 +19,9 @@ Vectors = Annotated[
     bool | None,
     typer.Option("--vectors", help="NC with tool tip and tool direction; the control picks the angles"),
 ]
-ToolNumber = Annotated[int | None, typer.Option("--tool-number", help="tool that NC changes to")]
+ToolNumber = Annotated[
+    int | None, typer.Option("--tool-number", help="number of the tool in NC")
+]
 LengthOffset = Annotated[
     int | None, typer.Option("--length-offset", help="number of the tool length (H); default: tool number")
 ]
