@@ -36,35 +36,21 @@ if TYPE_CHECKING:
 
 __version__ = version("fiveaxis")
 
-_HOMES = {
-    "Energy": "energy",
-    "Finding": "findings",
-    "FiveAxisError": "errors",
-    "Machine": "machine",
-    "Motion": "motion",
-    "PowerSurface": "energy",
-    "ProgramSettings": "nc",
-    "Report": "verification",
-    "Solution": "job",
-    "Tool": "toolpath",
-    "Toolpath": "toolpath",
-    "calibrate_drive": "energy",
-    "find_contacts": "contour",
-    "load_machine": "machine",
-    "machine_names": "machine",
-    "optimise": "job",
-    "plan_contour": "contour",
-    "post_program": "job",
-    "power_surface": "energy",
-    "preview": "viewer",
-    "program_energy": "job",
-    "read_program": "nc",
-    "read_toolpath": "nc",
-    "run_batch": "batch",
-    "verify": "verification",
-    "verify_program": "job",
-    "write_program": "job",
+_ROOMS = {
+    "batch": ("run_batch",),
+    "contour": ("find_contacts", "plan_contour"),
+    "energy": ("Energy", "PowerSurface", "calibrate_drive", "power_surface"),
+    "errors": ("FiveAxisError",),
+    "findings": ("Finding",),
+    "job": ("Solution", "optimise", "post_program", "program_energy", "verify_program", "write_program"),
+    "machine": ("Machine", "load_machine", "machine_names"),
+    "motion": ("Motion",),
+    "nc": ("ProgramSettings", "read_program", "read_toolpath"),
+    "toolpath": ("Tool", "Toolpath"),
+    "verification": ("Report", "verify"),
+    "viewer": ("preview",),
 }
+_HOMES = {name: room for room, names in _ROOMS.items() for name in names}
 
 __all__ = [
     "Energy",

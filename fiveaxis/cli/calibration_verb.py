@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.markup import escape
 from rich.table import Table
 
-from fiveaxis.cli.options import AsJson
+from fiveaxis.cli.options import AsJson, optional, takes
 from fiveaxis.cli.terminal import err, errors_explained, out, print_json
 from fiveaxis.cli.work import work_aside
 
@@ -18,7 +19,29 @@ if TYPE_CHECKING:
     from fiveaxis.energy.calibration_record import Calibration
 
 
+LOG: Mapping[str, Any] = {
+    "velocity": optional(str, "column of the speed; default: from position"),
+    "acceleration": optional(str, "column of the acceleration; default: from speed"),
+    "position": optional(str, "column of the position"),
+    "time": optional(str, "column of the time, in s"),
+    "rate": optional(float, "rows per second, in place of --time"),
+    "power_unit": optional(str, "unit of the power: W (default) or kW"),
+    "length_unit": optional(str, "unit of lengths: mm, inch or deg; default: mm or deg"),
+    "moved_mass": optional(float, "total moving mass, kg"),
+    "gravity": optional(float, "gravity load that opposes the + direction, N or N·m (friction)"),
+    "max_acceleration": optional(float, "drop rows above this acceleration, length unit per s²"),
+    "standstill": optional(float, "speed that counts as 0; default: 0.5 % of the highest"),
+    "efficiency": optional(float, "efficiency of the drive, 1 by default; a log doesn't show it"),
+    "terms": optional(str, "terms of a friction drive: friction,viscous,counterbalance,copper,hold, …"),
+    "proportional": optional(
+        bool, "directional drive: power proportional to speed, or not (default)", "--proportional/--constant"
+    ),
+}
+
+
+@takes(LOG)
 def calibrate(
+    context: typer.Context,
     log: Annotated[
         Path, typer.Argument(help="CSV file; its first line names the columns", metavar="LOG.csv")
     ],
@@ -27,51 +50,6 @@ def calibrate(
         str, typer.Option("--model", help="drive model: friction, affine, weight or directional")
     ],
     power: Annotated[str, typer.Option("--power", help="column of the drive's power", metavar="COLUMN")],
-    velocity: Annotated[
-        str | None, typer.Option("--velocity", help="column of the speed; default: from position")
-    ] = None,
-    acceleration: Annotated[
-        str | None, typer.Option("--acceleration", help="column of the acceleration; default: from speed")
-    ] = None,
-    position: Annotated[str | None, typer.Option("--position", help="column of the position")] = None,
-    time: Annotated[str | None, typer.Option("--time", help="column of the time, in s")] = None,
-    rate: Annotated[float | None, typer.Option("--rate", help="rows per second, in place of --time")] = None,
-    power_unit: Annotated[str, typer.Option("--power-unit", help="unit of the power: W or kW")] = "W",
-    length_unit: Annotated[
-        str | None,
-        typer.Option("--length-unit", help="unit of lengths: mm, inch or deg; default: mm or deg"),
-    ] = None,
-    moved_mass: Annotated[float | None, typer.Option("--moved-mass", help="total moving mass, kg")] = None,
-    gravity: Annotated[
-        float | None,
-        typer.Option("--gravity", help="gravity load that opposes the + direction, N or N·m (friction)"),
-    ] = None,
-    max_acceleration: Annotated[
-        float | None,
-        typer.Option("--max-acceleration", help="drop rows above this acceleration, length unit per s²"),
-    ] = None,
-    standstill: Annotated[
-        float | None,
-        typer.Option("--standstill", help="speed that counts as 0; default: 0.5 % of the highest"),
-    ] = None,
-    efficiency: Annotated[
-        float,
-        typer.Option(
-            "--efficiency", help="efficiency of the drive; a log doesn't show it, so it isn't fitted"
-        ),
-    ] = 1.0,
-    terms: Annotated[
-        str | None,
-        typer.Option(
-            "--terms", help="terms of a friction drive: friction,viscous,counterbalance,copper,hold, …"
-        ),
-    ] = None,
-    proportional: Annotated[
-        bool,
-        typer.Option(
-            "--proportional/--constant", help="directional drive: power proportional to speed, or not"
-        ),
-    ] = False,
     output: Annotated[
         Path | None,
         typer.Option("--output", "-o", help="file for the TOML block of the machine file; default: stdout"),
@@ -80,6 +58,7 @@ def calibrate(
         Path | None, typer.Option("--figure", help="file for a figure of the residuals, .png or .svg")
     ] = None,
     as_json: AsJson = False,
+    **_: Any,
 ) -> None:
     """Fit the drive of an axis to a log of its speed and power, for the machine file."""
     with errors_explained(as_json):
@@ -90,27 +69,10 @@ def calibrate(
             from fiveaxis.report.calibration_figure import require_figure_suffix, write_calibration_figure
 
             require_figure_suffix(figure)
-        fit = partial(
-            calibrate_drive,
-            log,
-            axis=axis,
-            model=model,
-            power=power,
-            velocity=velocity,
-            acceleration=acceleration,
-            position=position,
-            time=time,
-            rate=rate,
-            power_unit=power_unit,
-            length_unit=length_unit,
-            moved_mass=moved_mass,
-            gravity=gravity,
-            max_acceleration=max_acceleration,
-            standstill=standstill,
-            efficiency=efficiency,
-            terms=None if terms is None else [name.strip() for name in terms.split(",")],
-            proportional=proportional,
-        )
+        given = {name: value for name in LOG if (value := context.params[name]) is not None}
+        if "terms" in given:
+            given["terms"] = [name.strip() for name in given["terms"].split(",")]
+        fit = partial(calibrate_drive, log, axis=axis, model=model, power=power, **given)
         found = work_aside(fit)
         written = [] if output is None else [write_atomically(output, found.block)]
         written += [] if figure is None else [write_calibration_figure(found, figure)]

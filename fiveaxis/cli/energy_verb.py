@@ -3,34 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.markup import escape
 from rich.table import Table
 
-from fiveaxis.cli.options import (
-    AsJson,
-    BlockDelete,
-    Drives,
-    MachineName,
-    ProgramZero,
-    Rapid,
-    Start,
-    ToolLength,
-    Wrap,
-)
-from fiveaxis.cli.terminal import (
-    err,
-    errors_explained,
-    out,
-    parse_positions,
-    print_causes,
-    print_json,
-    require_machine,
-)
+from fiveaxis.cli.options import AsJson, Drives, MachineName, ToolLength, takes
+from fiveaxis.cli.terminal import err, errors_explained, out, print_causes, print_json, require_machine
+from fiveaxis.cli.verify_verb import PROGRAM, reading_of
 from fiveaxis.cli.work import work_aside
 from fiveaxis.errors import SettingError
 
@@ -39,7 +21,9 @@ if TYPE_CHECKING:
     from fiveaxis.machine import Machine
 
 
+@takes(PROGRAM)
 def energy(
+    context: typer.Context,
     programs: Annotated[
         list[Path], typer.Argument(help="NC programs of machine-axis words", metavar="PROGRAM…")
     ],
@@ -58,15 +42,6 @@ def energy(
             help="programmed (times), or with axis limits: exact-stop, tolerance in mm",
         ),
     ] = "programmed",
-    unit: Annotated[
-        Literal["mm", "inch"] | None,
-        typer.Option("--unit", help="unit of lengths, for a program that doesn't state it"),
-    ] = None,
-    start: Start = None,
-    program_zero: ProgramZero = None,
-    block_delete: BlockDelete = None,
-    rapid: Rapid = None,
-    wrap: Wrap = None,
     table: Annotated[
         Path | None, typer.Option("--csv", help="CSV file for the table, one row per block")
     ] = None,
@@ -74,6 +49,7 @@ def energy(
         Path | None, typer.Option("--figure", help="SVG file for power over time and energy by axis")
     ] = None,
     as_json: AsJson = False,
+    **_: Any,
 ) -> None:
     """Compute the energy of NC programs in the feed drives, by block and by axis; several are compared."""
     with errors_explained(as_json):
@@ -87,18 +63,11 @@ def energy(
         used = _machine(require_machine(machine), drives, load)
         if tool_length is not None:
             used = used.with_tool_length(tool_length)
-        compute = partial(
-            program_energy,
-            machine=used,
-            tool=None if tool is None else parse_tool(tool),
-            corners=_corners(corners),
-            unit=unit,
-            start=parse_positions("--start", start),
-            program_zero=parse_positions("--program-zero", program_zero),
-            rapid_mm_min=rapid,
-            block_delete=bool(block_delete),
-            wrap=wrap,
-        )
+        cutter, reading = None if tool is None else parse_tool(tool), reading_of(context.params)
+
+        def compute(path: Path) -> ProgramEnergy:
+            return program_energy(path, used, tool=cutter, corners=_corners(corners), **reading)
+
         found = work_aside(lambda: [compute(path) for path in programs])
         files = {}
         if table is not None:

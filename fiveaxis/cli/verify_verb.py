@@ -10,34 +10,7 @@ import typer
 from rich.markup import escape
 from rich.table import Table
 
-from fiveaxis.cli.options import (
-    AsJson,
-    BlockDelete,
-    Cone,
-    Fixtures,
-    GougeTolerance,
-    Hold,
-    Lead,
-    Lean,
-    MachineName,
-    MaxTurn,
-    PartRotation,
-    ProgramZero,
-    Rapid,
-    SingularCone,
-    SingularRate,
-    Start,
-    Stock,
-    SurfaceTolerance,
-    Tilt,
-    ToolLength,
-    ToolName,
-    ToolPlane,
-    Unit,
-    WorkOffset,
-    Wrap,
-    takes,
-)
+from fiveaxis.cli.options import PLANNING, POSTURE, READING, AsJson, takes
 from fiveaxis.cli.terminal import (
     err,
     errors_explained,
@@ -57,31 +30,18 @@ if TYPE_CHECKING:
     from fiveaxis.machine import Machine
     from fiveaxis.verification import Report
 
+# How the program itself is read.
+PROGRAM: Mapping[str, Any] = {
+    name: READING[name] for name in ("unit", "program_zero", "start", "rapid", "block_delete", "wrap")
+}
+_BOUNDS = ("tilt", "cone", "lead", "lean", "plane", "hold", "max_turn", "singular_cone", "singular_rate")
+_AROUND = ("stock", "fixtures", "surface_tolerance", "gouge_tolerance")
 CHECKING: Mapping[str, Any] = {
-    "machine": MachineName,
-    "tool": ToolName,
-    "tilt": Tilt,
-    "cone": Cone,
-    "lead": Lead,
-    "lean": Lean,
-    "plane": ToolPlane,
-    "hold": Hold,
-    "max_turn": MaxTurn,
-    "singular_cone": SingularCone,
-    "singular_rate": SingularRate,
-    "stock": Stock,
-    "fixtures": Fixtures,
-    "surface_tolerance": SurfaceTolerance,
-    "gouge_tolerance": GougeTolerance,
-    "unit": Unit,
-    "program_zero": ProgramZero,
-    "start": Start,
-    "rapid": Rapid,
-    "block_delete": BlockDelete,
-    "wrap": Wrap,
-    "tool_length": ToolLength,
-    "work_offset": WorkOffset,
-    "part_rotation": PartRotation,
+    "machine": POSTURE["machine"],
+    "tool": PLANNING["tool"],
+    **{name: POSTURE[name] for name in (*_BOUNDS, *_AROUND)},
+    **PROGRAM,
+    **{name: POSTURE[name] for name in ("tool_length", "work_offset", "part_rotation")},
 }
 # deg and deg/mm: cone about the singular direction and rate of turn in it, if neither options nor job say.
 SINGULAR_CONE, SINGULAR_RATE = 5.0, 5.0

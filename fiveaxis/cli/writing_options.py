@@ -3,70 +3,34 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
-import typer
-
+from fiveaxis.cli.options import optional
 from fiveaxis.errors import SettingError
 
 if TYPE_CHECKING:
     from fiveaxis.nc import Coordinates, ProgramSettings
 
-Tcp = Annotated[
-    bool | None, typer.Option("--tcp", help="NC with tool tip and rotary angles (TCP), not axis positions")
-]
-Vectors = Annotated[
-    bool | None,
-    typer.Option("--vectors", help="NC with tool tip and tool direction; the control picks the angles"),
-]
-ToolNumber = Annotated[
-    int | None, typer.Option("--tool-number", help="number of the tool in NC")
-]
-LengthOffset = Annotated[
-    int | None, typer.Option("--length-offset", help="number of the tool length (H); default: tool number")
-]
-SpindleSpeed = Annotated[
-    float | None, typer.Option("--spindle-rpm", help="spindle speed that NC sets, rev/min")
-]
-SpindleDirection = Annotated[
-    str | None, typer.Option("--spindle-direction", help="right or left; default: right")
-]
-Coolant = Annotated[str | None, typer.Option("--coolant", help="coolant that NC switches on: flood, mist, …")]
-ZeroWord = Annotated[str | None, typer.Option("--zero-word", help="work offset that NC selects: G55, …")]
-LineNumbers = Annotated[int | None, typer.Option("--line-numbers", help="step of the block numbers")]
-Retract = Annotated[
-    float | None,
-    typer.Option("--retract", help="Z in machine coordinates where NC begins and ends, mm"),
-]
-LeadOutAtEnd = Annotated[
-    bool | None,
-    typer.Option("--way-out/--end-in-cut", help="lead the tool out of the last cut (default), or end in it"),
-]
-Home = Annotated[str | None, typer.Option("--home", help="axes that NC sends home at the end: 'Z XY AC'")]
-NcUnit = Annotated[str | None, typer.Option("--nc-unit", help="unit of NC: mm or inch")]
-ProgramNumber = Annotated[
-    int | None, typer.Option("--program-number", help="number (O) of Fanuc and Haas programs")
-]
-ProgramName = Annotated[
-    str | None, typer.Option("--program-name", help="name of Klartext programs; default: the file's")
-]
-
 WRITING: Mapping[str, Any] = {
-    "tcp": Tcp,
-    "vectors": Vectors,
-    "tool_number": ToolNumber,
-    "length_offset": LengthOffset,
-    "spindle_rpm": SpindleSpeed,
-    "spindle_direction": SpindleDirection,
-    "coolant": Coolant,
-    "zero_word": ZeroWord,
-    "line_numbers": LineNumbers,
-    "retract": Retract,
-    "way_out": LeadOutAtEnd,
-    "home": Home,
-    "nc_unit": NcUnit,
-    "program_number": ProgramNumber,
-    "program_name": ProgramName,
+    "tcp": optional(bool, "NC with tool tip and rotary angles (TCP), not axis positions", "--tcp"),
+    "vectors": optional(
+        bool, "NC with tool tip and tool direction; the control picks the angles", "--vectors"
+    ),
+    "tool_number": optional(int, "number of the tool that NC changes to"),
+    "length_offset": optional(int, "number of the tool length (H); default: tool number"),
+    "spindle_rpm": optional(float, "spindle speed that NC sets, rev/min"),
+    "spindle_direction": optional(str, "right or left; default: right"),
+    "coolant": optional(str, "coolant that NC switches on: flood, mist, …"),
+    "zero_word": optional(str, "work offset that NC selects: G55, …"),
+    "line_numbers": optional(int, "step of the block numbers"),
+    "retract": optional(float, "Z in machine coordinates where NC begins and ends, mm"),
+    "way_out": optional(
+        bool, "lead the tool out of the last cut (default), or end in it", "--way-out/--end-in-cut"
+    ),
+    "home": optional(str, "axes that NC sends home at the end: 'Z XY AC'"),
+    "nc_unit": optional(str, "unit of NC: mm or inch"),
+    "program_number": optional(int, "number (O) of Fanuc and Haas programs"),
+    "program_name": optional(str, "name of Klartext programs; default: the file's"),
 }
 # Option -> key of `ProgramSettings`, where they differ.
 _KEYS = {"zero_word": "work_offset", "nc_unit": "unit", "program_number": "number", "program_name": "name"}

@@ -52,8 +52,13 @@ def load_job_machine(job: Job) -> Machine:
     return machine if job.drives is None else machine.with_drives_of(load_machine(job.drives))
 
 
-def load_process(job: Job, tool: Tool) -> Process | None:
-    """Make the engagement of a job's cut with the path's tool; None where the job gives none.
+def load_process(job: Job, tool: Tool, feed: float) -> Process | None:
+    """Make the engagement of a job's cut; None where the job gives none.
+
+    Parameters
+    ----------
+    tool : of the path
+    feed : mm/s, highest of the path
 
     Raises
     ------
@@ -69,7 +74,7 @@ def load_process(job: Job, tool: Tool) -> Process | None:
             f"process: cutting forces are known for ball and flat end mills only; the tool is {tool}"
         )
     try:
-        return Process(
+        process = Process(
             mill=EndMill(shape, tool.diameter, table.teeth, math.radians(table.helix)),
             depth=table.depth,
             width=table.width,
@@ -78,22 +83,10 @@ def load_process(job: Job, tool: Tool) -> Process | None:
             basis=table.basis,
             said=table.source,
         )
+        Cut(process.mill, process.depth, process.width, feed, process.spindle)  # checks it
     except (SettingError, ToolError) as fault:
         raise JobError(f"process: {fault.message}") from None
-
-
-def require_cut(process: Process, feed: float) -> None:
-    """Raise if an engagement is impossible at the path's highest feed, mm/s; called before the work.
-
-    Raises
-    ------
-    JobError
-        The fault that `Cut` finds.
-    """
-    try:
-        Cut(process.mill, process.depth, process.width, feed, process.spindle)
-    except (SettingError, ToolError) as fault:
-        raise JobError(f"process: {fault.message}") from None
+    return process
 
 
 def load_factors(job: Job) -> Factors | None:

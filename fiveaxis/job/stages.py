@@ -23,7 +23,6 @@ from fiveaxis.job.loading import (
     load_job_passes,
     load_process,
     load_surroundings,
-    require_cut,
 )
 from fiveaxis.job.program import MadeProgram, ProgramOptions, make_program
 from fiveaxis.job.release import Gate
@@ -142,9 +141,8 @@ def run_stages(
     # What can't be written or read is found before the work, not after it.
     require_program(machine, job.control, job.coordinates, job.winding, job.nc)
     toolpath, passes = loaded or load_job_passes(job, progress)
-    process, factors = load_process(job, toolpath.tool), load_factors(job)
-    if process is not None:
-        require_cut(process, float(toolpath.feed.max()))
+    process = load_process(job, toolpath.tool, float(toolpath.feed.max()))
+    factors = load_factors(job)
     around = load_surroundings(job)
     solution, front, cleared = solve(job, toolpath, machine, progress, passes, around, start)
     inputs = describe_inputs(job)
