@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from fiveaxis.batch.ledger import own_folder
+from fiveaxis.batch.ledger import COLUMNS, own_folder
 from fiveaxis.batch.record import Row
 from fiveaxis.files import csv_text, write_atomically
 from fiveaxis.report.comparison_figure import Bar, comparison_figure
@@ -16,16 +16,9 @@ from fiveaxis.report.comparison_figure import Bar, comparison_figure
 TABLE = "comparison.csv"
 FIGURE = "comparison.svg"
 
-FIGURES = {
-    "status": "status",
-    "energy_J": "energy",
-    "travel_metric_J": "travel",
-    "base_J": "base",
-    "time_s": "time",
-    "baseline": "baseline",
-    "baseline_J": "baseline_energy",
-    "saved": "saved",
-}
+# Columns of a variant's figures, as in the table of the batch.
+_NAMES = ("status", "energy_J", "travel_metric_J", "base_J", "time_s", "baseline", "baseline_J", "saved")
+FIGURES = {name: COLUMNS[name] for name in _NAMES}
 AGAINST_FIRST = "against_first"
 
 

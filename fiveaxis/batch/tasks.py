@@ -15,7 +15,7 @@ from fiveaxis.batch.record import Row, Status, row_of_fault
 from fiveaxis.batch.sweep import Variant, read_sweep
 from fiveaxis.errors import FiveAxisError, JobError, SettingError
 from fiveaxis.job import Job, build_job
-from fiveaxis.job.inputs import input_files
+from fiveaxis.job.loading import input_files
 from fiveaxis.machine import load_machine, machine_text
 from fiveaxis.machine.files import find_machine
 from fiveaxis.nc import find_dialect

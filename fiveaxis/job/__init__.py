@@ -1,7 +1,7 @@
 """One job: from a part or a path to the files that a machine and its programmer need.
 
 - the job: `description` (its fields), `reading` (from a file or options), `guide` (explained), `loading`
-  (what it names), `inputs` (its files);
+  (what it names);
 - its run: `setup_choice` (`run_job`), `setup_search`, `box_search`, `stages`, `clearing` (optimisation clear
   of collisions), `solution`, `results` (its files);
 - programs: `planned_program` (motion), `program` (text, read back and verified), `release` (the release

@@ -237,16 +237,20 @@ def keep_clear(
         As `solve`.
     """
     mask = options.get("mask")
+
+    def keep_order(path: Toolpath) -> Cleared:
+        return _keep_order(solve, path, machine, around, constraints, mask)
+
     if not options.get("free_start"):
-        return _keep_order(solve, toolpath, machine, around, constraints, mask)
+        return keep_order(toolpath)
     path = constraints.zoned(toolpath)
     if find_accessible(path, machine, around) is None:
         return Cleared(solve(toolpath, mask, True), None, 0)
-    kept = _keep_order(solve, toolpath, machine, around, constraints, mask)
+    kept = keep_order(toolpath)
     opened = solve(toolpath, None, True)
     begun = opened.toolpath if opened.unwrapped is None else opened.unwrapped.toolpath
     try:
-        again = _keep_order(solve, begun, machine, around, constraints, mask)
+        again = keep_order(begun)
     except Infeasible as fault:
         return _with_note(
             kept, f"passes keep their start: with free starts the tool can't be kept clear: {fault}"

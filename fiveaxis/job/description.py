@@ -11,7 +11,7 @@ from pydantic import Field, PrivateAttr, ValidationInfo, field_validator, model_
 from fiveaxis.codes import require_codes
 from fiveaxis.collision import ClearanceTable, FixtureTable
 from fiveaxis.contour.options import Direction, Order, Strategy
-from fiveaxis.errors import FiveAxisError, SettingError
+from fiveaxis.errors import FiveAxisError
 from fiveaxis.machine.chain import Triple
 from fiveaxis.nc import ProgramSettings, find_dialect
 from fiveaxis.posture.strategy.delivery import Objective
@@ -293,31 +293,17 @@ class Job(StrictModel):
         """
         return Constraints.of_degrees(**self.bounds)
 
-    @field_validator("tilt")
+    @field_validator("tilt", "override", "tool", "control")
     @classmethod
-    def _in_order(cls, tilt: tuple[float, float] | None) -> tuple[float, float] | None:
-        if tilt is not None:
-            try:
-                require_range(*tilt)
-            except SettingError as fault:
-                raise ValueError(fault.message) from None
-        return tilt
-
-    @field_validator("override")
-    @classmethod
-    def _codes(cls, names: tuple[str, ...]) -> tuple[str, ...]:
+    def _admissible(cls, value: Any, info: ValidationInfo) -> Any:
         try:
-            return require_codes(names)
-        except SettingError as fault:
-            raise ValueError(fault.message) from None
-
-    @field_validator("tool", "control")
-    @classmethod
-    def _known(cls, name: str | None, info: ValidationInfo) -> str | None:
-        if name is None or name.lower().endswith(TOOL_FILE):
-            return name  # a file is read when its folder is known
-        try:
-            parse_tool(name) if info.field_name == "tool" else find_dialect(name)
+            if info.field_name == "override":
+                return require_codes(value)
+            if info.field_name == "tilt" and value is not None:
+                require_range(*value)
+            # A file is read when its folder is known.
+            elif isinstance(value, str) and not value.lower().endswith(TOOL_FILE):
+                parse_tool(value) if info.field_name == "tool" else find_dialect(value)
         except FiveAxisError as fault:
             raise ValueError(str(fault)) from None
-        return name
+        return value

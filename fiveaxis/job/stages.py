@@ -15,9 +15,9 @@ from fiveaxis.errors import JobError
 from fiveaxis.geometry import Array
 from fiveaxis.job.clearing import Cleared, keep_clear, without_starts
 from fiveaxis.job.description import Job
-from fiveaxis.job.inputs import describe_inputs
 from fiveaxis.job.loading import (
     Progress,
+    describe_inputs,
     load_factors,
     load_job_machine,
     load_job_passes,

@@ -1,7 +1,7 @@
 """Every file that a job is made from."""
 
 from fiveaxis.job import read_job
-from fiveaxis.job.inputs import describe_inputs
+from fiveaxis.job.loading import describe_inputs
 
 PATH = "x,y,z,nx,ny,nz\n10,0,0,1,0,0\n10,1,0,1,0,0\n"
 FILES = {
