@@ -71,8 +71,8 @@ class Board:
         self._latest: dict[str, Event] = {}
         self._began: dict[str, float] = {}
 
-    def hear(self, event: Event) -> None:
-        """Record an event."""
+    def record(self, event: Event) -> None:
+        """Record the latest event of a job."""
         if event.state == "running" and self._latest[event.name].state == "waiting":
             self._began[event.name] = time.monotonic()
         self._latest[event.name] = event
@@ -111,18 +111,18 @@ def _live_table(console: Console) -> Iterator[Listener]:
     board = Board()
     if console.is_terminal:
         with Live(board, console=console, refresh_per_second=4, transient=True):
-            yield board.hear
+            yield board.record
         return
 
-    def hear(event: Event) -> None:
-        board.hear(event)
+    def print_event(event: Event) -> None:
+        board.record(event)
         if event.row is not None:
             total = sum(board.count(state) for state in ("done", "running", "waiting"))
             again = ", as before" if event.again else ""
             line = f"{event.name}: {_summary(event.row)}{again} ({board.count('done')} of {total})"
             console.print(line, markup=False)
 
-    yield hear
+    yield print_event
 
 
 def _summary(row: Row) -> str:

@@ -303,15 +303,15 @@ def _print_times(solution: Solution) -> None:
 def _print_setup(found: Mapping[str, Any]) -> None:
     """Print the chosen setup."""
     chosen, given = found["chosen"], found["given"]
-    place = f"offset {chosen['offset']} mm, rotation {chosen['rotation_deg']} deg"
+    values = f"offset {chosen['offset']} mm, rotation {chosen['rotation_deg']} deg"
     if chosen == given:
         least = f"{100.0 * found['least_saving']:.2f} %"
         return out.print(
-            f"setup: {place}, as given; no other one was found that saves more than {least}", markup=False
+            f"setup: {values}, as given; no other one was found that saves more than {least}", markup=False
         )
     saved = "can't be followed" if found["saved"] is None else f"costs {given['energy']:.0f} J"
     share = "" if found["saved"] is None else f", {100.0 * found['saved']:.1f} % saved"
-    out.print(f"set the part up at {place}: the given setup {saved}{share}", markup=False, soft_wrap=True)
+    out.print(f"set the part up at {values}: the given setup {saved}{share}", markup=False, soft_wrap=True)
 
 
 def _print_budget(budget: Budget) -> None:

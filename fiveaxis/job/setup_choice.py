@@ -139,12 +139,12 @@ class _Choice:
         if self.doubtful is None or isinstance(best, Infeasible) or best.job.setup != self.given:
             return None
         setup, saved = self.doubtful
-        place = f"offset {list(setup.offset)} mm, rotation {list(setup.rotation)} deg"
+        values = f"offset {list(setup.offset)} mm, rotation {list(setup.rotation)} deg"
         seems = f"seems to save {100.0 * saved:.2f} %" if saved > 0.0 else "saves nothing"
         return Finding(
             Severity.NOTE,
             "setup-kept",
-            f"the given setup stays: {place} {seems} once the given one starts from the same postures, and a "
+            f"the given setup stays: {values} {seems} once the given one starts from the same postures, and a "
             f"saving below {100.0 * self.least_saving:.2f} % can't be told from chance here",
             best.solution.toolpath.place(0),
             value=saved,
