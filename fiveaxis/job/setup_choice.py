@@ -144,8 +144,8 @@ class _Choice:
         return Finding(
             Severity.NOTE,
             "setup-kept",
-            f"the given setup stays: {values} {seems} once the given one starts from the same postures, and a "
-            f"saving below {100.0 * self.least_saving:.2f} % can't be told from chance here",
+            f"the given setup stays: {values} {seems} once the given one starts from the same postures; "
+            f"savings below {100.0 * self.least_saving:.2f} % can't be told from chance here",
             best.solution.toolpath.place(0),
             value=saved,
         )
