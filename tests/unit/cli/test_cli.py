@@ -242,7 +242,7 @@ def test_an_error_is_a_json_document_too(path):
 
 
 @pytest.mark.parametrize("inside", ["", "deeper/still"])
-def test_a_file_in_the_place_of_the_folder_is_found_before_the_work(path, monkeypatch, inside):
+def test_a_file_with_the_name_of_the_folder_is_found_before_the_work(path, monkeypatch, inside):
     monkeypatch.setattr(fiveaxis.job.stages, "optimise_postures", lambda *_, **__: pytest.fail("too late"))
     (path.parent / "out").write_text("mine")
     message = refused(run("optimise", path, *MACHINE, *BALL, *TILT, "-o", path.parent / "out" / inside))
@@ -304,7 +304,7 @@ def downward(tmp_path: Path) -> Path:
     return write_table(tmp_path / "down.csv", rows, "i,j,k")
 
 
-def test_locations_without_a_posture_are_told_by_cause_and_nothing_is_written(downward):
+def test_locations_without_a_posture_are_listed_by_cause_and_nothing_is_written(downward):
     result = run("optimise", downward, *MACHINE, *BALL, *CONE, "-o", downward.parent / "out")
     assert "5 of 8 locations have no admissible posture on hayashi-640123" in refused(result, code=3)
     _, cause, more = result.stderr.splitlines()
@@ -356,7 +356,7 @@ def failing(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.usefixtures("failing", "undrawn")
-def test_a_motion_with_errors_gets_no_program_and_a_stale_one_is_taken_away(path):
+def test_a_motion_with_errors_gets_no_program_and_a_stale_one_is_removed(path):
     out = path.parent / "out"
     out.mkdir()
     (out / "program.ngc").write_text("stale")
@@ -417,7 +417,7 @@ def test_info_names_the_nearest_machine():
         (("info", "dmu50ev"), ["0.707107", "lean 0 … 90 deg"]),
     ],
 )
-def test_info_tells_structure_branches_and_singular_direction(words, said):
+def test_info_prints_structure_branches_and_singular_direction(words, said):
     result = run(*words)
     assert result.exit_code == 0
     text = " ".join(result.stdout.split())

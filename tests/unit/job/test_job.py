@@ -147,7 +147,7 @@ def test_a_folder_for_results_is_tried_and_not_made(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_file_in_the_way_of_the_folder_is_named(tmp_path):
+def test_a_file_with_the_name_of_the_folder_is_refused(tmp_path):
     (tmp_path / "a").write_text("")
     with pytest.raises(SettingError, match=r"a: is a file; name a folder"):
         require_folder(tmp_path / "a" / "b")

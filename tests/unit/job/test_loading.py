@@ -16,7 +16,7 @@ FILES = {
 }
 
 
-def test_each_is_described_once_with_what_it_is_used_as(tmp_path):
+def test_each_file_of_a_job_is_described_once_with_its_uses(tmp_path):
     for name, text in FILES.items():
         (tmp_path / name).write_text(text)
     found = describe_inputs(read_job(tmp_path / "job.toml", part=tmp_path / "ring.csv"))

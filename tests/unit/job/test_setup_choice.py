@@ -58,7 +58,7 @@ def test_a_ring_is_cheapest_where_its_middle_stands_on_the_axis_of_the_table(rin
     assert len(search.tried) <= 20
 
 
-def test_the_chosen_setup_is_never_dearer_and_the_report_tells_both(ring):
+def test_the_chosen_setup_costs_less_and_the_report_lists_both(ring):
     outcome = run_job(make(ring, x=(-30.0, 30.0)))
     found = outcome.document["setup_search"]
     assert outcome.solution.energy.total == found["chosen"]["energy"] < found["given"]["energy"]
@@ -75,7 +75,7 @@ def test_two_searches_give_the_same_document(ring):
     assert run_job(job).document == run_job(job).document
 
 
-def test_setups_that_cannot_be_followed_are_skipped_and_told(ring, monkeypatch):
+def test_setups_without_a_path_are_skipped_and_listed(ring, monkeypatch):
     whole = setup_search.optimise
 
     def fenced(path, machine, bounds, **options):
@@ -215,7 +215,7 @@ def test_a_clamp_that_blocks_the_cheapest_setup_sends_the_search_to_another(besi
     assert "clear of part, stock and fixtures" in page
 
 
-def test_where_all_that_was_looked_at_is_blocked_places_are_scattered_on(beside_a_clamp):
+def test_where_all_tried_setups_are_blocked_further_ones_are_scattered(beside_a_clamp):
     job = beside_a_clamp(8)
     tool = parse_tool(job.tool)
     search = search_setups(
@@ -226,7 +226,7 @@ def test_where_all_that_was_looked_at_is_blocked_places_are_scattered_on(beside_
     assert all(tried.setup.rotation[2] > 90.0 for tried in search.ranked)
 
 
-def test_who_only_wants_verification_gets_a_search_with_nothing_in_the_way(beside_a_clamp):
+def test_with_verification_only_the_search_ignores_obstacles(beside_a_clamp):
     found = run_job(beside_a_clamp(2, keep_clear=False)).document["setup_search"]
     assert all(tried["kept_clear"] is None for tried in found["tried"])
 

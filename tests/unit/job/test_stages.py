@@ -38,7 +38,7 @@ def test_the_picked_solution_is_the_result(outcome):
     assert outcome.program is outcome.of_front[1].program
 
 
-def test_every_solution_passed_the_gate_and_the_document_tells_what_each_costs(outcome):
+def test_every_solution_passed_the_gate_and_the_document_lists_its_cost(outcome):
     points = outcome.document["front"]["points"]
     assert [point["number"] for point in points] == list(range(1, len(points) + 1))
     for point, one in zip(points, outcome.of_front, strict=True):
