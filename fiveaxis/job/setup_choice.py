@@ -144,7 +144,7 @@ class _Choice:
         return Finding(
             Severity.NOTE,
             "setup-kept",
-            f"the given setup stays: {values} {seems} once the given one starts from the same postures; "
+            f"the given setup stays: {values} {seems} once the given one starts from the same postures, and "
             f"savings below {100.0 * self.least_saving:.2f} % can't be told from chance here",
             best.solution.toolpath.place(0),
             value=saved,
