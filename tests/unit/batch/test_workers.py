@@ -148,7 +148,7 @@ def test_ctrl_c_ends_the_workers_and_the_same_command_does_the_rest(rings, tmp_p
             process.kill()
     workers, *told, last = err.splitlines()
     assert (process.returncode, out) == (130, "")
-    assert last == "interrupted; what is done is kept, the same command does the rest"
+    assert last == "interrupted; finished jobs are kept, the same command does the rest"
     assert workers.split()
     ends = time.monotonic() + 30.0
     while alive := [pid for pid in workers.split() if is_alive(int(pid))]:

@@ -1,4 +1,4 @@
-"""One way from postures to a program: what is verified is the text, whoever asks for it."""
+"""From postures to a program: what is verified is the text, whoever asks for it."""
 
 from __future__ import annotations
 

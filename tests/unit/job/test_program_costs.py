@@ -234,4 +234,4 @@ def test_options_of_the_verb_are_the_librarys(tmp_path):
     skipped = json.loads(run("energy", path, *machine, *zero, "--block-delete").stdout)
     assert skipped["energy"]["time"] < plain["energy"]["time"]
     assert "names an axis twice" in run("energy", path, *machine[:2], "--start", "X1,X2").stderr
-    assert "let its name end in .svg" in run("energy", path, *machine[:2], "--figure", "x.png").stderr
+    assert "its name must end in .svg" in run("energy", path, *machine[:2], "--figure", "x.png").stderr

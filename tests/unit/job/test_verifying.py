@@ -108,7 +108,7 @@ def test_without_a_tool_only_the_tip_is_followed_and_the_report_says_so(program,
     assert report.ok
     text = " ".join(report.not_checked)
     assert "no tool was given" in text
-    assert "no path to compare it with" in text
+    assert "no path was given to compare it with" in text
     assert "gouges: no mesh" in text
 
 
@@ -329,7 +329,7 @@ def test_a_program_of_directions_is_checked_as_a_path_and_says_so(trunnion, tmp_
     report = fx.verify_program(path, trunnion, tool=Tool.ball(2), part=box)
     assert report.counts["angles-assumed"] == 1
     told = next(f for f in report.findings if f.code == "angles-assumed")
-    assert "the control may take others" in told.message
+    assert "the control may choose others" in told.message
     # The box reaches to Z 7, the tip runs at Z 5.
     assert {f.place.line for f in report.findings if f.code == "gouge"} <= set(range(8, 14))
     assert report.counts["gouge"] >= 3
