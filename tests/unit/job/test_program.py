@@ -124,7 +124,7 @@ def test_a_path_of_another_motion_is_refused_before_anything_is_written(solution
     with pytest.raises(ToolpathError, match=r"wall: the motion has the tool 1 mm from location \d+"):
         fx.write_program(solution.motion, tmp_path / "a.ngc", toolpath=shifted, **words)
     fewer = wall.at(np.arange(len(wall) - 5))
-    rows = f"35 locations, and the motion has {len(solution.motion)}"
+    rows = f"35 locations and the motion {len(solution.motion)}"
     with pytest.raises(ToolpathError, match=rows):
         make_program(solution.motion, hayashi, fewer, Constraints(), ProgramOptions())
     assert list(tmp_path.iterdir()) == []
