@@ -414,7 +414,7 @@ def test_info_names_the_nearest_machine():
         (("info", "--code", "650123"), ["C - B - bed", "B = 0 deg ±", "table-table"]),
         (("info", "--code", "012346"), ["no choice of posture: C, the rotary axis next to the tool"]),
         (("info", "takisawa-mac-v3"), ["3-axis", "base power 2763.18 W", "it has 0 rotary axes"]),
-        (("info", "dmu50ev"), ["0.707107", "lean 0 … 90 deg"]),
+        (("info", "dmu50ev"), ["0.707107", "inclination 0 … 90 deg"]),
     ],
 )
 def test_info_prints_structure_branches_and_singular_direction(words, said):
@@ -524,9 +524,9 @@ def test_the_surface_goes_to_stdout_as_a_table_or_as_json():
         (("1,2", *MACHINE), "'1,2' isn't of the form X,Y,Z"),
         (("1,2,nan", *MACHINE), "'1,2,nan' isn't of the form X,Y,Z"),
         (("1,2,3",), "--machine is missing"),
-        (("1,2,3", *MACHINE, "--step", "0"), "--step is 0 deg; it must lie between"),
-        (("1,2,3", *MACHINE, "--step", "1e-9"), "--step is 1e-09 deg; it must lie between"),
-        (("1,2,3", *MACHINE, "--feed", "inf"), "--feed is inf mm/min; it must lie between"),
+        (("1,2,3", *MACHINE, "--step", "0"), "--step is 0 deg; it must be between"),
+        (("1,2,3", *MACHINE, "--step", "1e-9"), "--step is 1e-09 deg; it must be between"),
+        (("1,2,3", *MACHINE, "--feed", "inf"), "--feed is inf mm/min; it must be between"),
         (("1,2,3", "--machine", "linuxcnc-xyzac-trt"), "--drives NAME"),
     ],
 )
