@@ -7,11 +7,11 @@
     >>> solution = fx.optimise(toolpath, machine, tilt=(15, 75), part="part.stl")
     >>> report = solution.write("part.ngc", control="linuxcnc")
 
-Many jobs, each from a file, run side by side, and what is done isn't run again:
+Many jobs, each from a file, run in parallel; finished jobs aren't run again:
 
     >>> batch = fx.run_batch(["cup.toml", "vase.toml"], "out")
 
-Everything is loaded where it is used, so importing the package is quick.
+Modules are loaded when they are used, so importing the package is quick.
 """
 
 from __future__ import annotations
@@ -36,35 +36,21 @@ if TYPE_CHECKING:
 
 __version__ = version("fiveaxis")
 
-_HOMES = {
-    "Energy": "energy",
-    "Finding": "findings",
-    "FiveAxisError": "errors",
-    "Machine": "machine",
-    "Motion": "motion",
-    "PowerSurface": "energy",
-    "ProgramSettings": "nc",
-    "Report": "verification",
-    "Solution": "job",
-    "Tool": "toolpath",
-    "Toolpath": "toolpath",
-    "calibrate_drive": "energy",
-    "find_contacts": "contour",
-    "load_machine": "machine",
-    "machine_names": "machine",
-    "optimise": "job",
-    "plan_contour": "contour",
-    "post_program": "job",
-    "power_surface": "energy",
-    "preview": "viewer",
-    "program_energy": "job",
-    "read_program": "nc",
-    "read_toolpath": "nc",
-    "run_batch": "batch",
-    "verify": "verification",
-    "verify_program": "job",
-    "write_program": "job",
+_ROOMS = {
+    "batch": ("run_batch",),
+    "contour": ("find_contacts", "plan_contour"),
+    "energy": ("Energy", "PowerSurface", "calibrate_drive", "power_surface"),
+    "errors": ("FiveAxisError",),
+    "findings": ("Finding",),
+    "job": ("Solution", "optimise", "post_program", "program_energy", "verify_program", "write_program"),
+    "machine": ("Machine", "load_machine", "machine_names"),
+    "motion": ("Motion",),
+    "nc": ("ProgramSettings", "read_program", "read_toolpath"),
+    "toolpath": ("Tool", "Toolpath"),
+    "verification": ("Report", "verify"),
+    "viewer": ("preview",),
 }
+_HOMES = {name: room for room, names in _ROOMS.items() for name in names}
 
 __all__ = [
     "Energy",

@@ -1,4 +1,4 @@
-"""How the inner loops are compiled."""
+"""Compilation of inner loops."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ T = TypeVar("T")
 
 
 def compiled(function: Callable[P, T]) -> Callable[P, T]:
-    """Compile a function at its first call, keep the machine code for the next run, and let threads run.
+    """Compile a function at its first call, cache the machine code, and release the GIL while it runs.
 
-    Divisions by 0 give infinity, as numpy's do: checks for them cost half of a loop's time.
+    Division by 0 gives infinity, as in numpy: checking for it takes half of a loop's time.
     """
     options = {"cache": True, "nogil": True, "error_model": "numpy"}
     return cast("Callable[P, T]", numba.njit(**options)(function))

@@ -3,10 +3,10 @@
 ::
 
     FiveAxisError
-    ├── InputError               something that the user gave is wrong          (exit code 2)
+    ├── InputError               wrong input                                      (exit code 2)
     │   ├── MachineError         a machine file or its figures
     │   │   ├── CodeError        a form-shaping code
-    │   │   ├── FigureError      a figure of a machine file, with the table it stands in
+    │   │   ├── FigureError      a figure of a machine file, with its table
     │   │   ├── DegenerateChain  a chain that can't reach every position or direction
     │   │   └── UnknownMachine   no machine of that name
     │   ├── ToolError            a tool's dimensions
@@ -14,10 +14,10 @@
     │   ├── MeshError            a part mesh
     │   ├── JobError             a job file
     │   └── SettingError         an option out of its range
-    ├── MissingDependency        an optional library that isn't on this platform (exit code 2)
-    ├── LostScheduler            a batch's scheduler that went away in mid-run  (exit code 4)
-    ├── Unverified               a program of a motion with errors that nobody accepts (exit code 1)
-    └── Infeasible               locations without an admissible posture        (exit code 3)
+    ├── MissingDependency        an optional library that isn't installed         (exit code 2)
+    ├── LostScheduler            connection to a batch's scheduler lost           (exit code 4)
+    ├── Unverified               a program with errors that nobody accepts        (exit code 1)
+    └── Infeasible               locations without an admissible posture          (exit code 3)
 
 A message reads ``place: fact with value, bound and unit; what to do``. Many problems at once are
 findings (`fiveaxis.findings`), not exceptions.
@@ -37,13 +37,13 @@ class FiveAxisError(Exception):
 
 
 class InputError(FiveAxisError):
-    """Something that the user gave is wrong; says where.
+    """Wrong input, with its file and line.
 
     Parameters
     ----------
     message : fact and what to do about it
-    file : the file that holds the fault, if it came from one
-    line : its line, counted from 1
+    file : the file with the fault, if there is one
+    line : its line, from 1
     """
 
     def __init__(self, message: str, *, file: str | Path | None = None, line: int | None = None) -> None:
@@ -54,14 +54,14 @@ class InputError(FiveAxisError):
 
     @property
     def place(self) -> str:
-        """``file:line`` as far as known, else the empty string."""
+        """``file:line`` as far as known, or an empty string."""
         if self.file is None:
             return "" if self.line is None else f"line {self.line}"
         return self.file if self.line is None else f"{self.file}:{self.line}"
 
 
 class MachineError(InputError):
-    """A machine file, or a machine that lacks what was asked of it."""
+    """A machine file, or a machine that lacks what a step needs."""
 
 
 class CodeError(MachineError):
@@ -78,7 +78,7 @@ class FigureError(MachineError):
     Parameters
     ----------
     location : keys of the table, from the top of the file
-    code : stable name of the kind of fault, as in findings
+    code : stable name of the fault, as in findings
     message : fact and what to do about it
     """
 
@@ -93,7 +93,7 @@ class DegenerateChain(MachineError):
 
 
 class UnknownMachine(MachineError):
-    """No machine of that name; lists the nearest ones."""
+    """No machine of that name; names the nearest ones."""
 
     def __init__(self, name: str, near: Sequence[str], known: Sequence[str]) -> None:
         self.name, self.near, self.known = name, tuple(near), tuple(known)
@@ -130,38 +130,32 @@ class MissingDependency(FiveAxisError):
 
 
 class LostScheduler(FiveAxisError):
-    """A batch's scheduler went away while its jobs ran."""
+    """The connection to a batch's scheduler was lost while jobs ran."""
 
     exit_code = 4
 
 
-class Infeasible(FiveAxisError):
-    """Some locations have no admissible posture.
+class _WithFindings(FiveAxisError):
+    """Many faults at once.
 
     Parameters
     ----------
-    message : how many, and on which machine
-    findings : `fiveaxis.findings.Finding`, one for each location with its reason
+    message : fact and what to do about it
+    findings : `fiveaxis.findings.Finding`, one for each fault
     """
+
+    def __init__(self, message: str, findings: Sequence[Any]) -> None:
+        self.findings = tuple(findings)
+        super().__init__(message)
+
+
+class Infeasible(_WithFindings):
+    """Some locations have no admissible posture; a finding for each says why."""
 
     exit_code = 3
 
-    def __init__(self, message: str, findings: Sequence[Any]) -> None:
-        self.findings = tuple(findings)
-        super().__init__(message)
 
-
-class Unverified(FiveAxisError):
-    """Verification found errors that nobody has accepted by name.
-
-    Parameters
-    ----------
-    message : what was found, and what to do
-    findings : `fiveaxis.findings.Finding`, those errors
-    """
+class Unverified(_WithFindings):
+    """Verification found errors that nobody has accepted by name; its findings are these errors."""
 
     exit_code = 1
-
-    def __init__(self, message: str, findings: Sequence[Any]) -> None:
-        self.findings = tuple(findings)
-        super().__init__(message)

@@ -1,7 +1,7 @@
-"""Findings: what a check has to say about a path, place by place.
+"""Findings: what checks find on a path, each with its place.
 
-A finding is data, not an exception: a path with a thousand bad places has a thousand findings. Codes are
-stable, so scripts may depend on them. People read them by cause (`group_findings`), one line each.
+A finding is data, not an exception: a path with a thousand faults has a thousand findings. Codes are stable,
+so scripts may depend on them. For people they are grouped by cause (`group_findings`), one line each.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from typing import Any
 
 
 class Severity(StrEnum):
-    """How bad a finding is, by its consequence on the machine."""
+    """Severity of a finding, by its consequence on the machine."""
 
     ERROR = "error"
     WARNING = "warning"
@@ -29,7 +29,7 @@ class Severity(StrEnum):
 
 @dataclass(frozen=True)
 class Place:
-    """Where on the path: a location's index (from 0) and the source line it came from (from 1)."""
+    """Where on the path: index of the location (from 0), source line (from 1) and file."""
 
     location: int | None = None
     line: int | None = None
@@ -47,7 +47,7 @@ class Place:
 
     @property
     def order(self) -> tuple[bool, int, bool, int, str]:
-        """What places are sorted by: along the path, then along the file; the path as a whole comes last."""
+        """Sort key: along the path, then along the file; the path as a whole comes last."""
         return (
             self.location is None,
             self.location or 0,
@@ -59,7 +59,7 @@ class Place:
 
 @dataclass(frozen=True)
 class Finding:
-    """One thing found at one place.
+    """One fault or remark at one place.
 
     Parameters
     ----------
@@ -67,7 +67,7 @@ class Finding:
     code : stable name, e.g. ``axis-limit``
     message : fact with value, bound and unit; what to do
     place : where on the path
-    value : the figure behind the message, in the unit the message names; worst is largest
+    value : the value in the message, in its unit; the largest is the worst
     """
 
     severity: Severity
@@ -81,13 +81,13 @@ class Finding:
         return f"{where}: {self.message} [{self.code}]" if where else f"{self.message} [{self.code}]"
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the finding as plain data for JSON, which knows no infinite figure: it is None there."""
+        """Return the finding as plain data for JSON; a value that isn't finite is None."""
         finite = self.value is not None and math.isfinite(self.value)
         return asdict(self) | {"value": self.value if finite else None}
 
     @classmethod
     def from_dict(cls, data: Mapping[str, Any]) -> Finding:
-        """Make a finding of plain data again, as `as_dict` gives it."""
+        """Make a finding from the plain data of `as_dict`."""
         return cls(
             Severity(data["severity"]), data["code"], data["message"], Place(**data["place"]), data["value"]
         )
@@ -95,14 +95,14 @@ class Finding:
 
 @dataclass(frozen=True)
 class Cause:
-    """Findings of one code: one thing for a person to put right.
+    """Findings of one code and severity: one thing to correct.
 
     Parameters
     ----------
     severity, code : of all of them
-    count : how many there are, those that aren't listed included
-    worst : the one of the largest value; the first where none has a value
-    first : place of the first along the path
+    count : how many there are, including those that aren't listed
+    worst : the finding with the largest value; the first one where none has a value
+    first : place of the first one along the path
     """
 
     severity: Severity
@@ -135,13 +135,13 @@ class Cause:
 
 
 def group_findings(findings: Iterable[Finding], counts: Mapping[str, int] | None = None) -> tuple[Cause, ...]:
-    """Put findings of one code and severity together; each without a place stands for itself.
+    """Group findings by code and severity; each finding without a place is a group of its own.
 
     Parameters
     ----------
     findings : in any order
-    counts : how many there are by code, where not all are listed, or some are listed twice; those that
-        aren't listed count as of the severest of the code
+    counts : how many there are by code, where not all are listed or some are listed twice; those that aren't
+        listed are counted at the worst severity of the code
 
     Returns
     -------
@@ -166,9 +166,9 @@ def _cause(group: list[Finding], count: int) -> Cause:
 
 
 def sort_findings(findings: Iterable[Finding]) -> tuple[Finding, ...]:
-    """Sort findings by severity, place and code, the worst first of one code at one place.
+    """Sort findings by severity, place and code, then by falling value.
 
-    Of findings with the same code, place and message the severest is kept, or that of the largest value.
+    Of findings with the same code, place and message only the worst is kept.
     """
     kept: dict[tuple[str, Place, str], Finding] = {}
     for finding in sorted(findings, key=_order):
@@ -187,5 +187,5 @@ def count_codes(findings: Iterable[Finding]) -> dict[str, int]:
 
 
 def has_errors(findings: Iterable[Finding]) -> bool:
-    """Tell whether any finding must keep the path off a machine."""
+    """Check whether any finding is an error."""
     return any(f.severity is Severity.ERROR for f in findings)

@@ -1,4 +1,4 @@
-"""Former names: each works for one more version, with a warning that says the present one."""
+"""Former names: each works for one more version, with a warning that gives the new one."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from typing import Any
 
 
 def warn_former(old: str, new: str, stacklevel: int = 2) -> None:
-    """Warn that a name or a word is a former one.
+    """Warn that a name or an option's value has been renamed.
 
     Parameters
     ----------
     old, new : as they are written
-    stacklevel : of the caller who is to be told, counted from the function that calls this one
+    stacklevel : of the caller to be warned, counted from the function that calls this one
     """
     warnings.warn(
         f"{old} is now {new}; the old name goes with the next version", DeprecationWarning, stacklevel + 1
@@ -22,12 +22,12 @@ def warn_former(old: str, new: str, stacklevel: int = 2) -> None:
 
 
 def former_names(module: str, names: Mapping[str, str]) -> Callable[[str], Any]:
-    """Make a module's ``__getattr__`` that finds names under their present ones.
+    """Make a module's ``__getattr__`` that finds former names under their new ones.
 
     Parameters
     ----------
-    module : where they were
-    names : former name to present one, with its module: ``"fiveaxis.mesh.load_mesh"``
+    module : with the former names
+    names : former name to new name with its module, ``"fiveaxis.mesh.load_mesh"``
     """
 
     def find(name: str) -> Any:

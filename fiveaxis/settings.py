@@ -1,4 +1,4 @@
-"""Strict settings files: TOML into a pydantic model, with errors that name place and nearest key."""
+"""Strict settings files: TOML into a pydantic model, with errors that name the line and the nearest key."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from fiveaxis.errors import InputError
 if TYPE_CHECKING:
     from pydantic_core import ErrorDetails
 
-# Larger files aren't read: settings are written by hand, and the largest that have been seen are some 100 kB.
+# Larger files aren't read: settings are written by hand, and the largest known ones have some 100 kB.
 MOST_BYTES = 10_000_000
-# Kind of a pydantic fault -> what the value must be; kinds that aren't here keep pydantic's words.
+# Type of a pydantic error -> what the value must be; other types keep pydantic's text.
 MUST_BE = {
     **dict.fromkeys(("float_type", "float_parsing", "int_type", "int_parsing"), "a number"),
     "finite_number": "a finite number",
@@ -52,14 +52,14 @@ def read_settings(path: Path, model: type[Model], error: type[InputError]) -> Mo
     Parameters
     ----------
     path : the file
-    model : what it must look like
+    model : of its content
     error : class of the errors raised
 
     Raises
     ------
     error
-        Missing file, not TOML, unknown key (with the nearest known one), missing or wrong value; all faults
-        of a file are named in one message, the first with its line.
+        Missing file, not TOML, unknown key (with the nearest known one), missing or wrong value; one message
+        names all faults of a file, with the line of the first.
     """
     text, data = read_document(path, error)
     return validate_settings(data, text, path, model, error)
@@ -70,23 +70,23 @@ def read_document(path: Path, error: type[InputError]) -> tuple[str, dict[str, A
 
     Returns
     -------
-    Its text, and what it says.
+    Its text and its content.
 
     Raises
     ------
     error
-        Missing file, one that is too large, not UTF-8, not TOML.
+        Missing file, too large, not UTF-8, not TOML.
     """
     try:
         with path.open("rb") as stream:
             content = stream.read(MOST_BYTES + 1)
         if len(content) > MOST_BYTES:
             raise error(
-                f"holds more than {MOST_BYTES // 1_000_000} MB, the most that is read of a TOML file; is it "
-                "the one that is meant?",
+                f"holds more than {MOST_BYTES // 1_000_000} MB, the most that is read of a TOML file; check "
+                "that it is the right file",
                 file=path,
             )
-        text = content.decode("utf-8-sig").replace("\r\n", "\n")  # editors on Windows put a mark at the start
+        text = content.decode("utf-8-sig").replace("\r\n", "\n")  # editors on Windows add a byte order mark
     except OSError as fault:
         raise error(f"can't be read: {fault.strerror or fault}", file=path) from None
     except UnicodeDecodeError:
@@ -95,14 +95,14 @@ def read_document(path: Path, error: type[InputError]) -> tuple[str, dict[str, A
         return text, tomllib.loads(text)
     except tomllib.TOMLDecodeError as fault:
         found = re.search(r"line (\d+)", str(fault))
-        line = int(found[1]) if found else len(text.splitlines())  # else at the end of the document
+        line = int(found[1]) if found else len(text.splitlines())  # without a line it is at the end
         raise error(f"is not valid TOML: {fault}", file=path, line=line) from None
 
 
 def validate_settings(
     data: dict[str, Any], text: str, path: Path, model: type[Model], error: type[InputError]
 ) -> Model:
-    """Turn what a TOML file says into a model.
+    """Validate the content of a TOML file against a model.
 
     Raises
     ------
@@ -117,17 +117,16 @@ def validate_settings(
 
 
 def explain(fault: ValidationError, model: type[BaseModel], data: object = None) -> str:
-    """Say in one line what is wrong with settings: each key with its value and what it must be."""
+    """Explain the faults of settings in one line: each key with its value and what it must be."""
     return "; ".join(explain_one(f, model) for f in list_faults(fault, data))
 
 
 def list_faults(fault: ValidationError, data: object = None) -> list[ErrorDetails]:
-    """List the faults, causes first: a mistyped key shows up as unknown and, often, as missing too.
+    """List the faults, unknown keys first: a mistyped key is often reported as missing too.
 
     Parameters
     ----------
-    data : what was validated; places in it are then named without the tags by which pydantic tells tables of
-        several kinds apart
+    data : that was validated; with it, locations don't contain pydantic's tags of unions
     """
     faults = sorted(fault.errors(), key=lambda f: f["type"] != "extra_forbidden")
     for found in faults:
@@ -136,7 +135,7 @@ def list_faults(fault: ValidationError, data: object = None) -> list[ErrorDetail
 
 
 def _without_tags(location: tuple[str | int, ...], data: object) -> tuple[str | int, ...]:
-    """Leave out what is the value of a key of the table, and no key of it."""
+    """Remove tags from a location: values of the table that aren't keys of it."""
     kept: list[str | int] = []
     here = data
     for part in location:
@@ -151,10 +150,10 @@ def _without_tags(location: tuple[str | int, ...], data: object) -> tuple[str | 
 
 
 def line_of(text: str, location: Sequence[str | int]) -> int | None:
-    """Find the line, from 1, on which the key at a location of a TOML text stands.
+    """Find the line, from 1, of the key at a location of a TOML text.
 
-    The search narrows from table header to key, so a key inside an inline table is found on the line of
-    the table's own key.
+    The search narrows from table header to key, so a key inside an inline table is found on the line of the
+    inline table's key.
     """
     keys = [str(k) for k in location]
     best: int | None = None
@@ -165,7 +164,7 @@ def line_of(text: str, location: Sequence[str | int]) -> int | None:
         key = re.match(r"\s*([\w.-]+)\s*=", line)
         if header:
             table = header[2].split(".")
-            if len(header[1]) > 1:  # [[bodies]]: the place of the table in its list is part of its name
+            if len(header[1]) > 1:  # [[bodies]]: the index of the table in its list is part of its name
                 table = [*table, str(seen[header[2]])]
                 seen[header[2]] += 1
             if keys[: len(table)] == table:
@@ -178,12 +177,12 @@ def line_of(text: str, location: Sequence[str | int]) -> int | None:
 
 
 def explain_one(fault: ErrorDetails, model: type[BaseModel]) -> str:
-    """Say in one line what one fault of settings is."""
-    name = _shown_key(fault["loc"])
+    """Explain one fault of settings in one line."""
+    name = _format_key(fault["loc"])
     if fault["type"] == "extra_forbidden":
         return _explain_unknown(fault["loc"], model)
     if fault["loc"][-1:] == ("[key]",):
-        return f"unknown table {_shown_key(fault['loc'][:-1])!r}: {fault['msg']}"
+        return f"unknown table {_format_key(fault['loc'][:-1])!r}: {fault['msg']}"
     if fault["type"] == "value_error":
         text = fault["msg"].removeprefix("Value error, ")
         return f"{name}: {text}" if name not in text else text
@@ -201,22 +200,22 @@ def _explain_unknown(location: Sequence[str | int], model: type[BaseModel]) -> s
     last = {key.rpartition(".")[-1]: key for key in reversed(known)}
     near = difflib.get_close_matches(wrong, last, n=1, cutoff=0.6)
     near = near or difflib.get_close_matches(wrong, known, n=1, cutoff=0.0)
-    what = f"unknown key {_shown_key(location)!r}"
-    return f"{what}; the nearest known one is {last.get(near[0], near[0])!r}" if near else what
+    fact = f"unknown key {_format_key(location)!r}"
+    return f"{fact}; the nearest known one is {last.get(near[0], near[0])!r}" if near else fact
 
 
-def _shown_key(location: Sequence[str | int]) -> str:
-    """Write a key as TOML users know it: ``plan.stepdown``, ``tilt[0]``."""
+def _format_key(location: Sequence[str | int]) -> str:
+    """Write a key as in TOML: ``plan.stepdown``, ``tilt[0]``."""
     return "".join(f"[{p}]" if isinstance(p, int) else f".{p}" for p in location).removeprefix(".")
 
 
 def _known_keys(location: Sequence[str | int], model: type[BaseModel]) -> list[str]:
-    """List the keys that a model knows at a location inside it, its own first, then those of its tables."""
+    """List the keys of a model at a location inside it: its own first, then those of its tables."""
     models = [model]
     for part in location:
         annotations = [m.model_fields[str(part)].annotation for m in models if str(part) in m.model_fields]
-        # A key of a free dictionary, or the tag of a union, stays at the models already found.
-        models = [found for a in annotations for found in _models_in(a)] or models
+        # A key of a free dictionary, or the tag of a union, keeps the models found so far.
+        models = [found for a in annotations for found in models_in(a)] or models
     fields = [(f.alias or n, f.annotation) for m in models for n, f in m.model_fields.items()]
     inner = [
         f"{name}.{key}"
@@ -227,7 +226,8 @@ def _known_keys(location: Sequence[str | int], model: type[BaseModel]) -> list[s
     return [*sorted({name for name, _ in fields}), *sorted(inner)]
 
 
-def _models_in(annotation: object) -> list[type[BaseModel]]:
+def models_in(annotation: object) -> list[type[BaseModel]]:
+    """List the models that a field's annotation names."""
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         return [annotation]
-    return [found for part in get_args(annotation) for found in _models_in(part)]
+    return [found for part in get_args(annotation) for found in models_in(part)]

@@ -1,4 +1,4 @@
-"""Many jobs: sweeps that make many of one file, workers that run them, and one table of what they gave."""
+"""Many jobs: sweeps that make many of one file, workers that run them, and one table of the results."""
 
 from fiveaxis.batch.record import Row, Status
 from fiveaxis.batch.run import Batch, Event, run_batch

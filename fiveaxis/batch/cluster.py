@@ -1,4 +1,4 @@
-"""Where jobs run: workers on this computer, or those of a scheduler that runs already."""
+"""Connect to the workers that run jobs: on this computer, or of a running scheduler."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ logger = logging.getLogger(__name__)
 
 # s to wait for a scheduler's answer.
 ANSWER = 10.0
-# What a worker imports at its start.
+# Modules that a worker imports at its start.
 PRELOAD = ("fiveaxis.batch.worker",)
-# A worker isn't taken for dead because a compiled step keeps it from answering, and is handed one job at a
-# time, so that a job that kills its worker takes no other one with it.
+# A worker isn't considered dead while a compiled step keeps it from answering. It gets one job at a time, so
+# that a job that kills its worker takes no other job with it.
 LOCAL = {
     "distributed.scheduler.worker-ttl": None,
     "distributed.scheduler.worker-saturation": 1.0,
@@ -35,12 +35,12 @@ LOCAL = {
 
 @contextmanager
 def open_client(scheduler: str | None, workers: int) -> Iterator[Client]:
-    """Connect to a scheduler, or start one with workers on this computer, which end with the block.
+    """Connect to a scheduler, or start one on this computer, with workers that end with the context.
 
     Parameters
     ----------
     scheduler : its address, ``tcp://host:8786``; None starts one that only this computer reaches
-    workers : processes of one thread each, where they are started here
+    workers : number of local processes, of one thread each
 
     Raises
     ------
@@ -57,7 +57,7 @@ def open_client(scheduler: str | None, workers: int) -> Iterator[Client]:
         with _quiet(), _answering(scheduler):
             there = Client(scheduler, timeout=ANSWER, set_as_default=False)
         with _quiet(), there as client:
-            _look_for_workers(client, scheduler)
+            _warn_without_workers(client, scheduler)
             yield client
         return
     with (
@@ -83,7 +83,7 @@ def open_client(scheduler: str | None, workers: int) -> Iterator[Client]:
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """Let a client that loses its scheduler print no traceback: the batch says what to do."""
+    """Silence the traceback of a client that loses its scheduler: the batch says what to do."""
     loggers = [logging.getLogger(name) for name in ("distributed", "distributed.client")]
     levels = [logger.level for logger in loggers]
     try:
@@ -95,8 +95,8 @@ def _quiet() -> Iterator[None]:
             theirs.setLevel(level)
 
 
-def _look_for_workers(client: Client, scheduler: str) -> None:
-    """Warn where jobs would wait for ever, or until somebody starts a worker."""
+def _warn_without_workers(client: Client, scheduler: str) -> None:
+    """Warn where jobs would wait until somebody starts a worker."""
     count = len(client.nthreads())
     if count:
         logger.info("%s: %d workers", scheduler, count)
@@ -107,7 +107,7 @@ def _look_for_workers(client: Client, scheduler: str) -> None:
 
 
 def _end_workers(cluster: Any) -> None:
-    """End the workers at once: nothing else stops a compiled step, and what they write is whole or absent."""
+    """Kill the workers: nothing else stops a compiled step, and they write files whole or not at all."""
     for nanny in cluster.workers.values():
         nanny.auto_restart = False
         if nanny.process is not None and nanny.pid is not None:
@@ -116,7 +116,7 @@ def _end_workers(cluster: Any) -> None:
 
 
 def require_distributed() -> None:
-    """Refuse, before any work, to go on without dask.distributed.
+    """Raise, before any work, if dask.distributed is missing.
 
     Raises
     ------
@@ -132,14 +132,14 @@ def require_distributed() -> None:
 
 
 def require_scheduler(scheduler: str) -> None:
-    """Refuse, before anything is written, an address at which no scheduler answers.
+    """Raise, before anything is written, if no scheduler answers at an address.
 
     Raises
     ------
     SettingError
         No scheduler at that address.
     """
-    # A client that isn't answered would say so once more, with a traceback, when it is thrown away.
+    # A client without an answer would print a traceback once more when it is garbage-collected.
     with _quiet(), ThreadPoolExecutor(1) as aside, _answering(scheduler):
         aside.submit(asyncio.run, _ask(scheduler)).result()
 
@@ -148,7 +148,7 @@ def require_scheduler(scheduler: str) -> None:
 def _answering(scheduler: str) -> Iterator[None]:
     try:
         yield
-    # An address without a port is a ValueError; what isn't a scheduler may tell an enormous length.
+    # An address without a port is a ValueError; another server may announce a message of enormous length.
     except (OSError, ValueError, MemoryError) as fault:
         raise SettingError(
             f"no scheduler answers at {scheduler} ({fault}); start one with `dask scheduler`, or leave "

@@ -1,39 +1,30 @@
-"""A sweep's variants side by side."""
+"""Compare the variants of a sweep: a table and a figure."""
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from fiveaxis.batch.ledger import own_folder
+from fiveaxis.batch.ledger import COLUMNS, own_folder
 from fiveaxis.batch.record import Row
-from fiveaxis.files import write_atomically
+from fiveaxis.files import csv_text, write_atomically
 from fiveaxis.report.plots import Bar, comparison_figure
 
 TABLE = "comparison.csv"
 FIGURE = "comparison.svg"
 
-FIGURES = {
-    "status": "status",
-    "energy_J": "energy",
-    "travel_metric_J": "travel",
-    "base_J": "base",
-    "time_s": "time",
-    "baseline": "baseline",
-    "baseline_J": "baseline_energy",
-    "saved": "saved",
-}
+# Columns of a variant's figures, as in the table of the batch.
+_NAMES = ("status", "energy_J", "travel_metric_J", "base_J", "time_s", "baseline", "baseline_J", "saved")
+FIGURES = {name: COLUMNS[name] for name in _NAMES}
 AGAINST_FIRST = "against_first"
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """A sweep's variants side by side.
+    """The variants of a sweep side by side.
 
     Parameters
     ----------
@@ -49,7 +40,7 @@ class Comparison:
     files: tuple[Path, ...] = ()
 
     def against_first(self, row: Row) -> float | None:
-        """Give the share by which a variant's energy differs from the first one's; 0.1 is dearer."""
+        """Compute the share by which a variant's energy differs from the first one's; 0.1 is 10 % more."""
         first = self.rows[0].energy
         return None if row.energy is None or not first else row.energy / first - 1.0
 
@@ -79,34 +70,32 @@ def write_comparison(name: str, rows: Sequence[Row], folder: Path) -> Comparison
     """
     keys = tuple(dict.fromkeys(key for row in rows for key in row.values))
     compared = Comparison(name, keys, tuple(rows))
-    bars = [Bar(_variant(row), row.energy, row.baseline_energy, str(row.status)) for row in rows]
+    bars = [Bar(_name(row), row.energy, row.baseline_energy, str(row.status)) for row in rows]
     baselines = sorted({row.baseline for row in rows if row.baseline})
     own = own_folder(folder, name)
     files = (
         write_atomically(own / TABLE, _table(compared)),
         write_atomically(own / FIGURE, comparison_figure(name, bars, " or ".join(baselines))),
     )
-    return Comparison(name, keys, tuple(rows), files)
+    return replace(compared, files=files)
 
 
-def _variant(row: Row) -> str:
-    """Name a variant by what it sets."""
-    return ", ".join(f"{key} {shown_value(value)}" for key, value in row.values.items())
+def _name(row: Row) -> str:
+    """Name a variant by the values it sets."""
+    return ", ".join(f"{key} {format_value(value)}" for key, value in row.values.items())
 
 
-def shown_value(value: Any) -> str:
-    """Write a value for people."""
+def format_value(value: Any) -> str:
+    """Format a value of a sweep for display."""
     if isinstance(value, str):
         return value
     return json.dumps(value, default=str).replace('"', "")
 
 
 def _table(compared: Comparison) -> str:
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(["job", *compared.keys, *FIGURES, AGAINST_FIRST])
+    rows: list[list[object]] = [["job", *compared.keys, *FIGURES, AGAINST_FIRST]]
     for row in compared.rows:
-        values = [shown_value(row.values[key]) for key in compared.keys]
+        values = [format_value(row.values[key]) for key in compared.keys]
         figures = [getattr(row, attribute) for attribute in FIGURES.values()]
-        writer.writerow([row.name, *values, *figures, compared.against_first(row)])
-    return text.getvalue()
+        rows.append([row.name, *values, *figures, compared.against_first(row)])
+    return csv_text(rows)

@@ -1,9 +1,7 @@
-"""The results of a batch in its folder: a row a job, never half of one, never one twice."""
+"""The results of a batch in its folder: exactly one whole row per job."""
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 import os
 import sys
@@ -14,13 +12,13 @@ from pathlib import Path
 
 from fiveaxis.batch.record import Row, Status
 from fiveaxis.errors import SettingError
-from fiveaxis.files import write_atomically
+from fiveaxis.files import csv_text, write_atomically
 
 LINES = "results.jsonl"
 TABLE = "results.csv"
 LOCK = ".fiveaxis-batch.lock"
 
-# Columns of the table; what they can't hold stands in the JSON lines.
+# Columns of the table; lists and dictionaries are in the JSON lines only.
 COLUMNS = {
     "job": "name",
     "status": "status",
@@ -43,13 +41,12 @@ COLUMNS = {
 class Ledger:
     """Rows by name, on the disk as soon as they are known.
 
-    Both files are written whole under another name and then take their place in one step, so a reader always
-    finds whole lines, and a crash in the middle of writing leaves all rows before. Of the two the JSON lines
-    are read again; the table follows them.
+    Both files are replaced in one step, so a reader always finds whole lines, and a crash while writing keeps
+    all earlier rows. Only the JSON lines are read again.
 
     Parameters
     ----------
-    folder : that holds the results; rows of an earlier batch in it are kept
+    folder : of the results; rows of an earlier batch in it are kept
 
     Raises
     ------
@@ -62,10 +59,10 @@ class Ledger:
         self.rows = {row.name: row for row in read_rows(folder / LINES)}
 
     def record(self, *rows: Row) -> None:
-        """Put rows in, in place of older ones of their names, and write both files.
+        """Add rows, in place of older ones of the same names, and write both files.
 
-        What an older row lists and its new one doesn't is taken out of the job's folder. A job whose input is
-        wrong keeps what its last run left, and the row of that, which counts again once the input is right.
+        Files that only the older row lists are removed from the job's folder. A job with wrong input keeps
+        the files and the row of its last run, which are valid again once the input is corrected.
 
         Raises
         ------
@@ -77,27 +74,27 @@ class Ledger:
                 last = self._last(row.name)
                 self.rows[row.name] = replace(row, before=None if last is None else last.as_dict())
             else:
-                self._clear(row)
+                self._remove_stale_files(row)
                 self.rows[row.name] = row
         self.rows = dict(sorted(self.rows.items()))
         write_atomically(self.folder / LINES, "".join(_line(row) for row in self.rows.values()))
-        write_atomically(self.folder / TABLE, _table(list(self.rows.values())))
+        write_atomically(self.folder / TABLE, _table(self.rows.values()))
 
     def forget_refused(self, names: Iterable[str]) -> None:
-        """Take the rows out that only say that an input was wrong; written with the next `record`."""
+        """Drop rows that only report a wrong input; written with the next `record`."""
         for name in names:
             row = self.rows.get(name)
             if row is not None and row.status is Status.WRONG_INPUT and row.before is None:
                 del self.rows[name]
 
     def _last(self, name: str) -> Row | None:
-        """Give the row of a job's last run, if there was one."""
+        """Return the row of a job's last run, if there was one."""
         row = self.rows.get(name)
         if row is None or row.status is not Status.WRONG_INPUT:
             return row
         return None if row.before is None else Row.from_dict(row.before)
 
-    def _clear(self, row: Row) -> None:
+    def _remove_stale_files(self, row: Row) -> None:
         before = self._last(row.name) or row
         with suppress(OSError, SettingError):  # a file that stays is no reason to lose the row
             own = own_folder(self.folder, row.name)
@@ -106,7 +103,7 @@ class Ledger:
             own.rmdir()  # unless something else is in it
 
     def done(self, name: str, digest: str) -> Row | None:
-        """Give the row of a job that needn't run again: same inputs, an end that they decide, its files.
+        """Return the row of a job that needn't run again: same inputs, a final status, all files there.
 
         Parameters
         ----------
@@ -119,12 +116,12 @@ class Ledger:
 
 
 def read_rows(path: Path) -> list[Row]:
-    """Read JSON lines of results; no file has no rows.
+    """Read JSON lines of results; without a file there are none.
 
     Raises
     ------
     SettingError
-        A line that is no result, or a file that can't be read.
+        A line that isn't a result, or a file that can't be read.
     """
     if not path.exists():
         return []
@@ -139,51 +136,46 @@ def _read_line(line: str, path: Path, number: int) -> Row:
     try:
         return Row.from_dict(json.loads(line))
     except (ValueError, TypeError, AttributeError) as fault:
-        what = f"isn't a result of this version ({fault}); move the file away, then all jobs run again"
-        raise SettingError(what, file=path, line=number) from None
+        message = f"isn't a result of this version ({fault}); move the file away, and all jobs run again"
+        raise SettingError(message, file=path, line=number) from None
 
 
 def _line(row: Row) -> str:
     return json.dumps(row.as_dict(), allow_nan=False) + "\n"
 
 
-def _table(rows: list[Row]) -> str:
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(COLUMNS)
-    for row in rows:
-        known = row.as_dict()
-        # A message of several lines would be a row of several lines.
-        writer.writerow([_cell(known[key]) for key in COLUMNS.values()])
-    return text.getvalue()
+def _table(rows: Iterable[Row]) -> str:
+    known = (row.as_dict() for row in rows)
+    return csv_text([COLUMNS, *([_cell(data[key]) for key in COLUMNS.values()] for data in known)])
 
 
 def _cell(value: object) -> object:
+    # A message of several lines would break the row.
     return " ".join(value.split()) if isinstance(value, str) else value
 
 
 def own_folder(folder: Path, name: str) -> Path:
-    """Give a job's folder inside the batch's.
+    """Return a job's folder inside the batch's.
 
     Raises
     ------
     SettingError
-        A link leads out of it.
+        It is a link that leads out of the batch's folder.
     """
     own = folder / name
     if not own.resolve().is_relative_to(folder.resolve()):
-        raise SettingError("is a link out of the folder for the results; take it away", file=own)
+        raise SettingError("is a link out of the folder for the results; remove it", file=own)
     return own
 
 
 @contextmanager
 def locked(folder: Path) -> Iterator[None]:
-    """Keep other batches out of a folder; the system lifts the lock when a process ends, however it ends.
+    """Lock a folder against other batches; the system releases the lock whenever the process ends.
 
     Raises
     ------
     SettingError
-        Another batch works in the folder, or it can't be written.
+        Another batch is running in the folder, or it can't be written.
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -198,11 +190,11 @@ def locked(folder: Path) -> Iterator[None]:
 
 
 def _lock(handle: int, folder: Path) -> None:
-    if sys.platform == "win32":  # no lock of this kind there: two batches in one folder aren't told apart
+    if sys.platform == "win32":  # has no such lock: two batches in one folder go unnoticed
         return
     import fcntl
 
     try:
         fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except OSError:
-        raise SettingError("another batch works in this folder; wait for it", file=folder) from None
+        raise SettingError("another batch is running in this folder; wait for it", file=folder) from None

@@ -1,4 +1,4 @@
-"""What became of one job: a row of plain data, the same for the same inputs."""
+"""The result of one job as a row of plain data, the same for the same inputs."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from fiveaxis.report.document import main_baseline
 if TYPE_CHECKING:
     from fiveaxis.job import Outcome
 
-# Findings that a row of an infeasible job carries; all of them are counted.
+# Most findings in the row of an infeasible job; all of them are counted.
 LISTED = 100
 
 
@@ -32,12 +32,12 @@ class Status(StrEnum):
 
     @property
     def exit_code(self) -> int:
-        """Exit code of a command whose worst job ended so."""
+        """Exit code of a command whose worst job has this status."""
         return _CODES[self]
 
     @property
     def is_final(self) -> bool:
-        """Whether the inputs alone decide it, so that another run would end the same way."""
+        """Whether it depends on the inputs alone, so that another run would end the same."""
         return self in (Status.FINE, Status.ERRORS, Status.NO_POSTURE)
 
 
@@ -54,25 +54,25 @@ ORDER = tuple(_CODES)
 
 @dataclass(frozen=True)
 class Row:
-    """What became of one job.
+    """The result of one job.
 
     Parameters
     ----------
     name : of the job, and of its folder
     file : the job file's name
     status : how it ended
-    sweep, values : of which sweep it is a variant, and what it sets
-    message : the error, where there was one
-    digest : of everything it was made from; empty where that isn't known, and the job runs again
-    locations : cutter locations
-    energy, travel, base, time : J, J, J and s: of the feed drives in the whole program, and their travel
+    sweep, values : the sweep that it is a variant of, and the values it sets
+    message : the error, if there was one
+    digest : hash of its inputs; empty where they changed meanwhile, so that the job runs again
+    locations : number of cutter locations
+    energy, travel, base, time : J, J, J and s: energy of the feed drives in the whole program, their travel
         metric, both without base load; base power × time, None where it isn't known
     baseline, baseline_energy, saved : what it is compared with, its energy in J, and the share saved
-    errors, warnings, counts : findings by severity and by code
+    errors, warnings, counts : number of findings by severity and by code
     summary : findings by cause, as plain data
-    findings : of a job without posture, the first `LISTED`
-    files : what it left in its folder
-    before : row of its last run, as plain data, while its input is wrong: what that left stays
+    findings : of an infeasible job, the first `LISTED`
+    files : names of the files in its folder
+    before : while its input is wrong, the row of its last run as plain data; that run's files stay
     """
 
     name: str
@@ -100,7 +100,7 @@ class Row:
 
     @property
     def error_lines(self) -> list[str]:
-        """What to tell people about its errors, one line a cause."""
+        """Its errors, one line per cause."""
         return [cause["text"] for cause in self.summary if cause["severity"] == Severity.ERROR]
 
     def as_dict(self) -> dict[str, Any]:
@@ -110,40 +110,38 @@ class Row:
 
     @classmethod
     def from_dict(cls, data: Mapping[str, Any]) -> Row:
-        """Make a row of plain data again.
+        """Make a row from plain data.
 
         Raises
         ------
         ValueError
-            A key that no row has, one that is missing, or a status that isn't known.
+            An unknown key, a missing key, or an unknown status.
         """
         known = {f.name for f in fields(cls)}
         missing = {"name", "file", "status"} - data.keys()
         if missing or not data.keys() <= known:
-            raise ValueError(f"has {sorted(data.keys() - known)} too much and lacks {sorted(missing)}")
+            raise ValueError(f"unknown keys {sorted(data.keys() - known)}, missing keys {sorted(missing)}")
         return replace(cls(**data), status=Status(data["status"]))
 
 
 def _plain(value: Any) -> Any:
-    """Write what a sweep may set and JSON can't hold, dates and infinite numbers, as text."""
+    """Convert a value to plain data; dates and infinite numbers, which JSON can't hold, become text."""
     if isinstance(value, Mapping):
         return {str(key): _plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
         return [_plain(item) for item in value]
-    plain = (
-        value is None or isinstance(value, str | int) or (isinstance(value, float) and math.isfinite(value))
-    )
-    return value if plain else str(value)
+    finite = isinstance(value, float) and math.isfinite(value)
+    return value if finite or value is None or isinstance(value, str | int) else str(value)
 
 
 def row_of(blank: Row, outcome: Outcome, files: Sequence[Path]) -> Row:
-    """Fill in what a job gave.
+    """Fill in a job's row from its outcome.
 
     Parameters
     ----------
     blank : with name, file and values
     outcome : of the job
-    files : what was written
+    files : that were written
     """
     document = outcome.document
     energy, verdict = document["energy"], document["verification"]
@@ -161,14 +159,14 @@ def row_of(blank: Row, outcome: Outcome, files: Sequence[Path]) -> Row:
         baseline=baseline,
         baseline_energy=compared,
         saved=document["savings"].get(baseline, {}).get("total"),
-        **_found(document["summary"]),
+        **_count_severities(document["summary"]),
         counts=dict(verdict["counts"]),
         files=sorted(path.name for path in files),
     )
 
 
 def row_of_fault(blank: Row, fault: Exception) -> Row:
-    """Fill in why a job gave nothing; a fault that isn't ours is one of the program, and is told as such."""
+    """Fill in a job's row from the error that ended it; an unexpected one is a fault of the program."""
     if not isinstance(fault, FiveAxisError):
         return replace(blank, status=Status.BROKEN, message=f"{type(fault).__name__}: {fault}{_where(fault)}")
     if not isinstance(fault, Infeasible | Unverified):
@@ -177,14 +175,14 @@ def row_of_fault(blank: Row, fault: Exception) -> Row:
         blank,
         status=Status.NO_POSTURE if isinstance(fault, Infeasible) else Status.ERRORS,
         message=str(fault),
-        **_found([cause.as_dict() for cause in group_findings(fault.findings)]),
+        **_count_severities([cause.as_dict() for cause in group_findings(fault.findings)]),
         counts=count_codes(fault.findings),
         findings=[found.as_dict() for found in fault.findings[:LISTED]],
     )
 
 
-def _found(summary: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-    """Count findings by severity, those that aren't listed included."""
+def _count_severities(summary: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """Count findings by severity, including those that aren't listed."""
 
     def count(severity: Severity) -> int:
         return sum(int(cause["count"]) for cause in summary if cause["severity"] == severity)
@@ -197,11 +195,11 @@ def _found(summary: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
 
 
 def _where(fault: Exception) -> str:
-    """Say where a fault of the program itself came up, for whoever mends it."""
+    """Return where a fault of the program itself was raised, for whoever fixes it."""
     frames = traceback.extract_tb(fault.__traceback__)
     return f" ({Path(frames[-1].filename).name}:{frames[-1].lineno})" if frames else ""
 
 
 def worst(rows: Sequence[Row]) -> Status:
-    """Give the worst status of some rows; none are fine."""
+    """Find the worst status of some rows; without rows it is fine."""
     return max((row.status for row in rows), key=ORDER.index, default=Status.FINE)

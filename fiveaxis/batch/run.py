@@ -1,4 +1,4 @@
-"""A batch: plan, hand out, record."""
+"""Run a batch: plan the jobs, distribute them, record their results."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from fiveaxis.batch.comparison import Comparison, write_comparison
 from fiveaxis.batch.ledger import Ledger, locked
 from fiveaxis.batch.record import Row, Status, worst
 from fiveaxis.batch.tasks import Planned, Task, plan_tasks
-from fiveaxis.batch.worker import run_remotely, sweep_up
+from fiveaxis.batch.worker import remove_temporary_folders, run_remotely
 from fiveaxis.errors import LostScheduler, SettingError
 from fiveaxis.job import require_folder
 
@@ -30,15 +30,15 @@ logger = logging.getLogger(__name__)
 
 @dataclass(frozen=True)
 class Event:
-    """Something that happened to a job.
+    """A change in the state of a job.
 
     Parameters
     ----------
     name : of the job
     state : ``waiting``, ``running`` or ``done``
-    row : what became of it, when it is done
-    again : whether it was done by an earlier batch
-    stage, share : how far it is, the share between 0 and 1
+    row : its result, when it is done
+    again : whether an earlier batch had done it
+    stage, share : its progress, the share between 0 and 1
     pid : of the worker's process
     """
 
@@ -53,13 +53,13 @@ class Event:
 
 @dataclass(frozen=True)
 class Batch:
-    """What became of the jobs that were asked for.
+    """The results of the jobs of a batch.
 
     Parameters
     ----------
-    rows : by name
-    resumed : names of those that an earlier batch had done
-    comparisons : one a sweep
+    rows : sorted by name
+    resumed : names of the jobs that an earlier batch had done
+    comparisons : one per sweep
     folder : of the results
     """
 
@@ -74,7 +74,7 @@ class Batch:
         return worst(self.rows).exit_code
 
     def as_dict(self) -> dict[str, Any]:
-        """Return everything as plain data for JSON; the same whether jobs ran now or earlier."""
+        """Return everything as plain data for JSON, the same whether jobs ran now or earlier."""
         return {
             "jobs": [row.as_dict() for row in self.rows],
             "counts": {str(s): sum(row.status is s for row in self.rows) for s in Status},
@@ -82,7 +82,7 @@ class Batch:
         }
 
 
-Tell = Callable[[Event], None]
+Listener = Callable[[Event], None]
 
 
 def run_batch(
@@ -91,33 +91,33 @@ def run_batch(
     *,
     scheduler: str | None = None,
     workers: int | None = None,
-    tell: Tell | None = None,
+    tell: Listener | None = None,
 ) -> Batch:
-    """Run many jobs, each into its own folder, and keep one table of what they gave.
+    """Run many jobs, each into its own folder, and keep one table of their results.
 
-    A job that fails costs no other one, and one whose worker dies runs again. What is done stays done, even
-    where this call is interrupted: the next one runs only what is missing, was broken, or has other inputs.
-    The rows are the same whatever the number of workers. In a script, guard the call with
-    ``if __name__ == "__main__":``, as workers are processes of their own.
+    A job that fails doesn't affect the others, and a job whose worker dies runs again. Results are kept even
+    if this call is interrupted: the next call runs only jobs that are missing, were broken, or have other
+    inputs. The rows don't depend on the number of workers. In a script, guard the call with
+    ``if __name__ == "__main__":``, since workers are separate processes.
 
     Parameters
     ----------
-    files : job files; a ``[sweep]`` in one makes many jobs of it
+    files : job files; one with a ``[sweep]`` stands for many jobs
     folder : for the results: ``results.csv``, ``results.jsonl`` and a folder for each job
     scheduler : address of a dask scheduler whose workers see the same folders; by default workers are
-        started here
-    workers : how many of them, by default one a core
-    tell : called with what happens, never by two threads at once
+        started on this computer
+    workers : number of local workers; by default one per core
+    tell : called with each event, never by two threads at once
 
     Raises
     ------
     MissingDependency
         dask.distributed isn't installed.
     SettingError
-        Two jobs of one name, a folder that can't be written or that another batch works in, a scheduler that
-        doesn't answer.
+        Two jobs of one name, a folder that can't be written or in which another batch is running, a scheduler
+        that doesn't answer.
     LostScheduler
-        The scheduler goes away while jobs run; what is done stays done.
+        The connection to the scheduler is lost while jobs run; finished results are kept.
     """
     if workers is not None and workers < 1:
         raise SettingError(f"workers is {workers}; it must be at least 1")
@@ -126,33 +126,33 @@ def run_batch(
     require_folder(Path(folder))
     if scheduler is not None:
         require_scheduler(scheduler)
-    place = Path(folder).absolute()
-    with locked(place):
-        ledger = Ledger(place)
+    results = Path(folder).absolute()
+    with locked(results):
+        ledger = Ledger(results)
         done = {n: row for n, digest in planned.digests.items() if (row := ledger.done(n, digest))}
-        listener = _Listener(tell)
+        relay = _Relay(tell)
         for name in [*planned.tasks, *(row.name for row in planned.faults)]:
-            listener(Event(name, "waiting"))
+            relay(Event(name, "waiting"))
         for row in done.values():
-            listener(Event(row.name, "done", row, again=True))
+            relay(Event(row.name, "done", row, again=True))
         for row in planned.faults:
-            listener(Event(row.name, "done", row))
-        # A sweep that can be read again is its variants, and no job of its own.
+            relay(Event(row.name, "done", row))
+        # A sweep that can be read again has rows for its variants, and none of its own.
         ledger.forget_refused(planned.sweeps)
         ledger.record(*done.values(), *planned.faults)
         missing = [task for name, task in planned.tasks.items() if name not in done]
         figures = len(done), len(planned.faults), len(missing)
         logger.info("%d jobs done before, %d that can't be read, %d to run", *figures)
-        sweep_up(place, [task.name for task in missing])
+        remove_temporary_folders(results, [task.name for task in missing])
         try:
-            _run(missing, ledger, scheduler, workers, listener)
+            _run(missing, ledger, scheduler, workers, relay)
         finally:
-            sweep_up(place, [task.name for task in missing])
+            remove_temporary_folders(results, [task.name for task in missing])
         return _finish(planned, ledger, frozenset(done))
 
 
 def _finish(planned: Planned, ledger: Ledger, resumed: frozenset[str]) -> Batch:
-    """Put together what was asked for, and compare the variants of each sweep."""
+    """Collect the rows of the batch, and compare the variants of each sweep."""
     comparisons = [
         write_comparison(name, [ledger.rows[variant] for variant in variants], ledger.folder)
         for name, variants in planned.sweeps.items()
@@ -163,24 +163,24 @@ def _finish(planned: Planned, ledger: Ledger, resumed: frozenset[str]) -> Batch:
 
 
 def _run(
-    tasks: Sequence[Task], ledger: Ledger, scheduler: str | None, workers: int | None, tell: Tell
+    tasks: Sequence[Task], ledger: Ledger, scheduler: str | None, workers: int | None, listener: Listener
 ) -> None:
     if not tasks:
         return
     count = min(workers or count_cores(), len(tasks))
-    with open_client(scheduler, count) as client, _progress(client, tell) as topic:
+    with open_client(scheduler, count) as client, _progress(client, listener) as topic:
         for row in _results(client, tasks, ledger.folder, topic):
             ledger.record(row)
-            tell(Event(row.name, "done", row))
+            listener(Event(row.name, "done", row))
 
 
 def _results(client: Client, tasks: Sequence[Task], folder: Path, topic: str) -> Iterator[Row]:
-    """Hand tasks out, and give the row of each as soon as it is known.
+    """Submit the tasks, and yield the row of each as soon as it is done.
 
     Raises
     ------
     LostScheduler
-        The scheduler is gone.
+        The connection to the scheduler is lost.
     """
     from distributed import as_completed
 
@@ -204,43 +204,43 @@ def _row(future: Future, task: Task) -> Row:
         return Row.from_dict(future.result())
     if future.status == "cancelled":
         raise LostScheduler(
-            "lost the scheduler, or somebody cancelled the jobs; see that it runs (`dask scheduler`, `dask "
-            "worker`). What is done is kept: the same command does the rest"
+            "lost the scheduler, or somebody cancelled the jobs; check that it runs (`dask scheduler`, `dask "
+            "worker`). Finished jobs are kept: the same command does the rest"
         )
     fault = future.exception()
     name = type(fault).__name__
-    message = "its workers died, again and again" if name == "KilledWorker" else f"{name}: {fault}"
+    message = "its workers died repeatedly" if name == "KilledWorker" else f"{name}: {fault}"
     return replace(task.blank, message=message)
 
 
 @contextmanager
-def _progress(client: Client, tell: Tell) -> Iterator[str]:
-    """Hand on what workers tell about their tasks; gives the topic under which they do."""
+def _progress(client: Client, listener: Listener) -> Iterator[str]:
+    """Pass the workers' progress to a listener; yield the topic under which they send it."""
     topic = f"fiveaxis-{uuid.uuid4().hex}"  # a scheduler may serve several batches at once
 
-    def hear(event: tuple[float, Mapping[str, Any]]) -> None:
-        told = event[1]
-        share = told["done"] / max(told["total"], 1)
-        tell(Event(told["name"], "running", stage=told["stage"], share=share, pid=told["pid"]))
+    def receive(event: tuple[float, Mapping[str, Any]]) -> None:
+        message = event[1]
+        share = message["done"] / max(message["total"], 1)
+        listener(Event(message["name"], "running", stage=message["stage"], share=share, pid=message["pid"]))
 
-    client.subscribe_topic(topic, hear)
+    client.subscribe_topic(topic, receive)
     try:
         yield topic
     finally:
         client.unsubscribe_topic(topic)
 
 
-class _Listener:
-    """Hands events on: one at a time, and none about a job that is done, as workers' messages may be late."""
+class _Relay:
+    """Passes events on one at a time, and drops late messages of workers about a job that is done."""
 
-    def __init__(self, tell: Tell | None) -> None:
-        self._tell, self._lock = tell, threading.Lock()
+    def __init__(self, listener: Listener | None) -> None:
+        self._listener, self._lock = listener, threading.Lock()
         self._done: set[str] = set()
 
     def __call__(self, event: Event) -> None:
         with self._lock:
-            if self._tell is None or event.name in self._done:
+            if self._listener is None or event.name in self._done:
                 return
             if event.state == "done":
                 self._done.add(event.name)
-            self._tell(event)
+            self._listener(event)

@@ -1,4 +1,4 @@
-"""Sweeps: a table of lists in a job file makes many jobs of it, with names that stay."""
+"""Sweeps: a table of lists in a job file makes many jobs of it, with stable names."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from typing import Any
 
 from fiveaxis.errors import JobError
 from fiveaxis.job import SWEEP
-from fiveaxis.job.description import COMBINE, COMBINE_WAYS, LARGEST_SWEEP
+from fiveaxis.job.description import COMBINATIONS, COMBINE, LARGEST_SWEEP
 from fiveaxis.settings import line_of
 
-# Characters of a value in a name; what is longer is cut, and told apart by a hash.
+# Most characters of a value and of a name; longer ones are cut and end in a hash.
 LONGEST_VALUE = 60
 LONGEST_NAME = 180
 
@@ -30,21 +30,21 @@ class Variant:
     Parameters
     ----------
     name : of its folder, inside the sweep's
-    values : what it sets, by key of a job: ``tilt``, ``setup.offset``
+    values : that it sets, by key of a job: ``tilt``, ``setup.offset``
     """
 
     name: str
     values: Mapping[str, Any]
 
     def applied_to(self, data: Mapping[str, Any]) -> dict[str, Any]:
-        """Lay the values over what a job file says.
+        """Apply the values to the content of a job file.
 
-        As on the command line, a cone takes the place of a tilt, and a tilt that of a cone.
+        As on the command line, a cone replaces a tilt, and a tilt a cone.
 
         Raises
         ------
         JobError
-            A key inside something that is no table.
+            A key inside something that isn't a table.
         """
         made = copy.deepcopy({key: value for key, value in data.items() if key != SWEEP})
         for one, other in (("cone", "tilt"), ("tilt", "cone")):
@@ -62,11 +62,11 @@ class Variant:
 
 
 def read_sweep(data: Mapping[str, Any], text: str, path: Path) -> list[Variant]:
-    """List the jobs that a job file's ``[sweep]`` makes, in the order of its lists, the last key fastest.
+    """List the jobs of a job file's ``[sweep]`` in the order of its lists, the last key varying fastest.
 
     Parameters
     ----------
-    data, text : what the file says, and its text
+    data, text : the file's content, and its text
     path : the file
 
     Returns
@@ -76,8 +76,8 @@ def read_sweep(data: Mapping[str, Any], text: str, path: Path) -> list[Variant]:
     Raises
     ------
     JobError
-        No list of values, nothing that says how several lists are combined, lists of unequal length to be
-        zipped, too many jobs, two of one name; with its line.
+        No list of values, several lists without `combine`, lists of unequal length to be zipped, too many
+        jobs, two jobs of one name; with its line.
     """
     if SWEEP not in data:
         return []
@@ -89,7 +89,7 @@ def read_sweep(data: Mapping[str, Any], text: str, path: Path) -> list[Variant]:
 
 
 class _Fault(Exception):
-    """What is wrong with a sweep, and at which key."""
+    """A fault of a sweep, with its key."""
 
     def __init__(self, message: str, *keys: str) -> None:
         self.keys = [SWEEP, *keys]
@@ -101,73 +101,73 @@ def _expand(table: Any) -> list[Variant]:
         raise _Fault(f"{SWEEP} = {table!r} must be a table: keys of a job, each with a list of values")
     lists = dict(_lists({key: value for key, value in table.items() if key != COMBINE}))
     if not lists:
-        raise _Fault(f"{SWEEP} names nothing to vary; give keys of a job, each with a list of values")
-    variants = [Variant(_name(values), values) for values in _combined(lists, table.get(COMBINE))]
+        raise _Fault(f"{SWEEP} varies nothing; give keys of a job, each with a list of values")
+    variants = [Variant(_name(values), values) for values in _combine(lists, table.get(COMBINE))]
     seen: set[str] = set()
     for variant in variants:
         if variant.name.casefold() in seen:
-            raise _Fault(f"{SWEEP} makes two jobs of the name {variant.name!r}; take a value out")
+            raise _Fault(f"{SWEEP} makes two jobs of the name {variant.name!r}; remove a value")
         seen.add(variant.name.casefold())
     return variants
 
 
 def _lists(table: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, list[Any]]]:
-    """Give the lists of a sweep by dotted key; ``setup.offset = …`` is a table inside it."""
+    """Yield the lists of a sweep by dotted key; ``setup.offset = …`` is a table inside it."""
     for key, value in table.items():
         if isinstance(value, dict):
             yield from _lists(value, f"{above}{key}.")
             continue
         if not isinstance(value, list) or not value:
             raise _Fault(
-                f"{SWEEP}.{above}{key} = {value!r} must be a list of values, one each job (what combines "
-                f"several lists is called {COMBINE!r})",
+                f"{SWEEP}.{above}{key} = {value!r} must be a list of values, one per job (the key that "
+                f"combines several lists is {COMBINE!r})",
                 *f"{above}{key}".split("."),
             )
         yield f"{above}{key}", value
 
 
-def _combined(lists: Mapping[str, list[Any]], way: Any) -> Iterator[dict[str, Any]]:
-    """Take one value of each list, as `way` says."""
-    if (way is not None or len(lists) > 1) and way not in COMBINE_WAYS:
-        found = "doesn't say" if way is None else f"has {COMBINE} = {way!r} for"
-        ways = f'{COMBINE} = "product" (each with each) or "zip" (first with first)'
-        raise _Fault(f"{SWEEP} {found} how {', '.join(lists)} are combined; give {ways}", COMBINE)
+def _combine(lists: Mapping[str, list[Any]], combination: Any) -> Iterator[dict[str, Any]]:
+    """Combine the values of several lists into those of each variant."""
+    if (combination is not None or len(lists) > 1) and combination not in COMBINATIONS:
+        found = "doesn't say" if combination is None else f"has {COMBINE} = {combination!r} for"
+        known = f'{COMBINE} = "product" (every value with every other) or "zip" (first with first)'
+        raise _Fault(f"{SWEEP} {found} how {', '.join(lists)} are combined; give {known}", COMBINE)
     lengths = {key: len(values) for key, values in lists.items()}
-    shown = ", ".join(f"{key} {n}" for key, n in lengths.items())
-    zipped = way == "zip"
+    counts = ", ".join(f"{key} {n}" for key, n in lengths.items())
+    zipped = combination == "zip"
     if zipped and len(set(lengths.values())) > 1:
-        raise _Fault(f"{SWEEP} zips lists of unequal length ({shown}); give each as many values", COMBINE)
+        raise _Fault(f"{SWEEP} zips lists of unequal length ({counts}); give as many values in each", COMBINE)
     count = min(lengths.values()) if zipped else math.prod(lengths.values())
     if count > LARGEST_SWEEP:
-        raise _Fault(f"{SWEEP} makes {count} jobs ({shown}), more than {LARGEST_SWEEP}; take values out")
+        raise _Fault(f"{SWEEP} makes {count} jobs ({counts}), more than {LARGEST_SWEEP}; remove values")
     rows = zip(*lists.values(), strict=True) if zipped else itertools.product(*lists.values())
     return (dict(zip(lists, row, strict=True)) for row in rows)
 
 
 def _name(values: Mapping[str, Any]) -> str:
-    """Name a variant by what it sets, so that its name doesn't change when other values join the lists."""
-    return _shortened(
-        "_".join(f"{key}={_said(value)}" for key, value in values.items()), values, LONGEST_NAME
+    """Name a variant by its values, so that its name stays when other values are added to the lists."""
+    return _shorten(
+        "_".join(f"{key}={_in_name(value)}" for key, value in values.items()), values, LONGEST_NAME
     )
 
 
-def _said(value: Any) -> str:
-    """Write a value so that it can stand in the name of a folder on every system."""
+def _in_name(value: Any) -> str:
+    """Format a value so that it can be part of a folder's name on every system."""
     if isinstance(value, bool):
         text = "true" if value else "false"
     elif isinstance(value, int | float):
         text = f"{value:.12g}"
     elif isinstance(value, list):
-        text = ",".join(map(_said, value))
+        text = ",".join(map(_in_name, value))
     elif isinstance(value, dict):
-        text = ",".join(f"{key}{_said(inner)}" for key, inner in value.items())
+        text = ",".join(f"{key}{_in_name(inner)}" for key, inner in value.items())
     else:
         text = str(value)
-    return _shortened(re.sub(r"[^\w.,+-]+", "-", text), value, LONGEST_VALUE)
+    return _shorten(re.sub(r"[^\w.,+-]+", "-", text), value, LONGEST_VALUE)
 
 
-def _shortened(text: str, value: Any, longest: int) -> str:
+def _shorten(text: str, value: Any, longest: int) -> str:
     if len(text) <= longest:
         return text
-    told = json.dumps(value, sort_keys=True, default=str).encode()
-    return f"{text[: longest - 9]}-{hashlib.sha256(told).hexdigest()[:8]}"
+    whole = json.dumps(value, sort_keys=True, default=str).encode()
+    return f"{text[: longest - 9]}-{hashlib.sha256(whole).hexdigest()[:8]}"

@@ -1,4 +1,4 @@
-"""What runs on a worker: one job, from its file to its folder. Local workers load this at their start."""
+"""Run one job on a worker, from its file to its folder. Local workers load this module at their start."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import os
 import shutil
 import signal
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -19,26 +19,25 @@ from fiveaxis.batch.record import Row, Status, row_of, row_of_fault
 from fiveaxis.batch.tasks import Task
 from fiveaxis.errors import FiveAxisError, SettingError
 from fiveaxis.job import run_job, write_outcome
+from fiveaxis.job.loading import Progress
 
-Tell = Callable[[str, int, int], None]
-
-# s between two messages of one stage: enough for a table that people look at.
+# s between two messages of one stage, quick enough for a live table.
 PAUSE = 0.5
-# Libraries that would otherwise take every core for each worker.
+# Libraries that would otherwise use every core in each worker.
 THREADS = dict.fromkeys(
     ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"), "1"
 )
 
 
 def dask_setup(_worker: object) -> None:
-    """Leave Ctrl-C to the command that started this worker, as a terminal sends it to both; end quickly."""
+    """Leave Ctrl-C, which a terminal sends to workers too, to the command that started them; end quickly."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    # Clearing away all that the libraries hold takes seconds, for which the batch would wait.
+    # Freeing all that the libraries hold takes seconds, for which the batch would wait.
     atexit.register(os._exit, 0)
 
 
 def run_remotely(task: Task, folder: str, version: str, topic: str) -> dict[str, Any]:
-    """Run a task on a worker of dask, and tell its progress as events of a topic.
+    """Run a task on a dask worker, and send its progress as events of a topic.
 
     Returns
     -------
@@ -50,28 +49,27 @@ def run_remotely(task: Task, folder: str, version: str, topic: str) -> dict[str,
     return run_task(task, Path(folder), _Reporter(task.name, topic)).as_dict()
 
 
-def run_task(task: Task, folder: Path, tell: Tell | None = None) -> Row:
-    """Run a task; its results are all in its folder, or none are and the row says why.
+def run_task(task: Task, folder: Path, progress: Progress) -> Row:
+    """Run a task; either all of its results are in its folder, or none, and the row says why.
 
     Parameters
     ----------
     task : what to do
     folder : of the batch; the task's own is inside it
-    tell : takes a stage's name, steps done and steps in all
+    progress : takes a stage's name, steps done and steps in all
     """
     digest = ""
     try:
         job, digest = task.load()
         own = own_folder(folder, task.name)
-        outcome = run_job(job, tell)
-        if tell is not None:
-            tell("write", 0, 1)
+        outcome = run_job(job, progress)
+        progress("write", 0, 1)
         row = row_of(task.blank, outcome, write_outcome(outcome, own))
-    except Exception as fault:  # one job's fault, of whatever kind, mustn't cost the others
+    except Exception as fault:  # a fault of one job, of whatever kind, mustn't end the others
         row = row_of_fault(task.blank, fault)
         if row.status is not Status.WRONG_INPUT:
-            clear_program(folder, task.name)
-    # What changed while it was at work isn't what was asked for: without a hash the job runs again.
+            remove_program(folder, task.name)
+    # If the inputs changed during the run, the result belongs to neither: without a hash the job runs again.
     return replace(row, digest=digest if digest and _digest(task) == digest else "")
 
 
@@ -82,15 +80,15 @@ def _digest(task: Task) -> str:
         return ""
 
 
-def clear_program(folder: Path, name: str) -> None:
-    """Take an earlier run's NC program away: beside a job that failed it would look like its result."""
-    with suppress(OSError, SettingError):  # where it stays, the row still tells that the job failed
+def remove_program(folder: Path, name: str) -> None:
+    """Remove the NC program of an earlier run, which would look like the result of the failed job."""
+    with suppress(OSError, SettingError):  # if it stays, the row still says that the job failed
         for program in own_folder(folder, name).glob("program.*"):
             program.unlink()
 
 
 class _Reporter:
-    """Sends a task's progress to whoever listens, not too often."""
+    """Sends a task's progress to the batch, not too often."""
 
     def __init__(self, name: str, topic: str) -> None:
         from distributed import get_worker
@@ -114,10 +112,10 @@ class _Reporter:
         self._worker.log_event(self._topic, message)
 
 
-def sweep_up(folder: Path, names: list[str]) -> None:
+def remove_temporary_folders(folder: Path, names: list[str]) -> None:
     """Remove the temporary folders of workers that were killed while they wrote."""
-    places = {folder, *(folder / name for name in names), *((folder / name).parent for name in names)}
-    for place in places:
-        for left in place.glob(".fiveaxis-*"):
+    folders = {folder, *(folder / name for name in names), *((folder / name).parent for name in names)}
+    for parent in folders:
+        for left in parent.glob(".fiveaxis-*"):
             if left.is_dir() and not left.is_symlink():
                 shutil.rmtree(left, ignore_errors=True)

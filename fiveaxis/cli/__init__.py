@@ -1,8 +1,8 @@
-"""The command line: each verb is one library call with the same option names.
+"""The command line: each command is one library call with the same option names.
 
-What a verb answers goes to stdout, everything else (progress, warnings, errors) to stderr. Exit codes: 0
-fine, 1 verification or a check found an error, 2 wrong input or usage, 3 no feasible posture; of a batch that
-of its worst job.
+Results go to stdout, everything else (progress, warnings, errors) to stderr. Exit codes: 0 fine, 1
+verification or a check found an error, 2 wrong input or usage, 3 no feasible posture; a batch has that of its
+worst job.
 """
 
 import typer
@@ -34,7 +34,7 @@ app.command()(with_options(optimise))
 app.command()(with_options(verify))
 app.command()(with_options(post))
 app.command()(with_options(controls))
-# Unknown options pass as arguments, since a tip like -10,0,5 looks like one.
+# A tip like -10,0,5 looks like an option; unknown options are taken as arguments.
 app.command(context_settings={"ignore_unknown_options": True})(with_options(surface))
 app.command()(with_options(preview))
 app.command()(with_options(calibrate))

@@ -1,4 +1,4 @@
-"""`python -m fiveaxis.cli` is the command `fiveaxis`."""
+"""Run the command `fiveaxis` as `python -m fiveaxis.cli`."""
 
 from fiveaxis.cli import main
 

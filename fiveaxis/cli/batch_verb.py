@@ -1,4 +1,4 @@
-"""The verb that runs many jobs."""
+"""The command that runs many jobs."""
 
 from __future__ import annotations
 
@@ -20,38 +20,41 @@ from fiveaxis.cli.terminal import INTERRUPTED, err, errors_explained, out, print
 if TYPE_CHECKING:
     from fiveaxis.batch import Batch, Event, Row
     from fiveaxis.batch.comparison import Comparison
-    from fiveaxis.batch.run import Tell
+    from fiveaxis.batch.run import Listener
 
-# Rows that a live table shows: one longer than the screen can't be redrawn.
+# Rows of a live table: one longer than the screen can't be redrawn.
 SHOWN = 24
 
 
 def batch(
-    files: Annotated[list[Path], typer.Argument(help="job files (.toml), sweeps too", metavar="JOB.toml…")],
+    files: Annotated[
+        list[Path], typer.Argument(help="job files (.toml), also with sweeps", metavar="JOB.toml…")
+    ],
     output: Annotated[Path, typer.Option("--output", "-o", help="folder for the results")],
     scheduler: Annotated[
         str | None,
-        typer.Option("--scheduler", help="tcp://host:8786 of a dask scheduler; by default this computer"),
+        typer.Option("--scheduler", help="dask scheduler, tcp://host:8786; default: this computer"),
     ] = None,
     workers: Annotated[
-        int | None, typer.Option("--workers", help="processes on this computer; by default one a core", min=1)
+        int | None,
+        typer.Option("--workers", help="number of processes on this computer; default: one per core", min=1),
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Run many jobs, each into its own folder; what is done isn't run again. Exit code: that of the worst.
+    """Run many jobs, each into its own folder; finished jobs aren't run again.
 
-    From bad to worse: 0 fine, 1 verification found errors, 3 no admissible posture, 2 wrong input, 4 broken
-    (a fault of the program, a job whose workers died, or the scheduler went away). Wrong input and broken
-    jobs run again the next time.
+    The exit code is that of the worst job, from bad to worse: 0 fine, 1 verification found errors, 3 no
+    admissible posture, 2 wrong input, 4 broken (a fault of the program, a job whose workers died, or a lost
+    scheduler). Jobs with wrong input and broken jobs run again the next time.
     """
     with errors_explained(as_json):
         from fiveaxis.batch import run_batch
 
         try:
-            with _told(err) as tell:
-                done = run_batch(files, output, scheduler=scheduler, workers=workers, tell=tell)
+            with _live_table(err) as listener:
+                done = run_batch(files, output, scheduler=scheduler, workers=workers, tell=listener)
         except KeyboardInterrupt:
-            err.print("interrupted; what is done is kept, the same command does the rest")
+            err.print("interrupted; finished jobs are kept, the same command does the rest")
             raise typer.Exit(INTERRUPTED) from None
         if as_json:
             print_json(done.as_dict())
@@ -62,21 +65,21 @@ def batch(
 
 
 class Board:
-    """What jobs are doing, as a table that fits the screen."""
+    """The states of the jobs, as a table that fits the screen."""
 
     def __init__(self) -> None:
         self._latest: dict[str, Event] = {}
         self._began: dict[str, float] = {}
 
-    def hear(self, event: Event) -> None:
-        """Take note of what happened to a job."""
+    def record(self, event: Event) -> None:
+        """Record the latest event of a job."""
         if event.state == "running" and self._latest[event.name].state == "waiting":
             self._began[event.name] = time.monotonic()
         self._latest[event.name] = event
 
     def count(self, state: str) -> int:
         """Count the jobs in a state."""
-        # A copy: the table is drawn by one thread while others tell what happens.
+        # A copy: the table is drawn by one thread while others record events.
         return sum(event.state == state for event in list(self._latest.values()))
 
     def __rich__(self) -> Table:
@@ -103,32 +106,32 @@ class Board:
 
 
 @contextmanager
-def _told(console: Console) -> Iterator[Tell]:
-    """Show what happens: a table that changes on a terminal, a line for each job that is done elsewhere."""
+def _live_table(console: Console) -> Iterator[Listener]:
+    """Show events: on a terminal as a live table, elsewhere as one line per finished job."""
     board = Board()
     if console.is_terminal:
         with Live(board, console=console, refresh_per_second=4, transient=True):
-            yield board.hear
+            yield board.record
         return
 
-    def hear(event: Event) -> None:
-        board.hear(event)
+    def print_event(event: Event) -> None:
+        board.record(event)
         if event.row is not None:
             total = sum(board.count(state) for state in ("done", "running", "waiting"))
             again = ", as before" if event.again else ""
-            said = f"{event.name}: {_summary(event.row)}{again} ({board.count('done')} of {total})"
-            console.print(said, markup=False)
+            line = f"{event.name}: {_summary(event.row)}{again} ({board.count('done')} of {total})"
+            console.print(line, markup=False)
 
-    yield hear
+    yield print_event
 
 
 def _summary(row: Row) -> str:
-    """Say in one line what became of a job."""
+    """Summarise the result of a job in one line."""
     if row.energy is None:
         return f"{row.status}: {row.message}"
     saved = "" if row.saved is None else f", {100.0 * row.saved:.1f} % less than {row.baseline}"
-    said = f"{row.status}: {row.message}" if row.message else str(row.status)
-    return f"{said}, {row.energy:.0f} J{saved}"
+    status = f"{row.status}: {row.message}" if row.message else str(row.status)
+    return f"{status}, {row.energy:.0f} J{saved}"
 
 
 def _coloured(row: Row) -> str:
@@ -136,11 +139,11 @@ def _coloured(row: Row) -> str:
 
 
 def _print_batch(done: Batch) -> None:
-    # Names of a sweep differ at their ends, so none is cut; errors are too long for a column.
+    # Names of a sweep differ at their ends, so they aren't cut; errors are too long for a column.
     table = Table(Column("job", overflow="fold"), "state", "J", "saved", "s", box=None)
     for row in done.rows:
         table.add_row(escape(row.name), _coloured(row), *_figures(row))
-    out.print("energy of the feed drives (no base load), and what is saved of the baseline's")
+    out.print("energy of the feed drives (no base load), and the share saved against the baseline")
     out.print(table)
     for row in done.rows:
         if row.message:
@@ -157,14 +160,14 @@ def _print_batch(done: Batch) -> None:
 
 
 def _print_comparison(comparison: Comparison) -> None:
-    from fiveaxis.batch.comparison import shown_value
+    from fiveaxis.batch.comparison import format_value
 
     keys = (escape(key) for key in comparison.keys)
     table = Table(*keys, "state", "J", "saved", "s", "against the first", box=None)
     for row in comparison.rows:
         share = comparison.against_first(row)
         against = "" if share is None or row is comparison.rows[0] else f"{100.0 * share:+.1f} %"
-        values = (escape(shown_value(row.values[key])) for key in comparison.keys)
+        values = (escape(format_value(row.values[key])) for key in comparison.keys)
         table.add_row(*values, _coloured(row), *_figures(row), against)
     out.print(f"\nsweep {escape(comparison.name)}")
     out.print(table)

@@ -1,16 +1,17 @@
-"""The verb that fits a drive to a log."""
+"""The command that fits a drive to a log."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.markup import escape
 from rich.table import Table
 
-from fiveaxis.cli.options import AsJson
+from fiveaxis.cli.options import AsJson, optional, takes
 from fiveaxis.cli.terminal import err, errors_explained, out, print_json
 from fiveaxis.cli.work import work_aside
 
@@ -18,51 +19,48 @@ if TYPE_CHECKING:
     from fiveaxis.energy.calibration_record import Calibration
 
 
+LOG: Mapping[str, Any] = {
+    "velocity": optional(str, "column of the speed; default: from position"),
+    "acceleration": optional(str, "column of the acceleration; default: from speed"),
+    "position": optional(str, "column of the position"),
+    "time": optional(str, "column of the time, in s"),
+    "rate": optional(float, "rows per second, in place of --time"),
+    "power_unit": optional(str, "unit of the power: W (default) or kW"),
+    "length_unit": optional(str, "unit of lengths: mm, inch or deg; default: mm or deg"),
+    "moved_mass": optional(float, "total moving mass, kg"),
+    "gravity": optional(float, "gravity load that opposes the + direction, N or N·m (friction)"),
+    "max_acceleration": optional(float, "drop rows above this acceleration, length unit per s²"),
+    "standstill": optional(float, "speed that counts as 0; default: 0.5 % of the highest"),
+    "efficiency": optional(float, "efficiency of the drive, 1 by default; a log doesn't show it"),
+    "terms": optional(str, "terms of a friction drive: friction,viscous,counterbalance,copper,hold, …"),
+    "proportional": optional(
+        bool, "directional drive: power proportional to speed, or not (default)", "--proportional/--constant"
+    ),
+}
+
+
+@takes(LOG)
 def calibrate(
+    context: typer.Context,
     log: Annotated[
         Path, typer.Argument(help="CSV file; its first line names the columns", metavar="LOG.csv")
     ],
-    axis: Annotated[str, typer.Option("--axis", help="letter")],
-    model: Annotated[str, typer.Option("--model", help="friction, affine, weight or directional")],
-    power: Annotated[str, typer.Option("--power", help="column of the drive's own power", metavar="COLUMN")],
-    velocity: Annotated[str | None, typer.Option("--velocity", help="column; else from position")] = None,
-    acceleration: Annotated[
-        str | None, typer.Option("--acceleration", help="column; else from velocity")
-    ] = None,
-    position: Annotated[str | None, typer.Option("--position", help="column")] = None,
-    time: Annotated[str | None, typer.Option("--time", help="column, in s")] = None,
-    rate: Annotated[float | None, typer.Option("--rate", help="rows per second, in place of --time")] = None,
-    power_unit: Annotated[str, typer.Option("--power-unit", help="W or kW")] = "W",
-    length_unit: Annotated[
-        str | None, typer.Option("--length-unit", help="mm, inch or deg, per s and s²; mm or deg by default")
-    ] = None,
-    moved_mass: Annotated[float | None, typer.Option("--moved-mass", help="kg, all that moves")] = None,
-    gravity: Annotated[
-        float | None, typer.Option("--gravity", help="N or N·m held while the value grows (friction)")
-    ] = None,
-    max_acceleration: Annotated[
-        float | None, typer.Option("--max-acceleration", help="drop rows above it, length unit per s²")
-    ] = None,
-    standstill: Annotated[
-        float | None, typer.Option("--standstill", help="speed that counts as 0; 0.5 % of the highest")
-    ] = None,
-    efficiency: Annotated[
-        float, typer.Option("--efficiency", help="given, not fitted: only force over efficiency shows")
-    ] = 1.0,
-    terms: Annotated[
-        str | None,
-        typer.Option("--terms", help="of a friction drive: friction,viscous,counterbalance,copper,hold, …"),
-    ] = None,
-    proportional: Annotated[
-        bool, typer.Option("--proportional/--constant", help="directional: W per speed, or W")
-    ] = False,
+    axis: Annotated[str, typer.Option("--axis", help="letter of the axis")],
+    model: Annotated[
+        str, typer.Option("--model", help="drive model: friction, affine, weight or directional")
+    ],
+    power: Annotated[str, typer.Option("--power", help="column of the drive's power", metavar="COLUMN")],
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="TOML block for the machine file; else stdout")
+        Path | None,
+        typer.Option("--output", "-o", help="file for the TOML block of the machine file; default: stdout"),
     ] = None,
-    figure: Annotated[Path | None, typer.Option("--figure", help="residuals, .png or .svg")] = None,
+    figure: Annotated[
+        Path | None, typer.Option("--figure", help="file for a figure of the residuals, .png or .svg")
+    ] = None,
     as_json: AsJson = False,
+    **_: Any,
 ) -> None:
-    """Fit an axis's drive to a log of its speed and power, for the machine file."""
+    """Fit the drive of an axis to a log of its speed and power, for the machine file."""
     with errors_explained(as_json):
         from fiveaxis.energy.calibration import calibrate_drive
         from fiveaxis.files import write_atomically
@@ -71,27 +69,10 @@ def calibrate(
             from fiveaxis.report.plots import require_figure_suffix, write_calibration_figure
 
             require_figure_suffix(figure)
-        fit = partial(
-            calibrate_drive,
-            log,
-            axis=axis,
-            model=model,
-            power=power,
-            velocity=velocity,
-            acceleration=acceleration,
-            position=position,
-            time=time,
-            rate=rate,
-            power_unit=power_unit,
-            length_unit=length_unit,
-            moved_mass=moved_mass,
-            gravity=gravity,
-            max_acceleration=max_acceleration,
-            standstill=standstill,
-            efficiency=efficiency,
-            terms=None if terms is None else [name.strip() for name in terms.split(",")],
-            proportional=proportional,
-        )
+        given = {name: value for name in LOG if (value := context.params[name]) is not None}
+        if "terms" in given:
+            given["terms"] = [name.strip() for name in given["terms"].split(",")]
+        fit = partial(calibrate_drive, log, axis=axis, model=model, power=power, **given)
         found = work_aside(fit)
         written = [] if output is None else [write_atomically(output, found.block)]
         written += [] if figure is None else [write_calibration_figure(found, figure)]
@@ -113,7 +94,7 @@ def _print_calibration(found: Calibration, *, with_block: bool) -> None:
         f"R² {found.r_squared:.4f} ({found.r_squared_moving:.4f} of the rows in motion); "
         f"residual {found.residual_rms:.3g} W rms, {found.noise:.3g} W robust"
     )
-    out.print("intervals hold all coefficients together with 95 % confidence")
+    out.print("the intervals contain all coefficients at once with 95 % confidence")
     for reason, count in found.dropped.items():
         out.print(f"dropped {count} rows: {reason}")
     if found.note:

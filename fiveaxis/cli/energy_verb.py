@@ -1,28 +1,18 @@
-"""The verb about the energy of NC programs."""
+"""The command that computes the energy of NC programs."""
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Sequence
-from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.markup import escape
 from rich.table import Table
 
-from fiveaxis.cli.options import AsJson, Drives, MachineName, ProgramZero, Rapid, Start, ToolLength, Wrap
-from fiveaxis.cli.terminal import (
-    err,
-    errors_explained,
-    out,
-    parse_places,
-    print_causes,
-    print_json,
-    required,
-)
+from fiveaxis.cli.options import AsJson, Drives, MachineName, ToolLength, takes
+from fiveaxis.cli.terminal import err, errors_explained, out, print_causes, print_json, require_machine
+from fiveaxis.cli.verify_verb import PROGRAM, reading_of
 from fiveaxis.cli.work import work_aside
 from fiveaxis.errors import SettingError
 
@@ -31,7 +21,9 @@ if TYPE_CHECKING:
     from fiveaxis.machine import Machine
 
 
+@takes(PROGRAM)
 def energy(
+    context: typer.Context,
     programs: Annotated[
         list[Path], typer.Argument(help="NC programs of machine-axis words", metavar="PROGRAM…")
     ],
@@ -40,57 +32,47 @@ def energy(
     load: Annotated[float | None, typer.Option("--load", help="mass on the table, kg")] = None,
     tool: Annotated[
         str | None,
-        typer.Option(
-            "--tool", help="whose centre's way the feed counts along; else as the header says, or the tip"
-        ),
+        typer.Option("--tool", help="the feed is the speed of its centre; default: header, or tip"),
     ] = None,
     tool_length: ToolLength = None,
     corners: Annotated[
         str,
-        typer.Option("--corners", help="programmed times, exact-stop, or a tolerance in mm (axis limits)"),
+        typer.Option(
+            "--corners",
+            help="programmed (times), or with axis limits: exact-stop, tolerance in mm",
+        ),
     ] = "programmed",
-    unit: Annotated[
-        Literal["mm", "inch"] | None, typer.Option("--unit", help="of a program that doesn't say")
+    table: Annotated[
+        Path | None, typer.Option("--csv", help="CSV file for the table, one row per block")
     ] = None,
-    start: Start = None,
-    program_zero: ProgramZero = None,
-    block_delete: Annotated[
-        bool, typer.Option("--block-delete", help="skip blocks that begin with /")
-    ] = False,
-    rapid: Rapid = None,
-    wrap: Wrap = None,
-    table: Annotated[Path | None, typer.Option("--csv", help="file for the blocks, one row each")] = None,
     figure: Annotated[
-        Path | None, typer.Option("--figure", help="SVG: power over time, energy by axis")
+        Path | None, typer.Option("--figure", help="SVG file for power over time and energy by axis")
     ] = None,
     as_json: AsJson = False,
+    **_: Any,
 ) -> None:
-    """Tell what NC programs cost the feed drives, block by block and by axis; several are compared."""
+    """Compute the energy of NC programs in the feed drives, by block and by axis; several are compared."""
     with errors_explained(as_json):
-        from fiveaxis.files import write_atomically
+        from fiveaxis.files import csv_text, write_atomically
         from fiveaxis.job import program_energy
         from fiveaxis.report.plots import program_figure
         from fiveaxis.toolpath import parse_tool
 
         if figure is not None and figure.suffix.lower() != ".svg":
-            raise SettingError("the figure is an SVG; let its name end in .svg", file=figure)
-        used = _machine(required(machine, "machine"), drives, load)
+            raise SettingError("the figure is an SVG file; its name must end in .svg", file=figure)
+        used = _machine(require_machine(machine), drives, load)
         if tool_length is not None:
             used = used.with_tool_length(tool_length)
-        tell = partial(
-            program_energy,
-            machine=used,
-            tool=None if tool is None else parse_tool(tool),
-            corners=_corners(corners),
-            unit=unit,
-            start=parse_places("--start", start),
-            program_zero=parse_places("--program-zero", program_zero),
-            rapid_mm_min=rapid,
-            block_delete=block_delete,
-            wrap=wrap,
-        )
-        found = work_aside(lambda: [tell(path) for path in programs])
-        files = {} if table is None else {table: _csv(found)}
+        cutter, reading = None if tool is None else parse_tool(tool), reading_of(context.params)
+
+        def compute(path: Path) -> ProgramEnergy:
+            return program_energy(path, used, tool=cutter, corners=_corners(corners), **reading)
+
+        found = work_aside(lambda: [compute(path) for path in programs])
+        files = {}
+        if table is not None:
+            rows = [{"program": p.motion.name} | row for p in found for row in p.rows]
+            files[table] = csv_text([rows[0], *(row.values() for row in rows)])
         if figure is not None:
             files[figure] = program_figure(
                 # Folders would leave no room for the figure.
@@ -126,16 +108,6 @@ def _corners(text: str) -> Any:
         return text
 
 
-def _csv(found: Sequence[ProgramEnergy]) -> str:
-    """Lay the blocks of all programs out as one table."""
-    text = io.StringIO()
-    rows = [{"program": p.motion.name} | row for p in found for row in p.rows]
-    writer = csv.DictWriter(text, fieldnames=list(rows[0]), lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-    return text.getvalue()
-
-
 def _print_blocks(program: ProgramEnergy) -> None:
     letters = program.machine.letters
     shown = Table("line", "block", "s", "mm/min", *(f"{c} J" for c in letters), "J", box=None)
@@ -147,7 +119,7 @@ def _print_blocks(program: ProgramEnergy) -> None:
 
 
 def _print_totals(found: Sequence[ProgramEnergy]) -> None:
-    """Print one line a program; savings are against the first."""
+    """Print one line per program, with its difference to the first."""
     letters = found[0].machine.letters
     axes = (f"{c} J" for c in letters)
     shown = Table("program", "s", *axes, "drives J", "base J", "with base J", "against the first", box=None)
@@ -169,7 +141,5 @@ def _print_totals(found: Sequence[ProgramEnergy]) -> None:
     out.print(shown)
     for program in found:
         error = program.energy.travel_error
-        told = (
-            "" if error is None else f"; the travel metric is {round(100.0 * error, 1) + 0.0:+.1f} % off it"
-        )
-        out.print(f"{escape(program.motion.name)}: power integral of the feed drives{told}; base power apart")
+        off = "" if error is None else f"; the travel metric is {round(100.0 * error, 1) + 0.0:+.1f} % off it"
+        out.print(f"{escape(program.motion.name)}: power integral of the feed drives, no base power{off}")

@@ -1,4 +1,4 @@
-"""The verb about job files: what they may hold, and one to begin with."""
+"""The command that explains job files and writes a starter file."""
 
 from __future__ import annotations
 
@@ -17,29 +17,29 @@ STARTER = Path("job.toml")
 
 
 def job(
-    file: Annotated[Path | None, typer.Argument(help=f"that --init writes; {STARTER} by default")] = None,
-    explain: Annotated[bool, typer.Option("--explain", help="tell every field of a job file")] = False,
-    init: Annotated[bool, typer.Option("--init", help="write a commented job file to begin with")] = False,
+    file: Annotated[Path | None, typer.Argument(help=f"file that --init writes; default: {STARTER}")] = None,
+    explain: Annotated[bool, typer.Option("--explain", help="explain every field of a job file")] = False,
+    init: Annotated[bool, typer.Option("--init", help="write a job file with every field commented")] = False,
     as_json: AsJson = False,
 ) -> None:
-    """Explain job files, or write a commented one."""
+    """Explain the fields of job files, or write a commented job file."""
     with errors_explained(as_json) as written:
         from fiveaxis.job.guide import list_entries, write_starter
 
         if explain == init:
-            raise SettingError("say either --explain or --init [FILE]")
+            raise SettingError("give either --explain or --init [FILE]")
         if explain and file is not None:
-            raise SettingError(f"{file} is for --init; --explain tells what every job file may hold")
+            raise SettingError(f"{file} is for --init; --explain is about every job file")
         if init:
             written.append(write_starter(file or STARTER))
-            err.print(f"wrote {escape(str(written[0]))}; fill in input, then fiveaxis optimise it")
+            err.print(f"wrote {escape(str(written[0]))}; fill in input, then run `fiveaxis optimise` on it")
             return print_json({"written": [str(path) for path in written]}) if as_json else None
         entries = list_entries()
         if as_json:
             return print_json([entry.as_dict() for entry in entries])
-        table = Table("field", "type", "unit", "default", "what it says", box=None)
+        table = Table("field", "type", "unit", "default", "meaning", box=None)
         for entry in entries:
-            default = "must be given" if entry.default is None else entry.default
+            default = "required" if entry.default is None else entry.default
             table.add_row(
                 *(escape(t) for t in (entry.key, entry.kind, entry.unit, default, entry.description))
             )

@@ -1,4 +1,4 @@
-"""Verbs about machines."""
+"""The commands about machines."""
 
 from __future__ import annotations
 
@@ -41,9 +41,11 @@ def machines(as_json: AsJson = False) -> None:
 
 def import_machine(
     source: Annotated[Path, typer.Argument(help="LinuxCNC configuration (.ini)", metavar="MACHINE.ini")],
-    output: Annotated[Path | None, typer.Option("--output", "-o", help="machine .toml; else stdout")] = None,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="machine file (.toml); default: stdout")
+    ] = None,
 ) -> None:
-    """Turn a control's configuration into a machine file, to be kept and completed."""
+    """Convert a control's configuration to a machine file, to be completed by hand."""
     with errors_explained(False):
         from fiveaxis.machine import machine_text, read_linuxcnc, save_machine
 
@@ -69,14 +71,14 @@ def info(
         from fiveaxis.report.sheet import describe_machine
 
         if (machine is None) == (code is None):
-            raise SettingError("name a machine, or give --code; `fiveaxis machines` lists the names")
+            raise SettingError("give either a machine (`fiveaxis machines` lists the names) or --code")
         found = Machine.from_code(code) if code is not None else load_machine(str(machine))
         sheet = describe_machine(found)
         print_json(sheet) if as_json else _print_sheet(sheet, found.code)
 
 
 def check(machine: MachineFileName, as_json: AsJson = False) -> None:
-    """Look through a machine file for faults, slips of units and what isn't known."""
+    """Check a machine file for faults, wrong units and missing figures."""
     with errors_explained(as_json):
         from fiveaxis.findings import count_codes, has_errors
         from fiveaxis.machine import check_machine
@@ -95,12 +97,12 @@ def check(machine: MachineFileName, as_json: AsJson = False) -> None:
 
 def urdf(
     machine: MachineFileName,
-    root: Annotated[str, typer.Option("--root", help="workpiece: one branch to the tool; bed: the tree")] = (
-        "workpiece"
-    ),
-    output: Annotated[Path | None, typer.Option("--output", "-o", help="file; stdout without it")] = None,
+    root: Annotated[
+        str, typer.Option("--root", help="root link: workpiece (one branch to the tool) or bed (a tree)")
+    ] = "workpiece",
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="URDF file; default: stdout")] = None,
 ) -> None:
-    """Describe a machine for pinocchio, ROS and other programs that read URDF."""
+    """Write a machine as URDF, for pinocchio, ROS and other programs."""
     with errors_explained(False):
         from fiveaxis.files import write_atomically
         from fiveaxis.machine import load_machine
@@ -137,11 +139,11 @@ def _orientation_lines(orientation: dict[str, Any]) -> Iterator[str]:
         return
     singular, direction = orientation["singular_axis"], _vector(orientation["singular_direction"])
     letter, middle = orientation["branch_axis"], orientation["branch_middle"]
-    yield f"singular direction {direction}: with the tool along it any angle of {singular} will do"
-    yield f"branches: 2; each lean from there is reached by {letter} = {middle:g} deg ± one angle"
+    yield f"singular direction {direction}: with the tool along it every angle of {singular} is possible"
+    yield f"branches: 2; each inclination from there is reached with {letter} = {middle:g} deg ± one angle"
     both = " and ".join(map(_range, orientation["both_branches_within_limits"])) or "nowhere"
     yield (
-        f"lean {_range(orientation['lean_reach'])}, within limits "
+        f"inclination {_range(orientation['lean_reach'])}, within limits "
         f"{_range(orientation['lean_within_limits'])}, with both branches {both}"
     )
 
@@ -165,7 +167,7 @@ def _axis_table(sheet: dict[str, Any]) -> Table:
         speed = "unknown" if sheet["speeds"][letter] is None else f"{sheet['speeds'][letter]:g} {unit}/s"
         power = sheet["powers"][letter]
         powers = _power(power)
-        counted = "the other way" if letter in sheet["reversed"] else ""
+        counted = "reversed" if letter in sheet["reversed"] else ""
         direction = _vector(joint["direction"])
         low, high = sheet["limits"][letter]
         open_ended = "endless" if letter in "ABC" else "unknown"

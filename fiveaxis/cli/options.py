@@ -1,4 +1,4 @@
-"""Options that several verbs share."""
+"""Options that several commands share."""
 
 from __future__ import annotations
 
@@ -12,218 +12,113 @@ from rich.markup import escape
 
 Verb = TypeVar("Verb", bound=Callable[..., None])
 
+
+def optional(kind: Any, text: str, flags: str | None = None) -> Any:
+    """Declare an option that is None where it isn't given; by default its flag is the setting's name."""
+    return Annotated[kind | None, typer.Option(*([] if flags is None else [flags]), help=text)]
+
+
 Input = Annotated[
     Path, typer.Argument(help="mesh (.stl .obj .ply .off), points, APT/CLSF, NC program, or a job .toml")
 ]
 MachineName = Annotated[
     str | None, typer.Option("--machine", "-m", help="name (`fiveaxis machines`), .toml or .ini file")
 ]
-ToolName = Annotated[
-    str | None, typer.Option("--tool", help="ball:10, bull:16:4, a .toml file; else what the input says")
+ToolLength = Annotated[
+    float | None, typer.Option("--tool-length", help="from the spindle's gauge point to the tool tip, mm")
 ]
-Tilt = Annotated[str | None, typer.Option("--tilt", help="angle to the surface normal, MIN:MAX, deg")]
-Cone = Annotated[float | None, typer.Option("--cone", help="angle to the programmed tool axis, deg")]
-Lead = Annotated[
-    str | None, typer.Option("--lead", help="tipped forwards into the feed, MIN:MAX, deg; beside --tilt")
-]
-Lean = Annotated[str | None, typer.Option("--lean", help="tipped to the left of the feed, MIN:MAX, deg")]
-ToolPlane = Annotated[
-    str | None, typer.Option("--plane", help="X,Y,Z at right angles to a plane that holds the tool axis")
-]
-Hold = Annotated[
-    str | None, typer.Option("--hold", help="rotary axes that stay: C30 (4-axis), A-20,C30 (3+2)")
-]
-TurnRate = Annotated[float | None, typer.Option("--turn-rate", help="largest turn along a cut, deg/mm")]
-Smoothing = Annotated[float | None, typer.Option("--smoothing", help="price of bends, J/rad2")]
-TimePrice = Annotated[
-    float | None, typer.Option("--time-price", help="W, of time lost to slow axes; else the base power")
-]
-SingularCone = Annotated[
-    float | None, typer.Option("--singular-cone", help="in which the first rotary axis is held, deg")
-]
-SingularRate = Annotated[
-    float | None, typer.Option("--singular-rate", help="largest turn of it in there, deg/mm")
-]
-Solver = Annotated[str | None, typer.Option("--solver", help="structured, or ipopt as a second opinion")]
-Effort = Annotated[str | None, typer.Option("--effort", help="quick, normal or thorough")]
-FreeStart = Annotated[
-    bool | None, typer.Option("--free-start", help="closed passes may begin elsewhere, with links of a plan")
-]
-FreeDirection = Annotated[
-    bool | None, typer.Option("--free-direction", help="with --free-start: they may run backwards, too")
-]
+Drives = Annotated[str | None, typer.Option("--drives", help="use the axis powers of this machine")]
+Control = Annotated[str | None, typer.Option("--control", help="NC dialect (`fiveaxis controls`)")]
 Winding = Annotated[
-    str | None, typer.Option("--winding", help="unwound, modulo or rezero: how NC counts endless axes")
+    str | None,
+    typer.Option("--winding", help="how NC counts turns of endless axes: unwound, modulo or rezero"),
 ]
 Thin = Annotated[
-    bool | None, typer.Option("--thin/--keep-blocks", help="leave blocks out that NC doesn't need; else none")
+    bool | None, typer.Option("--thin/--keep-blocks", help="remove redundant NC blocks, or keep all")
 ]
 Override = Annotated[
     list[str] | None,
-    typer.Option("--override", help="CODE of errors with which NC is written all the same; repeatable"),
+    typer.Option("--override", help="CODE of an error to accept: NC is written despite it; repeatable"),
 ]
-FrontSize = Annotated[
-    int | None, typer.Option("--front", help="N solutions between the cheapest path and the steadiest")
-]
-FrontPick = Annotated[
-    int | None,
-    typer.Option("--pick", help="with --front: the solution that is the result; 1 is the cheapest"),
-]
-Feed = Annotated[float | None, typer.Option("--feed", help="mm/min, in place of the input's")]
-Unit = Annotated[str | None, typer.Option("--unit", help="mm or inch, for an input that doesn't say")]
-Part = Annotated[
-    Path | None, typer.Option("--part", help="mesh: missing normals, gouge check and preview come from it")
-]
-Stock = Annotated[Path | None, typer.Option("--stock", help="mesh of what the part is cut from")]
-Fixtures = Annotated[
-    Path | None, typer.Option("--fixtures", help=escape("TOML with [[fixture]] and [clearance], as in a job"))
-]
-KeepClear = Annotated[
-    bool | None,
-    typer.Option("--keep-clear/--only-verify", help="choose postures clear of collisions; else only verify"),
-]
-SurfaceTolerance = Annotated[
-    float | None, typer.Option("--surface-tolerance", help="gap to the part that counts as touching, mm")
-]
-GougeTolerance = Annotated[
-    float | None,
-    typer.Option("--gouge-tolerance", help="how deep the cutter may reach into the part, mm; else 0.01"),
-]
-WrittenFor = Annotated[
-    str | None, typer.Option("--written-for", help="machine of an NC program, if it isn't --machine")
-]
-Positions = Annotated[
-    str | None, typer.Option("--positions", help="table or machine: where tip positions of a program stay")
-]
-ProgramZero = Annotated[
-    str | None, typer.Option("--program-zero", help="G54 in machine coordinates: X100,Y50,Z-20")
-]
-Start = Annotated[
-    str | None, typer.Option("--start", help="where axes stand before: X18,Y74,Z0 in mm and deg")
-]
-Rapid = Annotated[float | None, typer.Option("--rapid", help="mm/min, of axes without a speed")]
-BlockDelete = Annotated[bool | None, typer.Option("--block-delete", help="skip blocks that begin with /")]
-Wrap = Annotated[
-    Literal["unwound", "shorter", "signed"] | None,
-    typer.Option("--wrap", help="how rotary words of a program count turns; else as its header says"),
-]
-Columns = Annotated[
-    str | None, typer.Option("--columns", help="of points without header: x,y,z,nx,ny,nz or x,y,z,i,j,k")
-]
-Drives = Annotated[str | None, typer.Option("--drives", help="take the axis powers of this machine")]
-MaxTurn = Annotated[
-    float | None,
-    typer.Option("--max-turn", help="largest turn in a cutting move, deg; by default 180 deg/s at the feed"),
-]
-Objective = Annotated[
-    str | None,
-    typer.Option("--objective", help="what is least: energy or time of the program, or travel (metric)"),
-]
-UpPenalty = Annotated[float | None, typer.Option("--up-penalty", help="extra price of moving up, J/mm")]
-ToolLength = Annotated[
-    float | None, typer.Option("--tool-length", help="spindle's gauge point to tool tip, mm")
-]
-WorkOffset = Annotated[
-    str | None, typer.Option("--work-offset", help="workpiece zero in the machine frame, X,Y,Z in mm")
-]
-PartRotation = Annotated[
-    str | None, typer.Option("--part-rotation", help="part on the table, about machine X,Y,Z in deg")
-]
-SetupSearch = Annotated[
-    str | None,
-    typer.Option("--setup", help="choose the part's place: x=-50:50,angle=0:90, or names in a job"),
-]
-Control = Annotated[str | None, typer.Option("--control", help="NC dialect")]
-Strategy = Annotated[str | None, typer.Option("--strategy", help="waterline or raster")]
-Stepdown = Annotated[float | None, typer.Option("--stepdown", help="distance of waterlines in z, mm")]
-Stepover = Annotated[float | None, typer.Option("--stepover", help="distance of a raster's sections, mm")]
-Scallop = Annotated[float | None, typer.Option("--scallop", help="highest ridge between passes, mm")]
-RasterAngle = Annotated[
-    float | None, typer.Option("--raster-angle", help="direction of a raster, from x towards y, deg")
-]
-Spiral = Annotated[bool | None, typer.Option("--spiral/--rings", help="join closed waterlines to spirals")]
-Order = Annotated[
-    str | None, typer.Option("--order", help="levels (one by one) or islands (where links are short)")
-]
-LeadIn = Annotated[float | None, typer.Option("--lead-in", help="radius of arcs that lead to passes, mm")]
-LeadOut = Annotated[float | None, typer.Option("--lead-out", help="radius of arcs that lead away, mm")]
-MinLength = Annotated[float | None, typer.Option("--min-length", help="shortest pass that is cut, mm")]
-Spacing = Annotated[float | None, typer.Option("--spacing", help="distance of contact points, mm")]
-Overhang = Annotated[bool | None, typer.Option("--overhang/--all-walls", help="which walls to plan")]
-Direction = Annotated[str | None, typer.Option("--direction", help="climb, conventional or zigzag")]
-AllowOpen = Annotated[bool | None, typer.Option("--allow-open", help="accept an open mesh")]
 AsJson = Annotated[bool, typer.Option("--json", help="print one JSON document and nothing else")]
 
-# What several verbs take, by the name of the setting; each is None where nobody says it.
+# Groups of options, by the name of the setting.
 PLANNING: Mapping[str, Any] = {
-    "tool": ToolName,
-    "feed": Feed,
-    "strategy": Strategy,
-    "stepdown": Stepdown,
-    "stepover": Stepover,
-    "scallop": Scallop,
-    "raster_angle": RasterAngle,
-    "spacing": Spacing,
-    "overhang": Overhang,
-    "spiral": Spiral,
-    "direction": Direction,
-    "order": Order,
-    "lead_in": LeadIn,
-    "lead_out": LeadOut,
-    "min_length": MinLength,
-    "allow_open": AllowOpen,
+    "tool": optional(str, "ball:10, bull:16:4 or a .toml file; default: the input's tool"),
+    "feed": optional(float, "mm/min, replaces the input's feed"),
+    "strategy": optional(str, "waterline or raster passes"),
+    "stepdown": optional(float, "distance of waterlines in Z, mm"),
+    "stepover": optional(float, "distance of the sections of a raster, mm"),
+    "scallop": optional(float, "highest ridge between passes, mm"),
+    "raster_angle": optional(float, "direction of a raster, from X towards Y, deg"),
+    "spacing": optional(float, "largest distance of contact points, mm"),
+    "overhang": optional(bool, "plan overhanging walls only, or all (default)", "--overhang/--all-walls"),
+    "spiral": optional(bool, "join closed waterlines into spirals, or not (default)", "--spiral/--rings"),
+    "direction": optional(str, "cutting direction: climb, conventional or zigzag"),
+    "order": optional(str, "levels (level by level) or islands (shorter links)"),
+    "lead_in": optional(float, "radius of the arc at the start of a pass, mm"),
+    "lead_out": optional(float, "radius of the arc at the end of a pass, mm"),
+    "min_length": optional(float, "shortest pass that is cut, mm"),
+    "allow_open": optional(bool, "accept a mesh that isn't watertight", "--allow-open"),
 }
 READING: Mapping[str, Any] = {
-    "unit": Unit,
-    "columns": Columns,
-    "written_for": WrittenFor,
-    "positions": Positions,
-    "program_zero": ProgramZero,
-    "start": Start,
-    "rapid": Rapid,
-    "block_delete": BlockDelete,
-    "wrap": Wrap,
+    "unit": optional(str, "mm or inch, for an input that doesn't state it"),
+    "columns": optional(str, "columns of points without header: x,y,z,nx,ny,nz or x,y,z,i,j,k"),
+    "written_for": optional(str, "machine of an input program, if it isn't --machine"),
+    "positions": optional(str, "table (tip positions of a program turn with it) or machine"),
+    "program_zero": optional(str, "zero (G54) in machine coordinates: X100,Y50,Z-20"),
+    "start": optional(str, "axis positions before the program: X18,Y74,Z0 in mm and deg"),
+    "rapid": optional(float, "rapid speed of axes whose speed isn't known, mm/min"),
+    "block_delete": optional(bool, "skip blocks that begin with /", "--block-delete"),
+    "wrap": optional(
+        Literal["unwound", "shorter", "signed"],
+        "how rotary words of a program count turns; default: as its header says",
+    ),
 }
 POSTURE: Mapping[str, Any] = {
     "machine": MachineName,
-    "tilt": Tilt,
-    "cone": Cone,
-    "lead": Lead,
-    "lean": Lean,
-    "plane": ToolPlane,
-    "hold": Hold,
-    "part": Part,
-    "stock": Stock,
-    "fixtures": Fixtures,
-    "keep_clear": KeepClear,
-    "surface_tolerance": SurfaceTolerance,
-    "gouge_tolerance": GougeTolerance,
+    "tilt": optional(str, "angle to the surface normal, MIN:MAX in deg"),
+    "cone": optional(float, "largest angle to the programmed tool axis, deg"),
+    "lead": optional(str, "tip the tool forwards along the feed, MIN:MAX in deg"),
+    "lean": optional(str, "tip the tool to the left of the feed, MIN:MAX in deg"),
+    "plane": optional(str, "X,Y,Z: normal of a plane that the tool axis stays in"),
+    "hold": optional(str, "hold rotary axes at an angle: C30 (4-axis), A-20,C30 (3+2)"),
+    "part": optional(Path, "mesh of the part: surface normals, gouge check, preview"),
+    "stock": optional(Path, "mesh of the stock, for collisions"),
+    "fixtures": optional(Path, escape("TOML with [[fixture]] and [clearance], as in a job")),
+    "keep_clear": optional(
+        bool, "choose postures clear of collisions, or only report collisions", "--keep-clear/--only-verify"
+    ),
+    "surface_tolerance": optional(float, "gap between cutter and part that counts as touching, mm"),
+    "gouge_tolerance": optional(float, "how deep the cutter may reach into the part, mm; default: 0.01"),
     "drives": Drives,
-    "objective": Objective,
-    "up_penalty": UpPenalty,
-    "max_turn": MaxTurn,
-    "turn_rate": TurnRate,
-    "smoothing": Smoothing,
-    "time_price": TimePrice,
-    "singular_cone": SingularCone,
-    "singular_rate": SingularRate,
-    "effort": Effort,
-    "solver": Solver,
-    "front": FrontSize,
-    "pick": FrontPick,
-    "free_start": FreeStart,
-    "free_direction": FreeDirection,
+    "objective": optional(str, "what to minimise: energy or time of the program, or travel (metric)"),
+    "up_penalty": optional(float, "extra cost of moving up, J/mm"),
+    "max_turn": optional(float, "largest rotary turn in a cutting move, deg; default: 180 deg/s"),
+    "turn_rate": optional(float, "largest rotary turn along a cut, deg/mm"),
+    "smoothing": optional(float, "price of squared rotary turns, J/rad2; steadier postures"),
+    "time_price": optional(float, "W, for time lost to slow axes; default: base power"),
+    "singular_cone": optional(float, "hold the first rotary axis within this angle of it, deg"),
+    "singular_rate": optional(float, "largest turn of that axis in the cone, deg/mm"),
+    "effort": optional(str, "quick, normal or thorough search"),
+    "solver": optional(str, "structured, or ipopt as a second opinion"),
+    "front": optional(int, "find N solutions, from the cheapest path to the steadiest"),
+    "pick": optional(int, "with --front: number of the solution to deliver; 1 is the cheapest"),
+    "free_start": optional(bool, "let closed passes begin elsewhere, with new links", "--free-start"),
+    "free_direction": optional(bool, "with --free-start: let passes run backwards too", "--free-direction"),
     "tool_length": ToolLength,
-    "work_offset": WorkOffset,
-    "part_rotation": PartRotation,
-    "setup_search": SetupSearch,
+    "work_offset": optional(str, "workpiece zero in the machine frame: X,Y,Z in mm"),
+    "part_rotation": optional(str, "rotation of the part on the table: about machine X,Y,Z in deg"),
+    "setup_search": optional(
+        str, "choose the setup too: x=-50:50,angle=0:90, or x,angle with a job's ranges", "--setup"
+    ),
 }
 
 
 def takes(*groups: Mapping[str, Any]) -> Callable[[Verb], Verb]:
-    """Give a verb the options of some groups, behind its arguments and before its own options.
+    """Add groups of options to a command, after its arguments and before its own options.
 
-    Typer reads a verb's options from its signature; the verb finds those of the groups in its context.
+    Typer reads a command's options from its signature; the command finds those of the groups in its context.
 
     Parameters
     ----------

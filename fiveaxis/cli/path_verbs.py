@@ -1,4 +1,4 @@
-"""Verbs about tool paths: plan, optimise, preview."""
+"""The commands about toolpaths: plan, optimise, preview."""
 
 from __future__ import annotations
 
@@ -12,7 +12,6 @@ import typer
 from rich.markup import escape
 from rich.table import Table
 
-from fiveaxis.cli.first_run import tell_first_run
 from fiveaxis.cli.options import (
     PLANNING,
     POSTURE,
@@ -30,8 +29,9 @@ from fiveaxis.cli.terminal import (
     errors_explained,
     out,
     parse_numbers,
-    parse_places,
+    parse_positions,
     print_causes,
+    print_first_run,
     print_json,
     print_release,
 )
@@ -40,7 +40,6 @@ from fiveaxis.cli.writing_options import WRITING, coordinates_of, given_settings
 from fiveaxis.errors import SettingError
 from fiveaxis.findings import group_findings
 
-PLACES = ("start", "program_zero")
 KINDS = {"cut": "cuts", "link": "links", "rapid": "rapid"}
 
 if TYPE_CHECKING:
@@ -55,11 +54,11 @@ if TYPE_CHECKING:
 def plan(
     context: typer.Context,
     source: Input,
-    output: Annotated[Path | None, typer.Option("--output", "-o", help="CSV file of the locations")] = None,
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="CSV file for the locations")] = None,
     as_json: AsJson = False,
     **_: Any,
 ) -> None:
-    """Plan finishing passes on a mesh; tell the ridges that they leave and their chord error."""
+    """Plan finishing passes on a mesh, and measure their ridges and chord error."""
     with errors_explained(as_json) as written:
         from fiveaxis.job import is_mesh, load_job_toolpath, measure_plan
         from fiveaxis.nc import write_toolpath
@@ -90,7 +89,7 @@ def optimise(
     as_json: AsJson = False,
     **_: Any,
 ) -> None:
-    """Choose the posture of every cutter location, verify it, and write motion, report, preview and NC."""
+    """Optimise the tool posture of every cutter location; write verified NC, motion, report and preview."""
     with errors_explained(as_json) as written:
         from fiveaxis.job import require_folder, write_outcome
 
@@ -116,7 +115,7 @@ def preview(
     browser: Annotated[bool, typer.Option(help="open the page in a browser")] = True,
     **_: Any,
 ) -> None:
-    """Optimise and show the result live, on this computer only, until Ctrl-C."""
+    """Optimise, and show the result in a browser on this computer until Ctrl-C."""
     with errors_explained(False):
         from fiveaxis.job import load_surroundings
         from fiveaxis.viewer import preview as show
@@ -129,7 +128,7 @@ def preview(
 
 
 def _job(options: Mapping[str, Any]) -> Job:
-    """Make the job of a verb's options; a job file's own settings give way to them."""
+    """Make the job of a command's options, which replace settings of a job file."""
     from fiveaxis.job import Job, PlanTable, choose_search, make_job, read_fixtures, read_job
 
     settings = {name: value for name, value in options.items() if name in Job.model_fields}
@@ -147,11 +146,11 @@ def _job(options: Mapping[str, Any]) -> Job:
             settings[name] = tuple(parse_numbers(settings[name], 2, "MIN:MAX", ":"))
     if settings.get("plane") is not None:
         settings["plane"] = tuple(parse_numbers(settings["plane"], 3, "X,Y,Z"))
-    # A flag that isn't set says nothing: a job file may set it.
+    # A job file may set a flag that isn't given here.
     for name in ("free_start", "free_direction"):
         settings[name] = settings.get(name) or None
     settings["override"] = tuple(settings.get("override") or ()) or None
-    settings["hold"] = parse_places("--hold", settings.get("hold"))
+    settings["hold"] = parse_positions("--hold", settings.get("hold"))
     if options.get("fixtures") is not None:
         settings |= read_fixtures(options["fixtures"])
     source = options["source"]
@@ -164,13 +163,12 @@ def _job(options: Mapping[str, Any]) -> Job:
 
 
 def _program(options: Mapping[str, Any]) -> dict[str, Any]:
-    """Sort out what says how a program is read."""
-    places = {name: parse_places(f"--{name.replace('_', '-')}", options.get(name)) for name in PLACES}
+    """Collect the options for reading an NC program."""
     return {
         "machine": options.get("written_for"),
         "positions": options.get("positions"),
-        "start": places["start"],
-        "zero": places["program_zero"],
+        "start": parse_positions("--start", options.get("start")),
+        "zero": parse_positions("--program-zero", options.get("program_zero")),
         "rapid": options.get("rapid"),
         "block_delete": options.get("block_delete") or None,
         "wrap": options.get("wrap"),
@@ -181,7 +179,7 @@ def _run(job: Job) -> Outcome:
     from fiveaxis.job import run_job
     from fiveaxis.posture.search.kernel import relax_layer
 
-    tell_first_run(relax_layer, err)
+    print_first_run(relax_layer)
     started = time.perf_counter()
     outcome = work_with_bars(partial(run_job, job), err)
     err.print(f"done in {time.perf_counter() - started:.1f} s")
@@ -206,7 +204,6 @@ def _plan_document(toolpath: Toolpath, quality: PlanReport) -> dict[str, Any]:
 
 
 def _print_outcome(outcome: Outcome) -> None:
-
     solution, program = outcome.solution, outcome.program
     print_causes(group_findings(solution.toolpath.findings), err)
     _print_energies(solution)
@@ -215,8 +212,8 @@ def _print_outcome(outcome: Outcome) -> None:
         given = fill.given.count_given
         held = f"; none removed because of {', '.join(program.held_back)}" if program.held_back else ""
         out.print(
-            f"program: {len(fill.blocks)} blocks for {given} locations: {len(fill.path) - given} blocks "
-            "inserted, so that the tool stays on its path and axes that stand keep standing, and "
+            f"program: {len(fill.blocks)} blocks for {given} locations: {len(fill.path) - given} inserted so "
+            "that the tool stays on its path and axes at rest stay at rest, and "
             f"{fill.removed} redundant ones removed{held}",
             soft_wrap=True,
         )
@@ -238,7 +235,7 @@ def _print_outcome(outcome: Outcome) -> None:
 
 
 def _print_front(front: Mapping[str, Any]) -> None:
-    """List the solutions between the cheapest path and the steadiest one."""
+    """Print the solutions from the cheapest path to the steadiest one."""
     heads = ("number", "J", "bends rad²", "deg/mm", "program s", "program", "")
     table = Table(*heads, box=None)
     for point in front["points"]:
@@ -251,12 +248,12 @@ def _print_front(front: Mapping[str, Any]) -> None:
             "released" if point["released"] else "kept back",
             "the result" if point["number"] == front["picked"] else "",
         )
-    out.print("solutions of the front (--pick makes another one the result)")
+    out.print("solutions of the front (--pick delivers another one)")
     out.print(table)
 
 
 def _print_energies(solution: Solution) -> None:
-    """Compare whole programs: energy by axis and by kind of move, time, and the travel metric beside it."""
+    """Print whole programs side by side: energy by axis and by kind of move, time, and travel metric."""
     from fiveaxis.job import RESULT
 
     energies, savings = {RESULT: solution.energy, **solution.baselines}, solution.savings()
@@ -282,14 +279,14 @@ def _print_energies(solution: Solution) -> None:
     least = solution.energy.least
     if least is not None and least < solution.energy.total:
         out.print(
-            f"between {least:.0f} and {solution.energy.total:.0f} J: the lower figure if the power of drives "
-            "slower than any that was measured falls with their speed",
+            f"between {least:.0f} and {solution.energy.total:.0f} J: the lower figure if, below the slowest "
+            "measured speed, the drives' power falls with the speed",
             soft_wrap=True,
         )
 
 
 def _print_times(solution: Solution) -> None:
-    """Compare how long the programs' blocks take the control, where time was the objective."""
+    """Print how long the control takes for the programs' blocks, if time was the objective."""
     from fiveaxis.job import RESULT
 
     if solution.clock is None:
@@ -304,21 +301,21 @@ def _print_times(solution: Solution) -> None:
 
 
 def _print_setup(found: Mapping[str, Any]) -> None:
-    """Print where the workpiece is to be set up, where that was chosen."""
+    """Print the chosen setup."""
     chosen, given = found["chosen"], found["given"]
-    place = f"offset {chosen['offset']} mm, rotation {chosen['rotation_deg']} deg"
+    values = f"offset {chosen['offset']} mm, rotation {chosen['rotation_deg']} deg"
     if chosen == given:
         least = f"{100.0 * found['least_saving']:.2f} %"
         return out.print(
-            f"setup: {place}, as given; none was found that saves more than {least}", markup=False
+            f"setup: {values}, as given; no other one was found that saves more than {least}", markup=False
         )
     saved = "can't be followed" if found["saved"] is None else f"costs {given['energy']:.0f} J"
     share = "" if found["saved"] is None else f", {100.0 * found['saved']:.1f} % saved"
-    out.print(f"set the part up at {place}: the given setup {saved}{share}", markup=False, soft_wrap=True)
+    out.print(f"set the part up at {values}: the given setup {saved}{share}", markup=False, soft_wrap=True)
 
 
 def _print_budget(budget: Budget) -> None:
-    """Print what the whole job takes; what isn't known is left to the report."""
+    """Print the energy of the whole job."""
     known = [share for share in budget.shares if share.energy is not None]
     parts = ", ".join(f"{share.name} {share.energy:.0f} J ({share.basis})" for share in known)
     money = "" if budget.cost is None else f"; {budget.cost:.4f} {budget.factors.currency}"

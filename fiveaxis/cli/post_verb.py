@@ -1,4 +1,4 @@
-"""Verbs about controls: which there are, and a motion or a program written for one of them."""
+"""The commands that list the controls and write a motion or a program for one of them."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 
 def controls(as_json: AsJson = False) -> None:
-    """List the controls that programs are written for."""
+    """List the controls that programs can be written for."""
     with errors_explained(as_json):
         from fiveaxis.nc import DIALECTS
 
@@ -52,35 +52,37 @@ def controls(as_json: AsJson = False) -> None:
         }
         if as_json:
             return print_json(rows)
-        table = Table("control", "what it is", "file", "coordinates", "winding", box=None)
+        table = Table("control", "title", "file", "coordinates", "winding", box=None)
         for name, dialect in DIALECTS.items():
             windings = ", ".join(dialect.windings)
             table.add_row(name, dialect.title, dialect.suffix, ", ".join(dialect.modes), windings)
         out.print(table)
-        out.print("more: --control MY.toml, a table that says what differs from one of these (based_on)")
+        out.print("others: --control MY.toml, a table with the differences to one of these (based_on)")
 
 
 @takes(CHECKING, WRITING)
 def post(
     context: typer.Context,
-    source: Annotated[Path, typer.Argument(help="motion.csv, or a program of any language that is read")],
-    control: Annotated[str, typer.Option("--control", "-c", help="`fiveaxis controls`, or a .toml file")],
-    output: Annotated[Path, typer.Option("--output", "-o", help="the new program")],
+    source: Annotated[Path, typer.Argument(help="motion.csv, or an NC program in any supported language")],
+    control: Annotated[
+        str, typer.Option("--control", "-c", help="control (`fiveaxis controls`), or a control table (.toml)")
+    ],
+    output: Annotated[Path, typer.Option("--output", "-o", help="file for the new program")],
     part: Part = None,
     path: PathToFollow = None,
     winding: Winding = None,
     thin: Thin = None,
     override: Override = None,
     unverified: Annotated[
-        bool, typer.Option("--unverified", help="exit code 0 though there is nothing to verify it against")
+        bool, typer.Option("--unverified", help="exit code 0 without anything to verify the program against")
     ] = False,
     as_json: AsJson = False,
     **_: Any,
 ) -> None:
-    """Write a motion, or a program of another control, for a control, and verify what was written.
+    """Write a motion, or a program of another control, for a control, and verify the new program.
 
-    --path, --tool and --part say against what; with none of them the program says NOT VERIFIED, and the exit
-    code is 1 unless --unverified is given.
+    It is verified against --path, --tool and --part. Without any of them its header says NOT VERIFIED, and
+    the exit code is 1 unless --unverified is given.
     """
     with errors_explained(as_json) as written:
         from fiveaxis.job import post_program

@@ -1,4 +1,4 @@
-"""The verb about the power surface."""
+"""The command that computes the power surface."""
 
 from __future__ import annotations
 
@@ -9,7 +9,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from fiveaxis.cli.options import AsJson, Drives, MachineName
-from fiveaxis.cli.terminal import errors_explained, parse_numbers, print_json, require_between, required
+from fiveaxis.cli.terminal import (
+    errors_explained,
+    parse_numbers,
+    print_json,
+    require_between,
+    require_machine,
+)
 
 if TYPE_CHECKING:
     from fiveaxis.energy import PowerSurface
@@ -17,12 +23,12 @@ if TYPE_CHECKING:
 
 
 def surface(
-    tip: Annotated[str, typer.Argument(help="where the tool tip is held: X,Y,Z in mm, workpiece frame")],
+    tip: Annotated[str, typer.Argument(help="position of the tool tip, X,Y,Z in mm, workpiece frame")],
     machine: MachineName = None,
     drives: Drives = None,
-    feed: Annotated[float, typer.Option("--feed", help="mm/min")] = 1000.0,
-    step: Annotated[float, typer.Option("--step", help="grid of the rotary angles, deg")] = 10.0,
-    output: Annotated[Path | None, typer.Option("--output", "-o", help="CSV file; stdout without it")] = None,
+    feed: Annotated[float, typer.Option("--feed", help="feed, mm/min")] = 1000.0,
+    step: Annotated[float, typer.Option("--step", help="step of the rotary angles, deg")] = 10.0,
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="CSV file; default: stdout")] = None,
     as_json: AsJson = False,
 ) -> None:
     """Compute the power surface S_W = S_WL + S_WR over the rotary angles at a cutter location."""
@@ -31,14 +37,14 @@ def surface(
         from fiveaxis.files import write_atomically
         from fiveaxis.machine import load_machine
 
-        place = parse_numbers(tip, 3, "X,Y,Z")
+        position = parse_numbers(tip, 3, "X,Y,Z")
         require_between("--feed", feed, 1e-3, 1e6, "mm/min")
         require_between("--step", step, 0.1, 90.0, "deg")
-        loaded = load_machine(required(machine, "machine"))
+        loaded = load_machine(require_machine(machine))
         if drives is not None:
             loaded = loaded.with_drives_of(load_machine(drives))
         grid = tuple(_angles(loaded, letter, step) for letter in loaded.rotaries[:2])
-        columns = _surface_columns(power_surface(loaded, place, feed, grid))
+        columns = _surface_columns(power_surface(loaded, position, feed, grid))
         if as_json:
             return print_json(columns)
         lines = (",".join(f"{v:.6f}" for v in row) for row in zip(*columns.values(), strict=True))
@@ -50,7 +56,7 @@ def surface(
 
 
 def _angles(machine: Machine, letter: str, step: float) -> Any:
-    """Grid of a rotary axis over its range, one turn where it has no end; rad."""
+    """Divide the range of a rotary axis into steps, an endless one over one turn; rad."""
     import numpy as np
 
     limits = machine.axis(letter).limits
@@ -59,7 +65,7 @@ def _angles(machine: Machine, letter: str, step: float) -> Any:
 
 
 def _surface_columns(surface: PowerSurface) -> dict[str, list[float]]:
-    """Lay a surface out as columns, one row per posture, the second angle fastest."""
+    """List a surface by columns, one row per posture, the second angle varying fastest."""
     import numpy as np
 
     first, second = np.meshgrid(surface.first, surface.second, indexing="ij")

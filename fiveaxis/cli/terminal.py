@@ -1,4 +1,4 @@
-"""What verbs print and how: answers on stdout, everything else on stderr."""
+"""What commands print: results on stdout, everything else on stderr."""
 
 from __future__ import annotations
 
@@ -22,18 +22,19 @@ from fiveaxis.findings import Cause, group_findings
 if TYPE_CHECKING:
     from fiveaxis.job import Gate
 
-# Exit code of a command that Ctrl-C ended, as shells have it.
+# Exit code of a command that was ended by Ctrl-C, as in shells.
 INTERRUPTED = 130
-# A pipe or a log has no width of its own; tables need more than the usual 80.
+FIRST_RUN = "compiling, once per installation: this first run takes about a quarter of a minute longer"
+# A pipe or a log has no width; tables need more than the usual 80 characters.
 out = Console(width=None if sys.stdout.isatty() else 140, emoji=False)
-# Progress and notes, which -q silences; and what nothing does.
+# Progress and notes, which -q silences; errors, which nothing does.
 err = Console(stderr=True, highlight=False, soft_wrap=True, emoji=False)
 alarm = Console(stderr=True, highlight=False, soft_wrap=True, emoji=False)
 
 
 @contextmanager
 def errors_explained(as_json: bool) -> Iterator[list[Path]]:
-    """Turn an error into one clear message on stderr, and its exit code; gives the list of files written."""
+    """Turn an error into one message on stderr and its exit code; yield the list of files written."""
     written: list[Path] = []
     try:
         yield written
@@ -57,18 +58,18 @@ def errors_explained(as_json: bool) -> Iterator[list[Path]]:
 
 
 def print_json(document: Any) -> None:
-    """Print a document; in ASCII, which every terminal and pipe can take."""
+    """Print a document, in ASCII, which every terminal and pipe accepts."""
     sys.stdout.write(json.dumps(document, indent=2) + "\n")
 
 
 def print_causes(causes: Iterable[Cause], console: Console, before: str = "") -> None:
-    """Print what was found for people: a line for each cause, with words before it."""
+    """Print one line for each cause of findings, after a prefix."""
     for cause in causes:
         console.print(f"{before}{cause}", markup=False, soft_wrap=True)
 
 
 def print_release(gate: Gate) -> None:
-    """Say which errors were accepted by name, and end with exit code 1 where a program isn't written.
+    """Print which errors were accepted by name; end with exit code 1 where the program isn't written.
 
     Raises
     ------
@@ -88,15 +89,28 @@ def print_release(gate: Gate) -> None:
         raise typer.Exit(1)
 
 
-def required(value: str | None, name: str) -> str:
-    """Give an option's value, or say that it is missing."""
-    if value is None:
-        raise SettingError(f"--{name} is missing")
-    return value
+def print_first_run(kernel: Any) -> None:
+    """Say that loops are being compiled, unless an earlier run has kept them.
+
+    Parameters
+    ----------
+    kernel : a function that numba compiles and keeps; one stands for all
+    """
+    folder = kernel.stats.cache_path
+    name = f"{kernel.py_func.__module__.rpartition('.')[2]}.{kernel.py_func.__qualname__}-*.nbi"
+    if folder is not None and not any(Path(folder).glob(name)):
+        err.print(FIRST_RUN)
+
+
+def require_machine(name: str | None) -> str:
+    """Return the value of `--machine`, or raise if it is missing."""
+    if name is None:
+        raise SettingError("--machine is missing")
+    return name
 
 
 def parse_numbers(text: str, count: int, form: str, separator: str = ",") -> list[float]:
-    """Read an option of several finite numbers; `form` is what it should look like."""
+    """Parse an option of several finite numbers; `form` shows the user what it should look like."""
     try:
         values = [float(part) for part in text.split(separator)]
     except ValueError:
@@ -106,15 +120,15 @@ def parse_numbers(text: str, count: int, form: str, separator: str = ",") -> lis
     return values
 
 
-_PLACE = re.compile(r"((?:G[0-9.]+(?:P[0-9]+)?)?[A-Z])(.*)")
+_POSITION = re.compile(r"((?:G[0-9.]+(?:P[0-9]+)?)?[A-Z])(.*)")
 
 
-def parse_places(name: str, text: str | None) -> dict[str, float] | None:
-    """Read places of axes, ``X18,Y74,Z0``; of one among several work offsets, ``G55X18``."""
+def parse_positions(name: str, text: str | None) -> dict[str, float] | None:
+    """Parse axis positions, ``X18,Y74,Z0``; with several work offsets ``G55X18``."""
     if text is None:
         return None
     try:
-        found = [_PLACE.match(part.strip().upper()) for part in text.split(",")]
+        found = [_POSITION.match(part.strip().upper()) for part in text.split(",")]
         pairs = [("" if f is None else f[1], float("" if f is None else f[2])) for f in found]
     except ValueError:
         raise SettingError(f"{name} {text!r} isn't of the form X18,Y74,Z0") from None
@@ -124,6 +138,6 @@ def parse_places(name: str, text: str | None) -> dict[str, float] | None:
 
 
 def require_between(name: str, value: float, low: float, high: float, unit: str) -> None:
-    """Refuse an option outside its range."""
+    """Raise if an option is outside its range."""
     if not low <= value <= high:
-        raise SettingError(f"{name} is {value:g} {unit}; it must lie between {low:g} and {high:g} {unit}")
+        raise SettingError(f"{name} is {value:g} {unit}; it must be between {low:g} and {high:g} {unit}")

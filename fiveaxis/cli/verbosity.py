@@ -1,4 +1,4 @@
-"""How much a command tells on stderr: every verb takes -v and -q."""
+"""The verbosity of a command on stderr: every command has -v and -q."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ import typer
 from fiveaxis.cli.terminal import alarm, err
 
 Verbose = Annotated[
-    int, typer.Option("--verbose", "-v", count=True, help="tell the stages on stderr; -vv their details")
+    int, typer.Option("--verbose", "-v", count=True, help="log the stages to stderr; -vv with details")
 ]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="no progress and no notes on stderr, only errors")]
 
-# The root of the loggers of all rooms, each of which logs under its modules' names.
+# The parent of the loggers of all modules.
 ROOT = "fiveaxis"
 LEVELS = (logging.WARNING, logging.INFO, logging.DEBUG)
 
@@ -26,14 +26,14 @@ class ConsoleHandler(logging.Handler):
     """Print records on stderr, above the progress where there is one."""
 
     def emit(self, record: logging.LogRecord) -> None:
-        """Print one record: the room, and what it says."""
+        """Print one record: its room and its message."""
         console = alarm if record.levelno >= logging.ERROR else err
         room = record.name.removeprefix(f"{ROOT}.").partition(".")[0]
         console.print(f"{room}: {record.getMessage()}", markup=False)
 
 
 def set_verbosity(verbose: int, quiet: bool) -> None:
-    """Say how much is told from now on.
+    """Set the verbosity.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ def set_verbosity(verbose: int, quiet: bool) -> None:
 
 
 def with_options(verb: Callable[..., Any]) -> Callable[..., Any]:
-    """Give a verb the options that say how much is told."""
+    """Add the options for the verbosity to a command."""
     signature = inspect.signature(verb)
     options = {"verbose": (Verbose, 0), "quiet": (Quiet, False)}
     added = [
@@ -56,15 +56,13 @@ def with_options(verb: Callable[..., Any]) -> Callable[..., Any]:
         for name, (kind, default) in options.items()
     ]
     kinds = get_type_hints(verb, include_extras=True)
-    own = [p.replace(annotation=kinds.get(p.name, p.annotation)) for p in signature.parameters.values()]
-    rest = [p for p in own if p.kind is p.VAR_KEYWORD]
+    own = [p.replace(annotation=kinds[p.name]) for p in signature.parameters.values()]
 
     @functools.wraps(verb)
     def with_verbosity(*args: Any, verbose: int = 0, quiet: bool = False, **kwargs: Any) -> Any:
         set_verbosity(verbose, quiet)
         return verb(*args, **kwargs)
 
-    kept = [p for p in own if p.kind is not p.VAR_KEYWORD]
-    with_verbosity.__signature__ = signature.replace(parameters=[*kept, *added, *rest])  # type: ignore[attr-defined]
+    with_verbosity.__signature__ = signature.replace(parameters=[*own, *added])  # type: ignore[attr-defined]
     with_verbosity.__annotations__ = kinds | {name: kind for name, (kind, _) in options.items()}
     return with_verbosity

@@ -1,4 +1,4 @@
-"""The verb that checks programs, wherever they come from."""
+"""The command that verifies programs from any source."""
 
 from __future__ import annotations
 
@@ -10,42 +10,16 @@ import typer
 from rich.markup import escape
 from rich.table import Table
 
-from fiveaxis.cli.options import (
-    BlockDelete,
-    Cone,
-    Fixtures,
-    GougeTolerance,
-    Hold,
-    Lead,
-    Lean,
-    MachineName,
-    MaxTurn,
-    PartRotation,
-    ProgramZero,
-    Rapid,
-    SingularCone,
-    SingularRate,
-    Start,
-    Stock,
-    SurfaceTolerance,
-    Tilt,
-    ToolLength,
-    ToolName,
-    ToolPlane,
-    Unit,
-    WorkOffset,
-    Wrap,
-    takes,
-)
+from fiveaxis.cli.options import PLANNING, POSTURE, READING, AsJson, takes
 from fiveaxis.cli.terminal import (
     err,
     errors_explained,
     out,
     parse_numbers,
-    parse_places,
+    parse_positions,
     print_causes,
     print_json,
-    required,
+    require_machine,
 )
 from fiveaxis.cli.work import work_aside
 from fiveaxis.errors import SettingError
@@ -56,43 +30,30 @@ if TYPE_CHECKING:
     from fiveaxis.machine import Machine
     from fiveaxis.verification import Report
 
-CHECKING: Mapping[str, Any] = {
-    "machine": MachineName,
-    "tool": ToolName,
-    "tilt": Tilt,
-    "cone": Cone,
-    "lead": Lead,
-    "lean": Lean,
-    "plane": ToolPlane,
-    "hold": Hold,
-    "max_turn": MaxTurn,
-    "singular_cone": SingularCone,
-    "singular_rate": SingularRate,
-    "stock": Stock,
-    "fixtures": Fixtures,
-    "surface_tolerance": SurfaceTolerance,
-    "gouge_tolerance": GougeTolerance,
-    "unit": Unit,
-    "program_zero": ProgramZero,
-    "start": Start,
-    "rapid": Rapid,
-    "block_delete": BlockDelete,
-    "wrap": Wrap,
-    "tool_length": ToolLength,
-    "work_offset": WorkOffset,
-    "part_rotation": PartRotation,
+# How the program itself is read.
+PROGRAM: Mapping[str, Any] = {
+    name: READING[name] for name in ("unit", "program_zero", "start", "rapid", "block_delete", "wrap")
 }
-# Of programs whose author nobody has asked: what counts as near the singular direction, and as turning there.
+_BOUNDS = ("tilt", "cone", "lead", "lean", "plane", "hold", "max_turn", "singular_cone", "singular_rate")
+_AROUND = ("stock", "fixtures", "surface_tolerance", "gouge_tolerance")
+CHECKING: Mapping[str, Any] = {
+    "machine": POSTURE["machine"],
+    "tool": PLANNING["tool"],
+    **{name: POSTURE[name] for name in (*_BOUNDS, *_AROUND)},
+    **PROGRAM,
+    **{name: POSTURE[name] for name in ("tool_length", "work_offset", "part_rotation")},
+}
+# deg and deg/mm: cone about the singular direction and rate of turn in it, if neither options nor job say.
 SINGULAR_CONE, SINGULAR_RATE = 5.0, 5.0
 # mm, gap between cutter and part that counts as touching.
 SURFACE_TOLERANCE = 0.05
 
 
-Part = Annotated[Path | None, typer.Option("--part", help="mesh of the finished part: gouges are looked for")]
+Part = Annotated[Path | None, typer.Option("--part", help="mesh of the finished part, to check for gouges")]
 PathToFollow = Annotated[
     Path | None,
     typer.Option(
-        "--path", help="toolpath that the program should follow; a job .toml says tool and bounds too"
+        "--path", help="toolpath that the program should follow; a job .toml also gives tool and bounds"
     ),
 ]
 
@@ -101,15 +62,15 @@ PathToFollow = Annotated[
 def verify(
     context: typer.Context,
     program: Annotated[
-        Path | None, typer.Argument(help="NC program of any language read here, or motion.csv")
+        Path | None, typer.Argument(help="NC program in any supported language, or motion.csv")
     ] = None,
     part: Part = None,
     path: PathToFollow = None,
-    codes: Annotated[bool, typer.Option("--codes", help="print every code of a finding and stop")] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="print one JSON document and nothing else")] = False,
+    codes: Annotated[bool, typer.Option("--codes", help="list the codes of all findings and stop")] = False,
+    as_json: AsJson = False,
     **_: Any,
 ) -> None:
-    """Check a program against its machine, the part and the path that it should follow."""
+    """Verify a program against its machine, the part and the path that it should follow."""
     with errors_explained(as_json):
         if codes:
             return _print_codes(as_json)
@@ -135,20 +96,20 @@ def verify(
 
 
 def machine_of(options: Mapping[str, Any]) -> Machine:
-    """Load the machine that the options name, else the job's that `--path` names."""
+    """Load the machine that the options name, or that of the job that `--path` names."""
     from fiveaxis.job import load_job_machine
     from fiveaxis.machine import load_machine
 
     job = _job_of(options["path"])
     if options["machine"] is None and job is not None:
         return load_job_machine(job)
-    machine = load_machine(required(options["machine"], "machine"))
+    machine = load_machine(require_machine(options["machine"]))
     offset, rotation = (_triple(options[name] or "0,0,0") for name in ("work_offset", "part_rotation"))
     return machine.with_setup(offset, rotation).with_tool_length(options["tool_length"] or 0.0)
 
 
 def against_of(path: Path | None, part: Path | None, options: Mapping[str, Any], machine: Machine) -> Against:
-    """Load what a program is held against: path, tool, what stands around, and constraints."""
+    """Load what a program is verified against: path, tool, surroundings and constraints."""
     from fiveaxis.job import Against, load_job_toolpath
     from fiveaxis.nc import read_toolpath
     from fiveaxis.toolpath import Constraints, parse_tool
@@ -175,11 +136,11 @@ def against_of(path: Path | None, part: Path | None, options: Mapping[str, Any],
 
 
 def reading_of(options: Mapping[str, Any]) -> dict[str, Any]:
-    """Give what is said about how the program itself is read, as `read_program` takes it."""
+    """Collect the options for reading the program, as keywords of `read_program`."""
     return {
         "unit": options["unit"],
-        "start": parse_places("--start", options["start"]),
-        "program_zero": parse_places("--program-zero", options["program_zero"]),
+        "start": parse_positions("--start", options["start"]),
+        "program_zero": parse_positions("--program-zero", options["program_zero"]),
         "rapid_mm_min": options["rapid"],
         "block_delete": bool(options["block_delete"]),
         "wrap": options["wrap"],
@@ -193,7 +154,7 @@ def _job_of(path: Path | None) -> Job | None:
 
 
 def _surroundings(part: Path | None, options: Mapping[str, Any]) -> Surroundings | None:
-    """Load what stands around the tool; None where nothing is given."""
+    """Load part, stock and fixtures; None where none is given."""
     from fiveaxis.collision import Surroundings
     from fiveaxis.job import read_fixtures
 
@@ -213,13 +174,13 @@ def _triple(text: str) -> tuple[float, float, float]:
 
 
 def _constraints(options: Mapping[str, Any]) -> dict[str, Any]:
-    """Give the bounds that the options say, by name; those that nobody gave are left out."""
+    """Collect the bounds that the options give, by name."""
     given = {name: options[name] for name in ("cone", "max_turn", "singular_cone", "singular_rate")}
     for name in ("tilt", "lead", "lean"):
         text = options[name]
         given[name] = None if text is None else tuple(parse_numbers(text, 2, "MIN:MAX", ":"))
     given["plane"] = None if options["plane"] is None else _triple(options["plane"])
-    given["hold"] = parse_places("--hold", options["hold"])
+    given["hold"] = parse_positions("--hold", options["hold"])
     return {name: value for name, value in given.items() if value is not None}
 
 

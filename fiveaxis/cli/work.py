@@ -1,8 +1,8 @@
-"""Long work behind a verb: in a thread, so that Ctrl-C ends it at once, with bars that tell how far it is.
+"""Long work of a command: in a thread, so that Ctrl-C ends it at once, with progress bars.
 
-Python looks at a Ctrl-C in the main thread, and there only between two of its own steps: a compiled search,
-or IPOPT, of half a minute would be waited for. So the main thread does nothing but wait, and the work, which
-writes no file, is left behind where it doesn't come to an end by itself.
+Python handles Ctrl-C in the main thread, between two of its own steps, and so only after a compiled search or
+IPOPT of half a minute. So the main thread only waits, and the work, which writes no file, is abandoned if it
+doesn't end by itself.
 """
 
 from __future__ import annotations
@@ -32,11 +32,11 @@ T = TypeVar("T")
 Step = Callable[[str, int, int], None]
 
 NAME = "fiveaxis-work"
-# s: how often the main thread looks up, which Windows needs to hear a Ctrl-C; how long work may take to end.
+# s: interval at which the main thread wakes up, which Windows needs for Ctrl-C; time for the work to end.
 LOOK = 0.2
 GRACE = 0.5
 
-# Where stages lie in the whole, as shares of it; others are steps on the way and move no total.
+# Start and end of stages as shares of the whole; other stages don't move the total.
 TOTAL = "total"
 SHARES = {
     "plan": (0.0, 0.1),
@@ -52,50 +52,50 @@ class Bars:
 
     Parameters
     ----------
-    shown : draws them
+    display : draws them
     """
 
-    def __init__(self, shown: Progress) -> None:
-        self.shown = shown
+    def __init__(self, display: Progress) -> None:
+        self.display = display
         self.stopped = threading.Event()
         self._bars: dict[str, TaskID] = {}
-        self._whole = shown.add_task(TOTAL, total=100)
+        self._whole = display.add_task(TOTAL, total=100)
         self._reached = 0.0
 
     def step(self, stage: str, done: int, total: int) -> None:
-        """Tell how far a stage is.
+        """Update the bar of a stage.
 
         Raises
         ------
         KeyboardInterrupt
-            The work was given up: what tells its steps ends here.
+            The work was abandoned; this ends it.
         """
         if self.stopped.is_set():
             raise KeyboardInterrupt
         if stage not in self._bars:
             logger.info("%s", stage)
-            self._bars[stage] = self.shown.add_task(stage, total=total)
-        self.shown.update(self._bars[stage], completed=done, total=total)
+            self._bars[stage] = self.display.add_task(stage, total=total)
+        self.display.update(self._bars[stage], completed=done, total=total)
         self._reached = max(self._reached, overall(stage, done, total))
-        self.shown.update(self._whole, completed=100.0 * self._reached)
+        self.display.update(self._whole, completed=100.0 * self._reached)
 
 
 def overall(stage: str, done: int, total: int) -> float:
-    """Give the share of the whole that is done when a stage is so far; 0 for a stage that tells nothing."""
+    """Compute the share of the whole that is done; 0 for a stage that doesn't move the total."""
     low, high = SHARES.get(stage, (0.0, 0.0))
     return low + (high - low) * min(1.0, done / max(total, 1))
 
 
 def work_with_bars(work: Callable[[Step], T], console: Console) -> T:
-    """Do work that tells its steps, with bars on a terminal.
+    """Do work that reports its steps, with progress bars on a terminal.
 
     Parameters
     ----------
-    work : called in a thread with what takes a stage's name, steps done and steps in all; writes no file
+    work : called in a thread with a function of a stage's name, steps done and steps in all; writes no file
 
     Returns
     -------
-    What the work gives.
+    What the work returns.
 
     Raises
     ------
@@ -111,33 +111,28 @@ def work_with_bars(work: Callable[[Step], T], console: Console) -> T:
         TimeElapsedColumn(),
         TimeRemainingColumn(),
     )
-    with Progress(*columns, console=console, disable=not console.is_terminal or console.quiet) as shown:
-        bars = Bars(shown)
-        return _await(_begin(lambda: work(bars.step)), bars.stopped)
+    with Progress(*columns, console=console, disable=not console.is_terminal or console.quiet) as display:
+        bars = Bars(display)
+        return _run(lambda: work(bars.step), bars.stopped)
 
 
 def work_aside(work: Callable[[], T]) -> T:
-    """Do work that tells no steps.
-
-    Parameters
-    ----------
-    work : called in a thread; writes no file
-
-    Returns
-    -------
-    What the work gives.
-
-    Raises
-    ------
-    KeyboardInterrupt
-        Ctrl-C. The work may still run: `leave_if_working`.
-    Exception
-        What the work raises.
-    """
-    return _await(_begin(work), threading.Event())
+    """Do work that doesn't report its steps; otherwise as `work_with_bars`."""
+    return _run(work, threading.Event())
 
 
-def _await(future: Future[T], stopped: threading.Event) -> T:
+def _run(work: Callable[[], T], stopped: threading.Event) -> T:
+    """Run work in a thread and wait for it; on Ctrl-C set `stopped`, and wait no longer than `GRACE`."""
+    future: Future[T] = Future()
+
+    def run() -> None:
+        try:
+            future.set_result(work())
+        except BaseException as fault:  # a Ctrl-C that the work itself noticed is a result too
+            future.set_exception(fault)
+
+    # A daemon: the command may end without it.
+    threading.Thread(target=run, name=NAME, daemon=True).start()
     try:
         while not future.done():
             wait([future], LOOK)
@@ -148,22 +143,8 @@ def _await(future: Future[T], stopped: threading.Event) -> T:
     return future.result()
 
 
-def _begin(work: Callable[[], T]) -> Future[T]:
-    future: Future[T] = Future()
-
-    def run() -> None:
-        try:
-            future.set_result(work())
-        except BaseException as fault:  # a Ctrl-C that the work itself noticed is an answer too
-            future.set_exception(fault)
-
-    # A daemon: the command may end without it.
-    threading.Thread(target=run, name=NAME, daemon=True).start()
-    return future
-
-
 def leave_if_working(code: int) -> None:
-    """End the process at once where work still runs, as nothing stops a compiled step.
+    """End the process at once if work still runs, since nothing stops a compiled step.
 
     Parameters
     ----------

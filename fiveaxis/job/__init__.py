@@ -1,6 +1,14 @@
-"""One job: from a part or a path to the files that a machine and its programmer need."""
+"""One job: from a part or a path to the files that a machine and its programmer need.
 
-from fiveaxis.job.against import Against
+- the job: `description` (its fields), `reading` (from a file or options), `guide` (explained), `loading`
+  (what it names);
+- its run: `setup_choice` (`run_job`), `setup_search`, `box_search`, `stages`, `clearing` (optimisation clear
+  of collisions), `solution`, `results` (its files);
+- programs: `planned_program` (motion), `program` (text, read back and verified), `release` (the release
+  gate), `posting` (programs of motions and of other programs), `traced_program` (a program that is read),
+  `verifying`, `program_costs`.
+"""
+
 from fiveaxis.job.clearing import optimise
 from fiveaxis.job.description import SWEEP, Job, PlanTable, SetupTable
 from fiveaxis.job.loading import (
@@ -13,14 +21,14 @@ from fiveaxis.job.loading import (
 )
 from fiveaxis.job.posting import Posted, make_of_motion, post_program, write_program
 from fiveaxis.job.program import MadeProgram, ProgramOptions, make_program
-from fiveaxis.job.programs import ProgramEnergy, program_energy
-from fiveaxis.job.reading import build_job, make_job, read_fixtures, read_job
+from fiveaxis.job.program_costs import ProgramEnergy, program_energy
+from fiveaxis.job.reading import build_job, choose_search, make_job, read_fixtures, read_job
 from fiveaxis.job.release import Gate
 from fiveaxis.job.results import require_folder, write_outcome
-from fiveaxis.job.setting_up import choose_search, run_job
+from fiveaxis.job.setup_choice import run_job
 from fiveaxis.job.solution import Solution
 from fiveaxis.job.stages import RESULT, Outcome
-from fiveaxis.job.verifying import check_program, verify_program
+from fiveaxis.job.verifying import Against, check_program, verify_program
 
 __all__ = [
     "RESULT",

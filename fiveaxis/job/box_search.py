@@ -1,4 +1,4 @@
-"""Minimum of a dear function over a box, with few calls and no chance: scattered points, then a compass."""
+"""Minimise a costly function over a box in few calls, deterministically: scattered points, then a compass."""
 
 from __future__ import annotations
 
@@ -12,22 +12,20 @@ from fiveaxis.geometry import Array
 BASES = (2, 3, 5, 7)
 # Scattered points for each side; at most this share of all calls.
 SCATTERED, SCATTERED_SHARE = 6, 0.5
-# Share of a side: the compass's first step, and the one below which it ends.
+# The compass's first and last step, as shares of a side.
 FIRST_STEP, LAST_STEP = 0.25, 1.0 / 200.0
 
 
 def search_box(cost: Callable[[Array], float], start: Array, calls: int) -> None:
-    """Look for the point of the unit box at which a cost is least.
+    """Search for the point of the unit box at which a cost is least; `cost` records what it finds.
 
-    Points scattered evenly (Halton) come first, with the start among them; from the best one a compass
-    search goes on: a step along each side, the step halved where none is better. What `cost` is asked about
-    is its own to remember.
+    The start and evenly scattered points (Halton) come first; a compass search continues from the best one.
 
     Parameters
     ----------
     cost : of a point (d,), each side 0…1; infinite where the point isn't admissible
     start : (d,), the first point
-    calls : of `cost` at most
+    calls : most calls of `cost`
 
     References
     ----------
@@ -42,12 +40,12 @@ def search_box(cost: Callable[[Array], float], start: Array, calls: int) -> None
 
 
 def follow_compass(cost: Callable[[Array], float], here: Array, least: float, calls: int) -> None:
-    """Go on from a point of the unit box: a step along each side, the step halved where none is better.
+    """Search on from a point of the unit box: a step along each side, halved where no step improves.
 
     Parameters
     ----------
     cost, calls : as for `search_box`
-    here, least : the point, (d,), and what it costs
+    here, least : the point, (d,), and its cost
 
     References
     ----------
@@ -56,8 +54,8 @@ def follow_compass(cost: Callable[[Array], float], here: Array, least: float, ca
     step, seen = FIRST_STEP, {here.tobytes()}
     while step >= LAST_STEP:
         better = False
-        for way in np.vstack([np.eye(len(here)), -np.eye(len(here))]):
-            there = np.clip(here + step * way, 0.0, 1.0)
+        for direction in np.vstack([np.eye(len(here)), -np.eye(len(here))]):
+            there = np.clip(here + step * direction, 0.0, 1.0)
             if there.tobytes() in seen:
                 continue
             if calls == 0:
@@ -72,7 +70,7 @@ def follow_compass(cost: Callable[[Array], float], here: Array, least: float, ca
 
 
 def halton(count: int, sides: int) -> Array:
-    """Scatter points evenly over the unit box, (count, sides): the same ones every time.
+    """Scatter points evenly over the unit box, (count, sides), the same ones every time.
 
     References
     ----------

@@ -1,4 +1,4 @@
-"""Optimisation that keeps the tool clear: by a mask, and by new searches where the motion still collides."""
+"""Optimisation that keeps the tool clear: a mask first, then local replanning where moves collide."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from fiveaxis.collision.tightened import Tightened
 from fiveaxis.errors import Infeasible
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array, IntArray
-from fiveaxis.job.solution import Solution
+from fiveaxis.job.solution import Solution, add_findings
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Interpolation
 from fiveaxis.nc import Clock
@@ -38,10 +38,9 @@ from fiveaxis.verification.gouging import check_gouge
 if TYPE_CHECKING:
     import trimesh
 
-# Options that bound the tool's lean; all but the last also say which part of the cutter touches.
-# Locations without a posture of which it is worked out what blocks them.
+# Most locations without a posture whose blocking bodies are determined.
 MOST_EXPLAINED = 20
-# What the optimiser says of a mask, and what that is where the mask stands for collisions.
+# Phrases of the optimiser about a mask, and what to say where the mask stands for collisions.
 BODIES_FOR_MASK = {
     "posture in sequence that the mask admits": "posture in sequence that is clear of collisions",
     "the mask admits postures here, but": "some postures are clear of collisions here, but",
@@ -49,11 +48,11 @@ BODIES_FOR_MASK = {
     "or change what the mask stands for": "give the tool more stick-out or a thinner holder, or move part or "
     "fixtures",
 }
-# Solves a path with a mask or None; with free starts, for which there is no mask, where the third says so.
+# Solves a path with a mask or None; the third argument says whether starts are free, which masks don't allow.
 Solve = Callable[[Toolpath, MaskFunction | None, bool], Postures]
 logger = logging.getLogger(__name__)
 
-# How often a path that collides on the way is tightened there and searched again.
+# How often the mask of a path that collides between locations is tightened and the path searched again.
 ROUNDS = 3
 
 
@@ -64,9 +63,9 @@ class Cleared:
     Parameters
     ----------
     solution : the result
-    admits : tells which postures of the path's locations are clear; None where there was nothing to keep
-        clear of, or the path's locations aren't those that it was made for
-    rounds : how often it was tightened and searched again
+    admits : which postures of the path's locations are clear; None where there was nothing to keep clear of,
+        or where it was made for other locations than the path's
+    rounds : how often it was tightened and the path searched again
     """
 
     solution: Postures
@@ -218,10 +217,10 @@ def keep_clear(
     mask: MaskFunction | None = None,
     free_start: bool = False,
 ) -> Cleared:
-    """Solve with the mask that keeps the tool clear, and again where the result collides on its way.
+    """Solve with the mask that keeps the tool clear, and again where moves of the result collide.
 
-    With free starts, passes begin where that is cheapest with nothing in the way, and postures are kept clear
-    on that path; where they cost more than on the path as it was, that one stays.
+    With free starts, passes begin where that is cheapest without obstacles, and postures are kept clear on
+    that path; if it costs more than the original path, the original one stays.
 
     Parameters
     ----------
@@ -237,32 +236,38 @@ def keep_clear(
     FiveAxisError
         As `solve`.
     """
+
+    def keep_order(path: Toolpath) -> Cleared:
+        return _keep_order(solve, path, machine, around, constraints, mask)
+
     if not free_start:
-        return _kept(solve, toolpath, machine, around, constraints, mask)
+        return keep_order(toolpath)
     path = constraints.zoned(toolpath)
     if find_accessible(path, machine, around) is None:
         return Cleared(solve(toolpath, mask, True), None, 0)
-    kept = _kept(solve, toolpath, machine, around, constraints, mask)
+    kept = keep_order(toolpath)
     opened = solve(toolpath, None, True)
     begun = opened.toolpath if opened.unwrapped is None else opened.unwrapped.toolpath
     try:
-        again = _kept(solve, begun, machine, around, constraints, mask)
+        again = keep_order(begun)
     except Infeasible as fault:
-        return _told(kept, f"passes keep their start: elsewhere the tool isn't kept clear: {fault}")
-    figures = f"{again.solution.energy.total:.1f} J kept clear, {kept.solution.energy.total:.1f} J without"
-    # A path with fewer collisions left is worth any energy.
+        return _with_note(
+            kept, f"passes keep their start: with free starts the tool can't be kept clear: {fault}"
+        )
+    figures = f"{again.solution.energy.total:.1f} J, with the given starts {kept.solution.energy.total:.1f} J"
+    # Fewer collisions are worth any energy.
     left = [len(colliding_rows(one.solution, around)) for one in (kept, again)]
     if (left[1], again.solution.energy.total) >= (left[0], kept.solution.energy.total):
-        return _told(kept, f"passes keep their start: on the one path with free starts {figures}")
+        return _with_note(kept, f"passes keep their start: with free starts {figures}")
     baselines = {
         name: replace(b, toolpath=b.toolpath or kept.solution.toolpath)
         for name, b in kept.solution.compared.items()
     }
     compared = replace(again.solution, compared=baselines, missing=kept.solution.missing)
-    return _told(replace(again, solution=compared), f"passes begin elsewhere: {figures}")
+    return _with_note(replace(again, solution=compared), f"passes begin elsewhere: {figures}")
 
 
-def _kept(
+def _keep_order(
     solve: Solve,
     toolpath: Toolpath,
     machine: Machine,
@@ -270,20 +275,20 @@ def _kept(
     constraints: Constraints,
     own: MaskFunction | None,
 ) -> Cleared:
-    """Keep a path clear whose locations stay in their order."""
+    """Solve with the tool kept clear, on a path whose locations stay in their order."""
     admits = find_accessible(constraints.zoned(toolpath), machine, around)
-    mask = _joined(admits, own)
+    mask = _join_masks(admits, own)
     try:
         solution = solve(toolpath, mask if mask.exact is not None else None, False)
     except Infeasible as fault:
         if admits is None:
             raise
-        raise _explained(fault, admits, constraints.of_lean, masked=own is not None) from None
+        raise _explain(fault, admits, constraints.of_lean, masked=own is not None) from None
     scene = build_scene(machine, toolpath.tool, around)
     if not choose_pairs(scene, around.clearances).pairs:
-        return Cleared(solution, _with_its_rows(admits, solution), 0)
+        return Cleared(solution, _if_same_rows(admits, solution), 0)
     best, fewest, rounds = solution, len(toolpath) + 1, 0
-    while solution.unwrapped is None:  # with rewinds in it the path has other rows than a mask
+    while solution.unwrapped is None:  # with rewinds the path has other rows than the mask
         rows = colliding_rows(solution, around)
         if len(rows) < fewest:
             best, fewest = solution, len(rows)
@@ -291,28 +296,28 @@ def _kept(
             break
         logger.info("%d locations collide or lie beside one; searched again", len(rows))
         rotary = solution.motion.positions[:, machine.rotary_columns][rows]
-        place = rows if solution.motion.location is None else solution.motion.location[rows]
+        location = rows if solution.motion.location is None else solution.motion.location[rows]
         for end in (np.floor, np.ceil):
-            mask.refuse(end(place).astype(np.int64), rotary)
+            mask.refuse(end(location).astype(np.int64), rotary)
         rounds += 1
         try:
             solution = solve(toolpath, mask, False)
         except Infeasible:
-            # No way keeps off what was refused: the verification of the best one names what it hits.
+            # No path avoids what was refused; verification of the best one reports its collisions.
             break
-    return Cleared(best, _with_its_rows(admits, best), rounds)
+    return Cleared(best, _if_same_rows(admits, best), rounds)
 
 
-def _with_its_rows(admits: Accessibility | None, solution: Postures) -> Accessibility | None:
-    """Give the mask if a solution's given locations are those that it was made for."""
-    own = admits is not None and len(admits.toolpath) == solution.toolpath.count_given
-    return admits if own and solution.unwrapped is None else None
+def _if_same_rows(admits: Accessibility | None, solution: Postures) -> Accessibility | None:
+    """Return the mask if it was made for the solution's given locations, else None."""
+    same = admits is not None and len(admits.toolpath) == solution.toolpath.count_given
+    return admits if same and solution.unwrapped is None else None
 
 
-def _explained(
+def _explain(
     fault: Infeasible, admits: Accessibility, constraints: Constraints, *, masked: bool
 ) -> Infeasible:
-    """Add to each location without a posture what blocks those that its bounds admit."""
+    """Add to each location without a posture which bodies block the directions within its bounds."""
     bounds = constraints.lean_bounds(admits.toolpath)
     axes = cell_centres(np.arange(CELLS * CELLS), CELLS)
     findings = []
@@ -323,27 +328,27 @@ def _explained(
             continue
         inside = axes[bounds.admits(np.broadcast_to(axes, (1, *axes.shape)), np.array([row]))[0]]
         shares = admits.blockers(row, inside) if len(inside) else {}
-        said = ", ".join(f"{pair} in {100.0 * share:.0f} %" for pair, share in shares.items())
-        more = f"; of the directions that the tool's lean admits, these collide: {said}" if said else ""
+        pairs = ", ".join(f"{pair} in {100.0 * share:.0f} %" for pair, share in shares.items())
+        more = f"; of the directions within the bounds, these collide: {pairs}" if pairs else ""
         findings.append(replace(finding, message=finding.message + more))
     if masked:
         return Infeasible(str(fault), findings)
-    # Nobody gave a mask: what was given are a holder and what stands around.
-    told = [replace(finding, message=_without_mask(finding.message)) for finding in findings]
-    return Infeasible(_without_mask(str(fault)), told)
+    # The user gave no mask, but a holder and obstacles.
+    findings = [replace(finding, message=_without_mask(finding.message)) for finding in findings]
+    return Infeasible(_without_mask(str(fault)), findings)
 
 
 def _without_mask(text: str) -> str:
-    """Say what our own mask stands for, in place of its name."""
+    """Replace phrases about the mask by what it stands for."""
     for of_mask, of_bodies in BODIES_FOR_MASK.items():
         text = text.replace(of_mask, of_bodies)
     return text
 
 
 def colliding_rows(solution: Postures, around: Surroundings) -> IntArray:
-    """Find the locations at which, or on the way to or from which, a solution's motion collides.
+    """Find the locations where a solution's motion collides, or next to a move that collides.
 
-    Where a ball gouges it does so in any posture; of other cutters gouges count, too.
+    A ball that gouges does so in any posture; gouges of other cutters count too.
     """
     machine, path = solution.machine, solution.toolpath
     applied = PathConstraints.of(path, machine, Constraints())
@@ -355,8 +360,8 @@ def colliding_rows(solution: Postures, around: Surroundings) -> IntArray:
     return np.unique(np.concatenate([ends, np.maximum(ends - 1, 0)]))
 
 
-def _joined(admits: Accessibility | None, own: MaskFunction | None) -> Tightened:
-    """Put our mask and the user's together; ours is asked first, as it is quick."""
+def _join_masks(admits: Accessibility | None, own: MaskFunction | None) -> Tightened:
+    """Join the mask for collisions, which is evaluated first because it is quick, and the user's."""
     if admits is None or own is None:
         return Tightened(admits or own, getattr(admits or own, "rough", None))
 
@@ -369,9 +374,7 @@ def _joined(admits: Accessibility | None, own: MaskFunction | None) -> Tightened
     return Tightened(both, admits.rough)
 
 
-def _told(cleared: Cleared, message: str) -> Cleared:
-    """Say what became of free starts beside obstacles."""
-    path = cleared.solution.toolpath
-    finding = Finding(Severity.NOTE, "free-start", message, path.place(0))
-    told = replace(path, findings=(*path.findings, finding))
-    return replace(cleared, solution=replace(cleared.solution, toolpath=told))
+def _with_note(cleared: Cleared, message: str) -> Cleared:
+    """Add a note on what became of the free starts."""
+    finding = Finding(Severity.NOTE, "free-start", message, cleared.solution.toolpath.place(0))
+    return replace(cleared, solution=add_findings(cleared.solution, finding))

@@ -1,7 +1,8 @@
-"""What a job file may hold: every field told from the model itself, and a commented file to begin with."""
+"""Explain job files from their model: every field with its meaning, and a commented starter file."""
 
 from __future__ import annotations
 
+import inspect
 import json
 import re
 from collections.abc import Iterator, Mapping
@@ -12,13 +13,13 @@ from typing import Any, Literal, get_args, get_origin
 
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
-from pydantic_core import PydanticUndefined
 
 from fiveaxis.errors import SettingError
 from fiveaxis.files import write_atomically
-from fiveaxis.job.description import COMBINE, COMBINE_WAYS, LARGEST_SWEEP, SWEEP, Job
+from fiveaxis.job.description import COMBINATIONS, COMBINE, LARGEST_SWEEP, SWEEP, Job
+from fiveaxis.settings import models_in
 
-# What a description says about the unit, between commas: the longest first.
+# Units as descriptions write them, at their start or after a comma; the longest first.
 _UNIT = re.compile(
     r"(?:^|, )(mm and deg|mm/min|deg/mm|deg/min|rev/min|J/mm|J/rad2|N/mm2|N/mm|kg of CO2 per kWh|deg|mm|kg|W)"
     r"(?=$|[,;.: ])"
@@ -26,9 +27,9 @@ _UNIT = re.compile(
 _BOUNDS = {"gt": ">", "ge": ">=", "lt": "<", "le": "<="}
 _PLAIN = {float: "number", int: "whole number", bool: "true or false", str: "text", Path: "file"}
 
-# Fields that a new job file sets: what nobody can guess for the user stands there to be changed.
+# Fields that a new job file sets, for the user to change.
 SET = {"input": "part.stl", "machine": "hayashi-640123", "tool": "ball:10", "tilt": [15, 75]}
-# What a field without a default, or with an empty one, may look like.
+# Examples for fields without a default, or with an empty one.
 EXAMPLES: Mapping[str, Any] = {
     "cone": 20,
     "lead": [0, 10],
@@ -87,14 +88,14 @@ EXAMPLES: Mapping[str, Any] = {
     "setup.search.z": [0, 50],
     "setup.search.angle": [-180, 180],
 }
-# What a sweep looks like; a file with one is for `fiveaxis batch` alone.
+# An example of a sweep; a file with one is for `fiveaxis batch` alone.
 SWEEP_EXAMPLE = (
     f"[{SWEEP}]",
     f'{COMBINE} = "product"',
     "tilt = [[15, 75], [30, 60]]",
     '"setup.offset" = [[0, 0, 0], [0, 0, 50]]',
 )
-# Tables of which a list holds one kind each: the example shows one of the kinds.
+# A fixture is one of several kinds: the example shows one of them.
 LEFT_OUT = ("fixture.cylinder", "fixture.mesh", "fixture.scale", "fixture.box.size", "fixture.box.center")
 
 
@@ -104,11 +105,11 @@ class Entry:
 
     Parameters
     ----------
-    key : as TOML users write it, ``plan.stepdown``
-    kind : what it must be, bounds included
+    key : as in TOML, ``plan.stepdown``
+    kind : type of its value, with bounds
     unit : of its numbers; empty where it has none
-    default : in TOML's words; None where it must be given, ``""`` where it is left open
-    description : what it says
+    default : as in TOML; None where it must be given, ``""`` where there is none
+    description : its meaning
     is_table, is_list : whether it is a table of further fields, and whether there may be several
     """
 
@@ -132,27 +133,26 @@ class Entry:
 
 
 def list_entries(model: type[BaseModel] = Job, above: str = "") -> list[Entry]:
-    """Tell every field of a job file, tables after the fields beside them.
+    """List the fields of a settings file, tables after the plain fields.
 
     Parameters
     ----------
-    model : whose fields
-    above : key of the table that they stand in
+    model : of the file
+    above : key of the table that the fields belong to
     """
-    told = [(_entry(name, field, model, above), field) for name, field in model.model_fields.items()]
-    plain = [entry for entry, _ in told if not entry.is_table]
+    every = [(_entry(name, field, model, above), field) for name, field in model.model_fields.items()]
+    plain = [entry for entry, _ in every if not entry.is_table]
     tables = [
         part
-        for entry, field in told
+        for entry, field in every
         if entry.is_table
-        for part in (entry, *list_entries(_models_in(field.annotation)[0], entry.key))
+        for part in (entry, *list_entries(models_in(field.annotation)[0], entry.key))
     ]
     return [*plain, *tables, *(_sweep_entries() if model is Job else ())]
 
 
 def _sweep_entries() -> list[Entry]:
-    """Tell the table that makes many jobs of a file; it varies the job's fields and isn't one of them."""
-    ways = " | ".join(json.dumps(way) for way in COMBINE_WAYS)
+    """List the table that makes many jobs of one file; it isn't a field of the job's model."""
     return [
         Entry(
             SWEEP,
@@ -165,35 +165,35 @@ def _sweep_entries() -> list[Entry]:
         ),
         Entry(
             f"{SWEEP}.{COMBINE}",
-            ways,
+            " | ".join(map(json.dumps, COMBINATIONS)),
             "",
             "",
-            "how several lists are combined: each value with each, or the first with the first and so on; "
-            "must be given where there are several",
+            "how several lists are combined: every value with every other, or the first with the first and "
+            "so on; required with several lists",
         ),
         Entry(
             f"{SWEEP}.KEY",
             "list of values",
             "",
             "",
-            "any field of a job by its key, one job for each value; one of a table with a dot and in quotes, "
+            "any field of a job, one job per value; the key of a table's field has a dot and quotes, "
             '"setup.offset"',
         ),
     ]
 
 
 def write_starter(path: Path) -> Path:
-    """Write a job file to begin with: every field there, those that nobody needs as comments.
+    """Write a starter job file with every field, the optional ones as comments.
 
     Raises
     ------
     SettingError
-        There is a file of that name; it can't be written.
+        The file exists, or can't be written.
     """
     if path.suffix.lower() != ".toml":
         raise SettingError("a job file's name ends in .toml", file=path)
     if path.exists():
-        raise SettingError("is there already and stays as it is; name another file, or move it", file=path)
+        raise SettingError("exists already and isn't overwritten; name another file, or move it", file=path)
     return write_atomically(path, starter_text())
 
 
@@ -201,8 +201,8 @@ def starter_text() -> str:
     """Compose a job file that is valid as soon as its input exists."""
     lines = [
         "# A job of fiveaxis: `fiveaxis optimise THIS_FILE -o FOLDER`.",
-        "# Files are named as seen from this file. Take away a # to set a field; what follows it is the",
-        "# default, or an example where there is none. `fiveaxis job --explain` tells them all.",
+        "# Paths are relative to this file. Remove a # to set a field; the value shown is the default, or an",
+        "# example where there is none. `fiveaxis job --explain` explains every field.",
     ]
     return "\n".join([*lines, *_starter_lines()]) + "\n"
 
@@ -215,75 +215,59 @@ def _starter_lines() -> Iterator[str]:
         if entry.is_table and entry.key not in EXAMPLES:
             yield f"\n# {entry.description}" if entry.description else ""
             if entry.key == SWEEP:
-                yield "# The whole file is for a batch then:"
+                yield "# With a sweep the file is for `fiveaxis batch`:"
                 yield from (f"#   {line}" for line in SWEEP_EXAMPLE)
                 return
             yield f"# [[{entry.key}]]" if entry.is_list else f"# [{entry.key}]"
             continue
-        name, value = entry.key.rpartition(".")[2], _shown_value(entry)
-        if entry.key in SET:
-            yield f"{name} = {value}  # {_remark(entry)}"
-        else:
-            yield f"# {name} = {value}  # {_remark(entry)}"
-
-
-def _shown_value(entry: Entry) -> str:
-    if entry.key in SET:
-        return to_toml(SET[entry.key])
-    return to_toml(EXAMPLES[entry.key]) if entry.key in EXAMPLES else entry.default or '""'
-
-
-def _remark(entry: Entry) -> str:
-    parts = [entry.description, entry.unit]
-    if "|" in entry.kind:
-        parts.append(entry.kind)
-    return "; ".join(part for part in parts if part)
+        examples = {**SET, **EXAMPLES}
+        value = to_toml(examples[entry.key]) if entry.key in examples else entry.default or '""'
+        parts = (entry.description, entry.unit, entry.kind if "|" in entry.kind else "")
+        sign = "" if entry.key in SET else "# "
+        yield f"{sign}{entry.key.rpartition('.')[2]} = {value}  # {'; '.join(filter(None, parts))}"
 
 
 def _entry(name: str, field: FieldInfo, model: type[BaseModel], above: str) -> Entry:
-    text = field.description or _from_docstring(name, model) or _about(_models_in(field.annotation))
+    models = models_in(field.annotation)
+    about = (models[0].__doc__ or "").strip().partition("\n")[0] if models else ""
+    text = field.description or _from_docstring(name, model) or about
     found = _UNIT.search(text) or (None if field.description is None else _UNIT.search(model.__doc__ or ""))
-    unit = found[1] if found else ""
-    said = _UNIT.sub("", text, count=1).lstrip(",;: ") if found else text
-    models = _models_in(field.annotation)
+    without_unit = _UNIT.sub("", text, count=1).lstrip(",;: ") if found else text
     return Entry(
         key=f"{above}.{name}" if above else name,
         kind=_kind(field.annotation, field.metadata),
-        unit="" if models or not _has_numbers(field.annotation) else unit,
+        unit="" if models or not found or not _has_numbers(field.annotation) else found[1],
         default=_default(field, bool(models)),
-        description=(text if models or not said else said).removesuffix("."),
+        description=(text if models else without_unit or text).removesuffix("."),
         is_table=bool(models),
         is_list=bool(models) and _is_list(field.annotation),
     )
 
 
 def _default(field: FieldInfo, is_table: bool) -> str | None:
-    if field.default is PydanticUndefined:
+    if field.is_required():
         return None
-    return "" if is_table or field.default is None else to_toml(field.default)
+    value = field.get_default(call_default_factory=True)
+    return "" if is_table or value is None else to_toml(value)
 
 
 def _from_docstring(name: str, model: type[BaseModel]) -> str:
-    """Find what a model's docstring says under a parameter's name."""
-    for line in (model.__doc__ or "").splitlines():
-        names, separator, text = line.partition(" : ")
-        if separator and name in (part.strip() for part in names.split(",")):
-            return text.strip().replace("``", "")
+    """Find the text of a parameter in a model's numpydoc docstring."""
+    _, _, parameters = inspect.getdoc(model).partition("----------\n")  # type: ignore[union-attr]
+    for names, text in re.findall(r"^(\w[\w, ]*) : (.*(?:\n[ \t]+.*)*)", parameters, re.MULTILINE):
+        if name in names.split(", "):
+            return " ".join(text.split()).replace("``", "")
     return ""
 
 
-def _about(models: list[type[BaseModel]]) -> str:
-    return (models[0].__doc__ or "").strip().splitlines()[0] if models else ""
-
-
 def _kind(annotation: Any, metadata: list[Any]) -> str:
-    """Say what a value must be, as people who write TOML say it."""
+    """Return the type of a value in the words of TOML users."""
     parts = [part for part in get_args(annotation) if part is not NoneType]
     if NoneType in get_args(annotation):
         return _kind(parts[0], metadata)
     if get_origin(annotation) is Literal:
         return " | ".join(json.dumps(part) for part in parts)
-    if _models_in(annotation):
+    if models_in(annotation):
         return "list of tables" if _is_list(annotation) else "table"
     if get_origin(annotation) is tuple:
         inner = [_kind(part, []) for part in parts if part is not Ellipsis]
@@ -308,18 +292,13 @@ def _is_list(annotation: Any) -> bool:
     return Ellipsis in get_args(annotation) or any(_is_list(part) for part in get_args(annotation))
 
 
-def _models_in(annotation: Any) -> list[type[BaseModel]]:
-    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-        return [annotation]
-    return [found for part in get_args(annotation) for found in _models_in(part)]
-
-
 def to_toml(value: Any) -> str:
     """Write a value on one line of TOML."""
     if isinstance(value, Mapping):
         inner = ", ".join(f"{key} = {to_toml(item)}" for key, item in value.items())
         return f"{{ {inner} }}" if inner else "{}"
-    if isinstance(value, list | tuple):
+    if isinstance(value, list | tuple | frozenset):
+        value = sorted(value) if isinstance(value, frozenset) else value
         return f"[{', '.join(map(to_toml, value))}]"
     if isinstance(value, float) and value.is_integer():
         return str(int(value))

@@ -1,11 +1,11 @@
-"""What a job names, loaded: machine, path or planned passes, engagement, and what stands around."""
+"""Load what a job names (machine, path or planned passes, engagement, surroundings), and list its files."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from fiveaxis.collision import Surroundings
 from fiveaxis.contour import (
@@ -18,11 +18,15 @@ from fiveaxis.contour import (
 )
 from fiveaxis.energy import Cut, CuttingCoefficients, EndMill, Factors, Process
 from fiveaxis.errors import JobError, SettingError, ToolError
-from fiveaxis.job.description import Job
+from fiveaxis.job.description import TOOL_FILE, Job
 from fiveaxis.job.reading import require_input
 from fiveaxis.machine import Machine, load_machine
+from fiveaxis.machine.bodies import MeshShape
+from fiveaxis.machine.files import find_machine
 from fiveaxis.mesh import SUFFIXES as MESH_SUFFIXES
-from fiveaxis.nc import read_toolpath
+from fiveaxis.nc import find_dialect, read_toolpath
+from fiveaxis.report import describe_input
+from fiveaxis.settings import read_document
 from fiveaxis.toolpath import Tool, Toolpath, parse_tool
 from fiveaxis.toolpath.passes import Passes
 
@@ -30,20 +34,20 @@ Progress = Callable[[str, int, int], None]
 
 
 def load_job_machine(job: Job) -> Machine:
-    """Load a job's machine as the job uses it: setup, tool length, drives of another machine if it says so.
+    """Load a job's machine with the job's setup, tool length, load and drives.
 
     Raises
     ------
     JobError
-        No machine; one that doesn't hold the tool along Z, and no tool length.
+        No machine; no tool length for a machine that doesn't hold the tool along Z.
     """
     if job.machine is None:
-        raise JobError("--machine is missing; write a name (`fiveaxis machines`), a .toml or an .ini file")
+        raise JobError("--machine is missing; give a name (`fiveaxis machines`), a .toml or an .ini file")
     machine = load_machine(job.machine)
     if job.tool_length is None and not machine.length_is_along_z:
         raise JobError(
             f"machine {machine.name!r} doesn't always hold the tool along Z, so the other axes depend on the "
-            "tool's length: give tool_length, mm from the spindle's gauge point to the tip (--tool-length)"
+            "tool's length; give tool_length, mm from the spindle's gauge point to the tip (--tool-length)"
         )
     machine = machine.with_setup(job.setup.offset, job.setup.rotation)
     machine = machine.with_tool_length(job.tool_length or 0.0)
@@ -52,51 +56,45 @@ def load_job_machine(job: Job) -> Machine:
     return machine if job.drives is None else machine.with_drives_of(load_machine(job.drives))
 
 
-def load_process(job: Job, tool: Tool) -> Process | None:
-    """Make the engagement of a job's cut with the path's tool; None where it doesn't say.
+def load_process(job: Job, tool: Tool, feed: float) -> Process | None:
+    """Make the engagement of a job's cut; None where the job gives none.
+
+    Parameters
+    ----------
+    tool : of the path
+    feed : mm/s, highest of the path
 
     Raises
     ------
     JobError
-        An engagement that can't be.
+        An impossible engagement.
     """
     table = job.process
     if table is None:
         return None
-    edge = table.tangential_edge
     shape: Literal["ball", "flat"] = "ball" if tool.cutter.shape == "ball" else "flat"
     if tool.cutter.shape != shape:
-        raise JobError(f"process: cutting forces are known for ball and flat ends, and the tool is {tool}")
+        raise JobError(
+            f"process: cutting forces are known for ball and flat end mills only; the tool is {tool}"
+        )
     try:
-        return Process(
+        process = Process(
             mill=EndMill(shape, tool.diameter, table.teeth, math.radians(table.helix)),
             depth=table.depth,
             width=table.width,
             spindle=table.spindle_rpm * 2.0 * math.pi / 60.0,
-            coefficients=CuttingCoefficients(table.tangential, tangential_edge=edge),
+            coefficients=CuttingCoefficients(table.tangential, tangential_edge=table.tangential_edge),
             basis=table.basis,
             source=table.source,
         )
+        Cut(process.mill, process.depth, process.width, feed, process.spindle)  # checks it
     except (SettingError, ToolError) as fault:
         raise JobError(f"process: {fault.message}") from None
-
-
-def require_cut(process: Process, feed: float) -> None:
-    """Refuse, before any work, an engagement that can't be at the path's highest feed, mm/s.
-
-    Raises
-    ------
-    JobError
-        What the cut says against it.
-    """
-    try:
-        Cut(process.mill, process.depth, process.width, feed, process.spindle)
-    except (SettingError, ToolError) as fault:
-        raise JobError(f"process: {fault.message}") from None
+    return process
 
 
 def load_factors(job: Job) -> Factors | None:
-    """Give a job's price and emission of a kWh; None where it doesn't say."""
+    """Return a job's price and emission of a kWh; None where it gives none."""
     table = job.factors
     return None if table is None else Factors(table.price, table.currency, table.co2)
 
@@ -107,13 +105,13 @@ def load_job_toolpath(job: Job, progress: Progress | None = None) -> Toolpath:
     Raises
     ------
     JobError
-        No such file, an unknown suffix, or a setting that the input has no use for.
+        No such file, an unknown suffix, or a setting that the input doesn't use.
     """
     return load_job_passes(job, progress)[0]
 
 
 def load_job_passes(job: Job, progress: Progress | None = None) -> tuple[Toolpath, Passes | None]:
-    """Load a job's path as `load_job_toolpath` does, with its passes where it is planned."""
+    """Load a job's path as `load_job_toolpath` does, and its passes if it is planned."""
     require_input(job.input)
     tool = None if job.tool is None else parse_tool(job.tool)
     if is_mesh(job.input):
@@ -128,11 +126,14 @@ def read_path(job: Job, tool: Tool | None) -> Toolpath:
     Raises
     ------
     JobError
-        A setting that only a mesh has a use for.
+        A setting that only planning on a mesh uses.
     """
-    laid = sorted(job.plan.model_fields_set)
-    if laid:
-        raise JobError(f"{', '.join(laid)} would plan passes on a mesh, and this is none", file=job.input)
+    planning = sorted(job.plan.model_fields_set)
+    if planning:
+        raise JobError(
+            f"{', '.join(planning)} is for planning on a mesh, and the input is none; leave it out",
+            file=job.input,
+        )
     toolpath = read_toolpath(
         job.input,
         tool=tool,
@@ -153,27 +154,29 @@ def read_path(job: Job, tool: Tool | None) -> Toolpath:
 
 
 def program_machine(job: Job) -> Machine | None:
-    """Load the machine that an input program was written for: bare, as its words know no setup of the job."""
+    """Load the machine that an input program was written for, without the job's setup."""
     name = job.program.machine or job.machine
     return None if name is None else load_machine(name)
 
 
 def plan_mesh(job: Job, tool: Tool | None, progress: Progress | None) -> Plan:
-    """Lay passes on a job's mesh.
+    """Plan passes on a job's mesh.
 
     Raises
     ------
     JobError
-        No tool, or a setting that a mesh has no use for.
+        No tool, or a setting that planning on a mesh doesn't use.
     """
     if tool is None:
-        raise JobError("tool is missing: passes on a mesh need one; give for example ball:10", file=job.input)
+        raise JobError("tool is missing: planning on a mesh needs one; give e.g. ball:10", file=job.input)
     foreign = sorted(job.model_fields_set & {"unit", "columns"}) + ["program"] * bool(
         job.program.model_fields_set
     )
     if foreign:
         raise JobError(
-            f"{', '.join(foreign)} is for lists of locations and programs; a mesh is in mm", file=job.input
+            f"{', '.join(foreign)} is for lists of locations and programs, and the input is a mesh; leave it "
+            "out",
+            file=job.input,
         )
     step = None if progress is None else lambda done, total: progress("plan", done, total)
     feed = 1000.0 if job.feed is None else job.feed
@@ -195,12 +198,12 @@ def measure_plan(job: Job, toolpath: Toolpath) -> PlanReport:
 
 
 def is_mesh(path: Path) -> bool:
-    """Tell by the suffix whether an input is a mesh."""
+    """Check by its suffix whether an input is a mesh."""
     return path.suffix.lower() in MESH_SUFFIXES
 
 
 def load_surroundings(job: Job) -> Surroundings:
-    """Load what stands around a job's tool: part, stock and fixtures.
+    """Load a job's part, stock and fixtures.
 
     Raises
     ------
@@ -214,5 +217,59 @@ def load_surroundings(job: Job) -> Surroundings:
 
 
 def part_of(job: Job) -> Path | None:
-    """Name the part's mesh: the one given, else the one planned on."""
+    """Return the file of the part's mesh: the given one, else the one that passes are planned on."""
     return job.part or (job.input if is_mesh(job.input) else None)
+
+
+def describe_inputs(job: Job) -> list[dict[str, Any]]:
+    """Describe all files of a job by name, hash and size, each once, with its uses.
+
+    Raises
+    ------
+    InputError
+        A file can't be read.
+    """
+    uses: dict[Path, list[str]] = {}
+    for use, path in input_files(job):
+        uses.setdefault(path, []).append(use)
+    return [describe_input(path) | {"used_as": ", ".join(names)} for path, names in uses.items()]
+
+
+def input_files(job: Job) -> Iterator[tuple[str, Path]]:
+    """Yield use and path of the files that a job names, and of those that these name.
+
+    Raises
+    ------
+    MachineError, SettingError
+        A machine, or a control table, that can't be read.
+    """
+    if job.file is not None:
+        yield "job", job.file
+    files = {"input": job.input, "part": job.part, "stock": job.stock}
+    files |= {f"fixture.{i}": fixture.file for i, fixture in enumerate(job.fixture)}
+    if job.tool is not None and job.tool.lower().endswith(TOOL_FILE):
+        files["tool"] = Path(job.tool)
+    yield from ((use, path) for use, path in files.items() if path is not None)
+    if job.control.lower().endswith(TOOL_FILE):
+        find_dialect(job.control)  # refuses tables that are based on each other
+        yield from (("control", path) for path in _tables(Path(job.control)))
+    machines = {"machine": job.machine, "drives": job.drives, "program.machine": job.program.machine}
+    for use, name in machines.items():
+        if name is not None:
+            yield from ((f"{use}.{inner}", path) for inner, path in _machine_files(name))
+
+
+def _tables(path: Path) -> Iterator[Path]:
+    """Yield a control table, and those that it is based on."""
+    yield path
+    based_on = read_document(path, SettingError)[1].get("based_on", "")
+    if str(based_on).lower().endswith(TOOL_FILE):
+        yield from _tables(path.parent / based_on)
+
+
+def _machine_files(name: str) -> Iterator[tuple[str, Path]]:
+    """Yield a machine's file and the meshes of its bodies."""
+    yield "file", find_machine(name)
+    for number, body in enumerate(load_machine(name).bodies):
+        if isinstance(body.shape, MeshShape):
+            yield f"body.{number}", Path(body.shape.file)

@@ -1,8 +1,8 @@
-"""A motion or a program, written for a control: the same way to a program as from postures."""
+"""Write a motion, or a program of another control, for a control; verified like the program of a solution."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
@@ -12,19 +12,19 @@ import numpy as np
 from fiveaxis.collision import Surroundings
 from fiveaxis.errors import SettingError, ToolpathError
 from fiveaxis.findings import Finding
-from fiveaxis.job.against import NOTHING, Against
-from fiveaxis.job.checked_program import MOTION_SUFFIX, POINT, in_time, load_text, tool_path
 from fiveaxis.job.program import (
     Header,
     MadeProgram,
     ProgramOptions,
+    Verdict,
+    compose_verified,
     expected_text,
     make_program,
-    release,
 )
 from fiveaxis.job.release import Gate, require_report
 from fiveaxis.job.solution import Solution
-from fiveaxis.job.verifying import ProgramCheck
+from fiveaxis.job.traced_program import MOTION_SUFFIX, load_text, trace_tool, with_feeds_of
+from fiveaxis.job.verifying import NOTHING, Against, ProgramCheck
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Interpolation, Motion, ProgramMotion, located, respaced
 from fiveaxis.nc import (
@@ -46,13 +46,13 @@ from fiveaxis.verification.report import make_report
 
 @dataclass(frozen=True, eq=False)
 class Posted:
-    """A program written anew.
+    """A program that was made of a motion or of another program.
 
     Parameters
     ----------
     motion : that was read
-    made : the program, and what verification found in its text
-    path : its file; None where none was asked for
+    made : the new program, and what verification found in its text
+    path : its file; None where none was written
     """
 
     motion: Motion
@@ -66,7 +66,7 @@ class Posted:
 
     @property
     def findings(self) -> tuple[Finding, ...]:
-        """What reading and writing assumed or left out."""
+        """What was assumed or left out while reading and writing."""
         read = self.motion.findings if isinstance(self.motion, ReadMotion) else ()
         return (*read, *self.made.findings)
 
@@ -91,7 +91,7 @@ def post_program(
     block_delete: bool = False,
     wrap: Wrap | None = None,
 ) -> Posted:
-    """Read a motion and write it for a control, in the same way in which a solution becomes a program.
+    """Read a motion and write it for a control, as a solution becomes a program.
 
     Parameters
     ----------
@@ -100,8 +100,9 @@ def post_program(
     output : the new program's file; by default none is written
     control, coordinates, winding, settings, thin, override : as for `Solution.program`
     against : path, tool, part and constraints that the new program's text is verified against. Where a
-        motion's table has the rows of the path, blocks are inserted and removed as for a solution
-    unverified : whether a program that nothing verifies may be written to `output`; its header says so
+        motion's table has a row for each location of the path, blocks are inserted and removed as for a
+        solution
+    unverified : whether a program may be written that there is nothing to verify against; its header says so
     unit, start, program_zero, rapid_mm_min, block_delete, wrap : of the source, as for `read_program`
 
     Raises
@@ -112,7 +113,6 @@ def post_program(
         As `read_motion`, `read_program` and `compose_program`; a file that can't be written.
     """
     source = Path(source)
-    settings = settings or ProgramSettings()
     described = describe_input(source)
     if source.suffix.lower() == MOTION_SUFFIX:
         motion: Motion = read_motion(source, machine, source_is_table=True)
@@ -127,15 +127,10 @@ def post_program(
             block_delete=block_delete,
             wrap=wrap,
         )
-    options = ProgramOptions(
-        control=control,
-        coordinates=coordinates,
-        winding=winding,
-        settings=settings,
-        thin=thin,
-        override=tuple(override),
-        header={"source": f"{described['name']} sha256 {described['sha256'][:16]}"},
-    ).named((source if output is None else Path(output)).stem)
+    header = {"source": f"{described['name']} sha256 {described['sha256'][:16]}"}
+    settings = settings or ProgramSettings()
+    options = ProgramOptions(control, coordinates, winding, settings, thin, tuple(override), header)
+    options = options.named((source if output is None else Path(output)).stem)
     try:
         made = make_of_motion(motion, machine, options, against)
     except ToolpathError as fault:  # its line is one of the source
@@ -168,17 +163,18 @@ def write_program(
 ) -> Path:
     """Write a solution, or a motion along a path, as an NC program; the file appears whole or not at all.
 
-    The program's text is read back and verified before it is written; a solution says itself against what.
+    The program's text is read back and verified before it is written; a solution brings what it is verified
+    against.
 
     Parameters
     ----------
-    source : what `optimise` gave, or a motion
+    source : what `optimise` returned, or a motion
     path : the program's file
     machine : whose axes a motion has; a solution brings its own
     control, coordinates, winding, settings, thin, header, override : as for `Solution.program`
     toolpath, tool, surroundings, constraints : what a motion's program is verified against
     gouge_tolerance : mm, how deep the cutter may reach into the part
-    report : on the motion, of `verify`: its errors count beside those of the text
+    report : of `verify`, on the motion; its errors count beside those of the text
     unverified : whether a motion that there is nothing to verify against may be written; the header says so
 
     Returns
@@ -194,15 +190,9 @@ def write_program(
     FiveAxisError
         As `compose_program`.
     """
-    options = ProgramOptions(
-        control=control,
-        coordinates=coordinates,
-        winding=winding,
-        settings=settings or ProgramSettings(),
-        thin=thin,
-        override=tuple(override),
-        header=header,
-    ).named(Path(path).stem)
+    settings = settings or ProgramSettings()
+    options = ProgramOptions(control, coordinates, winding, settings, thin, tuple(override), header)
+    options = options.named(Path(path).stem)
     if isinstance(source, Solution):
         if any(value is not None for value in (machine, toolpath, tool, surroundings, constraints)):
             raise SettingError(
@@ -225,11 +215,11 @@ def write_program(
 def make_of_motion(
     motion: Motion, machine: Machine, options: ProgramOptions, against: Against = NOTHING
 ) -> MadeProgram:
-    """Make the program of a motion, verified as far as there is something to hold it against.
+    """Make the program of a motion, verified as far as there is something to verify it against.
 
     A motion with a row for each location of a path becomes a program as a solution does. Between the rows of
-    any other table the tool's centre goes straight (the tip, where nobody names the tool); between the
-    blocks of a program that was read all axes run linearly.
+    any other table the tool's centre moves in a straight line (the tip, without a tool); between the blocks
+    of a program that was read all axes run linearly.
 
     Raises
     ------
@@ -238,8 +228,8 @@ def make_of_motion(
     """
     require_motion(motion, machine)
     if isinstance(motion, ReadMotion):
-        return _made_of_program(motion, machine, options, against)
-    path = against.leaning_path
+        return _make_of_program(motion, machine, options, against)
+    path = against.zoned_path
     path = path if path is None else located(path, motion)
     if path is not None and len(path) == len(motion):
         along = replace(motion, kind=path.kind, feed=path.feed)
@@ -252,7 +242,7 @@ def make_of_motion(
             around=against.surroundings,
             tolerances=against.tolerances,
         )
-    own = in_time(tool_path(motion, machine, against.cutter or Tool.ball(POINT), "motion"), machine, motion)
+    own = with_feeds_of(motion, trace_tool(motion, machine, against.cutter, "motion"), machine)
     return make_program(
         motion,
         machine,
@@ -261,40 +251,40 @@ def make_of_motion(
         options,
         around=against.surroundings,
         tolerances=against.tolerances,
-        verdict=None if against.is_nothing else _check_of(against, machine),
+        verdict=None if against.is_nothing else _verdict_of(against, machine),
         unverified=against.is_nothing,
     )
 
 
-def _made_of_program(
+def _make_of_program(
     motion: ReadMotion, machine: Machine, options: ProgramOptions, against: Against
 ) -> MadeProgram:
-    """Write the motion of a program anew; it ends where its author let it end."""
+    """Make a program of the motion of another one; it ends where that one ends."""
     wording = options.wording(machine)
     blocks = respaced(motion, machine) if wording.interpolation is Interpolation.TCP else motion
     planned = ProgramMotion.around(
         blocks, machine, wording.interpolation, lead_out=np.zeros(len(motion.letters))
     )
     if against.is_nothing:
-        return release(planned, wording, options, None)
-    check = _check_of(against, machine)
+        return compose_verified(planned, wording, options, None)
+    check = _verdict_of(against, machine)
 
-    def verdict(back: ReadBack, draft: Program) -> Report:
+    def verdict(back: ReadBack, draft: Program) -> Sequence[Report]:
         rows = np.clip(back.end, 0, len(back.read) - 1)
         results = check_text(back, rows, expected_text(draft, wording, options.settings))
-        path = tool_path(back.read, machine, against.cutter, "program")
-        return make_report(results, path, ()).merge(check(back, draft), back.unsaid())
+        path = trace_tool(back.read, machine, against.cutter, "program")
+        return make_report(results, path, ()), *check(back, draft)
 
-    return release(planned, wording, options, verdict)
+    return compose_verified(planned, wording, options, verdict)
 
 
-def _check_of(against: Against, machine: Machine) -> Callable[[ReadBack, Program], Report]:
-    """Make what checks a text as `verify_program` does a file."""
+def _verdict_of(against: Against, machine: Machine) -> Verdict:
+    """Return the function that checks a text as `verify_program` checks a file."""
+    check = ProgramCheck(machine, against, against.tolerances)
 
-    def verdict(back: ReadBack, draft: Program) -> Report:
+    def verdict(back: ReadBack, draft: Program) -> Sequence[Report]:
         read = load_text(draft, machine, {}, back.planned.motion.positions[:1], against.cutter)
-        check = ProgramCheck.of(machine, against)
-        # Whose motion it is has been said: that of the text, in other rows.
-        return replace(check.report(read), about=None)
+        # The report it is merged with is about the same motion, in other rows.
+        return (replace(check.report(read), about=None),)
 
     return verdict

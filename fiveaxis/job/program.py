@@ -1,4 +1,4 @@
-"""One way from postures to a program: planned, written, read back, verified, and let out or not."""
+"""From postures to a program: planned, written, read back, verified, and released or kept back."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from fiveaxis.errors import FiveAxisError, ToolpathError, Unverified
 from fiveaxis.files import write_atomically
 from fiveaxis.findings import Finding
 from fiveaxis.geometry import IntArray
-from fiveaxis.job.checked_program import load_text
-from fiveaxis.job.planned import PlannedProgram, may_thin, plan_program
+from fiveaxis.job.planned_program import PlannedProgram, may_thin, plan_program
 from fiveaxis.job.release import Gate
+from fiveaxis.job.traced_program import load_text
 from fiveaxis.kinematics import tool_poses
 from fiveaxis.machine import Machine
 from fiveaxis.motion import AXIS_TOLERANCE, PATH_TOLERANCE, Fill, Motion, ProgramMotion
@@ -49,12 +49,12 @@ from fiveaxis.verification import (
 
 logger = logging.getLogger(__name__)
 
-# mm: a motion whose tool passes its path's locations farther off belongs to another path.
+# mm: a motion whose tool passes a location of a path at a larger distance belongs to another path.
 BELONGS = 0.05
 Header = Mapping[str, str]
-# Verifies what a text says, beside the motion that it was written for.
-Verdict = Callable[[ReadBack, Program], Report]
-# Said by the writer where the control's F can't say a block's duration.
+# Verifies a text beside the motion that it was written for; its reports are merged to one.
+Verdict = Callable[[ReadBack, Program], Sequence[Report]]
+# Findings of the writer where the control's F can't express a block's duration.
 COARSE = ("feed-floor", "feed-rounded")
 
 
@@ -64,11 +64,11 @@ class ProgramOptions:
 
     Parameters
     ----------
-    control : name of a dialect, or the path of a table of one's own
+    control : name of a dialect, or the path of a control table
     coordinates, winding, settings : as for `compose_program`
     thin : whether redundant blocks are removed
     override : codes of errors that are accepted
-    header : name and value of comments
+    header : comments by name
     """
 
     control: str | Path = "linuxcnc"
@@ -80,7 +80,7 @@ class ProgramOptions:
     header: Header | None = None
 
     def wording(self, machine: Machine) -> Wording:
-        """Check that the control can write a machine's motions so; how places become its words.
+        """Check that the control can write a machine's motions so; return how positions become its words.
 
         Raises
         ------
@@ -90,7 +90,7 @@ class ProgramOptions:
         return require_program(machine, self.control, self.coordinates, self.winding, self.settings)
 
     def named(self, name: str) -> ProgramOptions:
-        """Give the program a name, where the settings give none."""
+        """Name the program, unless the settings do."""
         if self.settings.name is not None:
             return self
         return replace(self, settings=self.settings.model_copy(update={"name": name[:60] or None}))
@@ -98,17 +98,17 @@ class ProgramOptions:
 
 @dataclass(frozen=True, eq=False)
 class MadeProgram:
-    """A program that was planned, written, read back and, where that is possible, verified.
+    """A program that was planned, written, read back and, if there is something to verify against, verified.
 
     Parameters
     ----------
     machine : on which it runs
     text : its blocks, with the verdict in the header
-    motion : every move of it
-    gate : the report on the text, and what of it keeps the program back
-    run_time : how long the control takes for it, from its first move that the text places
+    motion : its moves
+    gate : the report on the text, and which errors keep the program back
+    run_time : how long the control takes for it, from the first move whose start the text states
     fill : the locations that the path's blocks stand for; None for a motion without a path
-    held_back : codes of errors for whose sake redundant blocks stay; empty where they don't
+    held_back : codes of the errors because of which redundant blocks stay; empty where they are removed
     """
 
     machine: Machine
@@ -131,11 +131,11 @@ class MadeProgram:
 
     @property
     def findings(self) -> tuple[Finding, ...]:
-        """What writing assumed, and codes that are accepted without need."""
+        """What was assumed while writing, and accepted codes that didn't occur."""
         return (*self.text.findings, *self.gate.unused)
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the program's figures as plain data for JSON."""
+        """Return the figures as plain data for JSON."""
         blocks = self.motion.blocks
         figures: dict[str, Any] = {"blocks": len(blocks), "lines": len(self.text.lines)}
         if self.fill is not None:
@@ -164,7 +164,7 @@ class MadeProgram:
 
         Parameters
         ----------
-        unverified : whether a program may be written that nobody has verified; its header says so
+        unverified : whether an unverified program may be written; its header says so
 
         Raises
         ------
@@ -189,9 +189,9 @@ def make_program(
     verdict: Verdict | None = None,
     unverified: bool = False,
 ) -> MadeProgram:
-    """Make the program of a motion along a path, and verify what its text says.
+    """Make the program of a motion along a path, and verify its text.
 
-    Redundant blocks are removed where the text that is left passes every check that it passes with them.
+    Redundant blocks are removed if the text without them has no errors.
 
     Parameters
     ----------
@@ -199,8 +199,8 @@ def make_program(
     constraints : on postures and turns, in cuts also between locations
     around : part, stock and fixtures
     tolerances : from where on a difference is a finding
-    verdict : checks the text further
-    unverified : whether nothing is verified, since the path is nothing but the motion's own
+    verdict : further checks of the text
+    unverified : whether nothing is verified, since the path is only the motion's own
 
     Raises
     ------
@@ -214,7 +214,7 @@ def make_program(
     whole = plan_program(motion, toolpath, constraints, around, wording, options.settings, tolerances)
 
     def attempt(planned: PlannedProgram) -> MadeProgram:
-        def judge(back: ReadBack, draft: Program) -> Report:
+        def judge(back: ReadBack, draft: Program) -> Sequence[Report]:
             expected = expected_text(draft, wording, options.settings)
             found = verify_text(
                 back,
@@ -225,10 +225,9 @@ def make_program(
                 tolerances=tolerances,
                 expected=expected,
             )
-            more = () if verdict is None else (verdict(back, draft),)
-            return found.merge(planned.leads.report, back.unsaid(), *more)
+            return found, planned.leads.report, *(() if verdict is None else verdict(back, draft))
 
-        made = release(planned.motion, wording, options, None if unverified else judge)
+        made = compose_verified(planned.motion, wording, options, None if unverified else judge)
         return replace(made, fill=planned.fill)
 
     if not (options.thin and may_thin(wording)):
@@ -241,17 +240,17 @@ def make_program(
 
 
 def require_path(motion: Motion, machine: Machine, toolpath: Toolpath) -> None:
-    """Refuse a path that a motion doesn't follow, before anything is made of both.
+    """Raise unless a motion follows a path.
 
     Raises
     ------
     ToolpathError
-        Another number of locations, or a tool that passes them by.
+        Another number of locations, or a tool that misses them.
     """
     if len(motion) != len(toolpath):
         raise ToolpathError(
-            f"has {len(toolpath)} locations, and the motion has {len(motion)}: it belongs to another path; "
-            "give the one that it was made for",
+            f"the path has {len(toolpath)} locations and the motion {len(motion)}, so it belongs to another "
+            "path; give the path that it was made for",
             file=toolpath.name,
         )
     tip, axis = tool_poses(machine, motion.positions)
@@ -268,17 +267,17 @@ def require_path(motion: Motion, machine: Machine, toolpath: Toolpath) -> None:
         )
 
 
-def release(
+def compose_verified(
     motion: ProgramMotion,
     wording: Wording,
     options: ProgramOptions,
     verdict: Verdict | None,
 ) -> MadeProgram:
-    """Write a program's motion, read the text back, verify that, and put the verdict into its header.
+    """Write a program's motion, read the text back, verify it, and put the verdict into its header.
 
     Parameters
     ----------
-    verdict : verifies what the text says; None where there is nothing to hold it against
+    verdict : verifies the text; None where there is nothing to verify it against
 
     Raises
     ------
@@ -297,7 +296,7 @@ def release(
             winding=options.winding,
             settings=options.settings,
             verdict=notes,
-            # A verdict names all places beyond a travel; without one the first is refused.
+            # A verdict lists all positions beyond an axis's travel; without one the first is an error.
             beyond=verdict is not None,
         )
 
@@ -308,26 +307,27 @@ def release(
     back = read_back(draft, motion, wording)
     if verdict is None:
         return MadeProgram(machine, draft, motion, Gate.unverified(), run_time(back))
-    gate = Gate.of(verdict(back, draft), options.override)
+    found, *more = verdict(back, draft)
+    gate = Gate.of(found.merge(*more, back.unsaid()), options.override)
     text = compose(gate.notes)
-    # The header is comments; that the reader finds the same below it is looked at, not believed.
+    # The header is comments only; make sure that the rest reads the same.
     again = read_back(text, motion, wording)
     if not (
         np.array_equal(again.read.positions, back.read.positions)
         and np.array_equal(again.read.time, back.read.time)
     ):
-        raise Unverified("the program reads otherwise with its header than without; report this, please", [])
+        raise Unverified("the program reads differently with its header than without; please report this", [])
     logger.info("%s: %d rows, %d lines", text.control, len(motion), len(text.lines))
     return MadeProgram(machine, text, motion, gate, run_time(back))
 
 
 def read_back(text: Program, planned: ProgramMotion, wording: Wording) -> ReadBack:
-    """Read a program's own text, and lay it beside the motion that it was written for.
+    """Read a program's text back, beside the motion that it was written for.
 
     Raises
     ------
     Unverified
-        The text can't be read back, so nobody knows what it says.
+        The text can't be read back, so it can't be verified.
     """
     machine = wording.machine
     begin = planned.motion.positions[:1]
@@ -346,22 +346,22 @@ def read_back(text: Program, planned: ProgramMotion, wording: Wording) -> ReadBa
         read.tcp,
         read.spindle,
         owner,
-        by_angle=not read.assumes_angles,
+        by_angle=not read.by_control,
         assumed=read.findings,
     )
 
 
 def _owners(text: Program, lines: IntArray, planned: ProgramMotion) -> IntArray:
-    """Give the planned row that each row of the text is part of, (n,)."""
+    """Find the planned row that each row of the text belongs to, (n,)."""
     rows = np.array(text.rows)
     if (rows >= 0).any():
         return np.asarray(rows[lines - 1])
-    # A list of locations has one row for each.
+    # A list of locations has one row per location.
     return np.arange(len(lines)) + planned.first
 
 
 def _start(begin: np.ndarray, wording: Wording) -> dict[str, float]:
-    """Say where Z stands before the approach, in the control's sign and unit."""
+    """Return where Z stands before the approach, in the control's sign and unit."""
     machine = wording.machine
     if wording.coordinates != "axes" or "Z" not in machine.letters:
         return {}
@@ -370,7 +370,7 @@ def _start(begin: np.ndarray, wording: Wording) -> dict[str, float]:
 
 
 def expected_text(text: Program, wording: Wording, settings: ProgramSettings) -> ExpectedText:
-    """Say what a text must be like, beside its places: decimals, spindle."""
+    """Return what is expected of a text beside its positions: decimals, spindle."""
     number, unit = wording.dialect.number, MILLIMETRES[wording.unit]
     rpm, sense = settings.spindle_rpm, -1.0 if settings.spindle_direction == "left" else 1.0
     return ExpectedText(

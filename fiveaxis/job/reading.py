@@ -1,4 +1,4 @@
-"""From a file or from options to a `Job`."""
+"""Make a `Job` from a file or from options."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from fiveaxis.errors import InputError, JobError
-from fiveaxis.job.description import SWEEP, TOOL_FILE, FixtureFile, Job
+from fiveaxis.job.description import SEARCHED, SWEEP, TOOL_FILE, FixtureFile, Job
 from fiveaxis.machine import load_machine
 from fiveaxis.machine.files import READERS as MACHINE_READERS
 from fiveaxis.mesh import SUFFIXES as MESH_SUFFIXES
@@ -19,7 +19,7 @@ from fiveaxis.toolpath import parse_tool
 
 
 def read_job(path: Path, **settings: Any) -> Job:
-    """Read a job file; relative paths in it are relative to the file.
+    """Read a job file; its relative paths are relative to the file.
 
     Parameters
     ----------
@@ -29,8 +29,8 @@ def read_job(path: Path, **settings: Any) -> Job:
     Raises
     ------
     JobError
-        Missing file, not TOML, unknown key (with the nearest known one), wrong value, a name that stands for
-        nothing; with its line.
+        Missing file, not TOML, unknown key (with the nearest known one), wrong value, a file or name that
+        doesn't exist; with its line.
     """
     text, data = read_document(path, JobError)
     if SWEEP in data:
@@ -42,11 +42,11 @@ def read_job(path: Path, **settings: Any) -> Job:
 
 
 def build_job(data: dict[str, Any], text: str, path: Path, **settings: Any) -> Job:
-    """Build a job from what its file says, as `read_job` does.
+    """Build a job from a file's content, as `read_job` does.
 
     Parameters
     ----------
-    data, text : what the file says, and its text, in which lines are looked for
+    data, text : the file's content, and its text, for the lines of errors
     path : the file; relative paths are relative to it
     settings : as for `make_job`, in place of the file's own
 
@@ -56,31 +56,30 @@ def build_job(data: dict[str, Any], text: str, path: Path, **settings: Any) -> J
         As `read_job`.
     """
     job = validate_settings(data, text, path, Job, JobError)
-    places: dict[str, Any] = {"input": path.parent / job.input}
+    files: dict[str, Any] = {"input": path.parent / job.input}
     for name in ("part", "stock"):
         if getattr(job, name) is not None:
-            places[name] = path.parent / getattr(job, name)
-    places["fixture"] = tuple(fixture.beside(path.parent) for fixture in job.fixture)
-    if job.tool is not None and job.tool.lower().endswith(TOOL_FILE):
-        places["tool"] = str(path.parent / job.tool)
-    if job.control.lower().endswith(TOOL_FILE):
-        places["control"] = str(path.parent / job.control)
+            files[name] = path.parent / getattr(job, name)
+    files["fixture"] = tuple(fixture.beside(path.parent) for fixture in job.fixture)
+    for name in ("tool", "control"):
+        value = getattr(job, name)
+        if value is not None and value.lower().endswith(TOOL_FILE):
+            files[name] = str(path.parent / value)
     for name in ("machine", "drives"):
         value = getattr(job, name)
         if value is not None and Path(value).suffix.lower() in MACHINE_READERS:
-            places[name] = str(path.parent / value)
+            files[name] = str(path.parent / value)
     written_for = job.program.machine
     if written_for is not None and Path(written_for).suffix.lower() in MACHINE_READERS:
         beside = {"machine": str(path.parent / written_for)}
-        places["program"] = job.program.model_copy(update=beside)
-    own = job.model_copy(update=places)
-    own = own.said_by(path, f"the job file {path.name} (override)")
+        files["program"] = job.program.model_copy(update=beside)
+    own = job.model_copy(update=files).with_origin(path, f"the job file {path.name} (override)")
     _check_names(own, path, replaced=[name for name, value in settings.items() if value is not None])
     return make_job(own, **settings)
 
 
 def read_fixtures(path: Path) -> dict[str, Any]:
-    """Read fixtures and clearances from a file of their own, as settings for `make_job`.
+    """Read fixtures and clearances from a separate file, as settings for `make_job`.
 
     Raises
     ------
@@ -93,7 +92,7 @@ def read_fixtures(path: Path) -> dict[str, Any]:
 
 
 def _check_names(job: Job, file: Path, replaced: Collection[str]) -> None:
-    """Look for what a job file names, so that a wrong name is reported on its line."""
+    """Check files and names of a job file, so that a wrong one is reported with its line."""
     checks: dict[str, Callable[[Any], object]] = {
         "input": require_input,
         "part": require_file,
@@ -109,14 +108,14 @@ def _check_names(job: Job, file: Path, replaced: Collection[str]) -> None:
         try:
             check(value)
         except InputError as fault:
-            if fault.line is not None:  # inside the file that is named
+            if fault.line is not None:  # a fault inside the named file
                 raise
             line = line_of(file.read_text(encoding="utf-8"), [key])
             raise JobError(f"{key}: {fault}", file=file, line=line) from None
 
 
 def make_job(base: Job | None = None, **settings: Any) -> Job:
-    """Make a job from settings, over those of a base; settings that are None count as not given.
+    """Make a job from settings, over those of a base job; None counts as not given.
 
     Raises
     ------
@@ -124,7 +123,7 @@ def make_job(base: Job | None = None, **settings: Any) -> Job:
         Something is missing or out of range.
     """
     given = {name: value for name, value in settings.items() if value is not None}
-    # What nobody set stays unset: `load_job_toolpath` refuses settings that would go unused.
+    # Fields that aren't given stay unset: `load_job_toolpath` refuses settings that the input doesn't use.
     values = {} if base is None else base.model_dump(exclude_unset=True)
     for name in ("plan", "program", "setup", "nc"):
         table = {key: value for key, value in given.pop(name, {}).items() if value is not None}
@@ -141,11 +140,40 @@ def make_job(base: Job | None = None, **settings: Any) -> Job:
         raise JobError(explain(fault, Job)) from None
     if base is None:
         return made
-    return made.said_by(base.file, made.override_by if "override" in given else base.override_by)
+    return made.with_origin(base.file, made.override_by if "override" in given else base.override_by)
+
+
+def choose_search(job: Job, text: str) -> Job:
+    """Set the search for the setup as the option `--setup` says: ranges, or names of the job's ranges.
+
+    Parameters
+    ----------
+    text : ``x=-50:50,angle=-180:180``, mm and deg, or ``x,angle``
+
+    Raises
+    ------
+    JobError
+        Another form, an unknown name, a name without a range.
+    """
+    search = job.setup.search
+    known = {} if search is None else search.ranges
+    chosen: dict[str, Any] = {}
+    for part in text.split(","):
+        name, given, ends = (piece.strip() for piece in part.partition("="))
+        if name not in SEARCHED:
+            raise JobError(f"--setup: {name!r} is unknown; known: {', '.join(SEARCHED)}")
+        if not given and name not in known:
+            raise JobError(f"--setup: {name} has no range; give {name}=LOW:HIGH, or setup.search in the job")
+        try:
+            low, high = (float(end) for end in ends.split(":")) if given else known[name]
+        except ValueError:
+            raise JobError(f"--setup: {part.strip()!r} isn't of the form {name}=LOW:HIGH") from None
+        chosen[name] = (low, high)
+    return make_job(job, setup={"search": chosen if search is None else {"tries": search.tries} | chosen})
 
 
 def require_input(path: Path) -> None:
-    """Refuse, with a `JobError`, a folder, a file of an unknown kind, and a missing file."""
+    """Raise `JobError` unless a path is a file of a known kind."""
     kind = path.with_suffix("") if path.suffix.lower() == ".gz" else path
     if not path.is_dir() and kind.suffix.lower() not in (*MESH_SUFFIXES, *READERS):
         raise JobError(
@@ -157,7 +185,7 @@ def require_input(path: Path) -> None:
 
 
 def require_file(path: Path) -> None:
-    """Refuse, with a `JobError`, what isn't a file."""
+    """Raise `JobError` unless a path is a file."""
     if not path.exists():
         raise JobError("no such file", file=path)
     if path.is_dir():

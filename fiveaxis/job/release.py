@@ -1,4 +1,4 @@
-"""The release gate: no program leaves with errors in its report that nobody has accepted by name."""
+"""The release gate: no program is written with errors in its report that nobody has accepted by name."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from fiveaxis.verification import Report
 
 NOTHING_TO_VERIFY = (
     "the program isn't verified: a motion alone doesn't say which path it should follow, with which tool and "
-    "around which part; give them (toolpath, tool, surroundings), or say unverified=True"
+    "around which part; give them (toolpath, tool, surroundings), or set unverified=True"
 )
-# What a program's header says before each code that was accepted.
+# Name of the header's comment for each code that was accepted.
 OVERRIDDEN = "OVERRIDDEN"
 
 
@@ -29,9 +29,9 @@ class Gate:
     ----------
     report : what verification found in the program's text
     accepted : codes of errors that occurred and are accepted by name
-    kept : count of what isn't, by code
-    unused : findings about codes that are accepted and didn't occur
-    verified : whether the report rests on checks of the text at all
+    kept : number of errors that aren't accepted, by code; they keep the program back
+    unused : findings about accepted codes that didn't occur
+    verified : whether the report rests on checks of the text
     """
 
     report: Report
@@ -42,20 +42,21 @@ class Gate:
 
     @classmethod
     def unverified(cls) -> Gate:
-        """Stand for a program that there is nothing to verify against."""
+        """Make the gate of a program that there is nothing to verify against."""
         return cls(Report.of_findings(()), verified=False)
 
     @classmethod
     def of(cls, report: Report, override: Sequence[str] = ()) -> Gate:
-        """Hold a report against the codes that someone accepts.
+        """Make the gate of a report and the codes that are accepted.
 
         Raises
         ------
         SettingError
-            A code that doesn't exist, or that keeps nothing back.
+            A code that doesn't exist, or isn't that of an error.
         """
         given = require_codes(override)
-        errors = {code: count for code, count in report.counts.items() if code in _errors(report)}
+        found = {f.code for f in report.findings if f.severity is Severity.ERROR}
+        errors = {code: count for code, count in report.counts.items() if code in found}
         return cls(
             report=report,
             accepted=tuple(code for code in given if code in errors),
@@ -74,7 +75,7 @@ class Gate:
 
     @property
     def notes(self) -> list[tuple[str, str]]:
-        """Names and texts for the program's header: accepted errors, what was checked, and what wasn't."""
+        """Names and texts of the program's header: accepted errors, what was checked, and what wasn't."""
         if not self.verified:
             return list(NOT_VERIFIED)
         accepted = [(OVERRIDDEN, f"{code} ({self.report.counts[code]})") for code in self.accepted]
@@ -87,44 +88,40 @@ class Gate:
         ]
 
     def require_open(self, *, unverified: bool = False) -> None:
-        """Let a program pass.
+        """Raise unless the program may be written.
 
         Parameters
         ----------
-        unverified : whether one passes that nobody has verified
+        unverified : whether an unverified program may be written
 
         Raises
         ------
         Unverified
-            An error that isn't accepted; a program that nobody has verified.
+            An error that isn't accepted; an unverified program.
         """
         if not (self.verified or unverified):
             raise Unverified(NOTHING_TO_VERIFY, [])
         if self.kept:
             found = ", ".join(f"{code} ({count})" for code, count in self.kept.items())
             raise Unverified(
-                f"verification of the program found {found}; no program is written; mend the path, or accept "
-                "each code by name (override)",
+                f"verification of the program found {found}; no program is written; correct the path, or "
+                "accept each code by name (override)",
                 [f for f in self.report.findings if f.code in self.kept],
             )
 
 
 def require_report(report: Report, motion: Motion, machine: Machine) -> None:
-    """Refuse a report that isn't about a motion.
+    """Raise unless a report is about a motion on a machine.
 
     Raises
     ------
     SettingError
-        Something that is no report; one about another motion, machine or tool length.
+        No report; a report about another motion, machine or tool length.
     """
     if not isinstance(report, Report):
-        raise SettingError(f"a {type(report).__name__} is no report; give what verification returns")
+        raise SettingError(f"a {type(report).__name__} is no report; give the one that verification returns")
     if report.about is not None and report.about != motion_digest(motion, machine):
         raise SettingError(
             "the report is about another motion, or another machine or tool length; no program is written; "
             "verify the motion that is to be written, on its machine"
         )
-
-
-def _errors(report: Report) -> set[str]:
-    return {f.code for f in report.findings if f.severity is Severity.ERROR}

@@ -1,4 +1,4 @@
-"""The files that an outcome leaves in a folder, all of them or none."""
+"""Write the files of an outcome into a folder, all of them or none."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ from fiveaxis.report.landscape import Admits
 from fiveaxis.report.plots import write_front_figure
 from fiveaxis.viewer import write_preview
 
-# Where the solutions of a front are, each in a folder named after its number; a job asks for at most so many.
+# Folder of a front's solutions, each in a folder named by its number; most solutions of a front.
 FRONT, MOST_OF_FRONT = "front", 50
 FILES = ("motion.csv", "report.json", "report.html", "preview.html")
 
 
 def write_outcome(outcome: Outcome, folder: Path) -> list[Path]:
-    """Write motion, report, preview and NC program into a folder; those of a front's solutions by number.
+    """Write motion, report, preview and NC program into a folder; for a front also those of each solution.
 
-    Everything is made in a temporary folder first, so that a failure leaves the old files as they were, and
-    no new folder. A motion with errors that the job doesn't accept by name gets no NC program, and one from
-    an earlier run is taken away.
+    Everything is made in a temporary folder first, so that a failure leaves the old files as they were and
+    no new folder. Without an NC program (errors that the job doesn't accept by name), an NC program of an
+    earlier run is removed.
 
     Returns
     -------
@@ -44,16 +44,16 @@ def write_outcome(outcome: Outcome, folder: Path) -> list[Path]:
         with tempfile.TemporaryDirectory(prefix=".fiveaxis-", dir=require_folder(folder)) as temporary:
             made = _make_files(outcome, Path(temporary))
             for number, one in enumerate(outcome.of_front, start=1):
-                place = Path(temporary) / FRONT / str(number)
-                place.mkdir(parents=True)
-                made += _make_files(one, place, alone=True)
+                inner = Path(temporary) / FRONT / str(number)
+                inner.mkdir(parents=True)
+                made += _make_files(one, inner, alone=True)
             return _move_in(made, Path(temporary), folder)
     except OSError as fault:
         raise SettingError(f"can't be written: {fault.strerror or fault}", file=folder) from None
 
 
 def require_folder(folder: Path) -> Path:
-    """Refuse a folder for results that can't be made or written, before any work is done for it.
+    """Raise unless a folder for results can be made and written; called before the work.
 
     Returns
     -------
@@ -62,9 +62,9 @@ def require_folder(folder: Path) -> Path:
     Raises
     ------
     SettingError
-        A file in its place, no permission.
+        A file of that name, no permission.
     """
-    there = next(place for place in (folder, *folder.absolute().parents) if place.exists())
+    there = next(above for above in (folder, *folder.absolute().parents) if above.exists())
     if not there.is_dir():
         raise SettingError("is a file; name a folder for the results", file=there)
     try:
@@ -75,33 +75,33 @@ def require_folder(folder: Path) -> Path:
 
 
 def _move_in(made: Sequence[Path], source: Path, folder: Path) -> list[Path]:
-    """Put finished files into a folder, in place of those of an earlier run."""
+    """Move finished files into a folder, in place of those of an earlier run."""
     targets = [folder / path.relative_to(source) for path in made]
-    suffixes = [dialect.suffix for dialect in DIALECTS.values()]
+    programs = [f"program{dialect.suffix}" for dialect in DIALECTS.values()]
     earlier = [folder / FRONT / str(number) for number in range(1, MOST_OF_FRONT + 1)]
-    stale = [folder / f"program{suffix}" for suffix in suffixes]
-    stale += [place / name for place in earlier for name in (*FILES, *(f"program{s}" for s in suffixes))]
+    stale = [folder / name for name in programs]
+    stale += [inner / name for inner in earlier for name in (*FILES, *programs)]
     taken = next((path for path in (*targets, *stale) if path.is_dir()), None)
     if taken is not None:
         raise SettingError("is a folder, and a file of that name is to be written", file=taken)
     with undisturbed():
-        for place in {folder, *(target.parent for target in targets)}:
-            place.mkdir(parents=True, exist_ok=True)
+        for inner in {folder, *(target.parent for target in targets)}:
+            inner.mkdir(parents=True, exist_ok=True)
         for path in stale:
             path.unlink(missing_ok=True)
         moved = [path.replace(target) for path, target in zip(made, targets, strict=True)]
-        # Of an earlier front that had more solutions no empty folders stay.
-        for place in (*earlier, folder / FRONT):
-            if place.is_dir() and not any(place.iterdir()):
-                place.rmdir()
+        # Folders that an earlier front with more solutions leaves empty.
+        for inner in (*earlier, folder / FRONT):
+            if inner.is_dir() and not any(inner.iterdir()):
+                inner.rmdir()
         return moved
 
 
 @contextmanager
 def undisturbed() -> Iterator[None]:
-    """Let a Ctrl-C come too late: files of two runs side by side would be worse than the moment's wait."""
+    """Ignore Ctrl-C for a moment: it would leave files of two runs side by side."""
     before = signal.getsignal(signal.SIGINT)
-    # Only the main thread hears a Ctrl-C, and only it may say who handles one.
+    # Only the main thread receives Ctrl-C, and only it may set the handler.
     if threading.current_thread() is not threading.main_thread() or before is None:
         yield
         return
@@ -113,7 +113,7 @@ def undisturbed() -> Iterator[None]:
 
 
 def _make_files(outcome: Outcome, folder: Path, *, alone: bool = False) -> list[Path]:
-    """Write an outcome's files; `alone`, without those of its front."""
+    """Write an outcome's files; with `alone` without the figure of its front."""
     job, solution = outcome.job, outcome.solution
     made = [
         write_motion(solution.motion, folder / "motion.csv", solution.machine),
@@ -134,7 +134,7 @@ def _make_files(outcome: Outcome, folder: Path, *, alone: bool = False) -> list[
 
 
 def _admits(outcome: Outcome) -> Admits | None:
-    """Give what the posture map asks about collisions, where something was kept clear of."""
+    """Return which postures are clear, for the posture map; None where nothing was kept clear of."""
     cleared, location = outcome.cleared, outcome.solution.motion.location
     if cleared is None or cleared.admits is None:
         return None

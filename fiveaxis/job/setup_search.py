@@ -1,36 +1,150 @@
-"""Setups within bounds, looked at one after the other, and what each of them costs."""
+"""Search for cheap setups within a job's ranges, on some of the path's locations."""
 
 from __future__ import annotations
 
 import logging
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
+from fiveaxis.collision import Surroundings
+from fiveaxis.collision.clearing import find_accessible
 from fiveaxis.errors import Infeasible, JobError
 from fiveaxis.geometry import Array
-from fiveaxis.job.box_search import SCATTERED, follow_compass, halton
-from fiveaxis.job.description import SEARCHED, Job, SetupSearch, SetupTable
+from fiveaxis.job.box_search import SCATTERED, follow_compass, halton, search_box
+from fiveaxis.job.description import Job, SetupSearch, SetupTable
+from fiveaxis.job.loading import Progress
+from fiveaxis.machine import Machine
+from fiveaxis.posture import Options, optimise
+from fiveaxis.toolpath import Toolpath
 
 logger = logging.getLogger(__name__)
 
-# A place is set up to 0.01 mm and 0.01 deg: a finer one can't be.
+STAGE = "setup"
+# Share of the tries that is kept for the neighbourhood of the best setup that can be kept clear.
+CLEAR_SHARE = 0.25
+# Most locations of the path on which a setup is priced.
+ROUGH_LOCATIONS = 120
+# Decimals of a setup's mm and deg: nobody sets a part up more finely.
 DIGITS = 2
+
+
+def search_setups(
+    job: Job,
+    machine: Machine,
+    toolpath: Toolpath,
+    progress: Progress | None = None,
+    around: Surroundings | None = None,
+) -> SetupTrials:
+    """Search for cheap setups within a job's ranges, with rough costs.
+
+    Parameters
+    ----------
+    machine : in the given setup
+    toolpath : the whole path
+    around : what the tool keeps clear of; None where it needn't
+
+    Raises
+    ------
+    JobError
+        The job has no ranges.
+    """
+    if job.setup.search is None:
+        raise JobError("setup.search is missing; give ranges of x, y, z or angle", file=job.input)
+    tries = job.setup.search.tries
+    costs = SetupCosts(job, machine, toolpath, around)
+    steps = 0
+
+    def cost(setup: SetupTable) -> float:
+        nonlocal steps
+        steps += 1
+        if progress is not None:
+            progress(STAGE, min(steps, tries), tries)
+        return costs.free(setup)
+
+    trials = SetupTrials(job.setup, job.setup.search, cost, costs.clear if costs.has_obstacles else None)
+    given = job.setup.model_copy(update={"search": None})
+    trials.try_freely(given)
+    kept = 0 if trials.clear is None else int(CLEAR_SHARE * tries)
+    search_box(
+        lambda point: trials.try_freely(trials.setup_at(point)), trials.point_of(given), tries - 1 - kept
+    )
+    if trials.clear is not None:
+        trials.find_clear(kept)
+    return trials
+
+
+class SetupCosts:
+    """Rough costs of setups, J, with the price of time; `Infeasible` is raised where no path exists.
+
+    Parameters
+    ----------
+    job : with its bounds and effort
+    machine : in the given setup
+    toolpath : the whole path
+    around : part, stock and fixtures to keep clear of; None for none
+    """
+
+    def __init__(
+        self, job: Job, machine: Machine, toolpath: Toolpath, around: Surroundings | None = None
+    ) -> None:
+        stride = -(-len(toolpath) // ROUGH_LOCATIONS)
+        rows = np.unique(np.append(np.arange(0, len(toolpath), stride), len(toolpath) - 1))
+        thinned = toolpath.at(rows)
+        self.toolpath = thinned if thinned.cutting.any() else toolpath
+        self.machine, self.around = machine, around
+        bounds = job.constraints
+        turn = None if bounds.max_turn is None else stride * bounds.max_turn
+        self.constraints = replace(bounds, max_turn=turn if turn is None or turn < math.pi else 2.0 * math.pi)
+        self.options = Options(
+            # A thinned path has no program of its own.
+            objective="travel",
+            up_penalty=job.up_penalty,
+            time_price=job.time_price,
+            effort="quick",
+        )
+        self.zoned = bounds.zoned(self.toolpath)
+        self.price = (machine.base_power or 0.0) if job.time_price is None else job.time_price
+
+    @property
+    def has_obstacles(self) -> bool:
+        """Whether there is anything that an inclined tool could touch."""
+        return self.around is not None and find_accessible(self.zoned, self.machine, self.around) is not None
+
+    def free(self, setup: SetupTable) -> float:
+        """Price a setup without obstacles."""
+        return self._price(self._machine_at(setup), None)
+
+    def clear(self, setup: SetupTable) -> float:
+        """Price a setup with the tool kept clear of part, stock and fixtures.
+
+        Moves between locations and the head aren't checked: the moves of a thinned path aren't the path's.
+        """
+        there = self._machine_at(setup)
+        return self._price(there, find_accessible(self.zoned, there, self.around or Surroundings()))
+
+    def _machine_at(self, setup: SetupTable) -> Machine:
+        return self.machine.with_setup(setup.offset, setup.rotation)
+
+    def _price(self, machine: Machine, mask: Any) -> float:
+        energy = optimise(self.toolpath, machine, self.constraints, replace(self.options, mask=mask)).energy
+        return energy.travel + self.price * energy.time
 
 
 @dataclass(frozen=True)
 class Tried:
-    """A setup that was looked at.
+    """A setup that was tried.
 
     Parameters
     ----------
     setup : where the workpiece stood
-    rough : J, what the thinned path costs there, with the price of its time; None where it can't be followed
-    clear : J, likewise where the tool is kept clear; None where that wasn't looked at, or can't be
-    energy : J, of the feed drives in the whole program; None where it wasn't run
-    why : what was against it
+    rough : J, cost of the thinned path with the price of its time; None where no path exists
+    clear : J, the same with the tool kept clear; None where that wasn't tried, or isn't possible
+    energy : J, of the feed drives in the whole program; None where the job wasn't run in full there
+    why : why the setup can't be used
     """
 
     setup: SetupTable
@@ -41,33 +155,31 @@ class Tried:
 
     def as_dict(self) -> dict[str, Any]:
         """Return the figures as plain data for JSON, mm and deg."""
-        place = {"offset": list(self.setup.offset), "rotation_deg": list(self.setup.rotation)}
+        placed = {"offset": list(self.setup.offset), "rotation_deg": list(self.setup.rotation)}
         costs = {"rough": self.rough, "kept_clear": self.clear, "energy": self.energy}
-        return {**place, **costs, "why": self.why}
+        return {**placed, **costs, "why": self.why}
 
 
 @dataclass
 class SetupTrials:
-    """Setups within bounds, looked at one after the other.
+    """Setups that were tried, with their rough costs.
 
     Parameters
     ----------
-    job : with the bounds
-    cost : J, of a setup, roughly; raises `Infeasible`
-    clear : J, likewise where the tool is kept clear; None where there is nothing to keep clear of
+    given : the job's setup
+    search : the ranges
+    cost : rough cost of a setup, J; raises `Infeasible`
+    clear : the same with the tool kept clear; None where there is nothing to keep clear of
     """
 
-    job: Job
+    given: SetupTable
+    search: SetupSearch
     cost: Callable[[SetupTable], float]
     clear: Callable[[SetupTable], float] | None = None
     tried: dict[SetupTable, Tried] = field(default_factory=dict)
 
-    def look(self, point: Array) -> float:
-        """Tell what the setup at a point of the unit box costs, roughly; infinite where it can't be used."""
-        return self.look_at(self.setup_at(point))
-
-    def look_at(self, setup: SetupTable) -> float:
-        """Tell what a setup costs, roughly."""
+    def try_freely(self, setup: SetupTable) -> float:
+        """Price a setup without obstacles; infinite where it can't be used."""
         if setup not in self.tried:
             try:
                 self.tried[setup] = Tried(setup, self.cost(setup))
@@ -77,13 +189,9 @@ class SetupTrials:
         rough = self.tried[setup].rough
         return np.inf if rough is None else rough
 
-    def look_clear(self, point: Array) -> float:
-        """Tell what the setup at a point of the unit box costs where the tool is kept clear, roughly."""
-        return self.look_clear_at(self.setup_at(point))
-
-    def look_clear_at(self, setup: SetupTable) -> float:
-        """Tell what a setup costs where the tool is kept clear, roughly; infinite where that can't be."""
-        self.look_at(setup)
+    def try_clear(self, setup: SetupTable) -> float:
+        """Price a setup with the tool kept clear; infinite where it can't be used."""
+        self.try_freely(setup)
         tried = self.tried[setup]
         if tried.rough is not None and tried.clear is None and not tried.why and self.clear is not None:
             try:
@@ -95,81 +203,59 @@ class SetupTrials:
         return np.inf if tried.clear is None else tried.clear
 
     def find_clear(self, calls: int) -> None:
-        """Look again at what is cheap, with the tool kept clear, and from the best one go on.
+        """Try the cheap setups again with the tool kept clear, and search on around the best one.
 
-        Keeping clear only takes postures away, so a setup costs at least about what it costs with nothing in
-        the way: the look again ends where that is more than the best one that was kept clear. Where none can
-        be, places are scattered on.
+        Keeping clear only removes postures, so a setup then costs at least about what it costs without
+        obstacles: this ends at the first setup that costs more without obstacles than the best clear one.
+        Where none of them can be kept clear, further scattered setups are tried.
 
         Parameters
         ----------
-        calls : how many setups may be looked at in the neighbourhood of the best one
+        calls : most setups that are tried around the best one
         """
+
+        def cost(point: Array) -> float:
+            return self.try_clear(self.setup_at(point))
+
         least, best = np.inf, None
         for tried in self._by_cost("rough"):
             if tried.rough is not None and tried.rough >= least:
                 break
-            found = self.look_clear_at(tried.setup)
+            found = self.try_clear(tried.setup)
             if found < least:
                 least, best = found, tried.setup
         if best is not None:
-            return follow_compass(self.look_clear, self.point_of(best), least, calls)
-        sides = len(self.ranges)
-        for left, point in zip(
-            range(calls - 1, -1, -1), halton(SCATTERED * sides + calls, sides)[-calls:], strict=True
-        ):
-            least = self.look_clear(point)
+            return follow_compass(cost, self.point_of(best), least, calls)
+        sides = len(self.search.ranges)
+        scattered = halton(SCATTERED * sides + calls, sides)[-calls:]
+        for left, point in zip(range(calls - 1, -1, -1), scattered, strict=True):
+            least = cost(point)
             if least < np.inf:
-                return follow_compass(self.look_clear, point, least, left)
+                return follow_compass(cost, point, least, left)
         return None
 
-    @property
-    def ranges(self) -> dict[str, tuple[float, float]]:
-        """What may be chosen, lowest and highest, mm and deg."""
-        return ranges_of(self.job)
-
     def point_of(self, setup: SetupTable) -> Array:
-        """Give a setup's place in the unit box, moved into it."""
+        """Return the point of the unit box that a setup belongs to, clipped to the box."""
         x, y, z = setup.offset
         given = {"x": x, "y": y, "z": z, "angle": setup.rotation[2]}
-        shares = [(given[name] - low) / (high - low) for name, (low, high) in self.ranges.items()]
+        shares = [(given[name] - low) / (high - low) for name, (low, high) in self.search.ranges.items()]
         return np.clip(np.array(shares), 0.0, 1.0)
 
     def setup_at(self, point: Array) -> SetupTable:
-        """Give the setup at a point of the unit box."""
+        """Return the setup at a point of the unit box."""
         chosen = {
             name: round(low + float(share) * (high - low), DIGITS) + 0.0
-            for share, (name, (low, high)) in zip(point, self.ranges.items(), strict=True)
+            for share, (name, (low, high)) in zip(point, self.search.ranges.items(), strict=True)
         }
-        given = self.job.setup
-        x, y, z = (chosen.get(name, old) for name, old in zip("xyz", given.offset, strict=True))
-        turned = (*given.rotation[:2], chosen.get("angle", given.rotation[2]))
+        x, y, z = (chosen.get(name, old) for name, old in zip("xyz", self.given.offset, strict=True))
+        turned = (*self.given.rotation[:2], chosen.get("angle", self.given.rotation[2]))
         return SetupTable(offset=(x, y, z), rotation=turned)
 
     @property
     def ranked(self) -> list[Tried]:
-        """What can be used, cheapest first; of equals the one that was looked at first."""
+        """The setups that can be used, cheapest first; of equals the one that was tried first."""
         return self._by_cost("rough" if self.clear is None else "clear")
 
     def _by_cost(self, name: str) -> list[Tried]:
         known = (tried for tried in self.tried.values() if getattr(tried, name) is not None)
         return sorted(known, key=lambda tried: float(getattr(tried, name)))
-
-
-def ranges_of(job: Job) -> dict[str, tuple[float, float]]:
-    """Give what a job's search may choose, by name, mm and deg."""
-    limits = limits_of(job)
-    return {name: ends for name in SEARCHED if (ends := getattr(limits, name)) is not None}
-
-
-def limits_of(job: Job) -> SetupSearch:
-    """Give the bounds of a job's search.
-
-    Raises
-    ------
-    JobError
-        The job has none.
-    """
-    if job.setup.search is None:
-        raise JobError("setup.search is missing; give ranges of x, y, z or angle", file=job.input)
-    return job.setup.search

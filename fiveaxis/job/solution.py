@@ -1,12 +1,14 @@
-"""A solution that knows what it was asked for, and so can become a verified program."""
+"""A solution with the constraints it was chosen within, so that it can become a verified program."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
+from typing import TypeVar
 
 from fiveaxis.collision import Surroundings
+from fiveaxis.findings import Finding
 from fiveaxis.job.program import MadeProgram, ProgramOptions, make_program
 from fiveaxis.nc import Coordinates, ProgramSettings
 from fiveaxis.nc.writing.turns import Winding
@@ -14,10 +16,18 @@ from fiveaxis.posture import Solution as Postures
 from fiveaxis.toolpath import Constraints
 from fiveaxis.verification import DEFAULT_TOLERANCES, Report
 
+Found = TypeVar("Found", bound=Postures)
+
+
+def add_findings(solution: Found, *findings: Finding) -> Found:
+    """Add findings to a solution's path, from where every report of it takes them."""
+    path = solution.toolpath
+    return replace(solution, toolpath=replace(path, findings=(*path.findings, *findings)))
+
 
 @dataclass(frozen=True, eq=False)
 class Solution(Postures):
-    """Postures, with what they were chosen within: the same holds for the programs that are made of them.
+    """Postures with what they were chosen within, which also applies to the programs made of them.
 
     Parameters
     ----------
@@ -30,7 +40,7 @@ class Solution(Postures):
 
     @classmethod
     def of(cls, postures: Postures, constraints: Constraints, surroundings: Surroundings) -> Solution:
-        """Add to postures what they were chosen within."""
+        """Add to postures the constraints and surroundings they were chosen within."""
         own = {f.name: getattr(postures, f.name) for f in fields(Postures)}
         return cls(**own, constraints=constraints, surroundings=surroundings)
 
@@ -46,16 +56,16 @@ class Solution(Postures):
         header: Mapping[str, str] | None = None,
         gouge_tolerance: float = DEFAULT_TOLERANCES.gouge,
     ) -> MadeProgram:
-        """Make the NC program of this solution, read its text back, and verify that.
+        """Make the NC program of this solution, read its text back, and verify it.
 
         Parameters
         ----------
-        control : a name of `fiveaxis.nc.DIALECTS`, or the path of a table of one's own (``.toml``)
+        control : a name of `fiveaxis.nc.DIALECTS`, or the path of a control table (``.toml``)
         coordinates : ``axes``, positions of the machine's axes; ``tip``, the tool's tip and the rotary angles
             (TCP); ``vector``, the tip and the tool's direction; by default the first that the control has
         winding : how rotary axes of more than one turn are counted
         settings : tool, spindle, coolant, work offset and so on
-        thin : whether blocks that the control passes by itself are removed
+        thin : whether redundant blocks are removed
         override : codes of errors that are accepted; the header names each
         header : name and value of further comments
         gouge_tolerance : mm, how deep the cutter may reach into the part
@@ -65,15 +75,8 @@ class Solution(Postures):
         FiveAxisError
             A control that can't write it, or a text that can't be read back.
         """
-        options = ProgramOptions(
-            control=control,
-            coordinates=coordinates,
-            winding=winding,
-            settings=settings or ProgramSettings(),
-            thin=thin,
-            override=tuple(override),
-            header=header,
-        )
+        settings = settings or ProgramSettings()
+        options = ProgramOptions(control, coordinates, winding, settings, thin, tuple(override), header)
         return self.make(options, gouge_tolerance)
 
     def make(self, options: ProgramOptions, gouge_tolerance: float = DEFAULT_TOLERANCES.gouge) -> MadeProgram:
@@ -101,7 +104,7 @@ class Solution(Postures):
         header: Mapping[str, str] | None = None,
         gouge_tolerance: float = DEFAULT_TOLERANCES.gouge,
     ) -> Report:
-        """Write the verified program into a file, whole or not at all; options as for `program`.
+        """Write the verified program to a file, whole or not at all; options as for `program`.
 
         Returns
         -------
@@ -114,15 +117,8 @@ class Solution(Postures):
         FiveAxisError
             As `program`; a file that can't be written.
         """
-        options = ProgramOptions(
-            control=control,
-            coordinates=coordinates,
-            winding=winding,
-            settings=settings or ProgramSettings(),
-            thin=thin,
-            override=tuple(override),
-            header=header,
-        )
+        settings = settings or ProgramSettings()
+        options = ProgramOptions(control, coordinates, winding, settings, thin, tuple(override), header)
         made = self.make(options.named(Path(path).stem), gouge_tolerance)
         made.write(path)
         return made.report

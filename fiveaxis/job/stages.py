@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -14,15 +15,14 @@ from fiveaxis.errors import JobError
 from fiveaxis.geometry import Array
 from fiveaxis.job.clearing import Cleared, keep_clear
 from fiveaxis.job.description import Job
-from fiveaxis.job.inputs import describe_inputs
 from fiveaxis.job.loading import (
     Progress,
+    describe_inputs,
     load_factors,
     load_job_machine,
     load_job_passes,
     load_process,
     load_surroundings,
-    require_cut,
 )
 from fiveaxis.job.program import MadeProgram, ProgramOptions, make_program
 from fiveaxis.job.release import Gate
@@ -50,27 +50,48 @@ class Outcome:
 
     Parameters
     ----------
-    job : what was asked
-    solution : the result with its baselines
+    job : what was to be done
+    solution : the result with its baselines; its path carries the findings of planning and optimising
     program : its NC program, verified
-    budget, document : energy of the whole job, and the report's figures
-    front : where one was asked for
+    budget : energy of the whole job
+    inputs : the files that the run read, of `describe_inputs`
+    front : the solutions between the cheapest path and the steadiest, where the job asks for them
     cleared : what kept the solution clear of collisions
     of_front : the outcome of each solution of the front, in its order, this one among them
+    sections : further sections of the document, by key
     """
 
     job: Job
     solution: Solution
     program: MadeProgram
     budget: Budget
-    document: dict[str, Any]
+    inputs: Sequence[Mapping[str, Any]]
     front: Front | None = None
     cleared: Cleared | None = None
     of_front: tuple[Outcome, ...] = ()
+    sections: dict[str, Any] = field(default_factory=dict)
+
+    @cached_property
+    def document(self) -> dict[str, Any]:
+        """The report's figures as plain data for JSON."""
+        gate = self.gate
+        document = report_document(
+            self.solution,
+            gate.report.as_dict(),
+            inputs=self.inputs,
+            program=self.program.as_dict(),
+            budget=self.budget.as_dict(),
+        )
+        document["kept_back"] = gate.kept
+        if self.job.override:
+            document["overridden"] = {code: gate.report.counts[code] for code in gate.accepted}
+            document["overridden_by"] = self.job.override_by
+            document["override_unused"] = [finding.as_dict() for finding in gate.unused]
+        return document | self.sections
 
     @property
     def gate(self) -> Gate:
-        """What keeps the program back, and which of it the job accepts by name."""
+        """Which errors keep the program back, and which of them the job accepts by name."""
         return self.program.gate
 
     @property
@@ -98,9 +119,9 @@ def run_stages(
     ----------
     job : what to do
     progress : called with a stage's name, steps done and steps in all
-    loaded : path and passes, where `load_job_passes` has given them already
-    moved : whether the job's setup isn't the one that was given, but one that was searched for
-    start : (n, 2), rad, chain order, postures that are refined in place of a search; not where passes may
+    loaded : path and passes, if `load_job_passes` was called before
+    moved : whether the job's setup was searched for, and isn't the given one
+    start : (n, 2), rad, chain order, postures that are refined in place of a search; unused if passes may
         begin elsewhere
 
     Raises
@@ -109,20 +130,17 @@ def run_stages(
         Wrong input, or no admissible posture somewhere (`Infeasible`).
     """
     machine = load_job_machine(job)
-    # A program that the control can't write is found out before the work, not after it.
+    # What can't be written or read is found before the work, not after it.
     require_program(machine, job.control, job.coordinates, job.winding, job.nc)
     toolpath, passes = loaded or load_job_passes(job, progress)
-    process, factors = load_process(job, toolpath.tool), load_factors(job)
-    if process is not None:
-        require_cut(process, float(toolpath.feed.max()))
-    # A part that can't be read is found out before the work, not after it.
+    process = load_process(job, toolpath.tool, float(toolpath.feed.max()))
+    factors = load_factors(job)
     around = load_surroundings(job)
-    tell = progress or _tell_nobody
     solution, front, cleared = solve(job, toolpath, machine, progress, passes, around, start)
     inputs = describe_inputs(job)
 
-    def finished(solution: Solution) -> Outcome:
-        # The solution's own path knows which part of the cutter touches.
+    def finish(solution: Solution) -> Outcome:
+        # The solution's own path knows the zone of the cutter that touches.
         program = make_program(
             solution.motion,
             machine,
@@ -132,52 +150,46 @@ def run_stages(
             around=around,
             tolerances=DEFAULT_TOLERANCES.with_gouge(job.gouge_tolerance),
         )
-        # One number, that of the text: redundant blocks may have stayed in it.
+        # The energy is that of the text, in which redundant blocks may have stayed.
         spent = blocks_energy(machine, program.motion.blocks, solution.clock)
         solution = replace(solution, energy=spent)
         budget = job_budget(machine, program.motion.blocks, process, factors)
-        document = report_document(
-            solution,
-            program.gate.report.as_dict(),
-            inputs=inputs,
-            program=program.as_dict(),
-            budget=budget.as_dict(),
-        )
-        document |= _release(job, program.gate)
-        return Outcome(job, solution, program, budget, document, front, cleared)
+        return Outcome(job, solution, program, budget, inputs, front, cleared)
 
     solutions = (solution,) if front is None else front.solutions
     outcomes = []
-    for number, one in enumerate(solutions):
-        tell("verify", number, len(solutions))
-        outcomes.append(finished(one))
-    tell("verify", len(solutions), len(solutions))
+    for number, one in enumerate(solutions, start=1):
+        if progress is not None:
+            progress("verify", number - 1, len(solutions))
+        outcomes.append(finish(one))
+    if progress is not None:
+        progress("verify", len(solutions), len(solutions))
     if front is None:
         return outcomes[0]
     picked = next(k for k, one in enumerate(solutions) if one.motion is solution.motion)
-    return picked_of(outcomes, picked, front)
+    figures = _front_figures(front, outcomes) | {"picked": picked + 1}
+    return replace(outcomes[picked], of_front=tuple(outcomes), sections={"front": figures})
 
 
-def picked_of(outcomes: Sequence[Outcome], picked: int, front: Front) -> Outcome:
-    """Give one outcome of a front, and tell in its document what the others are."""
-    told = front.as_dict()
-    for number, (point, outcome) in enumerate(zip(told["points"], outcomes, strict=True), start=1):
-        delivered = outcome.solution.energy
-        point |= {"number": number, "energy_J": delivered.total, "program_time_s": delivered.time}
+def _front_figures(front: Front, outcomes: Sequence[Outcome]) -> dict[str, Any]:
+    """List the solutions of a front, with the figures of their programs."""
+    figures = front.as_dict()
+    for number, (point, outcome) in enumerate(zip(figures["points"], outcomes, strict=True), start=1):
+        energy = outcome.solution.energy
+        point |= {"number": number, "energy_J": energy.total, "program_time_s": energy.time}
         point |= {"released": outcome.gate.is_open}
-    document = outcomes[picked].document | {"front": told | {"picked": picked + 1}}
-    return replace(outcomes[picked], document=document, of_front=tuple(outcomes))
+    return figures
 
 
 def program_options(
     job: Job, solution: Solution, inputs: Sequence[Mapping[str, Any]], *, moved: bool = False
 ) -> ProgramOptions:
-    """Say how a job's program is written, and where it comes from.
+    """Return how a job's program is written; its header names the inputs.
 
     Parameters
     ----------
     inputs : files that the run read, of `describe_inputs`
-    moved : whether the workpiece is set up elsewhere than the job says
+    moved : whether the setup isn't the given one
     """
     header = {"tool": str(solution.toolpath.tool)}
     feeds = np.unique(solution.toolpath.feed[solution.toolpath.cutting])
@@ -198,22 +210,6 @@ def program_options(
     ).named(job.input.stem)
 
 
-def _release(job: Job, gate: Gate) -> dict[str, Any]:
-    """Say what keeps the program back, and who accepts which errors."""
-    if not job.override:
-        return {"kept_back": gate.kept}
-    return {
-        "kept_back": gate.kept,
-        "overridden": {code: gate.report.counts[code] for code in gate.accepted},
-        "overridden_by": job.override_by,
-        "override_unused": [finding.as_dict() for finding in gate.unused],
-    }
-
-
-def _tell_nobody(stage: str, done: int, total: int) -> None:
-    """Stand in for a progress that wasn't given."""
-
-
 def solve(
     job: Job,
     toolpath: Toolpath,
@@ -223,9 +219,9 @@ def solve(
     around: Surroundings | None = None,
     start: Array | None = None,
 ) -> tuple[Solution, Front | None, Cleared | None]:
-    """Optimise a job's path, clear of what stands around; with the front of solutions that it asks for.
+    """Optimise a job's path, clear of obstacles; with the front of solutions if the job asks for one.
 
-    `passes` are those of a planned path: with a free start the links between them are laid anew.
+    `passes` are those of a planned path: with a free start the links between them are planned anew.
     """
     wording = require_program(machine, job.control, job.coordinates, job.winding, job.nc)
     options = Options(
@@ -238,12 +234,12 @@ def solve(
     if job.free_start and passes is not None:
         options = replace(options, free_start=passes)
     if job.front is not None and job.smoothing:
-        raise JobError("smoothing is what a front sweeps; leave one of them out", file=job.input)
+        raise JobError("smoothing is varied along a front; leave out one of them", file=job.input)
     if job.pick is not None and job.pick > (job.front or 0):
         raise JobError(
             f"pick = {job.pick} is none of the {job.front} solutions of the front"
             if job.front
-            else f"pick = {job.pick} chooses from a front; give front, too",
+            else f"pick = {job.pick} chooses from a front; give front too",
             file=job.input,
         )
     fronts: list[Front] = []
@@ -262,6 +258,6 @@ def solve(
     else:
         cleared = keep_clear(once, toolpath, machine, around, job.constraints, free_start=job.free_start)
         solution = cleared.solution
-    # Paths were searched again; the front is that of the one which was taken.
+    # Several paths may have been searched; take the front of the chosen one.
     front = next((f for f in fronts if any(s.motion is solution.motion for s in f.solutions)), None)
     return solution, front, cleared

@@ -1,9 +1,9 @@
-"""Programs and motion tables, verified: what runs on a machine, wherever it comes from."""
+"""Check an NC program, or the table of a motion, from any source against machine, part and path."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -13,8 +13,7 @@ from fiveaxis.collision import Surroundings
 from fiveaxis.contour import find_contacts
 from fiveaxis.errors import SettingError
 from fiveaxis.findings import Finding, Severity
-from fiveaxis.job.against import Against
-from fiveaxis.job.checked_program import CheckedProgram, load_program
+from fiveaxis.job.traced_program import TracedProgram, load_program
 from fiveaxis.machine import Machine
 from fiveaxis.motion import AXIS_TOLERANCE, PATH_TOLERANCE, Interpolation, Motion
 from fiveaxis.nc.options import Wrap
@@ -46,11 +45,54 @@ if TYPE_CHECKING:
 # mm: gap between cutter and part that counts as touching.
 SURFACE_TOLERANCE = 0.05
 NOT_CHECKED = (
-    "the way to the first row: where the axes stand before it isn't in the program",
+    "the move to the first row: the program doesn't say where the axes stand before it",
     "acceleration and jerk; durations of rapid moves of axes without a known speed",
 )
-NO_TOOL = "gouges and collisions: no tool was given, so the way of its tip is checked and nothing beside it"
-NO_PATH = "whether the program cuts what it should: no path to compare it with was given"
+NO_TOOL = "gouges and collisions: no tool was given, so only the path of its tip is checked"
+NO_PATH = "whether the program cuts what it should: no path was given to compare it with"
+
+
+@dataclass(frozen=True, eq=False)
+class Against:
+    """What the program of a motion is verified against; with none of it there is nothing to verify.
+
+    Parameters
+    ----------
+    toolpath : that the program should follow
+    tool : the cutter; by default that of `toolpath`
+    surroundings : part, stock and fixtures
+    constraints : on postures and turns
+    gouge_tolerance : mm, how deep the cutter may reach into the part
+    """
+
+    toolpath: Toolpath | None = None
+    tool: Tool | None = None
+    surroundings: Surroundings | None = None
+    constraints: Constraints = field(default_factory=Constraints)
+    gouge_tolerance: float = DEFAULT_TOLERANCES.gouge
+
+    @property
+    def is_nothing(self) -> bool:
+        """Whether there is nothing to verify against."""
+        return self.toolpath is None and self.tool is None and self.surroundings is None
+
+    @property
+    def cutter(self) -> Tool | None:
+        """The tool, or that of the path."""
+        return self.tool or (None if self.toolpath is None else self.toolpath.tool)
+
+    @property
+    def zoned_path(self) -> Toolpath | None:
+        """The path with the zone of the cutter that touches within the bounds on tilt, lead and lean."""
+        return None if self.toolpath is None else self.constraints.zoned(self.toolpath)
+
+    @property
+    def tolerances(self) -> Tolerances:
+        """The default tolerances, with this gouge tolerance."""
+        return DEFAULT_TOLERANCES.with_gouge(self.gouge_tolerance)
+
+
+NOTHING = Against()
 
 
 def verify_program(
@@ -82,69 +124,63 @@ def verify_program(
 ) -> Report:
     """Check an NC program, or the table of a motion, against its machine; part and path are optional.
 
-    Between two blocks all axes run linearly in time; moves under tool centre point control are first cut into
-    the parts in which such axes keep the tip on its way. Between two rows of a motion's table the tool's
-    centre goes straight. A program that doesn't say where the axes are is checked as a path of the tool,
-    with the finding ``angles-assumed``.
+    Between two blocks all axes run linearly in time; moves under TCP are first split into parts in which such
+    axes keep the tip on its path. Between two rows of a motion's table the tool's centre moves in a straight
+    line. A program that doesn't state the axis values is checked as a path of the tool, with the finding
+    ``angles-assumed``.
 
     Parameters
     ----------
     program : in any language that `read_program` knows, or ``.csv`` as `write_motion` writes it
     machine : on which it runs
-    tool : the cutter; that of `toolpath` by default. Without one only the tip is followed
-    part : mesh of the finished part in mm, or its file: then gouges are looked for
+    tool : the cutter; by default that of `toolpath`. Without a tool only the tip is followed
+    part : mesh of the finished part in mm, or its file; checked for gouges
     toolpath : that the program should follow: its tool's centre keeps to the path within
-        `Tolerances.deviation` and comes by all of its locations in order
-    tilt, lead, lean : degrees, about surface normals: those of `toolpath`, else they are found on the part
+        `Tolerances.deviation` and passes all of its locations in order
+    tilt, lead, lean : degrees, relative to the surface normals of `toolpath`, or else to those of the part
     cone : degrees, about the axes of `toolpath`
-    plane : a vector at right angles to a plane that the tool axis stays in
+    plane : a vector normal to a plane that the tool axis stays in
     hold, max_turn, singular_cone, singular_rate : as for `verify`
     surface_tolerance : mm, gap between cutter and part that counts as touching
-    surroundings : part, stock and fixtures that cutter, shank, holder and machine keep away from, in place of
+    surroundings : part, stock and fixtures that cutter, shank, holder and machine keep clear of, in place of
         `part`
     unit, start, program_zero, rapid_mm_min, block_delete, wrap : as for `read_program`
-    gouge_tolerance : mm, how deep the cutter may reach into the part; in all of a program 0.015 mm more is
-        allowed, as its blocks are chords of the path, and keep to it within a tolerance of their own
+    gouge_tolerance : mm, how deep the cutter may reach into the part; anywhere in a program 0.015 mm more is
+        allowed, since its blocks are chords of the path within a tolerance of their own
     tolerances : from where on any other difference is a finding
 
     Returns
     -------
     Findings with file and line of the program: ``not-finite``, ``axis-limit``, ``held-axis``, ``tilt``,
-    ``gouge``, ``…-collision``, ``off-path``, ``path-missed`` (errors), ``jump`` (an error, and a warning
-    where the sweep was checked for gouges and nobody named a bound), ``feed-over``, ``singular-turn``,
-    ``…-clearance``, ``tip-deviation`` (warnings: a control slows down, and what lies between a foreign
-    program's blocks is its author's choice), and what reading it assumed.
+    ``gouge``, ``…-collision``, ``off-path``, ``path-missed`` (errors), ``jump`` (an error; a warning where
+    the swept cutter was checked for gouges and no bound was given), ``feed-over``, ``singular-turn``,
+    ``…-clearance``, ``tip-deviation`` (warnings: a control slows down, and what lies between the blocks of
+    somebody else's program is its author's choice), and what was assumed while reading it.
 
     Raises
     ------
     FiveAxisError
-        As `read_program`, `verify` and `find_contacts`; bounds that refer to what isn't given.
+        As `read_program`, `verify` and `find_contacts`; bounds that refer to a path or part that isn't given.
     """
     if (part is not None or surroundings is not None) and tool is None and toolpath is None:
         raise SettingError("a part is checked against a cutter; name the tool (--tool ball:10)")
     reading: dict[str, Any] = {"unit": unit, "start": start, "program_zero": program_zero}
     reading |= {"rapid_mm_min": rapid_mm_min, "block_delete": block_delete, "wrap": wrap}
-    check = ProgramCheck(
-        machine=machine,
-        toolpath=toolpath,
-        tool=tool or (None if toolpath is None else toolpath.tool),
-        around=surroundings or Surroundings.load(part),
-        constraints=Constraints.of_degrees(
-            tilt=tilt,
-            cone=cone,
-            lead=lead,
-            lean=lean,
-            plane=plane,
-            hold=hold,
-            max_turn=max_turn,
-            singular_cone=singular_cone,
-            # The rate has a default, and means nothing without the cone.
-            singular_rate=0.0 if singular_cone is None else singular_rate,
-        ),
-        tolerances=tolerances.with_gouge(gouge_tolerance),
-        surface_tolerance=surface_tolerance,
+    constraints = Constraints.of_degrees(
+        tilt=tilt,
+        cone=cone,
+        lead=lead,
+        lean=lean,
+        plane=plane,
+        hold=hold,
+        max_turn=max_turn,
+        singular_cone=singular_cone,
+        # The rate has a default, and means nothing without the cone.
+        singular_rate=0.0 if singular_cone is None else singular_rate,
     )
-    return check.report(load_program(program, machine, check.tool, reading))
+    against = Against(toolpath, tool, surroundings or Surroundings.load(part), constraints)
+    check = ProgramCheck(machine, against, tolerances.with_gouge(gouge_tolerance), surface_tolerance)
+    return check.report(load_program(program, machine, against.cutter, reading))
 
 
 def check_program(
@@ -158,7 +194,7 @@ def check_program(
 
     Parameters
     ----------
-    against : path, tool, what stands around, constraints
+    against : path, tool, surroundings and constraints
     reading : keywords of `read_program`
     surface_tolerance : mm, gap between cutter and part that counts as touching
 
@@ -167,49 +203,28 @@ def check_program(
     FiveAxisError
         As `verify_program`.
     """
-    check = ProgramCheck.of(machine, against, surface_tolerance)
-    return check.report(load_program(program, machine, check.tool, reading))
+    check = ProgramCheck(machine, against, against.tolerances, surface_tolerance)
+    return check.report(load_program(program, machine, against.cutter, reading))
 
 
 @dataclass(frozen=True, eq=False)
 class ProgramCheck:
-    """What a program of rows of its own is held against.
+    """The check of a program whose rows aren't the locations of a path.
 
     Parameters
     ----------
     machine : on which it runs
-    toolpath : that it should follow
-    tool : None for its tip alone
-    around : part, stock and fixtures
-    constraints : on postures and turns
+    against : path, tool, surroundings and constraints
     tolerances : from where on a difference is a finding
     surface_tolerance : mm, gap between cutter and part that counts as touching
     """
 
     machine: Machine
-    toolpath: Toolpath | None
-    tool: Tool | None
-    around: Surroundings
-    constraints: Constraints
-    tolerances: Tolerances = DEFAULT_TOLERANCES
+    against: Against
+    tolerances: Tolerances
     surface_tolerance: float = SURFACE_TOLERANCE
 
-    @classmethod
-    def of(
-        cls, machine: Machine, against: Against, surface_tolerance: float = SURFACE_TOLERANCE
-    ) -> ProgramCheck:
-        """Take what a program is held against."""
-        return cls(
-            machine=machine,
-            toolpath=against.toolpath,
-            tool=against.cutter,
-            around=against.surroundings or Surroundings(),
-            constraints=against.constraints,
-            tolerances=against.tolerances,
-            surface_tolerance=surface_tolerance,
-        )
-
-    def report(self, read: CheckedProgram) -> Report:
+    def report(self, read: TracedProgram) -> Report:
         """Check a program that was read.
 
         Raises
@@ -217,7 +232,7 @@ class ProgramCheck:
         FiveAxisError
             As `verify_program`.
         """
-        toolpath = None if self.toolpath is None else self.constraints.zoned(self.toolpath)
+        toolpath, around = self.against.zoned_path, self.against.surroundings or Surroundings()
         if toolpath is not None:
             read = replace(read, path=read.path.in_zone(toolpath.zone))
         context = self._context(read)
@@ -225,26 +240,23 @@ class ProgramCheck:
         match, following = None, None
         if toolpath is not None:
             following, missed, match = check_following(context, toolpath, tcp_height=read.tcp_height)
+        has_tool = self.against.cutter is not None
         own = OwnRows(
             following=following,
-            lean=self._lean(context, toolpath, match),
-            turns=_check_turns(context, toolpath, match, swept=self.around.part is not None),
+            lean=self._lean(context, toolpath, match, around),
+            turns=_check_turns(context, toolpath, match, swept=around.part is not None),
             tcp_height=read.tcp_height,
-            has_tool=self.tool is not None,
+            has_tool=has_tool,
         )
-        left = [
-            *NOT_CHECKED,
-            *((NO_TOOL,) if self.tool is None else ()),
-            *((NO_PATH,) if toolpath is None else ()),
-        ]
+        left = [*NOT_CHECKED, *(() if has_tool else (NO_TOOL,)), *((NO_PATH,) if toolpath is None else ())]
         joint = CheckedInterpolation(Interpolation.JOINT, Interpolation.JOINT)
-        report = examine(Examination(context, self.around, joint, own=own), left)
+        report = examine(Examination(context, around, joint, own=own), left)
         counts = {} if match is None else match.missed
         return report.merge(Report.of_findings(missed, PATH, counts), Report.of_findings(read.findings))
 
-    def _context(self, read: CheckedProgram) -> CheckContext:
+    def _context(self, read: TracedProgram) -> CheckContext:
         # The path of a program's pivot over its blocks isn't the path's.
-        turning = replace(self.constraints.of_turns, turn_rate=None)
+        turning = replace(self.against.constraints.of_turns, turn_rate=None)
         if len(self.machine.rotaries) != 2:
             turning = replace(turning, singular_cone=None, singular_rate=0.0)
         applied = PathConstraints.of(read.path, self.machine, turning)
@@ -258,9 +270,11 @@ class ProgramCheck:
         )
         return make_context(read.motion, self.machine, read.path, applied, allowed)
 
-    def _lean(self, context: CheckContext, toolpath: Toolpath | None, match: Match | None) -> Result:
-        """Check the tool's lean where directions that it refers to are known."""
-        given = self.constraints
+    def _lean(
+        self, context: CheckContext, toolpath: Toolpath | None, match: Match | None, around: Surroundings
+    ) -> Result:
+        """Check the tool's lean where the directions that it refers to are known."""
+        given = self.against.constraints
         if not given.bounds_lean:
             return check_tilt(context)
         rows = np.arange(len(context.positions))
@@ -268,23 +282,23 @@ class ProgramCheck:
         if toolpath is not None and match is not None:
             known = np.flatnonzero(match.row >= 0)
             path, rows = toolpath.at(known), match.row[known]
-            # A program needs no block at every location: the axes are on their way between two there.
+            # A program needs no block at every location; between blocks the axes are interpolated.
             positions = interpolate(positions, match.place[known])
         elif given.cone is not None:
             raise SettingError("a cone stands about the axes of a path; give the path (--path)")
         elif any(bound is not None for bound in (given.tilt, given.lead, given.lean)):
-            if self.around.part is None:
+            if around.part is None:
                 raise SettingError(
                     "tilt refers to surface normals; give the part (--part) or the path (--path)"
                 )
-            path = find_contacts(path, self.around.part, tolerance=self.surface_tolerance)
+            path = find_contacts(path, around.part, tolerance=self.surface_tolerance)
         if len(rows) == 0:
             return check_tilt(context)
         if toolpath is None:
             path = given.zoned(path)
         applied = PathConstraints.of(path, context.machine, given.of_lean)
         if toolpath is None:
-            # What lies off the part is a feed move all the same, and nobody knows its lean.
+            # Off the part a move is a feed move all the same, but without a normal its lean isn't known.
             path = replace(path, kind=context.toolpath.kind[rows])
         motion = context.motion
         columns = ("feed", "time", "kind", "source")
@@ -296,21 +310,17 @@ class ProgramCheck:
 def _check_turns(
     context: CheckContext, toolpath: Toolpath | None, match: Match | None, *, swept: bool
 ) -> Result:
-    """Check how far rotary axes turn in a cut; a bound that somebody names holds for whole blocks.
+    """Check how far rotary axes turn in a cut; a given bound applies to whole blocks.
 
-    What the program itself turns the tool by is no excuse there: only what a path turns it by is.
+    Turns that the path itself prescribes are allowed beyond the bound; turns of the program alone aren't.
     """
     if context.constraints.max_turn is None:
-        return _as_severe(check_jumps(context), Severity.WARNING if swept else Severity.ERROR)
+        return replace(check_jumps(context), severity=Severity.WARNING if swept else Severity.ERROR)
     programmed = np.zeros(len(context.positions))
     if toolpath is not None and match is not None:
         known = np.flatnonzero(match.row >= 0)
-        # A row before a location is on the way to it.
+        # A row before a location belongs to the move to it.
         following = np.searchsorted(match.row[known], np.arange(len(programmed)))
         turns = np.append(programmed_turns(toolpath)[known], 0.0)
         programmed = turns[following]
     return check_jumps(context, programmed, blocks=True)
-
-
-def _as_severe(result: Result, severity: Severity) -> Result:
-    return replace(result, severity=severity)

@@ -20,7 +20,7 @@ import fiveaxis as fx
 from fiveaxis.collision import Surroundings
 from fiveaxis.contour import path_quality
 from fiveaxis.job import make_job
-from fiveaxis.job.setting_up import search_setups
+from fiveaxis.job.setup_search import search_setups
 from fiveaxis.kinematics import axis_positions, tool_poses
 from fiveaxis.machine import Limits
 from fiveaxis.mesh import TriangleTree, load_mesh

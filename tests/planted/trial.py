@@ -15,7 +15,7 @@ from fiveaxis.collision import Surroundings
 from fiveaxis.errors import FiveAxisError
 from fiveaxis.geometry import IntArray
 from fiveaxis.job import verify_program
-from fiveaxis.job.planned import PlannedProgram
+from fiveaxis.job.planned_program import PlannedProgram
 from fiveaxis.job.program import MadeProgram, ProgramOptions, expected_text, read_back
 from fiveaxis.nc import DIALECTS, ProgramSettings
 from fiveaxis.toolpath import Tool, Toolpath

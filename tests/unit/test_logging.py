@@ -92,7 +92,7 @@ def test_a_room_says_what_it_did(told, room, gist, detail):
     assert detail in told.of(room, logging.DEBUG)
 
 
-def test_every_room_of_a_job_is_heard_under_its_own_name(told):
+def test_every_room_of_a_job_logs_under_its_own_name(told):
     rooms = {record.name.split(".")[1] for record in told.records}
     assert rooms >= {"nc", "collision", "posture", "verification", "energy"}
 

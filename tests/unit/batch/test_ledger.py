@@ -158,7 +158,7 @@ def test_two_batches_dont_share_a_folder(tmp_path):
     pytest.importorskip("fcntl", reason="no such locks on Windows")
     with (
         locked(tmp_path),
-        pytest.raises(SettingError, match="another batch works in this folder"),
+        pytest.raises(SettingError, match="another batch is running in this folder"),
         locked(tmp_path),
     ):
         pass

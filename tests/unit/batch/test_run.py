@@ -155,7 +155,7 @@ def test_an_interrupted_batch_keeps_what_is_done_and_the_next_does_the_rest(jobs
     assert done.exit_code == 0
 
 
-def test_temporary_folders_of_killed_workers_are_swept_up(jobs, pretended, tmp_path):
+def test_temporary_folders_of_killed_workers_are_removed(jobs, pretended, tmp_path):
     for place in (tmp_path / "out", tmp_path / "out" / "a"):
         (place / ".fiveaxis-left").mkdir(parents=True)
     run_batch(jobs, tmp_path / "out", workers=1)
@@ -202,7 +202,7 @@ def test_a_sweep_whose_variants_fail_is_compared_all_the_same(write_job, pretend
     assert "no posture" in (tmp_path / "out" / "cup" / "comparison.svg").read_text()
 
 
-def test_a_worker_of_another_version_is_told_about(jobs, pretended, tmp_path, monkeypatch):
+def test_a_worker_of_another_version_is_reported(jobs, pretended, tmp_path, monkeypatch):
     monkeypatch.setattr("fiveaxis.batch.run.__version__", "99.0")
     (row,) = run_batch(jobs[:1], tmp_path / "out", workers=1).rows
     assert row.status is Status.BROKEN

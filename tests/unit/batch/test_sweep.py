@@ -78,7 +78,7 @@ def test_names_are_names_of_one_folder_whatever_the_values_are():
     ("text", "line", "message"),
     [
         ("a = 1\nsweep = 3\n", 2, "must be a table"),
-        ("[sweep]\n", 1, "names nothing to vary"),
+        ("[sweep]\n", 1, "varies nothing"),
         ("[sweep]\ncone = 20\n", 2, "sweep.cone = 20 must be a list of values"),
         ("[sweep]\ncone = []\n", 2, "sweep.cone = [] must be a list of values"),
         ("[sweep]\nplan.stepdown = 2\n", 2, "sweep.plan.stepdown = 2 must be a list"),

@@ -64,7 +64,7 @@ def test_json_is_one_document_alone_on_stdout(lot):
     assert found["value"] is None  # JSON knows no infinite number
 
 
-def test_what_is_wrong_with_a_job_is_told_by_cause(lot, pretending):
+def test_the_faults_of_a_job_are_listed_by_cause(lot, pretending):
     rows = {job["name"]: job for job in json.loads(lot.result.stdout)["jobs"]}
     (cause,) = rows["unsound"]["summary"]
     assert (cause["code"], cause["count"], rows["unsound"]["errors"]) == ("axis-limit", 1, 1)

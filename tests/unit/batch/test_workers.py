@@ -115,7 +115,7 @@ def test_jobs_of_killed_workers_run_again_and_nothing_is_lost_or_doubled(
     done = in_time(lambda: run_batch(rings, tmp_path / "out", workers=2, tell=kill), 300)
     assert sorted(killed) == ["r0", "r1"]
     assert sorted(ended) == [row.name for row in done.rows] == ["r0", "r1", "r2"]
-    quiet = [run_task(Task(file.stem, file), tmp_path / "quiet") for file in rings]
+    quiet = [run_task(Task(file.stem, file), tmp_path / "quiet", lambda *_: None) for file in rings]
     assert [row.as_dict() for row in done.rows] == [row.as_dict() for row in quiet]
     kept = contents(tmp_path / "out")
     lines = kept.pop(LINES).decode().splitlines()
@@ -148,7 +148,7 @@ def test_ctrl_c_ends_the_workers_and_the_same_command_does_the_rest(rings, tmp_p
             process.kill()
     workers, *told, last = err.splitlines()
     assert (process.returncode, out) == (130, "")
-    assert last == "interrupted; what is done is kept, the same command does the rest"
+    assert last == "interrupted; finished jobs are kept, the same command does the rest"
     assert workers.split()
     ends = time.monotonic() + 30.0
     while alive := [pid for pid in workers.split() if is_alive(int(pid))]:

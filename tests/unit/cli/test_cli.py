@@ -204,7 +204,7 @@ def test_a_folder_is_not_an_input(tmp_path, name):
         ((*TILT, "--feed", "0"), "feed = 0.0 must be above 0"),
         ((*TILT, "--unit", "cm"), "unit = 'cm' must be 'mm' or 'inch'"),
         ((*TILT, "--max-turn", "0"), "max_turn = 0.0 must be above 0"),
-        ((*TILT, "--stepdown", "2"), "stepdown would plan passes on a mesh"),
+        ((*TILT, "--stepdown", "2"), "stepdown is for planning on a mesh"),
         ((*TILT, "--part", "gone.stl"), "gone.stl: no such file"),
         ((*TILT, "--drives", "linuxcnc-xyzac-trt"), "has no power for axis"),
     ],
@@ -233,7 +233,7 @@ def test_tilt_needs_normals(tmp_path):
 
 def test_a_unit_for_a_mesh_is_refused_instead_of_ignored():
     result = run("optimise", PART, *MACHINE, "--tool", "ball:8", *TILT, "--unit", "inch")
-    assert "a mesh is in mm" in refused(result)
+    assert "the input is a mesh" in refused(result)
 
 
 def test_an_error_is_a_json_document_too(path):
@@ -242,7 +242,7 @@ def test_an_error_is_a_json_document_too(path):
 
 
 @pytest.mark.parametrize("inside", ["", "deeper/still"])
-def test_a_file_in_the_place_of_the_folder_is_found_before_the_work(path, monkeypatch, inside):
+def test_a_file_with_the_name_of_the_folder_is_found_before_the_work(path, monkeypatch, inside):
     monkeypatch.setattr(fiveaxis.job.stages, "optimise_postures", lambda *_, **__: pytest.fail("too late"))
     (path.parent / "out").write_text("mine")
     message = refused(run("optimise", path, *MACHINE, *BALL, *TILT, "-o", path.parent / "out" / inside))
@@ -304,7 +304,7 @@ def downward(tmp_path: Path) -> Path:
     return write_table(tmp_path / "down.csv", rows, "i,j,k")
 
 
-def test_locations_without_a_posture_are_told_by_cause_and_nothing_is_written(downward):
+def test_locations_without_a_posture_are_listed_by_cause_and_nothing_is_written(downward):
     result = run("optimise", downward, *MACHINE, *BALL, *CONE, "-o", downward.parent / "out")
     assert "5 of 8 locations have no admissible posture on hayashi-640123" in refused(result, code=3)
     _, cause, more = result.stderr.splitlines()
@@ -356,7 +356,7 @@ def failing(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.usefixtures("failing", "undrawn")
-def test_a_motion_with_errors_gets_no_program_and_a_stale_one_is_taken_away(path):
+def test_a_motion_with_errors_gets_no_program_and_a_stale_one_is_removed(path):
     out = path.parent / "out"
     out.mkdir()
     (out / "program.ngc").write_text("stale")
@@ -414,10 +414,10 @@ def test_info_names_the_nearest_machine():
         (("info", "--code", "650123"), ["C - B - bed", "B = 0 deg ±", "table-table"]),
         (("info", "--code", "012346"), ["no choice of posture: C, the rotary axis next to the tool"]),
         (("info", "takisawa-mac-v3"), ["3-axis", "base power 2763.18 W", "it has 0 rotary axes"]),
-        (("info", "dmu50ev"), ["0.707107", "lean 0 … 90 deg"]),
+        (("info", "dmu50ev"), ["0.707107", "inclination 0 … 90 deg"]),
     ],
 )
-def test_info_tells_structure_branches_and_singular_direction(words, said):
+def test_info_prints_structure_branches_and_singular_direction(words, said):
     result = run(*words)
     assert result.exit_code == 0
     text = " ".join(result.stdout.split())
@@ -434,7 +434,7 @@ def test_info_of_a_code_answers_in_json_too():
 
 @pytest.mark.parametrize("words", [("info",), ("info", "hayashi-640123", "--code", "640123")])
 def test_info_wants_a_machine_or_a_code(words):
-    assert "name a machine, or give --code" in refused(run(*words))
+    assert "give either a machine" in refused(run(*words))
 
 
 def test_check_lists_findings_and_fails_on_errors(tmp_path):
@@ -524,9 +524,9 @@ def test_the_surface_goes_to_stdout_as_a_table_or_as_json():
         (("1,2", *MACHINE), "'1,2' isn't of the form X,Y,Z"),
         (("1,2,nan", *MACHINE), "'1,2,nan' isn't of the form X,Y,Z"),
         (("1,2,3",), "--machine is missing"),
-        (("1,2,3", *MACHINE, "--step", "0"), "--step is 0 deg; it must lie between"),
-        (("1,2,3", *MACHINE, "--step", "1e-9"), "--step is 1e-09 deg; it must lie between"),
-        (("1,2,3", *MACHINE, "--feed", "inf"), "--feed is inf mm/min; it must lie between"),
+        (("1,2,3", *MACHINE, "--step", "0"), "--step is 0 deg; it must be between"),
+        (("1,2,3", *MACHINE, "--step", "1e-9"), "--step is 1e-09 deg; it must be between"),
+        (("1,2,3", *MACHINE, "--feed", "inf"), "--feed is inf mm/min; it must be between"),
         (("1,2,3", "--machine", "linuxcnc-xyzac-trt"), "--drives NAME"),
     ],
 )
@@ -605,8 +605,8 @@ def test_bounds_and_prices_of_the_optimiser_reach_it(path, tmp_path):
         (("--front", "1"), "front = 1 must be at least 2"),
         (("--turn-rate", "0"), "turn_rate = 0.0 must be above 0"),
         (("--winding", "round"), "winding = 'round' must be"),
-        (("--front", "3", "--smoothing", "5"), "smoothing is what a front sweeps"),
-        (("--pick", "2"), "pick = 2 chooses from a front; give front, too"),
+        (("--front", "3", "--smoothing", "5"), "smoothing is varied along a front"),
+        (("--pick", "2"), "pick = 2 chooses from a front; give front too"),
         (("--front", "3", "--pick", "4"), "pick = 4 is none of the 3 solutions of the front"),
     ],
 )

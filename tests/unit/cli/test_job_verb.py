@@ -18,6 +18,8 @@ from fiveaxis.errors import SettingError
 from fiveaxis.job.description import Job
 from fiveaxis.job.guide import list_entries, starter_text, to_toml, write_starter
 from fiveaxis.job.reading import read_job
+from fiveaxis.machine.tables import MachineFile
+from fiveaxis.nc import Dialect
 
 # Numbers that count or compare, and directions: they have no unit.
 WITHOUT_UNIT = {"plane", "front", "pick", "process.teeth", "factors.price", "fixture.cylinder.direction"}
@@ -53,7 +55,7 @@ def test_every_number_has_a_unit_or_is_known_to_have_none():
     assert bare <= WITHOUT_UNIT
 
 
-def test_a_field_is_told_with_kind_unit_default_and_bounds():
+def test_a_field_is_explained_with_kind_unit_default_and_bounds():
     found = {entry.key: entry.as_dict() for entry in list_entries()}
     assert found["cone"]["type"] == "number > 0 and <= 180"
     assert (found["cone"]["unit"], found["cone"]["default"]) == ("deg", "")
@@ -68,17 +70,27 @@ def test_a_sweep_is_explained_and_shown_in_a_new_file(tmp_path):
     assert "10000 at most" in told["sweep"].description
     assert told["sweep.combine"].kind == '"product" | "zip"'
     assert "setup.offset" in told["sweep.KEY"].description
-    shown = starter_text().partition("# The whole file is for a batch then:\n")[2]
+    shown = starter_text().partition("# With a sweep the file is for `fiveaxis batch`:\n")[2]
     text = "".join(line.removeprefix("#   ") + "\n" for line in shown.splitlines())
     variants = read_sweep(tomllib.loads(text), text, tmp_path / "job.toml")
     assert len(variants) == 4
 
 
-def test_no_field_is_told_by_its_unit_alone():
+def test_no_field_is_explained_by_its_unit_alone():
     told = {entry.key: entry.description for entry in list_entries()}
     assert told["factors.co2"] == "emission of the electricity"
     assert told["fixture.box.size"] == "sides along X, Y and Z"
     assert told["nc.spindle_rpm"] != told["nc.spindle_direction"]
+
+
+def test_a_field_has_the_whole_text_of_its_docstring():
+    found = {entry.key: entry.description for entry in list_entries()}
+    assert found["nc.home"].endswith("it begins with Z alone where there is no retract")
+
+
+@pytest.mark.parametrize("model", [Dialect, MachineFile], ids=lambda model: model.__name__)
+def test_other_files_are_listed_too(model):
+    assert set(model.model_fields) <= {entry.key for entry in list_entries(model)}
 
 
 def test_explain_as_json_is_one_document_on_stdout():
@@ -130,7 +142,7 @@ def test_an_existing_file_is_not_overwritten(tmp_path):
     path.write_text("kept")
     result = run("job", path, "--init")
     assert result.exit_code == 2
-    assert "is there already and stays as it is" in result.stderr
+    assert "exists already and isn't overwritten" in result.stderr
     assert path.read_text() == "kept"
 
 
@@ -140,7 +152,7 @@ def test_a_job_file_has_its_suffix(tmp_path):
 
 
 @pytest.mark.parametrize("words", [(), ("--explain", "--init"), ("mine.toml", "--explain")])
-def test_what_the_verb_is_to_do_must_be_said(words):
+def test_the_command_needs_exactly_one_of_its_options(words):
     assert run("job", *words).exit_code == 2
 
 

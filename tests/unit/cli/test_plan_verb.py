@@ -57,7 +57,7 @@ def test_the_plan_tables_keys_are_the_planners_options():
     assert set(PlanTable.model_fields) - {"allow_open"} == planner
 
 
-def test_a_plan_tells_the_ridges_and_chords_that_were_measured():
+def test_a_plan_prints_the_ridges_and_chords_that_were_measured():
     document = json.loads(plan(*words(SPIRAL), "--json").stdout)
     path = load_job_toolpath(make_job(input=PART, tool="ball:8", plan=SPIRAL))
     measured = path_quality(path, PART, overhang=True)

@@ -192,7 +192,7 @@ def test_the_controls_are_listed():
     assert all(name in text for name in DIALECTS)
 
 
-def test_what_cannot_be_written_is_said_before_the_work(tmp_path, monkeypatch):
+def test_what_cannot_be_written_is_reported_before_the_work(tmp_path, monkeypatch):
     def never(*_, **__):
         raise AssertionError("the work has begun")
 

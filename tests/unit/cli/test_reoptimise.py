@@ -119,7 +119,7 @@ def test_a_program_with_rotary_words_needs_its_machine(tmp_path):
     assert json.loads(other.stdout)["machine"]["name"] == "hayashi-640123"
 
 
-def test_a_moved_part_is_told_and_not_followed(tmp_path, part):
+def test_a_moved_part_is_reported_and_not_followed(tmp_path, part):
     program = write_program(tmp_path / "wall.ngc", Tool.ball(6))
     mesh = trimesh.load_mesh(part)
     mesh.apply_translation([0.0, 0.0, 0.4])

@@ -1,15 +1,17 @@
-"""What verbs print and how."""
+"""What commands print, and how options are parsed."""
 
 import json
+from types import SimpleNamespace
 
 import pytest
 import typer
 from typer.testing import CliRunner
 
 from fiveaxis.cli import app
-from fiveaxis.cli.terminal import errors_explained
-from fiveaxis.errors import Infeasible
+from fiveaxis.cli.terminal import FIRST_RUN, errors_explained, parse_positions, print_first_run
+from fiveaxis.errors import Infeasible, SettingError
 from fiveaxis.findings import Finding, Place, Severity
+from fiveaxis.posture.search.kernel import relax_layer
 
 
 def test_brackets_in_help_are_no_markup():
@@ -30,3 +32,39 @@ def test_many_places_of_one_cause_are_one_line_and_json_lists_all(capsys):
     document = json.loads(said.out)
     assert len(document["findings"]) == 300
     assert [cause["count"] for cause in document["summary"]] == [300]
+
+
+def test_the_first_run_says_that_it_compiles_until_something_compiled_is_kept(tmp_path, capsys):
+    kernel = SimpleNamespace(py_func=relax_layer.py_func, stats=SimpleNamespace(cache_path=str(tmp_path)))
+    print_first_run(kernel)
+    assert capsys.readouterr().err.strip() == FIRST_RUN
+    (tmp_path / "kernel.relax_layer-59.py311.nbi").touch()
+    print_first_run(kernel)
+    assert capsys.readouterr().err == ""
+
+
+def test_a_compiled_loop_says_where_it_is_kept():
+    assert relax_layer.stats.cache_path is not None
+
+
+@pytest.mark.parametrize(
+    ("text", "positions"),
+    [
+        ("X18,Y74,Z0", {"X": 18, "Y": 74, "Z": 0}),
+        (" x-1.5 , c30", {"X": -1.5, "C": 30}),
+        ("G55X18,g54.1p3z-2", {"G55X": 18, "G54.1P3Z": -2}),
+    ],
+)
+def test_positions_are_of_axes_or_of_axes_in_a_work_offset(text, positions):
+    assert parse_positions("--program-zero", text) == positions
+
+
+@pytest.mark.parametrize("text", ["18", "X", "X1;Y2", "", "X1,,Y2"])
+def test_what_is_no_position_is_refused_with_the_form(text):
+    with pytest.raises(SettingError, match="isn't of the form X18,Y74,Z0"):
+        parse_positions("--start", text)
+
+
+def test_an_axis_is_named_once():
+    with pytest.raises(SettingError, match="names an axis twice"):
+        parse_positions("--start", "X1,x2")

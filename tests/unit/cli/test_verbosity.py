@@ -41,13 +41,13 @@ def optimise(path: Path, *words: object, tilt: str = "15:75") -> Any:
 
 
 @pytest.mark.parametrize("words", [(), ("-v",), ("-vv",), ("-q",)])
-def test_json_is_alone_on_stdout_however_much_is_told(path, words):
+def test_json_is_alone_on_stdout_at_any_verbosity(path, words):
     result = optimise(path, "--json", *words)
     assert result.exit_code == 0
     assert json.loads(result.stdout)["locations"] == 30
 
 
-def test_verbose_tells_the_stages_room_by_room_and_more_verbose_their_details(path):
+def test_verbose_logs_the_stages_room_by_room_and_more_verbose_their_details(path):
     plain, told, detailed = (optimise(path, *words).stderr for words in ((), ("-v",), ("-vv",)))
     assert not any(f"{room}: " in plain for room in ROOMS)
     assert all(f"{room}: " in told for room in ROOMS)
@@ -57,14 +57,14 @@ def test_verbose_tells_the_stages_room_by_room_and_more_verbose_their_details(pa
 
 
 @pytest.mark.usefixtures("undrawn")
-def test_quiet_tells_nothing_of_a_run_that_went_well(path, tmp_path):
+def test_quiet_prints_nothing_about_a_run_without_errors(path, tmp_path):
     result = optimise(path, "-q", "-o", tmp_path / "out")
     assert result.exit_code == 0
     assert result.stderr == ""
     assert "energy of whole programs" in result.stdout
 
 
-def test_quiet_still_tells_errors(path):
+def test_quiet_still_prints_errors(path):
     result = optimise(path, "-q", tilt="75:15")
     assert result.exit_code == 2
     assert result.stderr.startswith("error: ")
@@ -76,7 +76,7 @@ def test_one_command_being_quiet_leaves_the_next_as_it_was(path, tmp_path):
     assert "wrote" in optimise(path, "-o", tmp_path / "out").stderr
 
 
-def test_telling_again_adds_no_second_handler():
+def test_setting_the_verbosity_again_adds_no_second_handler():
     set_verbosity(1, False)
     set_verbosity(2, False)
     handlers = logging.getLogger(ROOT).handlers

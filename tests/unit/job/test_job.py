@@ -124,7 +124,7 @@ def test_a_job_without_a_machine_can_be_planned_but_not_optimised(tmp_path):
 
 def test_settings_that_a_list_of_locations_has_no_use_for_are_refused(tmp_path):
     job = read_job(write_job(tmp_path), plan={"stepdown": 1.0, "overhang": True})
-    with pytest.raises(JobError, match=r"path\.csv: overhang, stepdown would plan passes on a mesh"):
+    with pytest.raises(JobError, match=r"path\.csv: overhang, stepdown is for planning on a mesh"):
         load_job_toolpath(job)
 
 
@@ -147,7 +147,7 @@ def test_a_folder_for_results_is_tried_and_not_made(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_file_in_the_way_of_the_folder_is_named(tmp_path):
+def test_a_file_with_the_name_of_the_folder_is_refused(tmp_path):
     (tmp_path / "a").write_text("")
     with pytest.raises(SettingError, match=r"a: is a file; name a folder"):
         require_folder(tmp_path / "a" / "b")

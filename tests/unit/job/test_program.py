@@ -1,4 +1,4 @@
-"""One way from postures to a program: what is verified is the text, whoever asks for it."""
+"""From postures to a program: what is verified is the text, whoever asks for it."""
 
 from __future__ import annotations
 
@@ -102,7 +102,7 @@ def test_what_the_file_says_is_what_was_verified(solution, tmp_path, hayashi, wa
     assert again.figures["off_path_mm"] <= 0.001
 
 
-def test_a_motion_alone_is_not_verified_and_not_written_unless_that_is_said(solution, tmp_path, hayashi):
+def test_a_motion_alone_is_not_verified_and_written_only_on_request(solution, tmp_path, hayashi):
     with pytest.raises(Unverified, match="which path it should follow"):
         fx.write_program(solution.motion, tmp_path / "a.ngc", machine=hayashi)
     assert list(tmp_path.iterdir()) == []
@@ -124,7 +124,7 @@ def test_a_path_of_another_motion_is_refused_before_anything_is_written(solution
     with pytest.raises(ToolpathError, match=r"wall: the motion has the tool 1 mm from location \d+"):
         fx.write_program(solution.motion, tmp_path / "a.ngc", toolpath=shifted, **words)
     fewer = wall.at(np.arange(len(wall) - 5))
-    rows = f"35 locations, and the motion has {len(solution.motion)}"
+    rows = f"35 locations and the motion {len(solution.motion)}"
     with pytest.raises(ToolpathError, match=rows):
         make_program(solution.motion, hayashi, fewer, Constraints(), ProgramOptions())
     assert list(tmp_path.iterdir()) == []
@@ -136,7 +136,7 @@ def test_a_solution_brings_what_it_was_made_for(solution, tmp_path, wall):
     assert fx.write_program(solution, tmp_path / "a.ngc").exists()
 
 
-def test_a_report_of_another_motion_lets_nothing_out(solution, tmp_path, hayashi, wall):
+def test_a_report_of_another_motion_releases_nothing(solution, tmp_path, hayashi, wall):
     other = fx.optimise(wall, hayashi, tilt=(30.0, 60.0), effort="quick")
     report = fx.verify(other.motion, hayashi, wall, tilt=(30.0, 60.0))
     with pytest.raises(SettingError, match="about another motion"):
@@ -176,7 +176,7 @@ def test_tcp_that_was_never_switched_on_is_found(solution, tmp_path):
     assert {"tcp-state", "text-differs"} & set(made.report.counts)
 
 
-def test_the_spindle_that_nobody_named_is_told_as_not_checked(solution):
+def test_a_spindle_that_was_not_given_is_reported_as_not_checked(solution):
     made = solution.program()
     assert "spindle: no speed was given, and none is written" in made.report.not_checked
     turning = solution.program(settings=ProgramSettings(spindle_rpm=8000, spindle_direction="left"))

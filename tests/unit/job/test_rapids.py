@@ -151,7 +151,7 @@ def test_a_cut_that_a_program_makes_in_rapid_is_held_to_the_path(hayashi, tmp_pa
 
 
 @pytest.mark.parametrize("speed", [None, 6000.0])
-def test_what_the_optimiser_takes_for_unknown_speeds_is_said(hayashi, speed):
+def test_what_the_optimiser_assumes_for_unknown_speeds_is_reported(hayashi, speed):
     path = two_cuts() if speed else two_cuts().with_rapid(600.0)
     found = optimise(path, hayashi, cone=20, effort="quick").toolpath.findings
     (told,) = [f for f in found if f.code == "rapid-speed-unknown"]

@@ -36,7 +36,7 @@ def comments(program) -> str:
     return " ".join(re.sub(r"^[(;] ?|\)$", "", line) for line in program.lines if line[0] in "(;")
 
 
-def test_a_text_that_nobody_verified_says_so(motion, hayashi):
+def test_an_unverified_text_says_so(motion, hayashi):
     assert "NOT VERIFIED" in comments(compose_program(motion, machine=hayashi))
 
 
@@ -91,13 +91,13 @@ def test_an_override_of_nothing_that_exists_is_refused(override, text):
         Gate.of(found(), [override])
 
 
-def test_an_override_that_was_not_needed_is_told():
+def test_an_override_that_was_not_needed_is_reported():
     gate = Gate.of(found(), ["jump"])
     assert gate.is_open
     assert [f.code for f in gate.unused] == ["override-unused"]
 
 
-def test_a_program_that_nobody_verified_passes_only_when_that_is_said():
+def test_an_unverified_program_passes_only_if_that_is_requested():
     gate = Gate.unverified()
     assert not gate.is_open
     with pytest.raises(Unverified, match="which path it should follow"):

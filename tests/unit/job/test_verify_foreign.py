@@ -118,7 +118,7 @@ def test_a_turn_that_is_no_rewind_is_a_jump(hayashi, tmp_path, rewind, line):
     assert [f.place.line for f in report.findings if f.code == "jump"] == [line]
 
 
-def test_a_bull_nose_follows_the_straight_way_of_its_centre(hayashi, tmp_path):
+def test_a_bull_nose_follows_the_straight_path_of_its_centre(hayashi, tmp_path):
     """Few contacts around a cylinder: from one to the next the tool turns by 12 deg about what it cuts."""
     angle = np.linspace(0.0, 2.0, 11)
     around = np.stack([np.cos(angle), np.sin(angle), 0.2 + 0.0 * angle], axis=1)

@@ -103,12 +103,12 @@ def test_a_good_program_has_no_finding_but_that_its_begin_is_unknown(program, ha
     assert any("where the axes stand before it" in sentence for sentence in report.not_checked)
 
 
-def test_without_a_tool_the_tip_alone_is_followed_and_that_is_said(program, hayashi):
+def test_without_a_tool_only_the_tip_is_followed_and_the_report_says_so(program, hayashi):
     report = fx.verify_program(program, hayashi)
     assert report.ok
     text = " ".join(report.not_checked)
     assert "no tool was given" in text
-    assert "no path to compare it with" in text
+    assert "no path was given to compare it with" in text
     assert "gouges: no mesh" in text
 
 
@@ -231,7 +231,7 @@ def test_a_holder_that_is_clamped_too_short_is_found_with_its_line(program, haya
     assert {f.place.line for f in found} & moves
 
 
-def test_a_fixture_in_the_way_is_found_by_the_verb(program, wall, tmp_path):
+def test_the_command_finds_a_collision_with_a_fixture(program, wall, tmp_path):
     fixtures = tmp_path / "fixtures.toml"
     x, y, z = wall.contact[20] + 8.0 * wall.normal[20]
     fixtures.write_text(
@@ -273,7 +273,7 @@ def run(*words):
     return CliRunner().invoke(app, [str(w) for w in words])
 
 
-def test_the_verb_says_what_the_library_says(program, hayashi, wall, cone, tmp_path):
+def test_the_command_reports_what_the_library_reports(program, hayashi, wall, cone, tmp_path):
     write_toolpath(wall, tmp_path / "wall.csv")
     cone.export(tmp_path / "cone.stl")
     asked = ("-m", "hayashi-640123", "--tool", "ball:10", "--path", tmp_path / "wall.csv", "--tilt", "15:75")
@@ -329,7 +329,7 @@ def test_a_program_of_directions_is_checked_as_a_path_and_says_so(trunnion, tmp_
     report = fx.verify_program(path, trunnion, tool=Tool.ball(2), part=box)
     assert report.counts["angles-assumed"] == 1
     told = next(f for f in report.findings if f.code == "angles-assumed")
-    assert "the control may take others" in told.message
+    assert "the control may choose others" in told.message
     # The box reaches to Z 7, the tip runs at Z 5.
     assert {f.place.line for f in report.findings if f.code == "gouge"} <= set(range(8, 14))
     assert report.counts["gouge"] >= 3

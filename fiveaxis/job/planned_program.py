@@ -1,4 +1,4 @@
-"""From postures to the program's motion: blocks inserted and left out, lead-in, lead-out, approach."""
+"""From postures to the program's motion: blocks inserted and removed, lead-in, lead-out, approach."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from fiveaxis.verification import Leads, Tolerances, choose_leads
 
 @dataclass(frozen=True, eq=False)
 class PlannedProgram:
-    """A program's motion before it is text.
+    """A program's motion before it becomes text.
 
     Parameters
     ----------
     motion : every move of the program
     fill : the locations that the path's blocks stand for
-    leads : how the program comes to the path and leaves it
-    retract : mm, axis value of Z where it ends; None where it doesn't go up, or nobody knows where that is
+    leads : lead-in and lead-out
+    retract : mm, axis value of Z where it ends; None where it doesn't go up, or where that value isn't known
     """
 
     motion: ProgramMotion
@@ -35,12 +35,12 @@ class PlannedProgram:
 
     @property
     def path_rows(self) -> IntArray:
-        """(m,), the location of the fill that each row of the motion ends at; of leads the nearest."""
+        """(m,), the location of the fill where each row of the motion ends; for leads the nearest."""
         inner = np.arange(len(self.motion)) - self.motion.first
         return self.fill.kept[np.clip(inner, 0, len(self.fill.kept) - 1)]
 
     def without_redundant(self, constraints: Constraints, wording: Wording) -> PlannedProgram:
-        """Remove the blocks that the control passes by itself, but those that something was found about."""
+        """Remove the blocks whose positions the control passes anyway."""
         fill = Filling.of(constraints, wording.interpolation).thin(self.fill)
         return replace(self, fill=fill, motion=_around(fill, self.leads, wording, self.retract))
 
@@ -54,10 +54,10 @@ def plan_program(
     settings: ProgramSettings,
     tolerances: Tolerances,
 ) -> PlannedProgram:
-    """Work out what a program does between the locations of a path, before it and after it.
+    """Plan what a program does between the locations of a path, before them and after them.
 
-    Every location has its block, and as many are inserted as keep the tool on its path. Lead-in and lead-out
-    are chosen clear of part, stock, fixtures and machine.
+    Every location has its block; further blocks are inserted where the tool would leave its path. Lead-in and
+    lead-out are chosen clear of part, stock, fixtures and machine.
 
     Parameters
     ----------
@@ -67,7 +67,7 @@ def plan_program(
     machine, is_program = wording.machine, wording.dialect.language == "blocks"
     fill = Filling.of(constraints, wording.interpolation).fill(toolpath, machine, motion)
     none = np.zeros(len(machine.letters))
-    # A list of cutter locations has no approach of ours.
+    # Whoever posts a list of cutter locations adds the approach.
     leads = (
         choose_leads(
             fill.motion,
@@ -87,10 +87,10 @@ def plan_program(
 
 
 def may_thin(wording: Wording) -> bool:
-    """Tell whether it is known how a control moves between two blocks far apart.
+    """Check whether it is known how a control moves between two blocks far apart.
 
-    Directions of the tool leave the angles between them to the control, a tip that is named in a frame that
-    stands still while the table turns its path, and a list of cutter locations all of it.
+    Tool directions leave the angles in between to the control; a tip in a frame that doesn't turn with the
+    table leaves it the path; a list of cutter locations leaves it everything.
     """
     if wording.dialect.language != "blocks" or wording.coordinates == "vector":
         return False
@@ -109,18 +109,18 @@ def _around(fill: Fill, leads: Leads, wording: Wording, retract: float | None) -
 
 
 def _retract(settings: ProgramSettings) -> float | None:
-    """Give the machine's place of Z, mm, to which a program goes up at its end, if it does."""
+    """Return the machine position of Z, mm, to which a program goes up at its end, if it does."""
     if settings.retract is None and settings.home.split()[:1] == ["Z"]:
         return 0.0
     return settings.retract
 
 
 def _known_retract(settings: ProgramSettings, machine: Machine) -> float | None:
-    """Give the same as an axis value: only a machine with known travel counts Z from the control's zero."""
-    place = _retract(settings)
-    if place is None or "Z" not in machine.letters:
+    """Return the same as an axis value: only a machine with known travel counts Z from the control's zero."""
+    z = _retract(settings)
+    if z is None or "Z" not in machine.letters:
         return None
     axis = machine.axes[machine.column("Z")]
     if not np.isfinite([axis.limits.low, axis.limits.high]).all():
         return None
-    return -place if axis.reversed else place
+    return -z if axis.reversed else z

@@ -12,10 +12,9 @@ from typer.testing import CliRunner
 
 from fiveaxis.cli import app
 from fiveaxis.errors import Infeasible, JobError
-from fiveaxis.job import choose_search, load_surroundings, make_job, run_job, setting_up, setup_costs
+from fiveaxis.job import choose_search, load_surroundings, make_job, run_job, setup_choice, setup_search
 from fiveaxis.job.box_search import halton, search_box
-from fiveaxis.job.setting_up import search_setups
-from fiveaxis.job.setup_costs import SetupCosts
+from fiveaxis.job.setup_search import SetupCosts, search_setups
 from fiveaxis.machine import DirectionalDrive, load_machine
 from fiveaxis.nc import read_toolpath
 from fiveaxis.report.sections import setup_section
@@ -59,11 +58,11 @@ def test_a_ring_is_cheapest_where_its_middle_stands_on_the_axis_of_the_table(rin
     assert len(search.tried) <= 20
 
 
-def test_the_chosen_setup_is_never_dearer_and_the_report_tells_both(ring):
+def test_the_chosen_setup_costs_less_and_the_report_lists_both(ring):
     outcome = run_job(make(ring, x=(-30.0, 30.0)))
     found = outcome.document["setup_search"]
     assert outcome.solution.energy.total == found["chosen"]["energy"] < found["given"]["energy"]
-    assert found["saved"] > found["least_saving"] >= setting_up.LEAST_SAVING
+    assert found["saved"] > found["least_saving"] >= setup_choice.LEAST_SAVING
     assert found["given"]["offset"] == [25.0, 0.0, 0.0]
     assert found["saved"] == pytest.approx(1.0 - found["chosen"]["energy"] / found["given"]["energy"])
     assert outcome.document["machine"]["setup"]["offset"] == found["chosen"]["offset"]
@@ -76,15 +75,15 @@ def test_two_searches_give_the_same_document(ring):
     assert run_job(job).document == run_job(job).document
 
 
-def test_setups_that_cannot_be_followed_are_skipped_and_told(ring, monkeypatch):
-    whole = setup_costs.optimise
+def test_setups_without_a_path_are_skipped_and_listed(ring, monkeypatch):
+    whole = setup_search.optimise
 
     def fenced(path, machine, bounds, **options):
         if machine.setup.offset[0] < 20.0:
             raise Infeasible("out of reach", [])
         return whole(path, machine, bounds, **options)
 
-    monkeypatch.setattr(setup_costs, "optimise", fenced)
+    monkeypatch.setattr(setup_search, "optimise", fenced)
     found = run_job(make(ring, x=(-30.0, 30.0), tries=6)).document["setup_search"]
     refused = [tried for tried in found["tried"] if tried["rough"] is None]
     assert refused
@@ -104,7 +103,7 @@ def test_a_setup_that_looks_cheaper_and_is_not_is_not_taken(ring, monkeypatch):
     monkeypatch.setattr(SetupCosts, "free", lambda _, setup: -abs(setup.offset[0] - 25.0))
     found = run_job(make(ring, x=(-200.0, 30.0), tries=8)).document["setup_search"]
     assert found["chosen"]["offset"] == [25.0, 0.0, 0.0]
-    assert sum(tried["energy"] is not None for tried in found["tried"]) == 1 + setting_up.FULL_RUNS
+    assert sum(tried["energy"] is not None for tried in found["tried"]) == 1 + setup_choice.FULL_RUNS
 
 
 @pytest.fixture
@@ -122,10 +121,10 @@ def test_a_turn_about_an_endless_axis_saves_nothing_and_is_not_proposed(dome, mo
     setup = {"offset": (0.0, 0.0, 0.0), "search": {"angle": (0.0, 360.0), "tries": 6}}
     words = {"machine": MACHINE, "tool": "ball:10", "tilt": (10, 70), "effort": "quick"}
     # However small a saving would do: the given setup, started from the other's postures, costs the same.
-    monkeypatch.setattr(setting_up, "LEAST_SAVING", least)
+    monkeypatch.setattr(setup_choice, "LEAST_SAVING", least)
     # Looked at roughly, one turn seems to be cheaper.
     monkeypatch.setattr(SetupCosts, "free", lambda _, there: abs(there.rotation[2] - angle))
-    monkeypatch.setattr(setting_up, "search_box", lambda look, *_: look(np.array([angle / 360.0])))
+    monkeypatch.setattr(setup_search, "search_box", lambda look, *_: look(np.array([angle / 360.0])))
     outcome = run_job(make_job(input=dome, setup=setup, **words))
     found = outcome.document["setup_search"]
     assert found["chosen"]["rotation_deg"] == found["given"]["rotation_deg"] == [0.0, 0.0, 0.0]
@@ -141,7 +140,7 @@ def test_a_turn_about_an_endless_axis_saves_nothing_and_is_not_proposed(dome, mo
 
 
 def test_a_saving_below_the_threshold_keeps_the_given_setup_and_says_so(ring, monkeypatch):
-    monkeypatch.setattr(setting_up, "LEAST_SAVING", 0.99)
+    monkeypatch.setattr(setup_choice, "LEAST_SAVING", 0.99)
     outcome = run_job(make(ring, x=(-30.0, 30.0)))
     found = outcome.document["setup_search"]
     assert found["chosen"] == found["given"]
@@ -216,7 +215,7 @@ def test_a_clamp_that_blocks_the_cheapest_setup_sends_the_search_to_another(besi
     assert "clear of part, stock and fixtures" in page
 
 
-def test_where_all_that_was_looked_at_is_blocked_places_are_scattered_on(beside_a_clamp):
+def test_where_all_tried_setups_are_blocked_further_ones_are_scattered(beside_a_clamp):
     job = beside_a_clamp(8)
     tool = parse_tool(job.tool)
     search = search_setups(
@@ -227,7 +226,7 @@ def test_where_all_that_was_looked_at_is_blocked_places_are_scattered_on(beside_
     assert all(tried.setup.rotation[2] > 90.0 for tried in search.ranked)
 
 
-def test_who_only_wants_verification_gets_a_search_with_nothing_in_the_way(beside_a_clamp):
+def test_with_verification_only_the_search_ignores_obstacles(beside_a_clamp):
     found = run_job(beside_a_clamp(2, keep_clear=False)).document["setup_search"]
     assert all(tried["kept_clear"] is None for tried in found["tried"])
 

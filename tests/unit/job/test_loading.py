@@ -1,7 +1,7 @@
 """Every file that a job is made from."""
 
 from fiveaxis.job import read_job
-from fiveaxis.job.inputs import describe_inputs
+from fiveaxis.job.loading import describe_inputs
 
 PATH = "x,y,z,nx,ny,nz\n10,0,0,1,0,0\n10,1,0,1,0,0\n"
 FILES = {
@@ -16,7 +16,7 @@ FILES = {
 }
 
 
-def test_each_is_described_once_with_what_it_is_used_as(tmp_path):
+def test_each_file_of_a_job_is_described_once_with_its_uses(tmp_path):
     for name, text in FILES.items():
         (tmp_path / name).write_text(text)
     found = describe_inputs(read_job(tmp_path / "job.toml", part=tmp_path / "ring.csv"))

@@ -57,7 +57,7 @@ def test_the_printed_program_takes_the_printed_energy_and_time(zigzag, takisawa)
     assert rows["N01 G01 Z-0.5 F300"]["Z"] == pytest.approx(11.21, rel=0.05)
 
 
-def test_an_axis_that_is_taken_to_stand_while_it_goes_a_way_is_named(tmp_path):
+def test_an_axis_that_creeps_while_it_counts_as_standing_is_reported(tmp_path):
     file, machine = tmp_path / "slow.nc", load_machine("hayashi-640123")
     for height, told in ((0.5, True), (0.7, False)):
         file.write_text(f"G21 G90 G94\nG0 X0 Y0 Z0 A0 C0\nG93 G1 X10 Z{height} F0.1\n")
@@ -169,7 +169,7 @@ def test_a_written_program_costs_what_its_motion_did(tmp_path, hayashi):
 
 
 @pytest.mark.parametrize(("tool", "stated"), [("bull:16:4", True), ("ball:8", False)])
-def test_the_feed_in_the_head_counts_where_blocks_cannot_tell_it(tmp_path, hayashi, tool, stated):
+def test_the_feed_of_the_header_counts_where_blocks_do_not_state_it(tmp_path, hayashi, tool, stated):
     """A bull nose goes along its path beside its axis, on a side that no block names; a ball on its axis."""
     path = tmp_path / "p.ngc"
     head = f"(tool: {tool})\n(feed: 1000 mm/min along the path)\nG21 G90 G93\n"
@@ -204,7 +204,7 @@ def test_a_machine_without_powers_and_unknown_corners_are_refused(zigzag, takisa
     assert run("energy", zigzag, "-m", "takisawa-mac-v3", "--start", "X=3").exit_code == 2
 
 
-def test_a_program_faster_than_its_axes_is_told(tmp_path, takisawa):
+def test_a_program_faster_than_its_axes_is_reported(tmp_path, takisawa):
     path = tmp_path / "fast.nc"
     path.write_text("G90 G21\nG00 X0 Y0 Z0\nG01 X100 F50000\nG01 X0 F500\n")
     found = fx.program_energy(path, takisawa)
@@ -234,4 +234,4 @@ def test_options_of_the_verb_are_the_librarys(tmp_path):
     skipped = json.loads(run("energy", path, *machine, *zero, "--block-delete").stdout)
     assert skipped["energy"]["time"] < plain["energy"]["time"]
     assert "names an axis twice" in run("energy", path, *machine[:2], "--start", "X1,X2").stderr
-    assert "let its name end in .svg" in run("energy", path, *machine[:2], "--figure", "x.png").stderr
+    assert "its name must end in .svg" in run("energy", path, *machine[:2], "--figure", "x.png").stderr

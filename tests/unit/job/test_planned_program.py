@@ -12,7 +12,7 @@ from by_degrees import optimise
 import fiveaxis as fx
 from fiveaxis.energy import motion_energy, move_energies
 from fiveaxis.job import MadeProgram, ProgramOptions, make_job, make_program, verify_program
-from fiveaxis.job.planned import may_thin
+from fiveaxis.job.planned_program import may_thin
 from fiveaxis.motion import AXIS_TOLERANCE, filling, follow
 from fiveaxis.nc import Coordinates
 from fiveaxis.posture import Solution
@@ -97,7 +97,7 @@ def test_what_holds_an_axis_goes_before_the_plane(solution):
     assert program.report.figures["held_axis_off_deg"] < 1e-6
 
 
-def test_all_blocks_stay_where_that_is_asked_for(solution):
+def test_all_blocks_stay_on_request(solution):
     program = program_of(solution, thin=False)
     assert program.fill.removed == 0
     assert len(program.motion.blocks) == 721 + program.fill.inserted

@@ -1,4 +1,4 @@
-"""What NC programs cost: block by block and by axis."""
+"""Compute what an NC program costs the feed drives, block by block and by axis."""
 
 from __future__ import annotations
 
@@ -23,15 +23,15 @@ from fiveaxis.nc.options import Wrap
 from fiveaxis.nc.source import load_source
 from fiveaxis.toolpath import MoveKind, Tool, parse_tool
 
-# Findings and text shown of a block are cut at this length.
+# Characters of a block's text that are shown.
 BLOCK_TEXT = 60
 # Share of an axis's highest speed that rounding of a program's words may exceed.
 OVER = 1e-3
-# mm or deg: ways of an axis that is so slow that it stands, from which on that is told.
+# mm or deg: travel of an axis too slow to count as moving, above which it is reported.
 CREPT = 0.1
-# Parts of one straight way of the tip are as long (mm) and take as long (s) as each other.
-SAME_WAY, SAME_TIME = 1e-7, 1e-9
-# A program of ours says in its head which tool it is for: in this many lines.
+# mm and s: differences between parts of one straight move of the tip.
+SAME_STEP, SAME_TIME = 1e-7, 1e-9
+# Lines of a program's header in which fiveaxis names the tool and the feed.
 HEAD = 100
 _TOOL = re.compile(r"\btool: ([a-z]+(?::[0-9.]+)+)", re.IGNORECASE)
 _FEED = re.compile(r"\bfeed: ([0-9.]+) mm/min along the path", re.IGNORECASE)
@@ -49,10 +49,10 @@ class ProgramEnergy:
     motion : its blocks as a motion, with the times that the energies belong to
     by_block : (n, k), J: ∫P dt of the move that ends at the row, by axis
     energy : totals
-    law : how the motion runs under the axes' accelerations; None where the programmed times are taken
-    texts : (n,) the blocks as written
-    tool : whose centre's way is the programmed feed's; None for the tip's
-    findings : what reading assumed or left out
+    law : how the motion runs under the axes' accelerations; None where the programmed times are used
+    texts : (n,), the blocks as written
+    tool : the programmed feed is the speed of its centre; None for the tip
+    findings : what was assumed or left out while reading, and where axes are too fast or too slow
     """
 
     machine: Machine
@@ -66,10 +66,10 @@ class ProgramEnergy:
 
     @property
     def rows(self) -> list[dict[str, Any]]:
-        """One row a block, as plain data: line, text, kind, s, mm/min, J by axis and of the base power.
+        """One row per block, as plain data: line, text, kind, s, mm/min, J by axis and of the base power.
 
-        The feed is the tool's along its way, whatever the block's own word counts.
-        An arc's chords are one block.
+        The feed is the tool's speed along its path, whatever the block's F counts. An arc's chords are one
+        block.
         """
         base = self.machine.base_power
         rows = []
@@ -94,7 +94,7 @@ class ProgramEnergy:
 
     @property
     def summary(self) -> tuple[Cause, ...]:
-        """The findings by cause, for people."""
+        """The findings by cause."""
         return group_findings(self.findings)
 
     def as_dict(self) -> dict[str, Any]:
@@ -125,16 +125,16 @@ def program_energy(
     block_delete: bool = False,
     wrap: Wrap | None = None,
 ) -> ProgramEnergy:
-    """Work out what an NC program costs the feed drives, block by block and by axis.
+    """Compute the energy that an NC program costs the feed drives, block by block and by axis.
 
     Parameters
     ----------
     path : a program of machine-axis words
-    machine : every axis with a drive; its load stands on the table
-    tool : whose way the programmed feed counts along, which the travel metric takes (`path_feed`); by default
-        the one that a program of ours names in its head, else the tip counts
-    corners : ``programmed`` takes the times that the program says, without acceleration; ``exact-stop`` and a
-        tolerance in mm run it under the axes' accelerations (`time_motion`)
+    machine : with a drive on every axis and the load on its table
+    tool : the programmed feed, which the travel metric uses, is the speed of its centre (`path_feed`); by
+        default the tool that a program of fiveaxis names in its header, else the feed is the tip's
+    corners : ``programmed`` uses the programmed times, without acceleration; ``exact-stop`` or a tolerance in
+        mm runs the program under the axes' accelerations (`time_motion`)
     unit, start, program_zero, rapid_mm_min, block_delete, wrap : as for `read_program`
 
     Raises
@@ -170,7 +170,7 @@ def program_energy(
     elif isinstance(corners, str) and corners != "exact-stop":
         raise SettingError(f"corners {corners!r}: write programmed, exact-stop, or a tolerance in mm")
     else:
-        # How long blocks of turns take is for the words to say: their own feed counts there.
+        # The durations of blocks that only turn follow from their own feed words.
         law = time_motion(read, machine, corners=corners)
         motion, by_block = replace(motion, time=law.motion.time), law_energies(machine, law)
     energy = motion_energy(machine, motion, by_block)
@@ -184,25 +184,25 @@ def program_energy(
 def _feeds(
     machine: Machine, motion: ReadMotion, tool: Tool | None, lines: Sequence[str], rounding: float
 ) -> tuple[Array, BoolArray]:
-    """Find the programmed feed of every move as `path_feed` does, or as the program's head states it."""
+    """Find the programmed feed of every move as `path_feed` does, or as the program's header states it."""
     feed, taken_over = path_feed(machine, motion, tool, rounding=rounding)
-    stated = next((float(said[1]) / 60.0 for said in map(_FEED.search, lines[:HEAD]) if said), None)
+    stated = next((float(found[1]) / 60.0 for found in map(_FEED.search, lines[:HEAD]) if found), None)
     if tool is None or not tool.zone.offset or stated is None:
         return feed, taken_over
-    # What of this cutter goes along the path is beside its axis, on a side that no block names.
+    # This cutter's controlled point is off its axis; no block says on which side.
     return np.where(motion.kind == MoveKind.RAPID, feed, stated), np.zeros_like(taken_over)
 
 
 def _whole_blocks(motion: ReadMotion, machine: Machine) -> ReadMotion:
-    """Join the parts of a block in which a control leads the tip straight: a block's mean speeds count.
+    """Join the parts of a block in which a control moves the tip straight: its mean speeds count.
 
-    The parts are as fine as keeps the tip on its way, and an axis that swings by less would have the power of
-    its drive in some of them, and in others not.
+    The parts are as fine as keeps the tip on its path; an axis that swings by less would be charged its
+    drive's power in some parts and not in others.
     """
     tip, _axis = tool_poses(machine, motion.positions)
     steps = np.diff(tip, axis=0, prepend=tip[:1])
     same = np.zeros(len(motion), dtype=bool)
-    same[2:] = np.abs(np.diff(steps[1:], axis=0)).max(axis=1, initial=0.0) <= SAME_WAY
+    same[2:] = np.abs(np.diff(steps[1:], axis=0)).max(axis=1, initial=0.0) <= SAME_STEP
     same[1:] &= (np.diff(motion.source) == 0) & (np.diff(motion.kind) == 0)
     same[1:] &= np.abs(np.diff(motion.time)) <= SAME_TIME
     last = np.append(~same[1:], True)
@@ -213,19 +213,16 @@ def _whole_blocks(motion: ReadMotion, machine: Machine) -> ReadMotion:
 
 
 def _tool_of(lines: Sequence[str]) -> Tool | None:
-    """Read the tool that a program of ours names; None where there is no such line."""
-    for line in lines[:HEAD]:
-        found = _TOOL.search(line)
-        if found is not None:
-            try:
-                return parse_tool(found[1].lower())
-            except ToolError:
-                return None
-    return None
+    """Read the tool that a program of fiveaxis names in its header; None where there is none."""
+    found = next(filter(None, map(_TOOL.search, lines[:HEAD])), None)
+    try:
+        return None if found is None else parse_tool(found[1].lower())
+    except ToolError:
+        return None
 
 
 def _rounding(motion: ReadMotion, texts: Sequence[str]) -> float:
-    """Tell by how much, mm, the tool may stand off its place because words are rounded."""
+    """Bound how far, mm, the tool may be off its position because words are rounded."""
     decimals: dict[bool, int] = {}
     for text in texts:
         for letter, digits in _DECIMALS.findall(text):
@@ -238,26 +235,27 @@ def _rounding(motion: ReadMotion, texts: Sequence[str]) -> float:
 
 
 def _assumed_feeds(motion: ReadMotion, taken_over: BoolArray) -> Iterator[Finding]:
-    """Say where a block doesn't tell the programmed feed, which the travel metric counts."""
+    """Report moves whose programmed feed, which the travel metric uses, isn't known."""
     rows = np.flatnonzero(taken_over)
     if len(rows):
         yield Finding(
             Severity.NOTE,
             "feed-assumed",
-            f"{len(rows)} moves don't tell the feed along the tool's way, since an axis runs at its highest "
-            "speed or the way is within the words' rounding: the travel metric takes that of the cut before",
+            f"the feed of {len(rows)} moves along the tool's path isn't known, since an axis runs at its "
+            "highest speed or the move is within the words' rounding; the travel metric uses the feed of the "
+            "cut before",
             Place(line=int(motion.source[rows[0]]), file=motion.name),
         )
 
 
 def _runs(source: IntArray) -> list[tuple[int, int]]:
-    """Give first and last + 1 of runs of rows that come from one line."""
+    """List first and last + 1 of the runs of rows that come from one line."""
     ends = np.flatnonzero(np.diff(source)) + 1
     return list(pairwise([0, *ends.tolist(), len(source)])) if len(source) else []
 
 
 def _speeding(machine: Machine, motion: ReadMotion) -> Iterator[Finding]:
-    """Find blocks that ask more of an axis than its highest speed: the machine would be slower."""
+    """Report axes that blocks move faster than their highest speed: the machine is slower."""
     moving = motion.time > 0.0
     for column, axis in enumerate(machine.axes):
         if axis.max_speed is None:
@@ -267,41 +265,41 @@ def _speeding(machine: Machine, motion: ReadMotion) -> Iterator[Finding]:
         over = speed > axis.max_speed * (1.0 + OVER)
         if over.any():
             worst = int(np.argmax(speed))
-            asked, most = axis.shown(float(speed[worst])), axis.shown(axis.max_speed)
+            fastest, most = axis.shown(float(speed[worst])), axis.shown(axis.max_speed)
             yield Finding(
                 Severity.WARNING,
                 "feed-over",
                 f"{int(over.sum())} blocks move {axis.letter} faster than its {most:g} {axis.unit}/s, up to "
-                f"{asked:.5g}: the machine takes longer than told here; --corners counts that",
+                f"{fastest:.5g}: the machine takes longer than computed here; use --corners",
                 Place(line=int(motion.source[worst]), file=motion.name),
-                asked,
+                fastest,
             )
 
 
 def _creeping(machine: Machine, motion: ReadMotion) -> Iterator[Finding]:
-    """Say which axes go a way of some length so slowly that they count as standing."""
-    moving, ways = motion.time > 0.0, np.abs(motion.moves)
+    """Report axes that move some distance so slowly that they count as standing."""
+    moving, travel = motion.time > 0.0, np.abs(motion.moves)
     for column, (axis, least) in enumerate(zip(machine.axes, standing_speeds(machine), strict=True)):
-        slow = moving & (ways[:, column] > 0.0) & (ways[:, column] < least * motion.time)
-        way = axis.shown(float(ways[slow, column].sum()))
-        if way > CREPT:
+        slow = moving & (travel[:, column] > 0.0) & (travel[:, column] < least * motion.time)
+        crept = axis.shown(float(travel[slow, column].sum()))
+        if crept > CREPT:
             yield Finding(
                 Severity.NOTE,
                 "axis-creeps",
-                f"{axis.letter} goes {way:.3g} {axis.unit} slower than {60.0 * axis.shown(least):.2g} "
+                f"{axis.letter} moves {crept:.3g} {axis.unit} slower than {60.0 * axis.shown(least):.2g} "
                 f"{axis.unit}/min, which counts as standing: the drive's power isn't in the integral there",
                 Place(line=int(motion.source[np.flatnonzero(slow)[0]]), file=motion.name),
-                way,
+                crept,
             )
 
 
 def _unlimited(machine: Machine, law: TimeLaw | None) -> Iterator[Finding]:
-    """Say which axes change their speed at once in a time law, since nobody knows better."""
+    """Report axes whose speed changes instantly in the time law, since no acceleration is known."""
     unknown = [a.letter for a in machine.axes if a.max_acceleration is None]
     if law is not None and unknown:
         yield Finding(
             Severity.WARNING,
             "no-acceleration",
-            f"machine {machine.name!r} states no max_acceleration of {', '.join(unknown)}: they change "
-            "speed at once here, and stops cost no time",
+            f"machine {machine.name!r} states no max_acceleration of {', '.join(unknown)}: their speed is "
+            "assumed to change instantly, and stops to take no time",
         )

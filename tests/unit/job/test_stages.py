@@ -1,11 +1,12 @@
-"""A front's solutions: each in a folder of its own, verified, and one of them the result."""
+"""A job through all stages: its approach, and the solutions of a front."""
 
 import json
 
 import numpy as np
 import pytest
+import trimesh
 
-from fiveaxis.job import make_job, run_job, write_outcome
+from fiveaxis.job import Job, make_job, run_job, write_outcome
 
 FILES = {"motion.csv", "report.json", "report.html", "preview.html", "program.ngc"}
 
@@ -37,7 +38,7 @@ def test_the_picked_solution_is_the_result(outcome):
     assert outcome.program is outcome.of_front[1].program
 
 
-def test_every_solution_passed_the_gate_and_the_document_tells_what_each_costs(outcome):
+def test_every_solution_passed_the_gate_and_the_document_lists_its_cost(outcome):
     points = outcome.document["front"]["points"]
     assert [point["number"] for point in points] == list(range(1, len(points) + 1))
     for point, one in zip(points, outcome.of_front, strict=True):
@@ -66,3 +67,27 @@ def test_each_has_its_files_and_those_of_an_earlier_run_go(outcome, tmp_path):
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
     assert "Energy against steadiness" in page
     assert "Number 2 is the result" in page
+
+
+def test_a_job_whose_usual_lead_in_is_blocked_comes_from_the_side(tmp_path):
+    rows = "".join(f"{x},0,0,0,0,1\n" for x in (-10, -5, 0, 5, 10))
+    (tmp_path / "path.csv").write_text("x,y,z,i,j,k\n" + rows)
+    box = trimesh.creation.box
+    ledge, floor = box(bounds=[[-60, 2.5, 11], [60, 40, 16]]), box(bounds=[[-60, -40, -10], [60, 40, 0]])
+    trimesh.util.concatenate([ledge, floor]).export(tmp_path / "part.stl")
+    job = Job(
+        input=tmp_path / "path.csv",
+        machine="hayashi-640123",
+        tool="lollipop:10:4",
+        cone=2.0,
+        part=tmp_path / "part.stl",
+    )
+    outcome = run_job(job)
+    assert outcome.ok
+    lead_in = outcome.program.motion.lead_in
+    assert abs(lead_in[0]) + abs(lead_in[1]) > 4.0
+    text = " ".join(outcome.program.text.lines)
+    assert "checked: approach: a lead-in of 5 mm" in text
+    assert "checked: retract: a lead-out of" in text
+    assert np.linalg.norm(outcome.program.motion.lead_out) >= 1.0
+    assert "not checked: the turn of the rotary axes" in text

@@ -1,0 +1,207 @@
+"""Run a job; where it gives ranges for the setup, choose the setup together with the postures."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from fiveaxis.errors import Infeasible
+from fiveaxis.findings import Finding, Severity
+from fiveaxis.geometry import Array
+from fiveaxis.job.description import Job, SetupTable
+from fiveaxis.job.loading import Progress, load_job_machine, load_job_passes, load_surroundings
+from fiveaxis.job.setup_search import SetupTrials, Tried, search_setups
+from fiveaxis.job.solution import add_findings
+from fiveaxis.job.stages import Outcome, run_stages
+from fiveaxis.kinematics import tool_axes
+from fiveaxis.nc import require_program
+from fiveaxis.posture.baselines import NoBaseline, follow_axes
+
+logger = logging.getLogger(__name__)
+
+# The cheapest setups are run in full until one of them has no errors and is cheaper than the given setup: at
+# most so many without errors, and so many in all.
+FULL_RUNS, MOST_RUNS = 3, 6
+# Least share of the cost that another setup has to save: moving a part on the table is work, too.
+LEAST_SAVING = 0.005
+
+
+def run_job(job: Job, progress: Progress | None = None) -> Outcome:
+    """Take a job through all stages, and choose its setup first where it gives ranges for that.
+
+    The setup is searched for on some of the path's locations: first without obstacles, then the cheapest ones
+    again with the tool kept clear of part, stock and fixtures, and their neighbourhood. The best ones and the
+    given one are run in full. A setup without errors is chosen if it saves more of the program's cost,
+    against the given one, than can be chance (`LEAST_SAVING`, or what the given setup gains when it starts
+    from the other's postures); else the given setup stays, and a finding says so.
+
+    Parameters
+    ----------
+    job : what to do
+    progress : called with a stage's name, steps done and steps in all
+
+    Raises
+    ------
+    FiveAxisError
+        Wrong input, or no admissible posture in any setup (`Infeasible`).
+    """
+    if job.setup.search is None:
+        return run_stages(job, progress)
+    machine = load_job_machine(job)
+    require_program(machine, job.control, job.coordinates, job.winding, job.nc)
+    loaded = load_job_passes(job, progress)
+    given = job.setup.model_copy(update={"search": None})
+    around = load_surroundings(job) if job.keep_clear else None
+    trials = search_setups(job, machine, loaded[0], progress, around)
+
+    def run(setup: SetupTable, start: Array | None = None) -> Outcome | Infeasible:
+        try:
+            there = job.model_copy(update={"setup": setup})
+            return run_stages(there, progress, loaded, moved=setup != given, start=start)
+        except Infeasible as fault:
+            return fault
+
+    logger.info("%d setups tried; the given one and the cheapest are run in full", len(trials.tried))
+    choice = _Choice(given, run)
+    for tried in trials.ranked[:MOST_RUNS]:
+        if tried.setup == given or choice.sound == FULL_RUNS:
+            break  # the rest is more costly
+        if choice.takes(tried.setup):
+            break
+    best = choice.best
+    if isinstance(best, Infeasible):
+        raise best
+    figures = _figures(trials, given, best, choice.runs) | {"least_saving": choice.least_saving}
+    kept = choice.explain_kept()
+    solution = best.solution if kept is None else add_findings(best.solution, kept)
+    return replace(best, solution=solution, sections=best.sections | {"setup_search": figures})
+
+
+class _Choice:
+    """The choice between the given setup and others, each run in full.
+
+    A search ends in one of several local optima, and not in the same one for another setup: part of what a
+    setup seems to save is chance. So the given setup is run once more from the postures that the other one
+    found; what it gains by that shows how precisely costs of this job can be compared.
+
+    Parameters
+    ----------
+    given : the given setup
+    run : runs a setup in full, optionally from start postures
+    """
+
+    def __init__(self, given: SetupTable, run: Callable[..., Outcome | Infeasible]) -> None:
+        self.given, self._run = given, run
+        self.best = run(given)
+        self.runs = {given: self.best}
+        self.sound, self.noise = 0, 0.0
+        self.doubtful: tuple[SetupTable, float] | None = None
+
+    @property
+    def least_saving(self) -> float:
+        """Share of the cost that another setup has to save."""
+        return max(LEAST_SAVING, self.noise)
+
+    def takes(self, setup: SetupTable) -> bool:
+        """Run a setup and take it if it is better; return whether it is taken and has no errors."""
+        self.runs[setup] = found = self._run(setup)
+        if isinstance(found, Infeasible):
+            return False
+        self.sound += found.ok
+        best = self.best
+        if isinstance(best, Infeasible) or found.ok > best.ok:
+            self.best, self.doubtful = found, None
+        elif found.ok == best.ok and _saving(found, best) > 0.0:
+            self._compare(setup, found, best)
+        return self.best is found and found.ok
+
+    def _compare(self, setup: SetupTable, found: Outcome, best: Outcome) -> None:
+        """Take a cheaper setup only if it stays cheaper when the best so far starts from its postures."""
+        at = best.job.setup
+        start = _start_from(found, best)
+        again = None if start is None else self._run(at, start)
+        if isinstance(again, Outcome) and again.ok >= best.ok and _saving(again, best) > 0.0:
+            self.noise = max(self.noise, _saving(again, best))
+            self.best = self.runs[at] = best = again
+        saved = _saving(found, best)
+        if saved > self.least_saving:
+            self.best, self.doubtful = found, None
+        elif self.doubtful is None or saved > self.doubtful[1]:
+            self.doubtful = setup, saved
+
+    def explain_kept(self) -> Finding | None:
+        """Report that the given setup stays although another one looked cheaper; None where that isn't so."""
+        best = self.best
+        if self.doubtful is None or isinstance(best, Infeasible) or best.job.setup != self.given:
+            return None
+        setup, saved = self.doubtful
+        values = f"offset {list(setup.offset)} mm, rotation {list(setup.rotation)} deg"
+        seems = f"seems to save {100.0 * saved:.2f} %" if saved > 0.0 else "saves nothing"
+        return Finding(
+            Severity.NOTE,
+            "setup-kept",
+            f"the given setup stays: {values} {seems} once the given one starts from the same postures, and "
+            f"savings below {100.0 * self.least_saving:.2f} % can't be told from chance here",
+            best.solution.toolpath.place(0),
+            value=saved,
+        )
+
+
+def _start_from(found: Outcome, given: Outcome) -> Array | None:
+    """Convert one setup's postures, (n, 2) rad, to a start for another; None where they don't fit."""
+    solution, machine = found.solution, given.solution.machine
+    path = solution.toolpath if solution.unwrapped is None else solution.unwrapped.toolpath
+    own = solution.motion.positions[:, solution.machine.rotary_columns]
+    rotary = own if solution.unwrapped is None else solution.unwrapped.rotary
+    if found.job.free_start:
+        return None
+    given_rows = np.flatnonzero(~path.inserted)
+    try:
+        return follow_axes(path.at(given_rows), machine, tool_axes(solution.machine, rotary[given_rows]))
+    except NoBaseline:
+        return None
+
+
+def _saving(found: Outcome, other: Outcome) -> float:
+    """Compute the share that one outcome's program saves against another's."""
+    cost = _full_cost(other)
+    return 1.0 - _full_cost(found) / cost if cost > 0.0 else 0.0
+
+
+def _full_cost(outcome: Outcome) -> float:
+    """Compute what the program costs, J, with the price of its time."""
+    energy, machine = outcome.solution.energy, outcome.solution.machine
+    price = outcome.job.time_price
+    return energy.total + ((machine.base_power or 0.0) if price is None else price) * energy.time
+
+
+def _figures(
+    trials: SetupTrials, given: SetupTable, best: Outcome, runs: dict[SetupTable, Outcome | Infeasible]
+) -> dict[str, Any]:
+    """List the setups with their costs for the report's document."""
+
+    def with_run(setup: SetupTable) -> Tried:
+        tried, run = trials.tried[setup], runs.get(setup)
+        if run is None:
+            return tried
+        if isinstance(run, Infeasible):
+            return replace(tried, why=str(run))
+        why = tried.why if run.ok else "verification found errors"
+        return replace(tried, energy=run.solution.energy.total, why=why)
+
+    before, after = with_run(given), with_run(best.job.setup)
+    saved = None
+    if before.energy and after.energy is not None:
+        saved = 1.0 - after.energy / before.energy
+    order = sorted(trials.tried.values(), key=lambda t: (t.rough is None, t.rough))
+    return {
+        "ranges": {name: list(ends) for name, ends in trials.search.ranges.items()},
+        "given": before.as_dict(),
+        "chosen": after.as_dict(),
+        "saved": saved,
+        "tried": [with_run(t.setup).as_dict() for t in order],
+    }

@@ -1,0 +1,302 @@
+"""A program, or the table of a motion, read as the motion of the axes and the path of the tool's tip."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fiveaxis.errors import SettingError, ToolpathError
+from fiveaxis.findings import Finding, Place, Severity
+from fiveaxis.geometry import Array, BoolArray
+from fiveaxis.kinematics import axis_positions, tool_poses
+from fiveaxis.kinematics.windings import nearest_turn
+from fiveaxis.machine import Machine
+from fiveaxis.motion import Motion, block_times, feed_times
+from fiveaxis.nc import Program, read_motion
+from fiveaxis.nc.control.program_reader import read_motion_of
+from fiveaxis.nc.control.spindle import spindle_of
+from fiveaxis.nc.formats import POINT_SUFFIXES, read_path_of
+from fiveaxis.nc.options import ReadOptions
+from fiveaxis.nc.source import APT_SUFFIXES, Source, lists_locations, load_source
+from fiveaxis.toolpath import MoveKind, Tool, Toolpath
+
+# Suffix of the table of a motion.
+MOTION_SUFFIX = ".csv"
+# Suffix by which lists of cutter locations are read, whatever suffix their control's table gives them.
+LISTS = {"apt": ".apt", "points": ".csv"}
+# mm: diameter of the ball that stands for the tip of an unknown tool.
+POINT = 1e-6
+# mm/min: of rapid moves of axes without a known speed; only their duration depends on it.
+RAPID = 10_000.0
+# Rewinds: least distance that the tool goes back along its axis, mm; rounding of the words within which it
+# returns, mm and rad; most rows.
+LEAST_RETRACT = 1.0
+SAME_PLACE, SAME_ANGLE = 0.01, 1e-4
+MOST_ROWS = 5000
+
+
+@dataclass(frozen=True, eq=False)
+class TracedProgram:
+    """A program that was read, with the path of its tool.
+
+    Parameters
+    ----------
+    motion : of the axes, one row per block
+    path : of the tool's tip along it, with file and line of each row
+    findings : what was assumed or left out while reading
+    tcp : (n,), whether the move runs under TCP
+    spindle : (n,), rev/min, as `ReadMotion.spindle`
+    straight : whether the tool's centre moves in a straight line between rows; else all axes run linearly
+    by_control : whether it does because the control moves the tip (TCP); the program then doesn't state its
+        rotary angles
+    """
+
+    motion: Motion
+    path: Toolpath
+    findings: tuple[Finding, ...]
+    tcp: BoolArray
+    spindle: Array
+    straight: bool = False
+    by_control: bool = False
+
+    @property
+    def tcp_height(self) -> float | None:
+        """Height above the tip, mm, of the point that moves straight; None where all axes run linearly.
+
+        A control moves the tip; the table of a motion stands for the tool's centre.
+        """
+        if not self.straight:
+            return None
+        return 0.0 if self.by_control else self.path.zone.height
+
+
+def load_program(
+    file: str | Path, machine: Machine, tool: Tool | None, reading: Mapping[str, Any]
+) -> TracedProgram:
+    """Read a program or the table of a motion, and trace its tool.
+
+    A program that doesn't state the axis values (tool directions, positions in a frame that only the machine
+    knows) is read as a path of the tool, and the axes take the angles nearest to those before.
+
+    Parameters
+    ----------
+    file : a program, or ``.csv`` as `write_motion` writes it
+    machine : on which it runs
+    tool : None for its tip alone
+    reading : as for `read_program`
+
+    Raises
+    ------
+    FiveAxisError
+        As `read_program` and `read_motion`.
+    """
+    path = Path(file)
+    name = path.with_suffix("") if path.suffix.lower() == ".gz" else path
+    try:
+        if name.suffix.lower() == MOTION_SUFFIX:
+            return _load_table(path, machine, tool, reading)
+    except ToolpathError as table_fault:
+        # Not the table of a motion; it may be a list of points.
+        found = _load_path(load_source(path), machine, _options(machine, tool, reading), table_fault)
+    else:
+        found = _load(load_source(path), machine, _options(machine, tool, reading))
+    # A program writes the moves of rewinds as feed moves; they are links.
+    rewinding = find_rewinds(found.path, machine, found.motion.positions)
+    kind = np.where(rewinding, MoveKind.LINK, found.path.kind)
+    return replace(found, motion=replace(found.motion, kind=kind), path=replace(found.path, kind=kind))
+
+
+def load_text(
+    text: Program, machine: Machine, start: Mapping[str, float], begin: Array, tool: Tool | None = None
+) -> TracedProgram:
+    """Read the text of a program that was just composed.
+
+    Parameters
+    ----------
+    text : as it was composed
+    start : where axes stand before it, as for `read_program`
+    begin : (1, k), axis values; where tool directions leave the control a choice, it turns the rotary axes to
+        the nearest angles
+    tool : None for its tip alone
+
+    Raises
+    ------
+    FiveAxisError
+        As `load_program`.
+    """
+    source = Source(f"program{text.suffix}", list(text.lines))
+    options = _options(machine, tool, {"start": start})
+    if text.language != "blocks":
+        named = replace(source, name=f"program{LISTS[text.language]}")
+        return _load_path(named, machine, options, source.error("it can't be read as a path"), begin)
+    return _load(source, machine, options, begin)
+
+
+def trace_tool(motion: Motion, machine: Machine, tool: Tool | None, name: str) -> Toolpath:
+    """Compute the path of a motion's tool; without a tool that of its tip."""
+    tip, axis = tool_poses(machine, motion.positions)
+    feed = np.where(np.isfinite(motion.feed) & (motion.feed > 0.0), motion.feed, 1.0)
+    return Toolpath.from_tips(
+        tip,
+        axis,
+        tool or Tool.ball(POINT),
+        feed_mm_min=60.0 * feed,
+        kind=motion.kind,
+        source=motion.source,
+        name=name,
+    )
+
+
+def with_feeds_of(motion: Motion, path: Toolpath, machine: Machine) -> Toolpath:
+    """Set the feeds of a motion's path so that each move takes as long as in the motion."""
+    turn = np.abs(motion.moves[:, machine.rotary_columns]).max(axis=1, initial=0.0)
+    at_unit_feed = feed_times(replace(path, feed=np.ones(len(path))), turn)
+    lasting = (motion.time > 0.0) & (at_unit_feed > 0.0)
+    feed = np.where(lasting, at_unit_feed / np.where(lasting, motion.time, 1.0), path.feed)
+    return replace(path, feed=feed)
+
+
+def find_rewinds(path: Toolpath, machine: Machine, positions: Array) -> BoolArray:
+    """Find the feed moves of rewinds, which cut nothing.
+
+    The tool retracts along its axis, rotary axes turn, and it returns along its axis to the same point and
+    direction. A program doesn't say that these moves aren't cuts.
+
+    Parameters
+    ----------
+    path : of the tip, with the tool axis at every row
+    machine : whose axes they are
+    positions : (n, k), mm and rad
+
+    Returns
+    -------
+    (n,), rows that belong to a rewind
+    """
+    tip, axis = path.tips(path.axis), path.axis
+    steps = np.diff(tip, axis=0, prepend=tip[:1])
+    along = np.sum(steps * axis, axis=1)
+    turns = np.abs(np.diff(positions, axis=0, prepend=positions[:1]))[:, machine.rotary_columns]
+    turned = turns.max(axis=1, initial=0.0) > SAME_ANGLE
+    plain = ~turned & (np.linalg.norm(steps - along[:, None] * axis, axis=1) <= SAME_PLACE)
+    cuts = path.kind == MoveKind.CUT
+    found = np.zeros(len(tip), dtype=bool)
+    for row in np.flatnonzero(plain & cuts & (along >= LEAST_RETRACT)).tolist():
+        later = slice(row + 1, row + MOST_ROWS)
+        back = (
+            (plain & (along <= -LEAST_RETRACT))[later]
+            & (np.linalg.norm(tip[later] - tip[row - 1], axis=1) <= SAME_PLACE)
+            & (np.linalg.norm(axis[later] - axis[row - 1], axis=1) <= SAME_ANGLE)
+        )
+        if not back.any():
+            continue
+        end = row + 1 + int(np.argmax(back))
+        if turned[row + 1 : end].any() and cuts[row : end + 1].all():
+            found[row : end + 1] = True
+    return found
+
+
+def _options(machine: Machine, tool: Tool | None, reading: Mapping[str, Any]) -> ReadOptions:
+    given = {name: value for name, value in reading.items() if value is not None}
+    return ReadOptions(tool=tool, machine=machine, **({"rapid_mm_min": RAPID} | given))
+
+
+def _load(
+    source: Source, machine: Machine, options: ReadOptions, begin: Array | None = None
+) -> TracedProgram:
+    try:
+        if lists_locations(source.name):
+            raise source.error("is a list of cutter locations, which names no axes")
+        motion = read_motion_of(source, machine, options)
+    except ToolpathError as fault:
+        return _load_path(source, machine, options, fault, begin)
+    path = trace_tool(motion, machine, options.tool, motion.name)
+    return TracedProgram(motion, path, motion.findings, motion.tcp, motion.spindle)
+
+
+def _load_table(path: Path, machine: Machine, tool: Tool | None, reading: Mapping[str, Any]) -> TracedProgram:
+    motion = read_motion(path, machine, source_is_table=True)
+    given = sorted(key for key, value in reading.items() if value)
+    if given:
+        raise SettingError(
+            f"{', '.join(given)} is for NC programs, and this is the table of a motion", file=path
+        )
+    none = np.zeros(len(motion))
+    traced = trace_tool(motion, machine, tool, path.name)
+    return TracedProgram(motion, traced, (), none > 0, none, straight=True)
+
+
+def _load_path(
+    source: Source,
+    machine: Machine,
+    options: ReadOptions,
+    fault: ToolpathError,
+    begin: Array | None = None,
+) -> TracedProgram:
+    """Read a program as a path of the tool, or raise `fault`: why it can't be read as axis values."""
+    try:
+        path = read_path_of(source, replace(options, tool=options.tool or Tool.ball(POINT)))
+    except ToolpathError:
+        if lists_locations(source.name):
+            raise
+        raise fault from None
+    if not path.has_axes:
+        raise fault
+    positions = _follow_branches(path, machine, begin)
+    motion = Motion(
+        letters=machine.letters,
+        positions=positions,
+        feed=path.feed,
+        time=block_times(path, machine, positions),
+        kind=path.kind,
+        source=path.source,
+    )
+    assumed = Finding(
+        Severity.WARNING,
+        "angles-assumed",
+        f"it isn't a motion of the axes ({fault.message}), so the tool's path is checked with the rotary "
+        "angles nearest to those before; the control may choose others",
+        Place(line=fault.line, file=path.name),
+    )
+    # Normals that a program gives belong to contacts; here the tool is traced by its tip.
+    bare = Toolpath.from_tips(
+        path.tips(path.axis),
+        path.axis,
+        path.tool,
+        feed_mm_min=60.0 * path.feed,
+        kind=path.kind,
+        source=path.source,
+        name=path.name,
+    )
+    lists = Path(source.name).suffix.lower() in (*APT_SUFFIXES, *POINT_SUFFIXES)
+    spindle = np.zeros(len(path)) if lists else spindle_of(source, path.source)
+    tcp = np.ones(len(path), dtype=bool)
+    return TracedProgram(
+        motion, bare, (assumed, *path.findings), tcp, spindle, straight=True, by_control=True
+    )
+
+
+def _follow_branches(path: Toolpath, machine: Machine, begin: Array | None) -> Array:
+    """Solve the axes, (n, k), each row on the branch and turns nearest to the row before.
+
+    The first row is nearest to `begin`, (1, k), or to zero. A branch outside the limits is taken only where
+    there is no other; the check of limits then reports it.
+    """
+    branches = axis_positions(machine, path.tips(path.axis), path.axis)
+    columns = machine.rotary_columns
+    low, high = machine.low[columns], machine.high[columns]
+    found = np.full(branches.shape[1:], np.nan)
+    before = np.clip(np.zeros(len(columns)) if begin is None else begin[0, columns], low, high)
+    for i in range(len(found)):
+        rows = branches[:, i].copy()
+        rows[:, columns] = nearest_turn(rows[:, columns], before, low, high)
+        turn = np.abs(rows[:, columns] - before).sum(axis=1)
+        outside = ((rows < machine.low - 1e-9) | (rows > machine.high + 1e-9)).any(axis=1)
+        order = np.lexsort((turn, outside, np.isnan(rows).any(axis=1)))
+        found[i] = rows[order[0]]
+        if np.isfinite(found[i]).all():
+            before = found[i, columns]
+    return found
