@@ -59,8 +59,9 @@ def _angles(machine: Machine, letter: str, step: float) -> Any:
     """Divide the range of a rotary axis into steps, an endless one over one turn; rad."""
     import numpy as np
 
-    limits = machine.axis(letter).limits
-    low, high = (limits.low, limits.high) if limits.high - limits.low < 2.0 * np.pi else (-np.pi, np.pi)
+    from fiveaxis.report.landscape import shown_range
+
+    low, high = shown_range(machine.axis(letter))
     return np.linspace(low, high, max(2, round(np.degrees(high - low) / step) + 1))
 
 

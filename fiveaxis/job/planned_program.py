@@ -121,6 +121,6 @@ def _known_retract(settings: ProgramSettings, machine: Machine) -> float | None:
     if z is None or "Z" not in machine.letters:
         return None
     axis = machine.axes[machine.column("Z")]
-    if not np.isfinite([axis.limits.low, axis.limits.high]).all():
+    if None in axis.limits.ends:
         return None
     return -z if axis.reversed else z

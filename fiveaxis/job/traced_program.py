@@ -294,7 +294,7 @@ def _follow_branches(path: Toolpath, machine: Machine, begin: Array | None) -> A
         rows = branches[:, i].copy()
         rows[:, columns] = nearest_turn(rows[:, columns], before, low, high)
         turn = np.abs(rows[:, columns] - before).sum(axis=1)
-        outside = ((rows < machine.low - 1e-9) | (rows > machine.high + 1e-9)).any(axis=1)
+        outside = (machine.limit_excess(rows) > 1e-9).any(axis=1)
         order = np.lexsort((turn, outside, np.isnan(rows).any(axis=1)))
         found[i] = rows[order[0]]
         if np.isfinite(found[i]).all():

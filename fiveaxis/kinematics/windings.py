@@ -71,15 +71,14 @@ def _turns(angle: Array, limits: Limits) -> Array:
         first = angle + TURN * np.ceil((limits.low - ON_LIMIT - angle) / TURN)
     else:
         first = angle + TURN * np.floor((limits.high + ON_LIMIT - angle) / TURN)
-    whole = (limits.high - limits.low) / TURN
+    whole = limits.span / TURN
     count = int(whole) + 1 if np.isfinite(whole) else 1
     return np.stack([first + TURN * turn for turn in range(count)])
 
 
 def within_limits(machine: Machine, positions: Array) -> BoolArray:
     """Check which axis values, (..., k), lie within all limits; NaN doesn't."""
-    inside = (positions >= machine.low - ON_LIMIT) & (positions <= machine.high + ON_LIMIT)
-    return np.all(inside, axis=-1)
+    return np.all(machine.limit_excess(positions) <= ON_LIMIT, axis=-1)
 
 
 def into_limits(machine: Machine, rotary: Array) -> Array:
@@ -101,8 +100,8 @@ def nearest_turn(angle: Array, previous: Array, low: Array, high: Array) -> Arra
 
 
 def one_turn_from(limits: Limits) -> float:
-    """Return the lower end, rad, of the whole turn nearest 0 within limits that contain one."""
-    return float(np.clip(-np.pi, limits.low, limits.high - TURN))
+    """Return the lower end, rad, of the limits, or of the whole turn nearest 0 if they contain one."""
+    return limits.low if limits.span < TURN else float(np.clip(-np.pi, limits.low, limits.high - TURN))
 
 
 def fit_turns(angles: Array, low: float, high: float) -> Array | None:

@@ -222,7 +222,7 @@ def _lead_out_note(planned: ProgramMotion) -> list[tuple[str, str]]:
 
 def _require_travel(motion: Motion, machine: Machine) -> None:
     """Raise if a position is beyond the machine's travel: the control would stop there."""
-    beyond = (motion.positions < machine.low - BEYOND) | (motion.positions > machine.high + BEYOND)
+    beyond = machine.limit_excess(motion.positions) > BEYOND
     if not beyond.any():
         return
     row, column = (int(i) for i in np.argwhere(beyond)[0])

@@ -262,8 +262,7 @@ class Problem:
 
     def limit_excess(self, positions: Array) -> Array:
         """Sum how far axis values, (..., k), lie past their limits (mm, rad)."""
-        past = np.maximum(self.machine.low - positions, positions - self.machine.high)
-        return np.maximum(past, 0.0).sum(axis=-1)
+        return np.maximum(self.machine.limit_excess(positions), 0.0).sum(axis=-1)
 
     @cached_property
     def terms(self) -> tuple[Term, ...]:

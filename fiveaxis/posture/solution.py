@@ -230,12 +230,9 @@ class Solution:
         reached = path.zone.pivot_of_tip(tip, path.normal, axis)
         leans = [(bound, bound.angles(axis)) for bound in self.tilt.all]
         overrun = np.concatenate([np.maximum(lean - b.high, b.low - lean) for b, lean in leans])
-        limit = np.maximum(
-            self.motion.positions - self.machine.high, self.machine.low - self.motion.positions
-        )
         return {
             "tilt": _worst(overrun),
-            "limit": _worst(limit),
+            "limit": _worst(self.machine.limit_excess(self.motion.positions)),
             "contact": float(np.linalg.norm(reached - path.pivot, axis=1).max()),
         }
 

@@ -241,7 +241,7 @@ def _bad_retract(machine: Machine, begin: Array, end: float, place: Place) -> It
         return
     column = machine.column("Z")
     axis, limits = machine.axes[column], machine.axes[column].limits
-    if not np.isfinite([limits.low, limits.high]).all():
+    if None in limits.ends:
         return
     value, begins = -end if axis.reversed else end, float(begin[column])
     at = f"the retract to machine position Z {end:g} mm"

@@ -99,11 +99,7 @@ def require_winding(winding: str, wording: Wording) -> None:
 
 def counted_columns(machine: Machine) -> list[int]:
     """Return the columns of rotary axes with more than one turn: only their turns need counting."""
-    return [
-        c
-        for c in machine.rotary_columns
-        if np.degrees(machine.axes[c].limits.high - machine.axes[c].limits.low) > TURN
-    ]
+    return [c for c in machine.rotary_columns if np.degrees(machine.axes[c].limits.span) > TURN]
 
 
 def shortened(moves: Moves, machine: Machine) -> Moves:

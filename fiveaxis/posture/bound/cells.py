@@ -114,7 +114,7 @@ def cut_cells(machine: Machine, zone: Zone, step: float) -> Cells:
 
 def _side(machine: Machine, rotary: int, step: float) -> Side:
     limits = machine.axes[machine.rotary_columns[rotary]].limits
-    width = limits.high - limits.low
+    width = limits.span
     if width > TURN:
         count = int(np.ceil(TURN / step))
         return Side(0.0, TURN / count, count, True)

@@ -45,12 +45,12 @@ class Nodes:
     @classmethod
     def of(cls, limits: Limits) -> Nodes:
         """Space nodes over the range of an axis, at most one turn."""
-        width = limits.high - limits.low
+        width = limits.span
         if width >= TURN:
             count = int(np.ceil(TURN / NODE_STEP))
             return cls(one_turn_from(limits), TURN / count, count, TURN)
         count = int(np.ceil(width / NODE_STEP)) + 1
-        return cls(limits.low, width / max(count - 1, 1) or 1.0, count, 0.0)
+        return cls(one_turn_from(limits), width / max(count - 1, 1) or 1.0, count, 0.0)
 
     def nearest(self, angle: Array) -> IntArray:
         """Find the indices of the nodes nearest to angles, rad."""

@@ -7,7 +7,7 @@ from typing import Protocol
 import numpy as np
 
 from fiveaxis.geometry import Array, BoolArray, IntArray
-from fiveaxis.kinematics.windings import TURN, one_turn_from
+from fiveaxis.kinematics.windings import one_turn_from
 from fiveaxis.posture.problem import VIOLATION_PRICE, Problem
 from fiveaxis.posture.search.corridor_kernel import Corridor, corridor_path, corridor_postures
 from fiveaxis.posture.search.kernel import step_prices
@@ -58,7 +58,6 @@ def path_through_corridor(
     columns = [*machine.linear_columns, *machine.rotary_columns]
     limits = machine.axes[machine.rotary_columns[coordinates.other]].limits
     spin, level = coordinates.spin, -1 if coordinates.level is None else columns.index(coordinates.level)
-    low = limits.low if limits.high - limits.low < TURN else one_turn_from(limits)
     corridor = Corridor(
         trigonometric.linear_coefficients,
         trigonometric.cosines,
@@ -66,7 +65,7 @@ def path_through_corridor(
         np.stack([machine.low[columns], machine.high[columns]]),
         spin,
         level,
-        low,
+        one_turn_from(limits),
         np.ascontiguousarray(strands),
         np.ascontiguousarray(second),
         np.array(width),

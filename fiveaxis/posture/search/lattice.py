@@ -118,8 +118,8 @@ def spin_angles(problem: Problem, spin: int, step: float) -> tuple[Array, float]
     """
     column = problem.machine.rotary_columns[spin]
     limits = problem.machine.axes[column].limits
-    if limits.high - limits.low <= MOST_TURNS * TURN:
-        count = int(np.ceil((limits.high - limits.low) / step)) + 1
+    if limits.span <= MOST_TURNS * TURN:
+        count = int(np.ceil((limits.span) / step)) + 1
         return np.linspace(limits.low, limits.high, count), 0.0
     low, count = one_turn_from(limits), int(np.ceil(TURN / step))
     return np.linspace(low, low + TURN, count, endpoint=False), TURN
@@ -255,7 +255,7 @@ def other_angle(
     column = problem.machine.rotary_columns[coordinates.other]
     limits = problem.machine.axes[column].limits
     # An axis of a turn or more stays near 0; its turns aren't searched.
-    low = limits.low if limits.high - limits.low < TURN else one_turn_from(limits)
+    low = one_turn_from(limits)
     return low + np.mod(angles - low, TURN), np.abs(ratio) <= 1.0
 
 

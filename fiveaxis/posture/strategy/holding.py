@@ -38,11 +38,11 @@ def hold(machine: Machine, angles: Mapping[str, float]) -> Machine:
                 f"{', '.join(machine.rotaries)}; write for example C=30"
             )
         axis = machine.axis(letter)
-        low, high = axis.limits.low, axis.limits.high
-        if not low - ON_LIMIT <= angle <= high + ON_LIMIT:
+        if not axis.limits.contains(angle, ON_LIMIT):
+            low, high = axis.shown(axis.limits.low), axis.shown(axis.limits.high)
             raise SettingError(
                 f"{letter} can't be held at {math.degrees(angle):g} deg, outside its limits "
-                f"{axis.shown(low):g}…{axis.shown(high):g} deg; give an angle within them"
+                f"{low:g}…{high:g} deg; give an angle within them"
             )
     axes = tuple(
         replace(a, limits=Limits(angles[a.letter], angles[a.letter])) if a.letter in angles else a
@@ -61,9 +61,8 @@ def free_angles(machine: Machine, step: float = FREE_STEP) -> Array:
     choices = []
     for column in machine.rotary_columns:
         limits = machine.axes[column].limits
-        low, high = limits.low, limits.high
-        if high - low > TURN:
-            low = one_turn_from(limits)
+        low, high = one_turn_from(limits), limits.high
+        if limits.span > TURN:
             high = low + TURN - step
         choices.append(np.linspace(low, high, math.ceil((high - low) / step) + 1))
     return np.stack(np.meshgrid(*choices, indexing="ij"), axis=-1).reshape(-1, 2)

@@ -38,7 +38,7 @@ def why_no_rewind(
     """
     axis = machine.axes[column]
     angles = course.rotary[:, machine.rotary_columns.index(column)]
-    span, has = np.degrees(np.ptp(angles)), np.degrees(axis.limits.high - axis.limits.low)
+    span, has = np.degrees(np.ptp(angles)), np.degrees(axis.limits.span)
     remedies = [*_linear_remedy(course, machine, column, clearance), _own_remedy(angles, machine, column)]
     message = (
         f"{axis.letter} winds through {span:.0f} deg and has {has:.0f} deg, and it can't be rewound on this "

@@ -164,7 +164,7 @@ def find_turn_changes(angles: Array, limits: Limits) -> tuple[Array, Array]:
     rows : (s,), fractional: 3.25 is a quarter of the move from location 3 to 4
     changes : (s,), rad, the middle of those angles
     """
-    low, width = limits.low, limits.high - limits.low - TURN
+    low, width = limits.low, limits.span - TURN
     # With two turns every angle has two; towards an open end nothing is ever rewound.
     if not -ON_LIMIT <= width < TURN:
         return np.empty(0), np.empty(0)

@@ -26,7 +26,7 @@ def winding_columns(machine: Machine) -> list[int]:
     return [
         c
         for c in machine.rotary_columns
-        if not axes[c].limits.unlimited and axes[c].limits.high - axes[c].limits.low >= TURN - ON_LIMIT
+        if not axes[c].limits.unlimited and axes[c].limits.span >= TURN - ON_LIMIT
     ]
 
 
