@@ -166,7 +166,7 @@ def _axis(axis: Axis, line: Line, carries: str, stated: set[str], origin: Origin
         error = _location_error(axis)
         table["location_error"] = error | origin(f"{letter} location_error")
     if axis.drive is not None:
-        table["drive"] = _drive(axis, axis.drive) | origin(f"{letter} drive")
+        table["drive"] = drive_table(axis, axis.drive) | origin(f"{letter} drive")
     for key, value, per in (
         ("max_speed", axis.max_speed, "s"),
         ("max_acceleration", axis.max_acceleration, "s2"),
@@ -195,7 +195,8 @@ def _location_error(axis: Axis) -> Table:
     return {"offset": [_neat(v) for v in error.offset]} | tilt if axis.is_rotary else tilt
 
 
-def _drive(axis: Axis, drive: Drive) -> Table:
+def drive_table(axis: Axis, drive: Drive) -> Table:
+    """Write a drive as the table of a machine file: its model and figures in the file's units."""
     ends = {name: getattr(drive, name) for name in MEASURED}
     known = {name: _neat(60.0 * axis.shown(end)) for name, end in ends.items() if end is not None}
     return _bare_drive(axis, drive) | known

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import asdict
 from typing import Any
 
 import numpy as np
 
 from fiveaxis.kinematics import lean_range, singular_direction
-from fiveaxis.machine import AffineDrive, Axis, DirectionalDrive, FrictionDrive, Joint, Machine, WeightDrive
+from fiveaxis.machine import Axis, Joint, Machine
+from fiveaxis.machine.dump import drive_table
 from fiveaxis.machine.freedom import why_not_orienting, why_not_positioning
 
 TOUCHING = 1e-6  # rad, range of leans below which the branches coincide and there is no choice
@@ -46,7 +46,7 @@ def describe_machine(machine: Machine) -> Document:
             "spindle": {"point": _numbers(home[:3, 3]), "direction": _numbers(home[:3, 2])},
             "limits": {a.letter: _limits(a) for a in machine.axes},
             "speeds": {a.letter: _speed(a) for a in machine.axes},
-            "powers": {a.letter: _power(a) for a in machine.axes},
+            "powers": {a.letter: None if a.drive is None else drive_table(a, a.drive) for a in machine.axes},
             "base_power": machine.base_power,
             "positioning": why_not_positioning(machine.chain) or "every position",
             "orientation": _orientation(machine),
@@ -68,21 +68,6 @@ def _limits(axis: Axis) -> list[float | None]:
 
 def _speed(axis: Axis) -> float | None:
     return None if axis.max_speed is None else _short(axis.shown(axis.max_speed))
-
-
-def _power(axis: Axis) -> Document | None:
-    """Describe a drive's model and figures, power slopes per (mm/min) or (deg/min) as in a machine file."""
-    drive = axis.drive
-    if drive is None:
-        return None
-    # W per (unit/s) internally, W per (unit/min) in files.
-    slope, unit = 1.0 / (60.0 * axis.shown(1.0)), f"W/({axis.unit}/min)"
-    if isinstance(drive, DirectionalDrive):
-        factor = slope if drive.proportional else 1.0
-        sides = {"plus": _short(drive.plus * factor), "minus": _short(drive.minus * factor)}
-        return {"model": "directional"} | sides | {"unit": unit if drive.proportional else "W"}
-    names = {AffineDrive: "affine", WeightDrive: "weight", FrictionDrive: "friction"}
-    return {"model": names[type(drive)]} | asdict(drive)
 
 
 def _orientation(machine: Machine) -> Document:

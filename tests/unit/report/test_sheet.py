@@ -1,0 +1,30 @@
+"""The data sheet of a machine: figures in the units of machine files."""
+
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from fiveaxis.machine import load_machine
+from fiveaxis.report.sheet import describe_machine
+
+MACHINES = Path(__file__).parents[3] / "machines"
+
+
+def test_powers_are_those_of_the_machine_file():
+    written = tomllib.loads((MACHINES / "hayashi-640123.toml").read_text())["axes"]
+    for letter, power in describe_machine(load_machine("hayashi-640123"))["powers"].items():
+        drive = written[letter]["drive"]
+        assert {key: power[key] for key in ("model", "unit")} == {key: drive[key] for key in ("model", "unit")}
+        assert [power["plus"], power["minus"]] == pytest.approx([drive["plus"], drive["minus"]])
+
+
+def test_a_slope_of_power_is_per_unit_and_minute():
+    z = describe_machine(load_machine("takisawa-mac-v3"))["powers"]["Z"]
+    assert (z["model"], z["unit"]) == ("affine", "W/(mm/min)")
+    # 8540 W/(m/s) + 88.82 W in its file.
+    assert z["plus"] == pytest.approx([8540.0 / 60_000.0, 88.82])
+
+
+def test_an_unknown_drive_is_null():
+    assert describe_machine(load_machine("umc-750"))["powers"]["X"] is None
