@@ -147,6 +147,7 @@ WRITING = {
     "feed-floor": Code(WARNING, "blocks below the control's lowest feed run faster than planned"),
     "feed-rounded": Code(WARNING, "blocks so slow that the decimals of F change their duration"),
     "number-assumed": Code(WARNING, "a number wasn't given, or can't be written as given"),
+    "not-verified": Code(ERROR, "nothing is verified: a library that verification needs is missing"),
 }
 CODES: dict[str, Code] = CHECKS | PLANNING | READING | WRITING
 

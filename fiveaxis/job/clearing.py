@@ -16,7 +16,7 @@ from fiveaxis.collision.clearing import find_accessible
 from fiveaxis.collision.pairs import choose_pairs
 from fiveaxis.collision.scene import build_scene
 from fiveaxis.collision.tightened import Tightened
-from fiveaxis.errors import Infeasible
+from fiveaxis.errors import Infeasible, MissingDependency
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array, IntArray
 from fiveaxis.job.solution import Solution, add_findings
@@ -28,7 +28,7 @@ from fiveaxis.posture import Solution as Postures
 from fiveaxis.posture import optimise as optimise_postures
 from fiveaxis.posture.masks.mask import MaskFunction
 from fiveaxis.posture.strategy.portfolio import Progress
-from fiveaxis.toolpath import Constraints, Toolpath
+from fiveaxis.toolpath import Constraints, Tool, Toolpath
 from fiveaxis.toolpath.passes import Passes
 from fiveaxis.verification import PathConstraints
 from fiveaxis.verification.check_context import DEFAULT_TOLERANCES, make_context
@@ -284,8 +284,7 @@ def _keep_order(
         if admits is None:
             raise
         raise _explain(fault, admits, constraints.of_lean, masked=own is not None) from None
-    scene = build_scene(machine, toolpath.tool, around)
-    if not choose_pairs(scene, around.clearances).pairs:
+    if not _has_pairs(machine, toolpath.tool, around):
         return Cleared(solution, _if_same_rows(admits, solution), 0)
     best, fewest, rounds = solution, len(toolpath) + 1, 0
     while solution.unwrapped is None:  # with rewinds the path has other rows than the mask
@@ -345,11 +344,27 @@ def _without_mask(text: str) -> str:
     return text
 
 
+def _has_pairs(machine: Machine, tool: Tool, around: Surroundings) -> bool:
+    """Check whether any bodies could touch, and whether coal is there to ask."""
+    try:
+        return bool(choose_pairs(build_scene(machine, tool, around), around.clearances).pairs)
+    except MissingDependency:
+        return False
+
+
 def colliding_rows(solution: Postures, around: Surroundings) -> IntArray:
     """Find the locations where a solution's motion collides, or next to a move that collides.
 
-    A ball that gouges does so in any posture; gouges of other cutters count too.
+    A ball that gouges does so in any posture; gouges of other cutters count too. Without coal and pinocchio
+    none are found; the verdict on the program says what is missing.
     """
+    try:
+        return _colliding_rows(solution, around)
+    except MissingDependency:
+        return np.empty(0, dtype=np.int64)
+
+
+def _colliding_rows(solution: Postures, around: Surroundings) -> IntArray:
     machine, path = solution.machine, solution.toolpath
     applied = PathConstraints.of(path, machine, Constraints())
     context = make_context(solution.motion, machine, path, applied, DEFAULT_TOLERANCES)

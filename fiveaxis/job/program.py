@@ -12,12 +12,12 @@ from typing import Any
 import numpy as np
 
 from fiveaxis.collision import Surroundings
-from fiveaxis.errors import FiveAxisError, ToolpathError, Unverified
+from fiveaxis.errors import FiveAxisError, MissingDependency, ToolpathError, Unverified
 from fiveaxis.files import write_atomically
 from fiveaxis.findings import Finding
 from fiveaxis.geometry import IntArray
 from fiveaxis.job.planned_program import PlannedProgram, may_thin, plan_program
-from fiveaxis.job.release import Gate
+from fiveaxis.job.release import Gate, not_verified
 from fiveaxis.job.traced_program import load_text
 from fiveaxis.kinematics import tool_poses
 from fiveaxis.machine import Machine
@@ -307,7 +307,10 @@ def compose_verified(
     back = read_back(draft, motion, wording)
     if verdict is None:
         return MadeProgram(machine, draft, motion, Gate.unverified(), run_time(back))
-    found, *more = verdict(back, draft)
+    try:
+        found, *more = verdict(back, draft)
+    except MissingDependency as fault:
+        found, more = not_verified(fault), []
     gate = Gate.of(found.merge(*more, back.unsaid()), options.override)
     text = compose(gate.notes)
     # The header is comments only; make sure that the rest reads the same.
