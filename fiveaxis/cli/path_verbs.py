@@ -117,11 +117,10 @@ def preview(
 ) -> None:
     """Optimise, and show the result in a browser on this computer until Ctrl-C."""
     with errors_explained(False):
-        from fiveaxis.job import load_surroundings
         from fiveaxis.viewer import preview as show
 
         outcome = _run(_job(context.params))
-        around, findings = load_surroundings(outcome.job), outcome.verdict.findings
+        around, findings = outcome.around, outcome.verdict.findings
         with show(outcome.solution, surroundings=around, findings=findings, open_browser=browser) as viewer:
             out.print(f"preview at {viewer.url()} until Ctrl-C")
             viewer.wait()

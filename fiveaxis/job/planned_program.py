@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from fiveaxis.collision import Surroundings
 from fiveaxis.errors import MissingDependency
+from fiveaxis.findings import Finding
 from fiveaxis.geometry import IntArray
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Fill, Filling, Motion, ProgramMotion
@@ -40,6 +42,16 @@ class PlannedProgram:
         """(m,), the location of the fill where each row of the motion ends; for leads the nearest."""
         inner = np.arange(len(self.motion)) - self.motion.first
         return self.fill.kept[np.clip(inner, 0, len(self.fill.kept) - 1)]
+
+    def located(self, findings: Iterable[Finding]) -> tuple[Finding, ...]:
+        """Place the findings of the writer, which name rows of the motion, at locations of the path."""
+        path, rows = self.fill.path, self.path_rows
+        return tuple(
+            f
+            if f.place.location is None
+            else replace(f, place=path.place(int(rows[self.motion.first + f.place.location])))
+            for f in findings
+        )
 
     def without_redundant(self, constraints: Constraints, wording: Wording) -> PlannedProgram:
         """Remove the blocks whose positions the control passes anyway."""

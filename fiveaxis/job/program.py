@@ -131,8 +131,8 @@ class MadeProgram:
 
     @property
     def findings(self) -> tuple[Finding, ...]:
-        """What was assumed while writing, and accepted codes that didn't occur."""
-        return (*self.text.findings, *self.gate.unused)
+        """What was assumed while writing, if no report lists it, and accepted codes that didn't occur."""
+        return (*(() if self.gate.verified else self.text.findings), *self.gate.unused)
 
     def as_dict(self) -> dict[str, Any]:
         """Return the figures as plain data for JSON."""
@@ -225,7 +225,8 @@ def make_program(
                 tolerances=tolerances,
                 expected=expected,
             )
-            return found, planned.leads.report, *(() if verdict is None else verdict(back, draft))
+            written = Report.of_findings(planned.located(draft.findings))
+            return found, planned.leads.report, written, *(() if verdict is None else verdict(back, draft))
 
         made = compose_verified(planned.motion, wording, options, None if unverified else judge)
         return replace(made, fill=planned.fill)

@@ -123,6 +123,8 @@ def make_job(base: Job | None = None, **settings: Any) -> Job:
         Something is missing or out of range.
     """
     given = {name: value for name, value in settings.items() if value is not None}
+    if base is not None and not given:
+        return base
     # Fields that aren't given stay unset: `load_job_toolpath` refuses settings that the input doesn't use.
     values = {} if base is None else base.model_dump(exclude_unset=True)
     for name in ("plan", "program", "setup", "nc"):

@@ -10,7 +10,6 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from fiveaxis.errors import SettingError
-from fiveaxis.job.loading import load_surroundings
 from fiveaxis.job.stages import Outcome
 from fiveaxis.nc import DIALECTS, write_motion
 from fiveaxis.posture.masks.mask import Mask
@@ -114,7 +113,7 @@ def undisturbed() -> Iterator[None]:
 
 def _make_files(outcome: Outcome, folder: Path, *, alone: bool = False) -> list[Path]:
     """Write an outcome's files; with `alone` without the figure of its front."""
-    job, solution = outcome.job, outcome.solution
+    solution = outcome.solution
     made = [
         write_motion(solution.motion, folder / "motion.csv", solution.machine),
         write_json(outcome.document, folder / "report.json"),
@@ -122,7 +121,7 @@ def _make_files(outcome: Outcome, folder: Path, *, alone: bool = False) -> list[
         write_preview(
             solution,
             folder / "preview.html",
-            surroundings=load_surroundings(job),
+            surroundings=outcome.around,
             findings=outcome.verdict.findings,
         ),
     ]

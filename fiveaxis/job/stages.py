@@ -33,7 +33,7 @@ from fiveaxis.posture import optimise as optimise_postures
 from fiveaxis.posture.masks.mask import MaskFunction
 from fiveaxis.posture.solution import blocks_energy
 from fiveaxis.report import report_document
-from fiveaxis.toolpath import Toolpath
+from fiveaxis.toolpath import Constraints, Toolpath
 from fiveaxis.toolpath.passes import Passes
 from fiveaxis.verification import DEFAULT_TOLERANCES, Report
 
@@ -59,6 +59,7 @@ class Outcome:
     cleared : what kept the solution clear of collisions
     of_front : the outcome of each solution of the front, in its order, this one among them
     sections : further sections of the document, by key
+    around : part, stock and fixtures
     """
 
     job: Job
@@ -70,6 +71,7 @@ class Outcome:
     cleared: Cleared | None = None
     of_front: tuple[Outcome, ...] = ()
     sections: dict[str, Any] = field(default_factory=dict)
+    around: Surroundings | None = None
 
     @cached_property
     def document(self) -> dict[str, Any]:
@@ -136,7 +138,8 @@ def run_stages(
     process = load_process(job, toolpath.tool, float(toolpath.feed.max()))
     factors = load_factors(job)
     around = load_surroundings(job)
-    solution, front, cleared = solve(job, toolpath, machine, progress, passes, around, start)
+    constraints = job.constraints
+    solution, front, cleared = solve(job, constraints, toolpath, machine, progress, passes, around, start)
     inputs = describe_inputs(job)
 
     def finish(solution: Solution) -> Outcome:
@@ -145,7 +148,7 @@ def run_stages(
             solution.motion,
             machine,
             solution.toolpath,
-            job.constraints,
+            constraints,
             program_options(job, solution, inputs, moved=moved),
             around=around,
             tolerances=DEFAULT_TOLERANCES.with_gouge(job.gouge_tolerance),
@@ -154,7 +157,7 @@ def run_stages(
         spent = blocks_energy(machine, program.motion.blocks, solution.clock)
         solution = replace(solution, energy=spent)
         budget = job_budget(machine, program.motion.blocks, process, factors)
-        return Outcome(job, solution, program, budget, inputs, front, cleared)
+        return Outcome(job, solution, program, budget, inputs, front, cleared, around=around)
 
     solutions = (solution,) if front is None else front.solutions
     outcomes = []
@@ -212,6 +215,7 @@ def program_options(
 
 def solve(
     job: Job,
+    constraints: Constraints,
     toolpath: Toolpath,
     machine: Machine,
     progress: Progress | None,
@@ -248,15 +252,15 @@ def solve(
         chosen = replace(options, start=None) if free else options.without_free_start()
         chosen = replace(chosen, mask=mask)
         if job.front is None:
-            return optimise_postures(path, machine, job.constraints, chosen)
-        fronts.append(find_front(path, machine, job.constraints, job.front, chosen))
+            return optimise_postures(path, machine, constraints, chosen)
+        fronts.append(find_front(path, machine, constraints, job.front, chosen))
         return fronts[-1].pick(job.pick or 1)
 
     cleared = None
     if around is None or not job.keep_clear:
         solution = once(toolpath, None, job.free_start)
     else:
-        cleared = keep_clear(once, toolpath, machine, around, job.constraints, free_start=job.free_start)
+        cleared = keep_clear(once, toolpath, machine, around, constraints, free_start=job.free_start)
         solution = cleared.solution
     # Several paths may have been searched; take the front of the chosen one.
     front = next((f for f in fronts if any(s.motion is solution.motion for s in f.solutions)), None)

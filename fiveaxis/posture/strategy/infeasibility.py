@@ -152,7 +152,7 @@ def _try(toolpath: Toolpath, machine: Machine, tilt: TiltBounds, row: int, far: 
         positions = found.positions.reshape(-1, found.positions.shape[-1])
     known = np.isfinite(positions).all(axis=1)
     axis, positions = axis[known], positions[known]
-    past = np.maximum(machine.low - positions, positions - machine.high)
+    past = machine.limit_excess(positions)
     alone = [replace(bound.at(np.array([row])), beside=()) for bound in tilt.all]
     outside = [~bound.admits(axis[None])[0] for bound in alone]
     return _Tried(

@@ -10,13 +10,16 @@ import pytest
 from by_degrees import optimise
 
 import fiveaxis as fx
+from fiveaxis.collision import Surroundings
 from fiveaxis.energy import motion_energy, move_energies
+from fiveaxis.findings import Finding, Place, Severity
 from fiveaxis.job import MadeProgram, ProgramOptions, make_job, make_program, verify_program
-from fiveaxis.job.planned_program import may_thin
+from fiveaxis.job.planned_program import may_thin, plan_program
 from fiveaxis.motion import AXIS_TOLERANCE, filling, follow
-from fiveaxis.nc import Coordinates
+from fiveaxis.nc import Coordinates, ProgramSettings
 from fiveaxis.posture import Solution
 from fiveaxis.toolpath import Constraints, Tool, Toolpath
+from fiveaxis.verification import DEFAULT_TOLERANCES
 
 AS_ASKED = {"tilt": (15.0, 75.0), "max_turn": 15.0}
 BOUNDS = Constraints.of_degrees(**AS_ASKED)
@@ -51,6 +54,19 @@ def test_blocks_are_the_locations_and_the_inserted_ones_without_the_redundant(so
     # Every location was looked at, those without a block included.
     assert len(program.fill.path) == 721 + said["inserted"]
     assert program.report.figures["contact_error_mm"] <= 0.005
+
+
+def test_findings_of_the_writer_are_placed_at_locations_of_the_given_path(solution):
+    wording = ProgramOptions().wording(solution.machine)
+    words = (Surroundings(), wording, ProgramSettings(), DEFAULT_TOLERANCES)
+    planned = plan_program(solution.motion, solution.toolpath, BOUNDS, *words)
+    few = planned.without_redundant(BOUNDS, wording)
+    last = len(few.motion.blocks) - 1
+    assert last < 720 < len(planned.fill.path)
+    rows = [Finding(Severity.WARNING, "feed-floor", "slow", Place(location=row)) for row in (0, last)]
+    assert [finding.place.location for finding in few.located(rows)] == [0, 720]
+    anywhere = Finding(Severity.WARNING, "number-assumed", "named 1")
+    assert few.located([anywhere]) == (anywhere,)
 
 
 def turning(solution, degrees):
