@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from fiveaxis.energy import move_powers
@@ -60,14 +62,14 @@ def energy_bars(solution: Solution, baseline: str | None) -> str:
 
 def spending_lines(solution: Solution, baseline: str | None) -> str:
     """Draw the energy added up along the path: it is spent where the line is steep."""
-    series = series_of(solution, baseline)
+    series, last = series_of(solution, baseline), len(solution.toolpath) - 1
     spent = {}
     for name in series:
         motion = motion_of(solution, name)
         spent[name] = np.cumsum(move_powers(solution.machine, motion).sum(axis=1) * motion.time)
     most = max(float(values[-1]) for values in spent.values())
     panel = Panel(TOP, 125.0, along(solution), (0.0, 1.05 * most or 1.0))
-    lines = (thinned_line(panel, values, series[name]) for name, values in spent.items())
+    lines = (thinned_line(panel, last, values, series[name]) for name, values in spent.items())
     return svg(
         panel.bottom + BELOW,
         [
@@ -84,8 +86,8 @@ def axis_lines(solution: Solution, baseline: str | None) -> str:
     shown = []
     for name in series:
         motion = motion_of(solution, name)
-        shown.append([*machine.shown(motion.positions).T, tilts_shown(solution, motion)])
-    tilts = np.degrees([solution.tilt.low, solution.tilt.high])
+        shown.append([*machine.shown(motion.positions).T, tilts_shown(solution, name)])
+    tilts, end = np.degrees([solution.tilt.low, solution.tilt.high]), len(solution.toolpath) - 1
     names = [*(f"{axis.letter} ({axis.unit})" for axis in machine.axes), "tilt (deg)"]
     parts = [heading(series, "Axis values and tilt along the path")]
     for k, name in enumerate(names):
@@ -94,7 +96,7 @@ def axis_lines(solution: Solution, baseline: str | None) -> str:
         panel = band(k, along(solution), widened(*values, *([tilts] if last else [])))
         parts.append(panel.frame(name, LOCATION_LABEL if last else ""))
         parts += [panel.level(float(tilt)) for tilt in tilts] if last else []
-        parts += [thinned_line(panel, v, c) for v, c in zip(values, series.values(), strict=True)]
+        parts += [thinned_line(panel, end, v, c) for v, c in zip(values, series.values(), strict=True)]
     return svg(panel.bottom + BELOW, parts)
 
 
@@ -186,11 +188,13 @@ def along(solution: Solution) -> Range:
     return widened(np.array([0.0, len(solution.toolpath) - 1.0]), margin=0.01)
 
 
-def thinned_line(panel: Panel, values: Array, colour: str) -> str:
-    """Draw a line over the locations, thinned so that it looks the same."""
+def thinned_line(panel: Panel, last: int, values: Array, colour: str) -> str:
+    """Draw a line from the first location to the last, thinned so that it looks the same."""
     rows = thin_rows(values)
+    # A baseline with locations of its own is as long as the result.
+    stretch = last / max(len(values) - 1, 1)
     # Where both lines coincide, "before" shows as a rim around "after".
-    return panel.line(rows.astype(float), values[rows], colour, 1.1 if colour == AFTER else 2.2)
+    return panel.line(stretch * rows.astype(float), values[rows], colour, 1.1 if colour == AFTER else 2.2)
 
 
 def motion_of(solution: Solution, name: str) -> Motion:
@@ -198,10 +202,15 @@ def motion_of(solution: Solution, name: str) -> Motion:
     return solution.motion if name == "optimised" else solution.compared[name].motion
 
 
-def tilts_shown(solution: Solution, motion: Motion) -> Array:
-    """Compute the angle between tool axis and reference along a motion, (n,) deg; NaN without reference."""
+def tilts_shown(solution: Solution, name: str) -> Array:
+    """Compute the angle between tool axis and reference along a chart's line, (n,) deg; NaN without one."""
+    motion, tilt = motion_of(solution, name), solution.tilt
+    path = None if name == "optimised" else solution.compared[name].toolpath
+    if path is not None:
+        reference = path.axis if tilt.name == "programmed axis" else path.normal
+        tilt = replace(tilt, reference=reference, beside=()).only(path.bounding)
     rotary = motion.positions[:, solution.machine.rotary_columns]
-    return np.degrees(solution.tilt.angles(tool_axes(solution.machine, rotary)))
+    return np.degrees(tilt.angles(tool_axes(solution.machine, rotary)))
 
 
 def series_of(solution: Solution, baseline: str | None) -> dict[str, str]:

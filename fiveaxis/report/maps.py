@@ -60,7 +60,7 @@ def posture_map_figure(solution: Solution, landscape: PostureMap, baseline: str 
     """
     letter = solution.machine.rotaries[0]
     first = np.degrees(landscape.first)
-    curves = {name: np.degrees(_modulo(solution, name)[:, 0]) for name in series_of(solution, baseline)}
+    curves = {name: np.degrees(_modulo(solution, name)[:, 0]) for name in _on_map(solution, baseline)}
     locations = landscape.locations.astype(float)
     panel = Panel(TOP, TALL, _edges(locations), _covering(_edges(first), *curves.values()), WIDE)
     bounds = _bounds(landscape.cost)
@@ -86,7 +86,7 @@ def surface_figure(solution: Solution, surface: Surface, baseline: str | None) -
     """Draw the power surface at one location as SVG: inadmissible region hatched, chosen posture marked."""
     first, second = solution.machine.rotaries
     across, up = np.degrees(surface.first), np.degrees(surface.second)
-    names = series_of(solution, baseline)
+    names = _on_map(solution, baseline)
     marked = {name: np.degrees(_modulo(solution, name)[surface.location]) for name in names}
     x, y = (
         _covering(_edges(grid), *(posture[[k]] for posture in marked.values()))
@@ -118,6 +118,12 @@ def surface_figure(solution: Solution, surface: Surface, baseline: str | None) -
             f'fill="{colours[name]}" stroke="#ffffff" stroke-width="1.2"/>'
         )
     return svg(panel.bottom + BELOW, [*parts, legend(colours, LEFT + WIDE, panel.bottom + 27.0)])
+
+
+def _on_map(solution: Solution, baseline: str | None) -> dict[str, str]:
+    """Return the curves of a map with their colours; not a baseline with locations of its own."""
+    elsewhere = baseline is not None and solution.compared[baseline].toolpath is not None
+    return series_of(solution, None if elsewhere else baseline)
 
 
 def _edges(grid: Array) -> Range:

@@ -66,8 +66,21 @@ def test_a_chart_carries_no_date_and_no_link(solution: Solution, draw: object) -
 
 
 def test_the_tilt_drawn_is_the_tilt_that_was_chosen(solution: Solution) -> None:
-    np.testing.assert_allclose(tilts_shown(solution, solution.motion), 15.0, atol=1e-9)
-    np.testing.assert_allclose(tilts_shown(solution, solution.compared["normal"].motion), 45.0, atol=1e-9)
+    np.testing.assert_allclose(tilts_shown(solution, "optimised"), 15.0, atol=1e-9)
+    np.testing.assert_allclose(tilts_shown(solution, "normal"), 45.0, atol=1e-9)
+
+
+def test_a_baseline_with_locations_of_its_own_is_drawn_over_the_same_width(solution: Solution) -> None:
+    normal, few = solution.compared["normal"], np.arange(0, len(solution.toolpath), 4)
+    own = replace(normal, motion=normal.motion.at(few), toolpath=solution.toolpath.at(few))
+    other = replace(solution, compared={"normal": own})
+    np.testing.assert_allclose(tilts_shown(other, "normal"), 45.0, atol=1e-9)
+    for draw in (axis_lines, spending_lines):
+        ends = [
+            re.findall(r"[ML]([\d.]+)", line)[-1]
+            for line in re.findall(r' d="(M[^"]+)"', draw(other, "normal"))
+        ]
+        assert ends[-1] == ends[-2]
 
 
 def test_a_path_with_links_is_drawn(solution: Solution) -> None:
@@ -75,7 +88,7 @@ def test_a_path_with_links_is_drawn(solution: Solution) -> None:
     reference[100:120] = np.nan
     bounds = TiltBounds(reference, solution.tilt.low, solution.tilt.high, "normal")
     linked = replace(solution, tilt=bounds)
-    assert np.isnan(tilts_shown(linked, linked.motion)).sum() == 20
+    assert np.isnan(tilts_shown(linked, "optimised")).sum() == 20
     assert "tilt (deg)" in words(axis_lines(linked, "normal"))
 
 
