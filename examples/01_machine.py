@@ -1,10 +1,10 @@
 """See what a form-shaping code alone says about a machine: its chain, its branches, its singular direction.
 
 The digits name the axes from the workpiece to the tool (1…6 are X Y Z A B C, 0 is the bed), and that order is
-all that forward and inverse kinematics need while the axes have no offsets. Two pairs of rotary angles point
-the tool the same way, so the inverse has two branches and a posture is also a choice between them. Along the
-direction of the first rotary axis that axis turns nothing about the tool: close to it a small change of the
-tool axis asks for a large turn.
+all that forward and inverse kinematics need while the axes have no offsets. Two pairs of rotary angles give
+the same tool axis, so the inverse has two branches and a posture is also a choice between them. While the
+tool points along the first rotary axis, that axis doesn't tilt the tool; near there a small change of the
+tool axis needs a large turn.
 """
 
 from __future__ import annotations

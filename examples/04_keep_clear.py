@@ -1,8 +1,8 @@
 """Finish the walls of a block with a wide holder beside a clamp: plan on the mesh, keep clear, verify.
 
-A cheap posture is worth nothing if the holder meets the clamp or the wall above the cutter. Bodies bound the
-postures that each location admits, so the energy can only rise against a search that sees none of them. The
-verification asks other code about the same bodies, at every location and on the whole way between them.
+A cheap posture is worth nothing if the holder hits the clamp or the wall above the cutter. Bodies restrict
+the postures at each location, so the energy can only be higher than without them. Verification checks the
+same bodies with other code, at every location and along every move between them.
 """
 
 from __future__ import annotations

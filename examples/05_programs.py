@@ -1,9 +1,9 @@
 """Write one solution for three controls, and verify each program from its text alone.
 
-A program is not the motion: numbers are rounded, angles counted in the control's way, and the blocks between
-two locations move as the control moves them. LinuxCNC gets axis positions here, the Sinumerik and the
-Heidenhain get the tip and lead it themselves. So `write` reads its text back and verifies that before
-there is a file; here the file is verified once more, as a program that comes from anywhere.
+A program is not the motion: numbers are rounded, angles are counted as the control counts them, and the
+control decides how the axes move between two blocks. LinuxCNC gets axis positions here, the Sinumerik and
+the Heidenhain get the tip and use TCP. So `write` reads its text back and verifies it before there is a
+file; here the file is verified once more, like a program from anywhere else.
 """
 
 from __future__ import annotations
