@@ -48,7 +48,7 @@ def axis_positions(machine: Machine, tip: Array, axis: Array, *, held: Held | No
     Raises
     ------
     DegenerateChain
-        The linear axes don't reach every position, or two rotary axes don't tilt the tool in two directions.
+        The linear axes don't reach every position, or two rotary axes don't lean the tool in two directions.
     MachineError
         `held` names an axis that the machine doesn't have.
     ToolpathError
@@ -87,13 +87,13 @@ def redundant_axis(machine: Machine) -> str:
     Raises
     ------
     DegenerateChain
-        No two of the rotary axes orient the tool in two directions.
+        No two of the rotary axes lean the tool in two directions.
     """
     spare = spare_axes(machine.chain)
     if spare:
         return spare[0]
     raise DegenerateChain(
-        f"machine {machine.name!r}: no two of {', '.join(machine.rotaries)} orient the tool in two directions"
+        f"machine {machine.name!r}: no two of {', '.join(machine.rotaries)} lean the tool in two directions"
     )
 
 
@@ -134,7 +134,7 @@ def rotary_angles(machine: Machine, axis: Array, *, held: Held | None = None) ->
     Raises
     ------
     DegenerateChain
-        Two rotary axes that don't orient the tool in two directions, or more than two.
+        Two rotary axes that don't lean the tool in two directions, or more than two.
     """
     wanted = np.asarray(axis, dtype=float)
     rest = held or {}
@@ -147,7 +147,7 @@ def rotary_angles(machine: Machine, axis: Array, *, held: Held | None = None) ->
 
 
 def require_orienting(machine: Machine) -> None:
-    """Check that the rotary axes orient the tool in two directions.
+    """Check that the rotary axes lean the tool in two directions.
 
     Raises
     ------
