@@ -62,10 +62,10 @@ class BoxSides(StrictModel):
 class CylinderSides(StrictModel):
     """A cylinder."""
 
-    radius: float = Field(gt=0.0, description="mm")
+    radius: float = Field(gt=0.0, description="of the cylinder, mm")
     height: float = Field(gt=0.0, description="length along the axis, mm")
     center: Triple = Field((0.0, 0.0, 0.0), description="centre in the workpiece frame, mm")
-    direction: Triple = (0.0, 0.0, 1.0)
+    direction: Triple = Field((0.0, 0.0, 1.0), description="of its axis in the workpiece frame")
 
     @model_validator(mode="after")
     def _points_somewhere(self) -> CylinderSides:

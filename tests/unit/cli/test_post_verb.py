@@ -242,4 +242,4 @@ def test_optimise_writes_for_the_control_with_its_settings(tmp_path):
     lines = (tmp_path / "out" / "program.tap").read_text().splitlines()
     assert {"T4 M6", "S9000 M3"} <= set(lines)
     assert any(line.startswith("G0 G43.4 H4 X") for line in lines)
-    assert "no program number was given: 1 is written [number-assumed]" in done.stderr
+    assert "no program number was given: 1 is written [number-assumed]" in done.stdout

@@ -78,10 +78,10 @@ def test_two_searches_give_the_same_document(ring):
 def test_setups_without_a_path_are_skipped_and_listed(ring, monkeypatch):
     whole = setup_search.optimise
 
-    def fenced(path, machine, bounds, **options):
+    def fenced(path, machine, constraints, options):
         if machine.setup.offset[0] < 20.0:
             raise Infeasible("out of reach", [])
-        return whole(path, machine, bounds, **options)
+        return whole(path, machine, constraints, options)
 
     monkeypatch.setattr(setup_search, "optimise", fenced)
     found = run_job(make(ring, x=(-30.0, 30.0), tries=6)).document["setup_search"]
