@@ -18,7 +18,7 @@ from fiveaxis.motion import PATH_TOLERANCE
 from fiveaxis.nc import read_toolpath
 from fiveaxis.toolpath import Tool, Toolpath
 
-QUIET = settings(deadline=None, derandomize=True, max_examples=300)
+QUIET = settings(deadline=None, derandomize=True, max_examples=150)
 
 # Real forms of all dialects, as the CAM systems write them; each can be read after `HEAD`.
 HEAD = """\

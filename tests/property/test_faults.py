@@ -31,7 +31,7 @@ from fiveaxis.verification import Report, verify
 JOB = Path(__file__).parents[2] / "examples" / "overhang" / "job.toml"
 PART = JOB.parent / "part.stl"
 TILT = (15.0, 75.0)
-FAULTS = 35
+FAULTS = 21
 FOUND = 0.99
 # mm: a tool off its path by more matters. At a location, what a gouge may be; along blocks, that and as much
 # again, since inserted locations and the test of the way have 5 µm and 10 µm of their own.
@@ -276,7 +276,7 @@ def changed(text: Text, k: int, change: Change, machine: Machine, rng) -> tuple[
     return lines, Text.of(lines, machine).rows
 
 
-TEXT_FAULTS = 49
+TEXT_FAULTS = 28
 TEXT_CHANGES: tuple[Change | None, ...] = (shift, turn, flip, inches, negate, swap, None)
 
 

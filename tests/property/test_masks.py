@@ -81,7 +81,7 @@ caps = st.lists(
 
 @pytest.mark.parametrize("kind", [Caps, MappedCaps])
 @pytest.mark.parametrize("replanned", [True, False])
-@settings(max_examples=4, deadline=None, derandomize=True)
+@settings(max_examples=2, deadline=None, derandomize=True)
 @given(drawn=caps)
 def test_a_path_is_admitted_everywhere_and_sound(kind, replanned, drawn):
     mask = kind(drawn)

@@ -119,7 +119,7 @@ text = st.one_of(
 )
 
 
-@settings(QUIET, max_examples=500)
+@settings(QUIET, max_examples=250)
 @given(line=text)
 @example(line="X1e5")
 @example(line="G-0 X1")
@@ -133,7 +133,7 @@ def test_a_plain_block_is_the_same_the_short_way(line: str):
     assert cut(quickly=True) == cut(quickly=False)
 
 
-@settings(QUIET, max_examples=400)
+@settings(QUIET, max_examples=200)
 @given(lines=st.lists(text, max_size=12), for_motion=st.booleans())
 @example(lines=["G21 G0 X1 Y2 Z3 A4 C5", "G1 X2 F60", "X2", "G93", "X3", "X4 F2"], for_motion=True)
 @example(lines=["G20 G0 X1 Y2 Z3 A4 C5", "F9", "G1", "Y3", "G0 A5 S3", "T2", "G1 C7"], for_motion=False)
@@ -169,7 +169,7 @@ plain = st.sampled_from(
 )  # fmt: skip
 
 
-@settings(QUIET, max_examples=300)
+@settings(QUIET, max_examples=200)
 @given(lines=st.lists(plain, max_size=12))
 @example(lines=["X2 A3=0 B3=0.6 C3=0.8", "X3", "A3=0 B3=0.6 C3=0.8", "A3=1 B3=0 C3=0", "X4 A10", "X5"])
 def test_a_program_with_tool_directions_is_the_same_the_short_way(lines: list[str]):
@@ -289,7 +289,7 @@ def mutated(draw: st.DrawFn) -> list[str]:
     return lines[: draw(st.integers(1, len(lines)))] if draw(st.booleans()) else lines
 
 
-@settings(QUIET, max_examples=600)
+@settings(QUIET, max_examples=250)
 @given(
     lines=mutated(),
     name=st.sampled_from([None, *MACHINES]),

@@ -183,7 +183,7 @@ word = st.one_of(
 block = st.lists(word, max_size=6).map(" ".join)
 
 
-@settings(QUIET, max_examples=400)
+@settings(QUIET, max_examples=200)
 @given(lines=st.lists(block, max_size=8), known=st.booleans())
 @example(lines=["G0 X1", "G2 X2 I.5 J" + "9" * 30 + " F1"], known=True)
 @example(lines=["G93 G1 X1 F" + "9" * 30], known=True)
