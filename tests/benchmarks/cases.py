@@ -3,9 +3,9 @@
 Usage: python tests/benchmarks/cases.py [vase] [dome] [wall] [example] [propeller] [supportless]
        python tests/benchmarks/cases.py invariance       the same path given more densely, and the part turned
 
-J is ∫P dt of the feed drives in the blocks of the program, without approach and retract. "lower" is the same if
-the power of drives below the slowest measured speed falls with their speed. The prototype minimises the same
-at the given locations alone, and blocks are inserted afterwards.
+J is ∫P dt of the feed drives in the blocks of the program, without approach and retract. "lower" is the
+same if the power of drives below the slowest measured speed falls with their speed. The prototype minimises
+the same at the given locations alone, and blocks are inserted afterwards.
 """
 
 import sys
