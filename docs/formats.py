@@ -19,10 +19,11 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from fiveaxis.job import Job
-from fiveaxis.job.guide import list_entries, to_toml
+from fiveaxis.job.guide import bounds_text, docstring_parameters, has_numbers, list_entries, to_toml
 from fiveaxis.machine.tables import Figure, MachineFile
 from fiveaxis.nc import Dialect
 from fiveaxis.nc.writing.table_parts import KNOWN_FIELDS, NEEDED_FIELDS
+from fiveaxis.settings import models_in
 from fiveaxis.toolpath.shapes import SHAPES
 from fiveaxis.toolpath.tool_file import ToolTable
 
@@ -137,7 +138,7 @@ def list_tables(model: type[BaseModel], meanings: Meanings, path: str = "", head
     keys = tuple(_key(name, field, model, meanings) for name, field in fields.items())
     tables = [Table(header, model, _first_line(model), keys)]
     for name, field in fields.items():
-        inner = _models_in(field.annotation)
+        inner = models_in(field.annotation)
         for table in inner:
             inside = ".".join(filter(None, (path, name, _placeholder(field))))
             title = f"[[{inside}]]" if _is_list(field.annotation) else f"[{inside}]"
@@ -148,7 +149,7 @@ def list_tables(model: type[BaseModel], meanings: Meanings, path: str = "", head
 
 
 def _key(name: str, field: FieldInfo, model: type[BaseModel], meanings: Meanings) -> Key:
-    inner = _models_in(field.annotation)
+    inner = models_in(field.annotation)
     text, unit = _split_unit(_told(name, field, model))
     if not text:
         added, added_unit = _split_unit(meanings.find(model, name))
@@ -157,9 +158,9 @@ def _key(name: str, field: FieldInfo, model: type[BaseModel], meanings: Meanings
         raise KeyFault(
             f"{model.__name__}.{name} has no description; write one at the model, or in docs/keys.toml"
         )
-    if not unit and field.description and _has_numbers(field.annotation):
+    if not unit and field.description and has_numbers(field.annotation):
         unit = _split_unit(_first_line(model).rstrip("."))[1]
-    if not unit and issubclass(model, Figure) and _has_numbers(field.annotation):
+    if not unit and issubclass(model, Figure) and has_numbers(field.annotation):
         unit = next((f"`{key}`" for key in (f"{name}_unit", "unit") if key in model.model_fields), "")
     return Key(name, _kind(field.annotation, field.metadata), unit, _default(field), text.rstrip("."))
 
@@ -168,7 +169,7 @@ def _told(name: str, field: FieldInfo, model: type[BaseModel]) -> str:
     """Give what a model says about a field: its description, or the docstring's line that is for it alone."""
     if field.description:
         return field.description
-    for names, text in _parameters(model.__doc__ or ""):
+    for names, text in docstring_parameters(model):
         if names == [name]:
             return (
                 re.sub(r"``|`", "`", text)
@@ -176,28 +177,6 @@ def _told(name: str, field: FieldInfo, model: type[BaseModel]) -> str:
                 .replace("None for", "leave out for")
             )
     return ""
-
-
-def _parameters(docstring: str) -> Iterator[tuple[list[str], str]]:
-    """Give the parameters of a numpydoc docstring: their names, and the whole text."""
-    found: list[tuple[list[str], str]] = []
-    margin: int | None = None
-    inside = False
-    for line in docstring.splitlines():
-        stripped = line.strip()
-        if re.fullmatch(r"-+", stripped) or stripped == "Parameters":
-            inside = True
-            continue
-        if not inside or not stripped:
-            continue
-        indent = len(line) - len(line.lstrip())
-        margin = indent if margin is None else margin
-        if indent <= margin and " : " in stripped:
-            names, _, text = stripped.partition(" : ")
-            found.append(([name.strip() for name in names.split(",")], text))
-        elif found:
-            found[-1] = (found[-1][0], f"{found[-1][1]} {stripped}")
-    yield from found
 
 
 def _split_unit(text: str) -> tuple[str, str]:
@@ -216,7 +195,7 @@ def _default(field: FieldInfo) -> str:
     if field.is_required():
         return "required"
     value = field.get_default(call_default_factory=True)
-    if value is None or isinstance(value, BaseModel) or _models_in(field.annotation):
+    if value is None or isinstance(value, BaseModel) or models_in(field.annotation):
         return ""
     if isinstance(value, frozenset):
         value = sorted(value)
@@ -225,11 +204,12 @@ def _default(field: FieldInfo) -> str:
 
 def _kind(annotation: Any, metadata: Sequence[Any] = ()) -> str:
     """Say what a value must be, as people who write TOML say it."""
-    if _models_in(annotation):
+    if models_in(annotation):
         return "list of tables" if _is_list(annotation) else "table"
     parts, origin = [part for part in get_args(annotation) if part is not NoneType], get_origin(annotation)
     if annotation in PLAIN:
-        return f"{PLAIN[annotation]}{_bounds(metadata)}"
+        bounds = bounds_text(metadata).replace(">=", "≥").replace("<=", "≤")
+        return f"{PLAIN[annotation]} {bounds}".strip()
     if origin is Literal:
         return ", ".join(f"`{to_toml(part)}`" for part in parts)
     if origin is Annotated:
@@ -243,17 +223,6 @@ def _kind(annotation: Any, metadata: Sequence[Any] = ()) -> str:
     if origin in (Union, UnionType):
         return ", or ".join(_kind(part, metadata) for part in parts)
     raise KeyFault(f"docs/formats.py has no words for the type {annotation}; add them to PLAIN")
-
-
-def _bounds(metadata: Sequence[Any]) -> str:
-    signs = {"gt": ">", "ge": "≥", "lt": "<", "le": "≤"}
-    found = [
-        f"{sign} {getattr(m, name):.15g}"
-        for m in metadata
-        for name, sign in signs.items()
-        if hasattr(m, name)
-    ]
-    return f" {' and '.join(found)}" if found else ""
 
 
 def _placeholder(field: FieldInfo) -> str:
@@ -275,21 +244,11 @@ def _choice(model: type[BaseModel]) -> str:
     )
 
 
-def _models_in(annotation: Any) -> list[type[BaseModel]]:
-    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-        return [annotation]
-    return [found for part in get_args(annotation) for found in _models_in(part)]
-
-
 def _is_list(annotation: Any) -> bool:
     if get_origin(annotation) in (list, tuple):
         return True
     parts = [part for part in get_args(annotation) if part is not NoneType]
     return get_origin(annotation) is not dict and any(_is_list(part) for part in parts)
-
-
-def _has_numbers(annotation: Any) -> bool:
-    return annotation in (float, int) or any(_has_numbers(part) for part in get_args(annotation))
 
 
 def pages() -> dict[str, str]:

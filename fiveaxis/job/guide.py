@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 import json
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import NoneType
@@ -236,7 +236,7 @@ def _entry(name: str, field: FieldInfo, model: type[BaseModel], above: str) -> E
     return Entry(
         key=f"{above}.{name}" if above else name,
         kind=_kind(field.annotation, field.metadata),
-        unit="" if models or not found or not _has_numbers(field.annotation) else found[1],
+        unit="" if models or not found or not has_numbers(field.annotation) else found[1],
         default=_default(field, bool(models)),
         description=(text if models else without_unit or text).removesuffix("."),
         is_table=bool(models),
@@ -253,11 +253,15 @@ def _default(field: FieldInfo, is_table: bool) -> str | None:
 
 def _from_docstring(name: str, model: type[BaseModel]) -> str:
     """Find the text of a parameter in a model's numpydoc docstring."""
-    _, _, parameters = inspect.getdoc(model).partition("----------\n")  # type: ignore[union-attr]
+    texts = (text for names, text in docstring_parameters(model) if name in names)
+    return next(texts, "").replace("``", "")
+
+
+def docstring_parameters(model: type[BaseModel]) -> Iterator[tuple[list[str], str]]:
+    """Yield the parameters of a model's numpydoc docstring: the names that share a text, and the text."""
+    _, _, parameters = (inspect.getdoc(model) or "").partition("----------\n")
     for names, text in re.findall(r"^(\w[\w, ]*) : (.*(?:\n[ \t]+.*)*)", parameters, re.MULTILINE):
-        if name in names.split(", "):
-            return " ".join(text.split()).replace("``", "")
-    return ""
+        yield names.split(", "), " ".join(text.split())
 
 
 def _kind(annotation: Any, metadata: list[Any]) -> str:
@@ -275,17 +279,22 @@ def _kind(annotation: Any, metadata: list[Any]) -> str:
     if get_origin(annotation) is dict:
         return f"table of a {_kind(parts[1], [])} by letter"
     plain = _PLAIN.get(annotation) or (_kind(parts[0], []) if parts else str(annotation))
-    bounds = [
+    return f"{plain} {bounds_text(metadata)}".strip()
+
+
+def bounds_text(metadata: Iterable[Any]) -> str:
+    """Return the bounds in a field's metadata: ``> 0 and <= 180``."""
+    return " and ".join(
         f"{sign} {getattr(m, name):.15g}"
         for m in metadata
         for name, sign in _BOUNDS.items()
         if hasattr(m, name)
-    ]
-    return " ".join([plain, " and ".join(bounds)]).strip()
+    )
 
 
-def _has_numbers(annotation: Any) -> bool:
-    return annotation in (float, int) or any(_has_numbers(part) for part in get_args(annotation))
+def has_numbers(annotation: Any) -> bool:
+    """Check whether a type is a number, or holds some."""
+    return annotation in (float, int) or any(has_numbers(part) for part in get_args(annotation))
 
 
 def _is_list(annotation: Any) -> bool:
