@@ -45,11 +45,9 @@ class PlannedProgram:
 
     def located(self, findings: Iterable[Finding]) -> tuple[Finding, ...]:
         """Place the findings of the writer, which name rows of the motion, at locations of the path."""
-        path, rows = self.fill.path, self.path_rows
+        path, rows = self.fill.path, self.path_rows[self.motion.first :]
         return tuple(
-            f
-            if f.place.location is None
-            else replace(f, place=path.place(int(rows[self.motion.first + f.place.location])))
+            f if f.place.location is None else replace(f, place=path.place(int(rows[f.place.location])))
             for f in findings
         )
 
