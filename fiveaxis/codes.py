@@ -139,6 +139,7 @@ READING = {
     "tool-differs": Code(WARNING, "the given tool isn't the file's"),
     "tool-unread": Code(WARNING, "the tool's data in the file can't be read"),
     "turn-assumed": Code(NOTE, "the program doesn't state on which turn a rotary axis begins"),
+    "unknown-codes": Code(WARNING, "M words that aren't documented for the control are taken to switch nothing"),
     "unit-assumed": Code(WARNING, "the unit of lengths isn't stated"),
     "zero-assumed": Code(WARNING, "the position of the program's zero isn't stated"),
 }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal, get_args
@@ -35,6 +36,7 @@ class ReadOptions:
         others) or is fixed to the machine (``machine``, some Fanuc controls)
     start, program_zero, rapid_mm_min, block_delete, wrap : as for `read_program`
     columns : of a list of points without header
+    harmless : M words of the machine's builder that move and switch nothing
     """
 
     tool: Tool | None = None
@@ -48,6 +50,7 @@ class ReadOptions:
     block_delete: bool = False
     wrap: Wrap | None = None
     columns: tuple[str, ...] | None = None
+    harmless: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         for name in ("feed_mm_min", "rapid_mm_min"):
@@ -55,6 +58,9 @@ class ReadOptions:
             if value is not None and not (np.isfinite(value) and value > 0.0):
                 what = name.removesuffix("_mm_min")
                 raise SettingError(f"{what} {value:g} mm/min must be a positive number")
+        for word in self.harmless:
+            if re.fullmatch("M[1-9][0-9]*", word) is None:
+                raise SettingError(f"harmless: {word!r} isn't an M word; write them like M56")
         if self.unit is not None and self.unit not in MILLIMETRES:
             raise SettingError(f"unknown unit {self.unit!r}; known: {', '.join(MILLIMETRES)}")
         for name, known in (("positions", get_args(Positions)), ("wrap", (None, *get_args(Wrap)))):

@@ -261,6 +261,8 @@ class Interpreter(Moves):
             raise BlockError("a second program begins; split the file")
         if block.m or block.ignored or block.tool or "T" in block.words:
             self.tools.take(block)
+        if block.m or block.ignored:
+            self.functions.take(block)
         switches = block.tip_control is not None
         self.ignored.update(word for word in block.g if word in HARMLESS)
         self.ignored.update(word for word in block.m if word not in END and not switches)

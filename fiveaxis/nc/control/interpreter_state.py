@@ -11,6 +11,7 @@ from fiveaxis.findings import Finding, Place, Severity
 from fiveaxis.nc.control.axis_track import NO_MOVE, AxisTrack, Values
 from fiveaxis.nc.control.coordinates import Coordinates, Point
 from fiveaxis.nc.control.drilling import DrillingCycle
+from fiveaxis.nc.control.machine_functions import MachineFunctions
 from fiveaxis.nc.control.modal import Modes
 from fiveaxis.nc.control.spindle import Tools
 from fiveaxis.nc.control.wrapping import Wrapping
@@ -49,6 +50,7 @@ class InterpreterState:
     findings : assumptions and omissions
     tools : tools of the program
     wrapping : which rotary words are in 0 to 360, and the rule of their direction
+    functions : M words
     """
 
     source: Source
@@ -68,6 +70,7 @@ class InterpreterState:
     tools: Tools = field(default_factory=Tools)
     turned_local: Point = field(default_factory=lambda: [None, None, None])
     wrapping: Wrapping = field(default_factory=Wrapping)
+    functions: MachineFunctions = field(default_factory=MachineFunctions)
 
     def __post_init__(self) -> None:
         axes = self.track.machine.axes

@@ -2,7 +2,7 @@
 
 There are four kinds of words: those that act (`ACTING`), those that don't change the path (`HARMLESS`),
 those that would change it and aren't supported (`REFUSED`), and all others: unknown G words are refused, and
-M words are assumed to move no axis.
+M words are looked at in `fiveaxis.nc.control.machine_functions`.
 """
 
 from __future__ import annotations

@@ -12,10 +12,11 @@ from fiveaxis.machine import Machine
 from fiveaxis.nc.control.axis_track import AxisTrack, Values
 from fiveaxis.nc.control.coordinates import Coordinates, WorkOffsets
 from fiveaxis.nc.control.interpreter import Interpreter
+from fiveaxis.nc.control.machine_functions import MachineFunctions
 from fiveaxis.nc.control.modal import Modes
 from fiveaxis.nc.control.moves import MACHINE_MOVES
 from fiveaxis.nc.control.wrapping import find_wrapping
-from fiveaxis.nc.languages.choice import split_program
+from fiveaxis.nc.languages.choice import find_language, split_program
 from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.source import Source
 from fiveaxis.nc.units import Units
@@ -65,10 +66,12 @@ def run_program(
         stand_in=stand_in,
         quickly=quickly,
         wrapping=wrapping,
+        functions=MachineFunctions(find_language(source), options.harmless),
     )
     end = interpreter.run(split_program(source, block_delete=options.block_delete))
     if end is not None:
         _count_rest(source, end, ignored)
+    interpreter.findings += interpreter.functions.settle(source, interpreter.track)
     return interpreter
 
 
