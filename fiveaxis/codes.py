@@ -126,6 +126,7 @@ READING = {
     "long-turn": Code(WARNING, "a rotary axis turns by more than half a turn in one move"),
     "long-turns": Code(WARNING, "more such moves than are listed one by one"),
     "machine-zero-moves": Code(NOTE, "moves in machine coordinates aren't in the path"),
+    "motion-assumed": Code(NOTE, "the first position is given without G0 or G1"),
     "no-simultaneous-path": Code(NOTE, "the program has no simultaneous 5-axis motion"),
     "normals-unused": Code(WARNING, "surface normals that the cutter can't touch in one point"),
     "plane-assumed": Code(WARNING, "how the angles of a tilted plane count isn't stated"),

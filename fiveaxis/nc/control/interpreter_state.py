@@ -51,6 +51,7 @@ class InterpreterState:
     tools : tools of the program
     wrapping : which rotary words are in 0 to 360, and the rule of their direction
     functions : M words
+    lost : word and line of a move within a motion that ended where only the machine knows
     """
 
     source: Source
@@ -67,6 +68,7 @@ class InterpreterState:
     cycle: DrillingCycle | None = None
     line: int = 0
     machine_move_line: int = 0
+    lost: str = ""
     tools: Tools = field(default_factory=Tools)
     turned_local: Point = field(default_factory=lambda: [None, None, None])
     wrapping: Wrapping = field(default_factory=Wrapping)
@@ -182,6 +184,7 @@ class InterpreterState:
         if self.modes.for_motion and not track.rows:
             self._begin()
             return
+        self._require_found()
         if not self.modes.for_motion:
             self._assume_rotary(target)
         missing = track.unknown(target)
@@ -243,6 +246,14 @@ class InterpreterState:
         if not track.rows:
             track.add(track.now, self.line, RAPID, 0.0)
 
+    def _require_found(self) -> None:
+        """Raise if a motion would go on from a place that isn't in the program."""
+        if self.lost:
+            raise BlockError(
+                f"a move after {self.lost}, which ends where only the machine knows: the way from there isn't "
+                "in the program; write G0 with that position, or one program for each part"
+            )
+
     def go_rapid(self, target: Values, *, turns: bool = False) -> None:
         """Add a rapid move; until all axes are known it only updates their positions."""
         track = self.track
@@ -258,6 +269,7 @@ class InterpreterState:
             track.now = target
             track.approach += 1
             return
+        self._require_found()
         self.switch = None
         if target == track.now and not turns and track.rows:
             self.ignored[NO_MOVE] += 1

@@ -44,22 +44,22 @@ HARMLESS: dict[str, frozenset[str]] = {
     SINUMERIK.name: _USUAL | _words(2, 70),
 }
 
-_TCP_ON = "switches tool centre point control on"
-_TCP_OFF = "switches tool centre point control off"
+_TCP_ON = "switches tool centre point control (TCP) on:"
+_TCP_OFF = "switches tool centre point control (TCP) off:"
 # Word -> what it does, and where.
 SWITCHING = {
-    "M128": f"{_TCP_ON} on Heidenhain and Hurco",
-    "M129": f"{_TCP_OFF} on Heidenhain and Hurco",
-    "M428": f"{_TCP_ON} on LinuxCNC",
-    "M429": f"{_TCP_OFF} on LinuxCNC",
-    "M430": "switches to other kinematics on LinuxCNC",
-    "M450": f"{_TCP_OFF} on some machines with grblHAL",
-    "M451": f"{_TCP_ON} on some machines with grblHAL",
+    "M128": f"{_TCP_ON} Heidenhain and Hurco",
+    "M129": f"{_TCP_OFF} Heidenhain and Hurco",
+    "M428": f"{_TCP_ON} LinuxCNC",
+    "M429": f"{_TCP_OFF} LinuxCNC",
+    "M430": "switches to other kinematics: LinuxCNC",
+    "M450": f"{_TCP_OFF} some machines with grblHAL",
+    "M451": f"{_TCP_ON} some machines with grblHAL",
     "M144": "contains the tilted axes in the positions on Heidenhain",
-    **dict.fromkeys(("M91", "M92"), "means machine coordinates on Heidenhain, and mirrors an axis on Mazak"),
-    **dict.fromkeys(("M21", "M22", "M23"), "mirrors axes on machines with a Fanuc control"),
-    **dict.fromkeys(("M72", "M73"), "restores modal words on LinuxCNC"),
-    **dict.fromkeys(("M126", "M127"), "changes the direction of rotary axes on Heidenhain"),
+    **dict.fromkeys(("M91", "M92"), "means machine coordinates (Heidenhain), or mirrors an axis (Mazak)"),
+    **dict.fromkeys(("M21", "M22", "M23"), "mirrors axes: machines with a Fanuc control"),
+    **dict.fromkeys(("M72", "M73"), "restores modal words: LinuxCNC"),
+    **dict.fromkeys(("M126", "M127"), "changes the direction of rotary axes: Heidenhain"),
 }
 # On a Sinumerik these numbers are the machine builder's, and TRANS, MIRROR and SUPA do what they do elsewhere.
 _BUILDERS = {SINUMERIK.name: _words(21, 22, 23, 72, 73, 91, 92, 126, 127)}
@@ -99,8 +99,8 @@ class MachineFunctions:
                 continue
             if word in SWITCHING and word not in _BUILDERS.get(self.language.name, ()):
                 raise BlockError(
-                    f"{word} {SWITCHING[word]}, and means nothing that is known in {self.language.name}; "
-                    f"write it in the words of that language, or say that it does nothing here (harmless, "
+                    f"{word} {SWITCHING[word]}; it isn't a word of {self.language.name} as it is read here, so write "
+                    f"that in its own words, or say that it does nothing here (harmless, "
                     f"--harmless {word})"
                 )
             line, count = self.unknown.get(word, (block.line, 0))

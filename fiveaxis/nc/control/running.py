@@ -16,7 +16,7 @@ from fiveaxis.nc.control.machine_functions import MachineFunctions
 from fiveaxis.nc.control.modal import Modes
 from fiveaxis.nc.control.moves import MACHINE_MOVES
 from fiveaxis.nc.control.wrapping import find_wrapping
-from fiveaxis.nc.languages.choice import find_language, split_program
+from fiveaxis.nc.languages.choice import find_language, leader_length, split_program
 from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.source import Source
 from fiveaxis.nc.units import Units
@@ -69,6 +69,8 @@ def run_program(
         functions=MachineFunctions(find_language(source), options.harmless),
     )
     end = interpreter.run(split_program(source, block_delete=options.block_delete))
+    if before := sum(1 for text in source.lines[: leader_length(source)] if text.strip()):
+        ignored["lines before the program"] += before
     if end is not None:
         _count_rest(source, end, ignored)
     interpreter.findings += interpreter.functions.settle(source, interpreter.track)
