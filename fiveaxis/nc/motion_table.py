@@ -13,13 +13,15 @@ import numpy as np
 from fiveaxis.errors import MachineError
 from fiveaxis.files import write_atomically
 from fiveaxis.geometry import Array, IntArray
+from fiveaxis.kinematics import tool_poses
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Motion
-from fiveaxis.nc.rows import require_finite
+from fiveaxis.nc.options import ReadOptions
+from fiveaxis.nc.rows import require_finite, require_positive_feeds
 from fiveaxis.nc.source import Source, load_source
-from fiveaxis.nc.table import first_line, read_table
+from fiveaxis.nc.table import fields_of, first_line, read_table
 from fiveaxis.nc.words import format_number
-from fiveaxis.toolpath import MoveKind
+from fiveaxis.toolpath import MoveKind, Toolpath
 
 logger = logging.getLogger(__name__)
 
@@ -74,7 +76,39 @@ def read_motion(path: str | Path, machine: Machine, *, source_is_table: bool = F
     ToolpathError
         With file and line: the header isn't this machine's, or a row isn't numbers.
     """
-    source = load_source(path)
+    return read_motion_table(load_source(path), machine, source_is_table=source_is_table)
+
+
+def read_motion_path(source: Source, options: ReadOptions) -> Toolpath:
+    """Read the table of a motion as the path of the tool's tip.
+
+    Parameters
+    ----------
+    source : the file
+    options : the machine of the motion, and the tool
+
+    Raises
+    ------
+    ToolpathError
+        As `read_motion`; no machine.
+    """
+    if options.machine is None:
+        raise source.error(
+            "is the table of a motion, whose tips depend on the machine; give the machine (--machine), or "
+            "the "
+            "path that the motion was made from"
+        )
+    machine = options.machine
+    motion = read_motion_table(source, machine, source_is_table=True)
+    require_positive_feeds(motion.feed * 60.0, motion.source, source)
+    tip, axis = tool_poses(machine, motion.positions)
+    feed = motion.feed * 60.0 if options.feed_mm_min is None else options.feed_mm_min
+    tool = options.tool_or(None, source)
+    return Toolpath.from_tips(tip, axis, tool, feed_mm_min=feed, source=motion.source, name=source.name)
+
+
+def read_motion_table(source: Source, machine: Machine, *, source_is_table: bool = False) -> Motion:
+    """Read a loaded table as `read_motion`."""
     _require_header(source, machine)
     header, values, lines = read_table(source)
     placed = header[-1] == LOCATION
@@ -109,7 +143,7 @@ def _require_header(source: Source, machine: Machine) -> None:
     """Raise if a table has other columns, before its rows are read."""
     expected = _header(machine, False)
     line = first_line(source)
-    header = [] if line is None else [name.strip().lower() for name in source.lines[line - 1].split(",")]
+    header = [] if line is None else [name.strip().lower() for name in fields_of(source.lines[line - 1])]
     known = [[name.lower() for name in _header(machine, placed)] for placed in (False, True)]
     if line is not None and header not in known:
         raise source.error(

@@ -30,10 +30,10 @@ class ReadOptions:
     ----------
     tool : the cutter; None for the file's
     feed_mm_min : one feed for all locations, in place of the file's
-    unit : ``mm`` or ``inch``, of lengths in a file that doesn't state it
+    unit : ``mm`` or ``inch``, of lengths, in place of the file's
     machine : that a program was written for: its rotary words are angles of this machine
     positions : frame of a program's tip positions: it turns with the table (``table``, LinuxCNC and most
-        others) or is fixed to the machine (``machine``, some Fanuc controls)
+        others) or is fixed to the machine (``machine``, some Fanuc controls); None to tell it from the path
     start, program_zero, rapid_mm_min, block_delete, wrap : as for `read_program`
     columns : of a list of points without header
     harmless : M words of the machine's builder that move and switch nothing
@@ -43,7 +43,7 @@ class ReadOptions:
     feed_mm_min: float | None = None
     unit: str | None = None
     machine: Machine | None = None
-    positions: Positions = "table"
+    positions: Positions | None = None
     start: Mapping[str, float] = field(default_factory=dict)
     program_zero: Mapping[str, float] | None = None
     rapid_mm_min: float | None = None
@@ -63,7 +63,7 @@ class ReadOptions:
                 raise SettingError(f"harmless: {word!r} isn't an M word; write them like M56")
         if self.unit is not None and self.unit not in MILLIMETRES:
             raise SettingError(f"unknown unit {self.unit!r}; known: {', '.join(MILLIMETRES)}")
-        for name, known in (("positions", get_args(Positions)), ("wrap", (None, *get_args(Wrap)))):
+        for name, known in (("positions", (None, *get_args(Positions))), ("wrap", (None, *get_args(Wrap)))):
             if getattr(self, name) not in known:
                 words = ", ".join(word for word in known if word is not None)
                 raise SettingError(f"unknown {name} {getattr(self, name)!r}; known: {words}")

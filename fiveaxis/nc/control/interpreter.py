@@ -226,6 +226,7 @@ class Interpreter(Moves):
         at.frame = self.modes.frame
         if block.tip_control is not None:
             at.tip_control = block.tip_control
+            self.tip_words.update((*block.g, *block.m) if block.tip_control else ())
         if block.frame is not None:
             scale = MILLIMETRES[self.modes.units.now]
             self.modes.units.use(block.line)

@@ -51,6 +51,7 @@ class InterpreterState:
     tools : tools of the program
     wrapping : which rotary words are in 0 to 360, and the rule of their direction
     functions : M words
+    tip_words : words that have switched TCP on
     lost : word and line of a move within a motion that ended where only the machine knows
     """
 
@@ -69,6 +70,7 @@ class InterpreterState:
     line: int = 0
     machine_move_line: int = 0
     lost: str = ""
+    tip_words: set[str] = field(default_factory=set)
     tools: Tools = field(default_factory=Tools)
     turned_local: Point = field(default_factory=lambda: [None, None, None])
     wrapping: Wrapping = field(default_factory=Wrapping)
@@ -250,7 +252,8 @@ class InterpreterState:
         """Raise if a motion would go on from a place that isn't in the program."""
         if self.lost:
             raise BlockError(
-                f"a move after {self.lost}, which ends where only the machine knows: the way from there isn't "
+                f"a move after {self.lost}, which ends where only the machine knows: the way from there "
+                f"isn't "
                 "in the program; write G0 with that position, or one program for each part"
             )
 

@@ -2,8 +2,8 @@
 
 An M word that is documented for the program's language moves no axis (`HARMLESS`). One that switches tool
 centre point control, mirrors axes or restores modal words on another control (`SWITCHING`) is refused, as is
-any unknown one where it could have switched TCP: in ISO text, where M words do so, if the rotary axes turn and
-no word that is known has switched it. Elsewhere unknown words are one finding.
+any unknown one where it could have switched TCP: in ISO text, where M words do so, if the rotary axes turn
+and no word that is known has switched it. Elsewhere unknown words are one finding.
 """
 
 from __future__ import annotations
@@ -61,7 +61,8 @@ SWITCHING = {
     **dict.fromkeys(("M72", "M73"), "restores modal words: LinuxCNC"),
     **dict.fromkeys(("M126", "M127"), "changes the direction of rotary axes: Heidenhain"),
 }
-# On a Sinumerik these numbers are the machine builder's, and TRANS, MIRROR and SUPA do what they do elsewhere.
+# On a Sinumerik these numbers are the machine builder's, and TRANS, MIRROR and SUPA do what they do
+# elsewhere.
 _BUILDERS = {SINUMERIK.name: _words(21, 22, 23, 72, 73, 91, 92, 126, 127)}
 
 _M = re.compile("M[0-9]+")
@@ -99,8 +100,8 @@ class MachineFunctions:
                 continue
             if word in SWITCHING and word not in _BUILDERS.get(self.language.name, ()):
                 raise BlockError(
-                    f"{word} {SWITCHING[word]}; it isn't a word of {self.language.name} as it is read here, so write "
-                    f"that in its own words, or say that it does nothing here (harmless, "
+                    f"{word} {SWITCHING[word]}; it isn't a word of {self.language.name} as it is read "
+                    f"here, so write that in its own words, or say that it does nothing here (harmless, "
                     f"--harmless {word})"
                 )
             line, count = self.unknown.get(word, (block.line, 0))

@@ -106,7 +106,21 @@ REFUSED_IN_MOTION = {
 
 ACTING = frozenset(
     (
-        *(*MOTION, *CYCLES, "G4", "G17", "G18", "G19", *UNIT, "G10", "G28", "G30", "G53", *FRAMES, *MORE_FRAMES),
+        *(
+            *MOTION,
+            *CYCLES,
+            "G4",
+            "G17",
+            "G18",
+            "G19",
+            *UNIT,
+            "G10",
+            "G28",
+            "G30",
+            "G53",
+            *FRAMES,
+            *MORE_FRAMES,
+        ),
         *("G90", "G91", "G93", "G94", "G95", *TIP_ON, "G68.2", "G53.1", "G69", *G92_WORDS),
     )
 )

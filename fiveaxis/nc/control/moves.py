@@ -30,7 +30,8 @@ class Moves(InterpreterState):
     def _move(self, axes: list[str], block: Block) -> None:
         motion, line = self.modes.motion, block.line
         if "G53" in block.g and self.modes.incremental:
-            # Fanuc doesn't move, Haas goes to the machine position, LinuxCNC stops: nothing is known after it.
+            # Fanuc doesn't move, Haas goes to the machine position, LinuxCNC stops: nothing is known after
+            # it.
             self._lose("G53 under G91", axes)
             return
         if motion is None and axes:
@@ -70,7 +71,8 @@ class Moves(InterpreterState):
         self.note(
             Severity.NOTE,
             "motion-assumed",
-            "a first position without G0 or G1: whether the control goes there in rapid or at feed isn't in the "
+            "a first position without G0 or G1: whether the control goes there in rapid or at feed isn't "
+            "in the "
             "program, only its end is used",
         )
 

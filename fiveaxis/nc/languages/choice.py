@@ -69,9 +69,11 @@ SINUMERIK = Language(
 # Order matters: B=E254 and A5=15 of MillPlus programs also match Sinumerik.
 LANGUAGES = (KLARTEXT, MILLPLUS, SINUMERIK, ISO)
 
+_PATTERNS = [(language, re.compile("|".join(language.signs))) for language in LANGUAGES if language.signs]
 # Words of G-code that no other language has: they outweigh a suffix.
 _ISO_SIGN = re.compile(
-    r"(?:^|(?<=[0-9. \t]))G *0*(?:2[018]|43|49|80|43\.[45]|53\.1|68\.2|54\.1|59\.[123]|92\.[12]|154|234)(?![0-9.])"
+    r"(?:^|(?<=[0-9. \t]))G *"
+    r"0*(?:2[018]|43|49|80|43\.[45]|53\.1|68\.2|54\.1|59\.[123]|92\.[12]|154|234)(?![0-9.])"
     r"|^[O:] *[0-9]"
 )
 
@@ -94,21 +96,24 @@ _MOVES = re.compile(r"\s*/?\s*(?:N *[0-9]+)?\s*(?:G *0*[0-9]+|[XYZ] *[-+.0-9])",
 
 
 def find_language(source: Source) -> Language:
-    """Return the language of a program: by the first line with a sign of one, else by ISO words or the suffix.
+    """Return the language of a program: by the first line with a sign of one, else by the suffix.
 
     Comments and the text before ``%`` are no words of a program.
     """
-    begin = leader_length(source)
-    head = [text[:_LONGEST_HEAD].upper() for text in source.lines[begin : begin + HEAD]]
-    patterns = [(language, re.compile("|".join(language.signs))) for language in LANGUAGES if language.signs]
+    head = [text.upper() for text in head_lines(source)]
     for text in filter(_MAY_HAVE_SIGN.search, head):
         code = bare_code(text)
-        for language, pattern in patterns:
+        for language, pattern in _PATTERNS:
             if pattern.search(code):
                 return language
     suffix = PurePath(PurePath(source.name).name.lower().removesuffix(".gz")).suffix
     stated = next((language for language in LANGUAGES if suffix in language.suffixes), ISO)
     return ISO if stated == ISO or any(_ISO_SIGN.search(bare_code(text)) for text in head) else stated
+
+
+def has_sign(code: str) -> bool:
+    """Check whether a line from `bare_code` has a sign of any language."""
+    return _ISO_SIGN.search(code) is not None or any(pattern.search(code) for _, pattern in _PATTERNS)
 
 
 def bare_code(text: str) -> str:
@@ -134,13 +139,19 @@ def bare_code(text: str) -> str:
     return "".join([*kept, text[begin:]]).strip()
 
 
+def head_lines(source: Source) -> list[str]:
+    """Return the lines that show what a file holds, cut to a length at which they do."""
+    begin = leader_length(source)
+    return [text[:_LONGEST_HEAD] for text in source.lines[begin : begin + HEAD]]
+
+
 def leader_length(source: Source) -> int:
     """Count the lines before ``%`` or ``BEGIN PGM`` that are no program: a listing's text, a letter head.
 
-    A control reads from the first ``%`` on. Lines that move, before it, belong to a program that has ``%`` only
-    at its end.
+    A control reads from the first ``%`` on. Lines that move, before it, belong to a program that has ``%``
+    only at its end.
     """
-    lines = source.lines[:HEAD]
+    lines = [text[:_LONGEST_HEAD] for text in source.lines[:HEAD]]
     begin = next((i for i, text in enumerate(lines) if _BEGINS.match(text)), 0)
     if any(map(_MOVES.match, lines[:begin])):
         return 0

@@ -25,7 +25,9 @@ _LETTER = re.compile("([A-Z])")
 _PLAIN_G = {0.0: ("G0",), 1.0: ("G1",)}
 
 _PLAIN = "post the program with plain numbers"
-_DIN = "is DIN/ISO of Heidenhain, where G30, G98 and others mean something else; post Klartext, or another ISO"
+_DIN = (
+    "is DIN/ISO of Heidenhain, where G30, G98 and others mean something else; post Klartext, or another ISO"
+)
 _SINUMERIK = "is Sinumerik code in an ISO program (Fanuc, Haas, LinuxCNC); post it in one language"
 
 # What a line that doesn't consist of words may be; the first match gives the reason.

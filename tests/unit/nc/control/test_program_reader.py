@@ -506,10 +506,6 @@ def test_unsupported_and_wrong_words_are_refused_with_their_line(fault, text, li
 
 
 def test_units_may_not_change_in_a_program(fault):
-    assert fault("G0 X1\nG20\nX2\n") == (
-        2,
-        "the file is in inch, and unit=mm was asked for; leave unit out",
-    )
     assert fault("G20\nG0 X1\nG21\nX2\n", unit=None) == (
         3,
         "mixed units: mm here, and inch from line 1 on; write one file for each unit",
