@@ -101,6 +101,7 @@ class Interpreter(Moves):
             and not track.unknown(track.now)
             and self.switch is None
             and self.cycle is None
+            and modes.technology.cuts
         )
         scale = MILLIMETRES[modes.units.now]
         self.scales = [1.0 if a.is_rotary else scale for a in track.machine.axes]
