@@ -123,6 +123,11 @@ def parse_numbers(text: str, count: int, form: str, separator: str = ",") -> lis
 _POSITION = re.compile(r"((?:G[0-9.]+(?:P[0-9]+)?)?[A-Z])(.*)")
 
 
+def parse_words(text: str | None) -> tuple[str, ...] | None:
+    """Read words that are separated by commas; None where there is no text."""
+    return None if text is None else tuple(word.strip() for word in text.split(","))
+
+
 def parse_positions(name: str, text: str | None) -> dict[str, float] | None:
     """Parse axis positions, ``X18,Y74,Z0``; with several work offsets ``G55X18``."""
     if text is None:

@@ -17,6 +17,7 @@ from fiveaxis.cli.terminal import (
     out,
     parse_numbers,
     parse_positions,
+    parse_words,
     print_causes,
     print_json,
     require_machine,
@@ -32,7 +33,8 @@ if TYPE_CHECKING:
 
 # How the program itself is read.
 PROGRAM: Mapping[str, Any] = {
-    name: READING[name] for name in ("unit", "program_zero", "start", "rapid", "block_delete", "wrap")
+    name: READING[name]
+    for name in ("unit", "positions", "program_zero", "start", "rapid", "block_delete", "harmless", "wrap")
 }
 _BOUNDS = ("tilt", "cone", "lead", "lean", "plane", "hold", "max_turn", "singular_cone", "singular_rate")
 _AROUND = ("stock", "fixtures", "surface_tolerance", "gouge_tolerance")
@@ -153,6 +155,8 @@ def reading_of(options: Mapping[str, Any]) -> dict[str, Any]:
         "rapid_mm_min": options["rapid"],
         "block_delete": bool(options["block_delete"]),
         "wrap": options["wrap"],
+        "positions": options["positions"],
+        "harmless": parse_words(options["harmless"]) or (),
     }
 
 

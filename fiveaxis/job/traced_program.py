@@ -16,18 +16,16 @@ from fiveaxis.kinematics import axis_positions, tool_poses
 from fiveaxis.kinematics.windings import nearest_turn
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Motion, block_times, feed_times
-from fiveaxis.nc import Program, read_motion
+from fiveaxis.nc import Program
 from fiveaxis.nc.control.program_reader import read_motion_of
 from fiveaxis.nc.control.technology import TechnologyTrack, technology_of
-from fiveaxis.nc.formats import POINT_SUFFIXES, read_path_of
+from fiveaxis.nc.formats import read_path_of
+from fiveaxis.nc.kinds import kind_of, lists_locations
+from fiveaxis.nc.motion_table import read_motion_table
 from fiveaxis.nc.options import ReadOptions
-from fiveaxis.nc.source import APT_SUFFIXES, Source, lists_locations, load_source
+from fiveaxis.nc.source import Source, load_source
 from fiveaxis.toolpath import MoveKind, Tool, Toolpath
 
-# Suffix of the table of a motion.
-MOTION_SUFFIX = ".csv"
-# Suffix by which lists of cutter locations are read, whatever suffix their control's table gives them.
-LISTS = {"apt": ".apt", "points": ".csv"}
 # mm: diameter of the ball that stands for the tip of an unknown tool.
 POINT = 1e-6
 # mm/min: of rapid moves of axes without a known speed; only their duration depends on it.
@@ -85,7 +83,7 @@ def load_program(
 
     Parameters
     ----------
-    file : a program, or ``.csv`` as `write_motion` writes it
+    file : a program, or a table as `write_motion` writes it
     machine : on which it runs
     tool : None for its tip alone
     reading : as for `read_program`
@@ -95,16 +93,10 @@ def load_program(
     FiveAxisError
         As `read_program` and `read_motion`.
     """
-    path = Path(file)
-    name = path.with_suffix("") if path.suffix.lower() == ".gz" else path
-    try:
-        if name.suffix.lower() == MOTION_SUFFIX:
-            return _load_table(path, machine, tool, reading)
-    except ToolpathError as table_fault:
-        # Not the table of a motion; it may be a list of points.
-        found = _load_path(load_source(path), machine, _options(machine, tool, reading), table_fault)
-    else:
-        found = _load(load_source(path), machine, _options(machine, tool, reading))
+    source = load_source(file)
+    if kind_of(source) == "motion":
+        return _load_table(source, machine, tool, reading)
+    found = _load(source, machine, _options(machine, tool, reading))
     # A program writes the moves of rewinds as feed moves; they are links.
     rewinding = find_rewinds(found.path, machine, found.motion.positions)
     kind = np.where(rewinding, MoveKind.LINK, found.path.kind)
@@ -131,9 +123,6 @@ def load_text(
     """
     source = Source(f"program{text.suffix}", list(text.lines))
     options = _options(machine, tool, {"start": start})
-    if text.language != "blocks":
-        named = replace(source, name=f"program{LISTS[text.language]}")
-        return _load_path(named, machine, options, source.error("it can't be read as a path"), begin)
     return _load(source, machine, options, begin)
 
 
@@ -213,8 +202,6 @@ def _load(
     source: Source, machine: Machine, options: ReadOptions, begin: Array | None = None
 ) -> TracedProgram:
     try:
-        if lists_locations(source.name):
-            raise source.error("is a list of cutter locations, which names no axes")
         motion = read_motion_of(source, machine, options)
     except ToolpathError as fault:
         return _load_path(source, machine, options, fault, begin)
@@ -222,14 +209,16 @@ def _load(
     return TracedProgram(motion, path, motion.findings, motion.tcp, motion.technology)
 
 
-def _load_table(path: Path, machine: Machine, tool: Tool | None, reading: Mapping[str, Any]) -> TracedProgram:
-    motion = read_motion(path, machine, source_is_table=True)
+def _load_table(
+    source: Source, machine: Machine, tool: Tool | None, reading: Mapping[str, Any]
+) -> TracedProgram:
+    motion = read_motion_table(source, machine, source_is_table=True)
     given = sorted(key for key, value in reading.items() if value)
     if given:
         raise SettingError(
-            f"{', '.join(given)} is for NC programs, and this is the table of a motion", file=path
+            f"{', '.join(given)} is for NC programs, and this is the table of a motion", file=source.name
         )
-    traced = trace_tool(motion, machine, tool, path.name)
+    traced = trace_tool(motion, machine, tool, Path(source.name).name)
     return TracedProgram(motion, traced, (), np.zeros(len(motion), dtype=bool), None, straight=True)
 
 
@@ -244,7 +233,7 @@ def _load_path(
     try:
         path = read_path_of(source, replace(options, tool=options.tool or Tool.ball(POINT)))
     except ToolpathError:
-        if lists_locations(source.name):
+        if lists_locations(source):
             raise
         raise fault from None
     if not path.has_axes:
@@ -275,7 +264,7 @@ def _load_path(
         source=path.source,
         name=path.name,
     )
-    lists = Path(source.name).suffix.lower() in (*APT_SUFFIXES, *POINT_SUFFIXES)
+    lists = lists_locations(source)
     if not lists:
         # A block that is too fast for an axis is a finding, not a slower block.
         time = np.where(path.rapid, motion.time, feed_times(path, turns_of(motion, machine)))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -19,7 +19,7 @@ from fiveaxis.job.traced_program import TracedProgram, load_program
 from fiveaxis.machine import Machine
 from fiveaxis.motion import AXIS_TOLERANCE, PATH_TOLERANCE, Interpolation, Motion
 from fiveaxis.nc import Coordinates, ProgramSettings
-from fiveaxis.nc.options import Wrap
+from fiveaxis.nc.options import Positions, Wrap
 from fiveaxis.toolpath import Constraints, Tool, Toolpath, interpolate
 from fiveaxis.verification import (
     CheckedInterpolation,
@@ -130,6 +130,8 @@ def verify_program(
     rapid_mm_min: float | None = None,
     block_delete: bool = False,
     wrap: Wrap | None = None,
+    positions: Positions | None = None,
+    harmless: Sequence[str] = (),
     gouge_tolerance: float = GOUGE_TOLERANCE,
     tolerances: Tolerances = DEFAULT_TOLERANCES,
     settings: ProgramSettings | None = None,
@@ -157,7 +159,7 @@ def verify_program(
     surface_tolerance : mm, gap between cutter and part that counts as touching
     surroundings : part, stock and fixtures that cutter, shank, holder and machine keep clear of, in place of
         `part`
-    unit, start, program_zero, rapid_mm_min, block_delete, wrap : as for `read_program`
+    unit, start, program_zero, rapid_mm_min, block_delete, wrap, positions, harmless : as for `read_program`
     gouge_tolerance : mm, how deep the cutter may reach into the part; anywhere in a program 0.015 mm more is
         allowed, since its blocks are chords of the path within a tolerance of their own
     tolerances : from where on any other difference is a finding
@@ -182,6 +184,7 @@ def verify_program(
         raise SettingError("a part is checked against a cutter; name the tool (--tool ball:10)")
     reading: dict[str, Any] = {"unit": unit, "start": start, "program_zero": program_zero}
     reading |= {"rapid_mm_min": rapid_mm_min, "block_delete": block_delete, "wrap": wrap}
+    reading |= {"positions": positions, "harmless": tuple(harmless)}
     constraints = Constraints.of_degrees(
         tilt=tilt,
         cone=cone,

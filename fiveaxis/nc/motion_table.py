@@ -13,13 +13,15 @@ import numpy as np
 from fiveaxis.errors import MachineError
 from fiveaxis.files import write_atomically
 from fiveaxis.geometry import Array, IntArray
+from fiveaxis.kinematics import tool_poses
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Motion
-from fiveaxis.nc.rows import require_finite
+from fiveaxis.nc.options import ReadOptions
+from fiveaxis.nc.rows import require_finite, require_positive_feeds
 from fiveaxis.nc.source import Source, load_source
-from fiveaxis.nc.table import first_line, read_table
+from fiveaxis.nc.table import fields_of, first_line, read_table
 from fiveaxis.nc.words import format_number
-from fiveaxis.toolpath import MoveKind
+from fiveaxis.toolpath import MoveKind, Toolpath
 
 logger = logging.getLogger(__name__)
 
@@ -81,7 +83,37 @@ def read_motion(path: str | Path, machine: Machine, *, source_is_table: bool = F
     ToolpathError
         With file and line: the header isn't this machine's, a row isn't numbers, a feed isn't above 0.
     """
-    source = load_source(path)
+    return read_motion_table(load_source(path), machine, source_is_table=source_is_table)
+
+
+def read_motion_path(source: Source, options: ReadOptions) -> Toolpath:
+    """Read the table of a motion as the path of the tool's tip.
+
+    Parameters
+    ----------
+    source : the file
+    options : the machine of the motion, and the tool
+
+    Raises
+    ------
+    ToolpathError
+        As `read_motion`; no machine.
+    """
+    if options.machine is None:
+        raise source.error(
+            "is the table of a motion, whose tips depend on the machine; give the machine (--machine), or the "
+            "path that the motion was made from"
+        )
+    machine = options.machine
+    motion = read_motion_table(source, machine, source_is_table=True)
+    tip, axis = tool_poses(machine, motion.positions)
+    feed = motion.feed * 60.0 if options.feed_mm_min is None else options.feed_mm_min
+    tool = options.tool_or(None, source)
+    return Toolpath.from_tips(tip, axis, tool, feed_mm_min=feed, source=motion.source, name=source.name)
+
+
+def read_motion_table(source: Source, machine: Machine, *, source_is_table: bool = False) -> Motion:
+    """Read a loaded table as `read_motion`."""
     _require_header(source, machine)
     header, values, lines = read_table(source)
     kinded, placed = KIND in header, header[-1] == LOCATION
@@ -90,7 +122,7 @@ def read_motion(path: str | Path, machine: Machine, *, source_is_table: bool = F
     if location is not None:
         _require_growing(location, lines, source)
     k = len(machine.axes)
-    _require_above_zero(values[:, k], lines, source)
+    require_positive_feeds(values[:, k], lines, source)
     _require_lines(values[:, k + 2], lines, source)
     kind = np.full(len(values), MoveKind.CUT, dtype=np.int64)
     if kinded:
@@ -105,16 +137,6 @@ def read_motion(path: str | Path, machine: Machine, *, source_is_table: bool = F
         source=lines if source_is_table else np.rint(values[:, k + 2]).astype(np.int64),
         location=location,
     )
-
-
-def _require_above_zero(feed: Array, lines: IntArray, source: Source) -> None:
-    bad = np.flatnonzero(feed <= 0.0)
-    if len(bad):
-        raise source.error(
-            f"feed is {feed[bad[0]]:g} mm/min, the first of {len(bad)} that aren't above 0; compute the "
-            "motion again",
-            int(lines[bad[0]]),
-        )
 
 
 def _require_lines(numbers: Array, lines: IntArray, source: Source) -> None:
@@ -148,7 +170,7 @@ def _require_header(source: Source, machine: Machine) -> None:
     """Raise if a table has other columns, before its rows are read."""
     expected = _header(machine, False, False)
     line = first_line(source)
-    header = [] if line is None else [name.strip().lower() for name in source.lines[line - 1].split(",")]
+    header = [] if line is None else [name.strip().lower() for name in fields_of(source.lines[line - 1])]
     known = [
         [name.lower() for name in _header(machine, kinded, placed)]
         for kinded in (False, True)

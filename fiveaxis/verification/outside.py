@@ -54,8 +54,8 @@ def check_outside(
 
     def message(i: int) -> str:
         return (
-            f"off the path the cutter goes {depth[bad[i]]:.3g} mm below the surface that the path cuts; raise "
-            "the approach, or the move after the path"
+            f"off the path the cutter goes {depth[bad[i]]:.3g} mm below the surface that the path cuts; "
+            "raise the approach, or the move after the path"
         )
 
     found = Result(

@@ -143,7 +143,11 @@ class TechnologyReader:
         if not any(word in CHANGES for word in words):
             # Without a change the next tool is only made ready; where no change is ever written, T loads it.
             return {} if name is None or self.now.loaded else {"tool": name}
-        return {"tool": self.selected, "loaded": self.now.loaded + 1}
+        loaded = self.selected
+        if block.tool and "T" in block.words:
+            # T1 T2 M6 loads the first, and the second waits for the next change.
+            self.selected = f"{block.words['T']:g}"
+        return {"tool": loaded, "loaded": self.now.loaded + 1}
 
     def _of_offsets(self, block: Block) -> dict[str, Any]:
         change: dict[str, Any] = {}
@@ -196,7 +200,7 @@ class TechnologyReader:
 def tool_name(block: Block) -> str | None:
     """Return the number or name of the tool that a block selects; None if it selects none."""
     if block.tool:
-        return block.tool.removeprefix("TOOL CALL").removeprefix("T=").strip(' "')
+        return block.tool.removeprefix("TOOL CALL").removeprefix("T").strip(' ="')
     return f"{block.words['T']:g}" if "T" in block.words else None
 
 

@@ -43,6 +43,8 @@ class Tools:
                 # The tool is that of the last T; without T it is unknown.
                 latest = self.selected[-1][1] if self.selected else None
                 self.changed.append((block.line, latest, word))
+        if block.tool and "T" in block.words:
+            self.selected.append((block.line, f"T{block.words['T']:g}"))
 
     def findings(self, source: Source, last: int) -> list[Finding]:
         """Return a warning at the first change to a second tool: a path has one tool only.
