@@ -163,7 +163,11 @@ def own_folder(folder: Path, name: str) -> Path:
         It is a link that leads out of the batch's folder.
     """
     own = folder / name
-    if not own.resolve().is_relative_to(folder.resolve()):
+    try:
+        inside = own.resolve().is_relative_to(folder.resolve())
+    except RuntimeError:  # its links lead in a circle
+        inside = False
+    if not inside:
         raise SettingError("is a link out of the folder for the results; remove it", file=own)
     return own
 
