@@ -107,24 +107,36 @@ def _temporary_name() -> str:
 
 
 def _computer() -> str:
-    # Other computers may write into the same folder, and their processes aren't known here.
     return hashlib.sha256(platform.node().encode()).hexdigest()[:8]
 
 
-def remove_leftovers(folder: Path) -> None:
-    """Remove temporary files and folders that killed processes of this computer have left in a folder.
+def remove_leftovers(folder: Path, *, alone: bool = False) -> None:
+    """Remove temporary files and folders that killed processes have left in a folder.
 
-    Those of processes that still run stay.
+    Parameters
+    ----------
+    folder : where to look; none that is made or written here
+    alone : whether nobody else writes into it; otherwise what processes that still run have there stays, and
+        what another computer has, whose processes aren't known here
     """
-    with suppress(OSError):  # a folder that isn't there, or can't be written, is told by what writes into it
-        for left in folder.glob(f"{TEMPORARY}{_computer()}-*-*"):
-            pid = left.name.split("-")[2]
-            if not pid.isdecimal() or psutil.pid_exists(int(pid)):
+    with suppress(OSError):  # what is wrong with the folder is told by what writes into it
+        for left in folder.glob(f"{TEMPORARY}*-*-*"):
+            _, computer, pid, *_ = left.name.split("-")
+            if not alone and (computer != _computer() or _is_running(pid)):
                 continue
             if left.is_dir() and not left.is_symlink():
                 shutil.rmtree(left, ignore_errors=True)
             else:
                 left.unlink(missing_ok=True)
+
+
+def _is_running(pid: str) -> bool:
+    try:
+        return psutil.Process(int(pid)).status() != psutil.STATUS_ZOMBIE
+    except psutil.AccessDenied:
+        return True
+    except (ValueError, psutil.NoSuchProcess):
+        return False
 
 
 def _follow_link(target: Path) -> Path:

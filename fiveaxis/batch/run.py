@@ -173,6 +173,6 @@ def count_cores() -> int:
 
 
 def _remove_leftovers(folder: Path, names: Iterable[str]) -> None:
-    """Remove what workers that were killed while they wrote have left in the folders of some jobs."""
+    """Remove what killed workers have left in the folders of some jobs, which are this batch's alone."""
     for place in {folder, *(folder / name for name in names), *((folder / name).parent for name in names)}:
-        remove_leftovers(place)
+        remove_leftovers(place, alone=True)

@@ -219,6 +219,19 @@ def test_without_dask_a_scheduler_says_what_to_install(jobs, tmp_path, monkeypat
         run_batch(jobs, tmp_path / "out", scheduler="tcp://127.0.0.1:9")
 
 
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"job_timeout": 0.0}, "--job-timeout is 0; it must be above 0"),
+        ({"job_memory": float("nan")}, "--job-memory is nan; it must be above 0"),
+        ({"job_memory": 1.0, "scheduler": "tcp://host:1"}, "--job-memory is for workers of this computer"),
+    ],
+)
+def test_limits_are_above_0_and_for_workers_of_this_computer(jobs, tmp_path, given, message):
+    with pytest.raises(SettingError, match=message):
+        run_batch(jobs, tmp_path / "out", **given)
+
+
 def test_workers_are_counted_from_one(jobs, tmp_path):
     with pytest.raises(SettingError, match="workers is 0"):
         run_batch(jobs, tmp_path / "out", workers=0)

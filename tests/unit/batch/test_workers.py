@@ -110,6 +110,13 @@ def is_alive(pid: int) -> bool:
         return False
 
 
+def require_end(pids: list[int], seconds: float) -> None:
+    ends = time.monotonic() + seconds
+    while alive := [pid for pid in pids if is_alive(pid)]:
+        assert time.monotonic() < ends, f"still there: {alive}"
+        time.sleep(0.05)
+
+
 @posix
 @pytest.mark.slow
 def test_ctrl_c_ends_the_workers_and_the_same_command_does_the_rest(rings, tmp_path):
@@ -130,10 +137,7 @@ def test_ctrl_c_ends_the_workers_and_the_same_command_does_the_rest(rings, tmp_p
     assert (process.returncode, out) == (130, "")
     assert last == "interrupted; finished jobs are kept, the same command does the rest"
     assert workers.split()
-    ends = time.monotonic() + 30.0
-    while alive := [pid for pid in workers.split() if is_alive(int(pid))]:
-        assert time.monotonic() < ends, f"still there: {alive}"
-        time.sleep(0.05)
+    require_end([int(pid) for pid in workers.split()], 30.0)
     # Another job may have ended before the signal came through, and the console begins the line in which it
     # came anew; what was told is what is kept.
     names = list(dict.fromkeys(line.partition(":")[0] for line in told))
@@ -170,5 +174,4 @@ def test_nobody_can_reach_the_workers_and_they_end_with_a_batch_that_is_killed(r
         assert stranger.returncode != 0
         assert "Permission denied" in stranger.stderr
     running.kill()
-    _, alive = psutil.wait_procs(workers, timeout=2.0)
-    assert alive == []
+    require_end([worker.pid for worker in workers], 2.0)
