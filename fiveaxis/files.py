@@ -26,7 +26,7 @@ MOST_MESH_BYTES = 1000 * MEGABYTE
 # Beginning of the names of temporary files and folders.
 TEMPORARY = ".fiveaxis-"
 # A spreadsheet takes text that begins so for a formula; in wide form too, where East Asian text is typed.
-FORMULA = tuple("=+-@\t\r＝＋－＠")
+FORMULA = tuple("=+-@＝＋－＠")
 
 
 def require_size(path: str | Path, size: int, most: int, error: type[InputError]) -> None:
@@ -162,8 +162,8 @@ def _write_to_disk(path: Path, data: bytes) -> None:
 def csv_text(rows: Iterable[Iterable[object]]) -> str:
     """Compose the text of a CSV table.
 
-    An apostrophe goes before text that a spreadsheet would take for a formula: names and messages come from
-    files of others.
+    Text of several lines becomes one, and an apostrophe goes before what a spreadsheet would take for a
+    formula: names and messages come from files of others.
     """
     text = io.StringIO()
     csv.writer(text, lineterminator="\n").writerows([_as_data(cell) for cell in row] for row in rows)
@@ -171,10 +171,11 @@ def csv_text(rows: Iterable[Iterable[object]]) -> str:
 
 
 def _as_data(cell: object) -> object:
-    if not isinstance(cell, str) or not cell.startswith(FORMULA):
+    if not isinstance(cell, str):
         return cell
+    text = " ".join(cell.split())
     try:
-        float(cell)
+        float(text)
     except ValueError:
-        return f"'{cell}"
-    return cell
+        return f"'{text}" if text.startswith(FORMULA) else text
+    return text

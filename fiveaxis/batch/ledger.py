@@ -146,12 +146,7 @@ def _line(row: Row) -> str:
 
 def _table(rows: Iterable[Row]) -> str:
     known = (row.as_dict() for row in rows)
-    return csv_text([COLUMNS, *([_cell(data[key]) for key in COLUMNS.values()] for data in known)])
-
-
-def _cell(value: object) -> object:
-    # A message of several lines would break the row.
-    return " ".join(value.split()) if isinstance(value, str) else value
+    return csv_text([COLUMNS, *([data[key] for key in COLUMNS.values()] for data in known)])
 
 
 def own_folder(folder: Path, name: str) -> Path:
