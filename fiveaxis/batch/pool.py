@@ -35,8 +35,17 @@ from fiveaxis.errors import LostWorkers
 
 logger = logging.getLogger(__name__)
 
-# What a worker process runs.
-ENTRY = "from fiveaxis.batch.worker import main; main()"
+# What a worker process runs. Linux kills it with the command (PR_SET_PDEATHSIG), within a compiled step too;
+# elsewhere it ends when it sees that its stdin is closed. That comes first, as the imports take seconds.
+ENTRY = """
+import ctypes, os, signal, sys
+if sys.platform == "linux":
+    ctypes.CDLL(None).prctl(1, signal.SIGKILL)
+    if os.getppid() != int(sys.argv[1]):
+        sys.exit()
+from fiveaxis.batch.worker import main
+main()
+"""
 # Libraries that would otherwise use every core in each worker.
 THREADS = dict.fromkeys(
     ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"), "1"
@@ -113,7 +122,7 @@ class _Worker:
         # The same modules as here, whatever lies in the folder in which the command was called.
         paths = os.pathsep.join(path for path in sys.path if path)
         self._process = subprocess.Popen(
-            [sys.executable, "-P", "-c", ENTRY],
+            [sys.executable, "-P", "-c", ENTRY, str(os.getpid())],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ctypes
 import faulthandler
 import json
 import os
@@ -27,8 +26,6 @@ from fiveaxis.job.loading import Progress
 
 # s between two messages of one stage, quick enough for a live table.
 PAUSE = 0.5
-# Number of Linux's prctl that has a process killed when its parent ends.
-SET_PARENT_DEATH_SIGNAL = 1
 
 
 def run_task(task: Task, folder: Path, progress: Progress) -> Row:
@@ -93,7 +90,6 @@ def main() -> None:
     # A terminal sends Ctrl-C to workers too; it is for the command that started them.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     faulthandler.enable()
-    _end_with_parent()
     send = _take_stdout()
     tasks: queue.SimpleQueue[tuple[Task, Path]] = queue.SimpleQueue()
     threading.Thread(target=_receive, args=(sys.stdin.buffer, tasks), daemon=True).start()
@@ -102,12 +98,6 @@ def main() -> None:
         task, folder = tasks.get()
         progress = Throttle(lambda stage, done, total: send(stage=stage, done=done, total=total))
         send(row=run_task(task, folder, progress).as_dict())
-
-
-def _end_with_parent() -> None:
-    """Have Linux kill this process with its parent, even within a compiled step."""
-    if sys.platform == "linux":
-        ctypes.CDLL(None).prctl(SET_PARENT_DEATH_SIGNAL, signal.SIGKILL)
 
 
 def _take_stdout() -> Callable[..., None]:
