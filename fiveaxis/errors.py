@@ -16,6 +16,7 @@
     │   └── SettingError         an option out of its range
     ├── MissingDependency        an optional library that isn't installed         (exit code 2)
     ├── LostScheduler            connection to a batch's scheduler lost           (exit code 4)
+    ├── LostWorkers              workers of a batch that don't start              (exit code 4)
     ├── Unverified               a program with errors that nobody accepts        (exit code 1)
     └── Infeasible               locations without an admissible posture          (exit code 3)
 
@@ -131,6 +132,12 @@ class MissingDependency(FiveAxisError):
 
 class LostScheduler(FiveAxisError):
     """The connection to a batch's scheduler was lost while jobs ran."""
+
+    exit_code = 4
+
+
+class LostWorkers(FiveAxisError):
+    """Workers of a batch don't start on this computer."""
 
     exit_code = 4
 

@@ -3,11 +3,17 @@
 from __future__ import annotations
 
 import csv
+import hashlib
 import io
 import os
+import platform
+import shutil
 import uuid
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
+
+import psutil
 
 from fiveaxis.errors import InputError, SettingError
 
@@ -17,6 +23,10 @@ from fiveaxis.errors import InputError, SettingError
 MEGABYTE = 1_000_000
 MOST_PATH_BYTES = 400 * MEGABYTE
 MOST_MESH_BYTES = 1000 * MEGABYTE
+# Beginning of the names of temporary files and folders.
+TEMPORARY = ".fiveaxis-"
+# A spreadsheet takes text that begins so for a formula; in wide form too, where East Asian text is typed.
+FORMULA = tuple("=+-@＝＋－＠")
 
 
 def require_size(path: str | Path, size: int, most: int, error: type[InputError]) -> None:
@@ -64,12 +74,12 @@ def write_atomically(path: str | Path, content: str | bytes) -> Path:
     """
     target = Path(path)
     data = content.encode("utf-8") if isinstance(content, str) else content
-    # Not `tempfile`: its files are readable by their owner alone, and the rename would keep that.
-    name = f".{uuid.uuid4().hex}.part"
     try:
         real = _follow_link(target)
         real.parent.mkdir(parents=True, exist_ok=True)
-        temporary = real.parent / name
+        remove_leftovers(real.parent)
+        # Not `tempfile`: its files are readable by their owner alone, and the rename would keep that.
+        temporary = real.parent / _temporary_name()
         try:
             _write_to_disk(temporary, data)
             temporary.replace(real)
@@ -78,6 +88,55 @@ def write_atomically(path: str | Path, content: str | bytes) -> Path:
     except OSError as fault:
         raise SettingError(f"can't be written: {fault.strerror or fault}", file=target) from None
     return target
+
+
+@contextmanager
+def temporary_folder(parent: Path) -> Iterator[Path]:
+    """Make a folder for files that are renamed once they are whole, and remove it with the context."""
+    remove_leftovers(parent)
+    made = parent / _temporary_name()
+    made.mkdir(mode=0o700)
+    try:
+        yield made
+    finally:
+        shutil.rmtree(made, ignore_errors=True)
+
+
+def _temporary_name() -> str:
+    return f"{TEMPORARY}{_computer()}-{os.getpid()}-{uuid.uuid4().hex}"
+
+
+def _computer() -> str:
+    return hashlib.sha256(platform.node().encode()).hexdigest()[:8]
+
+
+def remove_leftovers(folder: Path, *, alone: bool = False) -> None:
+    """Remove temporary files and folders that killed processes have left in a folder.
+
+    Parameters
+    ----------
+    folder : where to look; none that is made or written here
+    alone : whether nobody else writes into it; otherwise what processes that still run have there stays, and
+        what another computer has, whose processes aren't known here
+    """
+    with suppress(OSError):  # what is wrong with the folder is told by what writes into it
+        for left in folder.glob(f"{TEMPORARY}*-*-*"):
+            _, computer, pid, *_ = left.name.split("-")
+            if not alone and (computer != _computer() or _is_running(pid)):
+                continue
+            if left.is_dir() and not left.is_symlink():
+                shutil.rmtree(left, ignore_errors=True)
+            else:
+                left.unlink(missing_ok=True)
+
+
+def _is_running(pid: str) -> bool:
+    try:
+        return psutil.Process(int(pid)).status() != psutil.STATUS_ZOMBIE
+    except psutil.AccessDenied:
+        return True
+    except (ValueError, psutil.NoSuchProcess):
+        return False
 
 
 def _follow_link(target: Path) -> Path:
@@ -101,7 +160,22 @@ def _write_to_disk(path: Path, data: bytes) -> None:
 
 
 def csv_text(rows: Iterable[Iterable[object]]) -> str:
-    """Compose the text of a CSV table."""
+    """Compose the text of a CSV table.
+
+    Text of several lines becomes one, and an apostrophe goes before what a spreadsheet would take for a
+    formula: names and messages come from files of others.
+    """
     text = io.StringIO()
-    csv.writer(text, lineterminator="\n").writerows(rows)
+    csv.writer(text, lineterminator="\n").writerows([_as_data(cell) for cell in row] for row in rows)
     return text.getvalue()
+
+
+def _as_data(cell: object) -> object:
+    if not isinstance(cell, str):
+        return cell
+    text = " ".join(cell.split())
+    try:
+        float(text)
+    except ValueError:
+        return f"'{text}" if text.startswith(FORMULA) else text
+    return text
