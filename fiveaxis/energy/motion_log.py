@@ -19,6 +19,7 @@ from pathlib import Path
 import numpy as np
 
 from fiveaxis.errors import InputError, SettingError
+from fiveaxis.files import MOST_PATH_BYTES, read_input
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.machine.tables import ANGLE_UNITS, LINEAR_UNITS
 
@@ -121,12 +122,11 @@ def read_axis_log(log: str | Path, columns: LogColumns, *, rotary: bool) -> Axis
     power_scale, length_scale = _require_units(columns, rotary)
     _require_choice(columns)
     file = Path(log)
+    content = read_input(file, MOST_PATH_BYTES, InputError)
     try:
-        content = file.read_bytes()
         text = content.decode("utf-8-sig")
-    except (OSError, UnicodeDecodeError) as fault:
-        reason = fault.strerror if isinstance(fault, OSError) else "isn't text in UTF-8; export it as CSV"
-        raise InputError(str(reason), file=file) from None
+    except UnicodeDecodeError:
+        raise InputError("isn't text in UTF-8; export it as CSV", file=file) from None
     values, lines = _read_columns(text, columns.named, file)
     if columns.rate is not None:
         values["time"] = np.arange(len(lines)) / columns.rate
