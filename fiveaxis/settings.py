@@ -18,11 +18,12 @@ from fiveaxis.files import MOST_SETTINGS_BYTES, read_input
 if TYPE_CHECKING:
     from pydantic_core import ErrorDetails
 
-# Settings are written by hand: the parser needs minutes for a key of a million parts, and pydantic's and
+# Settings are written by hand: the parser needs seconds for a key of thousands of parts, and pydantic's and
 # JSON's recursion ends where tables are nested hundreds deep. TOML promises integers of 64 bits only.
 LONGEST_LINE = 20_000
 DEEPEST = 20
 LARGEST_INTEGER = 2**63
+DEEP_KEY = re.compile(rf"(?<![\w\"'-])[\w\"'-]++(?:[ \t]*+\.[ \t]*+[\w\"'-]++){{{DEEPEST}}}")
 # Faults of a file that are explained; each searches the nearest known key.
 MOST_FAULTS = 10
 # Characters of one fault and of a value in it.
@@ -99,6 +100,9 @@ def read_document(path: Path, error: type[InputError]) -> tuple[str, dict[str, A
             line=line,
         )
     too_deep = f"nests lists or tables more than {DEEPEST} deep; no setting does"
+    deep = DEEP_KEY.search(text)
+    if deep is not None:
+        raise error(too_deep, file=path, line=text.count("\n", 0, deep.start()) + 1)
     try:
         data = tomllib.loads(text)
     except tomllib.TOMLDecodeError as fault:

@@ -26,6 +26,8 @@ MOST_TRIANGLES = 5_000_000
 FARTHEST = 1e7
 
 logger = logging.getLogger(__name__)
+# trimesh logs the tracebacks of what it can't parse; without a handler Python would print them.
+logging.getLogger("trimesh").addHandler(logging.NullHandler())
 
 
 def load_mesh(path: str | Path, *, allow_open: bool = False, turn: bool = True) -> trimesh.Trimesh:
@@ -126,15 +128,18 @@ def require_solid(mesh: trimesh.Trimesh, name: str) -> None:
     remedy = "turn them outwards where the mesh was made (Flip or Harmonise normals; in trimesh fix_normals)"
     if not mesh.is_winding_consistent:
         raise MeshError(f"neighbouring triangles face opposite sides; {remedy}", file=name)
-    if mesh.volume < 0.0:
+    volume = _signed_volume(mesh)
+    if volume < 0.0:
         raise MeshError(
-            f"its normals point into the material: its volume is {mesh.volume:.6g} mm3; {remedy}", file=name
+            f"its normals point into the material: its volume is {volume:.6g} mm3; {remedy}", file=name
         )
 
 
 def _require_sound(mesh: trimesh.Trimesh, name: str) -> None:
     if len(mesh.faces) == 0:
         raise MeshError("has no triangles", file=name)
+    if mesh.vertices.shape[1] != 3 or mesh.faces.shape[1] != 3:
+        raise MeshError(f"its vertices aren't X, Y and Z: {DAMAGED}", file=name)
     bad = int((~np.isfinite(mesh.vertices).all(axis=1)).sum())
     if bad:
         raise MeshError(f"{bad} vertices have coordinates that aren't finite numbers", file=name)
@@ -198,6 +203,14 @@ def _require_whole(content: bytes, file: Path) -> None:
 
 def _turn_outward(mesh: trimesh.Trimesh) -> None:
     if not mesh.is_winding_consistent:
-        mesh.fix_normals()
-    if mesh.volume < 0.0:
+        with np.errstate(divide="ignore", invalid="ignore"):  # it divides by the volume of each body
+            mesh.fix_normals()
+    if _signed_volume(mesh) < 0.0:
         mesh.invert()
+
+
+def _signed_volume(mesh: trimesh.Trimesh) -> float:
+    """Compute the volume, mm³, negative where normals point inwards; trimesh would divide by it."""
+    # From a vertex of the mesh: far from the origin the terms would be larger than their sum.
+    a, b, c = np.moveaxis(mesh.vertices[mesh.faces] - mesh.vertices[0], 1, 0)
+    return float(np.einsum("ij,ij->", a, np.cross(b, c))) / 6.0

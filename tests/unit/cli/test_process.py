@@ -35,7 +35,6 @@ def start(*words, script=START, **options):
         [sys.executable, "-c", script, *words],
         stderr=subprocess.PIPE,
         text=True,
-        env=dict(os.environ),
         **options,
     )
 
