@@ -26,19 +26,19 @@ if TYPE_CHECKING:
 FIRST_RUN = "compiling, once per installation: this first run takes about a quarter of a minute longer"
 
 
-class Results(Console):
-    """The console of stdout."""
+class Terminal(Console):
+    """A console for people."""
 
     def on_broken_pipe(self) -> None:
-        """End the command, whose results nobody reads any more."""
+        """End the command, which nobody reads any more."""
         raise NobodyReads
 
 
 # A pipe or a log has no width; tables need more than the usual 80 characters.
-out = Results(width=None if sys.stdout.isatty() else 140, emoji=False)
+out = Terminal(width=None if sys.stdout.isatty() else 140, emoji=False)
 # Progress and notes, which -q silences; errors, which nothing does.
-err = Console(stderr=True, highlight=False, soft_wrap=True, emoji=False)
-alarm = Console(stderr=True, highlight=False, soft_wrap=True, emoji=False)
+err = Terminal(stderr=True, highlight=False, soft_wrap=True, emoji=False)
+alarm = Terminal(stderr=True, highlight=False, soft_wrap=True, emoji=False)
 
 
 @contextmanager
