@@ -17,7 +17,7 @@ from fiveaxis.kinematics import tool_poses
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Motion
 from fiveaxis.nc.options import ReadOptions
-from fiveaxis.nc.rows import require_finite, require_positive_feeds
+from fiveaxis.nc.rows import require_finite, require_near, require_positive_feeds
 from fiveaxis.nc.source import Source, load_source
 from fiveaxis.nc.table import fields_of, first_line, read_table
 from fiveaxis.nc.words import format_number
@@ -118,6 +118,7 @@ def read_motion_table(source: Source, machine: Machine, *, source_is_table: bool
     header, values, lines = read_table(source)
     kinded, placed = KIND in header, header[-1] == LOCATION
     require_finite(values, _header(machine, kinded, placed), lines, source)
+    require_near(values[:, : len(machine.axes)], list(machine.letters), lines, source)
     location = values[:, -1] if placed else None
     if location is not None:
         _require_growing(location, lines, source)
