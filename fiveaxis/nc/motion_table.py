@@ -101,8 +101,8 @@ def read_motion_path(source: Source, options: ReadOptions) -> Toolpath:
     """
     if options.machine is None:
         raise source.error(
-            "is the table of a motion, whose tips depend on the machine; give the machine (--machine), or the "
-            "path that the motion was made from"
+            "is the table of a motion, whose tips depend on the machine; give the machine (--machine), or "
+            "the path that the motion was made from"
         )
     machine = options.machine
     motion = read_motion_table(source, machine, source_is_table=True)
