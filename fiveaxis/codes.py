@@ -74,9 +74,17 @@ CHECKS = {
     "duration-differs": Code(
         ERROR, "by its F a block takes a different time than planned; a warning where F has too few digits"
     ),
-    "rapid-in-cut": Code(ERROR, "a program's text has a rapid move where a feed move was planned"),
+    "rapid-in-cut": Code(ERROR, "a program has a rapid move where the path cuts, or a feed move was planned"),
     "tcp-state": Code(ERROR, "TCP is on where a program's words need it off, or off where they need it on"),
-    "spindle-off": Code(ERROR, "the spindle is off in a cut, or differs from the settings"),
+    "spindle-off": Code(ERROR, "the spindle is off in a cut, or its speed or sense isn't what was asked for"),
+    "wrong-tool": Code(ERROR, "another tool cuts than was asked for, or the tool is never loaded"),
+    "change-in-cut": Code(ERROR, "a tool is loaded between the cuts of a path"),
+    "length-offset": Code(ERROR, "a cut has another tool length offset than was asked for, or none"),
+    "work-offset": Code(ERROR, "a cut has another work offset than was asked for"),
+    "coolant-off": Code(WARNING, "a cut has other coolant than was asked for"),
+    "approach-order": Code(ERROR, "the approach brings Z down before the other axes have moved"),
+    "approach-deep": Code(ERROR, "before or after its path the cutter goes below the surface that it cuts"),
+    "feed-differs": Code(ERROR, "a cut takes another time than the path's feed asks for"),
     "off-path": Code(ERROR, "a program moves the tool off the path that it should follow"),
     "path-missed": Code(ERROR, "a program misses a location of the path that it should follow"),
 }

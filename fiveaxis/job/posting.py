@@ -13,14 +13,13 @@ from fiveaxis.collision import Surroundings
 from fiveaxis.errors import SettingError, ToolpathError
 from fiveaxis.findings import Finding
 from fiveaxis.job.program import (
-    Header,
     MadeProgram,
-    ProgramOptions,
     Verdict,
     compose_verified,
     expected_text,
     make_program,
 )
+from fiveaxis.job.program_options import Header, ProgramOptions
 from fiveaxis.job.release import Gate, require_report
 from fiveaxis.job.solution import Solution
 from fiveaxis.job.traced_program import load_text, trace_tool, with_feeds_of
@@ -275,7 +274,7 @@ def _make_of_program(
     )
     if against.is_nothing:
         return compose_verified(planned, wording, options, None)
-    check = _verdict_of(against, machine)
+    check = _verdict_of(replace(against, program=options), machine)
 
     def verdict(back: ReadBack, draft: Program) -> Sequence[Report]:
         rows = np.clip(back.end, 0, len(back.read) - 1)

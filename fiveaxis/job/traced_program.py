@@ -18,7 +18,7 @@ from fiveaxis.machine import Machine
 from fiveaxis.motion import Motion, block_times, feed_times
 from fiveaxis.nc import Program
 from fiveaxis.nc.control.program_reader import read_motion_of
-from fiveaxis.nc.control.spindle import spindle_of
+from fiveaxis.nc.control.technology import TechnologyTrack, technology_of
 from fiveaxis.nc.formats import read_path_of
 from fiveaxis.nc.kinds import kind_of, lists_locations
 from fiveaxis.nc.motion_table import read_motion_table
@@ -47,7 +47,8 @@ class TracedProgram:
     path : of the tool's tip along it, with file and line of each row
     findings : what was assumed or left out while reading
     tcp : (n,), whether the move runs under TCP
-    spindle : (n,), rev/min, as `ReadMotion.spindle`
+    technology : spindle, tool, offsets and coolant in force in the move; None for a list or a table, which
+        has none
     straight : whether the tool's centre moves in a straight line between rows; else all axes run linearly
     by_control : whether it does because the control moves the tip (TCP); the program then doesn't state its
         rotary angles
@@ -57,7 +58,7 @@ class TracedProgram:
     path: Toolpath
     findings: tuple[Finding, ...]
     tcp: BoolArray
-    spindle: Array
+    technology: TechnologyTrack | None
     straight: bool = False
     by_control: bool = False
 
@@ -142,11 +143,15 @@ def trace_tool(motion: Motion, machine: Machine, tool: Tool | None, name: str) -
 
 def with_feeds_of(motion: Motion, path: Toolpath, machine: Machine) -> Toolpath:
     """Set the feeds of a motion's path so that each move takes as long as in the motion."""
-    turn = np.abs(motion.moves[:, machine.rotary_columns]).max(axis=1, initial=0.0)
-    at_unit_feed = feed_times(replace(path, feed=np.ones(len(path))), turn)
+    at_unit_feed = feed_times(replace(path, feed=np.ones(len(path))), turns_of(motion, machine))
     lasting = (motion.time > 0.0) & (at_unit_feed > 0.0)
     feed = np.where(lasting, at_unit_feed / np.where(lasting, motion.time, 1.0), path.feed)
     return replace(path, feed=feed)
+
+
+def turns_of(motion: Motion, machine: Machine) -> Array:
+    """Return the largest turn of a rotary axis in each move, (n,) rad."""
+    return np.asarray(np.abs(motion.moves[:, machine.rotary_columns]).max(axis=1, initial=0.0))
 
 
 def find_rewinds(path: Toolpath, machine: Machine, positions: Array) -> BoolArray:
@@ -201,7 +206,7 @@ def _load(
     except ToolpathError as fault:
         return _load_path(source, machine, options, fault, begin)
     path = trace_tool(motion, machine, options.tool, motion.name)
-    return TracedProgram(motion, path, motion.findings, motion.tcp, motion.spindle)
+    return TracedProgram(motion, path, motion.findings, motion.tcp, motion.technology)
 
 
 def _load_table(
@@ -213,9 +218,8 @@ def _load_table(
         raise SettingError(
             f"{', '.join(given)} is for NC programs, and this is the table of a motion", file=source.name
         )
-    none = np.zeros(len(motion))
     traced = trace_tool(motion, machine, tool, Path(source.name).name)
-    return TracedProgram(motion, traced, (), none > 0, none, straight=True)
+    return TracedProgram(motion, traced, (), np.zeros(len(motion), dtype=bool), None, straight=True)
 
 
 def _load_path(
@@ -260,10 +264,15 @@ def _load_path(
         source=path.source,
         name=path.name,
     )
-    spindle = np.zeros(len(path)) if lists_locations(source) else spindle_of(source, path.source)
+    lists = lists_locations(source)
+    if not lists:
+        # A block that is too fast for an axis is a finding, not a slower block.
+        time = np.where(path.rapid, motion.time, feed_times(path, turns_of(motion, machine)))
+        motion = replace(motion, time=time)
+    technology = None if lists else technology_of(source, path.source)
     tcp = np.ones(len(path), dtype=bool)
     return TracedProgram(
-        motion, bare, (assumed, *path.findings), tcp, spindle, straight=True, by_control=True
+        motion, bare, (assumed, *path.findings), tcp, technology, straight=True, by_control=True
     )
 
 

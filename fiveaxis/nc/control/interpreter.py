@@ -123,6 +123,7 @@ class Interpreter(Moves):
             and not track.unknown(track.now)
             and self.switch is None
             and self.cycle is None
+            and modes.technology.cuts
             and self.suspended is None
         )
         scale = MILLIMETRES[modes.units.now]

@@ -13,7 +13,7 @@ from fiveaxis.nc.control.coordinates import Coordinates, Point
 from fiveaxis.nc.control.drilling import DrillingCycle
 from fiveaxis.nc.control.machine_functions import MachineFunctions
 from fiveaxis.nc.control.modal import Modes
-from fiveaxis.nc.control.spindle import Tools
+from fiveaxis.nc.control.tool_changes import Tools
 from fiveaxis.nc.control.wrapping import Wrapping
 from fiveaxis.nc.languages.block import Block, BlockError, Triple
 from fiveaxis.nc.rows import LARGEST_POSITION, MILLIMETRES

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from fiveaxis.machine import Machine
-from fiveaxis.nc.control.spindle import Spindle
+from fiveaxis.nc.control.technology import TechnologyReader
 from fiveaxis.nc.languages.block import Block, BlockError
 from fiveaxis.nc.rows import MILLIMETRES
 from fiveaxis.nc.units import Units
@@ -139,7 +139,7 @@ class Modes:
     feed_mode : G93, G94 or G95
     feed : F in the unit of its mode, None before the first and after a change of mode
     feed_step : length units per minute of F1; 1 except for Heidenhain in inches
-    spindle : speed and direction, line by line
+    technology : spindle, tool, offsets and coolant, line by line
     frame, frame_line : the work offset and the line that selects it
     to_initial : G98, cycles return to the initial level instead of R
     compensated : G43, the control adds the tool length
@@ -158,7 +158,7 @@ class Modes:
     feed_mode: str = "G94"
     feed: float | None = None
     feed_step: float = 1.0
-    spindle: Spindle = field(default_factory=Spindle)
+    technology: TechnologyReader = field(default_factory=TechnologyReader)
     frame: str = "G54"
     frame_line: int | None = None
     to_initial: bool = True
@@ -188,7 +188,7 @@ class Modes:
             self._set(word, block)
         if block.feed_step is not None:
             self.feed_step = block.feed_step
-        self.spindle.take(block)
+        self.technology.take(block)
         if "F" in block.words:
             self.feed = block.words["F"]
             if self.feed <= 0.0:
@@ -221,7 +221,7 @@ class Modes:
             raise BlockError(f"a feed move without F in force for {self.feed_mode}; write F here or before")
         if self.feed_mode == "G94":
             return self.feed
-        speed = self.spindle.speed
+        speed = self.technology.now.speed
         if speed is None or speed <= 0.0:
             raise BlockError("F per revolution (G95) without S above 0 in force; write S, or post with G94")
         return self.feed * speed

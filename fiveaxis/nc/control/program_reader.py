@@ -19,12 +19,13 @@ from typing import Literal
 import numpy as np
 
 from fiveaxis.findings import Finding, Severity
-from fiveaxis.geometry import Array, BoolArray, IntArray
+from fiveaxis.geometry import BoolArray, IntArray
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Motion
 from fiveaxis.nc.control.axis_track import Columns
 from fiveaxis.nc.control.interpreter import Interpreter
 from fiveaxis.nc.control.running import note_assumptions, run_program, why_nothing_moves
+from fiveaxis.nc.control.technology import TechnologyTrack
 from fiveaxis.nc.control.tip_frames import on_workpiece
 from fiveaxis.nc.control.tip_motion import axes_of_tips, require_angles
 from fiveaxis.nc.control.travel import motion_times
@@ -56,15 +57,14 @@ class ReadMotion(Motion):
     ----------
     name : the file
     tcp : (n,), whether the move that ends at the row is under TCP
-    spindle : (n,), rev/min in that move: positive for M3, negative for M4, 0 if stopped, NaN if the program
-        doesn't state the speed
+    technology : spindle, tool, offsets and coolant in force in that move; None for another source
     ignored : counts of unused words, and of blocks and lines that aren't in the motion
     findings : assumptions and omissions, with their lines
     """
 
     name: str = "program"
     tcp: BoolArray = field(default_factory=lambda: np.zeros(0, dtype=bool))
-    spindle: Array = field(default_factory=lambda: np.zeros(0))
+    technology: TechnologyTrack | None = None
     ignored: Mapping[str, int] = field(default_factory=dict)
     findings: tuple[Finding, ...] = ()
 
@@ -180,7 +180,7 @@ def _finish(interpreter: Interpreter, machine: Machine, options: ReadOptions) ->
         source=columns.lines,
         name=source.name,
         tcp=written.of_tip[np.searchsorted(written.lines, columns.lines)],
-        spindle=interpreter.modes.spindle.at(columns.lines),
+        technology=interpreter.modes.technology.track(columns.lines),
         ignored=dict(sorted((word, n) for word, n in interpreter.ignored.items() if n)),
         findings=tuple(interpreter.findings),
     )

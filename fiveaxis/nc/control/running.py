@@ -18,6 +18,7 @@ from fiveaxis.nc.control.interpreter import Interpreter
 from fiveaxis.nc.control.machine_functions import MachineFunctions
 from fiveaxis.nc.control.modal import Modes
 from fiveaxis.nc.control.moves import MACHINE_MOVES
+from fiveaxis.nc.control.technology import reader_for
 from fiveaxis.nc.control.wrapping import find_wrapping
 from fiveaxis.nc.languages.choice import find_language, leader_length, split_program
 from fiveaxis.nc.options import ReadOptions
@@ -97,7 +98,7 @@ def _run(
     """Run a program as `run_program`, in the unit that it states."""
     wrapping = find_wrapping(source, machine, options.wrap, stand_in=stand_in)
     offsets = WorkOffsets(options.program_zero, machine)
-    modes = Modes(Units(source, options.unit), for_motion, offsets.knows)
+    modes = Modes(Units(source, options.unit), for_motion, offsets.knows, technology=reader_for(source))
     coordinates = Coordinates(machine, offsets)
     ignored: Counter[str] = Counter()
     now = _begin(options.start, machine, coordinates.offsets)
