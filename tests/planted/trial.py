@@ -94,7 +94,7 @@ class Trial:
         wording = options.wording(self.solution.machine)
         draft = replace(self.made.text, lines=text.lines, rows=text.rows)
         try:
-            back = read_back(draft, self.made.motion, wording)
+            back = read_back(draft, self.made.motion, wording, self.settings)
             report = verify_text(
                 back,
                 self.made.fill,
