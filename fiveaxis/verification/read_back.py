@@ -179,10 +179,6 @@ def check_text(back: ReadBack, rows: IntArray, expected: ExpectedText) -> tuple[
 def _check_positions(back: ReadBack, rows: IntArray, expected: ExpectedText) -> Result:
     machine, written = back.machine, back.written
     wanted, found = back.planned.motion.positions[written], back.read.positions[back.end[written]]
-    if "Z" in machine.letters and back.planned.interpolation is Interpolation.JOINT:
-        # The approach writes Z last: till then it is wherever a retract, in machine coordinates, has left it.
-        above, column = (written == 0) & (back.planned.first > 0), machine.column("Z")
-        found[above, column] = wanted[above, column]
     tips, axes = zip(*(tool_poses(machine, p) for p in (wanted, found)), strict=True)
     if back.planned.interpolation is Interpolation.JOINT:
         aside = np.abs(found - wanted)[:, machine.linear_columns].max(axis=1)
