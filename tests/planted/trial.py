@@ -118,10 +118,16 @@ PARTS = {
 
 @dataclass(frozen=True)
 class Verdict:
-    """How often a check tells each code of an error, and of a warning."""
+    """How often a check tells each code of an error, and of a warning.
+
+    Parameters
+    ----------
+    harmless : whether what comes of a fault is right all the same, so that there is nothing to tell
+    """
 
     errors: Counter[str]
     warnings: Counter[str] = field(default_factory=Counter)
+    harmless: bool = False
 
     @classmethod
     def of(cls, report: Report) -> Verdict:
@@ -138,7 +144,7 @@ class Verdict:
     def finds(self, fault: Fault, before: Verdict) -> bool:
         """Whether it tells a fault in a text that had another verdict before."""
         new = bool(self.errors - before.errors)
-        return new or (fault.warned and bool(self.warnings - before.warnings))
+        return new or self.harmless or (fault.warned and bool(self.warnings - before.warnings))
 
 
 def verdict_of(check: Callable[[], Report]) -> Verdict:
