@@ -116,6 +116,14 @@ def tcp_switched(subject: Subject, _: np.random.Generator) -> Iterator[Text]:
         yield subject.text.inserted(subject.middle, on if subject.mode == "axes" else off)
 
 
+def end_in_cut(subject: Subject, _: np.random.Generator) -> Iterator[Text]:
+    """The program ends before its last cut."""
+    ends = {"linuxcnc": "M2", "linuxcnc-switchkins": "M2", "apt": "FINI"}
+    if subject.control != "points":
+        end = "L M30" if subject.is_klartext else ends.get(subject.control, "M30")
+        yield subject.text.inserted(subject.middle, end)
+
+
 # Each matters always: positions are others from there on, by millimetres at least. Compensation does unless
 # the control's table has a radius of 0, which nobody may rely on.
 FAULTS = (
@@ -127,6 +135,7 @@ FAULTS = (
     Fault("zero set anew", "state", put(RENAMED)),
     Fault("incremental", "state", incremental),
     Fault("compensation", "state", compensated),
+    Fault("end in cut", "state", end_in_cut),
     Fault("TCP not on", "state", tcp_lost),
     Fault("TCP switched in cut", "state", tcp_switched),
 )
