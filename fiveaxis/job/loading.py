@@ -145,6 +145,7 @@ def read_path(job: Job, tool: Tool | None) -> Toolpath:
         program_zero=job.program.zero,
         rapid_mm_min=job.program.rapid,
         block_delete=job.program.block_delete,
+        harmless=job.program.harmless,
         wrap=job.program.wrap,
         columns=job.columns,
     )

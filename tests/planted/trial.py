@@ -18,7 +18,8 @@ from fiveaxis.findings import Severity
 from fiveaxis.geometry import IntArray
 from fiveaxis.job import verify_program
 from fiveaxis.job.planned_program import PlannedProgram
-from fiveaxis.job.program import MadeProgram, ProgramOptions, expected_text, read_back
+from fiveaxis.job.program import MadeProgram, expected_text, read_back
+from fiveaxis.job.program_options import ProgramOptions
 from fiveaxis.motion import Phase
 from fiveaxis.nc import DIALECTS, ProgramSettings
 from fiveaxis.toolpath import Tool, Toolpath
@@ -196,7 +197,11 @@ class Trial:
         file = folder / f"program{self.made.text.suffix}"
         file.write_text("\n".join(text.lines) + "\n")
         machine, path = self.solution.machine, self.solution.toolpath
-        return verdict_of(lambda: verify_program(file, machine, toolpath=path, tilt=TILT))
+        return verdict_of(
+            lambda: verify_program(
+                file, machine, toolpath=path, tilt=TILT, settings=self.settings, control=self.control
+            )
+        )
 
     def by_read_back(self, text: Text, _: Path) -> Verdict:
         """Check the text as that of the planned motion."""
