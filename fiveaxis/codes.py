@@ -140,6 +140,8 @@ READING = {
     "plane-assumed": Code(WARNING, "how the angles of a tilted plane count isn't stated"),
     "plane-on-workpiece": Code(WARNING, "the origin of a tilted plane isn't stated"),
     "positions-assumed": Code(NOTE, "the path shows in which frame tip positions are"),
+    "positions-by-part": Code(NOTE, "the part shows in which frame tip positions are"),
+    "unit-by-part": Code(NOTE, "the part shows the unit of lengths"),
     "positions-doubtful": Code(WARNING, "tip positions look as if they were in the other frame"),
     "reference-without-axes": Code(WARNING, "a move to the reference point names no axis"),
     "rotary-assumed": Code(WARNING, "a rotary axis is assumed to be at 0"),

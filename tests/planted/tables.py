@@ -108,7 +108,7 @@ def in_column(name: str, *changes: Callable[[str], str]) -> Callable[..., Iterat
     """Change a column as a whole, and in one row of a cut."""
 
     def plant(subject: TableSubject, rng: np.random.Generator) -> Iterator[Table]:
-        for change in changes:
+        for change in changes if name in subject.text.rows[0] else ():
             yield subject.text.changed(name, change, subject.text.all)
             yield subject.text.changed(name, change, [int(rng.choice(subject.cutting))])
 
@@ -196,6 +196,8 @@ TABLE_FAULTS = (
         warned=True,
     ),
     Fault("other source", "motion.csv", in_column("source", lambda _: "1"), matters=never),
+    # The kinds of moves, in the table of a motion with links: a rapid move cuts, or a word is none.
+    Fault("kind damaged", "motion.csv", in_column("kind", lambda _: "2", lambda _: "x", lambda _: "9")),
     Fault("row lost", "motion.csv", row_lost, drawn=True),
     Fault("rows lost", "motion.csv", rows_lost),
     Fault("rows swapped", "motion.csv", rows_swapped, drawn=True),

@@ -210,7 +210,7 @@ class Trial:
         draft = replace(self.made.text, lines=text.lines, rows=text.rows)
 
         def check() -> Report:
-            back = read_back(draft, self.made.motion, wording)
+            back = read_back(draft, self.made.motion, wording, self.settings)
             report = verify_text(
                 back,
                 self.made.fill,
