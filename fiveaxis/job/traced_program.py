@@ -63,6 +63,11 @@ class TracedProgram:
     by_control: bool = False
 
     @property
+    def is_table(self) -> bool:
+        """Whether it is the table of a motion."""
+        return self.technology is None and not self.by_control
+
+    @property
     def tcp_height(self) -> float | None:
         """Height above the tip, mm, of the point that moves straight; None where all axes run linearly.
 

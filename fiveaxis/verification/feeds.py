@@ -91,6 +91,30 @@ def check_feeds_along(
     return _compare(rows, time[rows], low[rows], high[rows], feed[last][rows])
 
 
+def check_stated_feeds(context: CheckContext, path: Toolpath, row: IntArray) -> Result:
+    """Check the feeds that the table of a motion states for the cuts of its path.
+
+    Parameters
+    ----------
+    row : (n,), of the table, for each location; -1 for none
+    """
+    cuts = np.flatnonzero((row >= 0) & path.cutting)
+    stated, wanted = context.motion.feed[row[cuts]], path.feed[cuts]
+    bad = np.flatnonzero(np.abs(stated / wanted - 1.0) > BLOCK)
+    return Result(
+        code="feed-differs",
+        severity=Severity.ERROR,
+        rows=row[cuts[bad]],
+        values=60.0 * np.abs(stated - wanted)[bad],
+        message=lambda i: (
+            f"the table states a feed of {60.0 * stated[bad[i]]:.6g} mm/min, but the path asks for "
+            f"{60.0 * wanted[bad[i]]:.6g} mm/min; compute the motion again"
+        ),
+        figures={},
+        checked=("the feeds that the table states: those of the path",),
+    )
+
+
 def feed_durations(length: Array, feed: Array, context: CheckContext, positions: Array) -> Array:
     """Compute the duration of each move at the path's feed, (m,) s; one that only turns counts degrees."""
     moves = np.abs(np.diff(positions, axis=0, prepend=positions[:1]))[:, context.machine.rotary_columns]

@@ -27,7 +27,7 @@ from fiveaxis.verification.tcp_moves import positions_between
 from fiveaxis.verification.technology import check_technology
 
 # Assumptions that the text of our own programs mustn't leave to a reader.
-MUST_STATE = ("unit-assumed", "rotary-assumed", "several-tools", "long-dwell")
+MUST_STATE = ("unit-assumed", "rotary-assumed", "several-tools", "long-dwell", "frame-unused")
 # Allowed relative difference of a block's duration from the planned one, from the decimals of F.
 SAME_TIME = 0.01
 # s: smaller differences don't count.
@@ -78,9 +78,7 @@ class ReadBack:
 
     def unsaid(self) -> Report:
         """Report, as errors, the assumptions that the text of our own programs mustn't leave to a reader."""
-        return Report.of_findings(
-            replace(f, severity=Severity.ERROR) for f in self.assumed if f.code in MUST_STATE
-        )
+        return unsaid(self.assumed)
 
     @property
     def written(self) -> IntArray:
@@ -119,6 +117,11 @@ class ReadBack:
         before = np.maximum(after - 1, 0)
         share = blocks - before
         return np.asarray(self.end[before] + share * (self.end[after] - self.end[before]))
+
+
+def unsaid(assumed: Iterable[Finding]) -> Report:
+    """Report, as errors, the assumptions that the text of an own program mustn't leave to a reader."""
+    return Report.of_findings(replace(f, severity=Severity.ERROR) for f in assumed if f.code in MUST_STATE)
 
 
 @dataclass(frozen=True)

@@ -70,6 +70,8 @@ class TechnologyTrack:
     language : of the program; empty for a table
     states : the different states
     state : (n,), which one is in force in the move to a row
+    lines : (n,), of the program
+    retracts : lines on which Z goes to a machine position (G53, G28)
     late_axes : letters that the approach positions only once Z is down, with the line of the first; empty if
         Z comes down last
     late_line : that line; 0 for none
@@ -78,6 +80,8 @@ class TechnologyTrack:
     language: str
     states: tuple[Technology, ...]
     state: IntArray
+    lines: IntArray
+    retracts: tuple[int, ...] = ()
     late_axes: str = ""
     late_line: int = 0
 
@@ -92,7 +96,7 @@ class TechnologyTrack:
 
     def at(self, rows: IntArray) -> TechnologyTrack:
         """Return the track of some rows."""
-        return replace(self, state=self.state[rows])
+        return replace(self, state=self.state[rows], lines=self.lines[rows])
 
 
 @dataclass
@@ -108,6 +112,7 @@ class TechnologyReader:
     now: Technology = field(default_factory=Technology)
     lines: list[int] = field(default_factory=list)
     states: list[Technology] = field(default_factory=list)
+    retracts: list[int] = field(default_factory=list)
     selected: str = ""
     cuts: bool = False
     _rapid: bool = False
@@ -120,6 +125,8 @@ class TechnologyReader:
             self._follow_approach(block)
         if not (block.m or block.ignored or block.g or block.tool) and _LETTERS.isdisjoint(block.words):
             return
+        if "Z" in block.words and not _NOT_IN_PROGRAM.isdisjoint(block.g):
+            self.retracts.append(block.line)
         words = (*block.m, *block.ignored)
         change = self._of_tool(block, words) | self._of_offsets(block) | self._of_spindle(block)
         later: dict[str, Any] = {}
@@ -194,7 +201,10 @@ class TechnologyReader:
         late = {c: line for c, line in self._others.items() if 0 < self._down < line}
         first = min(late.values(), default=0)
         states = Technology(), *self.states
-        return TechnologyTrack(self.language.name, states, state, "".join(sorted(late)), first)
+        retracts = tuple(self.retracts)
+        return TechnologyTrack(
+            self.language.name, states, state, lines, retracts, "".join(sorted(late)), first
+        )
 
 
 def tool_name(block: Block) -> str | None:
