@@ -30,11 +30,25 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+# Characters of a message: what it quotes may be the whole content of a file.
+LONGEST = 2000
+
+
+def shorten(text: str, most: int = LONGEST) -> str:
+    """Shorten a text in its middle: a message begins with the fact and ends with what to do."""
+    if len(text) <= most:
+        return text
+    head, tail = most * 2 // 3, most // 4
+    return f"{text[:head]} … {len(text) - head - tail} characters … {text[-tail:]}"
+
 
 class FiveAxisError(Exception):
-    """Base of every error that fiveaxis raises on purpose."""
+    """Base of every error that fiveaxis raises on purpose; its message is shortened."""
 
     exit_code = 2
+
+    def __init__(self, message: str = "") -> None:
+        super().__init__(shorten(message))
 
 
 class InputError(FiveAxisError):
@@ -48,10 +62,10 @@ class InputError(FiveAxisError):
     """
 
     def __init__(self, message: str, *, file: str | Path | None = None, line: int | None = None) -> None:
-        self.message = message
+        self.message = shorten(message)
         self.file = None if file is None else str(file)
         self.line = line
-        super().__init__(f"{self.place}: {message}" if self.place else message)
+        super().__init__(f"{self.place}: {self.message}" if self.place else message)
 
     @property
     def place(self) -> str:

@@ -135,7 +135,7 @@ def read_rows(path: Path) -> list[Row]:
 def _read_line(line: str, path: Path, number: int) -> Row:
     try:
         return Row.from_dict(json.loads(line))
-    except (ValueError, TypeError, AttributeError) as fault:
+    except (ValueError, TypeError, AttributeError, RecursionError) as fault:
         message = f"isn't a result of this version ({fault}); move the file away, and all jobs run again"
         raise SettingError(message, file=path, line=number) from None
 

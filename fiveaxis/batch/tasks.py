@@ -14,6 +14,7 @@ from fiveaxis import __version__
 from fiveaxis.batch.record import Row, Status, row_of_fault
 from fiveaxis.batch.sweep import Variant, read_sweep
 from fiveaxis.errors import JobError, SettingError
+from fiveaxis.files import hash_input, require_file
 from fiveaxis.job import Job, build_job
 from fiveaxis.job.loading import input_files
 from fiveaxis.machine import load_machine, machine_text
@@ -191,15 +192,11 @@ def _hash_text(text: str) -> str:
 
 
 def _hash_file(path: Path) -> str:
-    try:
-        stat = path.stat()
-        return _hash_content(path, stat.st_size, stat.st_mtime_ns, stat.st_ino)
-    except OSError as fault:
-        raise JobError(f"can't be read: {fault.strerror or fault}", file=path) from None
+    stat = require_file(path, JobError)
+    return _hash_content(path, stat.st_size, stat.st_mtime_ns, stat.st_ino)
 
 
 @lru_cache(1024)
 def _hash_content(path: Path, *_state: int) -> str:
     """Hash a file, once as long as its size, time and inode stay: the variants of a sweep share meshes."""
-    with path.open("rb") as stream:
-        return hashlib.file_digest(stream, "sha256").hexdigest()
+    return hash_input(path, JobError)

@@ -15,7 +15,8 @@ from rich.markup import escape
 from rich.table import Column, Table
 
 from fiveaxis.cli.options import AsJson
-from fiveaxis.cli.terminal import INTERRUPTED, err, errors_explained, out, print_json
+from fiveaxis.cli.process import INTERRUPTED
+from fiveaxis.cli.terminal import err, errors_explained, out, print_json
 
 if TYPE_CHECKING:
     from fiveaxis.batch import Batch, Event, Row

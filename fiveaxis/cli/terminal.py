@@ -15,6 +15,7 @@ import typer
 from rich.console import Console
 from rich.markup import escape
 
+from fiveaxis.cli.process import INTERRUPTED, NobodyReads, write_results
 from fiveaxis.cli.work import leave_if_working
 from fiveaxis.errors import FiveAxisError, Infeasible, SettingError, Unverified
 from fiveaxis.findings import Cause, group_findings
@@ -22,11 +23,19 @@ from fiveaxis.findings import Cause, group_findings
 if TYPE_CHECKING:
     from fiveaxis.job import Gate
 
-# Exit code of a command that was ended by Ctrl-C, as in shells.
-INTERRUPTED = 130
 FIRST_RUN = "compiling, once per installation: this first run takes about a quarter of a minute longer"
+
+
+class Results(Console):
+    """The console of stdout."""
+
+    def on_broken_pipe(self) -> None:
+        """End the command, whose results nobody reads any more."""
+        raise NobodyReads
+
+
 # A pipe or a log has no width; tables need more than the usual 80 characters.
-out = Console(width=None if sys.stdout.isatty() else 140, emoji=False)
+out = Results(width=None if sys.stdout.isatty() else 140, emoji=False)
 # Progress and notes, which -q silences; errors, which nothing does.
 err = Console(stderr=True, highlight=False, soft_wrap=True, emoji=False)
 alarm = Console(stderr=True, highlight=False, soft_wrap=True, emoji=False)
@@ -59,7 +68,7 @@ def errors_explained(as_json: bool) -> Iterator[list[Path]]:
 
 def print_json(document: Any) -> None:
     """Print a document, in ASCII, which every terminal and pipe accepts."""
-    sys.stdout.write(json.dumps(document, indent=2) + "\n")
+    write_results(json.dumps(document, indent=2) + "\n")
 
 
 def print_causes(causes: Iterable[Cause], console: Console, before: str = "") -> None:

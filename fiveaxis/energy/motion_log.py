@@ -19,6 +19,7 @@ from pathlib import Path
 import numpy as np
 
 from fiveaxis.errors import InputError, SettingError
+from fiveaxis.files import MOST_PATH_BYTES, read_input
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.machine.tables import ANGLE_UNITS, LINEAR_UNITS
 
@@ -121,12 +122,11 @@ def read_axis_log(log: str | Path, columns: LogColumns, *, rotary: bool) -> Axis
     power_scale, length_scale = _require_units(columns, rotary)
     _require_choice(columns)
     file = Path(log)
+    content = read_input(file, MOST_PATH_BYTES, InputError)
     try:
-        content = file.read_bytes()
         text = content.decode("utf-8-sig")
-    except (OSError, UnicodeDecodeError) as fault:
-        reason = fault.strerror if isinstance(fault, OSError) else "isn't text in UTF-8; export it as CSV"
-        raise InputError(str(reason), file=file) from None
+    except UnicodeDecodeError:
+        raise InputError("isn't text in UTF-8; export it as CSV", file=file) from None
     values, lines = _read_columns(text, columns.named, file)
     if columns.rate is not None:
         values["time"] = np.arange(len(lines)) / columns.rate
@@ -197,9 +197,14 @@ def _read_columns(text: str, named: Mapping[str, str], file: Path) -> tuple[dict
         raise InputError("is empty; a line with the names of the columns is needed", file=file)
     delimiter = max(",;\t", key=first.count)
     reader = csv.reader(io.StringIO(text), delimiter=delimiter)
-    rows = [
-        (reader.line_num, row) for row in reader if any(map(str.strip, row)) and row[0].lstrip()[:1] != "#"
-    ]
+    try:
+        rows = [
+            (reader.line_num, row)
+            for row in reader
+            if any(map(str.strip, row)) and row[0].lstrip()[:1] != "#"
+        ]
+    except csv.Error as fault:
+        raise InputError(f"can't be read as CSV: {fault}", file=file, line=reader.line_num) from None
     line, header = rows[0][0], [name.strip() for name in rows[0][1]]
     if len(rows) == 1:
         raise InputError("has a header but no rows", file=file, line=line)
@@ -252,8 +257,17 @@ def _motion(
     _require_growing(time, lines, columns.time, file)
     if len(time) < 3:
         raise InputError(f"{len(time)} rows with numbers are too few to differentiate", file=file)
-    speed = values["velocity"] if "velocity" in values else np.gradient(values["position"], time)
-    return speed, values["acceleration"] if "acceleration" in values else np.gradient(speed, time)
+    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+        speed = values["velocity"] if "velocity" in values else np.gradient(values["position"], time)
+        acceleration = values["acceleration"] if "acceleration" in values else np.gradient(speed, time)
+    bad = np.flatnonzero(~(np.isfinite(speed) & np.isfinite(acceleration)))
+    if len(bad):
+        raise InputError(
+            "speed or acceleration isn't a finite number; correct position and time",
+            file=file,
+            line=int(lines[bad[0]]),
+        )
+    return speed, acceleration
 
 
 def _require_growing(time: Array, lines: IntArray, name: str | None, file: Path) -> None:

@@ -63,10 +63,10 @@ def require_folder(folder: Path) -> Path:
     SettingError
         A file of that name, no permission.
     """
-    there = next(above for above in (folder, *folder.absolute().parents) if above.exists())
-    if not there.is_dir():
-        raise SettingError("is a file; name a folder for the results", file=there)
     try:
+        there = next(above for above in (folder, *folder.absolute().parents) if above.exists())
+        if not there.is_dir():
+            raise SettingError("is a file; name a folder for the results", file=there)
         with temporary_folder(there):
             # An earlier run, which made this folder, may have left something in the one above.
             remove_leftovers(there.parent)

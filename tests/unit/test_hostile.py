@@ -119,7 +119,7 @@ def test_settings_too_large_to_read_are_refused_with_the_limit(tmp_path):
     path = tmp_path / "huge.toml"
     with path.open("wb") as stream:
         stream.truncate(8_000_000_000)  # takes no room on the disk
-    with pytest.raises(MachineError, match=r"huge\.toml: holds more than 10 MB, the most"):
+    with pytest.raises(MachineError, match=r"huge\.toml: holds more than 1 MB, the most"):
         load_machine(str(path))
 
 

@@ -267,7 +267,9 @@ class Macro:
 
 
 def _key(name: str) -> str:
-    """Return the same key for ``#1`` and ``#001``."""
+    """Return the same key for ``#1`` and ``#001``; KeyError for a name of another language, such as R1."""
+    if name[0] != "#":
+        raise KeyError(name)
     return name if name[1] == "<" else f"#{int(name[1:20])}"
 
 
