@@ -122,7 +122,7 @@ def test_a_job_over_its_memory_is_stopped_and_doesnt_count_against_the_next(run)
         "hoard = []; work(lambda name: hoard.append(bytearray(b'x') * (50 if name != 'b' else 400) * 10**6)"
         " or time.sleep(0.5))"
     )
-    rows = run(entry, "abcd", workers=1, limits=Limits(memory=150.0))
+    rows = run(entry, "acdb", workers=1, limits=Limits(memory=150.0))
     assert re.fullmatch(r"took \d+ MB and was stopped; allow more than 150 MB .*", rows["b"].message)
     assert [str(row.status) for row in rows.values()].count("fine") == 3
 
