@@ -50,8 +50,9 @@ main()
 THREADS = dict.fromkeys(
     ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"), "1"
 )
-# s between two looks at limits; s that a worker may take to start, or to take a job up, on a busy computer.
-LOOK, LONGEST_START = 0.2, 300.0
+# s between two looks at limits; s that a worker may take to start, or to take a job up, on a busy computer,
+# and to end where the system doesn't let it go at once.
+LOOK, LONGEST_START, LONGEST_END = 0.2, 300.0, 10.0
 # Bytes of a worker's output that are kept, and how many of its last lines a message has.
 PRINTED, LAST_LINES = 4000, 5
 # Starts in a row that fail before the batch ends: of themselves, and for any reason; pauses in between grow
@@ -149,8 +150,11 @@ class _Worker:
 
     def _await_end(self) -> None:
         self._process.wait()
+        if sys.platform != "win32":
+            with suppress(ProcessLookupError):  # processes that it had started; they hold its pipes open
+                os.killpg(self.pid, signal.SIGKILL)
         for reader in self._readers:
-            reader.join(1.0)  # for what it had said; a process of its own may hold a pipe open
+            reader.join(1.0)  # for what it had said
         self._news.put((self, None))
 
     @property
@@ -220,12 +224,13 @@ class _Worker:
         self.kill()
 
     def close(self) -> None:
-        """Wait until it is gone, and close its pipes."""
-        self._watch.join()
-        for stream in (self._process.stdin, self._process.stdout, self._process.stderr):
-            assert stream is not None
-            with suppress(OSError):  # what it hadn't read any more
-                stream.close()
+        """Wait until it is gone, and close its pipes; not one that somebody else holds open."""
+        self._watch.join(LONGEST_END)
+        if not any(thread.is_alive() for thread in (self._watch, *self._readers)):
+            for stream in (self._process.stdin, self._process.stdout, self._process.stderr):
+                assert stream is not None
+                with suppress(OSError):  # what it hadn't read any more
+                    stream.close()
 
 
 # A worker and what it says; None when it has died.
@@ -275,7 +280,7 @@ class _Pool:
             if worker is None and len(self._crew) < self._left and time.monotonic() >= self._next_start:
                 try:
                     self._seats[number] = _Worker(number, self._news)
-                except OSError as fault:  # no memory for it, or too many processes
+                except (OSError, RuntimeError) as fault:  # no memory, too many processes or threads
                     self._fail_to_start(str(fault), crashed=False)
 
     def _give_tasks(self) -> None:
