@@ -25,6 +25,7 @@ from fiveaxis.machine.tables import ANGLE_UNITS, LINEAR_UNITS
 
 POWER_UNITS = {"W": 1.0, "kW": 1000.0}
 MOST_LOST = 0.5  # share of dropped rows above which the columns are hardly the right ones
+LARGEST = 1e15  # in any unit: no log has more, and the squares of fits would leave what a number can hold
 EMPTY = frozenset({"", "nan", "na", "n/a", "null", "none"})
 
 
@@ -244,6 +245,10 @@ def _number(cell: str, column: str, line: int, file: Path) -> float:
         raise InputError(f"{column} is {text!r}, not a number; {hint}", file=file, line=line) from None
     if math.isinf(value):
         raise InputError(f"{column} is infinite; correct it or leave it empty", file=file, line=line)
+    if abs(value) > LARGEST:
+        raise InputError(
+            f"{column} is {value:g}, beyond {LARGEST:g}; correct it or leave it empty", file=file, line=line
+        )
     return value
 
 
@@ -260,10 +265,10 @@ def _motion(
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         speed = values["velocity"] if "velocity" in values else np.gradient(values["position"], time)
         acceleration = values["acceleration"] if "acceleration" in values else np.gradient(speed, time)
-    bad = np.flatnonzero(~(np.isfinite(speed) & np.isfinite(acceleration)))
+    bad = np.flatnonzero(~((np.abs(speed) <= LARGEST) & (np.abs(acceleration) <= LARGEST)))
     if len(bad):
         raise InputError(
-            "speed or acceleration isn't a finite number; correct position and time",
+            f"speed or acceleration is beyond {LARGEST:g}; correct position and time",
             file=file,
             line=int(lines[bad[0]]),
         )

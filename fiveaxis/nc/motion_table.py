@@ -15,7 +15,7 @@ from fiveaxis.files import write_atomically
 from fiveaxis.geometry import Array, IntArray
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Motion
-from fiveaxis.nc.rows import require_finite
+from fiveaxis.nc.rows import require_finite, require_near
 from fiveaxis.nc.source import Source, load_source
 from fiveaxis.nc.table import first_line, read_table
 from fiveaxis.nc.words import format_number
@@ -79,6 +79,7 @@ def read_motion(path: str | Path, machine: Machine, *, source_is_table: bool = F
     header, values, lines = read_table(source)
     placed = header[-1] == LOCATION
     require_finite(values, _header(machine, placed), lines, source)
+    require_near(values[:, : len(machine.axes)], list(machine.letters), lines, source)
     location = values[:, -1] if placed else None
     if location is not None:
         _require_growing(location, lines, source)

@@ -6,8 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from fiveaxis.errors import ToolpathError
 from fiveaxis.geometry import Array, IntArray, normalise
 from fiveaxis.toolpath.path import Toolpath
+
+# Of one move: a table that turns a hundred times, to micrometres at its rim, takes a quarter of it.
+MOST_PARTS = 200_000
 
 
 def divide(toolpath: Toolpath, parts: IntArray) -> Toolpath:
@@ -106,7 +110,18 @@ def divided_rows(parts: IntArray) -> Array:
 
 
 def part_places(parts: IntArray) -> tuple[IntArray, Array]:
-    """Return for each part its row, (m,), and the share of the row at which it begins, (m,), in [0, 1)."""
+    """Return for each part its row, (m,), and the share of the row at which it begins, (m,), in [0, 1).
+
+    Raises
+    ------
+    ToolpathError
+        A row of more than `MOST_PARTS` parts: no machine turns hundreds of times in one block.
+    """
+    if parts.max(initial=0) > MOST_PARTS:
+        raise ToolpathError(
+            f"move {int(np.argmax(parts)) + 1} is so long, or turns so far, that it would be divided into "
+            f"{parts.max()} parts, more than {MOST_PARTS}; check its axis values"
+        )
     row = np.repeat(np.arange(len(parts)), parts)
     order = np.arange(len(row)) - np.repeat(np.cumsum(parts) - parts, parts)
     return row, order / parts[row]

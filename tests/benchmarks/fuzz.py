@@ -3,10 +3,11 @@
 Usage: python tests/benchmarks/fuzz.py [--count 100000] [--seed 0] [--only READER…] [--keep FOLDER]
 
 *accepted*: read; *refused*: by an error of fiveaxis; *foreign*: any other exception, a warning, or no end
-within ten seconds; *s*: processor time of the slowest input; *MB*: the most that the process came to need
-beyond what it needs for inputs without damage. The first traceback of every kind of foreign end follows the
-table; `--keep` writes its input, and the slowest one, to a folder. Each reader runs in a process of its own,
-one after the other. The exit code is 1 where an end is foreign.
+within ten seconds (a verb: two minutes); *s*: processor time of the slowest input; *MB*: the most that the
+process came to need beyond what it needs for inputs without damage. Verbs work after reading, and are given
+a hundredth of the inputs or less. The first traceback of every kind of foreign end follows the table; with
+`--keep`, its input and the slowest one are written to a folder. Each reader runs in a process of its own, one
+after the other. The exit code is 1 where an end is foreign.
 """
 
 from __future__ import annotations

@@ -18,8 +18,8 @@ from types import FrameType
 from fiveaxis.errors import FiveAxisError
 from fuzzing.readers import Reader
 
-# s: an input that keeps the processor longer, or the clock, is a foreign end too.
-MOST_BUSY, MOST_WAIT = 10.0, 120.0
+# s: an input that keeps the processor longer, or the clock, is a foreign end too; a verb has longer.
+MOST_BUSY, MOST_BUSY_VERB, MOST_WAIT = 10.0, 120.0, 600.0
 MEGABYTE = 1 << 20
 LONGEST_MESSAGE = 3000
 # A folder in memory, where there is one: the inputs are files, and a disk is slower than the readers.
@@ -74,7 +74,7 @@ def try_reader(reader: Reader, count: int, seed: int = 0) -> Outcome:
 def _try(reader: Reader, content: bytes, home: Path, rng: random.Random, outcome: Outcome) -> None:
     outcome.inputs += 1
     start = time.process_time()
-    signal.setitimer(signal.ITIMER_PROF, MOST_BUSY)
+    signal.setitimer(signal.ITIMER_PROF, MOST_BUSY if reader.share == 1.0 else MOST_BUSY_VERB)
     signal.setitimer(signal.ITIMER_REAL, MOST_WAIT)
     try:
         try:
