@@ -21,7 +21,7 @@ IMPORTING = "<frozen importlib._bootstrap>"
 
 
 class NobodyReads(Exception):
-    """Whoever read the results has closed the pipe, as `head` does."""
+    """Whoever read what the command prints has closed the pipe, as `head` does."""
 
 
 def run(load: Callable[[], Callable[[], object]]) -> None:

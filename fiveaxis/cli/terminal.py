@@ -26,19 +26,19 @@ if TYPE_CHECKING:
 FIRST_RUN = "compiling, once per installation: this first run takes about a quarter of a minute longer"
 
 
-class Results(Console):
-    """The console of stdout."""
+class Terminal(Console):
+    """A console for people."""
 
     def on_broken_pipe(self) -> None:
-        """End the command, whose results nobody reads any more."""
+        """End the command, which nobody reads any more."""
         raise NobodyReads
 
 
 # A pipe or a log has no width; tables need more than the usual 80 characters.
-out = Results(width=None if sys.stdout.isatty() else 140, emoji=False)
+out = Terminal(width=None if sys.stdout.isatty() else 140, emoji=False)
 # Progress and notes, which -q silences; errors, which nothing does.
-err = Console(stderr=True, highlight=False, soft_wrap=True, emoji=False)
-alarm = Console(stderr=True, highlight=False, soft_wrap=True, emoji=False)
+err = Terminal(stderr=True, highlight=False, soft_wrap=True, emoji=False)
+alarm = Terminal(stderr=True, highlight=False, soft_wrap=True, emoji=False)
 
 
 @contextmanager
@@ -130,6 +130,11 @@ def parse_numbers(text: str, count: int, form: str, separator: str = ",") -> lis
 
 
 _POSITION = re.compile(r"((?:G[0-9.]+(?:P[0-9]+)?)?[A-Z])(.*)")
+
+
+def parse_words(text: str | None) -> tuple[str, ...] | None:
+    """Read words that are separated by commas; None where there is no text."""
+    return None if text is None else tuple(word.strip() for word in text.split(","))
 
 
 def parse_positions(name: str, text: str | None) -> dict[str, float] | None:

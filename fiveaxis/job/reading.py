@@ -15,7 +15,7 @@ from fiveaxis.job.description import SEARCHED, SWEEP, TOOL_FILE, FixtureFile, Jo
 from fiveaxis.machine import load_machine
 from fiveaxis.machine.files import READERS as MACHINE_READERS
 from fiveaxis.mesh import SUFFIXES as MESH_SUFFIXES
-from fiveaxis.nc.formats import READERS
+from fiveaxis.nc.kinds import SUFFIXES, holds_path, suffix_of
 from fiveaxis.settings import explain, line_of, read_document, read_settings, validate_settings
 from fiveaxis.toolpath import parse_tool
 
@@ -177,12 +177,12 @@ def choose_search(job: Job, text: str) -> Job:
 
 
 def require_input(path: Path) -> None:
-    """Raise `JobError` unless a path is a file of a known kind."""
+    """Raise `JobError` unless a path is a file of a known kind; a suffix that isn't known may hold one."""
     require_file(path, JobError)
-    kind = path.with_suffix("") if path.suffix.lower() == ".gz" else path
-    if kind.suffix.lower() not in (*MESH_SUFFIXES, *READERS):
+    suffix = suffix_of(str(path))
+    if suffix not in (*MESH_SUFFIXES, *SUFFIXES) and not holds_path(path):
         raise JobError(
-            f"unknown suffix {kind.suffix!r}; a mesh ({' '.join(MESH_SUFFIXES)}), a list of locations "
-            f"({' '.join(READERS)}, also with .gz) or a job (.toml) is needed",
+            f"unknown suffix {suffix!r}; a mesh ({' '.join(MESH_SUFFIXES)}), a list of locations "
+            f"({' '.join(SUFFIXES)}, also with .gz) or a job (.toml) is needed",
             file=path,
         )

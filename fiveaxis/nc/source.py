@@ -13,9 +13,6 @@ _CONTROL_BYTES = bytes(set(range(32)) - set(b"\t\n\r\f\x1a"))
 
 _UTF_16 = (b"\xff\xfe", b"\xfe\xff")
 
-# Cutter locations in APT, under the names that CAM systems use.
-APT_SUFFIXES = (".apt", ".cls", ".clsf", ".ncl", ".aptsource")
-
 
 @dataclass(frozen=True)
 class Source:
@@ -33,12 +30,6 @@ class Source:
     def error(self, message: str, line: int | None = None) -> ToolpathError:
         """Create the error for a fault on a line, counted from 1."""
         return ToolpathError(message, file=self.name, line=line)
-
-
-def lists_locations(path: str | Path) -> bool:
-    """Check by its name whether a file is a list of cutter locations, without axis values."""
-    suffixes = [s.lower() for s in Path(path).suffixes if s.lower() != ".gz"]
-    return bool(suffixes) and suffixes[-1] in APT_SUFFIXES
 
 
 def load_source(path: str | Path) -> Source:
