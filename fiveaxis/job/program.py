@@ -35,6 +35,7 @@ from fiveaxis.nc import (
 from fiveaxis.nc.rows import MILLIMETRES
 from fiveaxis.nc.words import control_values
 from fiveaxis.nc.writing.asked import AskedTechnology
+from fiveaxis.nc.writing.framing import Frame
 from fiveaxis.nc.writing.wording import Wording
 from fiveaxis.toolpath import Constraints, Toolpath
 from fiveaxis.verification import (
@@ -265,7 +266,7 @@ def compose_verified(
         return predicted_time(back.read, machine, wording.dialect, wording.coordinates)
 
     draft = compose(NOT_VERIFIED)
-    back = read_back(draft, motion, wording)
+    back = read_back(draft, motion, wording, options.settings)
     if verdict is None:
         return MadeProgram(machine, draft, motion, Gate.unverified(), run_time(back))
     try:
@@ -275,7 +276,7 @@ def compose_verified(
     gate = Gate.of(found.merge(*more, back.unsaid()), options.override)
     text = compose(gate.notes)
     # The header is comments only; make sure that the rest reads the same.
-    again = read_back(text, motion, wording)
+    again = read_back(text, motion, wording, options.settings)
     if not (
         np.array_equal(again.read.positions, back.read.positions)
         and np.array_equal(again.read.time, back.read.time)
@@ -285,8 +286,8 @@ def compose_verified(
     return MadeProgram(machine, text, motion, gate, run_time(back))
 
 
-def read_back(text: Program, planned: ProgramMotion, wording: Wording) -> ReadBack:
-    """Read a program's text back, beside the motion that it was written for.
+def read_back(text: Program, planned: ProgramMotion, wording: Wording, settings: ProgramSettings) -> ReadBack:
+    """Read a program's text back, beside the motion and the settings that it was written for.
 
     Raises
     ------
@@ -310,6 +311,7 @@ def read_back(text: Program, planned: ProgramMotion, wording: Wording) -> ReadBa
         read.tcp,
         read.technology,
         owner,
+        _unplanned(text, read.motion.source, owner, wording, settings),
         by_angle=not read.by_control,
         assumed=read.findings,
     )
@@ -328,6 +330,17 @@ def _owners(text: Program, lines: IntArray, planned: ProgramMotion) -> IntArray:
             [],
         )
     return np.arange(len(lines)) + planned.first
+
+
+def _unplanned(
+    text: Program, lines: IntArray, owner: IntArray, wording: Wording, settings: ProgramSettings
+) -> IntArray:
+    """Find the rows of moves that are neither planned nor part of the program's end, (u,)."""
+    ending = tuple(Frame(wording, settings, "unwound").end())
+    silent = np.flatnonzero(owner < 0)
+    silent = silent[silent > np.argmax(owner >= 0)]
+    strange = [not text.lines[line - 1].endswith(ending) for line in lines[silent].tolist()]
+    return np.asarray(silent[np.array(strange, dtype=bool)])
 
 
 def _start(begin: np.ndarray, wording: Wording) -> dict[str, float]:

@@ -313,7 +313,8 @@ class ProgramCheck:
         known = np.flatnonzero(match.row >= 0)
         place = match.place[known]
         positions = interpolate(context.positions, place)
-        return check_feeds_along(context, toolpath, known, place, positions)
+        knows = not read.by_control
+        return check_feeds_along(context, toolpath, known, place, positions, knows_axes=knows)
 
     @staticmethod
     def _rapids(context: CheckContext, toolpath: Toolpath | None, match: Match | None) -> tuple[Result, ...]:

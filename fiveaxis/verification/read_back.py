@@ -53,6 +53,7 @@ class ReadBack:
     tcp : (n,), whether the move is under TCP
     technology : spindle, tool, offsets and coolant, n rows; None for a list of cutter locations
     owner : (n,), planned row at the end of the block that a row is part of; -1 for none
+    unplanned : (u,), rows of moves that no planned row and no retract or home of the end accounts for
     by_angle : whether the text has rotary words; else the control solves them for the tool's direction
     assumed : what the reader had to assume
     """
@@ -63,6 +64,7 @@ class ReadBack:
     tcp: BoolArray
     technology: TechnologyTrack | None
     owner: IntArray
+    unplanned: IntArray
     by_angle: bool
     assumed: tuple[Finding, ...] = ()
 
@@ -163,7 +165,7 @@ def check_text(back: ReadBack, rows: IntArray, expected: ExpectedText) -> tuple[
     ----------
     rows : (m,), row of the path for findings on each planned row
     """
-    always = _check_positions(back, rows, expected), _check_rapids(back, rows)
+    always = _check_positions(back, rows, expected), _check_unplanned(back, rows), _check_rapids(back, rows)
     if expected.is_list:
         return *always, _check_feeds(back, rows)
     return (
@@ -177,10 +179,6 @@ def check_text(back: ReadBack, rows: IntArray, expected: ExpectedText) -> tuple[
 def _check_positions(back: ReadBack, rows: IntArray, expected: ExpectedText) -> Result:
     machine, written = back.machine, back.written
     wanted, found = back.planned.motion.positions[written], back.read.positions[back.end[written]]
-    if "Z" in machine.letters and back.planned.interpolation is Interpolation.JOINT:
-        # The approach writes Z last: till then it is wherever a retract, in machine coordinates, has left it.
-        above, column = (written == 0) & (back.planned.first > 0), machine.column("Z")
-        found[above, column] = wanted[above, column]
     tips, axes = zip(*(tool_poses(machine, p) for p in (wanted, found)), strict=True)
     if back.planned.interpolation is Interpolation.JOINT:
         aside = np.abs(found - wanted)[:, machine.linear_columns].max(axis=1)
@@ -207,6 +205,16 @@ def _check_positions(back: ReadBack, rows: IntArray, expected: ExpectedText) -> 
         message=message,
         figures={"text_off_mm": largest(aside), "text_off_deg": largest(turned) if back.by_angle else None},
         checked=("the program's text, read back: every block ends at its planned position",),
+    )
+
+
+def _check_unplanned(back: ReadBack, rows: IntArray) -> Result:
+    return _same_message(
+        "text-differs",
+        np.repeat(rows[-1:], len(back.unplanned)),
+        f"the program's text has {len(back.unplanned)} moves that weren't planned, the first on line "
+        f"{back.read.source[back.unplanned[0]] if len(back.unplanned) else 0}; don't run the program",
+        "no move in the text that wasn't planned",
     )
 
 

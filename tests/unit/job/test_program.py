@@ -200,6 +200,6 @@ def test_every_control_says_its_spindle_so_that_it_is_read_back(solution, contro
 def test_the_text_is_read_back_row_by_row(solution):
     made = solution.program(control="fanuc", coordinates="tip")
     wording = ProgramOptions(control="fanuc", coordinates="tip").wording(solution.machine)
-    back = read_back(made.text, made.motion, wording)
+    back = read_back(made.text, made.motion, wording, ProgramSettings())
     np.testing.assert_array_equal(back.written, np.arange(len(made.motion)))
     assert back.tcp[back.end[1:]].all()
