@@ -49,6 +49,7 @@ EXAMPLES: Mapping[str, Any] = {
     "singular_cone": 5,
     "front": 5,
     "pick": 2,
+    "program.positions": "table",
     "coordinates": "axes",
     "override": ["axis-limit"],
     "tool_length": 120,
