@@ -114,3 +114,11 @@ def test_a_mesh_too_large_for_collision_checks_is_refused_with_its_size(block):
 
     with pytest.raises(MeshError, match=r"big\.stl: has 5,000,001 triangles, more than 5,000,000"):
         require_solid(Huge(), "big.stl")
+
+
+def test_vertices_that_differ_by_the_sign_of_zero_or_by_rounding_are_merged(block):
+    corners = block.triangles.reshape(-1, 3) - block.bounds[0]
+    corners[::2] += 1e-13
+    corners[corners == 0.0] = -0.0
+    soup = trimesh.Trimesh(corners, np.arange(len(corners)).reshape(-1, 3), process=False)
+    assert len(check_mesh(soup, name="soup").vertices) == 8
