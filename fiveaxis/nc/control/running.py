@@ -66,7 +66,7 @@ def run_program(
         quickly=quickly,
         wrapping=wrapping,
     )
-    end = interpreter.run(split_program(source, block_delete=options.block_delete))
+    end = interpreter.run(split_program(source, block_delete=options.block_delete, quickly=quickly))
     if end is not None:
         _count_rest(source, end, ignored)
     return interpreter
@@ -103,7 +103,7 @@ def why_nothing_moves(track: AxisTrack) -> str:
 def note_assumptions(interpreter: Interpreter) -> None:
     """Add findings for what the program doesn't state: unit, start of the first moves, machine zero."""
     units, track = interpreter.modes.units, interpreter.track
-    line = track.rows[0][1]
+    line = track.rows.first_line
     if units.stated is None and units.given is None:
         interpreter.note(
             Severity.WARNING,

@@ -63,7 +63,8 @@ def spindle_of(source: Source, lines: IntArray) -> Array:
     """Return the signed spindle speed, (n,) rev/min, on lines of a program, (n,)."""
     spindle = Spindle()
     for block in split_program(source):
-        spindle.take(block)
+        if isinstance(block, Block):  # a run has no words of the spindle
+            spindle.take(block)
     return spindle.at(lines)
 
 

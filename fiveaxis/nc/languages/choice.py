@@ -9,6 +9,7 @@ from pathlib import PurePath
 from pkgutil import resolve_name
 
 from fiveaxis.nc.languages.block import Block
+from fiveaxis.nc.languages.runs import Run
 from fiveaxis.nc.source import Source
 
 
@@ -22,17 +23,19 @@ class Language:
     splitter : module and function that yields the blocks of a program, as `iso.split_blocks`; imported on use
     signs : patterns that occur in no other language, in upper case lines without comments
     suffixes : suffixes that decide if no sign is found
+    runs : whether the splitter can yield runs of plain blocks
     """
 
     name: str
     splitter: str
     signs: tuple[str, ...] = ()
     suffixes: tuple[str, ...] = ()
+    runs: bool = True
 
     @property
-    def split(self) -> Callable[..., Iterator[Block]]:
+    def split(self) -> Callable[..., Iterator[Block | Run]]:
         """The language's splitter."""
-        split: Callable[..., Iterator[Block]] = resolve_name(self.splitter)
+        split: Callable[..., Iterator[Block | Run]] = resolve_name(self.splitter)
         return split
 
 
@@ -47,6 +50,7 @@ MILLPLUS = Language(
     "MillPlus",
     "fiveaxis.nc.languages.millplus:split_millplus",
     (r"\bG141 *[LRF][0-9]=", r"\bG7 *[ABC]5=", r"[ABC] *= *E[0-9]", r"\bE[0-9]+ *="),
+    runs=False,
 )
 SINUMERIK = Language(
     "Sinumerik 840D",
@@ -95,8 +99,16 @@ def find_language(source: Source) -> Language:
     return next((language for language in LANGUAGES if suffix in language.suffixes), ISO)
 
 
-def split_program(source: Source, *, block_delete: bool = False) -> Iterator[Block]:
-    """Yield the blocks of a program in any language.
+def split_program(
+    source: Source, *, block_delete: bool = False, quickly: bool = True
+) -> Iterator[Block | Run]:
+    """Yield the blocks of a program in any language, and runs of plain ones in their place.
+
+    Parameters
+    ----------
+    source : the file
+    block_delete : whether to skip blocks that begin with ``/``
+    quickly : whether to yield runs
 
     Raises
     ------
@@ -111,4 +123,6 @@ def split_program(source: Source, *, block_delete: bool = False) -> Iterator[Blo
             "or its line ends are lost",
             line,
         )
-    return find_language(source).split(source, block_delete=block_delete)
+    language = find_language(source)
+    runs = {"runs": True} if quickly and language.runs else {}
+    return language.split(source, block_delete=block_delete, **runs)
