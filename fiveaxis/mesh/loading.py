@@ -10,6 +10,7 @@ import numpy as np
 
 from fiveaxis.errors import MeshError
 from fiveaxis.files import MOST_MESH_BYTES, require_size
+from fiveaxis.geometry import Array
 
 if TYPE_CHECKING:
     import trimesh
@@ -169,9 +170,11 @@ def _parse(file: Path) -> trimesh.Trimesh:
     import trimesh
     from trimesh.exchange.stl import HeaderError
 
-    if file.suffix.lower() == ".stl":
-        _require_whole(file)
     try:
+        corners = _binary_triangles(file) if file.suffix.lower() == ".stl" else None
+        if corners is not None:
+            faces = np.arange(3 * len(corners)).reshape(-1, 3)
+            return trimesh.Trimesh(corners.reshape(-1, 3), faces, process=False)
         # Processing would silently drop vertices that aren't finite.
         return trimesh.load_mesh(file, process=False)
     except ImportError:
@@ -184,14 +187,20 @@ def _parse(file: Path) -> trimesh.Trimesh:
         raise MeshError(f"can't be read as {file.suffix}: {DAMAGED}", file=file) from None
 
 
-def _require_whole(file: Path) -> None:
-    """Raise `MeshError` if a binary STL ends before its last triangle."""
+def _binary_triangles(file: Path) -> Array | None:
+    """Read the corners of a binary STL's triangles, (f, 3, 3) mm; None if it is text.
+
+    Raises
+    ------
+    MeshError
+        It ends before its last triangle.
+    """
     with file.open("rb") as stream:
         head = stream.read(STL_HEAD)
     size = file.stat().st_size
     # Only text has no zero byte: a binary file may begin with "solid" too.
     if len(head) < STL_HEAD or b"\0" not in head:
-        return
+        return None
     stated = int.from_bytes(head[-4:], "little")
     whole = (size - STL_HEAD) // STL_TRIANGLE
     if stated > whole:
@@ -200,6 +209,8 @@ def _require_whole(file: Path) -> None:
             "again",
             file=file,
         )
+    triangle = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attributes", "<u2")])
+    return np.fromfile(file, triangle, count=stated, offset=STL_HEAD)["corners"].astype(float)
 
 
 def _turn_outward(mesh: trimesh.Trimesh) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -54,6 +55,12 @@ class Surface:
     def triangles(self) -> Array:
         """(f, 3, 3), mm: corners of the triangles."""
         return self.vertices[self.faces]
+
+    @cached_property
+    def heights(self) -> tuple[Array, Array]:
+        """(f,), mm: lowest and highest z of the triangles."""
+        a, b, c = (self.vertices[self.faces[:, k], 2] for k in range(3))
+        return np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
 
     @property
     def bounds(self) -> Array:
