@@ -19,8 +19,13 @@ SUFFIXES = (".stl", ".ply", ".obj", ".off")
 # Bytes of a binary STL: its header, whose last four are the number of triangles, and one triangle.
 STL_HEAD, STL_TRIANGLE = 84, 50
 DAMAGED = "it is damaged, truncated, or of another format; export it again"
-# Collision trees of larger meshes take more memory than many computers have.
-MOST_TRIANGLES = 5_000_000
+# Trees of larger meshes take more memory than many computers have, and minutes to build.
+MOST_TRIANGLES = 5_500_000
+# What to do about it: finer triangles than the tolerance of machining show nothing.
+SIMPLIFY = (
+    "export it with a larger chord tolerance, or simplify it to a tolerance of some micrometres (MeshLab: "
+    "Quadric Edge Collapse Decimation; trimesh: simplify_quadric_decimation)"
+)
 
 logger = logging.getLogger(__name__)
 
@@ -63,7 +68,7 @@ def check_mesh(
     Raises
     ------
     MeshError
-        No triangles, vertices that aren't finite, not watertight.
+        No triangles or more than `MOST_TRIANGLES`, vertices that aren't finite, not watertight.
     """
     _require_finite(mesh, name)
     checked = _merged(mesh)
@@ -134,12 +139,6 @@ def require_solid(mesh: trimesh.Trimesh, name: str) -> None:
         normals that point into the material, or neighbouring triangles that face opposite sides.
     """
     _require_finite(mesh, name)
-    if len(mesh.faces) > MOST_TRIANGLES:
-        raise MeshError(
-            f"has {len(mesh.faces):,} triangles, more than {MOST_TRIANGLES:,}; collisions need a coarser "
-            "one: export it with a larger chord tolerance",
-            file=name,
-        )
     if not mesh.is_watertight:
         return
     remedy = "turn them outwards where the mesh was made (Flip or Harmonise normals; in trimesh fix_normals)"
@@ -152,9 +151,15 @@ def require_solid(mesh: trimesh.Trimesh, name: str) -> None:
         )
 
 
+def _require_few(count: int, name: str | Path) -> None:
+    if count > MOST_TRIANGLES:
+        raise MeshError(f"has {count:,} triangles, more than {MOST_TRIANGLES:,}; {SIMPLIFY}", file=name)
+
+
 def _require_finite(mesh: trimesh.Trimesh, name: str) -> None:
     if len(mesh.faces) == 0:
         raise MeshError("has no triangles", file=name)
+    _require_few(len(mesh.faces), name)
     bad = int((~np.isfinite(mesh.vertices).all(axis=1)).sum())
     if bad:
         raise MeshError(f"{bad} vertices have coordinates that aren't finite numbers", file=name)
@@ -193,7 +198,7 @@ def _binary_triangles(file: Path) -> Array | None:
     Raises
     ------
     MeshError
-        It ends before its last triangle.
+        It ends before its last triangle, or has more than `MOST_TRIANGLES`.
     """
     with file.open("rb") as stream:
         head = stream.read(STL_HEAD)
@@ -209,6 +214,7 @@ def _binary_triangles(file: Path) -> Array | None:
             "again",
             file=file,
         )
+    _require_few(stated, file)
     triangle = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attributes", "<u2")])
     return np.fromfile(file, triangle, count=stated, offset=STL_HEAD)["corners"].astype(float)
 

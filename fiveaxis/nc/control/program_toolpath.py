@@ -34,6 +34,8 @@ MOST_REPORTED = 50
 DOUBTFUL = 0.5
 # rad: smaller rotations of the table don't distinguish the frames.
 STILL = 1e-6
+# Rows whose links are placed at a time: the poses of all would take most of the memory.
+PART = 50_000
 
 
 def read_program_path(source: Source, options: ReadOptions) -> Toolpath:
@@ -145,9 +147,13 @@ def _carry_to_work(machine: Machine, points: Array, positions: Array) -> Array:
     """
     values = positions.copy()
     values[:, machine.linear_columns] = 0.0
-    # E_1 … E_j moves the bed relative to the workpiece, and the machine's points with it.
-    poses = link_poses(machine, values)[BED]
-    return np.asarray(np.einsum("nij,nj->ni", poses[:, :3, :3], points) + poses[:, :3, 3])
+    carried = np.empty_like(points)
+    for begin in range(0, len(points), PART):
+        part = slice(begin, begin + PART)
+        # E_1 … E_j moves the bed relative to the workpiece, and the machine's points with it.
+        poses = link_poses(machine, values[part])[BED]
+        carried[part] = np.einsum("nij,nj->ni", poses[:, :3, :3], points[part]) + poses[:, :3, 3]
+    return carried
 
 
 def _touching(path: Toolpath, columns: Columns, source: Source) -> Toolpath:
