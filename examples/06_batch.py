@@ -50,5 +50,5 @@ def main(workers: int = 2) -> None:
             )
 
 
-if __name__ == "__main__":  # a worker imports this file, too
+if __name__ == "__main__":
     main(*map(int, sys.argv[1:]))

@@ -17,10 +17,11 @@ Modules are loaded when they are used, so importing the package is quick.
 from __future__ import annotations
 
 from importlib import import_module
-from importlib.metadata import version
-from typing import TYPE_CHECKING, Any
 
+TYPE_CHECKING = False  # `typing` takes most of the import's time
 if TYPE_CHECKING:
+    from typing import Any
+
     from fiveaxis.batch import run_batch
     from fiveaxis.contour import find_contacts, plan_contour
     from fiveaxis.energy import Energy, PowerSurface, calibrate_drive, power_surface
@@ -34,7 +35,7 @@ if TYPE_CHECKING:
     from fiveaxis.verification import Report, verify
     from fiveaxis.viewer import preview
 
-__version__ = version("fiveaxis")
+__version__: str
 
 _ROOMS = {
     "batch": ("run_batch",),
@@ -84,6 +85,8 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
+    if name == "__version__":
+        return import_module("importlib.metadata").version("fiveaxis")
     if name not in _HOMES:
         raise AttributeError(f"module 'fiveaxis' has no attribute {name!r}")
     return getattr(import_module(f"fiveaxis.{_HOMES[name]}"), name)

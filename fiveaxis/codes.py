@@ -74,9 +74,17 @@ CHECKS = {
     "duration-differs": Code(
         ERROR, "by its F a block takes a different time than planned; a warning where F has too few digits"
     ),
-    "rapid-in-cut": Code(ERROR, "a program's text has a rapid move where a feed move was planned"),
+    "rapid-in-cut": Code(ERROR, "a program has a rapid move where the path cuts, or a feed move was planned"),
     "tcp-state": Code(ERROR, "TCP is on where a program's words need it off, or off where they need it on"),
-    "spindle-off": Code(ERROR, "the spindle is off in a cut, or differs from the settings"),
+    "spindle-off": Code(ERROR, "the spindle is off in a cut, or its speed or sense isn't what was asked for"),
+    "wrong-tool": Code(ERROR, "another tool cuts than was asked for, or the tool is never loaded"),
+    "change-in-cut": Code(ERROR, "a tool is loaded between the cuts of a path"),
+    "length-offset": Code(ERROR, "a cut has another tool length offset than was asked for, or none"),
+    "work-offset": Code(ERROR, "a cut has another work offset than was asked for"),
+    "coolant-off": Code(WARNING, "a cut has other coolant than was asked for"),
+    "approach-order": Code(ERROR, "the approach brings Z down before the other axes have moved"),
+    "approach-deep": Code(ERROR, "before or after its path the cutter goes below the surface that it cuts"),
+    "feed-differs": Code(ERROR, "a cut takes another time than the path's feed asks for"),
     "off-path": Code(ERROR, "a program moves the tool off the path that it should follow"),
     "path-missed": Code(ERROR, "a program misses a location of the path that it should follow"),
 }
@@ -126,10 +134,14 @@ READING = {
     "long-turn": Code(WARNING, "a rotary axis turns by more than half a turn in one move"),
     "long-turns": Code(WARNING, "more such moves than are listed one by one"),
     "machine-zero-moves": Code(NOTE, "moves in machine coordinates aren't in the path"),
+    "motion-assumed": Code(NOTE, "the first position is given without G0 or G1"),
     "no-simultaneous-path": Code(NOTE, "the program has no simultaneous 5-axis motion"),
     "normals-unused": Code(WARNING, "surface normals that the cutter can't touch in one point"),
     "plane-assumed": Code(WARNING, "how the angles of a tilted plane count isn't stated"),
     "plane-on-workpiece": Code(WARNING, "the origin of a tilted plane isn't stated"),
+    "positions-assumed": Code(NOTE, "the path shows in which frame tip positions are"),
+    "positions-by-part": Code(NOTE, "the part shows in which frame tip positions are"),
+    "unit-by-part": Code(NOTE, "the part shows the unit of lengths"),
     "positions-doubtful": Code(WARNING, "tip positions look as if they were in the other frame"),
     "reference-without-axes": Code(WARNING, "a move to the reference point names no axis"),
     "rotary-assumed": Code(WARNING, "a rotary axis is assumed to be at 0"),
@@ -139,6 +151,11 @@ READING = {
     "tool-differs": Code(WARNING, "the given tool isn't the file's"),
     "tool-unread": Code(WARNING, "the tool's data in the file can't be read"),
     "turn-assumed": Code(NOTE, "the program doesn't state on which turn a rotary axis begins"),
+    "unknown-codes": Code(
+        WARNING, "M words that aren't documented for the control are taken to switch nothing"
+    ),
+    "unit-doubtful": Code(WARNING, "sizes don't fit the unit of lengths, and fit the other one"),
+    "unit-overridden": Code(WARNING, "the file states another unit of lengths than the one it is read in"),
     "unit-assumed": Code(WARNING, "the unit of lengths isn't stated"),
     "zero-assumed": Code(WARNING, "the position of the program's zero isn't stated"),
 }

@@ -16,6 +16,7 @@
     │   └── SettingError         an option out of its range
     ├── MissingDependency        an optional library that isn't installed         (exit code 2)
     ├── LostScheduler            connection to a batch's scheduler lost           (exit code 4)
+    ├── LostWorkers              workers of a batch that don't start              (exit code 4)
     ├── Unverified               a program with errors that nobody accepts        (exit code 1)
     └── Infeasible               locations without an admissible posture          (exit code 3)
 
@@ -29,11 +30,25 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+# Characters of a message: what it quotes may be the whole content of a file.
+LONGEST = 2000
+
+
+def shorten(text: str, most: int = LONGEST) -> str:
+    """Shorten a text in its middle: a message begins with the fact and ends with what to do."""
+    if len(text) <= most:
+        return text
+    head, tail = most * 2 // 3, most // 4
+    return f"{text[:head]} … {len(text) - head - tail} characters … {text[-tail:]}"
+
 
 class FiveAxisError(Exception):
-    """Base of every error that fiveaxis raises on purpose."""
+    """Base of every error that fiveaxis raises on purpose; its message is shortened."""
 
     exit_code = 2
+
+    def __init__(self, message: str = "") -> None:
+        super().__init__(shorten(message))
 
 
 class InputError(FiveAxisError):
@@ -47,10 +62,10 @@ class InputError(FiveAxisError):
     """
 
     def __init__(self, message: str, *, file: str | Path | None = None, line: int | None = None) -> None:
-        self.message = message
+        self.message = shorten(message)
         self.file = None if file is None else str(file)
         self.line = line
-        super().__init__(f"{self.place}: {message}" if self.place else message)
+        super().__init__(f"{self.place}: {self.message}" if self.place else message)
 
     @property
     def place(self) -> str:
@@ -131,6 +146,12 @@ class MissingDependency(FiveAxisError):
 
 class LostScheduler(FiveAxisError):
     """The connection to a batch's scheduler was lost while jobs ran."""
+
+    exit_code = 4
+
+
+class LostWorkers(FiveAxisError):
+    """Workers of a batch don't start on this computer."""
 
     exit_code = 4
 

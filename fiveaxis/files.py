@@ -1,43 +1,137 @@
-"""Write files whole or not at all, and refuse those too large to be read."""
+"""Open inputs that are files of bounded size, and write files whole or not at all."""
 
 from __future__ import annotations
 
 import csv
+import gzip
+import hashlib
 import io
 import os
+import platform
+import shutil
+import stat
 import uuid
-from collections.abc import Iterable
+import zlib
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
+
+import psutil
 
 from fiveaxis.errors import InputError, SettingError
 
-# Bytes: larger files aren't read. A block takes some 40 bytes and a triangle 50, so these are paths of ten
-# million locations and meshes of twenty million triangles: more than is in use, and less than fills the
-# memory of a computer.
+# Bytes: larger files aren't read. A block takes some 40 bytes and a triangle 50 to 250, as text, so these are
+# paths of ten million locations and meshes of four million triangles or more: more than is in use, and less
+# than fills the memory of a computer.
 MEGABYTE = 1_000_000
 MOST_PATH_BYTES = 400 * MEGABYTE
 MOST_MESH_BYTES = 1000 * MEGABYTE
+# Beginning of the names of temporary files and folders.
+TEMPORARY = ".fiveaxis-"
+# A spreadsheet takes text that begins so for a formula; in wide form too, where East Asian text is typed.
+FORMULA = tuple("=+-@＝＋－＠")
+# TOML and configurations of controls: written by hand, and the largest known ones have some 100 kB.
+MOST_SETTINGS_BYTES = MEGABYTE
 
 
-def require_size(path: str | Path, size: int, most: int, error: type[InputError]) -> None:
-    """Raise if a file is too large to be read.
+def require_file(path: str | Path, error: type[InputError]) -> os.stat_result:
+    """Raise unless a path is a regular file, without opening it.
+
+    A pipe would be waited for without end, a device such as ``/dev/zero`` never ends, and opening one may
+    act on it.
 
     Parameters
     ----------
-    path : the file, for the message
-    size, most : bytes, unpacked, and the largest size allowed
+    path : the file, or a link to it
     error : class of the error raised
+
+    Returns
+    -------
+    Its size, times and inode.
 
     Raises
     ------
     error
-        It is larger.
+        No file of that name, a folder, a pipe, a socket, a device, a name that no file can have.
     """
+    try:
+        found = Path(path).stat()
+    except (FileNotFoundError, NotADirectoryError):
+        raise error("no such file", file=path) from None
+    except (OSError, ValueError) as fault:  # ValueError: a null character in the name
+        raise _unreadable(path, fault, error) from None
+    if not stat.S_ISREG(found.st_mode):
+        kind = "a folder" if stat.S_ISDIR(found.st_mode) else "a pipe, a socket or a device"
+        raise error(f"is {kind}; name a file", file=path)
+    return found
+
+
+def is_file(path: str | Path) -> bool:
+    """Check whether a path is a regular file; False for a name that no file can have."""
+    try:
+        require_file(path, InputError)
+    except InputError:
+        return False
+    return True
+
+
+def read_input(path: str | Path, most: int, error: type[InputError], *, unpack: bool = False) -> bytes:
+    """Read a file of bounded size; every reader opens its input here.
+
+    Parameters
+    ----------
+    path : the file
+    most : bytes, unpacked, the largest size allowed
+    error : class of the error raised
+    unpack : decompress a file whose name ends in ``.gz``
+
+    Raises
+    ------
+    error
+        No regular file (`require_file`), no permission, too large, damaged compression.
+    """
+    packed = unpack and Path(path).suffix.lower() == ".gz"
+    _require_size(path, require_file(path, error).st_size, most, error)
+    try:
+        # A small compressed file may unpack to any size, and a file may grow, so reading is limited too.
+        with gzip.open(path) if packed else Path(path).open("rb") as stream:
+            data = stream.read(most + 1)
+    except (gzip.BadGzipFile, EOFError, zlib.error) as fault:
+        raise error(f"can't be unpacked: {fault}", file=path) from None
+    except OSError as fault:
+        raise _unreadable(path, fault, error) from None
+    _require_size(path, len(data), most, error)
+    return data
+
+
+def hash_input(path: str | Path, error: type[InputError]) -> str:
+    """Compute the SHA-256 of a file, hexadecimal.
+
+    Raises
+    ------
+    error
+        No regular file (`require_file`), no permission.
+    """
+    require_file(path, error)
+    try:
+        with Path(path).open("rb") as stream:
+            return hashlib.file_digest(stream, "sha256").hexdigest()
+    except OSError as fault:
+        raise _unreadable(path, fault, error) from None
+
+
+def _require_size(path: str | Path, size: int, most: int, error: type[InputError]) -> None:
     if size > most:
         raise error(
-            f"holds more than {most // MEGABYTE} MB, the most that is read; split it, or make it coarser",
+            f"holds more than {most // MEGABYTE} MB, the most that is read; check that it is the right file, "
+            "split it, or make it coarser",
             file=path,
         )
+
+
+def _unreadable(path: str | Path, fault: OSError | ValueError, error: type[InputError]) -> InputError:
+    reason = fault.strerror if isinstance(fault, OSError) else None
+    return error(f"can't be read: {reason or fault}", file=path)
 
 
 def write_atomically(path: str | Path, content: str | bytes) -> Path:
@@ -64,20 +158,70 @@ def write_atomically(path: str | Path, content: str | bytes) -> Path:
     """
     target = Path(path)
     data = content.encode("utf-8") if isinstance(content, str) else content
-    # Not `tempfile`: its files are readable by their owner alone, and the rename would keep that.
-    name = f".{uuid.uuid4().hex}.part"
     try:
         real = _follow_link(target)
         real.parent.mkdir(parents=True, exist_ok=True)
-        temporary = real.parent / name
+        remove_leftovers(real.parent)
+        # Not `tempfile`: its files are readable by their owner alone, and the rename would keep that.
+        temporary = real.parent / _temporary_name()
         try:
             _write_to_disk(temporary, data)
             temporary.replace(real)
         finally:
             temporary.unlink(missing_ok=True)
-    except OSError as fault:
-        raise SettingError(f"can't be written: {fault.strerror or fault}", file=target) from None
+    except (OSError, ValueError) as fault:  # ValueError: a null character in the name
+        reason = fault.strerror if isinstance(fault, OSError) else None
+        raise SettingError(f"can't be written: {reason or fault}", file=target) from None
     return target
+
+
+@contextmanager
+def temporary_folder(parent: Path) -> Iterator[Path]:
+    """Make a folder for files that are renamed once they are whole, and remove it with the context."""
+    remove_leftovers(parent)
+    made = parent / _temporary_name()
+    made.mkdir(mode=0o700)
+    try:
+        yield made
+    finally:
+        shutil.rmtree(made, ignore_errors=True)
+
+
+def _temporary_name() -> str:
+    return f"{TEMPORARY}{_computer()}-{os.getpid()}-{uuid.uuid4().hex}"
+
+
+def _computer() -> str:
+    return hashlib.sha256(platform.node().encode()).hexdigest()[:8]
+
+
+def remove_leftovers(folder: Path, *, alone: bool = False) -> None:
+    """Remove temporary files and folders that killed processes have left in a folder.
+
+    Parameters
+    ----------
+    folder : where to look; none that is made or written here
+    alone : whether nobody else writes into it; otherwise what processes that still run have there stays, and
+        what another computer has, whose processes aren't known here
+    """
+    with suppress(OSError):  # what is wrong with the folder is told by what writes into it
+        for left in folder.glob(f"{TEMPORARY}*-*-*"):
+            _, computer, pid, *_ = left.name.split("-")
+            if not alone and (computer != _computer() or _is_running(pid)):
+                continue
+            if left.is_dir() and not left.is_symlink():
+                shutil.rmtree(left, ignore_errors=True)
+            else:
+                left.unlink(missing_ok=True)
+
+
+def _is_running(pid: str) -> bool:
+    try:
+        return psutil.Process(int(pid)).status() != psutil.STATUS_ZOMBIE
+    except psutil.AccessDenied:
+        return True
+    except (ValueError, psutil.NoSuchProcess):
+        return False
 
 
 def _follow_link(target: Path) -> Path:
@@ -101,7 +245,22 @@ def _write_to_disk(path: Path, data: bytes) -> None:
 
 
 def csv_text(rows: Iterable[Iterable[object]]) -> str:
-    """Compose the text of a CSV table."""
+    """Compose the text of a CSV table.
+
+    Text of several lines becomes one, and an apostrophe goes before what a spreadsheet would take for a
+    formula: names and messages come from files of others.
+    """
     text = io.StringIO()
-    csv.writer(text, lineterminator="\n").writerows(rows)
+    csv.writer(text, lineterminator="\n").writerows([_as_data(cell) for cell in row] for row in rows)
     return text.getvalue()
+
+
+def _as_data(cell: object) -> object:
+    if not isinstance(cell, str):
+        return cell
+    text = " ".join(cell.split())
+    try:
+        float(text)
+    except ValueError:
+        return f"'{text}" if text.startswith(FORMULA) else text
+    return text

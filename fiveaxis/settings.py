@@ -6,19 +6,28 @@ import difflib
 import re
 import tomllib
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar, get_args
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from fiveaxis.errors import InputError
+from fiveaxis.errors import InputError, shorten
+from fiveaxis.files import MOST_SETTINGS_BYTES, read_input
 
 if TYPE_CHECKING:
     from pydantic_core import ErrorDetails
 
-# Larger files aren't read: settings are written by hand, and the largest known ones have some 100 kB.
-MOST_BYTES = 10_000_000
+# Settings are written by hand: the parser needs seconds for a key of thousands of parts, and pydantic's and
+# JSON's recursion ends where tables are nested hundreds deep. TOML promises integers of 64 bits only.
+LONGEST_LINE = 20_000
+DEEPEST = 20
+LARGEST_INTEGER = 2**63
+DEEP_KEY = re.compile(rf"(?<![\w\"'-])[\w\"'-]++(?:[ \t]*+\.[ \t]*+[\w\"'-]++){{{DEEPEST}}}")
+# Faults of a file that are explained; each searches the nearest known key.
+MOST_FAULTS = 10
+# Characters of one fault and of a value in it.
+LONGEST_FAULT, LONGEST_VALUE = 600, 200
 # Type of a pydantic error -> what the value must be; other types keep pydantic's text.
 MUST_BE = {
     **dict.fromkeys(("float_type", "float_parsing", "int_type", "int_parsing"), "a number"),
@@ -77,26 +86,49 @@ def read_document(path: Path, error: type[InputError]) -> tuple[str, dict[str, A
     error
         Missing file, too large, not UTF-8, not TOML.
     """
+    content = read_input(path, MOST_SETTINGS_BYTES, error)
     try:
-        with path.open("rb") as stream:
-            content = stream.read(MOST_BYTES + 1)
-        if len(content) > MOST_BYTES:
-            raise error(
-                f"holds more than {MOST_BYTES // 1_000_000} MB, the most that is read of a TOML file; check "
-                "that it is the right file",
-                file=path,
-            )
         text = content.decode("utf-8-sig").replace("\r\n", "\n")  # editors on Windows add a byte order mark
-    except OSError as fault:
-        raise error(f"can't be read: {fault.strerror or fault}", file=path) from None
     except UnicodeDecodeError:
         raise error("can't be read: it isn't UTF-8 text", file=path) from None
+    lines = text.split("\n")
+    line = next((i for i, line in enumerate(lines, start=1) if len(line) > LONGEST_LINE), None)
+    if line is not None:
+        raise error(
+            f"has {len(lines[line - 1])} characters, beyond {LONGEST_LINE}; divide the line",
+            file=path,
+            line=line,
+        )
+    too_deep = f"nests lists or tables more than {DEEPEST} deep; no setting does"
+    deep = DEEP_KEY.search(text)
+    if deep is not None:
+        raise error(too_deep, file=path, line=text.count("\n", 0, deep.start()) + 1)
     try:
-        return text, tomllib.loads(text)
+        data = tomllib.loads(text)
     except tomllib.TOMLDecodeError as fault:
         found = re.search(r"line (\d+)", str(fault))
         line = int(found[1]) if found else len(text.splitlines())  # without a line it is at the end
         raise error(f"is not valid TOML: {fault}", file=path, line=line) from None
+    except RecursionError:
+        raise error(too_deep, file=path) from None
+    except ValueError as fault:  # an integer of thousands of digits, a date that doesn't exist
+        raise error(f"has a value that can't be read: {fault}", file=path) from None
+    for depth, value in _values_of(data):
+        if depth > DEEPEST:
+            raise error(too_deep, file=path)
+        if isinstance(value, int) and not -LARGEST_INTEGER <= value < LARGEST_INTEGER:
+            raise error("has an integer beyond 64 bits; write it with a point or an exponent", file=path)
+    return text, data
+
+
+def _values_of(data: object) -> Iterator[tuple[int, object]]:
+    """Yield every value of a document with its depth; without recursion, so at any depth."""
+    waiting = [(0, data)]
+    while waiting:
+        depth, value = waiting.pop()
+        yield depth, value
+        inner = value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
+        waiting += [(depth + 1, item) for item in inner]
 
 
 def validate_settings(
@@ -118,7 +150,10 @@ def validate_settings(
 
 def explain(fault: ValidationError, model: type[BaseModel], data: object = None) -> str:
     """Explain the faults of settings in one line: each key with its value and what it must be."""
-    return "; ".join(explain_one(f, model) for f in list_faults(fault, data))
+    faults = list_faults(fault, data)
+    more = len(faults) - MOST_FAULTS
+    told = [shorten(explain_one(f, model), LONGEST_FAULT) for f in faults[:MOST_FAULTS]]
+    return "; ".join([*told, f"and {more} more faults"] if more > 0 else told)
 
 
 def list_faults(fault: ValidationError, data: object = None) -> list[ErrorDetails]:
@@ -160,13 +195,14 @@ def line_of(text: str, location: Sequence[str | int]) -> int | None:
     table: list[str] = []
     seen: Counter[str] = Counter()
     for number, line in enumerate(text.splitlines(), start=1):
-        header = re.match(r"\s*(\[+)\s*([^\]]+?)\s*\]+", line)
+        header = re.match(r"\s*+(\[++)([^\]]++)\]", line)
         key = re.match(r"\s*([\w.-]+)\s*=", line)
         if header:
-            table = header[2].split(".")
+            name = header[2].strip()
+            table = name.split(".")
             if len(header[1]) > 1:  # [[bodies]]: the index of the table in its list is part of its name
-                table = [*table, str(seen[header[2]])]
-                seen[header[2]] += 1
+                table = [*table, str(seen[name])]
+                seen[name] += 1
             if keys[: len(table)] == table:
                 best = number
         elif key:
@@ -190,7 +226,7 @@ def explain_one(fault: ErrorDetails, model: type[BaseModel]) -> str:
         return f"{name} is missing"
     if fault["type"] in MUST_BE:
         bound = MUST_BE[fault["type"]].format_map(fault.get("ctx", {}))
-        return f"{name} = {fault['input']!r} must be {bound}"
+        return f"{name} = {shorten(repr(fault['input']), LONGEST_VALUE)} must be {bound}"
     return f"{name}: {fault['msg']}" if name else fault["msg"]
 
 

@@ -1,84 +1,133 @@
-"""Connect to the workers that run jobs: on this computer, or of a running scheduler."""
+"""The workers of a dask scheduler, for batches on many computers. It runs only with the extra `cluster`."""
 
 from __future__ import annotations
 
 import asyncio
 import logging
 import os
-import signal
-import sys
-from collections.abc import Iterator
+import platform
+import uuid
+from collections.abc import Generator, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fiveaxis.batch.worker import THREADS
-from fiveaxis.errors import MissingDependency, SettingError
+from fiveaxis import __version__
+from fiveaxis.batch.events import Event, Listener
+from fiveaxis.batch.record import Row, row_of_fault
+from fiveaxis.batch.tasks import Task
+from fiveaxis.batch.worker import Throttle, run_task
+from fiveaxis.errors import LostScheduler, MissingDependency, SettingError
 
 if TYPE_CHECKING:
-    from distributed import Client
+    from distributed import Client, Future
 
 logger = logging.getLogger(__name__)
 
 # s to wait for a scheduler's answer.
 ANSWER = 10.0
-# Modules that a worker imports at its start.
-PRELOAD = ("fiveaxis.batch.worker",)
-# A worker isn't considered dead while a compiled step keeps it from answering. It gets one job at a time, so
-# that a job that kills its worker takes no other job with it.
-LOCAL = {
-    "distributed.scheduler.worker-ttl": None,
-    "distributed.scheduler.worker-saturation": 1.0,
-    "distributed.worker.profile.enabled": False,
-}
 
 
-@contextmanager
-def open_client(scheduler: str | None, workers: int) -> Iterator[Client]:
-    """Connect to a scheduler, or start one on this computer, with workers that end with the context.
+def run_on_scheduler(tasks: Sequence[Task], folder: Path, scheduler: str, tell: Listener) -> Generator[Row]:
+    """Run tasks on a scheduler's workers, and yield the row of each as soon as it is done.
+
+    Certificates for an address ``tls://`` are those of dask's configuration.
 
     Parameters
     ----------
-    scheduler : its address, ``tcp://host:8786``; None starts one that only this computer reaches
-    workers : number of local processes, of one thread each
+    tasks : to run
+    folder : of the batch, which the workers see under the same name
+    scheduler : its address, ``tls://host:8786``
+    tell : called with each event
 
     Raises
     ------
-    MissingDependency
-        dask.distributed isn't installed.
     SettingError
         No scheduler at that address.
+    LostScheduler
+        The connection to it is lost.
     """
-    require_distributed()
-    import dask
-    from distributed import Client, LocalCluster
+    from distributed import as_completed
 
-    if scheduler is not None:
-        with _quiet(), _answering(scheduler):
-            there = Client(scheduler, timeout=ANSWER, set_as_default=False)
-        with _quiet(), there as client:
-            _warn_without_workers(client, scheduler)
-            yield client
-        return
-    with (
-        dask.config.set(LOCAL),
-        LocalCluster(
-            n_workers=workers,
-            threads_per_worker=1,
-            host="127.0.0.1",
-            dashboard_address="127.0.0.1:0",
-            memory_limit=None,
-            silence_logs=logging.CRITICAL,
-            env=THREADS,
-            preload=list(PRELOAD),
-        ) as cluster,
-        Client(cluster, set_as_default=False) as client,
-    ):
+    with _open_client(scheduler) as client, _progress(client, tell) as topic:
+        futures = {
+            client.submit(
+                run_remotely, t, str(folder), __version__, topic, key=f"{topic}/{t.name}", pure=False
+            ): t
+            for t in tasks
+        }
         try:
-            yield client
-        except BaseException:
-            _end_workers(cluster)
-            raise
+            for future in as_completed(list(futures), loop=client.loop):
+                yield _row(future, futures[future])
+                future.release()
+        finally:
+            for future in futures:
+                future.cancel()
+
+
+def _row(future: Future, task: Task) -> Row:
+    from distributed import CancelledError, KilledWorker
+
+    # A future's status can change between two looks at it, so that the result alone is asked for.
+    try:
+        return Row.from_dict(future.result())
+    except CancelledError:
+        raise LostScheduler(
+            "lost the scheduler, or somebody cancelled the jobs; check that it runs (`dask scheduler`, `dask "
+            "worker`). Finished jobs are kept: the same command does the rest"
+        ) from None
+    except KilledWorker:
+        return replace(task.blank, message="its workers died repeatedly")
+    except Exception as fault:  # of dask: a worker on which this package is missing, for one
+        return row_of_fault(task.blank, fault)
+
+
+def run_remotely(task: Task, folder: str, version: str, topic: str) -> dict[str, Any]:
+    """Run a task on a dask worker, and send its progress as events of a topic.
+
+    Returns
+    -------
+    Its row, as plain data.
+    """
+    from distributed import get_worker
+
+    if version != __version__:
+        message = f"a worker has fiveaxis {__version__} and this command {version}; install one everywhere"
+        return replace(task.blank, message=message).as_dict()
+    worker, place = get_worker(), {"name": task.name, "worker": platform.node(), "pid": os.getpid()}
+
+    def tell(stage: str, done: int, total: int) -> None:
+        worker.log_event(topic, place | {"stage": stage, "done": done, "total": total})
+
+    return run_task(task, Path(folder), Throttle(tell)).as_dict()
+
+
+@contextmanager
+def _progress(client: Client, tell: Listener) -> Iterator[str]:
+    """Pass the workers' progress on; yield the topic under which they send it."""
+    topic = f"fiveaxis-{uuid.uuid4().hex}"  # a scheduler may serve several batches at once
+
+    def receive(event: tuple[float, Mapping[str, Any]]) -> None:
+        tell(Event.running(**event[1]))
+
+    client.subscribe_topic(topic, receive)
+    try:
+        yield topic
+    finally:
+        client.unsubscribe_topic(topic)
+
+
+@contextmanager
+def _open_client(scheduler: str) -> Iterator[Client]:
+    from distributed import Client
+
+    with _quiet(), _answering(scheduler):
+        there = Client(scheduler, timeout=ANSWER, set_as_default=False)
+    with _quiet(), there as client:
+        _warn_without_workers(client, scheduler)
+        yield client
 
 
 @contextmanager
@@ -106,39 +155,22 @@ def _warn_without_workers(client: Client, scheduler: str) -> None:
         )
 
 
-def _end_workers(cluster: Any) -> None:
-    """Kill the workers: nothing else stops a compiled step, and they write files whole or not at all."""
-    for nanny in cluster.workers.values():
-        nanny.auto_restart = False
-        if nanny.process is not None and nanny.pid is not None:
-            with suppress(ProcessLookupError):
-                os.kill(nanny.pid, signal.SIGTERM if sys.platform == "win32" else signal.SIGKILL)
-
-
-def require_distributed() -> None:
-    """Raise, before any work, if dask.distributed is missing.
-
-    Raises
-    ------
-    MissingDependency
-        It isn't installed.
-    """
-    try:
-        import distributed  # noqa: F401
-    except ImportError:
-        raise MissingDependency(
-            "dask.distributed", "a batch", "install it with `pip install 'fiveaxis[cluster]'`"
-        ) from None
-
-
 def require_scheduler(scheduler: str) -> None:
     """Raise, before anything is written, if no scheduler answers at an address.
 
     Raises
     ------
+    MissingDependency
+        dask.distributed isn't installed.
     SettingError
         No scheduler at that address.
     """
+    try:
+        import distributed  # noqa: F401
+    except ImportError:
+        raise MissingDependency(
+            "dask.distributed", "--scheduler", "install it with `pip install 'fiveaxis[cluster]'`"
+        ) from None
     # A client without an answer would print a traceback once more when it is garbage-collected.
     with _quiet(), ThreadPoolExecutor(1) as aside, _answering(scheduler):
         aside.submit(asyncio.run, _ask(scheduler)).result()
@@ -148,8 +180,9 @@ def require_scheduler(scheduler: str) -> None:
 def _answering(scheduler: str) -> Iterator[None]:
     try:
         yield
-    # An address without a port is a ValueError; another server may announce a message of enormous length.
-    except (OSError, ValueError, MemoryError) as fault:
+    # An address without a port is a ValueError, TLS without certificates a TypeError; another server may
+    # announce a message of enormous length.
+    except (OSError, ValueError, TypeError, MemoryError) as fault:
         raise SettingError(
             f"no scheduler answers at {scheduler} ({fault}); start one with `dask scheduler`, or leave "
             "--scheduler out"
@@ -157,15 +190,8 @@ def _answering(scheduler: str) -> Iterator[None]:
 
 
 async def _ask(scheduler: str) -> None:
-    from distributed import rpc
+    from distributed import Security, rpc
 
-    async with rpc(scheduler, timeout=ANSWER) as far:
+    arguments = Security().get_connection_args("client")
+    async with rpc(scheduler, timeout=ANSWER, connection_args=arguments) as far:
         await asyncio.wait_for(far.identity(), ANSWER)
-
-
-def count_cores() -> int:
-    """Count the cores that this process may use."""
-    try:
-        return len(os.sched_getaffinity(0))
-    except AttributeError:  # not on macOS and Windows
-        return os.cpu_count() or 1

@@ -135,7 +135,7 @@ def read_rows(path: Path) -> list[Row]:
 def _read_line(line: str, path: Path, number: int) -> Row:
     try:
         return Row.from_dict(json.loads(line))
-    except (ValueError, TypeError, AttributeError) as fault:
+    except (ValueError, TypeError, AttributeError, RecursionError) as fault:
         message = f"isn't a result of this version ({fault}); move the file away, and all jobs run again"
         raise SettingError(message, file=path, line=number) from None
 
@@ -146,12 +146,7 @@ def _line(row: Row) -> str:
 
 def _table(rows: Iterable[Row]) -> str:
     known = (row.as_dict() for row in rows)
-    return csv_text([COLUMNS, *([_cell(data[key]) for key in COLUMNS.values()] for data in known)])
-
-
-def _cell(value: object) -> object:
-    # A message of several lines would break the row.
-    return " ".join(value.split()) if isinstance(value, str) else value
+    return csv_text([COLUMNS, *([data[key] for key in COLUMNS.values()] for data in known)])
 
 
 def own_folder(folder: Path, name: str) -> Path:
@@ -163,7 +158,11 @@ def own_folder(folder: Path, name: str) -> Path:
         It is a link that leads out of the batch's folder.
     """
     own = folder / name
-    if not own.resolve().is_relative_to(folder.resolve()):
+    try:
+        inside = own.resolve().is_relative_to(folder.resolve())
+    except RuntimeError:  # its links lead in a circle
+        inside = False
+    if not inside:
         raise SettingError("is a link out of the folder for the results; remove it", file=own)
     return own
 

@@ -17,6 +17,8 @@ from fiveaxis.report.document import main_baseline
 if TYPE_CHECKING:
     from fiveaxis.job import Outcome
 
+# Most characters of a message.
+LONGEST_MESSAGE = 2000
 # Most findings in the row of an infeasible job; all of them are counted.
 LISTED = 100
 
@@ -165,16 +167,26 @@ def row_of(blank: Row, outcome: Outcome, files: Sequence[Path]) -> Row:
     )
 
 
+def bounded(text: str) -> str:
+    """Shorten a long message in its middle; what no file could hold becomes an escape."""
+    if len(text) > LONGEST_MESSAGE:
+        half = LONGEST_MESSAGE // 2
+        text = f"{text[:half]} … ({len(text)} characters) … {text[-half:]}"
+    return text.encode("utf-8", "backslashreplace").decode()
+
+
 def row_of_fault(blank: Row, fault: Exception) -> Row:
     """Fill in a job's row from the error that ended it; an unexpected one is a fault of the program."""
     if not isinstance(fault, FiveAxisError):
-        return replace(blank, status=Status.BROKEN, message=f"{type(fault).__name__}: {fault}{_where(fault)}")
+        return replace(
+            blank, status=Status.BROKEN, message=bounded(f"{type(fault).__name__}: {fault}{_where(fault)}")
+        )
     if not isinstance(fault, Infeasible | Unverified):
-        return replace(blank, status=Status.WRONG_INPUT, message=str(fault))
+        return replace(blank, status=Status.WRONG_INPUT, message=bounded(str(fault)))
     return replace(
         blank,
         status=Status.NO_POSTURE if isinstance(fault, Infeasible) else Status.ERRORS,
-        message=str(fault),
+        message=bounded(str(fault)),
         **_count_severities([cause.as_dict() for cause in group_findings(fault.findings)]),
         counts=count_codes(fault.findings),
         findings=[found.as_dict() for found in fault.findings[:LISTED]],
@@ -196,7 +208,7 @@ def _count_severities(summary: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
 
 def _where(fault: Exception) -> str:
     """Return where a fault of the program itself was raised, for whoever fixes it."""
-    frames = traceback.extract_tb(fault.__traceback__)
+    frames = traceback.extract_tb(fault.__traceback__, limit=-1)
     return f" ({Path(frames[-1].filename).name}:{frames[-1].lineno})" if frames else ""
 
 

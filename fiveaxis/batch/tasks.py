@@ -13,7 +13,8 @@ from typing import Any
 from fiveaxis import __version__
 from fiveaxis.batch.record import Row, Status, row_of_fault
 from fiveaxis.batch.sweep import Variant, read_sweep
-from fiveaxis.errors import FiveAxisError, JobError, SettingError
+from fiveaxis.errors import JobError, SettingError
+from fiveaxis.files import hash_input, require_file
 from fiveaxis.job import Job, build_job
 from fiveaxis.job.loading import input_files
 from fiveaxis.machine import load_machine, machine_text
@@ -99,8 +100,8 @@ def plan_tasks(files: Iterable[Path]) -> Planned:
         try:
             text, data = read_document(file, JobError)
             variants = read_sweep(data, text, file)
-        except FiveAxisError as fault:
-            planned.faults.append(row_of_fault(Task(name, file).blank, fault))
+        except Exception as fault:  # of whatever kind: it mustn't end the others
+            planned.faults.append(_row_of_unreadable(Task(name, file), fault))
             continue
         tasks = [Task(f"{name}/{v.name}", file, name, dict(v.values)) for v in variants]
         if variants:
@@ -109,9 +110,16 @@ def plan_tasks(files: Iterable[Path]) -> Planned:
             try:
                 planned.digests[task.name] = task.load()[1]
                 planned.tasks[task.name] = task
-            except FiveAxisError as fault:
-                planned.faults.append(row_of_fault(task.blank, fault))
+            except Exception as fault:  # likewise
+                planned.faults.append(_row_of_unreadable(task, fault))
     return planned
+
+
+def _row_of_unreadable(task: Task, fault: Exception) -> Row:
+    """Make the row of a task that can't be read; what Python itself can't hold or open is wrong input."""
+    if isinstance(fault, RecursionError | MemoryError | OSError | ValueError):
+        fault = JobError(f"can't be read: {type(fault).__name__}: {fault}; simplify it", file=task.file)
+    return row_of_fault(task.blank, fault)
 
 
 def _named(files: Iterable[Path]) -> dict[str, Path]:
@@ -119,7 +127,8 @@ def _named(files: Iterable[Path]) -> dict[str, Path]:
     found: dict[str, Path] = {}
     for file in files:
         name = file.stem
-        if name.casefold() in TAKEN or name.startswith("."):
+        # A name that isn't printable would change the table, or the terminal.
+        if name.casefold() in TAKEN or name.startswith(".") or not name.isprintable():
             raise SettingError(f"a job can't be called {name!r}; rename the file", file=file)
         # File systems that ignore case would put them into one folder.
         twin = next((other for known, other in found.items() if known.casefold() == name.casefold()), None)
@@ -183,15 +192,11 @@ def _hash_text(text: str) -> str:
 
 
 def _hash_file(path: Path) -> str:
-    try:
-        stat = path.stat()
-        return _hash_content(path, stat.st_size, stat.st_mtime_ns, stat.st_ino)
-    except OSError as fault:
-        raise JobError(f"can't be read: {fault.strerror or fault}", file=path) from None
+    stat = require_file(path, JobError)
+    return _hash_content(path, stat.st_size, stat.st_mtime_ns, stat.st_ino)
 
 
 @lru_cache(1024)
 def _hash_content(path: Path, *_state: int) -> str:
     """Hash a file, once as long as its size, time and inode stay: the variants of a sweep share meshes."""
-    with path.open("rb") as stream:
-        return hashlib.file_digest(stream, "sha256").hexdigest()
+    return hash_input(path, JobError)

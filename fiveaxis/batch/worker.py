@@ -1,52 +1,31 @@
-"""Run one job on a worker, from its file to its folder. Local workers load this module at their start."""
+"""Run one job from its file to its folder, and the process on this computer that does so for a batch."""
 
 from __future__ import annotations
 
-import atexit
+import faulthandler
+import json
 import os
-import shutil
+import pickle
+import queue
 import signal
+import sys
+import threading
 import time
-from collections.abc import Mapping
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
-from fiveaxis import __version__
 from fiveaxis.batch.ledger import own_folder
 from fiveaxis.batch.record import Row, Status, row_of, row_of_fault
 from fiveaxis.batch.tasks import Task
-from fiveaxis.errors import FiveAxisError, SettingError
+from fiveaxis.errors import SettingError
 from fiveaxis.job import run_job, write_outcome
 from fiveaxis.job.loading import Progress
 
 # s between two messages of one stage, quick enough for a live table.
 PAUSE = 0.5
-# Libraries that would otherwise use every core in each worker.
-THREADS = dict.fromkeys(
-    ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"), "1"
-)
-
-
-def dask_setup(_worker: object) -> None:
-    """Leave Ctrl-C, which a terminal sends to workers too, to the command that started them; end quickly."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    # Freeing all that the libraries hold takes seconds, for which the batch would wait.
-    atexit.register(os._exit, 0)
-
-
-def run_remotely(task: Task, folder: str, version: str, topic: str) -> dict[str, Any]:
-    """Run a task on a dask worker, and send its progress as events of a topic.
-
-    Returns
-    -------
-    Its row, as plain data.
-    """
-    if version != __version__:
-        message = f"a worker has fiveaxis {__version__} and this command {version}; install one everywhere"
-        return replace(task.blank, message=message).as_dict()
-    return run_task(task, Path(folder), _Reporter(task.name, topic)).as_dict()
 
 
 def run_task(task: Task, folder: Path, progress: Progress) -> Row:
@@ -76,7 +55,7 @@ def run_task(task: Task, folder: Path, progress: Progress) -> Row:
 def _digest(task: Task) -> str:
     try:
         return task.load()[1]
-    except FiveAxisError:
+    except Exception:  # what can't be read now isn't what was read
         return ""
 
 
@@ -87,35 +66,56 @@ def remove_program(folder: Path, name: str) -> None:
             program.unlink()
 
 
-class _Reporter:
-    """Sends a task's progress to the batch, not too often."""
+class Throttle:
+    """Passes on a job's progress, of one stage not too often."""
 
-    def __init__(self, name: str, topic: str) -> None:
-        from distributed import get_worker
-
-        self._worker, self._topic, self._name = get_worker(), topic, name
+    def __init__(self, tell: Progress) -> None:
+        self._tell = tell
         self._stage, self._sent = "", 0.0
         self("start", 0, 1)
 
     def __call__(self, stage: str, done: int, total: int) -> None:
+        """Pass on a step, unless one of its stage went just before."""
         now = time.monotonic()
-        if stage == self._stage and now - self._sent < PAUSE:
-            return
-        self._stage, self._sent = stage, now
-        message: Mapping[str, Any] = {
-            "name": self._name,
-            "stage": stage,
-            "done": done,
-            "total": total,
-            "pid": os.getpid(),
-        }
-        self._worker.log_event(self._topic, message)
+        if stage != self._stage or now - self._sent >= PAUSE:
+            self._stage, self._sent = stage, now
+            self._tell(stage, done, total)
 
 
-def remove_temporary_folders(folder: Path, names: list[str]) -> None:
-    """Remove the temporary folders of workers that were killed while they wrote."""
-    folders = {folder, *(folder / name for name in names), *((folder / name).parent for name in names)}
-    for parent in folders:
-        for left in parent.glob(".fiveaxis-*"):
-            if left.is_dir() and not left.is_symlink():
-                shutil.rmtree(left, ignore_errors=True)
+def main() -> None:
+    """Run the tasks that come on stdin, and write what becomes of them on stdout, until stdin is closed.
+
+    A task is a pickle, a message a line of JSON: a supervisor reads no more than data from its workers.
+    """
+    # A terminal sends Ctrl-C to workers too; it is for the command that started them.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    faulthandler.enable()
+    send = _take_stdout()
+    tasks: queue.SimpleQueue[tuple[Task, Path]] = queue.SimpleQueue()
+    threading.Thread(target=_receive, args=(sys.stdin.buffer, tasks), daemon=True).start()
+    send(ready=True)
+    while True:
+        task, folder = tasks.get()
+        progress = Throttle(lambda stage, done, total: send(stage=stage, done=done, total=total))
+        send(row=run_task(task, folder, progress).as_dict())
+
+
+def _take_stdout() -> Callable[..., None]:
+    """Keep stdout for messages, and lead what libraries print there to stderr; return what sends one."""
+    stream = os.fdopen(os.dup(1), "w", encoding="ascii")
+    os.dup2(2, 1)
+
+    def send(**message: Any) -> None:
+        stream.write(json.dumps(message) + "\n")
+        stream.flush()
+
+    return send
+
+
+def _receive(stream: BinaryIO, tasks: queue.SimpleQueue[tuple[Task, Path]]) -> None:
+    """Receive tasks; end the process at once when nobody is left who could send one."""
+    try:
+        while True:
+            tasks.put(pickle.load(stream))
+    except BaseException as fault:
+        os._exit(0 if isinstance(fault, EOFError) else 1)

@@ -1,47 +1,34 @@
 """The command line: each command is one library call with the same option names.
 
 Results go to stdout, everything else (progress, warnings, errors) to stderr. Exit codes: 0 fine, 1
-verification or a check found an error, 2 wrong input or usage, 3 no feasible posture; a batch has that of its
-worst job.
+verification or a check found an error, 2 wrong input or usage, 3 no feasible posture, 4 a fault of the
+program itself, 130 interrupted, 141 nobody reads the output any more; a batch has that of its worst job.
+
+The commands and the libraries that they need are imported when they are used: importing takes most of the
+first second, in which Ctrl-C is answered too.
 """
 
-import typer
+from __future__ import annotations
 
-from fiveaxis.cli.batch_verb import batch
-from fiveaxis.cli.calibration_verb import calibrate
-from fiveaxis.cli.energy_verb import energy
-from fiveaxis.cli.job_verb import job
-from fiveaxis.cli.machine_verbs import check, import_machine, info, machines, urdf
-from fiveaxis.cli.path_verbs import optimise, plan, preview
-from fiveaxis.cli.post_verb import controls, post
-from fiveaxis.cli.surface_verb import surface
-from fiveaxis.cli.verbosity import with_options
-from fiveaxis.cli.verify_verb import verify
+TYPE_CHECKING = False  # `typing` is imported later, too
+if TYPE_CHECKING:
+    from typing import Any
 
-app = typer.Typer(
-    no_args_is_help=True,
-    pretty_exceptions_enable=False,
-    help="Choose the tool posture of a 5-axis path that costs the machine the least energy.",
-)
-app.command()(with_options(machines))
-app.command()(with_options(info))
-app.command()(with_options(check))
-app.command("import")(with_options(import_machine))
-app.command()(with_options(urdf))
-app.command()(with_options(energy))
-app.command()(with_options(plan))
-app.command()(with_options(optimise))
-app.command()(with_options(verify))
-app.command()(with_options(post))
-app.command()(with_options(controls))
-# A tip like -10,0,5 looks like an option; unknown options are taken as arguments.
-app.command(context_settings={"ignore_unknown_options": True})(with_options(surface))
-app.command()(with_options(preview))
-app.command()(with_options(calibrate))
-app.command()(with_options(batch))
-app.command()(with_options(job))
+    from fiveaxis.cli.commands import app
+
+__all__ = ["app", "main"]
 
 
 def main() -> None:
     """Run the command line."""
-    app()
+    from fiveaxis.cli.process import run
+
+    run(lambda: __getattr__("app"))
+
+
+def __getattr__(name: str) -> Any:
+    if name != "app":
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from fiveaxis.cli.commands import app
+
+    return app

@@ -15,12 +15,13 @@ from rich.markup import escape
 from rich.table import Column, Table
 
 from fiveaxis.cli.options import AsJson
-from fiveaxis.cli.terminal import INTERRUPTED, err, errors_explained, out, print_json
+from fiveaxis.cli.process import INTERRUPTED
+from fiveaxis.cli.terminal import err, errors_explained, out, print_json
 
 if TYPE_CHECKING:
     from fiveaxis.batch import Batch, Event, Row
     from fiveaxis.batch.comparison import Comparison
-    from fiveaxis.batch.run import Listener
+    from fiveaxis.batch.events import Listener
 
 # Rows of a live table: one longer than the screen can't be redrawn.
 SHOWN = 24
@@ -33,26 +34,41 @@ def batch(
     output: Annotated[Path, typer.Option("--output", "-o", help="folder for the results")],
     scheduler: Annotated[
         str | None,
-        typer.Option("--scheduler", help="dask scheduler, tcp://host:8786; default: this computer"),
+        typer.Option("--scheduler", help="dask scheduler, tls://host:8786; default: this computer"),
     ] = None,
     workers: Annotated[
         int | None,
         typer.Option("--workers", help="number of processes on this computer; default: one per core", min=1),
+    ] = None,
+    job_timeout: Annotated[
+        float | None, typer.Option("--job-timeout", help="s after which a job is stopped and broken")
+    ] = None,
+    job_memory: Annotated[
+        float | None,
+        typer.Option("--job-memory", help="MB of memory above which a job is stopped and broken"),
     ] = None,
     as_json: AsJson = False,
 ) -> None:
     """Run many jobs, each into its own folder; finished jobs aren't run again.
 
     The exit code is that of the worst job, from bad to worse: 0 fine, 1 verification found errors, 3 no
-    admissible posture, 2 wrong input, 4 broken (a fault of the program, a job whose workers died, or a lost
-    scheduler). Jobs with wrong input and broken jobs run again the next time.
+    admissible posture, 2 wrong input, 4 broken (a fault of the program, a job that kills its workers or is
+    over a limit, or a lost scheduler). Jobs with wrong input and broken jobs run again the next time.
     """
     with errors_explained(as_json):
         from fiveaxis.batch import run_batch
 
         try:
             with _live_table(err) as listener:
-                done = run_batch(files, output, scheduler=scheduler, workers=workers, tell=listener)
+                done = run_batch(
+                    files,
+                    output,
+                    scheduler=scheduler,
+                    workers=workers,
+                    job_timeout=job_timeout,
+                    job_memory=job_memory,
+                    tell=listener,
+                )
         except KeyboardInterrupt:
             err.print("interrupted; finished jobs are kept, the same command does the rest")
             raise typer.Exit(INTERRUPTED) from None
@@ -73,9 +89,13 @@ class Board:
 
     def record(self, event: Event) -> None:
         """Record the latest event of a job."""
-        if event.state == "running" and self._latest[event.name].state == "waiting":
+        if self.begins(event):
             self._began[event.name] = time.monotonic()
         self._latest[event.name] = event
+
+    def begins(self, event: Event) -> bool:
+        """Whether a job that waited runs with this event."""
+        return event.state == "running" and self._latest[event.name].state == "waiting"
 
     def count(self, state: str) -> int:
         """Count the jobs in a state."""
@@ -85,7 +105,7 @@ class Board:
     def __rich__(self) -> Table:
         states = ("done", "running", "waiting")
         title = ", ".join(f"{self.count(state)} {state}" for state in states)
-        table = Table("job", "state", "stage", "s", "J", title=title, box=None, title_justify="left")
+        table = Table("job", "state", "where", "stage", "s", "J", title=title, box=None, title_justify="left")
         order = ("running", "done", "waiting")
         latest = sorted(self._latest.values(), key=lambda event: order.index(event.state))
         for event in latest[:SHOWN]:
@@ -98,16 +118,16 @@ class Board:
         name = escape(event.name)
         if event.row is not None:
             spent = "" if event.row.energy is None else f"{event.row.energy:.0f}"
-            return name, _coloured(event.row), "as before" if event.again else "", "", spent
+            return name, _coloured(event.row), "", "as before" if event.again else "", "", spent
         began = self._began.get(event.name)
         seconds = "" if began is None else f"{time.monotonic() - began:.0f}"
         stage = f"{event.stage} {100.0 * event.share:.0f} %" if event.stage else ""
-        return name, event.state, escape(stage), seconds, ""
+        return name, event.state, escape(_where(event)), escape(stage), seconds, ""
 
 
 @contextmanager
 def _live_table(console: Console) -> Iterator[Listener]:
-    """Show events: on a terminal as a live table, elsewhere as one line per finished job."""
+    """Show events: on a terminal as a live table, elsewhere as lines for the start and the end of a job."""
     board = Board()
     if console.is_terminal:
         with Live(board, console=console, refresh_per_second=4, transient=True):
@@ -115,6 +135,8 @@ def _live_table(console: Console) -> Iterator[Listener]:
         return
 
     def print_event(event: Event) -> None:
+        if board.begins(event):
+            console.print(f"{event.name}: runs on worker {_where(event)}", markup=False)
         board.record(event)
         if event.row is not None:
             total = sum(board.count(state) for state in ("done", "running", "waiting"))
@@ -123,6 +145,11 @@ def _live_table(console: Console) -> Iterator[Listener]:
             console.print(line, markup=False)
 
     yield print_event
+
+
+def _where(event: Event) -> str:
+    """Return the worker that runs a job, and its process."""
+    return f"{event.worker} (pid {event.pid})" if event.pid is not None else ""
 
 
 def _summary(row: Row) -> str:

@@ -12,6 +12,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from fiveaxis.cli.options import AsJson, optional, takes
+from fiveaxis.cli.process import write_results
 from fiveaxis.cli.terminal import err, errors_explained, out, print_json
 from fiveaxis.cli.work import work_aside
 
@@ -102,4 +103,4 @@ def _print_calibration(found: Calibration, *, with_block: bool) -> None:
     if with_block:
         out.print()
         # Not through the console, which would break long lines.
-        typer.echo(found.block, nl=False)
+        write_results(found.block)

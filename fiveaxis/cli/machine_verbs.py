@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -12,6 +11,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from fiveaxis.cli.options import AsJson
+from fiveaxis.cli.process import write_results
 from fiveaxis.cli.terminal import err, errors_explained, out, print_json
 from fiveaxis.errors import SettingError
 from fiveaxis.findings import Severity
@@ -51,7 +51,7 @@ def import_machine(
 
         machine = read_linuxcnc(source)
         if output is None:
-            sys.stdout.write(machine_text(machine))
+            write_results(machine_text(machine))
         else:
             err.print(f"wrote {escape(str(save_machine(machine, output)))}")
 
@@ -109,7 +109,7 @@ def urdf(
 
         text = load_machine(machine).to_urdf(root)
         if output is None:
-            sys.stdout.write(text)
+            write_results(text)
         else:
             err.print(f"wrote {escape(str(write_atomically(output, text)))}")
 

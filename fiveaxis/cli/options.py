@@ -62,14 +62,17 @@ PLANNING: Mapping[str, Any] = {
     "allow_open": optional(bool, "accept a mesh that isn't watertight", "--allow-open"),
 }
 READING: Mapping[str, Any] = {
-    "unit": optional(str, "mm or inch, for an input that doesn't state it"),
+    "unit": optional(str, "mm or inch, in place of what an input states"),
     "columns": optional(str, "columns of points without header: x,y,z,nx,ny,nz or x,y,z,i,j,k"),
     "written_for": optional(str, "machine of an input program, if it isn't --machine"),
-    "positions": optional(str, "table (tip positions of a program turn with it) or machine"),
+    "positions": optional(
+        str, "table (tip positions of a program turn with it) or machine; default: as the path shows"
+    ),
     "program_zero": optional(str, "zero (G54) in machine coordinates: X100,Y50,Z-20"),
     "start": optional(str, "axis positions before the program: X18,Y74,Z0 in mm and deg"),
     "rapid": optional(float, "rapid speed of axes whose speed isn't known, mm/min"),
     "block_delete": optional(bool, "skip blocks that begin with /", "--block-delete"),
+    "harmless": optional(str, "M words that move and switch nothing on the machine: M56,M120"),
     "wrap": optional(
         Literal["unwound", "shorter", "signed"],
         "how rotary words of a program count turns; default: as its header says",

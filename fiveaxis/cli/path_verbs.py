@@ -30,6 +30,7 @@ from fiveaxis.cli.terminal import (
     out,
     parse_numbers,
     parse_positions,
+    parse_words,
     print_causes,
     print_first_run,
     print_json,
@@ -139,7 +140,7 @@ def _job(options: Mapping[str, Any]) -> Job:
     settings["program"] = _program(options)
     settings["nc"], settings["coordinates"] = given_settings(options), coordinates_of(options)
     if settings.get("columns") is not None:
-        settings["columns"] = tuple(name.strip() for name in settings["columns"].split(","))
+        settings["columns"] = parse_words(settings["columns"])
     for name in ("tilt", "lead", "lean"):
         if settings.get(name) is not None:
             settings[name] = tuple(parse_numbers(settings[name], 2, "MIN:MAX", ":"))
@@ -171,6 +172,7 @@ def _program(options: Mapping[str, Any]) -> dict[str, Any]:
         "rapid": options.get("rapid"),
         "block_delete": options.get("block_delete") or None,
         "wrap": options.get("wrap"),
+        "harmless": parse_words(options.get("harmless")),
     }
 
 

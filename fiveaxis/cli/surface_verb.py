@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from fiveaxis.cli.options import AsJson, Drives, MachineName
+from fiveaxis.cli.process import write_results
 from fiveaxis.cli.terminal import (
     errors_explained,
     parse_numbers,
@@ -50,7 +50,7 @@ def surface(
         lines = (",".join(f"{v:.6f}" for v in row) for row in zip(*columns.values(), strict=True))
         text = "\n".join([",".join(columns), *lines]) + "\n"
         if output is None:
-            sys.stdout.write(text)
+            write_results(text)
         else:
             write_atomically(output, text)
 

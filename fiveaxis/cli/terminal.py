@@ -15,6 +15,7 @@ import typer
 from rich.console import Console
 from rich.markup import escape
 
+from fiveaxis.cli.process import INTERRUPTED, NobodyReads, write_results
 from fiveaxis.cli.work import leave_if_working
 from fiveaxis.errors import FiveAxisError, Infeasible, SettingError, Unverified
 from fiveaxis.findings import Cause, group_findings
@@ -22,14 +23,22 @@ from fiveaxis.findings import Cause, group_findings
 if TYPE_CHECKING:
     from fiveaxis.job import Gate
 
-# Exit code of a command that was ended by Ctrl-C, as in shells.
-INTERRUPTED = 130
 FIRST_RUN = "compiling, once per installation: this first run takes about a quarter of a minute longer"
+
+
+class Terminal(Console):
+    """A console for people."""
+
+    def on_broken_pipe(self) -> None:
+        """End the command, which nobody reads any more."""
+        raise NobodyReads
+
+
 # A pipe or a log has no width; tables need more than the usual 80 characters.
-out = Console(width=None if sys.stdout.isatty() else 140, emoji=False)
+out = Terminal(width=None if sys.stdout.isatty() else 140, emoji=False)
 # Progress and notes, which -q silences; errors, which nothing does.
-err = Console(stderr=True, highlight=False, soft_wrap=True, emoji=False)
-alarm = Console(stderr=True, highlight=False, soft_wrap=True, emoji=False)
+err = Terminal(stderr=True, highlight=False, soft_wrap=True, emoji=False)
+alarm = Terminal(stderr=True, highlight=False, soft_wrap=True, emoji=False)
 
 
 @contextmanager
@@ -59,7 +68,7 @@ def errors_explained(as_json: bool) -> Iterator[list[Path]]:
 
 def print_json(document: Any) -> None:
     """Print a document, in ASCII, which every terminal and pipe accepts."""
-    sys.stdout.write(json.dumps(document, indent=2) + "\n")
+    write_results(json.dumps(document, indent=2) + "\n")
 
 
 def print_causes(causes: Iterable[Cause], console: Console, before: str = "") -> None:
@@ -121,6 +130,11 @@ def parse_numbers(text: str, count: int, form: str, separator: str = ",") -> lis
 
 
 _POSITION = re.compile(r"((?:G[0-9.]+(?:P[0-9]+)?)?[A-Z])(.*)")
+
+
+def parse_words(text: str | None) -> tuple[str, ...] | None:
+    """Read words that are separated by commas; None where there is no text."""
+    return None if text is None else tuple(word.strip() for word in text.split(","))
 
 
 def parse_positions(name: str, text: str | None) -> dict[str, float] | None:

@@ -17,6 +17,7 @@ from fiveaxis.cli.terminal import (
     out,
     parse_numbers,
     parse_positions,
+    parse_words,
     print_causes,
     print_json,
     require_machine,
@@ -32,7 +33,8 @@ if TYPE_CHECKING:
 
 # How the program itself is read.
 PROGRAM: Mapping[str, Any] = {
-    name: READING[name] for name in ("unit", "program_zero", "start", "rapid", "block_delete", "wrap")
+    name: READING[name]
+    for name in ("unit", "positions", "program_zero", "start", "rapid", "block_delete", "harmless", "wrap")
 }
 _BOUNDS = ("tilt", "cone", "lead", "lean", "plane", "hold", "max_turn", "singular_cone", "singular_rate")
 _AROUND = ("stock", "fixtures", "surface_tolerance", "gouge_tolerance")
@@ -66,6 +68,10 @@ def verify(
     ] = None,
     part: Part = None,
     path: PathToFollow = None,
+    control: Annotated[
+        str | None,
+        typer.Option("--control", help="control of the program, if it isn't that of the job (--path)"),
+    ] = None,
     codes: Annotated[bool, typer.Option("--codes", help="list the codes of all findings and stop")] = False,
     as_json: AsJson = False,
     **_: Any,
@@ -110,7 +116,7 @@ def machine_of(options: Mapping[str, Any]) -> Machine:
 
 def against_of(path: Path | None, part: Path | None, options: Mapping[str, Any], machine: Machine) -> Against:
     """Load what a program is verified against: path, tool, surroundings and constraints."""
-    from fiveaxis.job import Against, load_job_toolpath
+    from fiveaxis.job import Against, ProgramOptions, load_job_toolpath
     from fiveaxis.nc import read_toolpath
     from fiveaxis.toolpath import Constraints, parse_tool
 
@@ -129,10 +135,15 @@ def against_of(path: Path | None, part: Path | None, options: Mapping[str, Any],
     elif path is not None:
         toolpath = read_toolpath(path, tool=tool, machine=machine)
     tolerance = {} if gouge is None else {"gouge_tolerance": gouge}
+    asked = None
+    if job is not None:
+        asked = ProgramOptions(control=options["control"] or job.control, settings=job.nc)
     cutter = tool or (None if toolpath is None else toolpath.tool)
     if around is not None and cutter is None:
         raise SettingError("a part is checked against a cutter; name the tool (--tool ball:10)")
-    return Against(toolpath, cutter, around, Constraints.of_degrees(**(singular | given)), **tolerance)
+    return Against(
+        toolpath, cutter, around, Constraints.of_degrees(**(singular | given)), **tolerance, program=asked
+    )
 
 
 def reading_of(options: Mapping[str, Any]) -> dict[str, Any]:
@@ -144,6 +155,8 @@ def reading_of(options: Mapping[str, Any]) -> dict[str, Any]:
         "rapid_mm_min": options["rapid"],
         "block_delete": bool(options["block_delete"]),
         "wrap": options["wrap"],
+        "positions": options["positions"],
+        "harmless": parse_words(options["harmless"]) or (),
     }
 
 

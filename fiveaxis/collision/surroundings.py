@@ -10,6 +10,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from fiveaxis.errors import JobError, SettingError
+from fiveaxis.files import require_file
 from fiveaxis.geometry import normalise
 from fiveaxis.machine.bodies import Box, Cylinder, MeshShape, Shape
 from fiveaxis.machine.chain import Triple, as_triple
@@ -121,8 +122,10 @@ class FixtureTable(StrictModel):
             direction = as_triple(normalise(np.array(sides.direction)))
             return Fixture(self.name, Cylinder(sides.radius, sides.height, sides.center, direction))
         file = folder / str(self.mesh)
-        if not file.is_file():
-            raise JobError(f"fixture {self.name!r}: no such file: {file}")
+        try:
+            require_file(file, JobError)
+        except JobError as fault:
+            raise JobError(f"fixture {self.name!r}: {fault}") from None
         return Fixture(self.name, MeshShape(file, self.scale))
 
 

@@ -27,6 +27,18 @@ FOREIGN = 1e6
 SLIP = np.radians(2.0)
 
 
+def count_touching(toolpath: Toolpath, part: str | Path | trimesh.Trimesh, *, tolerance: float) -> int:
+    """Count the cuts that touch a part within a tolerance, neither off it nor deep in it.
+
+    Parameters
+    ----------
+    toolpath, part, tolerance : as for `find_contacts`
+    """
+    rows = np.flatnonzero(toolpath.cutting)
+    touch = _touches(toolpath.at(rows), SignedSurface.of(take_mesh(part, name="part", allow_open=True)))
+    return int((np.abs(touch.gap) <= tolerance).sum())
+
+
 def find_contacts(
     toolpath: Toolpath, part: str | Path | trimesh.Trimesh, *, tolerance: float = 0.05
 ) -> Toolpath:

@@ -122,7 +122,11 @@ def fit_model(model: DriveModel, record: Record) -> RobustFit:
     unidentified = tuple(model.terms[i].name for i in _made_of_others(jacobian))
     if unidentified:
         return RobustFit(values, np.full(len(values), np.inf), scale, unidentified)
-    return RobustFit(values, _half_widths(jacobian, residuals(values), scale), scale, ())
+    try:
+        widths = _half_widths(jacobian, residuals(values), scale)
+    except np.linalg.LinAlgError:  # rows that the loss counts for almost nothing identify none of them
+        return RobustFit(values, np.full(len(values), np.inf), scale, tuple(t.name for t in model.terms))
+    return RobustFit(values, widths, scale, ())
 
 
 def _start(model: DriveModel, record: Record) -> Array:

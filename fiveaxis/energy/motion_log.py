@@ -19,11 +19,13 @@ from pathlib import Path
 import numpy as np
 
 from fiveaxis.errors import InputError, SettingError
+from fiveaxis.files import MOST_PATH_BYTES, read_input
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.machine.tables import ANGLE_UNITS, LINEAR_UNITS
 
 POWER_UNITS = {"W": 1.0, "kW": 1000.0}
 MOST_LOST = 0.5  # share of dropped rows above which the columns are hardly the right ones
+LARGEST = 1e15  # in any unit: no log has more, and the squares of fits would leave what a number can hold
 EMPTY = frozenset({"", "nan", "na", "n/a", "null", "none"})
 
 
@@ -121,12 +123,11 @@ def read_axis_log(log: str | Path, columns: LogColumns, *, rotary: bool) -> Axis
     power_scale, length_scale = _require_units(columns, rotary)
     _require_choice(columns)
     file = Path(log)
+    content = read_input(file, MOST_PATH_BYTES, InputError)
     try:
-        content = file.read_bytes()
         text = content.decode("utf-8-sig")
-    except (OSError, UnicodeDecodeError) as fault:
-        reason = fault.strerror if isinstance(fault, OSError) else "isn't text in UTF-8; export it as CSV"
-        raise InputError(str(reason), file=file) from None
+    except UnicodeDecodeError:
+        raise InputError("isn't text in UTF-8; export it as CSV", file=file) from None
     values, lines = _read_columns(text, columns.named, file)
     if columns.rate is not None:
         values["time"] = np.arange(len(lines)) / columns.rate
@@ -197,9 +198,14 @@ def _read_columns(text: str, named: Mapping[str, str], file: Path) -> tuple[dict
         raise InputError("is empty; a line with the names of the columns is needed", file=file)
     delimiter = max(",;\t", key=first.count)
     reader = csv.reader(io.StringIO(text), delimiter=delimiter)
-    rows = [
-        (reader.line_num, row) for row in reader if any(map(str.strip, row)) and row[0].lstrip()[:1] != "#"
-    ]
+    try:
+        rows = [
+            (reader.line_num, row)
+            for row in reader
+            if any(map(str.strip, row)) and row[0].lstrip()[:1] != "#"
+        ]
+    except csv.Error as fault:
+        raise InputError(f"can't be read as CSV: {fault}", file=file, line=reader.line_num) from None
     line, header = rows[0][0], [name.strip() for name in rows[0][1]]
     if len(rows) == 1:
         raise InputError("has a header but no rows", file=file, line=line)
@@ -239,6 +245,10 @@ def _number(cell: str, column: str, line: int, file: Path) -> float:
         raise InputError(f"{column} is {text!r}, not a number; {hint}", file=file, line=line) from None
     if math.isinf(value):
         raise InputError(f"{column} is infinite; correct it or leave it empty", file=file, line=line)
+    if abs(value) > LARGEST:
+        raise InputError(
+            f"{column} is {value:g}, beyond {LARGEST:g}; correct it or leave it empty", file=file, line=line
+        )
     return value
 
 
@@ -252,8 +262,17 @@ def _motion(
     _require_growing(time, lines, columns.time, file)
     if len(time) < 3:
         raise InputError(f"{len(time)} rows with numbers are too few to differentiate", file=file)
-    speed = values["velocity"] if "velocity" in values else np.gradient(values["position"], time)
-    return speed, values["acceleration"] if "acceleration" in values else np.gradient(speed, time)
+    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+        speed = values["velocity"] if "velocity" in values else np.gradient(values["position"], time)
+        acceleration = values["acceleration"] if "acceleration" in values else np.gradient(speed, time)
+    bad = np.flatnonzero(~((np.abs(speed) <= LARGEST) & (np.abs(acceleration) <= LARGEST)))
+    if len(bad):
+        raise InputError(
+            f"speed or acceleration is beyond {LARGEST:g}; correct position and time",
+            file=file,
+            line=int(lines[bad[0]]),
+        )
+    return speed, acceleration
 
 
 def _require_growing(time: Array, lines: IntArray, name: str | None, file: Path) -> None:

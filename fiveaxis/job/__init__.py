@@ -20,8 +20,9 @@ from fiveaxis.job.loading import (
     part_of,
 )
 from fiveaxis.job.posting import Posted, make_of_motion, post_program, write_program
-from fiveaxis.job.program import MadeProgram, ProgramOptions, make_program
+from fiveaxis.job.program import MadeProgram, make_program
 from fiveaxis.job.program_costs import ProgramEnergy, program_energy
+from fiveaxis.job.program_options import ProgramOptions
 from fiveaxis.job.reading import build_job, choose_search, make_job, read_fixtures, read_job
 from fiveaxis.job.release import Gate
 from fiveaxis.job.results import require_folder, write_outcome

@@ -62,8 +62,10 @@ class ProgramTable(StrictModel):
         min_length=1,
         description="machine that it was written for, by name or file; by default the job's",
     )
-    positions: Literal["table", "machine"] = Field(
-        "table", description="whether tip positions turn with the table or stay with the machine"
+    positions: Literal["table", "machine"] | None = Field(
+        None,
+        description="whether tip positions turn with the table or stay with the machine; by default as the "
+        "path shows",
     )
     start: dict[str, float] = Field(
         {}, description="axis positions before the program starts, by letter, mm and deg"
@@ -73,6 +75,9 @@ class ProgramTable(StrictModel):
     )
     rapid: float | None = Field(None, gt=0.0, description="mm/min, for axes whose highest speed isn't known")
     block_delete: bool = Field(False, description="skip blocks that begin with /")
+    harmless: tuple[str, ...] = Field(
+        (), description="M words of the machine's builder that move and switch nothing"
+    )
     wrap: Literal["unwound", "shorter", "signed"] | None = Field(
         None, description="how words of endless rotary axes count turns; by default as written"
     )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 import json
+import os
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
@@ -192,7 +193,7 @@ def write_starter(path: Path) -> Path:
     """
     if path.suffix.lower() != ".toml":
         raise SettingError("a job file's name ends in .toml", file=path)
-    if path.exists():
+    if os.path.lexists(path):  # not `Path.exists`, which raises for a name that is too long
         raise SettingError("exists already and isn't overwritten; name another file, or move it", file=path)
     return write_atomically(path, starter_text())
 

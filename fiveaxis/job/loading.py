@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, Literal
 
@@ -12,13 +12,13 @@ from fiveaxis.contour import (
     Plan,
     PlanOptions,
     PlanReport,
-    find_contacts,
     path_quality,
     plan_passes,
 )
 from fiveaxis.energy import Cut, CuttingCoefficients, EndMill, Factors, Process
 from fiveaxis.errors import JobError, SettingError, ToolError
 from fiveaxis.job.description import TOOL_FILE, Job
+from fiveaxis.job.part_evidence import find_settled_contacts
 from fiveaxis.job.reading import require_input
 from fiveaxis.machine import Machine, load_machine
 from fiveaxis.machine.bodies import MeshShape
@@ -134,23 +134,32 @@ def read_path(job: Job, tool: Tool | None) -> Toolpath:
             f"{', '.join(planning)} is for planning on a mesh, and the input is none; leave it out",
             file=job.input,
         )
-    toolpath = read_toolpath(
+    toolpath = _read_as(job, tool, {})
+    if job.part is None or toolpath.has_normals:
+        return toolpath
+    given = {name for name, value in (("unit", job.unit), ("positions", job.program.positions)) if value}
+    return find_settled_contacts(
+        toolpath, job.part, job.surface_tolerance, lambda settings: _read_as(job, tool, settings), given
+    )
+
+
+def _read_as(job: Job, tool: Tool | None, settings: Mapping[str, Any]) -> Toolpath:
+    """Read a job's path, with `settings` in place of the job's."""
+    chosen = {"unit": job.unit, "positions": job.program.positions} | dict(settings)
+    return read_toolpath(
         job.input,
         tool=tool,
         feed_mm_min=job.feed,
-        unit=job.unit,
         machine=program_machine(job),
-        positions=job.program.positions,
         start=job.program.start,
         program_zero=job.program.zero,
         rapid_mm_min=job.program.rapid,
         block_delete=job.program.block_delete,
+        harmless=job.program.harmless,
         wrap=job.program.wrap,
         columns=job.columns,
+        **chosen,
     )
-    if job.part is None or toolpath.has_normals:
-        return toolpath
-    return find_contacts(toolpath, job.part, tolerance=job.surface_tolerance)
 
 
 def program_machine(job: Job) -> Machine | None:

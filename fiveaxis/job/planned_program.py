@@ -18,6 +18,7 @@ from fiveaxis.nc import ProgramSettings
 from fiveaxis.nc.writing.wording import Wording
 from fiveaxis.toolpath import Constraints, MoveKind, Toolpath
 from fiveaxis.verification import Leads, Tolerances, choose_leads
+from fiveaxis.verification.outside import surface_at_contacts
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,7 +87,7 @@ def plan_program(
                 fill.motion,
                 machine,
                 toolpath,
-                surroundings=around,
+                surroundings=_with_surface(around, toolpath),
                 tolerances=tolerances,
                 leg=wording.coordinates == "axes",
                 retract=_retract(settings),
@@ -102,6 +103,11 @@ def plan_program(
         leads = Leads(axis_lead(fill.motion, machine), out)
     retract = _known_retract(settings, machine) if is_program else None
     return PlannedProgram(_around(fill, leads, wording, retract), fill, leads, retract)
+
+
+def _with_surface(around: Surroundings, toolpath: Toolpath) -> Surroundings:
+    """Return what leads keep clear of: without a mesh of the part, the surface at the path's contacts."""
+    return around if around.part is not None else replace(around, part=surface_at_contacts(toolpath))
 
 
 def may_thin(wording: Wording) -> bool:

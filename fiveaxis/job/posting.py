@@ -13,17 +13,16 @@ from fiveaxis.collision import Surroundings
 from fiveaxis.errors import SettingError, ToolpathError
 from fiveaxis.findings import Finding
 from fiveaxis.job.program import (
-    Header,
     MadeProgram,
-    ProgramOptions,
     Verdict,
     compose_verified,
     expected_text,
     make_program,
 )
+from fiveaxis.job.program_options import Header, ProgramOptions
 from fiveaxis.job.release import Gate, require_report
 from fiveaxis.job.solution import Solution
-from fiveaxis.job.traced_program import MOTION_SUFFIX, load_text, trace_tool, with_feeds_of
+from fiveaxis.job.traced_program import load_text, trace_tool, with_feeds_of
 from fiveaxis.job.verifying import NOTHING, Against, ProgramCheck
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Interpolation, Motion, ProgramMotion, located, respaced
@@ -32,11 +31,13 @@ from fiveaxis.nc import (
     Program,
     ProgramSettings,
     ReadMotion,
-    read_motion,
-    read_program,
     require_motion,
 )
-from fiveaxis.nc.options import Wrap
+from fiveaxis.nc.control.program_reader import read_motion_of
+from fiveaxis.nc.kinds import kind_of
+from fiveaxis.nc.motion_table import read_motion_table
+from fiveaxis.nc.options import Positions, ReadOptions, Wrap
+from fiveaxis.nc.source import load_source
 from fiveaxis.nc.writing.turns import Winding
 from fiveaxis.report import describe_input
 from fiveaxis.toolpath import Constraints, Tool, Toolpath
@@ -90,12 +91,14 @@ def post_program(
     rapid_mm_min: float | None = None,
     block_delete: bool = False,
     wrap: Wrap | None = None,
+    positions: Positions | None = None,
+    harmless: Sequence[str] = (),
 ) -> Posted:
     """Read a motion and write it for a control, as a solution becomes a program.
 
     Parameters
     ----------
-    source : a program in any language that `read_program` knows, or ``.csv`` as `write_motion` writes it
+    source : a program in any language that `read_program` knows, or a table as `write_motion` writes it
     machine : on which it runs
     output : the new program's file; by default none is written
     control, coordinates, winding, settings, thin, override : as for `Solution.program`
@@ -103,7 +106,8 @@ def post_program(
         motion's table has a row for each location of the path, blocks are inserted and removed as for a
         solution
     unverified : whether a program may be written that there is nothing to verify against; its header says so
-    unit, start, program_zero, rapid_mm_min, block_delete, wrap : of the source, as for `read_program`
+    unit, start, program_zero, rapid_mm_min, block_delete, wrap, positions, harmless : of the source, as for
+        `read_program`
 
     Raises
     ------
@@ -114,19 +118,22 @@ def post_program(
     """
     source = Path(source)
     described = describe_input(source)
-    if source.suffix.lower() == MOTION_SUFFIX:
-        motion: Motion = read_motion(source, machine, source_is_table=True)
+    text = load_source(source)
+    if kind_of(text) == "motion":
+        motion: Motion = read_motion_table(text, machine, source_is_table=True)
     else:
-        motion = read_program(
-            source,
-            machine,
+        reading = ReadOptions(
+            machine=machine,
             unit=unit,
-            start=start,
+            positions=positions,
+            start=start or {},
             program_zero=program_zero,
             rapid_mm_min=rapid_mm_min,
             block_delete=block_delete,
             wrap=wrap,
+            harmless=tuple(harmless),
         )
+        motion = read_motion_of(text, machine, reading)
     header = {"source": f"{described['name']} sha256 {described['sha256'][:16]}"}
     settings = settings or ProgramSettings()
     options = ProgramOptions(control, coordinates, winding, settings, thin, tuple(override), header)
@@ -267,7 +274,7 @@ def _make_of_program(
     )
     if against.is_nothing:
         return compose_verified(planned, wording, options, None)
-    check = _verdict_of(against, machine)
+    check = _verdict_of(replace(against, program=options), machine)
 
     def verdict(back: ReadBack, draft: Program) -> Sequence[Report]:
         rows = np.clip(back.end, 0, len(back.read) - 1)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import logging
 import math
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +17,7 @@ from fiveaxis.files import write_atomically
 from fiveaxis.findings import Finding
 from fiveaxis.geometry import IntArray
 from fiveaxis.job.planned_program import PlannedProgram, may_thin, plan_program
+from fiveaxis.job.program_options import ProgramOptions
 from fiveaxis.job.release import Gate, not_verified
 from fiveaxis.job.traced_program import load_text
 from fiveaxis.kinematics import tool_poses
@@ -24,18 +25,17 @@ from fiveaxis.machine import Machine
 from fiveaxis.motion import AXIS_TOLERANCE, PATH_TOLERANCE, Fill, Motion, ProgramMotion
 from fiveaxis.nc import (
     NOT_VERIFIED,
-    Coordinates,
     PredictedTime,
     Program,
     ProgramSettings,
     compose_program,
     predicted_time,
     require_motion,
-    require_program,
 )
 from fiveaxis.nc.rows import MILLIMETRES
 from fiveaxis.nc.words import control_values
-from fiveaxis.nc.writing.turns import Winding
+from fiveaxis.nc.writing.asked import AskedTechnology
+from fiveaxis.nc.writing.framing import Frame
 from fiveaxis.nc.writing.wording import Wording
 from fiveaxis.toolpath import Constraints, Toolpath
 from fiveaxis.verification import (
@@ -51,49 +51,10 @@ logger = logging.getLogger(__name__)
 
 # mm: a motion whose tool passes a location of a path at a larger distance belongs to another path.
 BELONGS = 0.05
-Header = Mapping[str, str]
 # Verifies a text beside the motion that it was written for; its reports are merged to one.
 Verdict = Callable[[ReadBack, Program], Sequence[Report]]
 # Findings of the writer where the control's F can't express a block's duration.
 COARSE = ("feed-floor", "feed-rounded")
-
-
-@dataclass(frozen=True)
-class ProgramOptions:
-    """How a motion becomes a program.
-
-    Parameters
-    ----------
-    control : name of a dialect, or the path of a control table
-    coordinates, winding, settings : as for `compose_program`
-    thin : whether redundant blocks are removed
-    override : codes of errors that are accepted
-    header : comments by name
-    """
-
-    control: str | Path = "linuxcnc"
-    coordinates: Coordinates | None = None
-    winding: Winding = "unwound"
-    settings: ProgramSettings = field(default_factory=ProgramSettings)
-    thin: bool = True
-    override: tuple[str, ...] = ()
-    header: Header | None = None
-
-    def wording(self, machine: Machine) -> Wording:
-        """Check that the control can write a machine's motions so; return how positions become its words.
-
-        Raises
-        ------
-        FiveAxisError
-            As `require_program`.
-        """
-        return require_program(machine, self.control, self.coordinates, self.winding, self.settings)
-
-    def named(self, name: str) -> ProgramOptions:
-        """Name the program, unless the settings do."""
-        if self.settings.name is not None:
-            return self
-        return replace(self, settings=self.settings.model_copy(update={"name": name[:60] or None}))
 
 
 @dataclass(frozen=True, eq=False)
@@ -305,7 +266,7 @@ def compose_verified(
         return predicted_time(back.read, machine, wording.dialect, wording.coordinates)
 
     draft = compose(NOT_VERIFIED)
-    back = read_back(draft, motion, wording)
+    back = read_back(draft, motion, wording, options.settings)
     if verdict is None:
         return MadeProgram(machine, draft, motion, Gate.unverified(), run_time(back))
     try:
@@ -315,7 +276,7 @@ def compose_verified(
     gate = Gate.of(found.merge(*more, back.unsaid()), options.override)
     text = compose(gate.notes)
     # The header is comments only; make sure that the rest reads the same.
-    again = read_back(text, motion, wording)
+    again = read_back(text, motion, wording, options.settings)
     if not (
         np.array_equal(again.read.positions, back.read.positions)
         and np.array_equal(again.read.time, back.read.time)
@@ -325,8 +286,8 @@ def compose_verified(
     return MadeProgram(machine, text, motion, gate, run_time(back))
 
 
-def read_back(text: Program, planned: ProgramMotion, wording: Wording) -> ReadBack:
-    """Read a program's text back, beside the motion that it was written for.
+def read_back(text: Program, planned: ProgramMotion, wording: Wording, settings: ProgramSettings) -> ReadBack:
+    """Read a program's text back, beside the motion and the settings that it was written for.
 
     Raises
     ------
@@ -348,8 +309,9 @@ def read_back(text: Program, planned: ProgramMotion, wording: Wording) -> ReadBa
         planned,
         read.motion,
         read.tcp,
-        read.spindle,
+        read.technology,
         owner,
+        _unplanned(text, read.motion.source, owner, wording, settings),
         by_angle=not read.by_control,
         assumed=read.findings,
     )
@@ -361,7 +323,24 @@ def _owners(text: Program, lines: IntArray, planned: ProgramMotion) -> IntArray:
     if (rows >= 0).any():
         return np.asarray(rows[lines - 1])
     # A list of locations has one row per location.
+    if len(lines) != len(planned) - planned.first:
+        raise Unverified(
+            f"the list that was written has {len(lines)} locations, and {len(planned) - planned.first} were "
+            "planned; please report this",
+            [],
+        )
     return np.arange(len(lines)) + planned.first
+
+
+def _unplanned(
+    text: Program, lines: IntArray, owner: IntArray, wording: Wording, settings: ProgramSettings
+) -> IntArray:
+    """Find the rows of moves that are neither planned nor part of the program's end, (u,)."""
+    ending = tuple(Frame(wording, settings, "unwound").end())
+    silent = np.flatnonzero(owner < 0)
+    silent = silent[silent > np.argmax(owner >= 0)]
+    strange = [not text.lines[line - 1].endswith(ending) for line in lines[silent].tolist()]
+    return np.asarray(silent[np.array(strange, dtype=bool)])
 
 
 def _start(begin: np.ndarray, wording: Wording) -> dict[str, float]:
@@ -374,13 +353,12 @@ def _start(begin: np.ndarray, wording: Wording) -> dict[str, float]:
 
 
 def expected_text(text: Program, wording: Wording, settings: ProgramSettings) -> ExpectedText:
-    """Return what is expected of a text beside its positions: decimals, spindle."""
+    """Return what is expected of a text beside its positions: decimals, spindle, tool, offsets, coolant."""
     number, unit = wording.dialect.number, MILLIMETRES[wording.unit]
-    rpm, sense = settings.spindle_rpm, -1.0 if settings.spindle_direction == "left" else 1.0
     return ExpectedText(
         step=10.0 ** -(number.linear + (wording.unit == "inch")) * unit,
         turn=10.0**-number.rotary,
         coarse=any(finding.code in COARSE for finding in text.findings),
-        rpm=None if rpm is None else math.copysign(rpm, sense),
+        asked=AskedTechnology.of(wording, settings),
         is_list=wording.dialect.language != "blocks",
     )

@@ -19,7 +19,7 @@ from fiveaxis.kinematics import tool_poses
 from fiveaxis.machine import Machine
 from fiveaxis.motion import TimeLaw, standing_speeds, time_motion
 from fiveaxis.nc import ReadMotion, read_program
-from fiveaxis.nc.options import Wrap
+from fiveaxis.nc.options import Positions, Wrap
 from fiveaxis.nc.source import load_source
 from fiveaxis.toolpath import MoveKind, Tool, parse_tool
 
@@ -125,6 +125,8 @@ def program_energy(
     rapid_mm_min: float | None = None,
     block_delete: bool = False,
     wrap: Wrap | None = None,
+    positions: Positions | None = None,
+    harmless: Sequence[str] = (),
 ) -> ProgramEnergy:
     """Compute the energy that an NC program costs the feed drives, block by block and by axis.
 
@@ -136,7 +138,7 @@ def program_energy(
         default the tool that a program of fiveaxis names in its header, else the feed is the tip's
     corners : ``programmed`` uses the programmed times, without acceleration; ``exact-stop`` or a tolerance in
         mm runs the program under the axes' accelerations (`time_motion`)
-    unit, start, program_zero, rapid_mm_min, block_delete, wrap : as for `read_program`
+    unit, start, program_zero, rapid_mm_min, block_delete, wrap, positions, harmless : as for `read_program`
 
     Raises
     ------
@@ -156,6 +158,8 @@ def program_energy(
         rapid_mm_min=rapid_mm_min,
         block_delete=block_delete,
         wrap=wrap,
+        positions=positions,
+        harmless=harmless,
     )
     if corners == "programmed":
         read = _whole_blocks(read, machine)

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
 
 from fiveaxis.errors import InputError, JobError
+from fiveaxis.files import require_file
 from fiveaxis.job.description import SEARCHED, SWEEP, TOOL_FILE, FixtureFile, Job
 from fiveaxis.machine import load_machine
 from fiveaxis.machine.files import READERS as MACHINE_READERS
 from fiveaxis.mesh import SUFFIXES as MESH_SUFFIXES
-from fiveaxis.nc.formats import READERS
+from fiveaxis.nc.kinds import SUFFIXES, holds_path, suffix_of
 from fiveaxis.settings import explain, line_of, read_document, read_settings, validate_settings
 from fiveaxis.toolpath import parse_tool
 
@@ -74,7 +76,7 @@ def build_job(data: dict[str, Any], text: str, path: Path, **settings: Any) -> J
         beside = {"machine": str(path.parent / written_for)}
         files["program"] = job.program.model_copy(update=beside)
     own = job.model_copy(update=files).with_origin(path, f"the job file {path.name} (override)")
-    _check_names(own, path, replaced=[name for name, value in settings.items() if value is not None])
+    _check_names(own, text, path, replaced=[name for name, value in settings.items() if value is not None])
     return make_job(own, **settings)
 
 
@@ -91,12 +93,12 @@ def read_fixtures(path: Path) -> dict[str, Any]:
     return {"fixture": fixtures or None, "clearance": found.clearance}
 
 
-def _check_names(job: Job, file: Path, replaced: Collection[str]) -> None:
+def _check_names(job: Job, text: str, file: Path, replaced: Collection[str]) -> None:
     """Check files and names of a job file, so that a wrong one is reported with its line."""
     checks: dict[str, Callable[[Any], object]] = {
         "input": require_input,
-        "part": require_file,
-        "stock": require_file,
+        "part": partial(require_file, error=JobError),
+        "stock": partial(require_file, error=JobError),
         "machine": load_machine,
         "drives": load_machine,
         "tool": parse_tool,
@@ -110,7 +112,7 @@ def _check_names(job: Job, file: Path, replaced: Collection[str]) -> None:
         except InputError as fault:
             if fault.line is not None:  # a fault inside the named file
                 raise
-            line = line_of(file.read_text(encoding="utf-8"), [key])
+            line = line_of(text, [key])
             raise JobError(f"{key}: {fault}", file=file, line=line) from None
 
 
@@ -175,20 +177,12 @@ def choose_search(job: Job, text: str) -> Job:
 
 
 def require_input(path: Path) -> None:
-    """Raise `JobError` unless a path is a file of a known kind."""
-    kind = path.with_suffix("") if path.suffix.lower() == ".gz" else path
-    if not path.is_dir() and kind.suffix.lower() not in (*MESH_SUFFIXES, *READERS):
+    """Raise `JobError` unless a path is a file of a known kind; a suffix that isn't known may hold one."""
+    require_file(path, JobError)
+    suffix = suffix_of(str(path))
+    if suffix not in (*MESH_SUFFIXES, *SUFFIXES) and not holds_path(path):
         raise JobError(
-            f"unknown suffix {kind.suffix!r}; a mesh ({' '.join(MESH_SUFFIXES)}), a list of locations "
-            f"({' '.join(READERS)}, also with .gz) or a job (.toml) is needed",
+            f"unknown suffix {suffix!r}; a mesh ({' '.join(MESH_SUFFIXES)}), a list of locations "
+            f"({' '.join(SUFFIXES)}, also with .gz) or a job (.toml) is needed",
             file=path,
         )
-    require_file(path)
-
-
-def require_file(path: Path) -> None:
-    """Raise `JobError` unless a path is a file."""
-    if not path.exists():
-        raise JobError("no such file", file=path)
-    if path.is_dir():
-        raise JobError("is a folder; name a file", file=path)

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import signal
-import tempfile
 import threading
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
 from fiveaxis.errors import SettingError
+from fiveaxis.files import remove_leftovers, temporary_folder
 from fiveaxis.job.stages import Outcome
 from fiveaxis.nc import DIALECTS, write_motion
 from fiveaxis.posture.masks.mask import Mask
@@ -40,13 +40,13 @@ def write_outcome(outcome: Outcome, folder: Path) -> list[Path]:
         The folder can't be made or written.
     """
     try:
-        with tempfile.TemporaryDirectory(prefix=".fiveaxis-", dir=require_folder(folder)) as temporary:
-            made = _make_files(outcome, Path(temporary))
+        with temporary_folder(require_folder(folder)) as temporary:
+            made = _make_files(outcome, temporary)
             for number, one in enumerate(outcome.of_front, start=1):
-                inner = Path(temporary) / FRONT / str(number)
+                inner = temporary / FRONT / str(number)
                 inner.mkdir(parents=True)
                 made += _make_files(one, inner, alone=True)
-            return _move_in(made, Path(temporary), folder)
+            return _move_in(made, temporary, folder)
     except OSError as fault:
         raise SettingError(f"can't be written: {fault.strerror or fault}", file=folder) from None
 
@@ -63,11 +63,13 @@ def require_folder(folder: Path) -> Path:
     SettingError
         A file of that name, no permission.
     """
-    there = next(above for above in (folder, *folder.absolute().parents) if above.exists())
-    if not there.is_dir():
-        raise SettingError("is a file; name a folder for the results", file=there)
     try:
-        with tempfile.TemporaryDirectory(prefix=".fiveaxis-", dir=there):
+        there = next(above for above in (folder, *folder.absolute().parents) if above.exists())
+        if not there.is_dir():
+            raise SettingError("is a file; name a folder for the results", file=there)
+        with temporary_folder(there):
+            # An earlier run, which made this folder, may have left something in the one above.
+            remove_leftovers(there.parent)
             return there
     except OSError as fault:
         raise SettingError(f"can't be written: {fault.strerror or fault}", file=folder) from None

@@ -9,7 +9,8 @@ from typing import TypeVar
 
 from fiveaxis.collision import Surroundings
 from fiveaxis.findings import Finding
-from fiveaxis.job.program import MadeProgram, ProgramOptions, make_program
+from fiveaxis.job.program import MadeProgram, make_program
+from fiveaxis.job.program_options import ProgramOptions
 from fiveaxis.nc import Coordinates, ProgramSettings
 from fiveaxis.nc.writing.turns import Winding
 from fiveaxis.posture import Solution as Postures

@@ -24,7 +24,8 @@ from fiveaxis.job.loading import (
     load_process,
     load_surroundings,
 )
-from fiveaxis.job.program import MadeProgram, ProgramOptions, make_program
+from fiveaxis.job.program import MadeProgram, make_program
+from fiveaxis.job.program_options import ProgramOptions
 from fiveaxis.job.release import Gate
 from fiveaxis.machine import Machine
 from fiveaxis.nc import Clock, require_program

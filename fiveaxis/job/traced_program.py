@@ -16,18 +16,16 @@ from fiveaxis.kinematics import axis_positions, tool_poses
 from fiveaxis.kinematics.windings import nearest_turn
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Motion, block_times, feed_times
-from fiveaxis.nc import Program, read_motion
+from fiveaxis.nc import Program
 from fiveaxis.nc.control.program_reader import read_motion_of
-from fiveaxis.nc.control.spindle import spindle_of
-from fiveaxis.nc.formats import POINT_SUFFIXES, read_path_of
+from fiveaxis.nc.control.technology import TechnologyTrack, technology_of
+from fiveaxis.nc.formats import read_path_of
+from fiveaxis.nc.kinds import kind_of, lists_locations
+from fiveaxis.nc.motion_table import read_motion_table
 from fiveaxis.nc.options import ReadOptions
-from fiveaxis.nc.source import APT_SUFFIXES, Source, lists_locations, load_source
+from fiveaxis.nc.source import Source, load_source
 from fiveaxis.toolpath import MoveKind, Tool, Toolpath
 
-# Suffix of the table of a motion.
-MOTION_SUFFIX = ".csv"
-# Suffix by which lists of cutter locations are read, whatever suffix their control's table gives them.
-LISTS = {"apt": ".apt", "points": ".csv"}
 # mm: diameter of the ball that stands for the tip of an unknown tool.
 POINT = 1e-6
 # mm/min: of rapid moves of axes without a known speed; only their duration depends on it.
@@ -49,7 +47,8 @@ class TracedProgram:
     path : of the tool's tip along it, with file and line of each row
     findings : what was assumed or left out while reading
     tcp : (n,), whether the move runs under TCP
-    spindle : (n,), rev/min, as `ReadMotion.spindle`
+    technology : spindle, tool, offsets and coolant in force in the move; None for a list or a table, which
+        has none
     straight : whether the tool's centre moves in a straight line between rows; else all axes run linearly
     by_control : whether it does because the control moves the tip (TCP); the program then doesn't state its
         rotary angles
@@ -59,7 +58,7 @@ class TracedProgram:
     path: Toolpath
     findings: tuple[Finding, ...]
     tcp: BoolArray
-    spindle: Array
+    technology: TechnologyTrack | None
     straight: bool = False
     by_control: bool = False
 
@@ -84,7 +83,7 @@ def load_program(
 
     Parameters
     ----------
-    file : a program, or ``.csv`` as `write_motion` writes it
+    file : a program, or a table as `write_motion` writes it
     machine : on which it runs
     tool : None for its tip alone
     reading : as for `read_program`
@@ -94,16 +93,10 @@ def load_program(
     FiveAxisError
         As `read_program` and `read_motion`.
     """
-    path = Path(file)
-    name = path.with_suffix("") if path.suffix.lower() == ".gz" else path
-    try:
-        if name.suffix.lower() == MOTION_SUFFIX:
-            return _load_table(path, machine, tool, reading)
-    except ToolpathError as table_fault:
-        # Not the table of a motion; it may be a list of points.
-        found = _load_path(load_source(path), machine, _options(machine, tool, reading), table_fault)
-    else:
-        found = _load(load_source(path), machine, _options(machine, tool, reading))
+    source = load_source(file)
+    if kind_of(source) == "motion":
+        return _load_table(source, machine, tool, reading)
+    found = _load(source, machine, _options(machine, tool, reading))
     # A program writes the moves of rewinds as feed moves; they are links.
     rewinding = find_rewinds(found.path, machine, found.motion.positions)
     kind = np.where(rewinding, MoveKind.LINK, found.path.kind)
@@ -130,9 +123,6 @@ def load_text(
     """
     source = Source(f"program{text.suffix}", list(text.lines))
     options = _options(machine, tool, {"start": start})
-    if text.language != "blocks":
-        named = replace(source, name=f"program{LISTS[text.language]}")
-        return _load_path(named, machine, options, source.error("it can't be read as a path"), begin)
     return _load(source, machine, options, begin)
 
 
@@ -153,11 +143,15 @@ def trace_tool(motion: Motion, machine: Machine, tool: Tool | None, name: str) -
 
 def with_feeds_of(motion: Motion, path: Toolpath, machine: Machine) -> Toolpath:
     """Set the feeds of a motion's path so that each move takes as long as in the motion."""
-    turn = np.abs(motion.moves[:, machine.rotary_columns]).max(axis=1, initial=0.0)
-    at_unit_feed = feed_times(replace(path, feed=np.ones(len(path))), turn)
+    at_unit_feed = feed_times(replace(path, feed=np.ones(len(path))), turns_of(motion, machine))
     lasting = (motion.time > 0.0) & (at_unit_feed > 0.0)
     feed = np.where(lasting, at_unit_feed / np.where(lasting, motion.time, 1.0), path.feed)
     return replace(path, feed=feed)
+
+
+def turns_of(motion: Motion, machine: Machine) -> Array:
+    """Return the largest turn of a rotary axis in each move, (n,) rad."""
+    return np.asarray(np.abs(motion.moves[:, machine.rotary_columns]).max(axis=1, initial=0.0))
 
 
 def find_rewinds(path: Toolpath, machine: Machine, positions: Array) -> BoolArray:
@@ -208,25 +202,24 @@ def _load(
     source: Source, machine: Machine, options: ReadOptions, begin: Array | None = None
 ) -> TracedProgram:
     try:
-        if lists_locations(source.name):
-            raise source.error("is a list of cutter locations, which names no axes")
         motion = read_motion_of(source, machine, options)
     except ToolpathError as fault:
         return _load_path(source, machine, options, fault, begin)
     path = trace_tool(motion, machine, options.tool, motion.name)
-    return TracedProgram(motion, path, motion.findings, motion.tcp, motion.spindle)
+    return TracedProgram(motion, path, motion.findings, motion.tcp, motion.technology)
 
 
-def _load_table(path: Path, machine: Machine, tool: Tool | None, reading: Mapping[str, Any]) -> TracedProgram:
-    motion = read_motion(path, machine, source_is_table=True)
+def _load_table(
+    source: Source, machine: Machine, tool: Tool | None, reading: Mapping[str, Any]
+) -> TracedProgram:
+    motion = read_motion_table(source, machine, source_is_table=True)
     given = sorted(key for key, value in reading.items() if value)
     if given:
         raise SettingError(
-            f"{', '.join(given)} is for NC programs, and this is the table of a motion", file=path
+            f"{', '.join(given)} is for NC programs, and this is the table of a motion", file=source.name
         )
-    none = np.zeros(len(motion))
-    traced = trace_tool(motion, machine, tool, path.name)
-    return TracedProgram(motion, traced, (), none > 0, none, straight=True)
+    traced = trace_tool(motion, machine, tool, Path(source.name).name)
+    return TracedProgram(motion, traced, (), np.zeros(len(motion), dtype=bool), None, straight=True)
 
 
 def _load_path(
@@ -240,7 +233,7 @@ def _load_path(
     try:
         path = read_path_of(source, replace(options, tool=options.tool or Tool.ball(POINT)))
     except ToolpathError:
-        if lists_locations(source.name):
+        if lists_locations(source):
             raise
         raise fault from None
     if not path.has_axes:
@@ -271,11 +264,15 @@ def _load_path(
         source=path.source,
         name=path.name,
     )
-    lists = Path(source.name).suffix.lower() in (*APT_SUFFIXES, *POINT_SUFFIXES)
-    spindle = np.zeros(len(path)) if lists else spindle_of(source, path.source)
+    lists = lists_locations(source)
+    if not lists:
+        # A block that is too fast for an axis is a finding, not a slower block.
+        time = np.where(path.rapid, motion.time, feed_times(path, turns_of(motion, machine)))
+        motion = replace(motion, time=time)
+    technology = None if lists else technology_of(source, path.source)
     tcp = np.ones(len(path), dtype=bool)
     return TracedProgram(
-        motion, bare, (assumed, *path.findings), tcp, spindle, straight=True, by_control=True
+        motion, bare, (assumed, *path.findings), tcp, technology, straight=True, by_control=True
     )
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -13,10 +13,13 @@ from fiveaxis.collision import Surroundings
 from fiveaxis.contour import find_contacts
 from fiveaxis.errors import SettingError
 from fiveaxis.findings import Finding, Severity
+from fiveaxis.geometry import IntArray
+from fiveaxis.job.program_options import ProgramOptions
 from fiveaxis.job.traced_program import TracedProgram, load_program
 from fiveaxis.machine import Machine
 from fiveaxis.motion import AXIS_TOLERANCE, PATH_TOLERANCE, Interpolation, Motion
-from fiveaxis.nc.options import Wrap
+from fiveaxis.nc import Coordinates, ProgramSettings
+from fiveaxis.nc.options import Positions, Wrap
 from fiveaxis.toolpath import Constraints, Tool, Toolpath, interpolate
 from fiveaxis.verification import (
     CheckedInterpolation,
@@ -34,14 +37,20 @@ from fiveaxis.verification.check_context import (
     make_context,
 )
 from fiveaxis.verification.checks import check_tilt
-from fiveaxis.verification.following import Match, check_following
+from fiveaxis.verification.feeds import check_feeds, check_feeds_along
+from fiveaxis.verification.following import Match, check_following, check_rapids
+from fiveaxis.verification.outside import check_outside
 from fiveaxis.verification.program import ROUNDED
-from fiveaxis.verification.report import PATH, Result
+from fiveaxis.verification.read_back import SAME_TIME
+from fiveaxis.verification.report import PATH, Result, left_out
+from fiveaxis.verification.technology import check_technology
 from fiveaxis.verification.turns import check_jumps, programmed_turns
 
 if TYPE_CHECKING:
     import trimesh
 
+# A row this near to a location, as a share of its move, ends there.
+SAME_ROW = 1e-3
 # mm: gap between cutter and part that counts as touching.
 SURFACE_TOLERANCE = 0.05
 NOT_CHECKED = (
@@ -63,6 +72,7 @@ class Against:
     surroundings : part, stock and fixtures
     constraints : on postures and turns
     gouge_tolerance : mm, how deep the cutter may reach into the part
+    program : control and settings of the program that was asked for: its spindle, tool, offsets, coolant
     """
 
     toolpath: Toolpath | None = None
@@ -70,6 +80,7 @@ class Against:
     surroundings: Surroundings | None = None
     constraints: Constraints = field(default_factory=Constraints)
     gouge_tolerance: float = DEFAULT_TOLERANCES.gouge
+    program: ProgramOptions | None = None
 
     @property
     def is_nothing(self) -> bool:
@@ -119,8 +130,12 @@ def verify_program(
     rapid_mm_min: float | None = None,
     block_delete: bool = False,
     wrap: Wrap | None = None,
+    positions: Positions | None = None,
+    harmless: Sequence[str] = (),
     gouge_tolerance: float = GOUGE_TOLERANCE,
     tolerances: Tolerances = DEFAULT_TOLERANCES,
+    settings: ProgramSettings | None = None,
+    control: str | Path = "linuxcnc",
 ) -> Report:
     """Check an NC program, or the table of a motion, against its machine; part and path are optional.
 
@@ -144,10 +159,13 @@ def verify_program(
     surface_tolerance : mm, gap between cutter and part that counts as touching
     surroundings : part, stock and fixtures that cutter, shank, holder and machine keep clear of, in place of
         `part`
-    unit, start, program_zero, rapid_mm_min, block_delete, wrap : as for `read_program`
+    unit, start, program_zero, rapid_mm_min, block_delete, wrap, positions, harmless : as for `read_program`
     gouge_tolerance : mm, how deep the cutter may reach into the part; anywhere in a program 0.015 mm more is
         allowed, since its blocks are chords of the path within a tolerance of their own
     tolerances : from where on any other difference is a finding
+    settings : of the program that was asked for: spindle, tool, offsets and coolant have to be in force in
+        every cut
+    control : whose words the settings are, as for `compose_program`
 
     Returns
     -------
@@ -166,6 +184,7 @@ def verify_program(
         raise SettingError("a part is checked against a cutter; name the tool (--tool ball:10)")
     reading: dict[str, Any] = {"unit": unit, "start": start, "program_zero": program_zero}
     reading |= {"rapid_mm_min": rapid_mm_min, "block_delete": block_delete, "wrap": wrap}
+    reading |= {"positions": positions, "harmless": tuple(harmless)}
     constraints = Constraints.of_degrees(
         tilt=tilt,
         cone=cone,
@@ -178,7 +197,9 @@ def verify_program(
         # The rate has a default, and means nothing without the cone.
         singular_rate=0.0 if singular_cone is None else singular_rate,
     )
-    against = Against(toolpath, tool, surroundings or Surroundings.load(part), constraints)
+    program_asked = None if settings is None else ProgramOptions(control=control, settings=settings)
+    around = surroundings or Surroundings.load(part)
+    against = Against(toolpath, tool, around, constraints, program=program_asked)
     check = ProgramCheck(machine, against, tolerances.with_gouge(gouge_tolerance), surface_tolerance)
     return check.report(load_program(program, machine, against.cutter, reading))
 
@@ -241,18 +262,24 @@ class ProgramCheck:
         if toolpath is not None:
             following, missed, match = check_following(context, toolpath, tcp_height=read.tcp_height)
         has_tool = self.against.cutter is not None
+        cuts = self._cuts(context, toolpath, match)
         own = OwnRows(
             following=following,
             lean=self._lean(context, toolpath, match, around),
             turns=_check_turns(context, toolpath, match, swept=around.part is not None),
+            feeds=self._feeds(context, read, toolpath, match),
+            technology=(*self._rapids(context, toolpath, match), *self._technology(read, cuts)),
             tcp_height=read.tcp_height,
             has_tool=has_tool,
         )
         left = [*NOT_CHECKED, *(() if has_tool else (NO_TOOL,)), *((NO_PATH,) if toolpath is None else ())]
         joint = CheckedInterpolation(Interpolation.JOINT, Interpolation.JOINT)
+        outside = () if toolpath is None or match is None else self._outside(context, toolpath, match, read)
         report = examine(Examination(context, around, joint, own=own), left)
         counts = {} if match is None else match.missed
-        return report.merge(Report.of_findings(missed, PATH, counts), Report.of_findings(read.findings))
+        return report.merge(
+            Report.of_findings(missed, PATH, counts), Report.of_findings(read.findings), *outside
+        )
 
     def _context(self, read: TracedProgram) -> CheckContext:
         # The path of a program's pivot over its blocks isn't the path's.
@@ -267,8 +294,63 @@ class ProgramCheck:
             row_allowance=more,
             chord_allowance=more,
             lean=max(self.tolerances.lean, ROUNDED + AXIS_TOLERANCE),
+            time=max(self.tolerances.time, SAME_TIME),
         )
         return make_context(read.motion, self.machine, read.path, applied, allowed)
+
+    def _feeds_of_table(self, context: CheckContext, read: TracedProgram) -> Result:
+        """Check the durations in the table of a motion against its own feeds."""
+        is_table = read.technology is None and not read.by_control
+        if is_table and self.against.cutter is not None and not context.toolpath.zone.offset:
+            return check_feeds(context)
+        return left_out("feed-differs", {"feed_off_share": None}, "feed: no path was given")
+
+    def _feeds(
+        self, context: CheckContext, read: TracedProgram, toolpath: Toolpath | None, match: Match | None
+    ) -> Result:
+        if toolpath is None or match is None:
+            return self._feeds_of_table(context, read)
+        known = np.flatnonzero(match.row >= 0)
+        place = match.place[known]
+        positions = interpolate(context.positions, place)
+        return check_feeds_along(context, toolpath, known, place, positions)
+
+    @staticmethod
+    def _rapids(context: CheckContext, toolpath: Toolpath | None, match: Match | None) -> tuple[Result, ...]:
+        if toolpath is None or match is None:
+            return ()
+        return (check_rapids(context, toolpath, match),)
+
+    def _outside(
+        self, context: CheckContext, toolpath: Toolpath, match: Match, read: TracedProgram
+    ) -> list[Report]:
+        """Check the moves before the first location of the path and after the last."""
+        passed = match.row[match.row >= 0]
+        if not len(passed):
+            return []
+        sides = (np.arange(passed[0] + 1), -1), (np.arange(passed[-1], len(context.positions)), 0)
+        found = (
+            check_outside(context, toolpath, rows, end=end, tcp_height=read.tcp_height) for rows, end in sides
+        )
+        return [report for report in found if report is not None]
+
+    def _cuts(self, context: CheckContext, toolpath: Toolpath | None, match: Match | None) -> IntArray:
+        """Return the rows of the program that cut: those of the path, or all at feed."""
+        rows = np.flatnonzero(context.toolpath.cutting)
+        if toolpath is None or match is None or not (match.row >= 0).any():
+            return rows
+        known = np.flatnonzero(match.row >= 0)
+        first, last = match.row[known[0]], match.row[known[-1]]
+        number = np.searchsorted(match.place[known], rows - SAME_ROW)
+        cutting = toolpath.cutting[known[np.clip(number, 0, len(known) - 1)]]
+        return rows[(rows >= first) & (rows <= last) & cutting]
+
+    def _technology(self, read: TracedProgram, cuts: IntArray) -> tuple[Result, ...]:
+        if read.technology is None:
+            return ()
+        mode: Coordinates = "vector" if read.by_control else "tip" if read.tcp.any() else "axes"
+        asked = None if self.against.program is None else self.against.program.asked(self.machine, mode)
+        return tuple(check_technology(read.technology.at(cuts), cuts, asked))
 
     def _lean(
         self, context: CheckContext, toolpath: Toolpath | None, match: Match | None, around: Surroundings

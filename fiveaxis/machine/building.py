@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from fiveaxis.errors import CodeError, FigureError, MachineError
+from fiveaxis.files import require_file
 from fiveaxis.geometry import frame_along, normalise
 from fiveaxis.machine.axes import Axis, Limits, LocationError
 from fiveaxis.machine.bodies import BED, Body, Box, Cylinder, MeshShape, Shape
@@ -275,8 +276,10 @@ def _shape(index: int, table: BodyTable, folder: Path) -> Shape:
     if isinstance(table, CylinderTable):
         return Cylinder(table.radius, table.height, table.center, normalise_triple(table.direction))
     file = folder / table.file
-    if not file.is_file():
-        raise FigureError(("bodies", index), "no-such-file", f"body {index + 1}: no such file: {file}")
+    try:
+        require_file(file, MachineError)
+    except MachineError as fault:
+        raise FigureError(("bodies", index), "no-such-file", f"body {index + 1}: {fault}") from None
     return MeshShape(file, table.scale)
 
 

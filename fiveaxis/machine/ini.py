@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from fiveaxis.errors import MachineError
+from fiveaxis.files import MOST_SETTINGS_BYTES, is_file, read_input
 
 MAX_DEPTH = 16  # of #INCLUDE, as in LinuxCNC
 TRUE, FALSE = ("1", "true", "yes"), ("0", "false", "no")
@@ -162,7 +163,7 @@ def read_hal(configuration: Configuration) -> Hal:
                 continue
             name = (entry.value.split() or [""])[0]  # arguments of a script follow it
             file = folder / name
-            if file.suffix == ".hal" and file.is_file():
+            if file.suffix == ".hal" and is_file(file):
                 for line, text in _lines(file):
                     _run(Entry(text, text, file, line), hal, configuration)
             elif not name.startswith("LIB:"):
@@ -191,10 +192,7 @@ def _entries(path: Path, depth: int = 0) -> Iterator[tuple[str, str, Entry]]:
 
 def _lines(path: Path, includes: bool = False) -> Iterator[tuple[int, str]]:
     r"""List the lines other than comments, with their numbers; ``\`` at the end of a line continues it."""
-    try:
-        text = path.read_text(encoding="utf-8-sig", errors="replace")
-    except OSError as fault:
-        raise MachineError(f"can't be read: {fault.strerror or fault}", file=path) from None
+    text = read_input(path, MOST_SETTINGS_BYTES, MachineError).decode("utf-8-sig", errors="replace")
     begun, start = "", 0
     for number, line in enumerate(text.splitlines(), start=1):
         start = start if begun else number

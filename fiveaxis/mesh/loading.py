@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import io
 import logging
+import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fiveaxis.errors import MeshError
-from fiveaxis.files import MOST_MESH_BYTES, require_size
+from fiveaxis.files import MOST_MESH_BYTES, read_input, require_file
 from fiveaxis.geometry import Array
 
 if TYPE_CHECKING:
@@ -26,8 +28,12 @@ SIMPLIFY = (
     "export it with a larger chord tolerance, or simplify it to a tolerance of some micrometres (MeshLab: "
     "Quadric Edge Collapse Decimation; trimesh: simplify_quadric_decimation)"
 )
+# mm: products of three larger coordinates, as in volumes, lose their last digit that matters.
+FARTHEST = 1e7
 
 logger = logging.getLogger(__name__)
+# trimesh logs the tracebacks of what it can't parse; without a handler Python would print them.
+logging.getLogger("trimesh").addHandler(logging.NullHandler())
 
 
 def load_mesh(path: str | Path, *, allow_open: bool = False, turn: bool = True) -> trimesh.Trimesh:
@@ -47,14 +53,13 @@ def load_mesh(path: str | Path, *, allow_open: bool = False, turn: bool = True) 
     ------
     MeshError
         The file is missing, too large, of an unknown suffix, or can't be parsed; or `check_mesh` refuses it.
+        What a file refers to, such as materials and textures, isn't opened.
     """
     file = Path(path)
-    if not file.is_file():
-        raise MeshError("no such file", file=file)
+    require_file(file, MeshError)
     if file.suffix.lower() not in SUFFIXES:
         known = ", ".join(SUFFIXES)
         raise MeshError(f"suffix {file.suffix!r} is not a mesh format read here; known: {known}", file=file)
-    require_size(file, file.stat().st_size, MOST_MESH_BYTES, MeshError)
     mesh = check_mesh(_parse(file), name=str(file), allow_open=allow_open, turn=turn)
     logger.info("%s: %d triangles", file.name, len(mesh.faces))
     return mesh
@@ -68,9 +73,10 @@ def check_mesh(
     Raises
     ------
     MeshError
-        No triangles or more than `MOST_TRIANGLES`, vertices that aren't finite, not watertight.
+        No triangles or more than `MOST_TRIANGLES`, triangles of vertices that it doesn't have, vertices that
+        aren't finite or too far away, not watertight.
     """
-    _require_finite(mesh, name)
+    _require_sound(mesh, name)
     checked = _merged(mesh)
     if checked.is_watertight:
         if turn:
@@ -101,12 +107,6 @@ def _merged(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
     return merged
 
 
-def signed_volume(mesh: trimesh.Trimesh) -> float:
-    """Compute the volume of a closed mesh, mm³; negative if its normals point into the material."""
-    a, b, c = (np.asarray(mesh.vertices)[np.asarray(mesh.faces)[:, k]] for k in range(3))
-    return float(np.einsum("ij,ij->", a, np.cross(b, c))) / 6.0
-
-
 def take_mesh(
     part: str | Path | trimesh.Trimesh, *, name: str = "mesh", allow_open: bool = False
 ) -> trimesh.Trimesh:
@@ -135,16 +135,16 @@ def require_solid(mesh: trimesh.Trimesh, name: str) -> None:
     Raises
     ------
     MeshError
-        No triangles, vertices that aren't finite, more than `MOST_TRIANGLES` triangles; in a closed mesh,
+        As `check_mesh`, except that it may be open; more than `MOST_TRIANGLES` triangles; in a closed mesh,
         normals that point into the material, or neighbouring triangles that face opposite sides.
     """
-    _require_finite(mesh, name)
+    _require_sound(mesh, name)
     if not mesh.is_watertight:
         return
     remedy = "turn them outwards where the mesh was made (Flip or Harmonise normals; in trimesh fix_normals)"
     if not mesh.is_winding_consistent:
         raise MeshError(f"neighbouring triangles face opposite sides; {remedy}", file=name)
-    volume = signed_volume(mesh)
+    volume = _signed_volume(mesh)
     if volume < 0.0:
         raise MeshError(
             f"its normals point into the material: its volume is {volume:.6g} mm3; {remedy}", file=name
@@ -156,13 +156,27 @@ def _require_few(count: int, name: str | Path) -> None:
         raise MeshError(f"has {count:,} triangles, more than {MOST_TRIANGLES:,}; {SIMPLIFY}", file=name)
 
 
-def _require_finite(mesh: trimesh.Trimesh, name: str) -> None:
+def _require_sound(mesh: trimesh.Trimesh, name: str) -> None:
     if len(mesh.faces) == 0:
         raise MeshError("has no triangles", file=name)
     _require_few(len(mesh.faces), name)
+    if mesh.vertices.shape[1] != 3 or mesh.faces.shape[1] != 3:
+        raise MeshError(f"its vertices aren't X, Y and Z: {DAMAGED}", file=name)
     bad = int((~np.isfinite(mesh.vertices).all(axis=1)).sum())
     if bad:
         raise MeshError(f"{bad} vertices have coordinates that aren't finite numbers", file=name)
+    if mesh.faces.min() < 0 or mesh.faces.max() >= len(mesh.vertices):
+        raise MeshError(
+            f"its triangles name vertices {mesh.faces.min()} to {mesh.faces.max()}, and it has "
+            f"{len(mesh.vertices)}; {DAMAGED}",
+            file=name,
+        )
+    farthest = float(np.abs(mesh.vertices).max())
+    if farthest > FARTHEST:
+        raise MeshError(
+            f"has a coordinate of {farthest:g} mm, beyond {FARTHEST:g} mm; check the unit of the export",
+            file=name,
+        )
 
 
 def count_open_edges(mesh: trimesh.Trimesh) -> int:
@@ -173,26 +187,30 @@ def count_open_edges(mesh: trimesh.Trimesh) -> int:
 
 def _parse(file: Path) -> trimesh.Trimesh:
     import trimesh
-    from trimesh.exchange.stl import HeaderError
 
+    kind = file.suffix.lower()
+    content = read_input(file, MOST_MESH_BYTES, MeshError)
+    corners = _binary_triangles(content, file) if kind == ".stl" else None
+    if corners is not None:
+        faces = np.arange(3 * len(corners)).reshape(-1, 3)
+        return trimesh.Trimesh(corners.reshape(-1, 3), faces, process=False)
     try:
-        corners = _binary_triangles(file) if file.suffix.lower() == ".stl" else None
-        if corners is not None:
-            faces = np.arange(3 * len(corners)).reshape(-1, 3)
-            return trimesh.Trimesh(corners.reshape(-1, 3), faces, process=False)
-        # Processing would silently drop vertices that aren't finite.
-        return trimesh.load_mesh(file, process=False)
+        with warnings.catch_warnings():
+            # numpy only warns of numbers that it can't read.
+            warnings.simplefilter("error")
+            # Processing would silently drop vertices that aren't finite.
+            return trimesh.load_mesh(io.BytesIO(content), file_type=kind[1:], process=False)
     except ImportError:
         # trimesh guesses other encodings with a library that isn't installed.
-        raise MeshError(f"can't be read as {file.suffix}: its text isn't UTF-8", file=file) from None
-    except OSError as fault:
-        raise MeshError(f"can't be read: {fault.strerror or fault}", file=file) from None
-    except (MemoryError, ValueError, LookupError, TypeError, ArithmeticError, HeaderError):
-        # The parser's messages are about its arrays and don't help the user.
-        raise MeshError(f"can't be read as {file.suffix}: {DAMAGED}", file=file) from None
+        raise MeshError(f"can't be read as {kind}: its text isn't UTF-8", file=file) from None
+    except MemoryError:
+        raise MeshError(f"can't be read as {kind}: it needs more memory than there is", file=file) from None
+    except Exception:
+        # On a damaged file trimesh raises errors of all kinds; they are about its arrays and help no user.
+        raise MeshError(f"can't be read as {kind}: {DAMAGED}", file=file) from None
 
 
-def _binary_triangles(file: Path) -> Array | None:
+def _binary_triangles(content: bytes, file: Path) -> Array | None:
     """Read the corners of a binary STL's triangles, (f, 3, 3) mm; None if it is text.
 
     Raises
@@ -200,14 +218,11 @@ def _binary_triangles(file: Path) -> Array | None:
     MeshError
         It ends before its last triangle, or has more than `MOST_TRIANGLES`.
     """
-    with file.open("rb") as stream:
-        head = stream.read(STL_HEAD)
-    size = file.stat().st_size
     # Only text has no zero byte: a binary file may begin with "solid" too.
-    if len(head) < STL_HEAD or b"\0" not in head:
+    if len(content) < STL_HEAD or b"\0" not in content[:STL_HEAD]:
         return None
-    stated = int.from_bytes(head[-4:], "little")
-    whole = (size - STL_HEAD) // STL_TRIANGLE
+    stated = int.from_bytes(content[STL_HEAD - 4 : STL_HEAD], "little")
+    whole = (len(content) - STL_HEAD) // STL_TRIANGLE
     if stated > whole:
         raise MeshError(
             f"is truncated: its header states {stated} triangles, the file has {whole}; copy or export it "
@@ -216,11 +231,19 @@ def _binary_triangles(file: Path) -> Array | None:
         )
     _require_few(stated, file)
     triangle = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attributes", "<u2")])
-    return np.fromfile(file, triangle, count=stated, offset=STL_HEAD)["corners"].astype(float)
+    return np.frombuffer(content, triangle, count=stated, offset=STL_HEAD)["corners"].astype(float)
 
 
 def _turn_outward(mesh: trimesh.Trimesh) -> None:
     if not mesh.is_winding_consistent:
-        mesh.fix_normals()
-    if signed_volume(mesh) < 0.0:
+        with np.errstate(divide="ignore", invalid="ignore"):  # it divides by the volume of each body
+            mesh.fix_normals()
+    if _signed_volume(mesh) < 0.0:
         mesh.invert()
+
+
+def _signed_volume(mesh: trimesh.Trimesh) -> float:
+    """Compute the volume, mm³, negative where normals point inwards; trimesh would divide by it."""
+    # From a vertex of the mesh: far from the origin the terms would be larger than their sum.
+    a, b, c = np.moveaxis(mesh.vertices[mesh.faces] - mesh.vertices[0], 1, 0)
+    return float(np.einsum("ij,ij->", a, np.cross(b, c))) / 6.0

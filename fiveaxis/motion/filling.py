@@ -23,6 +23,7 @@ from fiveaxis.motion.motion import Motion, follow
 from fiveaxis.motion.planes import AXIS_TOLERANCE, AxisPlanes
 from fiveaxis.motion.program_motion import Interpolation
 from fiveaxis.motion.thinning import thinned
+from fiveaxis.motion.timing import block_times
 from fiveaxis.toolpath import Constraints, Toolpath, divided_rows, interpolate
 from fiveaxis.toolpath.dividing import through
 
@@ -215,7 +216,28 @@ def fill_in(
         path, angles = through(toolpath, row, centre), planes.rotary_at(row)
         if tcp:
             path = _with_straight_tips(path, toolpath.tips(planes.axes), row, tool_axes(machine, angles))
-    return path, follow(path, machine, angles), row
+    motion = follow(path, machine, angles)
+    if path is not toolpath and path.zone.offset:
+        motion = replace(motion, time=_times_in_parts(toolpath, path, row, centre, machine, motion))
+    return path, motion, row
+
+
+def _times_in_parts(
+    toolpath: Toolpath, path: Toolpath, row: Array, centre: Array, machine: Machine, motion: Motion
+) -> Array:
+    """Compute the durations of the parts of moves of a cutter whose pivot is off its axis, (m,) s.
+
+    Inserted locations have no normal, so where the pivot is in them isn't known: the feed is that of the
+    pivot over a whole move, and in its parts in proportion to the course of the tool's centre.
+    """
+    step = np.linalg.norm(np.diff(interpolate(centre, row), axis=0, prepend=centre[:1]), axis=1)
+    move = np.ceil(row).astype(np.int64)
+    whole = np.bincount(move, step)[move]
+    parts = np.bincount(move)[move]
+    share = np.where(whole > 0.0, step / np.where(whole > 0.0, whole, 1.0), 1.0 / parts)
+    along = np.zeros((len(row), 3))
+    along[:, 0] = np.cumsum(share * toolpath.lengths[move])
+    return block_times(replace(path, pivot=along), machine, motion.positions)
 
 
 def respaced(motion: Motion, machine: Machine) -> Motion:

@@ -13,17 +13,21 @@ import numpy as np
 from fiveaxis.errors import MachineError
 from fiveaxis.files import write_atomically
 from fiveaxis.geometry import Array, IntArray
+from fiveaxis.kinematics import tool_poses
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Motion
-from fiveaxis.nc.rows import require_finite
+from fiveaxis.nc.options import ReadOptions
+from fiveaxis.nc.rows import require_finite, require_near, require_positive_feeds
 from fiveaxis.nc.source import Source, load_source
-from fiveaxis.nc.table import first_line, read_table
+from fiveaxis.nc.table import fields_of, first_line, read_table
 from fiveaxis.nc.words import format_number
-from fiveaxis.toolpath import MoveKind
+from fiveaxis.toolpath import MoveKind, Toolpath
 
 logger = logging.getLogger(__name__)
 
 DECIMALS = 9
+# Column of the kinds of moves (`MoveKind`: 0 cut, 1 link, 2 rapid), of a motion that doesn't only cut.
+KIND = "kind"
 # Column of fractional locations on the path, of a motion with inserted rows.
 LOCATION = "location"
 
@@ -31,7 +35,8 @@ LOCATION = "location"
 def write_motion(motion: Motion, path: str | Path, machine: Machine) -> Path:
     """Write a motion as a table, one row per location; the file is written atomically.
 
-    A motion with inserted rows has a last column ``location``, the fractional location of each row.
+    A motion with links or rapid moves has a column ``kind``: 0 in cuts, 1 in links, 2 in rapid moves. One
+    with inserted rows has a last column ``location``, the fractional location of each row.
 
     Returns
     -------
@@ -51,18 +56,22 @@ def write_motion(motion: Motion, path: str | Path, machine: Machine) -> Path:
     columns = np.column_stack([machine.shown(motion.positions), motion.feed * 60.0, motion.time])
     figures = ([format_number(v, DECIMALS) for v in row] for row in columns.tolist())
     rows = [[*row, str(line)] for row, line in zip(figures, motion.source.tolist(), strict=True)]
+    kinds = None if (motion.kind == MoveKind.CUT).all() else motion.kind
+    if kinds is not None:
+        for row, kind in zip(rows, kinds.tolist(), strict=True):
+            row.append(str(kind))
     if motion.location is not None:
         for row, location in zip(rows, motion.location.tolist(), strict=True):
             row.append(format_number(location, DECIMALS))
     logger.info("%s: %d locations, axes %s", Path(path).name, len(motion), " ".join(machine.letters))
-    lines = [_header(machine, motion.location is not None), *rows]
+    lines = [_header(machine, kinds is not None, motion.location is not None), *rows]
     return write_atomically(path, "\n".join(map(",".join, lines)) + "\n")
 
 
 def read_motion(path: str | Path, machine: Machine, *, source_is_table: bool = False) -> Motion:
     """Read a motion that `write_motion` wrote.
 
-    The table doesn't distinguish cuts from links, so all rows are cuts: the safe assumption for checks.
+    Without a column ``kind`` all rows are cuts: the safe assumption for checks.
 
     Parameters
     ----------
@@ -72,26 +81,79 @@ def read_motion(path: str | Path, machine: Machine, *, source_is_table: bool = F
     Raises
     ------
     ToolpathError
-        With file and line: the header isn't this machine's, or a row isn't numbers.
+        With file and line: the header isn't this machine's, a row isn't numbers, a feed isn't above 0.
     """
-    source = load_source(path)
+    return read_motion_table(load_source(path), machine, source_is_table=source_is_table)
+
+
+def read_motion_path(source: Source, options: ReadOptions) -> Toolpath:
+    """Read the table of a motion as the path of the tool's tip.
+
+    Parameters
+    ----------
+    source : the file
+    options : the machine of the motion, and the tool
+
+    Raises
+    ------
+    ToolpathError
+        As `read_motion`; no machine.
+    """
+    if options.machine is None:
+        raise source.error(
+            "is the table of a motion, whose tips depend on the machine; give the machine (--machine), or "
+            "the path that the motion was made from"
+        )
+    machine = options.machine
+    motion = read_motion_table(source, machine, source_is_table=True)
+    tip, axis = tool_poses(machine, motion.positions)
+    feed = motion.feed * 60.0 if options.feed_mm_min is None else options.feed_mm_min
+    tool = options.tool_or(None, source)
+    return Toolpath.from_tips(tip, axis, tool, feed_mm_min=feed, source=motion.source, name=source.name)
+
+
+def read_motion_table(source: Source, machine: Machine, *, source_is_table: bool = False) -> Motion:
+    """Read a loaded table as `read_motion`."""
     _require_header(source, machine)
     header, values, lines = read_table(source)
-    placed = header[-1] == LOCATION
-    require_finite(values, _header(machine, placed), lines, source)
+    kinded, placed = KIND in header, header[-1] == LOCATION
+    require_finite(values, _header(machine, kinded, placed), lines, source)
+    require_near(values[:, : len(machine.axes)], list(machine.letters), lines, source)
     location = values[:, -1] if placed else None
     if location is not None:
         _require_growing(location, lines, source)
     k = len(machine.axes)
+    require_positive_feeds(values[:, k], lines, source)
+    _require_lines(values[:, k + 2], lines, source)
+    kind = np.full(len(values), MoveKind.CUT, dtype=np.int64)
+    if kinded:
+        _require_kinds(values[:, k + 3], lines, source)
+        kind = values[:, k + 3].astype(np.int64)
     return Motion(
         letters=machine.letters,
         positions=values[:, :k] / machine.shown(np.ones(k)),
         feed=values[:, k] / 60.0,
         time=values[:, k + 1],
-        kind=np.full(len(values), MoveKind.CUT, dtype=np.int64),
+        kind=kind,
         source=lines if source_is_table else np.rint(values[:, k + 2]).astype(np.int64),
         location=location,
     )
+
+
+def _require_lines(numbers: Array, lines: IntArray, source: Source) -> None:
+    bad = np.flatnonzero((numbers < 0.0) | (numbers != np.rint(numbers)))
+    if len(bad):
+        raise source.error(
+            f"source is {numbers[bad[0]]:g}; it must be a line, a whole number from 0", int(lines[bad[0]])
+        )
+
+
+def _require_kinds(kinds: Array, lines: IntArray, source: Source) -> None:
+    bad = np.flatnonzero(~np.isin(kinds, [int(kind) for kind in MoveKind]))
+    if len(bad):
+        raise source.error(
+            f"kind is {kinds[bad[0]]:g}; it must be 0 (cut), 1 (link) or 2 (rapid)", int(lines[bad[0]])
+        )
 
 
 def _require_growing(location: Array, lines: IntArray, source: Source) -> None:
@@ -107,15 +169,20 @@ def _require_growing(location: Array, lines: IntArray, source: Source) -> None:
 
 def _require_header(source: Source, machine: Machine) -> None:
     """Raise if a table has other columns, before its rows are read."""
-    expected = _header(machine, False)
+    expected = _header(machine, False, False)
     line = first_line(source)
-    header = [] if line is None else [name.strip().lower() for name in source.lines[line - 1].split(",")]
-    known = [[name.lower() for name in _header(machine, placed)] for placed in (False, True)]
+    header = [] if line is None else [name.strip().lower() for name in fields_of(source.lines[line - 1])]
+    known = [
+        [name.lower() for name in _header(machine, kinded, placed)]
+        for kinded in (False, True)
+        for placed in (False, True)
+    ]
     if line is not None and header not in known:
         raise source.error(
             f"header {','.join(header)} isn't that of machine {machine.name!r}: {','.join(expected)}", line
         )
 
 
-def _header(machine: Machine, placed: bool) -> list[str]:
-    return [*machine.letters, "feed", "time", "source", *([LOCATION] if placed else [])]
+def _header(machine: Machine, kinded: bool, placed: bool) -> list[str]:
+    more = [KIND] * kinded + [LOCATION] * placed
+    return [*machine.letters, "feed", "time", "source", *more]

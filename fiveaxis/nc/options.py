@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal, get_args
@@ -29,25 +30,27 @@ class ReadOptions:
     ----------
     tool : the cutter; None for the file's
     feed_mm_min : one feed for all locations, in place of the file's
-    unit : ``mm`` or ``inch``, of lengths in a file that doesn't state it
+    unit : ``mm`` or ``inch``, of lengths, in place of the file's
     machine : that a program was written for: its rotary words are angles of this machine
     positions : frame of a program's tip positions: it turns with the table (``table``, LinuxCNC and most
-        others) or is fixed to the machine (``machine``, some Fanuc controls)
+        others) or is fixed to the machine (``machine``, some Fanuc controls); None to tell it from the path
     start, program_zero, rapid_mm_min, block_delete, wrap : as for `read_program`
     columns : of a list of points without header
+    harmless : M words of the machine's builder that move and switch nothing
     """
 
     tool: Tool | None = None
     feed_mm_min: float | None = None
     unit: str | None = None
     machine: Machine | None = None
-    positions: Positions = "table"
+    positions: Positions | None = None
     start: Mapping[str, float] = field(default_factory=dict)
     program_zero: Mapping[str, float] | None = None
     rapid_mm_min: float | None = None
     block_delete: bool = False
     wrap: Wrap | None = None
     columns: tuple[str, ...] | None = None
+    harmless: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         for name in ("feed_mm_min", "rapid_mm_min"):
@@ -55,9 +58,12 @@ class ReadOptions:
             if value is not None and not (np.isfinite(value) and value > 0.0):
                 what = name.removesuffix("_mm_min")
                 raise SettingError(f"{what} {value:g} mm/min must be a positive number")
+        for word in self.harmless:
+            if re.fullmatch("M[1-9][0-9]*", word) is None:
+                raise SettingError(f"harmless: {word!r} isn't an M word; write them like M56")
         if self.unit is not None and self.unit not in MILLIMETRES:
             raise SettingError(f"unknown unit {self.unit!r}; known: {', '.join(MILLIMETRES)}")
-        for name, known in (("positions", get_args(Positions)), ("wrap", (None, *get_args(Wrap)))):
+        for name, known in (("positions", (None, *get_args(Positions))), ("wrap", (None, *get_args(Wrap)))):
             if getattr(self, name) not in known:
                 words = ", ".join(word for word in known if word is not None)
                 raise SettingError(f"unknown {name} {getattr(self, name)!r}; known: {words}")

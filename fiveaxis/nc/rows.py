@@ -7,7 +7,7 @@ import numpy as np
 from fiveaxis.geometry import Array, BoolArray, IntArray, normalise
 from fiveaxis.nc.source import Source
 
-# mm: a larger number is a wrong unit or a lost decimal point.
+# mm and deg: a larger number is a wrong unit or a lost decimal point.
 LARGEST_POSITION = 1e6
 
 # Tolerance on the length of a tool vector: beyond it, it isn't a rounded unit vector.
@@ -37,6 +37,17 @@ def require_finite(values: Array, names: list[str], lines: IntArray, source: Sou
         column = int(np.argmin(np.isfinite(values[row])))
         raise source.error(
             f"{names[column]} = {values[row, column]:g} isn't a finite number; correct it", int(lines[row])
+        )
+
+
+def require_near(values: Array, letters: list[str], lines: IntArray, source: Source) -> None:
+    """Raise if a position of an axis, (n, k) mm or deg, is beyond `LARGEST_POSITION`."""
+    row = first_row(np.any(np.abs(values) > LARGEST_POSITION, axis=1))
+    if row is not None:
+        column = int(np.argmax(np.abs(values[row])))
+        raise source.error(
+            f"{letters[column]} = {values[row, column]:g} is beyond {LARGEST_POSITION:g}; check it",
+            int(lines[row]),
         )
 
 

@@ -2,21 +2,16 @@
 
 from __future__ import annotations
 
-import gzip
-import zlib
 from dataclasses import dataclass
 from pathlib import Path
 
 from fiveaxis.errors import ToolpathError
-from fiveaxis.files import MOST_PATH_BYTES, require_size
+from fiveaxis.files import MOST_PATH_BYTES, read_input
 
 # Control characters but tab, line ends, form feed and the end mark of DOS: no text file has them.
 _CONTROL_BYTES = bytes(set(range(32)) - set(b"\t\n\r\f\x1a"))
 
 _UTF_16 = (b"\xff\xfe", b"\xfe\xff")
-
-# Cutter locations in APT, under the names that CAM systems use.
-APT_SUFFIXES = (".apt", ".cls", ".clsf", ".ncl", ".aptsource")
 
 
 @dataclass(frozen=True)
@@ -37,12 +32,6 @@ class Source:
         return ToolpathError(message, file=self.name, line=line)
 
 
-def lists_locations(path: str | Path) -> bool:
-    """Check by its name whether a file is a list of cutter locations, without axis values."""
-    suffixes = [s.lower() for s in Path(path).suffixes if s.lower() != ".gz"]
-    return bool(suffixes) and suffixes[-1] in APT_SUFFIXES
-
-
 def load_source(path: str | Path) -> Source:
     r"""Read a text file, decompressed if its name ends in ``.gz``.
 
@@ -54,7 +43,7 @@ def load_source(path: str | Path) -> Source:
     ToolpathError
         The file is missing, too large, can't be unpacked, or isn't text.
     """
-    data = _load_bytes(Path(path))
+    data = read_input(path, MOST_PATH_BYTES, ToolpathError, unpack=True)
     _require_text(data, path)
     try:
         text = data.decode("utf-8-sig")
@@ -81,18 +70,3 @@ def _require_text(data: bytes, path: str | Path) -> None:
         file=path,
         line=before.count(b"\n") + 1,
     )
-
-
-def _load_bytes(path: Path) -> bytes:
-    try:
-        require_size(path, path.stat().st_size, MOST_PATH_BYTES, ToolpathError)
-        # A small compressed file may unpack to any size, so reading is limited too.
-        with gzip.open(path) if path.suffix.lower() == ".gz" else path.open("rb") as stream:
-            data = stream.read(MOST_PATH_BYTES + 1)
-        require_size(path, len(data), MOST_PATH_BYTES, ToolpathError)
-        return data
-    except (gzip.BadGzipFile, EOFError, zlib.error) as fault:
-        raise ToolpathError(f"can't be unpacked: {fault}", file=path) from None
-    except (OSError, ValueError) as fault:  # ValueError: a null character in the name
-        reason = fault.strerror if isinstance(fault, OSError) else str(fault)
-        raise ToolpathError(f"can't be read: {reason}", file=path) from None

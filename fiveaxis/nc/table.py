@@ -1,4 +1,4 @@
-"""Points as comma-separated values.
+"""Points as separated values.
 
 Two headers are known, with columns in any order: ``x,y,z,nx,ny,nz`` is a contact point with the surface
 normal out of the material, ``x,y,z,i,j,k`` a tool tip with the tool axis from tip to shank. Both may have
@@ -6,14 +6,17 @@ normal out of the material, ``x,y,z,i,j,k`` a tool tip with the tool axis from t
 position and touches nothing), and ``rapid``, 1 where such a move is rapid. Blank lines and lines that start
 with ``#`` are skipped.
 
-Lists from other programs often have no header, and fields separated by blanks. The caller then names the
-columns (``columns``), as ``x y z nx ny nz`` and ``x y z i j k`` look the same.
+Fields are separated by commas, by semicolons, or by blanks and tabs; where a comma doesn't separate them,
+it is the decimal sign. Lists from other programs often have no header. The caller then names the columns
+(``columns``), as ``x y z nx ny nz`` and ``x y z i j k`` look the same.
 """
 
 from __future__ import annotations
 
 import difflib
+import re
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -33,6 +36,7 @@ from fiveaxis.nc.rows import (
     unit_normals,
 )
 from fiveaxis.nc.source import Source
+from fiveaxis.nc.units import Size, Units, told_as
 from fiveaxis.nc.words import format_number
 from fiveaxis.toolpath import Toolpath
 
@@ -43,11 +47,14 @@ FEED, CUT, RAPID = "feed", "cut", "rapid"
 KNOWN = (*POSITION, *NORMAL, *AXIS, FEED, CUT, RAPID)
 DECIMALS = 9
 MORE = "[,feed][,cut][,rapid]"
+# Numbers with a decimal comma, between blanks or tabs.
+_NUMBER = r"[-+]?[0-9]+(?:,[0-9]+)?(?:[eE][-+]?[0-9]+)?"
+_WITH_COMMAS = re.compile(rf"{_NUMBER}(?:[ \t]+{_NUMBER})+")
 HEADERS = f"x,y,z,nx,ny,nz{MORE} (contact and normal) or x,y,z,i,j,k{MORE} (tip and tool axis)"
 
 
 def read_points(source: Source, options: ReadOptions) -> Toolpath:
-    """Read a toolpath from comma-separated points.
+    """Read a toolpath from separated points.
 
     Parameters
     ----------
@@ -69,9 +76,15 @@ def read_points(source: Source, options: ReadOptions) -> Toolpath:
         values, lines = _read_headless(header, source)
     require_finite(values, header, lines, source)
     column = {name: values[:, i] for i, name in enumerate(header)}
-    position = scale_positions(
-        np.column_stack([column[c] for c in POSITION]), options.unit or "mm", lines, source
-    )
+    units = Units(source, options.unit)
+    units.use(int(lines[0]))
+    written = np.column_stack([column[c] for c in POSITION])
+    size = Size(float(np.ptp(written, axis=0).max()))
+    # A feed is in mm/min, so only the extent can show inches.
+    other = units.better(size, options.machine)
+    doubt = units.findings(size, options.machine)
+    doubt = doubt if other is None else told_as(other, doubt)
+    position = scale_positions(written, other or units.now, lines, source)
     feed = column.get(FEED, np.full(len(lines), DEFAULT_FEED))
     require_positive_feeds(feed, lines, source)
     if options.feed_mm_min is not None:
@@ -89,7 +102,8 @@ def read_points(source: Source, options: ReadOptions) -> Toolpath:
     else:
         axis = unit_axes(np.column_stack([column[c] for c in AXIS]), lines, source)
         path = Toolpath.from_tips(position, axis, tool, feed_mm_min=feed, source=lines, name=source.name)
-    return path.with_links(~cuts & ~rapid).with_rapids(rapid)
+    path = path.with_links(~cuts & ~rapid).with_rapids(rapid)
+    return replace(path, findings=(*path.findings, *doubt))
 
 
 def _switch(name: str, values: Array, lines: IntArray, source: Source) -> BoolArray:
@@ -114,23 +128,52 @@ def read_table(source: Source) -> tuple[list[str], Array, IntArray]:
     ToolpathError
         An empty file, no rows, a row with another number of fields, a field that isn't a number.
     """
-    filled = list(_filled_lines(source))
+    filled = list(filled_lines(source))
     if not filled:
         raise source.error(f"is empty; a header is needed: {HEADERS}")
-    header = [name.strip().lower() for name in filled[0][1].split(",")]
+    header = [name.strip().lower() for name in fields_of(filled[0][1])]
     if len(filled) == 1:
         raise source.error("has a header but no rows", filled[0][0])
     lines = np.array([number for number, _ in filled[1:]], dtype=np.int64)
-    return header, _parse_rows([text for _, text in filled[1:]], len(header), lines, source), lines
+    rows = _separated(filled[1:], separator_of(filled[0][1]), source)
+    return header, _parse_rows(rows, len(header), lines, source), lines
+
+
+def separator_of(text: str) -> str | None:
+    """Return what separates the fields of a line: a semicolon, a comma, or None for blanks and tabs."""
+    if ";" in text:
+        return ";"
+    return "," if "," in text and not _WITH_COMMAS.fullmatch(text.strip()) else None
+
+
+def fields_of(text: str) -> list[str]:
+    """Split a line into its fields."""
+    return text.split(separator_of(text))
+
+
+def _separated(rows: list[tuple[int, str]], separator: str | None, source: Source) -> list[str]:
+    """Return rows with commas between their fields, and points in their numbers.
+
+    Raises
+    ------
+    ToolpathError
+        Commas and points in numbers: a comma may then be the decimal sign or separate thousands.
+    """
+    if separator == ",":
+        return [text for _, text in rows]
+    comma = next((number for number, text in rows if "," in text), None)
+    if comma is not None and any("." in text for _, text in rows):
+        raise source.error("numbers with commas, in a list that has points too; write points", comma)
+    return [",".join(text.replace(",", ".").split(separator)) for _, text in rows]
 
 
 def _read_headless(header: list[str], source: Source) -> tuple[Array, IntArray]:
-    """Read rows of numbers separated by commas or blanks, as `read_table` but without a header."""
-    filled = list(_filled_lines(source))
+    """Read rows of numbers as `read_table`, but without a header."""
+    filled = list(filled_lines(source))
     if not filled:
         raise source.error("is empty; rows of numbers are needed")
     lines = np.array([number for number, _ in filled], dtype=np.int64)
-    rows = [text if "," in text else ",".join(text.split()) for _, text in filled]
+    rows = _separated(filled, separator_of(filled[0][1]), source)
     return _parse_rows(rows, len(header), lines, source), lines
 
 
@@ -161,10 +204,10 @@ def _parse_row(text: str, width: int, line: int, source: Source) -> list[float]:
 
 def first_line(source: Source) -> int | None:
     """Return the line of the header, None in an empty file."""
-    return next((number for number, _ in _filled_lines(source)), None)
+    return next((number for number, _ in filled_lines(source)), None)
 
 
-def _filled_lines(source: Source) -> Iterator[tuple[int, str]]:
+def filled_lines(source: Source) -> Iterator[tuple[int, str]]:
     """Iterate over the lines that are neither blank nor comments, with their numbers."""
     for number, line in enumerate(source.lines, start=1):
         if (text := line.strip()) and text[0] != "#":
@@ -198,8 +241,8 @@ def _require_header(source: Source) -> None:
     if line is None:
         return
     try:
-        for field in source.lines[line - 1].replace(",", " ").split():
-            parse_number(field)
+        for field in fields_of(source.lines[line - 1]):
+            parse_number(field.replace(",", "."))
     except ValueError:
         return
     raise source.error(

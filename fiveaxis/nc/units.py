@@ -1,10 +1,14 @@
-"""The length unit of a file, stated once or not at all."""
+"""The length unit of a file: the caller's, else the file's own, else mm; and whether its sizes fit that."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 
+from fiveaxis.findings import Finding, Place, Severity
+from fiveaxis.machine import Machine
 from fiveaxis.nc.apt.statements import LONGEST_SHOWN
+from fiveaxis.nc.rows import MILLIMETRES
 from fiveaxis.nc.source import Source
 
 UNIT_WORDS = {
@@ -20,10 +24,11 @@ class Units:
     Parameters
     ----------
     source : the file
-    given : the caller's unit for a file that doesn't state it
+    given : the caller's unit, in place of the file's
     stated, stated_line : the file's unit and its line
     used_line : line of the first number in that unit
     inch_feed_line : line of the first feed in inches
+    overridden : the file's unit and its line, where the caller's is another one
     """
 
     source: Source
@@ -32,11 +37,12 @@ class Units:
     stated_line: int | None = None
     used_line: int | None = None
     inch_feed_line: int | None = None
+    overridden: tuple[str, int] | None = None
 
     @property
     def now(self) -> str:
         """The unit in force: ``mm`` or ``inch``."""
-        return self.stated or self.given or "mm"
+        return self.given or self.stated or "mm"
 
     def use(self, line: int) -> None:
         """Record the first line whose numbers depend on the unit."""
@@ -49,17 +55,17 @@ class Units:
         Raises
         ------
         ToolpathError
-            An unknown unit; one that contradicts the caller, an earlier statement, or numbers already read.
+            An unknown unit; one that contradicts an earlier statement, or numbers already read.
         """
         unit = UNIT_WORDS.get(minors[0]) if len(minors) == 1 else None
         if unit is None:
             raise self.source.error(
                 f"UNITS/{','.join(minors)[:LONGEST_SHOWN]} isn't known; write UNITS/MM or UNITS/INCHES", line
             )
-        if self.given not in (None, unit):
-            raise self.source.error(
-                f"the file is in {unit}, and unit={self.given} was asked for; leave unit out", line
-            )
+        if self.given is not None:
+            if unit != self.given:
+                self.overridden = self.overridden or (unit, line)
+            return
         before = self.stated_line or self.used_line
         if before is not None and unit != self.now:
             raise self.source.error(
@@ -85,3 +91,127 @@ class Units:
                 self.inch_feed_line,
             )
         return self.now
+
+    def findings(self, size: Size, machine: Machine | None) -> list[Finding]:
+        """Return what is to be said of the unit: it isn't stated, isn't the file's, or doesn't fit the sizes.
+
+        Parameters
+        ----------
+        size : of what was read, in the unit in force
+        machine : of the file, None if unknown
+        """
+        other, why = _other(self.now), size.faults(self.now, machine)
+        fits = not size.faults(other, machine)
+        figures = f"{size.text(self.now)} as {self.now}, {size.text(other)} as {other}"
+        if why and fits:
+            stated = "as the file says" if self.stated else "as no unit is stated"
+            whose = "as asked for" if self.given else stated
+            text = (
+                f"lengths are read in {self.now}, {whose}, and {' and '.join(why)}: {figures}; set "
+                f"unit={other} (--unit {other}) if that is meant"
+            )
+            return [
+                self._finding(Severity.WARNING, "unit-doubtful", text, self.stated_line or self.used_line)
+            ]
+        if self.overridden is not None:
+            unit, line = self.overridden
+            text = f"the file states {unit}, and is read in {self.given} as asked for: {figures}"
+            return [self._finding(Severity.WARNING, "unit-overridden", text, line)]
+        return []
+
+    def better(self, size: Size, machine: Machine | None) -> str | None:
+        """Return the unit that an unstated one should have been: the sizes fit it, and don't fit mm."""
+        if self.stated is not None or self.given is not None or not size.faults("mm", machine):
+            return None
+        return None if size.faults("inch", machine) else "inch"
+
+    def assumed(self, size: Size, severity: Severity, how: str) -> Finding:
+        """Return the finding on a unit that isn't stated, with the sizes in both units.
+
+        Parameters
+        ----------
+        how : where the unit could stand
+        """
+        other = _other(self.now)
+        figures = f"{size.text(self.now)} as {self.now}, {size.text(other)} as {other}"
+        text = (
+            f"the file doesn't state its unit{how}; {self.now} is assumed, set unit={other} if it isn't: "
+            f"{figures}"
+        )
+        return self._finding(severity, "unit-assumed", text, self.used_line)
+
+    def _finding(self, severity: Severity, code: str, text: str, line: int | None) -> Finding:
+        return Finding(severity, code, text, Place(line=line, file=self.source.name))
+
+
+@dataclass(frozen=True)
+class Size:
+    """What shows the unit of lengths, as numbers in that unit; None where a file doesn't have it.
+
+    Parameters
+    ----------
+    extent : largest range of the cuts along X, Y or Z
+    feed : highest feed, per minute
+    cutter : diameter
+    """
+
+    extent: float
+    feed: float | None = None
+    cutter: float | None = None
+
+    def faults(self, unit: str, machine: Machine | None) -> list[str]:
+        """Return why the numbers can't be in a unit, none if they can."""
+        ranges = (
+            ("the cuts' extent", self.extent, 0.0, _largest(machine), "mm"),
+            ("the feed", self.feed, *FEEDS, "mm/min"),
+            ("the cutter's diameter", self.cutter, *CUTTERS, "mm"),
+        )
+        found = []
+        for what, number, low, high, name in ranges:
+            value = None if number is None else number * MILLIMETRES[unit]
+            if value is not None and not low <= value <= high:
+                side, bound = ("below", low) if value < low else ("above", high)
+                found.append(f"{what} of {value:.6g} {name} is {side} {bound:g}")
+        return found
+
+    def text(self, unit: str) -> str:
+        """Write the sizes in mm, if the numbers are in a unit."""
+        scale = MILLIMETRES[unit]
+        parts = [f"cuts over {self.extent * scale:.6g} mm"]
+        parts += [] if self.feed is None else [f"at up to F{self.feed * scale:.6g} mm/min"]
+        parts += [] if self.cutter is None else [f"by a cutter of {self.cutter * scale:.6g} mm"]
+        return " ".join(parts)
+
+
+# mm and mm/min: sizes of five-axis work beyond which a unit is doubtful.
+LARGEST_EXTENT = 4000.0
+FEEDS = (4.0, 25_000.0)
+CUTTERS = (0.05, 160.0)
+# Largest part that a machine's travel allows, by its length: a table that turns brings both sides before
+# the tool.
+TRAVELS = 2.0
+
+
+def _largest(machine: Machine | None) -> float:
+    """Return the largest extent of cuts, mm, by a machine's travel."""
+    spans = [] if machine is None else [a.limits.span for a in machine.axes if not a.is_rotary]
+    travel = TRAVELS * max(spans, default=math.inf)
+    return travel if math.isfinite(travel) else LARGEST_EXTENT
+
+
+def told_as(unit: str, doubts: list[Finding]) -> list[Finding]:
+    """Return findings on a unit that was chosen instead, as it isn't stated and the sizes don't fit mm."""
+    return [
+        replace(
+            doubt,
+            code="unit-assumed",
+            message=f"{doubt.message.partition(';')[0]}; {unit} is assumed instead, set unit=mm (--unit "
+            f"mm) if "
+            "it isn't",
+        )
+        for doubt in doubts
+    ]
+
+
+def _other(unit: str) -> str:
+    return "inch" if unit == "mm" else "mm"

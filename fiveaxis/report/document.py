@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import math
 from collections import Counter
@@ -14,7 +13,7 @@ import numpy as np
 
 from fiveaxis.energy import Energy
 from fiveaxis.errors import InputError
-from fiveaxis.files import write_atomically
+from fiveaxis.files import hash_input, require_file, write_atomically
 from fiveaxis.findings import Finding, count_codes, group_findings
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Motion, peak_rates
@@ -123,15 +122,8 @@ def describe_input(path: str | Path) -> dict[str, Any]:
     InputError
         The file can't be read.
     """
-    try:
-        content = Path(path).read_bytes()
-    except OSError as fault:
-        raise InputError(f"can't be read: {fault.strerror or fault}", file=path) from None
-    return {
-        "name": Path(path).name,
-        "sha256": hashlib.sha256(content).hexdigest(),
-        "size": len(content),
-    }
+    digest = hash_input(path, InputError)
+    return {"name": Path(path).name, "sha256": digest, "size": require_file(path, InputError).st_size}
 
 
 def write_json(document: Mapping[str, Any], path: str | Path) -> Path:

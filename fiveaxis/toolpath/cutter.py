@@ -27,6 +27,8 @@ LEAST_LEAN = math.radians(1.0)
 ROUNDING = 1e-9
 # rad, largest angle between points of an outline.
 OUTLINE_STEP = math.radians(5.0)
+# mm and deg: beyond these a figure is a slip, and squares and ratios of two leave what a number can hold.
+SMALLEST, LARGEST = 1e-9, 1e4
 
 
 @dataclass(frozen=True)
@@ -86,6 +88,14 @@ class Zone:
         return np.column_stack(along)
 
 
+def require_dimension(what: str, value: float, unit: str = "mm") -> None:
+    """Raise `ToolError` unless a tool's dimension is a number from `SMALLEST` to `LARGEST`."""
+    if not (math.isfinite(value) and value > 0.0):
+        raise ToolError(f"{what} is {value:g} {unit}; it must be a number above 0")
+    if not SMALLEST <= value <= LARGEST:
+        raise ToolError(f"{what} is {value:g} {unit}; it must be from {SMALLEST:g} to {LARGEST:g} {unit}")
+
+
 @dataclass(frozen=True)
 class Cutter:
     """A cutter's profile, from the tip upwards.
@@ -111,8 +121,10 @@ class Cutter:
         for figure in (*self.figures, self.diameter):
             if not math.isfinite(figure):
                 raise ToolError(f"tool {self}: {figure:g} isn't a finite number")
+        if self.length is not None:
+            require_dimension(f"tool {self}: cutting length", self.length)
         top = self.outline()[-1, 1]
-        if self.length is not None and not (math.isfinite(self.length) and self.length >= top - 1e-9):
+        if self.length is not None and self.length < top - 1e-9:
             raise ToolError(
                 f"tool {self}: cutting length {self.length:g} mm must be at least {top:g} mm, where its "
                 "profile ends"

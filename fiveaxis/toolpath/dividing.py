@@ -6,8 +6,14 @@ from dataclasses import replace
 
 import numpy as np
 
+from fiveaxis.errors import ToolpathError
 from fiveaxis.geometry import Array, IntArray, normalise
 from fiveaxis.toolpath.path import Toolpath
+
+# Of one move: a table that turns a hundred times, to micrometres at its rim, takes a quarter of it.
+MOST_PARTS = 200_000
+# Of all moves: their rows take a gigabyte or two.
+MOST_IN_ALL = 10_000_000
 
 
 def divide(toolpath: Toolpath, parts: IntArray) -> Toolpath:
@@ -106,7 +112,21 @@ def divided_rows(parts: IntArray) -> Array:
 
 
 def part_places(parts: IntArray) -> tuple[IntArray, Array]:
-    """Return for each part its row, (m,), and the share of the row at which it begins, (m,), in [0, 1)."""
+    """Return for each part its row, (m,), and the share of the row at which it begins, (m,), in [0, 1).
+
+    Raises
+    ------
+    ToolpathError
+        A row of more than `MOST_PARTS` parts, or more than `MOST_IN_ALL` beside one for every row: no machine
+        turns hundreds of times in one block.
+    """
+    total = int(parts.sum())
+    if parts.max(initial=0) > MOST_PARTS or total > MOST_IN_ALL + len(parts):
+        raise ToolpathError(
+            f"moves turn so far, or are so long, that they would be divided into {total} parts, the worst, "
+            f"move {int(np.argmax(parts)) + 1}, into {parts.max()} (at most {MOST_PARTS} each, {MOST_IN_ALL} "
+            "in all); check their axis values"
+        )
     row = np.repeat(np.arange(len(parts)), parts)
     order = np.arange(len(row)) - np.repeat(np.cumsum(parts) - parts, parts)
     return row, order / parts[row]

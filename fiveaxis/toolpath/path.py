@@ -230,6 +230,11 @@ class Toolpath:
         return self.cutting | np.append(self.cutting[1:], False)
 
     @property
+    def feed_is_assumed(self) -> bool:
+        """Whether the source states no feed."""
+        return any(finding.code == "feed-assumed" for finding in self.findings)
+
+    @property
     def rapid(self) -> BoolArray:
         """(n,), whether the move that ends at the location is a rapid move."""
         return self.kind == MoveKind.RAPID

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 
 from fiveaxis.errors import ToolError
-from fiveaxis.toolpath.cutter import Cutter, Zone
+from fiveaxis.toolpath.cutter import Cutter, Zone, require_dimension
 
 QUARTER = math.pi / 2.0
 
@@ -133,8 +133,6 @@ SHAPES: dict[str, tuple[Callable[..., Cutter], tuple[str, ...]]] = {
 
 
 def require_positive(shape: str, **figures: float) -> None:
-    """Raise `ToolError` if a dimension of a shape isn't a number above 0."""
+    """Raise `ToolError` if a dimension of a shape isn't one that a tool can have."""
     for name, value in figures.items():
-        if not (math.isfinite(value) and value > 0.0):
-            unit = "deg" if name.endswith("angle") else "mm"
-            raise ToolError(f"tool {shape}: {name} is {value:g} {unit}; it must be a number above 0")
+        require_dimension(f"tool {shape}: {name}", value, "deg" if name.endswith("angle") else "mm")

@@ -11,7 +11,7 @@ import numpy as np
 from fiveaxis.errors import ToolError
 from fiveaxis.geometry import Array
 from fiveaxis.toolpath import shapes
-from fiveaxis.toolpath.cutter import Cutter, Zone
+from fiveaxis.toolpath.cutter import Cutter, Zone, require_dimension
 
 CUTTER, SHANK, HOLDER = "cutter", "shank", "holder"
 # mm: lower sections of an outline are omitted.
@@ -39,8 +39,7 @@ class Section:
         if self.upper_diameter is not None:
             figures["upper_diameter"] = self.upper_diameter
         for name, value in figures.items():
-            if not (math.isfinite(value) and value > 0.0):
-                raise ToolError(f"holder section: {name} is {value:g} mm; it must be a number above 0")
+            require_dimension(f"holder section: {name}", value)
 
 
 @dataclass(frozen=True)
@@ -57,8 +56,7 @@ class Holder:
     sections: tuple[Section, ...]
 
     def __post_init__(self) -> None:
-        if not (math.isfinite(self.stick_out) and self.stick_out > 0.0):
-            raise ToolError(f"holder: stick-out is {self.stick_out:g} mm; it must be a number above 0")
+        require_dimension("holder: stick-out", self.stick_out)
         if not self.sections:
             raise ToolError("holder: it has no sections; give at least one, from its face upwards")
 
@@ -106,8 +104,8 @@ class Tool:
 
     def __post_init__(self) -> None:
         shank, holder = self.shank_diameter, self.holder
-        if shank is not None and not (math.isfinite(shank) and shank > 0.0):
-            raise ToolError(f"tool {self}: shank diameter is {shank:g} mm; it must be a number above 0")
+        if shank is not None:
+            require_dimension(f"tool {self}: shank diameter", shank)
         top = self.cutter.outline()[-1, 1]
         if holder is not None and holder.stick_out < top:
             raise ToolError(

@@ -14,7 +14,7 @@ import numpy as np
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array, BoolArray, IntArray, angle_between
 from fiveaxis.motion import PATH_TOLERANCE
-from fiveaxis.toolpath import MoveKind, Toolpath, across, divided_rows, interpolate
+from fiveaxis.toolpath import MoveKind, Toolpath, across, divided_rows, interpolate, turned
 from fiveaxis.verification.check_context import CheckContext
 from fiveaxis.verification.checks import largest
 from fiveaxis.verification.model import tool_poses
@@ -30,6 +30,8 @@ SHORTEST_CHORD = 1e-2
 DETOUR, SPARE = 2.0, 1.0
 # Points of the track in the first block of a search.
 FIRST_BLOCK = 64
+# Places on a chord at which a pivot off the tool's axis is looked for, and how often around the nearest.
+PLACES, ROUNDS = 17, 5
 # A point this near to the end of a block, as a share of it, is that end.
 NEXT = 1e-3
 # A program that passes none of the path's first locations, this many, follows another path.
@@ -139,7 +141,7 @@ def check_following(
     track, straight = Track.of(context, path, tcp_height=tcp_height), tcp_height is not None
     match, off = _follow(track, path, tolerance, straight=straight)
     off = np.where(track.linking, np.nan, off)
-    swerves = bool((path.rapid.any() and track.rapid.any()) and not straight)
+    swerves = bool(path.rapid.any() and track.rapid.any())
     worst = np.zeros(len(context.positions))
     np.maximum.at(worst, track.row, np.nan_to_num(off))
     rows = np.flatnonzero(worst > tolerance)
@@ -169,6 +171,21 @@ def check_following(
     return leaving, _missed(match, path, tolerance), match
 
 
+def check_rapids(context: CheckContext, path: Toolpath, match: Match) -> Result:
+    """Check that no location at which the path cuts is reached by a rapid move."""
+    cuts = np.flatnonzero((match.row > 0) & path.cutting)
+    rows = np.unique(match.row[cuts][context.toolpath.rapid[match.row[cuts]]])
+    return Result(
+        code="rapid-in-cut",
+        severity=Severity.ERROR,
+        rows=rows,
+        values=np.full(len(rows), np.nan),
+        message=lambda _: "a rapid move where the path cuts; write G1 and F",
+        figures={},
+        checked=("no rapid move where the path cuts",),
+    )
+
+
 def _missed(match: Match, path: Toolpath, tolerance: float) -> tuple[Finding, ...]:
     missed = np.flatnonzero(match.row < 0)
     return tuple(
@@ -196,7 +213,6 @@ def _follow(track: Track, path: Toolpath, tolerance: float, *, straight: bool) -
     """
     count = len(path)
     rows, gaps = np.full(count, -1, dtype=np.int64), np.full(count, np.nan)
-    free = path.rapid & (not straight)
     places, axes = np.full(count, np.nan), np.full((count, 3), np.nan)
     off = np.full(len(track.row), np.nan)
     steps = np.linalg.norm(np.diff(track.centre, axis=0), axis=1)
@@ -205,12 +221,13 @@ def _follow(track: Track, path: Toolpath, tolerance: float, *, straight: bool) -
     # With joint interpolation a rapid move may be a long detour.
     steps[track.rapid[1:] & (not straight)] = 0.0
     travelled = np.append(0.0, np.cumsum(np.nan_to_num(steps)))
-    lengths = path.lengths
+    # Beside a link the centre of a cutter whose pivot is off its axis goes from one to the other.
+    lengths, spare = path.lengths, SPARE + 2.0 * abs(path.zone.offset)
     at, allowed, last = 0, np.inf, -1
     for i in range(count):
         if last < 0 and i >= MOST_LOST:
             break
-        allowed += DETOUR * lengths[i] + SPARE if i else 0.0
+        allowed += DETOUR * lengths[i] + spare if i else 0.0
         end = int(np.searchsorted(travelled, travelled[at] + allowed, side="right"))
         found = _pass(track, path, i, at, max(end, at + 1), tolerance)
         if found is None:
@@ -224,10 +241,8 @@ def _follow(track: Track, path: Toolpath, tolerance: float, *, straight: bool) -
         axes[i] = interpolate(track.axis[around], nearest - first)[0]
         # The point may be on the next chord already: the location is somewhere before it.
         stop = min(i + 1, count - 1)
-        before, begin, reached = (last, at + 1, i) if last >= 0 else (i, point, stop)
+        before, begin = (last, at + 1) if last >= 0 else (i, point)
         off[begin : point + 1] = _off(track, path, axes, before, stop, begin, point + 1)
-        if free[reached]:
-            off[begin : point + 1][track.rapid[begin : point + 1]] = np.nan
         rows[i], gaps[i] = track.row[_nearer_end(track, path, i, point, at)], gap
         at, last, allowed = point, i, 0.0
     if last >= 0:
@@ -300,19 +315,52 @@ def _centre(path: Toolpath, i: int, axis: Array) -> Array:
 def _off(track: Track, path: Toolpath, axes: Array, i: int, k: int, begin: int, end: int) -> Array:
     """Measure the distance of points of the track from the path through locations i to k, (m,) mm.
 
-    The path of the tool's centre is straight between locations. At a location the centre follows from the
-    program's tool axis there, `axes`, (n, 3); at one not reached yet, from the axis at each point.
+    Between two locations the tool's centre goes straight, or the pivot does while the tool turns and the
+    surface normal with it. At a location the centre follows from the program's tool axis there, `axes`,
+    (n, 3); at one not reached yet, from the axis at each point. In the air there is more than one course: a
+    point of a rapid move beside one of the path's has no distance (NaN), nor has one of a cutter whose pivot
+    is off its axis beside a link, where no normal tells where its pivot is.
     """
     points = slice(begin, end)
-    axis = track.axis[points]
+    axis, centre = track.axis[points], track.centre[points]
     if begin >= end:
         return np.empty(0)
     ends = [
         _centre(path, j, axis if np.isnan(axes[j]).any() else np.broadcast_to(axes[j], axis.shape))
         for j in range(i, k + 1)
     ]
-    gaps = [segment_distances(track.centre[points], a, b) for a, b in pairwise(ends)]
-    near = np.linalg.norm(track.centre[points] - ends[0], axis=1)
+    gaps = [segment_distances(centre, a, b) for a, b in pairwise(ends)]
+    near = np.linalg.norm(centre - ends[0], axis=1)
     least = np.min([near, *gaps], axis=0)
+    far = np.flatnonzero(least > PATH_TOLERANCE) if path.zone.offset else ()
+    if len(far):
+        by_pivot = [_pivot_gaps(path, j, centre[far], axis[far]) for j in range(i, k)]
+        least[far] = np.min([least[far], *by_pivot], axis=0)
+    air = path.kind[i : k + 1]
+    if path.zone.offset and (air == MoveKind.LINK).any():
+        least[:] = np.nan
+    elif (air == MoveKind.RAPID).any():
+        least[track.rapid[points]] = np.nan
     # Inserted locations keep the centre's path to this.
     return np.asarray(np.maximum(least - PATH_TOLERANCE, 0.0))
+
+
+def _pivot_gaps(path: Toolpath, i: int, centre: Array, axis: Array) -> Array:
+    """Measure the distance of the pivot from the chord from location i, (m,) mm, for centres and tool axes.
+
+    Where on the chord it is follows from the normal, which turns uniformly: the nearest of some places, then
+    of some around it.
+    """
+    begin, width = np.zeros(len(centre)), 1.0
+    gap = np.full(len(centre), np.inf)
+    for _ in range(ROUNDS):
+        share = np.clip(begin[:, None] + width * np.linspace(0.0, 1.0, PLACES), 0.0, 1.0)
+        normal = turned(path.normal, i + share.ravel()).reshape(*share.shape, 3)
+        chord = path.pivot[i] + share[..., None] * (path.pivot[i + 1] - path.pivot[i])
+        pivot = centre[:, None] - path.zone.offset * across(normal, axis[:, None])
+        gaps = np.linalg.norm(pivot - chord, axis=2)
+        best = np.argmin(gaps, axis=1)
+        gap = np.minimum(gap, gaps.min(axis=1))
+        width *= 2.0 / (PLACES - 1)
+        begin = share[np.arange(len(share)), best] - 0.5 * width
+    return np.asarray(gap)

@@ -6,6 +6,7 @@ Here its rows are compared with the planned rows, and differences are findings.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -15,15 +16,18 @@ from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Fill, Interpolation, Motion, ProgramMotion
+from fiveaxis.nc.control.technology import TechnologyTrack
+from fiveaxis.nc.writing.asked import AskedTechnology
 from fiveaxis.toolpath import MoveKind
 from fiveaxis.verification.checks import largest
 from fiveaxis.verification.model import tool_poses
 from fiveaxis.verification.moves import Within
 from fiveaxis.verification.report import Report, Result
 from fiveaxis.verification.tcp_moves import positions_between
+from fiveaxis.verification.technology import check_technology
 
 # Assumptions that the text of our own programs mustn't leave to a reader.
-MUST_STATE = ("unit-assumed", "rotary-assumed", "zero-assumed", "several-tools", "long-dwell")
+MUST_STATE = ("unit-assumed", "rotary-assumed", "several-tools", "long-dwell")
 # Allowed relative difference of a block's duration from the planned one, from the decimals of F.
 SAME_TIME = 0.01
 # s: smaller differences don't count.
@@ -47,8 +51,9 @@ class ReadBack:
     planned : m rows
     read : n rows, of the text
     tcp : (n,), whether the move is under TCP
-    spindle : (n,), rev/min, signed by its sense
+    technology : spindle, tool, offsets and coolant, n rows; None for a list of cutter locations
     owner : (n,), planned row at the end of the block that a row is part of; -1 for none
+    unplanned : (u,), rows of moves that no planned row and no retract or home of the end accounts for
     by_angle : whether the text has rotary words; else the control solves them for the tool's direction
     assumed : what the reader had to assume
     """
@@ -57,8 +62,9 @@ class ReadBack:
     planned: ProgramMotion
     read: Motion
     tcp: BoolArray
-    spindle: Array
+    technology: TechnologyTrack | None
     owner: IntArray
+    unplanned: IntArray
     by_angle: bool
     assumed: tuple[Finding, ...] = ()
 
@@ -123,14 +129,14 @@ class ExpectedText:
     ----------
     step, turn : the last decimal of linear words, mm, and of rotary words, deg
     coarse : whether the control's F can't express the duration of some blocks, as the writer has reported
-    rpm : spindle speed, rev/min, negative for counterclockwise; None for none
+    asked : spindle, tool, offsets and coolant; None for a list of cutter locations
     is_list : whether it is a list of cutter locations, with feeds but no durations and no spindle
     """
 
     step: float
     turn: float
     coarse: bool = False
-    rpm: float | None = None
+    asked: AskedTechnology | None = None
     is_list: bool = False
 
 
@@ -153,26 +159,30 @@ class WrittenText:
 
 
 def check_text(back: ReadBack, rows: IntArray, expected: ExpectedText) -> tuple[Result, ...]:
-    """Compare a text with the planned motion: positions, durations, modes, spindle.
+    """Compare a text with what was planned and asked for: positions, durations, modes, technology.
 
     Parameters
     ----------
     rows : (m,), row of the path for findings on each planned row
     """
-    always = _check_positions(back, rows, expected), _check_rapids(back, rows)
+    always = _check_positions(back, rows, expected), _check_unplanned(back, rows), _check_rapids(back, rows)
     if expected.is_list:
         return *always, _check_feeds(back, rows)
     return (
         *always,
         _check_durations(back, rows, expected.coarse),
         _check_modes(back, rows),
-        _check_spindle(back, rows, expected.rpm),
+        *_check_technology(back, rows, expected.asked),
     )
 
 
 def _check_positions(back: ReadBack, rows: IntArray, expected: ExpectedText) -> Result:
     machine, written = back.machine, back.written
     wanted, found = back.planned.motion.positions[written], back.read.positions[back.end[written]]
+    if "Z" in machine.letters and back.planned.interpolation is Interpolation.JOINT:
+        # The approach writes Z last: till then it is wherever a retract, in machine coordinates, has left it.
+        above, column = (written == 0) & (back.planned.first > 0), machine.column("Z")
+        found[above, column] = wanted[above, column]
     tips, axes = zip(*(tool_poses(machine, p) for p in (wanted, found)), strict=True)
     if back.planned.interpolation is Interpolation.JOINT:
         aside = np.abs(found - wanted)[:, machine.linear_columns].max(axis=1)
@@ -199,6 +209,16 @@ def _check_positions(back: ReadBack, rows: IntArray, expected: ExpectedText) -> 
         message=message,
         figures={"text_off_mm": largest(aside), "text_off_deg": largest(turned) if back.by_angle else None},
         checked=("the program's text, read back: every block ends at its planned position",),
+    )
+
+
+def _check_unplanned(back: ReadBack, rows: IntArray) -> Result:
+    return _same_message(
+        "text-differs",
+        np.repeat(rows[-1:], len(back.unplanned)),
+        f"the program's text has {len(back.unplanned)} moves that weren't planned, the first on line "
+        f"{back.read.source[back.unplanned[0]] if len(back.unplanned) else 0}; don't run the program",
+        "no move in the text that wasn't planned",
     )
 
 
@@ -279,25 +299,15 @@ def _check_modes(back: ReadBack, rows: IntArray) -> Result:
     )
 
 
-def _check_spindle(back: ReadBack, rows: IntArray, rpm: float | None) -> Result:
-    if rpm is None:
-        gap = ("spindle: no speed was given, and none is written",)
-        return _same_message("spindle-off", rows[:0], "", not_checked=gap)
+def _check_technology(back: ReadBack, rows: IntArray, asked: AskedTechnology | None) -> Iterable[Result]:
+    if back.technology is None:
+        return ()
     written = back.written[back.written >= back.planned.first]
     cuts = written[back.planned.motion.cutting[written]]
-    found = back.spindle[back.end[cuts]]
-    bad = cuts[~(np.abs(found - rpm) <= 0.5)]
-    return _same_message(
-        "spindle-off",
-        rows[bad],
-        f"the spindle doesn't turn at {abs(rpm):g} rev/min in its sense in this block; don't run the program",
-        f"spindle: {abs(rpm):g} rev/min in every cut",
-    )
+    return check_technology(back.technology.at(back.end[cuts]), rows[cuts], asked)
 
 
-def _same_message(
-    code: str, rows: IntArray, text: str, *checked: str, not_checked: tuple[str, ...] = ()
-) -> Result:
+def _same_message(code: str, rows: IntArray, text: str, *checked: str) -> Result:
     """Build the result of a check whose findings all have one message."""
     return Result(
         code=code,
@@ -307,5 +317,4 @@ def _same_message(
         message=lambda _: text,
         figures={},
         checked=checked,
-        not_checked=not_checked,
     )

@@ -8,6 +8,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from fiveaxis.collision import Surroundings
 from fiveaxis.findings import Severity
 from fiveaxis.machine import Machine
@@ -24,6 +26,7 @@ from fiveaxis.verification.check_context import (
 )
 from fiveaxis.verification.checks import check_contact, check_finite, check_limits, check_tilt
 from fiveaxis.verification.collisions import check_collisions
+from fiveaxis.verification.feeds import check_feeds, check_feeds_along
 from fiveaxis.verification.gouging import check_gouge
 from fiveaxis.verification.moves import KINDS, check_accelerations, check_deviation, check_speeds
 from fiveaxis.verification.read_back import WrittenText, check_text
@@ -38,7 +41,7 @@ logger = logging.getLogger(__name__)
 # Not covered by any check; every report states it.
 NOT_CHECKED = (
     "tilt and axis limits between locations: checked at the locations",
-    "jerk, acceleration in links, and whether the durations keep the programmed feed",
+    "jerk, and acceleration in links",
 )
 # mm above the tip, of the point that a control moves straight under TCP.
 TIP = 0.0
@@ -150,6 +153,8 @@ class OwnRows:
     following : check that it follows its path; None without a path
     lean : check of the tool's lean, at rows where its reference is known
     turns : check of sudden turns
+    feeds : check of durations
+    technology : checks of spindle, tool, offsets and coolant
     tcp_height : mm above the tip, of the point that moves straight; None with joint interpolation
     has_tool : whether the tool is known
     """
@@ -157,6 +162,8 @@ class OwnRows:
     following: Result | None
     lean: Result
     turns: Result
+    feeds: Result
+    technology: tuple[Result, ...]
     tcp_height: float | None
     has_tool: bool
 
@@ -196,6 +203,27 @@ def _speeds(e: Examination) -> Iterable[Result]:
     yield found if e.own is None else replace(found, code="feed-over", severity=Severity.WARNING)
 
 
+def _feeds(e: Examination) -> Iterable[Result]:
+    if e.own is not None:
+        yield e.own.feeds
+        return
+    if e.text is not None and e.text.expected.is_list:
+        # A list has feeds, which are compared one by one, and no durations.
+        return
+    if e.text is None:
+        found = check_feeds(e.context)
+    else:
+        fill = e.text.fill
+        given = np.flatnonzero(fill.row == np.floor(fill.row))
+        every = np.arange(len(given))
+        found = check_feeds_along(
+            e.context, fill.given, every, given.astype(float), e.context.positions[given]
+        )
+    # Where F has too few digits for a block, the writer has said so.
+    coarse = e.text is not None and e.text.expected.coarse
+    yield replace(found, severity=Severity.WARNING) if coarse else found
+
+
 def _turn_rates(e: Examination) -> Iterable[Result]:
     if e.own is None:
         yield check_turn_rate(e.context)
@@ -216,6 +244,8 @@ def _deviations(e: Examination) -> Iterable[Result]:
 
 
 def _text(e: Examination) -> Iterable[Result]:
+    if e.own is not None:
+        yield from e.own.technology
     if e.text is not None:
         yield from check_text(e.text.back, e.text.rows, e.text.expected)
         yield check_planes(e.text.fill, e.context.motion.positions[:, e.context.machine.rotary_columns])
@@ -248,6 +278,7 @@ CHECKS: tuple[CheckFunction, ...] = (
     _turn_rates,
     lambda e: (check_singular(e.context),),
     _speeds,
+    _feeds,
     _accelerations,
     _deviations,
     _text,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import sys
 import webbrowser
 from collections.abc import Sequence
 from http import HTTPStatus
@@ -38,6 +39,14 @@ HEADERS = {
 }
 
 
+class _Server(ThreadingHTTPServer):
+    """A server that doesn't print the errors of connections."""
+
+    def handle_error(self, request: Any, client_address: Any) -> None:
+        """Log what ended a connection: a browser may close it at any time."""
+        logger.debug("connection from %s: %s", client_address, sys.exception())
+
+
 class Preview:
     """A page that is served to this computer only, until it is closed.
 
@@ -57,7 +66,7 @@ class Preview:
 
     def __init__(self, page: str, port: int = 0) -> None:
         try:
-            self._server = ThreadingHTTPServer((LOOPBACK, port), _handler(page.encode("utf-8")))
+            self._server = _Server((LOOPBACK, port), _handler(page.encode("utf-8")))
         except (OSError, OverflowError) as fault:
             raise SettingError(f"the preview can't use port {port}: {fault}; choose another, or 0") from None
         self._thread = Thread(

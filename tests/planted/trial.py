@@ -16,7 +16,8 @@ from fiveaxis.errors import FiveAxisError
 from fiveaxis.geometry import IntArray
 from fiveaxis.job import verify_program
 from fiveaxis.job.planned_program import PlannedProgram
-from fiveaxis.job.program import MadeProgram, ProgramOptions, expected_text, read_back
+from fiveaxis.job.program import MadeProgram, expected_text, read_back
+from fiveaxis.job.program_options import ProgramOptions
 from fiveaxis.nc import DIALECTS, ProgramSettings
 from fiveaxis.toolpath import Tool, Toolpath
 from fiveaxis.verification import DEFAULT_TOLERANCES, Leads, verify_text
@@ -93,7 +94,7 @@ class Trial:
         wording = options.wording(self.solution.machine)
         draft = replace(self.made.text, lines=text.lines, rows=text.rows)
         try:
-            back = read_back(draft, self.made.motion, wording)
+            back = read_back(draft, self.made.motion, wording, self.settings)
             report = verify_text(
                 back,
                 self.made.fill,

@@ -68,7 +68,6 @@ def test_passes_on_a_mesh_beside_a_clamp_are_planned_kept_clear_and_verified(sai
 
 @pytest.mark.slow
 def test_a_batch_of_two_jobs_runs_and_then_finds_its_results():
-    pytest.importorskip("distributed", reason="the cluster extra isn't installed")
     lines = ran(ROOT / "examples/06_batch.py", "1").splitlines()
     assert lines[:2] == ["first time: 2 jobs, 0 done before", "second time: 2 jobs, 2 done before"]
     assert all(": fine, " in line for line in lines[2:])

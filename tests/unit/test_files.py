@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import csv
 import os
+import sys
 
 import pytest
+from killed import leave_behind
 
 from fiveaxis.errors import SettingError
-from fiveaxis.files import write_atomically
+from fiveaxis.files import csv_text, remove_leftovers, temporary_folder, write_atomically
+from fiveaxis.job import require_folder
 
 
 def test_text_is_written_as_it_is_and_nothing_else_is_left(tmp_path):
@@ -97,3 +101,44 @@ def test_a_place_that_cannot_hold_a_file_is_refused(tmp_path, name):
     (tmp_path / "file").write_text("")
     with pytest.raises(SettingError, match="can't be written"):
         write_atomically(tmp_path / name, "new")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="a process can't be killed like that there")
+def test_what_a_killed_run_has_left_is_removed_by_the_next_and_that_of_one_that_runs_stays(tmp_path):
+    for write in (
+        lambda: write_atomically(tmp_path / "part.ngc", "new"),
+        lambda: require_folder(tmp_path),
+        lambda: require_folder(tmp_path / "out"),
+    ):
+        with temporary_folder(tmp_path) as running:
+            left = leave_behind(tmp_path)
+            write()
+            assert running.is_dir()
+        assert [path for path in left if path.exists()] == []
+
+
+def test_what_another_computer_has_stays_unless_nobody_else_writes_into_the_folder(tmp_path, monkeypatch):
+    with temporary_folder(tmp_path) as running:
+        monkeypatch.setattr("platform.node", lambda: "elsewhere")
+        remove_leftovers(tmp_path)
+        assert running.is_dir()
+        remove_leftovers(tmp_path, alone=True)
+        assert not running.exists()
+
+
+def test_a_folder_above_is_cleared_too_where_a_killed_run_had_not_made_its_own_yet(tmp_path):
+    left = leave_behind(tmp_path)
+    (tmp_path / "out").mkdir()
+    require_folder(tmp_path / "out")
+    assert [path for path in left if path.exists()] == []
+
+
+@pytest.mark.parametrize("text", ["=1+1", "+cmd|' /C calc'!A0", "@SUM(A1)", "-2+3", " \t=1", "\r=1", "＝1"])
+def test_text_that_a_spreadsheet_would_take_for_a_formula_is_marked_as_text(text):
+    ((cell, number),) = csv.reader([csv_text([[text, -2.5]])])
+    assert (cell, number) == (f"'{text.strip()}", "-2.5")
+
+
+@pytest.mark.parametrize("text", ["a=b", "-2.5", "-1e-3", "", "cup-2"])
+def test_other_text_of_one_line_is_written_as_it_is(text):
+    assert next(csv.reader([csv_text([[text, "end"]])])) == [text, "end"]

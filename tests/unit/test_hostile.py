@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import gzip
 import html
+import os
 import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -12,12 +14,15 @@ import pytest
 import trimesh
 
 from fiveaxis import files
-from fiveaxis.errors import JobError, MachineError, MeshError, ToolpathError
-from fiveaxis.job import make_job, read_job, run_job, write_outcome
+from fiveaxis.energy.motion_log import LogColumns, read_axis_log
+from fiveaxis.errors import InputError, JobError, MachineError, MeshError, ToolpathError
+from fiveaxis.job import make_job, read_fixtures, read_job, run_job, write_outcome
 from fiveaxis.machine import load_machine
-from fiveaxis.mesh import load_mesh
-from fiveaxis.nc import source
+from fiveaxis.mesh import check_mesh, load_mesh
+from fiveaxis.nc import find_dialect, read_motion, read_program, read_toolpath, source
 from fiveaxis.nc.source import load_source
+from fiveaxis.report import describe_input
+from fiveaxis.toolpath import Tool, parse_tool
 
 MARKUP = "<img src=x onerror=alert(1)>"
 FILES = {"motion.csv", "preview.html", "program.ngc", "report.html", "report.json"}
@@ -119,8 +124,101 @@ def test_settings_too_large_to_read_are_refused_with_the_limit(tmp_path):
     path = tmp_path / "huge.toml"
     with path.open("wb") as stream:
         stream.truncate(8_000_000_000)  # takes no room on the disk
-    with pytest.raises(MachineError, match=r"huge\.toml: holds more than 10 MB, the most"):
+    with pytest.raises(MachineError, match=r"huge\.toml: holds more than 1 MB, the most"):
         load_machine(str(path))
+
+
+# Every reader that takes a path, with a suffix that it accepts.
+OPENERS = {
+    "program.nc": lambda path: read_program(path, load_machine("hayashi-640123")),
+    "path.csv": lambda path: read_toolpath(path, tool=Tool.ball(8)),
+    "path.cls.gz": lambda path: read_toolpath(path, tool=Tool.ball(8)),
+    "motion.csv": lambda path: read_motion(path, load_machine("hayashi-640123")),
+    "machine.toml": load_machine,
+    "machine.ini": load_machine,
+    "job.toml": read_job,
+    "fixtures.toml": read_fixtures,
+    "control.toml": find_dialect,
+    "tool.toml": lambda path: parse_tool(str(path)),
+    "log.csv": lambda path: read_axis_log(path, LogColumns("p", "v"), rotary=False),
+    "part.stl": load_mesh,
+    "part.ply": load_mesh,
+    "input": describe_input,
+}
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="there are no such files there")
+@pytest.mark.parametrize("name", OPENERS)
+def test_a_pipe_a_device_and_a_name_that_no_file_can_have_are_refused_and_not_waited_for(tmp_path, name):
+    os.mkfifo(tmp_path / name)
+    (tmp_path / "device").mkdir()
+    (tmp_path / "device" / name).symlink_to("/dev/zero")
+    for place in (tmp_path / name, tmp_path / "device" / name):
+        with pytest.raises(InputError, match="is a pipe, a socket or a device; name a file"):
+            OPENERS[name](place)
+    with pytest.raises(InputError, match="can't be read: File name too long"):
+        OPENERS[name](tmp_path / (1000 * "long" + name))
+    with pytest.raises(InputError, match="can't be read: embedded null"):
+        OPENERS[name](tmp_path / ("a\0" + name))
+
+
+@pytest.mark.parametrize(
+    ("text", "fault"),
+    [
+        ("a = " + 5000 * "[", "nests lists or tables more than 20 deep"),
+        ("a = " + 5000 * "{b=", "nests lists or tables more than 20 deep"),
+        (".".join(5000 * "a") + " = 1", r"m\.toml:1: nests lists or tables more than 20 deep"),
+        (f"[{'.'.join(30 * 'a')}]", r"m\.toml:1: nests lists or tables more than 20 deep"),
+        (f"a = {30 * '['}{30 * ']'}", "nests lists or tables more than 20 deep"),
+        ("a = " + 5000 * "1", "has a value that can't be read: Exceeds the limit"),
+        ("a = 0x" + 5000 * "f", "has an integer beyond 64 bits"),
+        ("a = '" + 30_000 * "x" + "'", r"m\.toml:1: has 30006 characters, beyond 20000; divide the line"),
+        ("\n".join(f"a{i} = {i}" for i in range(5000)), "unknown key 'a0'.*; and .* more faults"),
+    ],
+)
+def test_settings_that_would_keep_the_parser_busy_are_refused_at_once(tmp_path, text, fault):
+    path = tmp_path / "m.toml"
+    path.write_text(text)
+    start = time.process_time()
+    with pytest.raises(MachineError, match=fault) as caught:
+        load_machine(path)
+    assert time.process_time() - start < 1.0
+    assert len(str(caught.value)) < 2500
+
+
+def test_a_message_is_bounded_and_keeps_the_fact_and_what_to_do():
+    message = str(JobError(f"unknown {1_000_000 * 'x'}; write another one", file="job.toml"))
+    assert message.startswith("job.toml: unknown xxx")
+    assert "1000000" not in message
+    assert " characters … " in message
+    assert message.endswith("xxx; write another one")
+    assert len(message) < 2500
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "fault"),
+    [
+        ("a.ply", b"ply\nformat binary_little_endian 1.0\nelement vertex 2000000000\nproperty float x\n"
+                  b"element face 9\nproperty list uchar int vertex_indices\nend_header\n\0", "it is damaged"),
+        ("a.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 999999999\n", "it is damaged"),
+        ("a.obj", b"v 0\nv 1\nv 2\nf 1 2 3\n", "its vertices aren't X, Y and Z"),
+        ("a.obj", b"mtllib /dev/zero\nusemtl a\nv nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "aren't finite"),
+        ("a.off", b"OFF\n3 1 0\n0 0 0\n1e300 0 0\n0 1 0\n3 0 1 2\n", "coordinate of 1e.300 mm, beyond 1e.07"),
+        ("a.stl", b"", "has no triangles|it is damaged"),
+        ("a.glb", b"glTF", "is not a mesh format read here"),
+    ],
+)  # fmt: skip
+def test_a_damaged_mesh_is_refused_without_a_traceback_from_trimesh(tmp_path, capfd, name, content, fault):
+    (tmp_path / name).write_bytes(content)
+    with pytest.raises(MeshError, match=fault):
+        load_mesh(tmp_path / name, allow_open=True)
+    assert capfd.readouterr().err == ""
+
+
+def test_triangles_of_vertices_that_a_mesh_lacks_are_refused():
+    mesh = trimesh.Trimesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 7]], process=False)
+    with pytest.raises(MeshError, match="its triangles name vertices 0 to 7, and it has 3"):
+        check_mesh(mesh, name="made", allow_open=True)
 
 
 def test_a_truncated_mesh_says_what_to_do(tmp_path):

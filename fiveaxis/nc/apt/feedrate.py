@@ -37,6 +37,7 @@ class Feeds:
     override : mm/min, the caller's feed in place of all feeds of the file
     now, first : mm/min, the last and the first ``FEDRAT``, None before that
     spindle : rev/min, None if unknown
+    highest : highest feed in the file's unit per minute; None if all state their unit
     """
 
     source: Source
@@ -44,6 +45,7 @@ class Feeds:
     now: float | None = None
     first: float | None = None
     spindle: float | None = None
+    highest: float | None = None
 
     def state(self, minors: list[str], line: int, units: Units) -> None:
         """Process ``FEDRAT``; feeds in inches are noted in `units`.
@@ -78,6 +80,8 @@ class Feeds:
         feed *= self._spindle_speed(minors, line) if per_turn else 1.0
         if not (math.isfinite(feed) and feed > 0.0):
             raise self.source.error(f"feed = {feed:g} mm/min; it must be a number above 0", line)
+        if unit is None:
+            self.highest = max(self.highest or 0.0, feed / MILLIMETRES[units.now])
         return feed
 
     def set_spindle(self, minors: list[str]) -> None:

@@ -16,20 +16,22 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 
-from fiveaxis.findings import Finding
+import numpy as np
+
+from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array, IntArray
 from fiveaxis.nc.apt.feedrate import Feeds
 from fiveaxis.nc.apt.frames import FRAME_WORDS, Frames
 from fiveaxis.nc.apt.moves import Moves
-from fiveaxis.nc.apt.remarks import assumed_axis, assumed_feeds, assumed_unit, doubtful_arcs, note
+from fiveaxis.nc.apt.remarks import assumed_axis, assumed_feeds, doubtful_arcs, note
 from fiveaxis.nc.apt.statements import CREO, LONGEST_SHOWN, Statement, statements
 from fiveaxis.nc.apt.tools import Tools
 from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.remarks import remark_on
 from fiveaxis.nc.rows import MILLIMETRES, require_finite, scale_positions, unit_axes
 from fiveaxis.nc.source import Source
-from fiveaxis.nc.units import Units
-from fiveaxis.toolpath import Toolpath
+from fiveaxis.nc.units import Size, Units, told_as
+from fiveaxis.toolpath import MoveKind, Toolpath
 
 
 def read_apt(source: Source, options: ReadOptions) -> Toolpath:
@@ -54,6 +56,11 @@ def read_apt(source: Source, options: ReadOptions) -> Toolpath:
     reader = _Reader(source, Units(source, options.unit), Feeds(source, options.feed_mm_min))
     for statement in statements(source):
         reader.process(statement)
+    other = reader.units.better(reader.size(), options.machine)
+    if other is not None:
+        path = read_apt(source, replace(options, unit=other))
+        doubt = reader.units.findings(reader.size(), options.machine)
+        return replace(path, findings=(*path.findings, *told_as(other, doubt)))
     return reader.finish(options)
 
 
@@ -121,6 +128,13 @@ class _Reader:
     def _begun(self) -> bool:
         return len(self.moves.rows) > 0
 
+    def size(self) -> Size:
+        """Return the sizes that show the unit."""
+        positions, _, kinds, _, _ = self.moves.rows.columns()
+        cuts = positions[kinds == MoveKind.CUT]
+        spread = float(np.ptp(cuts, axis=0).max()) if len(cuts) and np.isfinite(cuts).all() else 0.0
+        return Size(spread, self.feeds.highest, self.tools.diameter())
+
     def finish(self, options: ReadOptions) -> Toolpath:
         """Return the path of all locations read."""
         moves = self.moves
@@ -135,7 +149,7 @@ class _Reader:
         self.frames.apply(positions, axes)
         unit = self.units.settle()
         tool, findings = self.tools.settle(options, MILLIMETRES[unit])
-        assumed = self._assumed(kinds, feeds, lines)
+        assumed = [*self._assumed(kinds, feeds, lines), *self.units.findings(self.size(), options.machine)]
         path = Toolpath.from_tips(
             scale_positions(positions, unit, lines, self.source),
             axes,
@@ -149,12 +163,18 @@ class _Reader:
         )
         return replace(path, findings=path.findings + remark_on(path))
 
+    def _assumed_unit(self) -> list[Finding]:
+        """Note that the unit of lengths is unknown."""
+        if self.units.stated is not None or self.units.given is not None:
+            return []
+        return [self.units.assumed(self.size(), Severity.NOTE, " (UNITS)")]
+
     def _assumed(self, kinds: IntArray, feeds: Array, lines: IntArray) -> list[Finding]:
         """Return findings on what the file leaves open."""
         moves = self.moves
         without_vector = 0 if moves.creo else moves.vector_row or 0
         return [
-            *assumed_unit(self.units),
+            *self._assumed_unit(),
             *assumed_feeds(self.feeds, feeds, kinds, lines),
             *assumed_axis(without_vector, int(lines[0]), self.source),
             *doubtful_arcs(moves.along, moves.against, self.source),

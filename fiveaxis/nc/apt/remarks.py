@@ -9,20 +9,12 @@ from fiveaxis.geometry import Array, IntArray
 from fiveaxis.nc.apt.feedrate import Feeds
 from fiveaxis.nc.rows import DEFAULT_FEED
 from fiveaxis.nc.source import Source
-from fiveaxis.nc.units import Units
 from fiveaxis.toolpath import MoveKind
 
 
 def note(code: str, text: str, line: int | None, source: Source) -> Finding:
     """Create a finding that needs no action."""
     return Finding(Severity.NOTE, code, text, Place(line=line, file=source.name))
-
-
-def assumed_unit(units: Units) -> list[Finding]:
-    """Note that the unit of lengths is unknown."""
-    if units.stated is not None or units.given is not None:
-        return []
-    return [note("unit-assumed", "the file states no UNITS; its lengths are read as mm", None, units.source)]
 
 
 def assumed_feeds(feeds: Feeds, values: Array, kinds: IntArray, lines: IntArray) -> list[Finding]:

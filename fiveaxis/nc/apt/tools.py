@@ -76,6 +76,14 @@ class Tools:
         elif self.number != self.used_number and _key(self.now) == _key(self.used):
             self.changes.append(statement)
 
+    def diameter(self) -> float | None:
+        """Return the diameter of the file's cutter in the file's unit, None if it isn't known."""
+        try:
+            stated = self._stated(1.0)
+        except ToolError:
+            return None
+        return None if stated is None else stated.diameter
+
     def settle(self, options: ReadOptions, scale: float) -> tuple[Tool, list[Finding]]:
         """Return the path's tool, the caller's or else the file's first, and findings.
 

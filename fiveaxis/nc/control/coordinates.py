@@ -9,13 +9,16 @@ import numpy as np
 
 from fiveaxis.errors import SettingError
 from fiveaxis.geometry import Array
-from fiveaxis.kinematics import linear_positions, tool_poses
+from fiveaxis.kinematics import linear_positions, tool_axes, tool_poses
 from fiveaxis.machine import Machine
 from fiveaxis.nc.control.axis_track import Counting, Values, axis_values
 from fiveaxis.nc.languages.planes import Plane
 
 # X, Y and Z, mm; None where the program hasn't given them yet.
 Point = list[float | None]
+
+# Largest component across Z of a tool that is along it.
+SAME_DIRECTION = 1e-9
 
 
 class WorkOffsets:
@@ -147,15 +150,26 @@ class Coordinates:
             return points @ self.total.rotation.T + self.total.origin
         return points + np.array([self.offsets[c] for c in self.xyz])
 
+    def _is_upright(self, values: Values) -> bool:
+        """Whether every rotary axis is at 0 and the tool along Z, so that work offset and workpiece agree."""
+        rotary = self.machine.rotary_columns
+        if any(values[c] is None or values[c] != 0.0 for c in rotary) or not self.plane.is_unturned:
+            return False
+        axis = tool_axes(self.machine, np.zeros((1, len(rotary))))[0]
+        return bool(np.allclose(axis, (0.0, 0.0, 1.0), atol=SAME_DIRECTION))
+
     def exchange(self, values: Values, *, to_tip: bool) -> Values:
         """Convert a row from axis positions to the tip, or back.
 
-        If the zero or an axis is unknown, X, Y and Z become unknown.
+        If the zero or an axis is unknown, X, Y and Z become unknown, except X and Y of an upright tool.
         """
         new = list(values)
         known = self.zero is not None and None not in values
         point: Point = [None] * 3
-        if known and to_tip:
+        if self.zero is None and self._is_upright(values):
+            # Words of the tip and of the axes are the same there, but for the tool's length.
+            point = [values[self.xyz[0]], values[self.xyz[1]], None] if len(self.xyz) == 3 else point
+        elif known and to_tip:
             tip, _ = tool_poses(self.machine, axis_values(self.machine, values, Counting.AXES))
             point = [float(c) for c in tip[0]]
         elif known:

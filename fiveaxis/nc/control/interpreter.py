@@ -7,7 +7,7 @@ until the program gives them.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,7 +15,16 @@ import numpy as np
 from fiveaxis.findings import Severity
 from fiveaxis.nc.control.axis_track import NO_MOVE, Counting
 from fiveaxis.nc.control.interpreter_state import CUT, RAPID, Switch
-from fiveaxis.nc.control.modal import CYCLES, END, G92_WORDS, HARMLESS, MOTION, PARAMETERS, unknown_word
+from fiveaxis.nc.control.modal import (
+    CYCLES,
+    END,
+    FRAMES,
+    G92_WORDS,
+    HARMLESS,
+    MOTION,
+    PARAMETERS,
+    unknown_word,
+)
 from fiveaxis.nc.control.moves import STRAIGHT
 from fiveaxis.nc.control.run_moves import RunMoves
 from fiveaxis.nc.languages.block import Block, BlockError
@@ -32,6 +41,17 @@ LONGEST_DWELL = 60.0
 _PLAIN_MOTION = {(): None, ("G0",): "G0", ("G1",): "G1"}
 # The other fields of a block that has only motion, words and directions.
 _NOTHING_ELSE = list(Block(0)[8:])
+
+
+# L of G10: tables of tool lengths and radii. P of G10 L2: the work offset.
+TOOL_TABLES = (1.0, 10.0, 11.0, 12.0, 13.0)
+WORK_OFFSETS = {float(number): word for number, word in enumerate(FRAMES[:6], start=1)}
+# mm and deg: a zero this near to the caller's is the same.
+SAME_ZERO = 1e-4
+
+
+def _shown(words: Mapping[str, float], letters: str) -> str:
+    return "".join(f" {c}{words[c]:g}" for c in letters if c in words)
 
 
 @dataclass
@@ -92,6 +112,8 @@ class Interpreter(RunMoves):
             self.modes.units.use(block.line)
         if "G4" in block.g:
             self._dwell(block)
+        elif "G10" in block.g:
+            self._enter_data(axes, block)
         elif "G28" in block.g or "G30" in block.g:
             self._go_home(axes, block)
         elif not G92_WORDS.isdisjoint(block.g):
@@ -116,6 +138,8 @@ class Interpreter(RunMoves):
             and not track.unknown(track.now)
             and self.switch is None
             and self.cycle is None
+            and modes.technology.cuts
+            and self.suspended is None
         )
         scale = MILLIMETRES[modes.units.now]
         self.scales = [1.0 if a.is_rotary else scale for a in track.machine.axes]
@@ -220,6 +244,7 @@ class Interpreter(RunMoves):
         at.frame = self.modes.frame
         if block.tip_control is not None:
             at.tip_control = block.tip_control
+            self.tip_words.update((*block.g, *block.m) if block.tip_control else ())
         if block.frame is not None:
             scale = MILLIMETRES[self.modes.units.now]
             self.modes.units.use(block.line)
@@ -278,6 +303,8 @@ class Interpreter(RunMoves):
             raise BlockError("a second program begins; split the file")
         if block.m or block.ignored or block.tool or "T" in block.words:
             self.tools.take(block)
+        if block.m or block.ignored:
+            self.functions.take(block)
         switches = block.tip_control is not None
         self.ignored.update(word for word in block.g if word in HARMLESS)
         self.ignored.update(word for word in block.m if word not in END and not switches)
@@ -300,6 +327,38 @@ class Interpreter(RunMoves):
             if now is None:
                 raise BlockError(f"G92 shifts {letter}, whose position isn't in the program yet; set start")
             at.shift_rotary(column, now, block.words[letter])
+
+    def _enter_data(self, axes: list[str], block: Block) -> None:
+        """Check data for the control's tables (G10): lengths of tools don't matter here, work offsets do.
+
+        Raises
+        ------
+        BlockError
+            A work offset other than the caller's, or any other table.
+        """
+        table, number = block.words.get("L"), block.words.get("P")
+        if table in TOOL_TABLES:
+            self.ignored["G10"] += 1
+            return
+        frame = WORK_OFFSETS.get(number) if table == 2.0 and number is not None else None
+        if frame is None or self.modes.incremental or "R" in block.words:
+            raise BlockError(
+                f"G10{_shown(block.words, 'LP')} changes the control's data in a way that isn't supported; "
+                "write G90 G10 L2 P1 to P6 with X, Y, Z and angles, or set the data at the control"
+            )
+        scale = MILLIMETRES[self.modes.units.now]
+        zero = self.coordinates.work_offsets.of(frame) or [0.0] * len(self.columns)
+        for letter in axes:
+            column = self.columns[letter]
+            value = block.words[letter] * (1.0 if column in self.track.rotary else scale)
+            if abs(value - zero[column]) > SAME_ZERO:
+                given = ",".join(f"{frame}{c}{block.words[c]:g}" for c in axes)
+                raise BlockError(
+                    f"G10 puts the zero of {frame} at {letter}{block.words[letter]:g} of the machine, and "
+                    f"it is taken to be at {zero[column]:g}; set program_zero (--program-zero {given}, in mm "
+                    "and deg), or remove the block to read positions from the program's zero"
+                )
+        self.ignored["G10"] += 1
 
     def _dwell(self, block: Block) -> None:
         others = [c for c in block.words if c in self.columns or c in "IJKR"]

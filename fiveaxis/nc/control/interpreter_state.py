@@ -11,8 +11,9 @@ from fiveaxis.findings import Finding, Place, Severity
 from fiveaxis.nc.control.axis_track import NO_MOVE, AxisTrack, Values
 from fiveaxis.nc.control.coordinates import Coordinates, Point
 from fiveaxis.nc.control.drilling import DrillingCycle
+from fiveaxis.nc.control.machine_functions import MachineFunctions
 from fiveaxis.nc.control.modal import Modes
-from fiveaxis.nc.control.spindle import Tools
+from fiveaxis.nc.control.tool_changes import Tools
 from fiveaxis.nc.control.wrapping import Wrapping
 from fiveaxis.nc.languages.block import Block, BlockError, Triple
 from fiveaxis.nc.rows import LARGEST_POSITION, MILLIMETRES
@@ -49,6 +50,9 @@ class InterpreterState:
     findings : assumptions and omissions
     tools : tools of the program
     wrapping : which rotary words are in 0 to 360, and the rule of their direction
+    functions : M words
+    tip_words : words that have switched TCP on
+    lost : word and line of a move within a motion that ended where only the machine knows
     """
 
     source: Source
@@ -65,9 +69,12 @@ class InterpreterState:
     cycle: DrillingCycle | None = None
     line: int = 0
     machine_move_line: int = 0
+    lost: str = ""
+    tip_words: set[str] = field(default_factory=set)
     tools: Tools = field(default_factory=Tools)
     turned_local: Point = field(default_factory=lambda: [None, None, None])
     wrapping: Wrapping = field(default_factory=Wrapping)
+    functions: MachineFunctions = field(default_factory=MachineFunctions)
 
     def __post_init__(self) -> None:
         axes = self.track.machine.axes
@@ -179,6 +186,7 @@ class InterpreterState:
         if self.modes.for_motion and not track.rows:
             self._begin()
             return
+        self._require_found()
         if not self.modes.for_motion:
             self._assume_rotary(target)
         missing = track.unknown(target)
@@ -240,6 +248,15 @@ class InterpreterState:
         if not track.rows:
             track.add(track.now, self.line, RAPID, 0.0)
 
+    def _require_found(self) -> None:
+        """Raise if a motion would go on from a place that isn't in the program."""
+        if self.lost:
+            raise BlockError(
+                f"a move after {self.lost}, which ends where only the machine knows: the way from there "
+                f"isn't "
+                "in the program; write G0 with that position, or one program for each part"
+            )
+
     def go_rapid(self, target: Values, *, turns: bool = False) -> None:
         """Add a rapid move; until all axes are known it only updates their positions."""
         track = self.track
@@ -255,6 +272,7 @@ class InterpreterState:
             track.now = target
             track.approach += 1
             return
+        self._require_found()
         self.switch = None
         if target == track.now and not turns and track.rows:
             self.ignored[NO_MOVE] += 1

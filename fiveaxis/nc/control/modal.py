@@ -2,7 +2,7 @@
 
 There are four kinds of words: those that act (`ACTING`), those that don't change the path (`HARMLESS`),
 those that would change it and aren't supported (`REFUSED`), and all others: unknown G words are refused, and
-M words are assumed to move no axis.
+M words are looked at in `fiveaxis.nc.control.machine_functions`.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from fiveaxis.machine import Machine
-from fiveaxis.nc.control.spindle import Spindle
+from fiveaxis.nc.control.technology import TechnologyReader
 from fiveaxis.nc.languages.block import Block, BlockError
 from fiveaxis.nc.rows import MILLIMETRES
 from fiveaxis.nc.units import Units
@@ -44,7 +44,7 @@ GROUPS: tuple[tuple[str, ...], ...] = (
     ("G93", "G94", "G95"),
     (*FRAMES, *MORE_FRAMES),
     ("G43", "G43.4", "G43.5", "G234", "G49"),
-    ("G4", "G28", "G30", *sorted(G92_WORDS)),
+    ("G4", "G10", "G28", "G30", *sorted(G92_WORDS)),
 )
 
 # Word -> why it doesn't move an axis or shift a position.
@@ -72,6 +72,7 @@ PARAMETERS = {
     "G43.5": "PQ",
     "G54.1": "P",
     "G154": "P",
+    "G10": "LPR",
     "G30": "P",
     "M19": "PRQ",
     **dict.fromkeys(CYCLES, "RPQIJKL"),
@@ -89,7 +90,7 @@ REFUSED = {
     **dict.fromkeys(("G41", "G42", "G41.1", "G42.1", "G41.2", "G42.2"), _RADIUS),
     **dict.fromkeys(("G5", "G5.2", "G5.3", "G6.2", "G33", "G33.1", "G33.2"), _CURVE),
     **dict.fromkeys(("G31", "G38.2", "G38.3", "G38.4", "G38.5"), _PROBE),
-    **dict.fromkeys(("G7", "G10", "G16", "G50.1", "G51", "G51.1", "G52", "G54.2", "G54.4"), _SHIFT),
+    **dict.fromkeys(("G7", "G16", "G50.1", "G51", "G51.1", "G52", "G54.2", "G54.4"), _SHIFT),
     **dict.fromkeys(("G68", "G68.1", "G68.3", "G68.4", "G92.3"), _SHIFT),
     **dict.fromkeys(("G65", "G66", "G67", "M96", "M97", "M98", "M198"), _CALL),
     "G90.1": "makes I, J, K absolute, which isn't supported; post them relative to the start of the arc",
@@ -100,13 +101,26 @@ REFUSED = {
 # control's parameters.
 REFUSED_IN_MOTION = {
     **dict.fromkeys(CYCLES, _CYCLE),
-    "G30": "goes to a second reference, whose position isn't in the program; write G0 with its coordinates",
     **dict.fromkeys(("G68.2", "G53.1"), _SHIFT),
 }
 
 ACTING = frozenset(
     (
-        *(*MOTION, *CYCLES, "G4", "G17", "G18", "G19", *UNIT, "G28", "G30", "G53", *FRAMES, *MORE_FRAMES),
+        *(
+            *MOTION,
+            *CYCLES,
+            "G4",
+            "G17",
+            "G18",
+            "G19",
+            *UNIT,
+            "G10",
+            "G28",
+            "G30",
+            "G53",
+            *FRAMES,
+            *MORE_FRAMES,
+        ),
         *("G90", "G91", "G93", "G94", "G95", *TIP_ON, "G68.2", "G53.1", "G69", *G92_WORDS),
     )
 )
@@ -125,13 +139,14 @@ class Modes:
     feed_mode : G93, G94 or G95
     feed : F in the unit of its mode, None before the first and after a change of mode
     feed_step : length units per minute of F1; 1 except for Heidenhain in inches
-    spindle : speed and direction, line by line
+    technology : spindle, tool, offsets and coolant, line by line
     frame, frame_line : the work offset and the line that selects it
     to_initial : G98, cycles return to the initial level instead of R
     compensated : G43, the control adds the tool length
     vectors : G43.5, I, J and K of a straight move are the tool direction
     for_motion : whether a motion is read, with a time for each row
     knows_zero : whether the caller has given the zero of a work offset
+    knows_motion : whether G0, G1 or another word of motion has been read
     """
 
     units: Units
@@ -143,12 +158,13 @@ class Modes:
     feed_mode: str = "G94"
     feed: float | None = None
     feed_step: float = 1.0
-    spindle: Spindle = field(default_factory=Spindle)
+    technology: TechnologyReader = field(default_factory=TechnologyReader)
     frame: str = "G54"
     frame_line: int | None = None
     to_initial: bool = True
     compensated: bool = False
     vectors: bool = False
+    knows_motion: bool = False
 
     @property
     def feed_scale(self) -> float:
@@ -167,12 +183,12 @@ class Modes:
         if block.g or block.m:
             self._require_read(block)
         if "G80" in block.g:
-            self.motion = None
+            self.motion = None  # in a head it cancels nothing
         for word in block.g:
             self._set(word, block)
         if block.feed_step is not None:
             self.feed_step = block.feed_step
-        self.spindle.take(block)
+        self.technology.take(block)
         if "F" in block.words:
             self.feed = block.words["F"]
             if self.feed <= 0.0:
@@ -205,7 +221,7 @@ class Modes:
             raise BlockError(f"a feed move without F in force for {self.feed_mode}; write F here or before")
         if self.feed_mode == "G94":
             return self.feed
-        speed = self.spindle.speed
+        speed = self.technology.now.speed
         if speed is None or speed <= 0.0:
             raise BlockError("F per revolution (G95) without S above 0 in force; write S, or post with G94")
         return self.feed * speed
@@ -225,7 +241,7 @@ class Modes:
     def _set(self, word: str, block: Block) -> None:
         line = block.line
         if word in MOTION or word in CYCLES:
-            self.motion = word
+            self.motion, self.knows_motion = word, True
         elif word in ("G17", "G18", "G19"):
             self.plane = word
         elif word in ("G90", "G91"):

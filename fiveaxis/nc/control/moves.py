@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -29,11 +29,16 @@ class Moves(InterpreterState):
 
     def _move(self, axes: list[str], block: Block) -> None:
         motion, line = self.modes.motion, block.line
+        if "G53" in block.g and self.modes.incremental:
+            # Fanuc doesn't move, Haas goes to the machine position, LinuxCNC stops: nothing is known after
+            # it.
+            self._lose("G53 under G91", axes)
+            return
         if motion is None and axes:
-            raise BlockError("axis words, and none of G0, G1, G2, G3 is in force; write one of them")
+            self._require_begin()
         if "G53" in block.g:
-            if motion not in STRAIGHT or self.modes.incremental:
-                raise BlockError("G53 needs G0 or G1, and G90; write them in its block")
+            if motion not in STRAIGHT:
+                raise BlockError("G53 needs G0 or G1; write one in its block")
             if self._omit_move("G53", {c: block.words[c] for c in axes}):
                 return
             self._note_machine_zero("G53")
@@ -58,6 +63,36 @@ class Moves(InterpreterState):
         else:
             self.go_rapid(target, turns=self.track.vector != before)
         self.turned_local = local
+
+    def _require_begin(self) -> None:
+        """Accept a first position without G0 or G1, whose way isn't in the program; else raise."""
+        if self.modes.knows_motion or self.track.rows or not self.track.unknown(self.track.now):
+            raise BlockError("axis words, and none of G0, G1, G2, G3 is in force; write one of them")
+        self.note(
+            Severity.NOTE,
+            "motion-assumed",
+            "a first position without G0 or G1: whether the control goes there in rapid or at feed isn't "
+            "in the "
+            "program, only its end is used",
+        )
+
+    def _lose(self, word: str, axes: Iterable[str]) -> None:
+        """Leave axes where only the machine knows: their positions are unknown until words give them."""
+        if self.modes.for_motion and self.coordinates.of_tip:
+            raise BlockError(
+                f"{word} under TCP: the tip after it isn't in the program; switch TCP off before"
+            )
+        columns = {self.columns[letter] for letter in axes}
+        self.named |= columns
+        if not columns.isdisjoint(self.track.rotary):
+            # Rotary axes at unknown positions end the tool direction in force.
+            self.track.vector = None
+        self.track.now = [None if i in columns else v for i, v in enumerate(self.track.now)]
+        self.turned_local = self.coordinates.to_local(self.track.now)
+        self.ignored[MACHINE_MOVES] += 1
+        self.machine_move_line = self.machine_move_line or self.line
+        if self.modes.for_motion and self.track.rows:
+            self.lost = self.lost or f"{word} on line {self.line}"
 
     def _note_plane(self, target: Values) -> None:
         """Warn that a tilted plane is assumed to turn with the workpiece."""
@@ -203,8 +238,11 @@ class Moves(InterpreterState):
             if target != self.track.now:
                 self.go_rapid(target)
             self.turned_local = local
-        # The position of the second reference is unknown.
-        if self._omit_move(word, dict.fromkeys(axes, None if word == "G30" else 0.0)):
+        if word == "G30":
+            # The position of the second reference isn't in the program.
+            self._lose(word, axes)
+            return
+        if self._omit_move(word, dict.fromkeys(axes, 0.0)):
             return
         self._note_machine_zero(word)
         home = self.track.now.copy()
@@ -213,7 +251,7 @@ class Moves(InterpreterState):
         self.go_rapid(home)
         self.turned_local = self.coordinates.to_local(self.track.now)
 
-    def _omit_move(self, word: str, targets: Mapping[str, float | None]) -> bool:
+    def _omit_move(self, word: str, targets: Mapping[str, float]) -> bool:
         """Omit a move in machine coordinates from a path that can't contain it; return whether it is omitted.
 
         A motion contains it, and so does a path of axis positions with a known zero.
@@ -222,7 +260,7 @@ class Moves(InterpreterState):
             raise BlockError(
                 f"{word} under TCP: the tip after it isn't in the program; switch TCP off before"
             )
-        known = self.coordinates.zero is not None and not self.coordinates.of_tip and word != "G30"
+        known = self.coordinates.zero is not None and not self.coordinates.of_tip
         if self.modes.for_motion or known:
             return False
         now = self.track.now.copy()
@@ -233,7 +271,6 @@ class Moves(InterpreterState):
             if column in self.track.rotary:
                 # Rotary axes at machine positions end the tool direction in force.
                 self.track.vector = None
-            if column in self.track.rotary and target is not None:
                 self._note_machine_zero(word)
         self.track.now = now
         self.turned_local = self.coordinates.to_local(now)

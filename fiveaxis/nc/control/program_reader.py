@@ -11,26 +11,39 @@ aren't limited to the axes' highest speeds, which verification checks.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal
 
 import numpy as np
 
-from fiveaxis.errors import ToolpathError
 from fiveaxis.findings import Finding, Severity
-from fiveaxis.geometry import Array, BoolArray, IntArray
+from fiveaxis.geometry import BoolArray, IntArray
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Motion
 from fiveaxis.nc.control.axis_track import Columns
 from fiveaxis.nc.control.interpreter import Interpreter
 from fiveaxis.nc.control.running import note_assumptions, run_program, why_nothing_moves
-from fiveaxis.nc.control.tip_motion import axes_of_tips
+from fiveaxis.nc.control.technology import TechnologyTrack
+from fiveaxis.nc.control.tip_frames import on_workpiece
+from fiveaxis.nc.control.tip_motion import axes_of_tips, require_angles
 from fiveaxis.nc.control.travel import motion_times
-from fiveaxis.nc.options import ReadOptions, Wrap
-from fiveaxis.nc.source import Source, lists_locations, load_source
+from fiveaxis.nc.kinds import kind_of
+from fiveaxis.nc.options import Positions, ReadOptions, Wrap
+from fiveaxis.nc.source import Source, load_source
 from fiveaxis.toolpath import MoveKind
+
+_LIST = (
+    "is a list of cutter locations, which names no axes; read it as a toolpath (read_toolpath, `fiveaxis "
+    "optimise`)"
+)
+# Kind of a file that is no program -> what to do with it.
+NO_PROGRAMS: dict[str, str] = {
+    "apt": _LIST,
+    "points": _LIST,
+    "motion": "is the table of a motion, not a program; read it with read_motion (`fiveaxis verify`, `post`)",
+}
 
 # deg: an axis that wraps at 360 deg turns by at most this.
 HALF_TURN = 180.0
@@ -44,15 +57,14 @@ class ReadMotion(Motion):
     ----------
     name : the file
     tcp : (n,), whether the move that ends at the row is under TCP
-    spindle : (n,), rev/min in that move: positive for M3, negative for M4, 0 if stopped, NaN if the program
-        doesn't state the speed
+    technology : spindle, tool, offsets and coolant in force in that move; None for another source
     ignored : counts of unused words, and of blocks and lines that aren't in the motion
     findings : assumptions and omissions, with their lines
     """
 
     name: str = "program"
     tcp: BoolArray = field(default_factory=lambda: np.zeros(0, dtype=bool))
-    spindle: Array = field(default_factory=lambda: np.zeros(0))
+    technology: TechnologyTrack | None = None
     ignored: Mapping[str, int] = field(default_factory=dict)
     findings: tuple[Finding, ...] = ()
 
@@ -67,6 +79,8 @@ def read_program(
     rapid_mm_min: float | None = None,
     block_delete: bool = False,
     wrap: Wrap | None = None,
+    positions: Positions | None = None,
+    harmless: Sequence[str] = (),
 ) -> ReadMotion:
     """Read an NC program.
 
@@ -79,7 +93,7 @@ def read_program(
     ----------
     path : the program; compressed if its name ends in ``.gz``
     machine : it must have every axis that the program names
-    unit : of lengths, if the program doesn't state it (G20, G21, G70, G71); mm by default
+    unit : of lengths, in place of the program's own (G20, G21, G70, G71); mm where neither says it
     start : axis letter -> mm or deg, in the control's sign: positions before the first block of axes that its
         rapid moves don't give
     program_zero : axis letter -> mm or deg: the work offset, machine coordinates (G53) of the program's zero
@@ -90,6 +104,9 @@ def read_program(
         0 to 360 in the shorter direction (Fanuc with roll-over, Klartext under M126); ``signed``, in the
         direction of the sign (LinuxCNC's WRAPPED_ROTARY). By default as in a header by `compose_program`,
         else as written
+    positions : frame of tip positions under TCP: it turns with the table (``table``) or is fixed to the
+        machine (``machine``); by default as the path shows
+    harmless : M words of the machine's builder that move and switch nothing: ``M56``
 
     Returns
     -------
@@ -107,12 +124,6 @@ def read_program(
         With file and line: a list of cutter locations, anything that can't be read completely, a feed move
         before all axes are known, a rapid move of unknown speed, a tool direction instead of angles.
     """
-    if lists_locations(path):
-        raise ToolpathError(
-            "is a list of cutter locations, which names no axes; read it as a toolpath (read_toolpath, "
-            "`fiveaxis optimise`)",
-            file=path,
-        )
     options = ReadOptions(
         unit=unit,
         machine=machine,
@@ -121,6 +132,8 @@ def read_program(
         rapid_mm_min=rapid_mm_min,
         block_delete=block_delete,
         wrap=wrap,
+        positions=positions,
+        harmless=tuple(harmless),
     )
     return read_motion_of(load_source(path), machine, options)
 
@@ -133,18 +146,23 @@ def read_motion_of(source: Source, machine: Machine, options: ReadOptions) -> Re
     FiveAxisError
         As `read_program`.
     """
+    kind = kind_of(source)
+    if kind in NO_PROGRAMS:
+        raise source.error(NO_PROGRAMS[kind])
     interpreter = run_program(source, machine, options, for_motion=True)
-    rapid = options.rapid_mm_min
-    return _finish(interpreter, machine, None if rapid is None else rapid / 60.0)
+    return _finish(interpreter, machine, options)
 
 
-def _finish(interpreter: Interpreter, machine: Machine, rapid: float | None) -> ReadMotion:
+def _finish(interpreter: Interpreter, machine: Machine, options: ReadOptions) -> ReadMotion:
+    rapid = None if options.rapid_mm_min is None else options.rapid_mm_min / 60.0
     track, source = interpreter.track, interpreter.source
     if len(track.rows) < 2:
         raise source.error(why_nothing_moves(track))
     columns = written = track.columns()
     scale = interpreter.modes.feed_scale
     if columns.of_tip.any():
+        require_angles(columns, source)
+        columns = _on_workpiece(columns, interpreter, options)
         columns, scale = axes_of_tips(columns, scale, source), 1.0
     time, feed = motion_times(columns, scale, rapid, source)
     if not np.isfinite(feed).all():  # dwells only
@@ -162,10 +180,19 @@ def _finish(interpreter: Interpreter, machine: Machine, rapid: float | None) -> 
         source=columns.lines,
         name=source.name,
         tcp=written.of_tip[np.searchsorted(written.lines, columns.lines)],
-        spindle=interpreter.modes.spindle.at(columns.lines),
+        technology=interpreter.modes.technology.track(columns.lines),
         ignored=dict(sorted((word, n) for word, n in interpreter.ignored.items() if n)),
         findings=tuple(interpreter.findings),
     )
+
+
+def _on_workpiece(columns: Columns, interpreter: Interpreter, options: ReadOptions) -> Columns:
+    """Return the rows with tips in the workpiece frame."""
+    xyz = interpreter.coordinates.xyz
+    values, of_tip = columns.values.copy(), columns.of_tip
+    tip = on_workpiece(values[:, xyz], columns, interpreter, options)
+    values[:, xyz] = np.where(of_tip[:, None], tip, values[:, xyz])
+    return replace(columns, values=values)
 
 
 def _note_turns(interpreter: Interpreter, columns: Columns, lines: IntArray) -> None:

@@ -13,12 +13,13 @@ import numpy as np
 
 from fiveaxis.errors import ToolError
 from fiveaxis.findings import Finding, Place, Severity
-from fiveaxis.geometry import Array, BoolArray
-from fiveaxis.kinematics import link_poses, tool_axes, tool_poses
-from fiveaxis.machine import BED, Machine
+from fiveaxis.geometry import Array
+from fiveaxis.kinematics import tool_axes, tool_poses
+from fiveaxis.machine import Machine
 from fiveaxis.nc.control.axis_track import Columns, Counting
 from fiveaxis.nc.control.interpreter import Interpreter
 from fiveaxis.nc.control.running import note_assumptions, run_program, why_nothing_moves
+from fiveaxis.nc.control.tip_frames import on_workpiece
 from fiveaxis.nc.control.travel import filled, travel_of
 from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.remarks import remark_on
@@ -30,12 +31,6 @@ from fiveaxis.toolpath import MoveKind, Toolpath
 LONG_TURN = 180.0
 # Number of long rotations that are reported one by one.
 MOST_REPORTED = 50
-# If the tip path is shorter than this share of the chosen one in the other frame, that frame is likelier.
-DOUBTFUL = 0.5
-# rad: smaller rotations of the table don't distinguish the frames.
-STILL = 1e-6
-# Rows whose links are placed at a time: the poses of all would take most of the memory.
-PART = 50_000
 
 
 def read_program_path(source: Source, options: ReadOptions) -> Toolpath:
@@ -104,56 +99,8 @@ def _poses(
         axis[of_tip & given] = unit_axes(
             columns.vectors[of_tip & given], columns.lines[of_tip & given], source
         )
-        tip, axis = _on_workpiece(tip, axis, columns, interpreter, options)
+        tip = on_workpiece(tip, columns, interpreter, options)
     return tip, axis
-
-
-def _on_workpiece(
-    tip: Array, axis: Array, columns: Columns, interpreter: Interpreter, options: ReadOptions
-) -> tuple[Array, Array]:
-    """Convert tip positions from the caller's frame; warn if the other frame makes a shorter path."""
-    machine = columns.machine
-    positions = columns.positions()
-    known = columns.of_tip & np.isfinite(positions[:, machine.rotary_columns]).all(axis=1)
-    if not any(letter in "ABC" for letter in machine.code.table):
-        return tip, axis
-    if options.positions == "machine" and not known[columns.of_tip].all():
-        line = int(columns.lines[columns.of_tip & ~known][0])
-        raise interpreter.source.error(
-            "positions=machine, and the block gives the tool direction instead of the table angle; post the "
-            "program with rotary words, or set positions=table",
-            line,
-        )
-    if not known.any():
-        return tip, axis
-    carried = tip.copy()
-    carried[known] = _carry_to_work(machine, tip[known], positions[known])
-    readings = {"table": tip, "machine": carried}
-    _note_doubt(readings, columns, interpreter, options.positions, known)
-    return readings[options.positions], axis
-
-
-def _carry_to_work(machine: Machine, points: Array, positions: Array) -> Array:
-    """Convert points that stay in the machine while the table turns to the workpiece frame.
-
-    Parameters
-    ----------
-    points : (n, 3), mm, in the workpiece frame with every axis at 0
-    positions : (n, k), axis values; those of linear axes don't matter
-
-    Returns
-    -------
-    (n, 3), mm, workpiece frame
-    """
-    values = positions.copy()
-    values[:, machine.linear_columns] = 0.0
-    carried = np.empty_like(points)
-    for begin in range(0, len(points), PART):
-        part = slice(begin, begin + PART)
-        # E_1 … E_j moves the bed relative to the workpiece, and the machine's points with it.
-        poses = link_poses(machine, values[part])[BED]
-        carried[part] = np.einsum("nij,nj->ni", poses[:, :3, :3], points[part]) + poses[:, :3, 3]
-    return carried
 
 
 def _touching(path: Toolpath, columns: Columns, source: Source) -> Toolpath:
@@ -174,35 +121,6 @@ def _touching(path: Toolpath, columns: Columns, source: Source) -> Toolpath:
             Place(line=int(columns.lines[given][0]), file=source.name),
         )
         return replace(path, findings=(*path.findings, finding))
-
-
-def _note_doubt(
-    readings: dict[str, Array], columns: Columns, interpreter: Interpreter, chosen: str, known: BoolArray
-) -> None:
-    """Compare the tip's path length in both frames, over the cuts in which the table turns."""
-    machine = columns.machine
-    table = [machine.column(c) for c in machine.code.table if c in "ABC"]
-    steps = np.abs(np.diff(columns.positions()[:, table], axis=0)).max(axis=1)
-    moves = (steps > STILL) & known[1:] & known[:-1] & (columns.kinds[1:] == MoveKind.CUT)
-    if not moves.any():
-        return
-    lengths = {
-        name: float(np.linalg.norm(np.diff(tip, axis=0), axis=1)[moves].sum())
-        for name, tip in readings.items()
-    }
-    other = "machine" if chosen == "table" else "table"
-    if lengths[other] < DOUBTFUL * lengths[chosen]:
-        first = int(np.argmax(moves)) + 1
-        interpreter.report(
-            Severity.WARNING,
-            "positions-doubtful",
-            f"in the {int(moves.sum())} cuts that turn the table, the tip path is {lengths[chosen]:.6g} mm "
-            f"with positions in the frame of the {chosen}, as they are read, and {lengths[other]:.6g} mm in "
-            f"that of the {other}; set positions={other} if that is meant",
-            int(columns.lines[first]),
-            first,
-            lengths[chosen],
-        )
 
 
 def _note_long_turns(columns: Columns, interpreter: Interpreter) -> None:

@@ -5,6 +5,9 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
 
 from fiveaxis.errors import SettingError
 from fiveaxis.findings import Severity
@@ -12,13 +15,20 @@ from fiveaxis.machine import Machine
 from fiveaxis.nc.control.axis_track import AxisTrack, Values
 from fiveaxis.nc.control.coordinates import Coordinates, WorkOffsets
 from fiveaxis.nc.control.interpreter import Interpreter
+from fiveaxis.nc.control.machine_functions import MachineFunctions
 from fiveaxis.nc.control.modal import Modes
 from fiveaxis.nc.control.moves import MACHINE_MOVES
+from fiveaxis.nc.control.technology import reader_for
 from fiveaxis.nc.control.wrapping import find_wrapping
-from fiveaxis.nc.languages.choice import split_program
+from fiveaxis.nc.languages.choice import find_language, leader_length, split_program, split_runs
 from fiveaxis.nc.options import ReadOptions
+from fiveaxis.nc.rows import MILLIMETRES
 from fiveaxis.nc.source import Source
-from fiveaxis.nc.units import Units
+from fiveaxis.nc.units import Size, Units, told_as
+from fiveaxis.toolpath import MoveKind
+
+# Rows that show the unit of a program.
+MOST_SAMPLED = 20_000
 
 
 def run_program(
@@ -49,9 +59,50 @@ def run_program(
     ToolpathError
         With file and line: anything that can't be read completely.
     """
+    interpreter = _run(source, machine, options, for_motion=for_motion, stand_in=stand_in, quickly=quickly)
+    known = None if stand_in else machine
+    units, size = interpreter.modes.units, size_of(interpreter)
+    other = units.better(size, known)
+    doubt = units.findings(size, known)
+    if other is not None:
+        options = replace(options, unit=other)
+        interpreter = _run(
+            source, machine, options, for_motion=for_motion, stand_in=stand_in, quickly=quickly
+        )
+        doubt = told_as(other, doubt)
+    interpreter.findings += doubt
+    return interpreter
+
+
+def size_of(interpreter: Interpreter) -> Size:
+    """Return the sizes that show the unit of a program's lengths, from a sample of its rows."""
+    track, scale = interpreter.track, MILLIMETRES[interpreter.modes.units.now]
+    places, feeds = np.zeros((0, 3)), np.zeros(0)
+    if track.rows:
+        columns = track.columns()
+        rows = np.arange(0, len(track.rows), len(track.rows) // MOST_SAMPLED + 1)
+        cuts = rows[columns.kinds[rows] == MoveKind.CUT]
+        places, feeds = columns.values[cuts][:, interpreter.coordinates.xyz], columns.feeds[cuts]
+    extent = float(np.ptp(places, axis=0).max()) / scale if len(places) else 0.0
+    stated = feeds[np.isfinite(feeds)]
+    feed = float(stated.max()) if len(stated) else None
+    per_minute = None if feed is None or interpreter.fixed_feed else 60.0 * feed * interpreter.modes.feed_step
+    return Size(extent, per_minute)
+
+
+def _run(
+    source: Source,
+    machine: Machine,
+    options: ReadOptions,
+    *,
+    for_motion: bool,
+    stand_in: bool,
+    quickly: bool,
+) -> Interpreter:
+    """Run a program as `run_program`, in the unit that it states."""
     wrapping = find_wrapping(source, machine, options.wrap, stand_in=stand_in)
     offsets = WorkOffsets(options.program_zero, machine)
-    modes = Modes(Units(source, options.unit), for_motion, offsets.knows)
+    modes = Modes(Units(source, options.unit), for_motion, offsets.knows, technology=reader_for(source))
     coordinates = Coordinates(machine, offsets)
     ignored: Counter[str] = Counter()
     now = _begin(options.start, machine, coordinates.offsets)
@@ -65,10 +116,15 @@ def run_program(
         stand_in=stand_in,
         quickly=quickly,
         wrapping=wrapping,
+        functions=MachineFunctions(find_language(source), options.harmless),
     )
-    end = interpreter.run(split_program(source, block_delete=options.block_delete, quickly=quickly))
+    split = split_runs if quickly else split_program
+    end = interpreter.run(split(source, block_delete=options.block_delete))
+    if before := sum(1 for text in source.lines[: leader_length(source)] if text.strip()):
+        ignored["lines before the program"] += before
     if end is not None:
         _count_rest(source, end, ignored)
+    interpreter.findings += interpreter.functions.settle(source, interpreter.track)
     return interpreter
 
 
@@ -105,12 +161,7 @@ def note_assumptions(interpreter: Interpreter) -> None:
     units, track = interpreter.modes.units, interpreter.track
     line = track.rows.first_line
     if units.stated is None and units.given is None:
-        interpreter.note(
-            Severity.WARNING,
-            "unit-assumed",
-            "the program doesn't state its unit (G20, G21); mm is assumed, set unit=inch if it isn't",
-            line,
-        )
+        interpreter.findings.append(units.assumed(size_of(interpreter), Severity.WARNING, " (G20, G21)"))
     if track.approach:
         interpreter.report(
             Severity.NOTE,

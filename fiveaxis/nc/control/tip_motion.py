@@ -39,7 +39,7 @@ def axes_of_tips(columns: Columns, scale: float, source: Source) -> Columns:
 
     Parameters
     ----------
-    columns : rows of axes and of the tip
+    columns : rows of axes, and of the tip by angles
     scale : mm of a linear feed of 1, `Modes.feed_scale`
     source : the program, for errors
 
@@ -51,10 +51,9 @@ def axes_of_tips(columns: Columns, scale: float, source: Source) -> Columns:
     Raises
     ------
     ToolpathError
-        With file and line: a tool direction instead of angles; a posture in which the linear axes can't
+        With file and line: a posture in which the linear axes can't
         reach the tip.
     """
-    _require_angles(columns, source)
     machine, of_tip = columns.machine, columns.of_tip
     rows = _solve(columns, columns.positions(), np.arange(len(of_tip)), source)
     by_axes = replace(
@@ -85,7 +84,8 @@ def axes_of_tips(columns: Columns, scale: float, source: Source) -> Columns:
     )
 
 
-def _require_angles(columns: Columns, source: Source) -> None:
+def require_angles(columns: Columns, source: Source) -> None:
+    """Raise if a row gives the tool direction: the control chooses the angles."""
     row = first_row(np.isfinite(columns.vectors[:, 0]))
     if row is not None:
         raise source.error(

@@ -19,6 +19,7 @@ from fiveaxis.machine import Machine
 from fiveaxis.nc.languages.block import block_error
 from fiveaxis.nc.languages.choice import KLARTEXT, SINUMERIK, find_language
 from fiveaxis.nc.options import Wrap
+from fiveaxis.nc.own_header import HEAD, stated
 from fiveaxis.nc.source import Source
 
 # deg
@@ -26,9 +27,9 @@ TURN, HALF_TURN = 360.0, 180.0
 # deg: closer angles are equal, not a full turn apart.
 SAME = 1e-9
 
-# Mark of LinuxCNC programs with wrapped rotary words, and the lines that are searched for it.
-WRAPPED, HEAD = "WRAPPED_ROTARY", 100
-_STATED = re.compile(r"winding: modulo (shorter|signed) ([ABC]+)", re.IGNORECASE)
+# Mark of LinuxCNC programs with wrapped rotary words.
+WRAPPED = "WRAPPED_ROTARY"
+_STATED = re.compile(r"modulo (shorter|signed) ([abc]+)")
 
 
 @dataclass(frozen=True)
@@ -107,8 +108,8 @@ def find_wrapping(source: Source, machine: Machine, wrap: Wrap | None, *, stand_
     if wrap == "unwound":
         return Wrapping()
     language = find_language(source)
-    stated = None if wrap is not None else _stated(source)
-    rule, letters = (wrap, None) if stated is None else stated
+    own = None if wrap is not None else _stated(source)
+    rule, letters = (wrap, None) if own is None else own
     if rule is None:
         return Wrapping()
     if language == SINUMERIK:
@@ -126,10 +127,10 @@ def find_wrapping(source: Source, machine: Machine, wrap: Wrap | None, *, stand_
 
 def _stated(source: Source) -> tuple[Wrap, str] | None:
     """Return the rule and its axis letters from the header of a program written by this package."""
+    found = _STATED.fullmatch(stated(source, "winding") or "")
+    if found is not None:
+        return ("signed" if found[1] == "signed" else "shorter"), found[2].upper()
     for line, text in enumerate(source.lines[:HEAD], start=1):
-        found = _STATED.search(text)
-        if found is not None:
-            return ("signed" if found[1].lower() == "signed" else "shorter"), found[2].upper()
         if WRAPPED in text:
             raise block_error(
                 source,

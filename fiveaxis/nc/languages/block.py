@@ -73,6 +73,7 @@ class Block(NamedTuple):
     findings : assumptions made while reading; the first of each code is kept
     tool : name of the selected tool, unless it is a number after T
     feed_step : length units per minute of F1 from here on; None leaves it
+    work_offset : name of the selected work offset, if it is none of ISO 6983's G54 to G59 (G505, preset 3)
     shorter : whether rotary axes take the shorter direction from here on (M126); None leaves it
     """
 
@@ -94,3 +95,4 @@ class Block(NamedTuple):
     tool: str = ""
     feed_step: float | None = None
     shorter: bool | None = None
+    work_offset: str = ""

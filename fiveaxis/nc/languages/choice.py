@@ -1,4 +1,4 @@
-"""Detection of a program's language: by its words, then by its suffix."""
+"""Detection of a program's language: by its words, not by its comments, then by its suffix."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import PurePath
 from pkgutil import resolve_name
+from typing import cast
 
 from fiveaxis.nc.languages.block import Block
 from fiveaxis.nc.languages.runs import Run
@@ -62,7 +63,7 @@ SINUMERIK = Language(
         r"\bMSG *\(",
         r"\b(?:MCALL|POCKET[0-9]|HOLES[0-9]|WORKPIECE|ORI(?:WKS|MKS|AXES|VECT|CURVE))\b",
         r"\bCYCLE[0-9]+ *\(",
-        r"\bA?(?:TRANS|ROT|MIRROR|SCALE)\b",
+        r"^(?:N[0-9]+)? *A?(?:TRANS|ROT|MIRROR|SCALE) *(?:$|[XYZ] *[-+.=0-9]|RPL)",
         r"\b(?:COMPCAD|COMPON|COMPCURV|COMPOF|FFWON|FFWOF|STOPRE|SOFT|BRISK|FGROUP|DIAMOF|CUT2D)\b",
         r"\b(?:[XYZUVWIJK]|[ABC][2-7]?|CR|TURN|R[0-9]+|S[0-9]+|M[0-9]+) *=",
         r"^%_N_",
@@ -72,6 +73,14 @@ SINUMERIK = Language(
 
 # Order matters: B=E254 and A5=15 of MillPlus programs also match Sinumerik.
 LANGUAGES = (KLARTEXT, MILLPLUS, SINUMERIK, ISO)
+
+_PATTERNS = [(language, re.compile("|".join(language.signs))) for language in LANGUAGES if language.signs]
+# Words of G-code that no other language has: they outweigh a suffix.
+_ISO_SIGN = re.compile(
+    r"(?:^|(?<=[0-9. \t]))G *"
+    r"0*(?:2[018]|43|49|80|43\.[45]|53\.1|68\.2|54\.1|59\.[123]|92\.[12]|154|234)(?![0-9.])"
+    r"|^[O:] *[0-9]"
+)
 
 # Lines that are searched: a program shows its language early, and a million lines would take a second.
 HEAD = 2000
@@ -83,38 +92,112 @@ _LONGEST_HEAD = 200
 # Most lines have numbers only, and no sign of a language.
 _MAY_HAVE_SIGN = re.compile(r"=|[A-Z_]{3}")
 
+_MARK = re.compile(r'[();]|"[^"]*"')
 # Brackets after a name hold Sinumerik arguments; all others hold comments.
-_BRACKET = re.compile(r"([A-Z_]{3,}[0-9]* *)?\([^()]*\)|;.*")
+_NAME_END = re.compile(r"[A-Z_]{3,}[0-9]* *$")
+_BEGINS = re.compile(r"\s*(?:%|[0-9]*\s*BEGIN PGM\b)", re.IGNORECASE)
+# A line that moves: text with such a line in it is a program, not a title before one.
+_MOVES = re.compile(r"\s*/?\s*(?:N *[0-9]+)?\s*(?:G *0*[0-9]+|[XYZ] *[-+.0-9])", re.IGNORECASE)
 
 
 def find_language(source: Source) -> Language:
-    """Return the language of a program: by the first line with a sign, else by the suffix."""
-    patterns = [(language, re.compile("|".join(language.signs))) for language in LANGUAGES if language.signs]
-    for text in filter(_MAY_HAVE_SIGN.search, (text[:_LONGEST_HEAD].upper() for text in source.lines[:HEAD])):
-        code = _BRACKET.sub(lambda found: f"{found[1]}(" if found[1] else "", text)
-        for language, pattern in patterns:
+    """Return the language of a program: by the first line with a sign of one, else by the suffix.
+
+    Comments and the text before ``%`` are no words of a program.
+    """
+    head = [text.upper() for text in head_lines(source)]
+    for text in filter(_MAY_HAVE_SIGN.search, head):
+        code = bare_code(text)
+        for language, pattern in _PATTERNS:
             if pattern.search(code):
                 return language
     suffix = PurePath(PurePath(source.name).name.lower().removesuffix(".gz")).suffix
-    return next((language for language in LANGUAGES if suffix in language.suffixes), ISO)
+    stated = next((language for language in LANGUAGES if suffix in language.suffixes), ISO)
+    return ISO if stated == ISO or any(_ISO_SIGN.search(bare_code(text)) for text in head) else stated
 
 
-def split_program(
-    source: Source, *, block_delete: bool = False, quickly: bool = True
-) -> Iterator[Block | Run]:
-    """Yield the blocks of a program in any language, and runs of plain ones in their place.
+def has_sign(code: str) -> bool:
+    """Check whether a line from `bare_code` has a sign of any language."""
+    return _ISO_SIGN.search(code) is not None or any(pattern.search(code) for _, pattern in _PATTERNS)
+
+
+def bare_code(text: str) -> str:
+    """Return a line, in upper case, without comments of any language and without arguments in brackets."""
+    if not any(sign in text for sign in "(;"):
+        return text.strip()
+    kept, begin, depth = [], 0, 0
+    for mark in _MARK.finditer(text):
+        sign = mark[0]
+        if sign == "(":
+            if depth == 0:
+                kept.append(text[begin : mark.start()])
+                kept.append("(" if _NAME_END.search(kept[-1]) else " ")
+                begin = len(text)
+            depth += 1
+        elif sign == ")" and depth:
+            depth -= 1
+            begin = mark.end() if depth == 0 else begin
+        elif sign == ";" and depth == 0:
+            kept.append(text[begin : mark.start()])
+            begin = len(text)
+            break
+    return "".join([*kept, text[begin:]]).strip()
+
+
+def head_lines(source: Source) -> list[str]:
+    """Return the lines that show what a file holds, cut to a length at which they do."""
+    begin = leader_length(source)
+    return [text[:_LONGEST_HEAD] for text in source.lines[begin : begin + HEAD]]
+
+
+def leader_length(source: Source) -> int:
+    """Count the lines before ``%`` or ``BEGIN PGM`` that are no program: a listing's text, a letter head.
+
+    A control reads from the first ``%`` on. Lines that move, before it, belong to a program that has ``%``
+    only at its end.
+    """
+    lines = [text[:_LONGEST_HEAD] for text in source.lines[:HEAD]]
+    begin = next((i for i, text in enumerate(lines) if _BEGINS.match(text)), 0)
+    if any(map(_MOVES.match, lines[:begin])):
+        return 0
+    return begin if any(text.strip() not in ("", "%") for text in source.lines[begin + 1 :]) else 0
+
+
+def _without_leader(source: Source) -> Source:
+    """Return a program with empty lines in place of the text before its ``%``."""
+    count = leader_length(source)
+    return Source(source.name, [*([""] * count), *source.lines[count:]]) if count else source
+
+
+def split_program(source: Source, *, block_delete: bool = False) -> Iterator[Block]:
+    """Yield the blocks of a program in any language.
 
     Parameters
     ----------
     source : the file
     block_delete : whether to skip blocks that begin with ``/``
-    quickly : whether to yield runs
 
     Raises
     ------
     ToolpathError
         With file, line and text: a block that can't be read, a line longer than `LONGEST_LINE`.
     """
+    _require_lines(source)
+    split = find_language(source).split(_without_leader(source), block_delete=block_delete)
+    return cast("Iterator[Block]", split)
+
+
+def split_runs(source: Source, *, block_delete: bool = False) -> Iterator[Block | Run]:
+    """Yield blocks as `split_program` does, and runs of plain ones in their place."""
+    language = find_language(source)
+    if not language.runs:
+        return split_program(source, block_delete=block_delete)
+    _require_lines(source)
+    return language.split(_without_leader(source), block_delete=block_delete, runs=True)
+
+
+def _require_lines(source: Source) -> None:
+    """Raise if a line is longer than `LONGEST_LINE`."""
     if max(map(len, source.lines), default=0) > LONGEST_LINE:
         line = next(i for i, text in enumerate(source.lines, start=1) if len(text) > LONGEST_LINE)
         text = source.lines[line - 1]
@@ -123,6 +206,3 @@ def split_program(
             "or its line ends are lost",
             line,
         )
-    language = find_language(source)
-    runs = {"runs": True} if quickly and language.runs else {}
-    return language.split(source, block_delete=block_delete, **runs)

@@ -61,6 +61,7 @@ class Draft:
     tool: str = ""
     feed_step: float | None = None
     shorter: bool | None = None
+    work_offset: str = ""
 
     def note(self, severity: Severity, code: str, message: str) -> None:
         """Record an assumption or an omission."""
@@ -87,6 +88,7 @@ class Draft:
             tool=self.tool,
             feed_step=self.feed_step,
             shorter=self.shorter,
+            work_offset=self.work_offset,
         )
         return None if block == Block(self.line) else block
 

@@ -27,6 +27,9 @@ _PLAIN_G = {0.0: ("G0",), 1.0: ("G1",)}
 _RUN = PlainLines.of_words("ABCUVWXYZ")
 
 _PLAIN = "post the program with plain numbers"
+_DIN = (
+    "is DIN/ISO of Heidenhain, where G30, G98 and others mean something else; post Klartext, or another ISO"
+)
 _SINUMERIK = "is Sinumerik code in an ISO program (Fanuc, Haas, LinuxCNC); post it in one language"
 
 # What a line that doesn't consist of words may be; the first match gives the reason.
@@ -38,15 +41,21 @@ NOT_WORDS: tuple[tuple[re.Pattern[str], str], ...] = tuple(
         (r"A?ROTS?|A?TRANS|A?MIRROR|A?SCALE", "changes the coordinates; post without it"),
         (r"TRAFOOF|SUPA|DEF|MSG", _SINUMERIK),
         (
-            r"IF|WHILE|GOTO|REPEAT|FOR|ENDFOR|CALL|SUB|DO[0-9]|END[0-9]",
+            r"(?:IF|WHILE|REPEAT|FOR)(?=[\[(#0-9XYZ]|$)|GOTO(?=[-+\[#0-9]|$)|(?:ENDFOR|CALL|SUB|DO[0-9]|END[0-9])$",
             f"jumps or repeats, which isn't run; {_PLAIN}",
         ),
+        (r"\*$", _DIN),
         (r"[#\[<]", f"is a variable or an expression, which isn't evaluated; {_PLAIN}"),
         (r"=", _SINUMERIK),
         (r"[(]", "opens a comment that isn't closed on its line; close it"),
         (r",[A-Z]", "is a chamfer or a rounding, which isn't supported; post its moves"),
     )
 )
+
+_CHANGES = re.compile("M0*6(?![0-9])")
+# The name of a program: <PART>, O<PART>, :0001, and $PART.MIN% of Okuma.
+_NAMED = re.compile(r"(?:N[0-9]+)?(?:O?<[A-Z0-9_.+-]+>|\$[A-Z0-9_-]+\.MIN%?|:[0-9]+)")
+_DIN_HEAD = re.compile("%[^*]*G7[01]")
 
 _NAME = r"#(?:[0-9]+|<[A-Z0-9_]+>)"
 _ASSIGNED = re.compile(f"({_NAME})=")
@@ -130,7 +139,10 @@ def _plain_block(line: int, text: str) -> Block | None:
 def _any_block(line: int, text: str, macro: Macro, tip: TipSwitch, block_delete: bool) -> Block | None:
     code = compact_code(text)
     if not code or code[0] == "%" or _is_title(text, code):
+        _require_no_din(code)
         return None
+    if _NAMED.fullmatch(code):
+        return Block(line, words={"O": 0.0})
     if code[0] == "/":
         if block_delete:
             return Block(line, skipped=True)
@@ -188,10 +200,17 @@ def _is_title(text: str, code: str) -> bool:
     return code[0] == "O" and re.match(r"\s*O\s+[A-Z][A-Z ]+", text, re.IGNORECASE) is not None
 
 
+def _require_no_din(code: str) -> None:
+    """Raise at the head of a program in Heidenhain's DIN/ISO, as ``%PART G71 *``."""
+    if code[-1:] == "*" or _DIN_HEAD.fullmatch(code):
+        raise BlockError(_DIN)
+
+
 def _parse_block(line: int, code: str) -> Block:
     g: list[str] = []
     m: list[str] = []
     words: dict[str, float] = {}
+    tool = ""
     found = WORD.findall(code)
     if sum(len(letter) + len(number) for letter, number in found) != len(code):
         raise BlockError(_explain(code))
@@ -203,10 +222,13 @@ def _parse_block(line: int, code: str) -> Block:
             g.append(f"G{value + 0.0:g}")
         elif letter == "M":
             m.append(f"M{value:g}")
+        elif letter == "T" and "T" in words and not tool and _CHANGES.search(code):
+            # T1 T2 M6 loads T1, and T2 waits for the next change (Mazak).
+            tool, words["T"] = f"T{words['T']:g}", value
         else:
             put_word(words, letter, value)
     words.pop("N", None)
-    return Block(line, tuple(g), tuple(m), words or NO_WORDS)
+    return Block(line, tuple(g), tuple(m), words or NO_WORDS, tool=tool)
 
 
 def _explain(code: str) -> str:
@@ -275,7 +297,9 @@ class Macro:
 
 
 def _key(name: str) -> str:
-    """Return the same key for ``#1`` and ``#001``."""
+    """Return the same key for ``#1`` and ``#001``; KeyError for a name of another language, such as R1."""
+    if name[0] != "#":
+        raise KeyError(name)
     return name if name[1] == "<" else f"#{int(name[1:20])}"
 
 

@@ -181,7 +181,8 @@ class SetUp(Line):
         number, part, rest = int(found[1]), int(found[2] or 0), found[3]
         self.draft.ignored.append(f"CYCL DEF {number}")
         if number == 247:
-            self.state.change_zero(f"preset {rest.partition('Q339')[2].strip(' =~+') or rest}")
+            self.draft.work_offset = rest.partition("Q339")[2].strip(" =~+") or rest
+            self.state.change_zero(f"preset {self.draft.work_offset}")
         elif number in IGNORED_CYCLES:
             pass
         elif number not in (7, 8, 9, 10, 11, 19):

@@ -42,6 +42,7 @@ REFUSED_M = {
     112: "rounds the path, which isn't supported; post without it",
     114: "compensates the tilted axes as on older controls; post with M128",
     118: "superimposes handwheel moves; post without it",
+    144: "contains the tilted axes in the positions; post with M128",
     130: "means positions in untilted coordinates, which isn't supported; write PLANE RESET before",
     **dict.fromkeys((200, 201, 202, 203, 204), "controls a laser, which isn't supported; post for a mill"),
 }

@@ -208,6 +208,7 @@ class Statement:
             draft.ignored.append(word)
         elif number == 500 or 505 <= number <= 599:
             self.state.change_zero(word)
+            draft.work_offset = word
             draft.ignored.append(word)
         elif number in IGNORED_G:
             draft.ignored.append(word)

@@ -74,6 +74,10 @@ class Frame:
             lines += dialect.modulo.on
         return lines
 
+    def before_cuts(self) -> list[str]:
+        """Lines that put in force what is needed in the cuts, without their positions."""
+        return [*self.head(), *self.modes(), *self._on(), self._first("X0")]
+
     def approach(self, program: ProgramMotion) -> Iterator[Line]:
         """Write the rapid approach to the first location, and the lead-in to a first cut."""
         wording, machine, first = self.wording, self.wording.machine, program.first

@@ -42,6 +42,7 @@ def head_lines(
     texts = [
         f"machine: {machine.name}, form-shaping code {machine.code}",
         *_winding_line(wording, winding),
+        *_positions_line(wording),
         *(f"{name.replace(',', ' ')}: {value}" for name, value in pairs),
         *dialect.notes,
         *wording.mode.notes,
@@ -83,6 +84,12 @@ def _winding_line(wording: Wording, winding: str) -> list[str]:
     if winding != "modulo" or wording.dialect.modulo is None or not letters:
         return []
     return [f"winding: modulo {wording.dialect.modulo.way} {letters}"]
+
+
+def _positions_line(wording: Wording) -> list[str]:
+    """Return the frame of the tip's words, in the form that the readers parse, where a table turns it."""
+    turns = any(letter in "ABC" for letter in wording.machine.code.table)
+    return [f"positions: {wording.mode.positions}"] if wording.coordinates == "tip" and turns else []
 
 
 def _winding_note(wording: Wording, winding: str) -> list[str]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import re
+import warnings
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -139,8 +140,10 @@ class Dialect(StrictModel):
             self._require_moves()
             self._require_units()
         try:
-            re.compile(self.work_offsets)
-        except re.error as fault:
+            with warnings.catch_warnings():
+                warnings.simplefilter("error")  # of what a later Python reads differently
+                re.compile(self.work_offsets)
+        except (re.error, Warning, RecursionError, OverflowError) as fault:
             raise ValueError(f"work_offsets = {self.work_offsets!r}: {fault}") from None
         return self
 

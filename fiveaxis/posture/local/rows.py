@@ -190,8 +190,8 @@ def _term_rows(term: Term, count: int, still: BoolArray, margin: float, elastic:
     quantity = np.where(slots >= 0, slots + term.rows[:, None, None] * count, -1)
     return TermRows(
         first=first[kept],
-        quantity=quantity.reshape(len(first), -1)[kept],
-        coefficient=coefficients.reshape(len(first), -1)[kept],
+        quantity=quantity.reshape(len(first), quantity.shape[-1])[kept],
+        coefficient=coefficients.reshape(len(first), coefficients.shape[-1])[kept],
         square=square[kept],
         begin=np.concatenate([[0], np.cumsum(there.sum(axis=1))]),
         sign=np.broadcast_to([1.0, 1.0, -1.0], there.shape)[there],

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import faulthandler
+import os
 import tempfile
 import threading
-from collections.abc import Callable, Iterator
-from concurrent.futures import Future, wait
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor, as_completed, wait
 from contextlib import contextmanager
 from pathlib import Path
 from types import SimpleNamespace
@@ -14,7 +15,10 @@ from typing import Any
 
 import pytest
 
-from fiveaxis.errors import FiveAxisError
+from fiveaxis.batch import Event, Row
+from fiveaxis.batch.events import Listener
+from fiveaxis.batch.tasks import Task
+from fiveaxis.batch.worker import run_task
 from fiveaxis.findings import Finding, Place, Severity, group_findings
 from fiveaxis.job import Job
 
@@ -119,25 +123,26 @@ class Pretended:
 @contextmanager
 def pretend() -> Iterator[Pretended]:
     """Let batches run on threads of this process, with what only pretends to optimise."""
-    distributed = pytest.importorskip("distributed")
     stand_in = Pretended()
 
-    @contextmanager
-    def threads(scheduler: str | None, workers: int) -> Iterator[Any]:
-        if scheduler is not None:
-            raise FiveAxisError("no scheduler in these tests")
-        with distributed.Client(
-            processes=False,
-            n_workers=workers,
-            threads_per_worker=1,
-            dashboard_address="127.0.0.1:0",
-            memory_limit=None,
-            set_as_default=False,
-        ) as client:
-            yield client
+    def run_on_threads(
+        tasks: Sequence[Task], folder: Path, workers: int, _limits: object, tell: Listener
+    ) -> Iterator[Row]:
+        def run(task: Task) -> Row:
+            def step(stage: str, done: int, total: int) -> None:
+                tell(Event.running(task.name, stage, done, total, worker="1", pid=os.getpid()))
+
+            return Row.from_dict(run_task(task, folder, step).as_dict())
+
+        with ThreadPoolExecutor(workers) as threads:
+            rows = [threads.submit(run, task) for task in tasks]
+            try:
+                yield from (row.result() for row in as_completed(rows))
+            finally:
+                threads.shutdown(cancel_futures=True)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("fiveaxis.batch.run.open_client", threads)
+        patch.setattr("fiveaxis.batch.run.run_on_pool", run_on_threads)
         patch.setattr("fiveaxis.batch.worker.run_job", stand_in.run)
         patch.setattr("fiveaxis.batch.worker.write_outcome", stand_in.write)
         yield stand_in

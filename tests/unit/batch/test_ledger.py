@@ -11,8 +11,8 @@ import pytest
 
 from fiveaxis.batch import Row, Status
 from fiveaxis.batch.ledger import COLUMNS, LINES, TABLE, Ledger, locked, own_folder, read_rows
-from fiveaxis.batch.record import worst
-from fiveaxis.errors import SettingError
+from fiveaxis.batch.record import row_of_fault, worst
+from fiveaxis.errors import InputError, SettingError
 
 
 def row(name, status=Status.FINE, **more):
@@ -38,6 +38,18 @@ def test_the_table_has_a_line_a_job_and_units_in_its_head(tmp_path):
         ("a,c", "", "of two lines"),
         ("b", "12.5", ""),
     ]
+
+
+def test_no_cell_of_the_table_is_a_formula(tmp_path):
+    Ledger(tmp_path).record(row("=2+3", message="\n@SUM(A1)", energy=-1.5))
+    (found,) = csv.DictReader((tmp_path / TABLE).read_text().splitlines())
+    assert (found["job"], found["message"], found["energy_J"]) == ("'=2+3", "'@SUM(A1)", "-1.5")
+
+
+def test_a_message_about_a_file_whose_name_is_no_text_can_be_written(tmp_path):
+    Ledger(tmp_path).record(row_of_fault(row("a"), InputError("is wrong", file="b\udcff.csv")))
+    (found,) = csv.DictReader((tmp_path / TABLE).read_text().splitlines())
+    assert found["message"] == r"b\udcff.csv: is wrong"
 
 
 def test_a_job_has_one_row_however_often_it_is_recorded(tmp_path):
@@ -152,6 +164,12 @@ def test_a_link_out_of_the_folder_is_refused(tmp_path):
         own_folder(tmp_path / "out", "a/b")
     with pytest.raises(SettingError, match="is a link out of the folder"):
         own_folder(tmp_path / "out", "../b")
+
+
+def test_links_in_a_circle_are_refused(tmp_path):
+    (tmp_path / "a").symlink_to("a")
+    with pytest.raises(SettingError, match="is a link out of the folder"):
+        own_folder(tmp_path, "a")
 
 
 def test_two_batches_dont_share_a_folder(tmp_path):

@@ -21,8 +21,6 @@ import pty
 import struct
 import termios
 
-pytest.importorskip("distributed")
-
 # The command line, with threads that pretend to optimise: they tell a stage, and wait until a file is there.
 COMMAND = """
 import importlib.util, sys, time
@@ -100,7 +98,7 @@ def test_a_terminal_shows_names_stages_and_the_end_and_stdout_the_json_alone(job
             process.kill()
             os.close(terminal)
     assert "0 done, 1 running, 2 waiting" in running
-    assert re.search(r" a +running +search 1 50 % ", running)
+    assert re.search(r" a +running +1 \(pid \d+\) +search 1 50 % ", running)
     assert all(re.search(rf" {name} +waiting", running) for name in "bc")
     assert "3 done, 0 running, 0 waiting" in ended
     final = ended[ended.rindex("3 done, 0 running, 0 waiting") :]

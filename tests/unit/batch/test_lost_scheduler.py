@@ -9,7 +9,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from fiveaxis.batch import cluster, run_batch
+from fiveaxis.batch import run_batch
 from fiveaxis.batch.ledger import LINES
 from fiveaxis.errors import LostScheduler
 
@@ -44,7 +44,7 @@ def scheduler() -> Iterator[subprocess.Popen[str]]:
 
 
 def test_what_is_done_is_kept_and_the_same_command_does_the_rest(
-    scheduler, jobs, pretended, tmp_path, monkeypatch, capfd, in_time
+    scheduler, jobs, pretended, tmp_path, capfd, in_time
 ):
     """The scheduler is killed when the first job is told done."""
     there = in_time(scheduler.stdout.readline).strip()
@@ -57,10 +57,8 @@ def test_what_is_done_is_kept_and_the_same_command_does_the_rest(
             scheduler.kill()
             scheduler.wait(timeout=60)
 
-    with monkeypatch.context() as real:
-        real.setattr("fiveaxis.batch.run.open_client", cluster.open_client)
-        with pytest.raises(LostScheduler, match="the same command does the rest") as lost:
-            in_time(lambda: run_batch(jobs, tmp_path / "out", scheduler=there, tell=kill))
+    with pytest.raises(LostScheduler, match="the same command does the rest") as lost:
+        in_time(lambda: run_batch(jobs, tmp_path / "out", scheduler=there, tell=kill))
     assert lost.value.exit_code == 4
     assert capfd.readouterr().err == ""  # no traceback of dask's beside the error
     assert told == ["a"]

@@ -4,14 +4,12 @@ import builtins
 import json
 
 import pytest
+from killed import leave_behind
 
 from fiveaxis.batch import Status, run_batch
 from fiveaxis.batch.ledger import LINES, TABLE
 from fiveaxis.errors import Infeasible, InputError, MissingDependency, SettingError
 from fiveaxis.findings import Finding, Severity
-
-# Threads of the pretended workers are still ending when a test is over.
-pytestmark = pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
 
 
 def infeasible():
@@ -155,11 +153,12 @@ def test_an_interrupted_batch_keeps_what_is_done_and_the_next_does_the_rest(jobs
     assert done.exit_code == 0
 
 
-def test_temporary_folders_of_killed_workers_are_removed(jobs, pretended, tmp_path):
-    for place in (tmp_path / "out", tmp_path / "out" / "a"):
-        (place / ".fiveaxis-left").mkdir(parents=True)
-    run_batch(jobs, tmp_path / "out", workers=1)
-    assert list((tmp_path / "out").rglob(".fiveaxis-left")) == []
+def test_what_killed_workers_left_is_removed_also_of_jobs_that_are_done(jobs, pretended, tmp_path):
+    out = tmp_path / "out"
+    run_batch(jobs[:1], out, workers=1)
+    left = [*leave_behind(out), *leave_behind(out / "a")]
+    run_batch(jobs[:1], out, workers=1)
+    assert [path for path in left if path.exists()] == []
 
 
 def test_a_sweep_ends_in_a_table_and_a_figure_of_its_variants(write_job, pretended, tmp_path):
@@ -202,13 +201,6 @@ def test_a_sweep_whose_variants_fail_is_compared_all_the_same(write_job, pretend
     assert "no posture" in (tmp_path / "out" / "cup" / "comparison.svg").read_text()
 
 
-def test_a_worker_of_another_version_is_reported(jobs, pretended, tmp_path, monkeypatch):
-    monkeypatch.setattr("fiveaxis.batch.run.__version__", "99.0")
-    (row,) = run_batch(jobs[:1], tmp_path / "out", workers=1).rows
-    assert row.status is Status.BROKEN
-    assert "this command 99.0; install one everywhere" in row.message
-
-
 def test_nothing_runs_where_two_jobs_have_one_name(jobs, write_job, pretended, tmp_path):
     with pytest.raises(SettingError, match="rename one"):
         run_batch([*jobs, write_job("a", folder="more")], tmp_path / "out")
@@ -216,7 +208,7 @@ def test_nothing_runs_where_two_jobs_have_one_name(jobs, write_job, pretended, t
     assert not (tmp_path / "out").exists()
 
 
-def test_without_dask_it_says_what_to_install(jobs, tmp_path, monkeypatch):
+def test_without_dask_a_scheduler_says_what_to_install(jobs, tmp_path, monkeypatch):
     def lacking(name, *rest, find=builtins.__import__):
         if name == "distributed":
             raise ImportError(name)
@@ -224,7 +216,20 @@ def test_without_dask_it_says_what_to_install(jobs, tmp_path, monkeypatch):
 
     monkeypatch.setattr(builtins, "__import__", lacking)
     with pytest.raises(MissingDependency, match=r"pip install 'fiveaxis\[cluster\]'"):
-        run_batch(jobs, tmp_path / "out")
+        run_batch(jobs, tmp_path / "out", scheduler="tcp://127.0.0.1:9")
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"job_timeout": 0.0}, "--job-timeout is 0; it must be above 0"),
+        ({"job_memory": float("nan")}, "--job-memory is nan; it must be above 0"),
+        ({"job_memory": 1.0, "scheduler": "tcp://host:1"}, "--job-memory is for workers of this computer"),
+    ],
+)
+def test_limits_are_above_0_and_for_workers_of_this_computer(jobs, tmp_path, given, message):
+    with pytest.raises(SettingError, match=message):
+        run_batch(jobs, tmp_path / "out", **given)
 
 
 def test_workers_are_counted_from_one(jobs, tmp_path):

@@ -1,5 +1,6 @@
 """What job files ask for, and by what a job is recognised."""
 
+import re
 from pathlib import Path
 
 import pytest
@@ -90,7 +91,7 @@ def test_two_jobs_of_one_name_are_refused_with_both_files(write_job):
         plan_tasks([one, other])
 
 
-@pytest.mark.parametrize("name", ["results.csv", "Results.JSONL", ".hidden", "..."])
+@pytest.mark.parametrize("name", ["results.csv", "Results.JSONL", ".hidden", "...", "b\nc", "\x1b[2J"])
 def test_names_that_no_job_can_have_are_refused(write_job, name):
     with pytest.raises(SettingError, match="a job can't be called"):
         plan_tasks([write_job(name)])
@@ -113,7 +114,7 @@ def test_no_files_are_refused():
             r"in the variant a/coen=3: unknown key 'coen'; the nearest known one is 'cone'",
         ),
         ('[sweep]\nmachine = ["gone"]\n', r"in the variant a/machine=gone: .*unknown machine 'gone'"),
-        ('[[fixture]]\nname = "v"\nmesh = "gone.stl"\n', r"gone\.stl: can't be read: No such file"),
+        ('[[fixture]]\nname = "v"\nmesh = "gone.stl"\n', r"gone\.stl: no such file"),
     ],
 )
 def test_a_job_that_cant_be_read_is_a_row_and_the_others_stay(write_job, more, message):
@@ -123,6 +124,38 @@ def test_a_job_that_cant_be_read_is_a_row_and_the_others_stay(write_job, more, m
     with pytest.raises(JobError, match=message):
         raise JobError(row.message)
     assert list(planned.tasks) == ["b"]
+
+
+@pytest.mark.parametrize(
+    "more",
+    [
+        pytest.param("deep = " + "[" * 5000 + "]" * 5000, id="nested"),
+        pytest.param("deep = " + "{a=" * 5000 + "1" + "}" * 5000, id="tables"),
+        pytest.param("[sweep]\nfeed = [" + "[" * 150 + "]" * 150 + "]", id="sweep-nested"),
+        pytest.param("feed = " + "9" * 5000, id="digits"),
+        pytest.param("[sweep]\nfeed = [" + "9" * 5000 + "]", id="sweep-digits"),
+        pytest.param(f'part = "{"x" * 5000}.stl"', id="name"),
+        pytest.param(f'machine = "{"x" * 5000}.toml"', id="machine-name"),
+        pytest.param('part = "nul\\u0000.stl"', id="null"),
+        pytest.param(f'control = "{"c" * 1_000_000}"', id="megabyte"),
+    ],
+)
+def test_whatever_a_job_file_holds_is_a_row_with_a_short_message_and_the_others_stay(write_job, more):
+    planned = plan_tasks([write_job("a", more), write_job("b")])
+    (row,) = planned.faults
+    assert row.status is Status.WRONG_INPUT
+    assert 20 < len(row.message) < 3000
+    assert list(planned.tasks) == ["b"]
+
+
+def test_a_fault_of_the_program_in_reading_a_job_is_a_row_too(write_job, monkeypatch):
+    def fail(*_):
+        raise ZeroDivisionError("x" * 1_000_000)
+
+    monkeypatch.setattr("fiveaxis.batch.tasks.digest_job", fail)
+    (row,) = plan_tasks([write_job("a")]).faults
+    assert row.status is Status.BROKEN
+    assert re.match(r"ZeroDivisionError: xxx.* characters.* xxx+ \(test_tasks.py:\d+\)$", row.message)
 
 
 def test_one_bad_value_of_a_sweep_costs_its_variant_only(write_job):

@@ -17,9 +17,6 @@ from fiveaxis.cli import app
 from fiveaxis.errors import Infeasible
 from fiveaxis.findings import Finding, Severity
 
-# Threads of the pretended workers are still ending when a test is over.
-pytestmark = pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
-
 SWEEP = "[sweep]\ntilt = [[15, 75], [30, 60]]\n"
 # What each job ends as; the exit code of a batch is that of its worst.
 ENDS = {

@@ -1,4 +1,4 @@
-"""Batches on processes of their own: killed, interrupted, or out of reach."""
+"""Batches on processes of their own: killed, interrupted, and out of everybody's reach."""
 
 import json
 import os
@@ -6,20 +6,16 @@ import signal
 import subprocess
 import sys
 import time
-from pathlib import Path
 
-import numpy as np
+import psutil
 import pytest
+from soaking.rings import contents, write_ring_jobs
 
-from fiveaxis.batch import cluster, run_batch
-from fiveaxis.batch.cluster import require_scheduler
+from fiveaxis.batch import pool, run_batch
 from fiveaxis.batch.ledger import LINES, LOCK, TABLE
 from fiveaxis.batch.tasks import Task
 from fiveaxis.batch.worker import run_task
-from fiveaxis.errors import SettingError
 
-pytest.importorskip("distributed")
-psutil = pytest.importorskip("psutil")
 posix = pytest.mark.skipif(sys.platform == "win32", reason="a process can't be killed like that there")
 
 
@@ -34,7 +30,7 @@ class Interrupting:
         self.stream, self.sent = stream, False
 
     def write(self, text):
-        if self.sent or not text.strip():
+        if self.sent or " of 3)" not in text:
             return self.stream.write(text)
         self.sent = True
         workers = psutil.Process().children(recursive=True)
@@ -54,7 +50,7 @@ if __name__ == "__main__":
 """
 
 
-# What workers import after their own module: at its first go a job stands still before it is verified, when
+# What workers run before their own module: at its first go a job stands still before it is verified, when
 # something is there to be lost, and says so, so that it can't be done before its worker is killed.
 HOLDING = """
 import time
@@ -75,24 +71,9 @@ worker.run_job = run
 
 
 @pytest.fixture
-def rings(write_job):
+def rings(tmp_path):
     """Three jobs on small overhanging rings."""
-    files = [write_job(name, 'tilt = [15, 75]\neffort = "quick"\n') for name in ("r0", "r1", "r2")]
-    angle = np.linspace(0.0, 2.0 * np.pi, 40)
-    normal = np.stack([np.cos(angle), np.sin(angle), np.full(40, -0.3)], axis=1)
-    for number, file in enumerate(files):
-        r = 20.0 + number
-        contact = np.stack([r * np.cos(angle), r * np.sin(angle), np.zeros(40)], axis=1)
-        name = f"{file.stem}.csv"
-        rows = np.hstack([contact, normal])
-        np.savetxt(file.with_name(name), rows, delimiter=",", header="x,y,z,nx,ny,nz", comments="")
-        file.write_text(file.read_text().replace("path.csv", name))
-    return files
-
-
-def contents(folder: Path) -> dict[str, bytes]:
-    found = (path for path in folder.rglob("*") if path.is_file())
-    return {str(path.relative_to(folder)): path.read_bytes() for path in found}
+    return write_ring_jobs(tmp_path / "jobs", 3)
 
 
 @posix
@@ -101,9 +82,7 @@ def test_jobs_of_killed_workers_run_again_and_nothing_is_lost_or_doubled(
     rings, tmp_path, monkeypatch, in_time
 ):
     killed, ended = [], []
-    holding = tmp_path / "holding.py"
-    holding.write_text(HOLDING)
-    monkeypatch.setattr(cluster, "PRELOAD", (*cluster.PRELOAD, str(holding)))
+    monkeypatch.setattr(pool, "ENTRY", HOLDING + pool.ENTRY)
 
     def kill(event):
         if event.state == "done":
@@ -131,6 +110,13 @@ def is_alive(pid: int) -> bool:
         return False
 
 
+def require_end(pids: list[int], seconds: float) -> None:
+    ends = time.monotonic() + seconds
+    while alive := [pid for pid in pids if is_alive(pid)]:
+        assert time.monotonic() < ends, f"still there: {alive}"
+        time.sleep(0.05)
+
+
 @posix
 @pytest.mark.slow
 def test_ctrl_c_ends_the_workers_and_the_same_command_does_the_rest(rings, tmp_path):
@@ -146,14 +132,12 @@ def test_ctrl_c_ends_the_workers_and_the_same_command_does_the_rest(rings, tmp_p
             out, err = process.communicate(timeout=400)  # compiles first where nothing is cached
         finally:
             process.kill()
-    workers, *told, last = err.splitlines()
+    *told, last = [line for line in err.splitlines() if "runs on worker" not in line]
+    workers = told.pop(0)
     assert (process.returncode, out) == (130, "")
     assert last == "interrupted; finished jobs are kept, the same command does the rest"
     assert workers.split()
-    ends = time.monotonic() + 30.0
-    while alive := [pid for pid in workers.split() if is_alive(int(pid))]:
-        assert time.monotonic() < ends, f"still there: {alive}"
-        time.sleep(0.05)
+    require_end([int(pid) for pid in workers.split()], 30.0)
     # Another job may have ended before the signal came through, and the console begins the line in which it
     # came anew; what was told is what is kept.
     names = list(dict.fromkeys(line.partition(":")[0] for line in told))
@@ -164,26 +148,30 @@ def test_ctrl_c_ends_the_workers_and_the_same_command_does_the_rest(rings, tmp_p
     assert (done.resumed, done.exit_code, len(done.rows)) == (set(names), 0, 3)
 
 
-def test_a_scheduler_that_doesnt_answer_is_named(monkeypatch, in_time):
-    monkeypatch.setattr("fiveaxis.batch.cluster.ANSWER", 0.5)
-    with pytest.raises(SettingError, match=r"no scheduler answers at tcp://127\.0\.0\.1:9 .*dask scheduler"):
-        in_time(lambda: require_scheduler("tcp://127.0.0.1:9"), 60)
-
-
-def test_an_address_that_is_none_is_named():
-    with pytest.raises(SettingError, match="no scheduler answers at nonsense"):
-        require_scheduler("nonsense")
+@pytest.fixture
+def running(rings, tmp_path):
+    """A batch by the command line that has just told which worker runs its first job."""
+    words = ["batch", *map(str, rings), "-o", str(tmp_path / "out"), "--workers", "2"]
+    with subprocess.Popen(
+        [sys.executable, "-m", "fiveaxis.cli", *words], stderr=subprocess.PIPE, text=True
+    ) as process:
+        assert "runs on worker" in process.stderr.readline()
+        yield process
+        process.kill()
 
 
 @posix
 @pytest.mark.slow
-def test_jobs_run_on_a_scheduler_that_is_there_already(rings, tmp_path, in_time):
-    distributed = pytest.importorskip("distributed")
-    with distributed.LocalCluster(
-        n_workers=1, threads_per_worker=1, dashboard_address="127.0.0.1:0"
-    ) as there:
-        address = there.scheduler_address
-        done = in_time(lambda: run_batch(rings[:1], tmp_path / "out", scheduler=address), 300)
-        assert len(there.workers) == 1
-    assert [str(row.status) for row in done.rows] == ["fine"]
-    assert (tmp_path / "out" / TABLE).is_file()
+def test_nobody_can_reach_the_workers_and_they_end_with_a_batch_that_is_killed(running):
+    main = psutil.Process(running.pid)
+    workers = main.children(recursive=True)
+    assert len(workers) == 2
+    # No port and no socket: what there is are pipes, which other users can't open.
+    assert [one.net_connections("all") for one in (main, *workers)] == [[], [], []]
+    if os.getuid() == 0 and sys.platform == "linux":
+        knock = ["sh", "-c", f"echo a task > /proc/{workers[0].pid}/fd/0"]
+        stranger = subprocess.run(knock, user="nobody", capture_output=True, text=True, check=False)
+        assert stranger.returncode != 0
+        assert "Permission denied" in stranger.stderr
+    running.kill()
+    require_end([worker.pid for worker in workers], 2.0)

@@ -170,7 +170,7 @@ def test_a_foreign_table_is_one_clear_error_and_no_file(slope, change, fault):
         (["-c", "fanuc", "--coolant", "steam"], "no coolant 'steam'; known: flood, mist"),
         (["-c", "fanuc", "--spindle-rpm", "-3"], "spindle_rpm = -3.0 must be above 0"),
         (["-c", "fanuc", "--winding", "rezero"], "has no winding 'rezero'"),
-        (["-c", "gone.toml"], "gone.toml: can't be read"),
+        (["-c", "gone.toml"], "gone.toml: no such file"),
     ],
 )
 def test_what_cannot_be_written_is_one_message_and_no_file(table, tmp_path, words, fault):
@@ -203,7 +203,7 @@ def test_what_cannot_be_written_is_reported_before_the_work(tmp_path, monkeypatc
     for options, fault in (
         (("--control", "fanuc", "--coolant", "steam"), "no coolant 'steam'"),
         (("--control", "haas", "--vectors"), "a Haas has no words"),
-        (("--control", "gone.toml"), "gone.toml: can't be read"),
+        (("--control", "gone.toml"), "gone.toml: no such file"),
         (("--winding", "modulo", "--control", "haas"), "has no winding 'modulo'"),
     ):
         done = run(*words, *options)

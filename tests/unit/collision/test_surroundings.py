@@ -129,5 +129,5 @@ def test_a_wrong_table_is_refused_with_its_file(tmp_path, text, message):
 
 
 def test_a_mesh_file_that_is_not_there_is_named(tmp_path):
-    with pytest.raises(JobError, match=r"fixture 'jaw': no such file: .*jaw\.stl"):
+    with pytest.raises(JobError, match=r"fixture 'jaw': .*jaw\.stl: no such file"):
         FixtureTable(name="jaw", mesh="jaw.stl").build(tmp_path)

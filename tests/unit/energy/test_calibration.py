@@ -410,7 +410,7 @@ def test_a_bad_option_is_refused(tmp_path, name):
 
 
 def test_a_log_that_is_not_there_is_refused(tmp_path):
-    with pytest.raises(FiveAxisError, match=r"none.csv: No such file"):
+    with pytest.raises(FiveAxisError, match=r"none.csv: no such file"):
         calibrate_drive(tmp_path / "none.csv", axis="X", model="affine", power="P", velocity="v")
 
 

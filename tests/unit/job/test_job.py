@@ -90,7 +90,7 @@ def test_a_name_that_an_option_replaces_is_not_looked_for(tmp_path):
         ("tool", "10", 4, "tool = 10 must be text in quotes"),
         ("control", '"linuxc"', 6, "did you mean 'linuxcnc'?"),
         ("machine", '"hayashi"', 3, "unknown machine 'hayashi'; did you mean hayashi-640123?"),
-        ("machine", '"gone.toml"', 3, "gone.toml: can't be read"),
+        ("machine", '"gone.toml"', 3, "gone.toml: no such file"),
         ("drives", '"nobody"', 6, "drives: unknown machine 'nobody'"),
         ("input", '"gone.stl"', 2, "gone.stl: no such file"),
         ("input", '"part.step"', 2, "unknown suffix '.step'"),
@@ -101,6 +101,7 @@ def test_a_name_that_an_option_replaces_is_not_looked_for(tmp_path):
     ],
 )
 def test_a_wrong_setting_is_reported_on_its_line(tmp_path, key, value, line, message):
+    (tmp_path / "part.step").touch()
     path = write_job(tmp_path, **{key: value})
     with pytest.raises(JobError) as caught:
         read_job(path)

@@ -10,7 +10,8 @@ import pytest
 import fiveaxis as fx
 from fiveaxis.errors import SettingError, ToolpathError, Unverified
 from fiveaxis.job import Against, make_of_motion, post_program
-from fiveaxis.job.program import ProgramOptions, make_program, read_back
+from fiveaxis.job.program import make_program, read_back
+from fiveaxis.job.program_options import ProgramOptions
 from fiveaxis.kinematics import tool_axes
 from fiveaxis.motion import AXIS_TOLERANCE, PATH_TOLERANCE, follow
 from fiveaxis.nc import DIALECTS, ProgramSettings, write_motion
@@ -178,9 +179,9 @@ def test_tcp_that_was_never_switched_on_is_found(solution, tmp_path):
 
 def test_a_spindle_that_was_not_given_is_reported_as_not_checked(solution):
     made = solution.program()
-    assert "spindle: no speed was given, and none is written" in made.report.not_checked
+    assert "spindle: no speed was given, and the program switches none on" in made.report.not_checked
     turning = solution.program(settings=ProgramSettings(spindle_rpm=8000, spindle_direction="left"))
-    assert "spindle: 8000 rev/min in every cut" in turning.report.checked
+    assert "spindle: 8000 rev/min (M4) in every cut" in turning.report.checked
     assert turning.ok
 
 
@@ -192,12 +193,13 @@ def test_every_control_says_its_spindle_so_that_it_is_read_back(solution, contro
     settings = ProgramSettings(spindle_rpm=8000, spindle_direction=direction)
     made = solution.program(control=control, coordinates=mode, settings=settings)
     assert made.ok, made.report.counts
-    assert "spindle: 8000 rev/min in every cut" in made.report.checked
+    sense = "M3" if direction == "right" else "M4"
+    assert f"spindle: 8000 rev/min ({sense}) in every cut" in made.report.checked
 
 
 def test_the_text_is_read_back_row_by_row(solution):
     made = solution.program(control="fanuc", coordinates="tip")
     wording = ProgramOptions(control="fanuc", coordinates="tip").wording(solution.machine)
-    back = read_back(made.text, made.motion, wording)
+    back = read_back(made.text, made.motion, wording, ProgramSettings())
     np.testing.assert_array_equal(back.written, np.arange(len(made.motion)))
     assert back.tcp[back.end[1:]].all()

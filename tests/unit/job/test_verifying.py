@@ -298,7 +298,7 @@ def test_the_command_reports_what_the_library_reports(program, hayashi, wall, co
     [
         ((), "name a program"),
         (("p.ngc",), "--machine is missing"),
-        (("p.ngc", "-m", "hayashi-640123"), "No such file"),
+        (("p.ngc", "-m", "hayashi-640123"), "no such file"),
         (("p.ngc", "-m", "hayashi-640123", "--tilt", "15"), "isn't of the form MIN:MAX"),
     ],
 )

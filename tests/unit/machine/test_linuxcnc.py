@@ -311,7 +311,7 @@ def test_maxkins_is_reproduced(tmp_path, con):
         ("HALCMD = sets :y-offset     20\n", "", 12, "takes its value from the signal :y-offset"),
         ("TYPE = ANGULAR", "TYPE = LINEAR", 41, "joint 3 of xyzac-trt-kins is A (ANGULAR)"),
         ("JOINTS = 5", "JOINTS 5", 7, "neither [SECTION] nor KEY = value"),
-        ("JOINTS = 5", "#INCLUDE gone.inc", None, "gone.inc: can't be read"),
+        ("JOINTS = 5", "#INCLUDE gone.inc", None, "gone.inc: no such file"),
         ("JOINTS = 5", "#INCLUDE mill.ini", 7, "nested more than 16 deep"),
     ],
 )

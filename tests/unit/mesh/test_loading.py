@@ -23,7 +23,7 @@ def test_a_missing_file_is_named(tmp_path):
 
 
 def test_a_folder_is_not_a_mesh(tmp_path):
-    with pytest.raises(MeshError, match="no such file"):
+    with pytest.raises(MeshError, match="is a folder"):
         load_mesh(tmp_path)
 
 

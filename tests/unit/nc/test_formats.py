@@ -30,8 +30,9 @@ def test_a_packed_table_is_read(tmp_path):
 
 
 @pytest.mark.parametrize(("name", "fault"), [("part.stp", "unknown suffix '.stp'"), ("part", "no suffix")])
-def test_an_unknown_suffix_lists_the_known_ones(tmp_path, name, fault):
-    with pytest.raises(ToolpathError, match=f"{fault}; known: .csv, .txt, .apt, "):
+def test_a_file_of_no_kind_lists_the_known_suffixes(tmp_path, name, fault):
+    (tmp_path / name).write_text("ISO-10303-21;\nHEADER;\n#10=CARTESIAN_POINT('',(0.,1.,2.));\n")
+    with pytest.raises(ToolpathError, match=f"{fault}, and its lines are no .*; known: .csv, .txt, .apt, "):
         read_toolpath(tmp_path / name, tool=BALL)
 
 

@@ -75,6 +75,33 @@ def test_a_rounded_tool_vector_is_normalised(read):
     np.testing.assert_allclose(np.linalg.norm(path.axis, axis=1), 1.0, atol=1e-15)
 
 
+@pytest.mark.parametrize(
+    "rows",
+    [
+        "1;2;3,5;0;0;1\n4;-5,25;6;0;0,6;0,8",
+        "1\t2\t3,5\t0\t0\t1\n4\t-5,25\t6\t0\t0,6\t0,8",
+        "1\t2\t3.5\t0\t0\t1\n4\t-5.25\t6\t0\t0.6\t0.8",
+        "1 2 3,5 0 0 1\n4 -5,25 6 0 0,6 0,8",
+        "1, 2, 3.5, 0, 0, 1\n4, -5.25, 6, 0, 0.6, 0.8",
+    ],
+)
+def test_fields_are_separated_as_spreadsheets_do(read, rows):
+    for text, options in ((rows, {"columns": ("x", "y", "z", "i", "j", "k")}), (_with_head(rows), {})):
+        path = read(text, **options)
+        np.testing.assert_allclose(path.tips(path.axis), [[1, 2, 3.5], [4, -5.25, 6]], atol=1e-12)
+        np.testing.assert_allclose(path.axis[1], [0, 0.6, 0.8])
+
+
+def _with_head(rows):
+    separator = next(sign for sign in (";", "\t", ", ", " ") if sign in rows)
+    return separator.join("xyzijk") + "\n" + rows
+
+
+def test_a_comma_that_may_be_decimal_or_of_thousands_is_refused(read):
+    with pytest.raises(ToolpathError, match="csv:3: numbers with commas, in a list that has points too"):
+        read("x;y;z;i;j;k\n1;2;3.5;0;0;1\n1,234;2;3;0;0;1\n")
+
+
 NORMALS = "x,y,z,nx,ny,nz\n"
 AXES = "x,y,z,i,j,k,feed\n"
 

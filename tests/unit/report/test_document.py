@@ -151,7 +151,7 @@ def test_an_input_is_known_by_name_hash_and_size(tmp_path: Path) -> None:
 
 
 def test_an_input_that_is_not_there_is_named(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"gone\.apt: can't be read"):
+    with pytest.raises(InputError, match=r"gone\.apt: no such file"):
         describe_input(tmp_path / "gone.apt")
 
 

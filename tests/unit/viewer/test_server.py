@@ -2,7 +2,9 @@
 
 import http.client
 import socket
+import struct
 import threading
+import time
 import webbrowser
 
 import pytest
@@ -110,6 +112,27 @@ def test_headers_forbid_framing_caching_and_sharing_of_the_page():
 def test_the_icon_that_browsers_ask_for_is_nothing():
     with Preview(PAGE) as shown:
         assert get(port_of(shown), "/favicon.ico") == (204, b"")
+
+
+def test_a_browser_that_closes_the_connection_leaves_no_traceback(capfd):
+    closing = struct.pack("ii", 1, 0)  # closed at once, so that the server's next byte is an error
+    with Preview("x" * 50_000_000) as shown:
+        for sent in (
+            b"",
+            b"GET / HT",
+            f"GET / HTTP/1.1\r\nHost: 127.0.0.1:{port_of(shown)}\r\n\r\n".encode(),
+        ):
+            with socket.create_connection(("127.0.0.1", port_of(shown)), timeout=5.0) as browser:
+                browser.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, closing)
+                browser.sendall(sent)
+                if sent.endswith(b"\n"):
+                    browser.recv(100)
+        assert get(port_of(shown), "/favicon.ico")[0] == 204
+        while threading.active_count() > 2 and any(
+            "process_request" in t.name for t in threading.enumerate()
+        ):
+            time.sleep(0.01)
+    assert capfd.readouterr() == ("", "")
 
 
 def test_closed_means_gone_and_closing_twice_is_allowed():

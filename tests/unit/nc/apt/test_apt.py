@@ -188,9 +188,17 @@ def test_a_fault_is_named_with_its_line(read, text, line, fault):
     assert caught.value.file.endswith("part.apt")
 
 
-def test_a_unit_that_contradicts_the_caller_is_refused(read):
-    with pytest.raises(ToolpathError, match="the file is in mm, and unit=inch was asked for"):
-        read("UNITS/MM\nGOTO/1,2,3\n", unit="inch")
+def test_the_callers_unit_replaces_the_files_and_is_told(read):
+    path = read("UNITS/MM\nFEDRAT/10\nGOTO/1,2,3\n", unit="inch")
+    np.testing.assert_allclose(tips(path), [[25.4, 50.8, 76.2]])
+    np.testing.assert_allclose(path.feed, 254 / 60)
+    [told] = [f for f in path.findings if f.code == "unit-overridden"]
+    assert (told.place.line, told.message) == (
+        1,
+        "the file states mm, and is read in inch as asked for: cuts over 0 mm at up to F254 mm/min as "
+        "inch, cuts "
+        "over 0 mm at up to F10 mm/min as mm",
+    )
 
 
 def test_a_frame_stated_again_is_accepted(read):

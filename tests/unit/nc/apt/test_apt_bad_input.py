@@ -96,5 +96,5 @@ def test_an_arc_with_two_radii_is_refused(fault):
     assert "'CIRCLE/0,0,0,0,0,1' begins 10 mm from its centre and ends 12 mm from it" in error.message
 
 
-def test_a_g_code_program_isnt_apt(fault):
-    assert "no GOTO" in fault("G90 G94\nG1 X1 Y2 Z3 F100\nM30\n").message
+def test_a_file_of_no_kind_is_refused_as_its_suffix_says(fault):
+    assert "no GOTO" in fault("hello\n").message

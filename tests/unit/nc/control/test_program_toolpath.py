@@ -12,7 +12,7 @@ import fiveaxis as fx
 from fiveaxis.errors import ToolError, ToolpathError
 from fiveaxis.geometry import angle_between
 from fiveaxis.kinematics import tool_axes
-from fiveaxis.machine import Axis, Chain, Line, Machine, parse_code
+from fiveaxis.machine import Axis, Chain, Line, Machine, load_machine, parse_code
 from fiveaxis.motion import PATH_TOLERANCE
 from fiveaxis.nc.control.moves import MACHINE_MOVES
 from fiveaxis.toolpath import MoveKind
@@ -195,8 +195,8 @@ def test_a_fanuc_program_of_nine_work_offsets_is_read_to_its_last_block(data):
 def test_positions_in_the_machine_frame_are_reported(data):
     """The NMV's post keeps the frame in the machine: read like that, the tip path is half as long."""
     [doubt] = [f for f in nmv(data).findings if f.code == "positions-doubtful"]
-    assert doubt.message.startswith("in the 9 cuts that turn the table, the tip path is 184.512 mm")
-    assert "80.4616 mm in that of the machine" in doubt.message
+    assert "over the 9 cuts that turn the table the tip path is 184.512 mm long" in doubt.message
+    assert "in the frame of the machine 80.4616 mm" in doubt.message
     assert doubt.place.line == 351
     assert "positions-doubtful" not in codes(nmv(data, positions="machine"))
 
@@ -387,16 +387,23 @@ def test_a_direction_in_the_machine_frame_is_refused(fault):
     assert message.startswith("positions=machine, and the block gives the tool direction")
 
 
-def test_the_shorter_tip_path_is_reported_for_both_frames(read):
+def test_the_more_even_tip_path_tells_the_frame_unless_the_caller_does(read):
     machine = Machine.from_code("640123")
     words = [f"G1 X10 Y0 Z5 C{c} F60" for c in range(0, 181, 5)]
     text = "\n".join(["G43.4 H1", "G0 X10 Y0 Z5 A0 C0", *words])
     # The tip stays on the table, or moves half a circle on it.
-    moving = read(text, machine, positions="machine")
-    [doubt] = [f for f in moving.findings if f.code == "positions-doubtful"]
-    assert "the tip path is 31.4" in doubt.message
-    assert doubt.message.endswith("set positions=table if that is meant")
-    assert "positions-doubtful" not in codes(read(text, machine))
+    still = read(text, machine, positions="table")
+    [doubt] = [f for f in still.findings if f.code == "positions-doubtful"]
+    assert "in the frame of the machine 31.4" in doubt.message
+    assert doubt.message.endswith("set positions=machine (--positions) if that is meant")
+    assert "positions-doubtful" not in codes(read(text, machine, positions="machine"))
+    told = read(text, machine)
+    assert "positions-assumed" in codes(told)
+    np.testing.assert_allclose(tips(told)[-1], [-10, 0, 5], atol=1e-9)
+    # LinuxCNC has no such setting: its tips turn with the table.
+    np.testing.assert_allclose(
+        tips(read(text.replace("G43.4 H1", "M428"), machine))[-1], [10, 0, 5], atol=1e-9
+    )
 
 
 # Tilted planes
@@ -563,7 +570,6 @@ def test_g98_from_below_the_level_returns_to_the_level(read):
         ("G1 X1", 2, "without F in force"),
         ("G1 X1 X2 F1", 2, "X has two values"),
         ("G1 X1E3 F1", 2, "no exponent"),
-        ("G20 G1 X1 F1", 2, "unit=mm was asked for"),
         ("G2 X1 I5 F1", 2, "starts 5 mm from its centre and ends 4 mm"),
         ("X#7", 2, "#7 has no value yet"),
         ("WHILE [#1 LT 5] DO1", 2, "jumps or repeats"),
@@ -628,3 +634,46 @@ def test_a_line_of_ten_megabytes_is_refused_at_once(fault, line):
     found, message = fault("G0 X0 Y0 Z0\n" + line)
     assert found == 2
     assert len(message) < 200
+
+
+# Words whose meaning is certain
+
+
+HEAD = "G21 G90 G94\n"
+CUTS = "G0 X0 Y2 Z10 A0 C0\nG1 X5 F100\nX10 Y5\nM30\n"
+
+
+@pytest.mark.parametrize(
+    ("before", "after"),
+    [
+        ("G91 G28 Z0\nG91 G30 Z0\nG90\n", "G91 G30 Z0\n"),
+        ("G91 G53 Z0\nG90\n", "G91 G53 Z0 M5\n"),
+        ("G10 L2 P1 X0 Y0 Z0\nG10 L10 P1 R100\n", ""),
+        ("T01 T02 M06\n", ""),
+        ("X0 Y2 Z10 A0 C0\n", ""),
+        ("O<PART>\n", ""),
+    ],
+)
+def test_words_around_a_path_leave_it_as_it_is(read, before, after):
+    machine = Machine.from_code("640123")
+    plain = tips(read(HEAD + CUTS, machine))
+    text = HEAD + before + CUTS.replace("M30", after + "M30")
+    if before.startswith("X0"):
+        text = text.replace("G0 X0 Y2 Z10 A0 C0\n", "")
+    np.testing.assert_array_equal(tips(read(text, machine)), plain)
+
+
+def test_tcp_takes_over_x_and_y_of_an_upright_tool_only(read, fault):
+    """At A0 C0 words of the work offset and of the tip are the same; at A10 they aren't."""
+    text = HEAD + "G0 A{} C0\nG0 X1 Y2\nG43.4 H1 Z10\nG1 X5 F100\nX10 A10 C20\nM30\n"
+    machine = load_machine("variaxis-630")
+    np.testing.assert_allclose(tips(read(text.format(0), machine)), [[1, 2, 10], [5, 2, 10], [10, 2, 10]])
+    line, message = fault(text.format(10), machine)
+    assert (line, message.split(":")[0]) == (5, "a feed move without Y")
+
+
+def test_two_tools_in_a_block_load_the_first_and_prepare_the_second(read):
+    machine = Machine.from_code("640123")
+    two = HEAD + "T1 T2 M6\n" + CUTS.replace("M30", "T2 M6\nX0\nM30")
+    assert "several-tools" in codes(read(two, machine))
+    assert "several-tools" not in codes(read(two.replace("T2 M6\nX0", "X0"), machine))

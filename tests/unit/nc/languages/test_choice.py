@@ -36,6 +36,9 @@ def language_of(text, name="part.nc"):
         ("(MSG, hello)\nG1 X1 ; CYCLE800(1)", "ISO"),
         ("IF [#1 EQ 2] GOTO 5", "ISO"),
         ("", "ISO"),
+        ("(a (TRAORI) b DEF REAL x) G1 X1", "ISO"),
+        (f"({'a' * 250} TRANS X5)\nG1 X1", "ISO"),
+        ("Information TRANS\nMSG(1)\n%\nO1\nG0 X1", "ISO"),
     ],
 )
 def test_words_show_the_language(text, name):
@@ -72,6 +75,36 @@ def test_without_a_sign_the_suffix_decides(file, name):
     assert language_of("G1 X1 F5", file) == name
     # The words take precedence.
     assert language_of("0 BEGIN PGM a MM", file) == "Heidenhain Klartext"
+
+
+def test_words_of_g_code_outweigh_a_foreign_suffix():
+    assert language_of("%\nO0001\nG21 G90\nG1 X1 F5\n%", "program.mpf") == "ISO"
+    assert language_of("G92.1\nG1 X1 F5", "program.h") == "ISO"
+
+
+def words_of(text):
+    return [(b.line, b.g, dict(b.words)) for b in split_program(Source("part.nc", text.split("\n")))]
+
+
+def test_a_listing_before_the_program_is_no_program():
+    listing = "Part list, form-shaping\nmachine: X 5 axes\n\n"
+    assert words_of(f"{listing}%\nG0 X1\n%") == [(5, ("G0",), {"X": 1})]
+    assert words_of(f"{listing}0 BEGIN PGM A MM\n1 L X+1 R0 FMAX\n")[-1] == (5, ("G0",), {"X": 1})
+    # Lines that move are a program, even before %, and text among them is a fault.
+    assert words_of("G0 X1\n%\n") == [(1, ("G0",), {"X": 1})]
+    with pytest.raises(ToolpathError, match=r"part.nc:1: 'Information': 'INFORMATION' isn't a word"):
+        words_of("Information\nG0 X1\n%\nG0 X2")
+
+
+@pytest.mark.parametrize("name", ["O<PART-1>", "<PART_1>", "N1 O<a.b>", ":0001", "$PART.MIN%"])
+def test_a_name_of_a_program_moves_nothing(name):
+    assert words_of(f"%\n{name}\nG0 X1") == [(2, (), {"O": 0}), (3, ("G0",), {"X": 1})]
+
+
+@pytest.mark.parametrize("head", ["%PART G71 *", "N10 G30 G17 X+0 Y+0 Z-40 *"])
+def test_heidenhains_own_iso_is_refused_as_such(head):
+    with pytest.raises(ToolpathError, match=r"part.nc:1: .* is DIN/ISO of Heidenhain"):
+        words_of(f"{head}\nN20 G31 X+100 Y+100 Z+0 *\nN30 G01 X+5 F100 M128")
 
 
 def test_lost_line_ends_are_reported_as_such():

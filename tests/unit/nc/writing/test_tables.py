@@ -94,7 +94,7 @@ def test_a_percent_sign_of_a_table_is_written_as_it_is(table, hayashi):
 
 
 def test_a_table_that_is_not_there_is_named(tmp_path):
-    with pytest.raises(SettingError, match=r"gone.toml: can't be read"):
+    with pytest.raises(SettingError, match=r"gone.toml: no such file"):
         find_dialect(tmp_path / "gone.toml")
 
 

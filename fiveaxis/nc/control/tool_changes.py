@@ -1,71 +1,20 @@
-"""The spindle while a program is read: its speed, direction and tools."""
+"""The tools of a program, in order."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
 from itertools import pairwise
 
-import numpy as np
-
 from fiveaxis.findings import Finding, Place, Severity
-from fiveaxis.geometry import Array, IntArray
+from fiveaxis.nc.control.technology import CHANGES
 from fiveaxis.nc.languages.block import Block
-from fiveaxis.nc.languages.choice import split_program
 from fiveaxis.nc.source import Source
 
-# M word -> direction of the spindle.
-SENSES = {"M3": 1.0, "M13": 1.0, "M4": -1.0, "M14": -1.0, "M5": 0.0}
-STOP = "M5"
-
-# Words that load the selected tool, in any language.
-CHANGES = ("M6", "TOOL CALL")
 # An empty spindle.
 EMPTY = ("T0", "TOOL CALL 0")
 
 # Line, name of the tool, word.
 _Change = tuple[int, str | None, str]
-
-
-@dataclass
-class Spindle:
-    """Speed and direction in force.
-
-    Parameters
-    ----------
-    speed : S, rev/min; None before the first
-    sense : 1 for M3, -1 for M4, 0 for a stopped spindle
-    changes : first line and signed speed, rev/min, of each change; NaN if the speed isn't stated
-    """
-
-    speed: float | None = None
-    sense: float = 0.0
-    changes: list[tuple[int, float]] = field(default_factory=list)
-
-    def take(self, block: Block) -> None:
-        """Read S, M3, M4 and M5 of a block; M5 takes effect after the block's move."""
-        words = [word for word in block.m if word in SENSES]
-        if not words and "S" not in block.words:
-            return
-        self.speed = block.words.get("S", self.speed)
-        self.sense = SENSES[words[-1]] if words else self.sense
-        turning = np.nan if self.speed is None else self.speed
-        begin = block.line + (words[-1:] == [STOP])
-        self.changes.append((begin, self.sense * turning if self.sense else 0.0))
-
-    def at(self, lines: IntArray) -> Array:
-        """Return the signed speed, (n,) rev/min, on lines, (n,)."""
-        begins = [line for line, _ in self.changes]
-        speeds = np.array([0.0, *(speed for _, speed in self.changes)])
-        return np.asarray(speeds[np.searchsorted(begins, lines, side="right")])
-
-
-def spindle_of(source: Source, lines: IntArray) -> Array:
-    """Return the signed spindle speed, (n,) rev/min, on lines of a program, (n,)."""
-    spindle = Spindle()
-    for block in split_program(source):
-        if isinstance(block, Block):  # a run has no words of the spindle
-            spindle.take(block)
-    return spindle.at(lines)
 
 
 @dataclass
@@ -94,6 +43,8 @@ class Tools:
                 # The tool is that of the last T; without T it is unknown.
                 latest = self.selected[-1][1] if self.selected else None
                 self.changed.append((block.line, latest, word))
+        if block.tool and "T" in block.words:
+            self.selected.append((block.line, f"T{block.words['T']:g}"))
 
     def findings(self, source: Source, last: int) -> list[Finding]:
         """Return a warning at the first change to a second tool: a path has one tool only.

@@ -1,0 +1,109 @@
+"""The process of a command: what ends it, other than the command's own result or error.
+
+It is imported before everything else, so it imports nothing slow itself.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+
+TYPE_CHECKING = False  # `typing` is slow
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from types import FrameType
+    from typing import TextIO
+
+# Exit codes: wrong input, a fault of the program; ended by Ctrl-C and by a closed pipe, as in shells.
+WRONG_INPUT, BROKEN, INTERRUPTED, CLOSED = 2, 4, 130, 141
+IMPORTING = "<frozen importlib._bootstrap>"
+
+
+class NobodyReads(Exception):
+    """Whoever read what the command prints has closed the pipe, as `head` does."""
+
+
+def run(load: Callable[[], Callable[[], object]]) -> None:
+    """Run a command line; whatever happens, it ends with one line and an exit code, never a traceback.
+
+    Parameters
+    ----------
+    load : imports the commands and returns what runs them
+    """
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:  # closed before the start
+            setattr(sys, name, _nowhere())
+    # Whoever starts a command in the background may have it ignore Ctrl-C.
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        signal.signal(signal.SIGINT, interrupt)
+    try:
+        load()()
+    except NobodyReads:
+        _leave(CLOSED)
+    except KeyboardInterrupt:
+        _leave(INTERRUPTED, "interrupted")
+    except OSError as fault:  # inputs and files of results have errors of their own
+        _leave(WRONG_INPUT, f"error: the output can't be written: {fault.strerror or fault}")
+    except Exception as fault:
+        _leave(BROKEN, _describe(fault))
+    finally:
+        # It would interrupt the interpreter's last steps.
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def interrupt(_signal: int, frame: FrameType | None) -> None:
+    """Handle Ctrl-C: end the process at once while it imports, otherwise raise `KeyboardInterrupt`.
+
+    Importing takes most of the first second. Some libraries catch an exception that is raised meanwhile, and
+    some make an error of their own of it; and nothing is being written.
+    """
+    while frame is not None:
+        if frame.f_code.co_filename == IMPORTING:
+            os.write(2, b"interrupted; nothing was written\n")
+            os._exit(INTERRUPTED)
+        frame = frame.f_back
+    raise KeyboardInterrupt
+
+
+def write_results(text: str) -> None:
+    """Write text to stdout, through to whoever reads it.
+
+    Raises
+    ------
+    NobodyReads
+        The pipe is closed.
+    """
+    try:
+        sys.stdout.write(text)
+        sys.stdout.flush()
+    except BrokenPipeError:
+        raise NobodyReads from None
+
+
+def _leave(code: int, message: str = "") -> None:
+    if message:
+        sys.stderr.write(f"{message}\n")
+    # What a closed pipe or a full disk has kept in the stream would be written again when Python ends.
+    sys.stdout = _nowhere()
+    raise SystemExit(code)
+
+
+def _nowhere() -> TextIO:
+    return open(os.devnull, "w", encoding="utf-8")  # noqa: PTH123 (`pathlib` is slow)
+
+
+def _describe(fault: Exception) -> str:
+    """Describe a fault of the program: one line, and the traceback if details were asked for."""
+    import logging
+    import traceback
+
+    from fiveaxis.errors import shorten
+
+    last = traceback.extract_tb(fault.__traceback__)[-1]
+    line = (
+        f"error: a fault of fiveaxis itself, not of the input: {type(fault).__name__}: {shorten(str(fault))} "
+        f"({last.filename.rpartition(os.sep)[2]}:{last.lineno}); please report it with the output of -vv"
+    )
+    detailed = logging.getLogger("fiveaxis").isEnabledFor(logging.DEBUG)
+    return "".join([*traceback.format_exception(fault), line]) if detailed else line

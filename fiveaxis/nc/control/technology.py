@@ -1,0 +1,225 @@
+"""What a program puts in force besides positions: spindle, tool, offsets, coolant, order of the approach."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from fiveaxis.geometry import Array, BoolArray, IntArray
+from fiveaxis.nc.languages.block import Block
+from fiveaxis.nc.languages.choice import ISO, SINUMERIK, Language, find_language, split_runs
+from fiveaxis.nc.languages.runs import Run
+from fiveaxis.nc.source import Source
+
+# M word -> direction of the spindle.
+SENSES = {"M3": 1.0, "M13": 1.0, "M4": -1.0, "M14": -1.0, "M5": 0.0}
+# M word -> the word of the coolant that it switches on; M88 and M89 are Haas's through the spindle.
+COOLANT = {"M7": "M7", "M8": "M8", "M13": "M8", "M14": "M8", "M88": "M88", "M9": "", "M89": ""}
+# They take effect after the block's move.
+AFTER_MOVE = frozenset(("M5", "M9", "M89"))
+# Words that load the selected tool, in any language.
+CHANGES = ("M6", "TOOL CALL")
+# Length offset of whatever tool is in the spindle: G43 without H, as LinuxCNC reads it.
+OF_TOOL = "of the loaded tool"
+_LENGTH_ON = frozenset(("G43", "G43.4", "G43.5", "G234"))
+_FRAMES = frozenset(("G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3"))
+_NUMBERED_FRAMES = frozenset(("G54.1", "G154"))
+_NOT_IN_PROGRAM = frozenset(("G53", "G28", "G30"))
+_FEEDS = frozenset(("G1", "G2", "G3"))
+_LETTERS = frozenset("STHD")
+
+
+class Technology(NamedTuple):
+    """What is in force in a move.
+
+    Parameters
+    ----------
+    speed : S, rev/min; None before the first
+    sense : of the spindle: 1 for M3, -1 for M4, 0 if it stands
+    tool : number or name of the tool, as after T or TOOL CALL; empty before the first
+    loaded : tools loaded so far (M6, TOOL CALL)
+    length : number of the length offset (H, or D on Sinumerik), `OF_TOOL`, or empty if none is in force
+    work_offset : as written (``G54``, ``G54.1 P3``, ``G505``, ``3`` for preset 3); empty if none was selected
+    coolant : M word that switched it on; empty if it is off
+    """
+
+    speed: float | None = None
+    sense: float = 0.0
+    tool: str = ""
+    loaded: int = 0
+    length: str = ""
+    work_offset: str = ""
+    coolant: str = ""
+
+    @property
+    def spindle(self) -> float:
+        """Signed speed, rev/min; 0 if it stands, NaN if the program doesn't state the speed."""
+        if not self.sense:
+            return 0.0
+        return float("nan") if self.speed is None else self.sense * self.speed
+
+
+@dataclass(frozen=True, eq=False)
+class TechnologyTrack:
+    """What is in force, move by move.
+
+    Parameters
+    ----------
+    language : of the program; empty for a table
+    states : the different states
+    state : (n,), which one is in force in the move to a row
+    late_axes : letters that the approach positions only once Z is down, with the line of the first; empty if
+        Z comes down last
+    late_line : that line; 0 for none
+    """
+
+    language: str
+    states: tuple[Technology, ...]
+    state: IntArray
+    late_axes: str = ""
+    late_line: int = 0
+
+    @property
+    def spindle(self) -> Array:
+        """Signed speed, (n,) rev/min, as `Technology.spindle`."""
+        return np.array([state.spindle for state in self.states])[self.state]
+
+    def rows_where(self, wrong: Sequence[bool]) -> BoolArray:
+        """Mark the rows, (n,), in whose moves a marked state is in force."""
+        return np.asarray(np.array(wrong, dtype=bool)[self.state])
+
+    def at(self, rows: IntArray) -> TechnologyTrack:
+        """Return the track of some rows."""
+        return replace(self, state=self.state[rows])
+
+
+@dataclass
+class TechnologyReader:
+    """Follows blocks, and records each change.
+
+    Parameters
+    ----------
+    language : whose D (Sinumerik), or else H, is the tool's length offset
+    """
+
+    language: Language = ISO
+    now: Technology = field(default_factory=Technology)
+    lines: list[int] = field(default_factory=list)
+    states: list[Technology] = field(default_factory=list)
+    selected: str = ""
+    cuts: bool = False
+    _rapid: bool = False
+    _down: int = 0
+    _others: dict[str, int] = field(default_factory=dict)
+
+    def take(self, block: Block) -> None:
+        """Read a block."""
+        if not self.cuts:
+            self._follow_approach(block)
+        if not (block.m or block.ignored or block.g or block.tool) and _LETTERS.isdisjoint(block.words):
+            return
+        words = (*block.m, *block.ignored)
+        change = self._of_tool(block, words) | self._of_offsets(block) | self._of_spindle(block)
+        later: dict[str, Any] = {}
+        for word in words:
+            target = later if word in AFTER_MOVE else change
+            if word in SENSES:
+                target["sense"] = SENSES[word]
+            if word in COOLANT:
+                target["coolant"] = COOLANT[word]
+        self._record(block.line, change)
+        self._record(block.line + 1, later)
+
+    def take_run(self, run: Run) -> None:
+        """Read a run of plain blocks, which only show the order of the approach."""
+        for row in range(len(run)):
+            if self.cuts:
+                return
+            self.take(run.block(row))
+
+    @staticmethod
+    def _of_spindle(block: Block) -> dict[str, Any]:
+        return {"speed": block.words["S"]} if "S" in block.words else {}
+
+    def _of_tool(self, block: Block, words: Iterable[str]) -> dict[str, Any]:
+        name = tool_name(block)
+        if name is not None:
+            self.selected = name
+        if not any(word in CHANGES for word in words):
+            # Without a change the next tool is only made ready; where no change is ever written, T loads it.
+            return {} if name is None or self.now.loaded else {"tool": name}
+        loaded = self.selected
+        if block.tool and "T" in block.words:
+            # T1 T2 M6 loads the first, and the second waits for the next change.
+            self.selected = f"{block.words['T']:g}"
+        return {"tool": loaded, "loaded": self.now.loaded + 1}
+
+    def _of_offsets(self, block: Block) -> dict[str, Any]:
+        change: dict[str, Any] = {}
+        letter = "D" if self.language is SINUMERIK else "H"
+        if letter in block.words:
+            number = f"{block.words[letter]:g}"
+            change["length"] = "" if number == "0" else number
+        elif not _LENGTH_ON.isdisjoint(block.g):
+            change["length"] = OF_TOOL
+        if "G49" in block.g:
+            change["length"] = ""
+        for word in block.g:
+            if word in _FRAMES:
+                change["work_offset"] = word
+            elif word in _NUMBERED_FRAMES:
+                change["work_offset"] = f"{word} P{block.words.get('P', 1.0):g}"
+        if block.work_offset:
+            change["work_offset"] = block.work_offset
+        return change
+
+    def _record(self, line: int, change: dict[str, Any]) -> None:
+        new = self.now._replace(**change) if change else self.now
+        if new != self.now:
+            self.now = new
+            self.lines.append(line)
+            self.states.append(new)
+
+    def _follow_approach(self, block: Block) -> None:
+        """Record in which order the approach positions the axes, up to the first feed move."""
+        for word in block.g:
+            self._rapid = word == "G0" or (self._rapid and word not in _FEEDS)
+            self.cuts = self.cuts or word in _FEEDS
+        if self.cuts or not self._rapid or not _NOT_IN_PROGRAM.isdisjoint(block.g):
+            return
+        for letter in "XYZABC":
+            if letter == "Z" and letter in block.words:
+                self._down = block.line
+            elif letter in block.words:
+                self._others.setdefault(letter, block.line)
+
+    def track(self, lines: IntArray) -> TechnologyTrack:
+        """Return what is in force on lines, (n,), of the moves."""
+        state = np.searchsorted(self.lines, lines, side="right")
+        late = {c: line for c, line in self._others.items() if 0 < self._down < line}
+        first = min(late.values(), default=0)
+        states = Technology(), *self.states
+        return TechnologyTrack(self.language.name, states, state, "".join(sorted(late)), first)
+
+
+def tool_name(block: Block) -> str | None:
+    """Return the number or name of the tool that a block selects; None if it selects none."""
+    if block.tool:
+        return block.tool.removeprefix("TOOL CALL").removeprefix("T").strip(' ="')
+    return f"{block.words['T']:g}" if "T" in block.words else None
+
+
+def reader_for(source: Source) -> TechnologyReader:
+    """Return a reader for a program's language."""
+    return TechnologyReader(find_language(source))
+
+
+def technology_of(source: Source, lines: IntArray) -> TechnologyTrack:
+    """Return what is in force on lines of a program, (n,)."""
+    reader = reader_for(source)
+    for block in split_runs(source):
+        reader.take(block) if isinstance(block, Block) else reader.take_run(block)
+    return reader.track(lines)

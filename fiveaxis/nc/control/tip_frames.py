@@ -1,0 +1,180 @@
+"""Frame of tip positions under TCP: it turns with the table, or is fixed to the machine.
+
+A parameter of the control decides that on Fanuc and its kind (19696, bit 5, for G43.4 and G43.5);
+elsewhere the frame turns with the table. Where the program leaves it open, its path is read both ways: as
+it was programmed, the tip goes on in nearly equal steps and directions; in the wrong frame the turns of
+the table distort them.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fiveaxis.findings import Severity
+from fiveaxis.geometry import Array, BoolArray
+from fiveaxis.kinematics import link_poses
+from fiveaxis.machine import BED, Machine
+from fiveaxis.nc.control.axis_track import Columns
+from fiveaxis.nc.control.interpreter import Interpreter
+from fiveaxis.nc.options import Positions, ReadOptions
+from fiveaxis.nc.own_header import stated
+from fiveaxis.toolpath import MoveKind
+
+# Words that switch TCP on and leave the frame to a parameter of the control.
+OPEN_WORDS = frozenset(("G43.4", "G43.5", "M128"))
+
+# The more even path must be so by this factor, over at least this many pairs of cuts, to decide.
+CLEARLY, FEWEST = 1.5, 5
+# Unevenness below these is rounding: of the change of a step, and of the bend between two, both relative.
+LEAST_CHANGE, LEAST_BEND = 1e-3, 1e-3
+# mm: steps that are smaller on the whole are no path; readings that differ by less are one.
+NO_STEP, SAME_TIP = 1e-3, 1e-3
+# rad: smaller rotations of the table don't distinguish the frames.
+STILL = 1e-6
+# Rows whose links are placed at a time: the poses of all would take most of the memory.
+PART = 50_000
+
+
+def on_workpiece(tip: Array, columns: Columns, interpreter: Interpreter, options: ReadOptions) -> Array:
+    """Convert tips from their frame, which is the caller's or that of the more even path.
+
+    Parameters
+    ----------
+    tip : (n, 3), mm, as written; rows of `Columns.of_tip` count
+    columns : the program's rows
+    interpreter : takes the finding
+    options : the caller's frame
+
+    Returns
+    -------
+    (n, 3), mm, workpiece frame
+
+    Raises
+    ------
+    ToolpathError
+        The caller's frame is the machine's, and a row gives the tool direction instead of the table's angle.
+    """
+    machine, positions = columns.machine, columns.positions()
+    known = columns.of_tip & np.isfinite(positions[:, machine.rotary_columns]).all(axis=1)
+    if not any(letter in "ABC" for letter in machine.code.table):
+        return tip
+    if options.positions == "machine" and not known[columns.of_tip].all():
+        line = int(columns.lines[columns.of_tip & ~known][0])
+        raise interpreter.source.error(
+            "positions=machine, and the block gives the tool direction instead of the table angle; post the "
+            "program with rotary words, or set positions=table",
+            line,
+        )
+    if not known.any():
+        return tip
+    carried = tip.copy()
+    carried[known] = carry_to_work(machine, tip[known], positions[known])
+    is_open = not interpreter.tip_words.isdisjoint(OPEN_WORDS) and bool(known[columns.of_tip].all())
+    readings: dict[Positions, Array] = {"table": tip, "machine": carried}
+    if options.positions is None and (own := stated(interpreter.source, "positions")) in readings:
+        return readings[own]
+    return readings[_choose(readings, columns, known, interpreter, options.positions, is_open=is_open)]
+
+
+def carry_to_work(machine: Machine, points: Array, positions: Array) -> Array:
+    """Convert points that stay in the machine while the table turns to the workpiece frame.
+
+    Parameters
+    ----------
+    points : (n, 3), mm, in the workpiece frame with every axis at 0
+    positions : (n, k), axis values; those of linear axes don't matter
+
+    Returns
+    -------
+    (n, 3), mm, workpiece frame
+    """
+    values = positions.copy()
+    values[:, machine.linear_columns] = 0.0
+    carried = np.empty_like(points)
+    for begin in range(0, len(points), PART):
+        part = slice(begin, begin + PART)
+        # E_1 … E_j moves the bed relative to the workpiece, and the machine's points with it.
+        poses = link_poses(machine, values[part])[BED]
+        carried[part] = np.einsum("nij,nj->ni", poses[:, :3, :3], points[part]) + poses[:, :3, 3]
+    return carried
+
+
+def unevenness(tip: Array, moves: BoolArray) -> tuple[float, int]:
+    """Measure how unevenly a path goes on: the median change of its steps times the median bend between them.
+
+    Both are relative to the steps, so that neither a short nor a long path is preferred. A path that stands
+    still has no direction, and is infinitely uneven.
+
+    Parameters
+    ----------
+    tip : (n, 3), mm
+    moves : (n - 1,), moves that count
+
+    Returns
+    -------
+    unevenness : at least that of rounding
+    pairs : number of pairs of moves in a row that it is measured on
+    """
+    steps = np.diff(tip, axis=0)
+    length = np.linalg.norm(steps, axis=1)
+    pairs = moves[1:] & moves[:-1]
+    if not pairs.any():
+        return np.inf, 0
+    both = (length[1:] + length[:-1])[pairs]
+    if np.median(both) <= NO_STEP:
+        return np.inf, int(pairs.sum())
+    with np.errstate(divide="ignore", invalid="ignore"):
+        change = np.nan_to_num(np.abs(np.diff(length))[pairs] / both, nan=1.0)
+        bend = np.nan_to_num(np.linalg.norm(np.diff(steps, axis=0), axis=1)[pairs] / both, nan=1.0)
+    uneven = max(float(np.median(change)), LEAST_CHANGE) * max(float(np.median(bend)), LEAST_BEND)
+    return uneven, int(pairs.sum())
+
+
+def _choose(
+    readings: dict[Positions, Array],
+    columns: Columns,
+    known: BoolArray,
+    interpreter: Interpreter,
+    given: Positions | None,
+    *,
+    is_open: bool,
+) -> Positions:
+    """Choose the frame, and tell why if it isn't certain."""
+    machine = columns.machine
+    table = [machine.column(c) for c in machine.code.table if c in "ABC"]
+    turns = np.abs(np.diff(columns.positions()[:, table], axis=0)).max(axis=1) > STILL
+    moves = turns & known[1:] & known[:-1] & (columns.kinds[1:] == MoveKind.CUT)
+    off = float(
+        np.linalg.norm(readings["machine"] - readings["table"], axis=1)[1:].max(initial=0.0, where=known[1:])
+    )
+    if not moves.any() or off <= SAME_TIP:
+        return given or "table"
+    (in_table, pairs), (in_machine, _) = (unevenness(readings[name], moves) for name in ("table", "machine"))
+    evener: Positions = "machine" if in_machine < in_table else "table"
+    worse, better = max(in_table, in_machine), min(in_table, in_machine)
+    clear = pairs >= FEWEST and worse >= CLEARLY * better
+    chosen: Positions = given or (evener if is_open and clear else "table")
+    other: Positions = "table" if chosen == "machine" else "machine"
+    contradicted = clear and evener != chosen
+    if contradicted or (is_open and given is None):
+        lengths = {
+            name: float(np.linalg.norm(np.diff(t, axis=0), axis=1)[moves].sum())
+            for name, t in readings.items()
+        }
+        figures = {"table": in_table, "machine": in_machine}
+        doubtful = contradicted or not clear
+        first = int(np.argmax(moves)) + 1
+        interpreter.report(
+            Severity.WARNING if doubtful else Severity.NOTE,
+            "positions-doubtful" if doubtful else "positions-assumed",
+            f"tip positions are read in the frame of the {chosen}: over the {int(moves.sum())} cuts that "
+            f"turn the "
+            f"table the tip path is {lengths[chosen]:.6g} mm long and uneven by {figures[chosen]:.3g}, in "
+            f"the "
+            f"frame of the {other} {lengths[other]:.6g} mm and {figures[other]:.3g}; set positions="
+            f"{other if doubtful else chosen} (--positions) if that is meant",
+            int(columns.lines[first]),
+            first,
+            off,
+        )
+    return chosen

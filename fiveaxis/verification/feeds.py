@@ -1,0 +1,134 @@
+"""The check of durations: whether moves take as long as the path's feed asks for."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fiveaxis.findings import Severity
+from fiveaxis.geometry import Array, IntArray
+from fiveaxis.toolpath import MoveKind, Toolpath
+from fiveaxis.verification.check_context import CheckContext
+from fiveaxis.verification.report import Result, left_out
+
+# Allowed relative difference of a block's duration, and of the whole, from what the path's feed asks for.
+BLOCK, WHOLE = 0.1, 0.03
+# mm, s: smaller differences of a block are rounding: of its ends, and of its duration.
+ENDS, MOMENT = 0.04, 2e-3
+# mm: shorter moves only turn.
+STANDSTILL = 1e-6
+# mm/rad: how much a turn counts beside the course of the tool's centre.
+TURN = 1e-3
+# A point this near to a row or a location, as a share of the move, is that row or location.
+NEXT = 1e-3
+
+
+def check_feeds(context: CheckContext) -> Result:
+    """Check the durations of a motion whose rows are the locations of its path.
+
+    A cut may take longer than its length at the path's feed only where an axis is at its highest speed.
+    """
+    path, time = context.toolpath, context.motion.time
+    low = feed_durations(path.lengths, path.feed, context, context.positions)
+    high = np.maximum(low, axis_durations(context, context.positions))
+    rows = np.flatnonzero(context.cutting)
+    return _compare(rows, time[rows], low[rows], high[rows], path.feed[rows])
+
+
+def check_feeds_along(
+    context: CheckContext, path: Toolpath, row: IntArray, place: Array, positions: Array
+) -> Result:
+    """Check the durations of a program whose rows aren't the locations of its path.
+
+    Controls count F along the tip, others' paths along the tool's centre, and ours along the pivot: anything
+    between them is as asked for.
+
+    Parameters
+    ----------
+    row : (m,), locations that the program passes
+    place : (m,), fractional row of the program at each of them
+    positions : (m, k), of the axes there
+    """
+    if path.feed_is_assumed:
+        return left_out("feed-differs", {"feed_off_share": None}, "feed: the path states none")
+    if len(row) < 2:
+        return left_out("feed-differs", {"feed_off_share": None}, "feed: the program doesn't pass the path")
+    along, feed, time = np.cumsum(path.lengths)[row], path.feed[row], context.motion.time
+    at_feed = feed_durations(np.diff(along, prepend=along[:1]), feed, context, positions)
+    limited = np.maximum(at_feed, axis_durations(context, positions))
+    # Seconds from the first location on, at the end of every row; between two locations in proportion to the
+    # course of the tool's centre, or to its turn where it stands.
+    ends = np.arange(len(time), dtype=float)
+    steps = np.linalg.norm(np.diff(context.centre, axis=0, prepend=context.centre[:1]), axis=1)
+    turns = context.steps[:, context.machine.rotary_columns].max(axis=1, initial=0.0)
+    course = np.cumsum(np.nan_to_num(steps + TURN * turns))
+    passed = np.interp(place, ends, course)
+    low, high = (np.diff(np.interp(course, passed, np.cumsum(s)), prepend=0.0) for s in (at_feed, limited))
+    number = np.interp(course, passed, np.arange(len(row), dtype=float))
+    last = np.ceil(number - NEXT).astype(np.int64)
+    first = np.floor(np.append(0.0, number[:-1]) + NEXT).astype(np.int64)
+    # Rows that lie on the path wholly, and only in cuts.
+    others = np.cumsum(path.kind[row] != MoveKind.CUT)
+    inside = (ends - 1.0 >= place[0] - NEXT) & (ends <= place[-1] + NEXT) & (last > first)
+    inside &= (others[last] == others[first]) & (context.toolpath.kind == MoveKind.CUT)
+    by_tip = np.linalg.norm(np.diff(context.tip, axis=0, prepend=context.tip[:1]), axis=1) / feed[last]
+    by_centre, by_axes = steps / feed[last], axis_durations(context, context.positions)
+    low, high = np.min([low, by_tip, by_centre], axis=0), np.max([high, by_tip, by_centre, by_axes], axis=0)
+    if path.zone.offset:
+        # Where in a move the pivot is isn't known: all rows up to a location are compared at once. Where a
+        # cut begins at a link no normal tells where it begins.
+        inside &= path.cutting[row][first]
+        time, low, high = (np.bincount(last, np.where(inside, s, 0.0))[last] for s in (time, low, high))
+    rows = np.flatnonzero(inside)
+    return _compare(rows, time[rows], low[rows], high[rows], feed[last][rows])
+
+
+def feed_durations(length: Array, feed: Array, context: CheckContext, positions: Array) -> Array:
+    """Compute the duration of each move at the path's feed, (m,) s; one that only turns counts degrees."""
+    moves = np.abs(np.diff(positions, axis=0, prepend=positions[:1]))[:, context.machine.rotary_columns]
+    turn = np.degrees(moves.max(axis=1, initial=0.0))
+    return np.asarray(np.where(length > STANDSTILL, length, turn) / feed)
+
+
+def axis_durations(context: CheckContext, positions: Array) -> Array:
+    """Compute the duration of each move with the slowest axis at its highest speed, (n,) s."""
+    moves = np.abs(np.diff(positions, axis=0, prepend=positions[:1]))
+    speeds = [np.inf if axis.max_speed is None else axis.max_speed for axis in context.machine.axes]
+    return np.asarray((moves / np.array(speeds)).max(axis=1, initial=0.0))
+
+
+def _compare(rows: IntArray, found: Array, low: Array, high: Array, feed: Array) -> Result:
+    """Compare durations of rows, (m,) s, with the shortest and the longest that are as asked for."""
+    # A duration that isn't a number, or is negative, is a finding of its own (`check_finite`).
+    valid = np.isfinite(found) & (found >= 0.0)
+    rows, found, low, high, feed = rows[valid], found[valid], low[valid], high[valid], feed[valid]
+    spare = MOMENT + ENDS / feed
+    short = found < low * (1.0 - BLOCK) - spare
+    long = found > high * (1.0 + BLOCK) + spare
+    off = np.maximum(low - found, found - high)
+    bad = np.flatnonzero(short | long)
+    total, least, most = float(found.sum()), float(low.sum()), float(high.sum())
+    whole = total < least * (1.0 - WHOLE) or total > most * (1.0 + WHOLE)
+    if whole and not len(bad) and len(rows):
+        bad = np.array([int(np.argmax(off))])
+
+    def message(i: int) -> str:
+        k = bad[i]
+        wanted = low[k] if found[k] < low[k] else high[k]
+        share = f"{total:.4g} s in all cuts, instead of {least if total < least else most:.4g} s"
+        return (
+            f"the cut takes {found[k]:.4g} s, but the path's feed asks for {wanted:.4g} s ({share}); "
+            "correct F, its unit or its mode (G93, G94, G95)"
+        )
+
+    return Result(
+        code="feed-differs",
+        severity=Severity.ERROR,
+        rows=rows[bad],
+        values=np.nan_to_num(off[bad]),
+        message=message,
+        figures={"feed_off_share": max(0.0, 1.0 - total / least, total / most - 1.0) if least else None},
+        checked=(
+            f"feed: every cut takes as long as the path's feed asks for within {100 * BLOCK:g} %, all of "
+            f"them within {100 * WHOLE:g} %, longer only where an axis is at its highest speed",
+        ),
+    )

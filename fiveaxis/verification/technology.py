@@ -1,0 +1,213 @@
+"""The checks of what a program puts in force besides positions: spindle, tool, offsets, coolant, approach."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from fiveaxis.findings import Severity
+from fiveaxis.geometry import IntArray
+from fiveaxis.nc.control.technology import Technology, TechnologyTrack
+from fiveaxis.nc.writing.asked import AskedTechnology
+from fiveaxis.verification.report import Result
+
+# rev/min: decimals of S.
+SAME_SPEED = 0.5
+
+
+def check_technology(
+    track: TechnologyTrack, rows: IntArray, asked: AskedTechnology | None
+) -> Iterator[Result]:
+    """Check what is in force in the cuts of a program.
+
+    Parameters
+    ----------
+    track : of the moves that cut, (m,)
+    rows : (m,), row for findings on each of them
+    asked : what a job asks of the program; without it only contradictions are found: a spindle that stands
+        in some cuts, a tool change between them
+    """
+    if asked is not None and asked.language != track.language:
+        # Offsets have other names, and tools another way of having their length, on another control.
+        unnamed = asked.technology._replace(length="", work_offset="")
+        asked = replace(asked, technology=unnamed)
+    yield _check_spindle(track, rows, asked)
+    yield _check_tool(track, rows, asked)
+    yield _check_changes(track, rows)
+    yield _check_length(track, rows, asked)
+    yield _check_work_offset(track, rows, asked)
+    yield _check_coolant(track, rows, asked)
+    yield _check_order(track, rows)
+
+
+def _found(
+    code: str,
+    track: TechnologyTrack,
+    rows: IntArray,
+    is_wrong: Callable[[Technology], bool],
+    text: Callable[[Technology], str],
+    checked: str,
+    severity: Severity = Severity.ERROR,
+) -> Result:
+    """Build the result of a check of the states in force."""
+    wrong = [is_wrong(state) for state in track.states]
+    bad = np.flatnonzero(track.rows_where(wrong))
+    return Result(
+        code=code,
+        severity=severity,
+        rows=rows[bad],
+        values=np.full(len(bad), np.nan),
+        message=lambda i: text(track.states[track.state[bad[i]]]),
+        figures={},
+        checked=(checked,),
+    )
+
+
+def _unasked(code: str, sentence: str) -> Result:
+    none = np.empty(0, dtype=np.int64)
+    return Result(code, Severity.ERROR, none, np.empty(0), str, {}, not_checked=(sentence,))
+
+
+def _check_spindle(track: TechnologyTrack, rows: IntArray, asked: AskedTechnology | None) -> Result:
+    if asked is not None and asked.spindle:
+        wanted = asked.technology.spindle
+        return _found(
+            "spindle-off",
+            track,
+            rows,
+            lambda state: not abs(state.spindle - wanted) <= SAME_SPEED,
+            lambda state: (
+                f"{_turning(state)} in this cut, but {_speed(wanted)} was asked for; write S and "
+                f"{'M3' if wanted > 0.0 else 'M4'} before it"
+            ),
+            f"spindle: {_speed(wanted)} in every cut",
+        )
+    if any(state.spindle != 0.0 for state in _in_force(track)):
+        return _found(
+            "spindle-off",
+            track,
+            rows,
+            lambda state: state.spindle == 0.0,
+            lambda state: f"{_turning(state)} in this cut, and turns in others; write S and M3 before it",
+            "spindle: it turns in every cut; its speed isn't checked, none was given",
+        )
+    return _unasked("spindle-off", "spindle: no speed was given, and the program switches none on")
+
+
+def _in_force(track: TechnologyTrack) -> Iterable[Technology]:
+    return (track.states[k] for k in np.unique(track.state))
+
+
+def _turning(state: Technology) -> str:
+    if state.spindle == 0.0:
+        return "the spindle stands"
+    return f"the spindle turns at {_speed(state.spindle)}"
+
+
+def _speed(spindle: float) -> str:
+    sense = "M3" if spindle > 0.0 else "M4"
+    return f"an unstated speed ({sense})" if np.isnan(spindle) else f"{abs(spindle):g} rev/min ({sense})"
+
+
+def _check_tool(track: TechnologyTrack, rows: IntArray, asked: AskedTechnology | None) -> Result:
+    if asked is None or not asked.tool:
+        return _unasked("wrong-tool", "tool: no number was given")
+    wanted, is_loaded = asked.technology.tool, asked.technology.loaded > 0
+
+    def text(state: Technology) -> str:
+        if state.tool == wanted:
+            return f"tool {wanted} is selected for this cut but never loaded; write the tool change (M6)"
+        which = f"tool {state.tool}" if state.tool else "no tool that the program names"
+        return f"{which} cuts here, but tool {wanted} was asked for; correct the tool call"
+
+    return _found(
+        "wrong-tool",
+        track,
+        rows,
+        lambda state: state.tool != wanted or (is_loaded and not state.loaded),
+        text,
+        f"tool: number {wanted} in every cut",
+    )
+
+
+def _check_changes(track: TechnologyTrack, rows: IntArray) -> Result:
+    first = track.states[track.state[0]].loaded if len(track.state) else 0
+    return _found(
+        "change-in-cut",
+        track,
+        rows,
+        lambda state: state.loaded > first,
+        lambda _: "a tool is loaded between the first cut of the path and this one; write one program a tool",
+        "tool: none is loaded between the cuts of the path",
+    )
+
+
+def _check_length(track: TechnologyTrack, rows: IntArray, asked: AskedTechnology | None) -> Result:
+    wanted = None if asked is None else asked.technology.length
+    if asked is None or not wanted:
+        return _unasked("length-offset", "tool length offset: none was given")
+
+    def is_wrong(state: Technology) -> bool:
+        # Without a tool's number the control's own number is as good as any other.
+        return state.length != wanted if asked.tool else not state.length
+
+    def text(state: Technology) -> str:
+        found = f"length offset {state.length}" if state.length else "no length offset"
+        return (
+            f"{found} is in force in this cut, but {wanted} was asked for: the tool would be too high or too "
+            "low by the difference of the lengths; correct H or D, or G43"
+        )
+
+    return _found("length-offset", track, rows, is_wrong, text, f"tool length offset: {wanted} in every cut")
+
+
+def _check_work_offset(track: TechnologyTrack, rows: IntArray, asked: AskedTechnology | None) -> Result:
+    wanted = None if asked is None else asked.technology.work_offset
+    if not wanted:
+        return _unasked("work-offset", "work offset: none was given")
+    return _found(
+        "work-offset",
+        track,
+        rows,
+        lambda state: state.work_offset != wanted,
+        lambda state: (
+            f"work offset {state.work_offset or 'of whatever ran before'} is in force in this cut, "
+            f"but {wanted} was asked for: the part would be cut elsewhere; correct it"
+        ),
+        f"work offset: {wanted} in every cut",
+    )
+
+
+def _check_coolant(track: TechnologyTrack, rows: IntArray, asked: AskedTechnology | None) -> Result:
+    if asked is None or not asked.coolant:
+        return _unasked("coolant-off", "coolant: none was asked for")
+    wanted = asked.technology.coolant
+    return _found(
+        "coolant-off",
+        track,
+        rows,
+        lambda state: state.coolant != wanted,
+        lambda state: (
+            f"{state.coolant or 'no coolant'} is on in this cut, but {wanted} was asked for; correct it"
+        ),
+        f"coolant: {wanted} in every cut",
+        Severity.WARNING,
+    )
+
+
+def _check_order(track: TechnologyTrack, rows: IntArray) -> Result:
+    bad: Sequence[int] = rows[:1].tolist() if track.late_axes else []
+    return Result(
+        code="approach-order",
+        severity=Severity.ERROR,
+        rows=np.array(bad, dtype=np.int64),
+        values=np.full(len(bad), np.nan),
+        message=lambda _: (
+            f"in the approach Z comes down before {', '.join(track.late_axes)} move (line "
+            f"{track.late_line}), from wherever the program before left them; move Z last"
+        ),
+        figures={},
+        checked=("approach: Z comes down after the other axes have moved",),
+    )

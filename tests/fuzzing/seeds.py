@@ -1,0 +1,202 @@
+"""Inputs that readers accept: parts of our own programs and of real files, and short ones written here."""
+
+from __future__ import annotations
+
+import gzip
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import trimesh
+
+from fiveaxis.job.guide import starter_text
+
+ROOT = Path(__file__).parents[2]
+GOLDEN = ROOT / "tests" / "golden"
+DATA = ROOT.parent / "shared" / "data"  # the real inputs, where they are beside this checkout
+# Lines of a seed: damage of one line in a thousand would find nothing.
+HEAD = 30
+# Most lines of a program's head are comments, of which a few are enough.
+COMMENT, COMMENTS = re.compile(rb"\s*(?:N?\d+\s+)?[(;]"), 3
+
+
+def parts(*patterns: str, head: int = HEAD) -> tuple[bytes, ...]:
+    """Return beginnings, middles and ends of files, short enough that damage meets what matters."""
+    found = (path for pattern in patterns for path in sorted((*GOLDEN.glob(pattern), *DATA.glob(pattern))))
+    return tuple(part for path in found for part in _parts_of(path, head))
+
+
+def _parts_of(path: Path, head: int) -> Iterator[bytes]:
+    content = gzip.decompress(path.read_bytes()) if path.suffix == ".gz" else path.read_bytes()
+    lines = content.splitlines()
+    comments = [line for line in lines if COMMENT.match(line)]
+    lines = [line for line in lines if not COMMENT.match(line) or line in comments[:COMMENTS]]
+    yield b"\n".join(lines[:head])
+    if len(lines) > 3 * head:
+        yield b"\n".join([*lines[: head // 2], *lines[len(lines) // 2 :][: head // 2], *lines[-5:]])
+
+
+def meshes(kind: str, **options: object) -> tuple[bytes, ...]:
+    """Write a box and a pyramid in a format of meshes."""
+    made = [trimesh.creation.box((1, 2, 3)), trimesh.creation.cone(1.0, 2.0, sections=4)]
+    texts = [mesh.export(file_type=kind, **options) for mesh in made]
+    return tuple(text.encode() if isinstance(text, str) else text for text in texts)
+
+
+def texts_in(folder: str, *names: str) -> tuple[bytes, ...]:
+    """Read the TOML files of a folder of this checkout."""
+    return tuple((ROOT / folder / f"{name}.toml").read_bytes() for name in names)
+
+
+# Words that a program may have, and that our own programs don't.
+BLOCKS = tuple(
+    b"G1 G0 G2 G3 G93 G94 G95 G43.4 G43.5 G68.2 G53.1 G10 G30 G53 G91 G90 G28 G81 G83 G41 G16 G5 M428 M451 "
+    b"M128 M98 #1= WHILE GOTO O100 [SIN[ R5 P2 L3 Q1 I1 J1 K1 T01 M6 M30 F0 S0 / ; ( ) % =".split()
+)
+OBJ_WORDS = (b"mtllib", b"usemtl", b"vt", b"vn", b"l", b"g", b"//", b"s")
+STARTER = re.sub(r"(?m)^# (?=\[|[\w.]+ = )", "", starter_text()).encode()
+JOBS = (
+    b"""input = "part.stl"
+tool = "ball:8"
+tilt = [15, 75]
+control = "fanuc"
+[plan]
+stepdown = 1
+""",
+    b"""input = "path.csv"
+feed = 500
+singular_cone = 3
+hold = { C = 30 }
+[setup]
+offset = [0, 1, 2]
+[setup.search]
+x = [-5, 5]
+[program]
+start = { X = 1 }
+[[fixture]]
+name = "a"
+box = { size = [1, 2, 3] }
+""",
+    b"""input = "path.csv"
+tool = "taper:4:5:10"
+cone = 30
+[nc]
+spindle_rpm = 9000
+[clearance]
+holder = 2
+[process]
+teeth = 2
+helix = 30
+depth = 1
+width = 1
+spindle_rpm = 9000
+tangential = 900
+basis = "measured"
+source = "own"
+[factors]
+price = 0.3
+source = "own"
+""",
+)
+SWEEPS = (
+    b"""input = "path.csv"
+[sweep]
+combine = "zip"
+tilt = [[15, 75], [20, 60]]
+feed = [100, 200]
+""",
+    b"""input = "path.csv"
+[plan]
+stepdown = 1
+[sweep]
+combine = "product"
+plan.stepdown = [1, 2]
+tool = ["a", "b"]
+""",
+)
+FIXTURES = (
+    b"""[[fixture]]
+name = "left"
+box = { size = [1, 2, 3], center = [0, 0, 1] }
+[clearance]
+shank = 0.5
+""",
+    b"""[[fixture]]
+name = "vice"
+mesh = "vice.stl"
+scale = 25.4
+[[fixture]]
+name = "post"
+cylinder = { radius = 3, height = 9, direction = [0, 0, 1] }
+""",
+)
+ROWS = range(60)
+LOGS = (
+    b"t,x,v,a,p\n"
+    + b"".join(b"%d,%d,%d.5,%d,%d\n" % (i, i * i, 2 * i - 9, i % 3, 100 + 7 * i) for i in ROWS),
+    b"# log\np;v;a;x;t\n" + b"".join(b"%d;-%d;%d;1e-3;%d.1\n" % (90 + i, i, i % 2, i) for i in ROWS),
+)
+INI = b"""[KINS]
+KINEMATICS = xyzac-trt-kins
+JOINTS = 5
+[TRAJ]
+LINEAR_UNITS = mm
+ANGULAR_UNITS = deg
+COORDINATES = XYZAC
+[HAL]
+HALCMD = setp xyzac-trt-kins.y-offset 20
+HALCMD = net :z xyzac-trt-kins.z-offset
+HALCMD = sets :z 10
+[AXIS_X]
+MIN_LIMIT = -200
+MAX_LIMIT = 200
+MAX_VELOCITY = 20
+[AXIS_C]
+MIN_LIMIT = -36000
+MAX_LIMIT = 36000
+[JOINT_0]
+TYPE = LINEAR
+MAX_ACCELERATION = 300
+"""
+TOOL_FILE = b"""shape = "bull"
+diameter = 16
+corner_radius = 4
+length = 30
+shank_diameter = 16
+[holder]
+stick_out = 60
+sections = [
+  { length = 20, diameter = 32 },
+  { length = 40, diameter = 50, upper_diameter = 63 },
+]
+"""
+TOOLS = tuple(b"ball:10 flat:10 bull:16:4 lollipop:8:5 taper:4:5:10 barrel:16:85:3 drill:8:118".split())
+RESULTS = b"""{"name": "a", "file": "a.toml", "status": "fine", "values": {"tilt": [15, 75]}, "files": ["x"]}
+{"name": "b", "file": "b.toml", "status": "wrong input", "message": "m", "before": {"name": "b"}}
+"""
+OPTIONS = (
+    *(b"setup x=-50:50,angle=-180:180", b"setup x=1:2", b"numbers 1,2,3", b"start X18,Y74,Z0"),
+    b"start G55X18,G54.1P3Z-2",
+)
+CODES = (b"640123", b"650123", b"021365")
+POINTS = (
+    b"x,y,z,nx,ny,nz,feed,cut,rapid\n1,2,3,0,0,1,9,1,0\n1,2,9,0,0,1,9,0,1\n",
+    b"x,y,z,i,j,k\n1,2,3,0,0,1\n2,2,3,0,0.6,0.8\n2,3,3,0,0,1\n",
+)
+WAYPOINTS = b"1 2 3 0 0 1\n4 5 6 0 0.6 0.8\n"
+MILLPLUS = b"""%PM9001
+N9001
+N1 G17
+N2 G54
+N3 G71
+N4 T1 M6
+N5 S5000 M3
+N6 G141 R1=0 L1=0
+N7 G0 X0 Y0 Z50 B0 C0
+N8 G1 X1 Y2 Z3 B10 C20 F500
+N9 G1 X5 Y2 I1=0.1 J1=0.2 K1=0.9
+N10 G40
+N11 E1=5 X=E1
+N12 G0 Z100
+N13 M30
+"""

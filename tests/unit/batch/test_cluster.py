@@ -1,0 +1,78 @@
+"""Batches on a dask scheduler that is there already."""
+
+import subprocess
+import sys
+
+import pytest
+from soaking.rings import write_ring_jobs
+
+from fiveaxis.batch import run_batch
+from fiveaxis.batch.cluster import require_scheduler, run_remotely
+from fiveaxis.batch.ledger import TABLE
+from fiveaxis.batch.tasks import Task
+from fiveaxis.errors import SettingError
+
+distributed = pytest.importorskip("distributed")
+posix = pytest.mark.skipif(sys.platform == "win32", reason="no openssl there")
+
+
+def test_a_scheduler_that_doesnt_answer_is_named(monkeypatch, in_time):
+    monkeypatch.setattr("fiveaxis.batch.cluster.ANSWER", 0.5)
+    with pytest.raises(SettingError, match=r"no scheduler answers at tcp://127\.0\.0\.1:9 .*dask scheduler"):
+        in_time(lambda: require_scheduler("tcp://127.0.0.1:9"), 60)
+
+
+@pytest.mark.parametrize("address", ["nonsense", "tls://127.0.0.1:9"])
+def test_an_address_that_is_none_or_needs_certificates_is_named(address):
+    with pytest.raises(SettingError, match=f"no scheduler answers at {address}"):
+        require_scheduler(address)
+
+
+def test_a_worker_of_another_version_is_reported(jobs, tmp_path):
+    row = run_remotely(Task("a", jobs[0]), str(tmp_path), "99.0", "a topic")
+    assert row["status"] == "broken"
+    assert "this command 99.0; install one everywhere" in row["message"]
+
+
+@pytest.fixture
+def certificate(tmp_path):
+    """A certificate, and what a scheduler and its clients have to have of it."""
+    key, pem = tmp_path / "key.pem", tmp_path / "cert.pem"
+    words = ["req", "-x509", "-newkey", "rsa:2048", "-nodes", "-days", "1", "-subj", "/CN=fiveaxis"]
+    subprocess.run(["openssl", *words, "-keyout", key, "-out", pem], check=True, capture_output=True)
+    return {
+        "distributed.comm.tls.ca-file": str(pem),
+        "distributed.comm.require-encryption": True,
+        **{f"distributed.comm.tls.{role}.cert": str(pem) for role in ("client", "scheduler", "worker")},
+        **{f"distributed.comm.tls.{role}.key": str(key) for role in ("client", "scheduler", "worker")},
+    }
+
+
+@posix
+@pytest.mark.slow
+def test_jobs_run_on_a_scheduler_with_certificates_which_a_client_without_is_refused(
+    certificate, tmp_path, in_time
+):
+    dask = pytest.importorskip("dask")
+    job = write_ring_jobs(tmp_path / "jobs", 1)
+    with dask.config.set(certificate):
+        security = distributed.Security()
+        there = distributed.LocalCluster(
+            n_workers=1,
+            threads_per_worker=1,
+            protocol="tls",
+            security=security,
+            dashboard_address="127.0.0.1:0",
+        )
+    with there:
+        address = there.scheduler_address
+        assert address.startswith("tls://")
+        for stranger in (address, address.replace("tls://", "tcp://")):
+            with pytest.raises(SettingError, match="no scheduler answers"):
+                in_time(lambda to=stranger: run_batch(job, tmp_path / "none", scheduler=to))
+        assert not (tmp_path / "none").exists()
+        with dask.config.set(certificate):
+            done = in_time(lambda: run_batch(job, tmp_path / "out", scheduler=address), 300)
+        assert len(there.workers) == 1
+    assert [str(row.status) for row in done.rows] == ["fine"]
+    assert (tmp_path / "out" / TABLE).is_file()
