@@ -18,9 +18,9 @@ from pathlib import Path
 
 from fiveaxis.errors import InputError, SettingError
 
-# Bytes: larger files aren't read. A block takes some 40 bytes and a triangle 50, so these are paths of ten
-# million locations and meshes of twenty million triangles: more than is in use, and less than fills the
-# memory of a computer.
+# Bytes: larger files aren't read. A block takes some 40 bytes and a triangle 50 to 250, as text, so these are
+# paths of ten million locations and meshes of four million triangles or more: more than is in use, and less
+# than fills the memory of a computer.
 MEGABYTE = 1_000_000
 MOST_PATH_BYTES = 400 * MEGABYTE
 MOST_MESH_BYTES = 1000 * MEGABYTE

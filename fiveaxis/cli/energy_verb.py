@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -19,6 +20,9 @@ from fiveaxis.errors import SettingError
 if TYPE_CHECKING:
     from fiveaxis.job import ProgramEnergy
     from fiveaxis.machine import Machine
+
+# Blocks of the table on the terminal: to lay out a million would take half an hour.
+MOST_SHOWN = 1000
 
 
 @takes(PROGRAM)
@@ -111,11 +115,14 @@ def _corners(text: str) -> Any:
 def _print_blocks(program: ProgramEnergy) -> None:
     letters = program.machine.letters
     shown = Table("line", "block", "s", "mm/min", *(f"{c} J" for c in letters), "J", box=None)
-    for row in program.rows:
+    rows = program.each_row()
+    for row in islice(rows, MOST_SHOWN):
         joules = (f"{row[c]:.2f}" for c in letters)
         cells = (f"{row['time']:.3f}", f"{row['feed_mm_min']:.0f}", *joules, f"{row['energy']:.2f}")
         shown.add_row(str(row["line"]), escape(row["block"]), *cells)
     out.print(shown)
+    if next(rows, None) is not None:
+        out.print(f"the first {MOST_SHOWN} blocks are shown; --csv and --json have all")
 
 
 def _print_totals(found: Sequence[ProgramEnergy]) -> None:

@@ -13,7 +13,7 @@ from fiveaxis.contour.options import PlanOptions, Strategy
 from fiveaxis.contour.walls import Walls
 from fiveaxis.errors import ToolError
 from fiveaxis.geometry import Array, BoolArray, IntArray, normalise
-from fiveaxis.mesh import TriangleTree, facet_normals, take_mesh
+from fiveaxis.mesh import TriangleTree, facet_normals, take_mesh, tree_of
 from fiveaxis.toolpath import Toolpath
 
 if TYPE_CHECKING:
@@ -86,16 +86,16 @@ def path_quality(
     if not toolpath.tool.cutter.is_ball:
         raise ToolError(f"tool {toolpath.tool}: ridges are measured for balls only; give for example ball:10")
     mesh = take_mesh(part, allow_open=allow_open)
-    triangles = np.array(mesh.triangles, dtype=float)
+    tree, facets = tree_of(mesh), facet_normals(np.array(mesh.triangles, dtype=float))
     options = PlanOptions(strategy, raster_angle=raster_angle, overhang=overhang)
     cuts = _Cuts.of(toolpath)
-    heights, rows = _ridges(cuts, triangles, Walls(options.frame[2], overhang))
+    heights, rows = _ridges(cuts, tree, facets, Walls(options.frame[2], overhang))
     weight = cuts.weight[rows]
     total = float(weight.sum())
     return PlanReport(
         scallop_largest=float(heights.max(initial=0.0)),
         scallop_mean=float(heights @ weight / total) if total > 0.0 else 0.0,
-        chord_largest=_chord_error(cuts, triangles),
+        chord_largest=_chord_error(cuts, tree),
         ridges=len(heights),
         edges=2 * int(cuts.moving.sum()) - len(heights),
         cut_length=float(toolpath.lengths[toolpath.cutting].sum()),
@@ -150,7 +150,7 @@ class _Cuts:
         )
 
 
-def _ridges(cuts: _Cuts, triangles: Array, walls: Walls) -> tuple[Array, IntArray]:
+def _ridges(cuts: _Cuts, tree: TriangleTree, facets: Array, walls: Walls) -> tuple[Array, IntArray]:
     """Measure the ridges next to passes: heights, (k,) mm, and the row at which each was measured."""
     from fiveaxis.contour.crossings import crossings  # numba is slow to load
 
@@ -169,10 +169,9 @@ def _ridges(cuts: _Cuts, triangles: Array, walls: Walls) -> tuple[Array, IntArra
     up -= np.where(distance2 > (COINCIDING * cuts.radius) ** 2, share, 0.0)[:, None] * apart
     depth = np.sqrt(np.maximum(0.0, cuts.radius**2 - distance2 / 4.0))
     tip = (here + there) / 2.0 - depth[:, None] * normalise(up)
-    tree = TriangleTree.build(triangles)
     foot, triangle, height = tree.nearest(tip)
     # Between the passes there may be a floor, an edge or an inner corner instead of their wall.
-    facet = facet_normals(triangles)[triangle]
+    facet = facets[triangle]
     wall = walls.keep(facet) & (np.einsum("ij,ij->i", facet, normalise(up)) > SAME_SIDE)
     limit = cuts.radius - CHORD_GOUGE
     reached = tree.distances(foot + cuts.radius * facet, bound=limit) >= limit
@@ -180,9 +179,9 @@ def _ridges(cuts: _Cuts, triangles: Array, walls: Walls) -> tuple[Array, IntArra
     return height[measured], row[measured]
 
 
-def _chord_error(cuts: _Cuts, triangles: Array) -> float:
+def _chord_error(cuts: _Cuts, tree: TriangleTree) -> float:
     """Measure the largest gap or depth of the ball in straight cutting moves, mm."""
     start, end = cuts.centres[cuts.starts], cuts.centres[cuts.starts + 1]
     samples = np.vstack([start + share * (end - start) for share in SHARES])
-    gaps = TriangleTree.build(triangles).distances(samples)
+    gaps = tree.distances(samples)
     return float(np.abs(gaps - cuts.radius).max(initial=0.0))

@@ -36,6 +36,7 @@ HEAD = 100
 _TOOL = re.compile(r"\btool: ([a-z]+(?::[0-9.]+)+)", re.IGNORECASE)
 _FEED = re.compile(r"\bfeed: ([0-9.]+) mm/min along the path", re.IGNORECASE)
 # Decimals of a length or an angle in a block.
+_ZEROS = str.maketrans("123456789", "000000000")
 _DECIMALS = re.compile(r"(?<![A-Z])([XYZABC])=?(?:DC\(|AC[PN]?\()?[-+]?[0-9]*\.([0-9]+)", re.IGNORECASE)
 
 
@@ -71,26 +72,26 @@ class ProgramEnergy:
         The feed is the tool's speed along its path, whatever the block's F counts. An arc's chords are one
         block.
         """
+        return list(self.each_row())
+
+    def each_row(self) -> Iterator[dict[str, Any]]:
+        """Yield the rows, each made when it is asked for: a program may have a million."""
         base = self.machine.base_power
-        rows = []
         for first, last in _runs(self.motion.source[1:]):
             block = slice(first + 1, last + 1)
             time = float(self.motion.time[block].sum())
             spent = self.by_block[block].sum(axis=0)
             axes = {c: float(j) for c, j in zip(self.machine.letters, spent, strict=True)}
-            rows.append(
-                {
-                    "line": int(self.motion.source[first + 1]),
-                    "block": self.texts[first + 1],
-                    "kind": MoveKind(int(self.motion.kind[first + 1])).name.lower(),
-                    "time": time,
-                    "feed_mm_min": float(self.motion.feed[first + 1]) * 60.0,
-                    "energy": sum(axes.values()),
-                    **axes,
-                    "base": None if base is None else base * time,
-                }
-            )
-        return rows
+            yield {
+                "line": int(self.motion.source[first + 1]),
+                "block": self.texts[first + 1],
+                "kind": MoveKind(int(self.motion.kind[first + 1])).name.lower(),
+                "time": time,
+                "feed_mm_min": float(self.motion.feed[first + 1]) * 60.0,
+                "energy": sum(axes.values()),
+                **axes,
+                "base": None if base is None else base * time,
+            }
 
     @property
     def summary(self) -> tuple[Cause, ...]:
@@ -228,7 +229,8 @@ def _tool_of(lines: Sequence[str]) -> Tool | None:
 def _rounding(motion: ReadMotion, texts: Sequence[str]) -> float:
     """Bound how far, mm, the tool may be off its position because words are rounded."""
     decimals: dict[bool, int] = {}
-    for text in texts:
+    # Many blocks, few different ones but for their digits.
+    for text in {text.translate(_ZEROS) for text in texts}:
         for letter, digits in _DECIMALS.findall(text):
             turns = letter.upper() in "ABC"
             decimals[turns] = max(decimals.get(turns, 0), len(digits))
@@ -252,10 +254,10 @@ def _assumed_feeds(motion: ReadMotion, taken_over: BoolArray) -> Iterator[Findin
         )
 
 
-def _runs(source: IntArray) -> list[tuple[int, int]]:
-    """List first and last + 1 of the runs of rows that come from one line."""
+def _runs(source: IntArray) -> Iterator[tuple[int, int]]:
+    """Yield first and last + 1 of the runs of rows that come from one line."""
     ends = np.flatnonzero(np.diff(source)) + 1
-    return list(pairwise([0, *ends.tolist(), len(source)])) if len(source) else []
+    return pairwise([0, *ends.tolist(), len(source)] if len(source) else [])
 
 
 def _speeding(machine: Machine, motion: ReadMotion) -> Iterator[Finding]:

@@ -38,18 +38,16 @@ class TriangleTree:
     @classmethod
     def build(cls, triangles: Array) -> TriangleTree:
         """Sort triangles, (f, 3, 3) mm, into a tree by halving each node along its longest extent."""
+        from fiveaxis.mesh import kernels
+
         leaves = 1
         while leaves * LEAF < len(triangles):
             leaves *= 2
         order = np.resize(np.arange(len(triangles)), leaves * LEAF)
         order.sort()
-        centres = triangles.mean(axis=1)
-        parts = 1
-        while parts < leaves:
-            order = _sort_by_longest(order.reshape(parts, -1), centres).reshape(-1)
-            parts *= 2
-        ordered = triangles[order]
-        return cls(np.ascontiguousarray(ordered), _boxes(ordered, leaves), order)
+        kernels.sort_into_leaves(order, triangles.mean(axis=1), LEAF)
+        ordered = np.ascontiguousarray(triangles[order])
+        return cls(ordered, kernels.tree_boxes(ordered, leaves), order)
 
     def distances(self, points: Array, bound: float = np.inf) -> Array:
         """Compute the distance to the nearest triangle, at most `bound`: (n, 3) mm → (n,) mm."""
@@ -137,23 +135,3 @@ def encloses(triangles: Array, point: Array) -> bool:
     products = (np.sum(x * y, axis=1) * z for x, y, z in ((a, b, lc), (b, c, la), (c, a, lb)))
     angle = 2.0 * np.arctan2(volume, la * lb * lc + sum(products))
     return bool(abs(angle.sum()) > 2.0 * np.pi)
-
-
-def _sort_by_longest(nodes: IntArray, centres: Array) -> IntArray:
-    rows = centres[nodes]
-    axis = np.ptp(rows, axis=1).argmax(axis=1)
-    along = np.take_along_axis(rows, axis[:, None, None], axis=2)[:, :, 0]
-    return np.take_along_axis(nodes, np.argsort(along, axis=1, kind="stable"), axis=1)
-
-
-def _boxes(ordered: Array, leaves: int) -> Array:
-    boxes = np.zeros((2 * leaves, 2, 3))
-    corners = ordered.reshape(leaves, -1, 3)
-    boxes[leaves:, 0], boxes[leaves:, 1] = corners.min(axis=1), corners.max(axis=1)
-    parts = leaves // 2
-    while parts >= 1:
-        children = boxes[2 * parts : 4 * parts].reshape(parts, 2, 2, 3)
-        boxes[parts : 2 * parts, 0] = children[:, :, 0].min(axis=1)
-        boxes[parts : 2 * parts, 1] = children[:, :, 1].max(axis=1)
-        parts //= 2
-    return boxes

@@ -203,3 +203,158 @@ def reach(start: Array, end: Array, triangles: Array, boxes: Array, limit: float
         if ahead <= 0.0:
             return clear
         done = min(length, done + max(gap - limit, finest))
+
+
+@compiled
+def sums_near(order: IntArray, first: IntArray, angles: Array, facets: Array, least: float) -> Array:
+    """Sum the normals of the triangles around every corner that face its own triangle's way.
+
+    Parameters
+    ----------
+    order : (3f,), the corners sorted by vertex
+    first : (v + 1,), index in `order` of each vertex's first corner
+    angles : (3f,), rad, the weight of each corner
+    facets : (f, 3), unit vectors or zero
+    least : the cosine that two normals must exceed
+
+    Returns
+    -------
+    (3f, 3), by corner
+    """
+    total = np.zeros((len(order), 3))
+    for vertex in range(len(first) - 1):
+        for i in range(first[vertex], first[vertex + 1]):
+            own = facets[order[i] // 3]
+            sums = total[order[i]]
+            for j in range(first[vertex], first[vertex + 1]):
+                near = facets[order[j] // 3]
+                if own[0] * near[0] + own[1] * near[1] + own[2] * near[2] > least:
+                    for k in range(3):
+                        sums[k] += angles[order[j]] * near[k]
+    return total
+
+
+@compiled
+def merge_rows(rows: Array) -> tuple[IntArray, IntArray]:
+    """Find the distinct rows of finite numbers, in the order of their first occurrence.
+
+    A hash table of twice as many places as rows, which sorting them would take five times as long as.
+
+    Parameters
+    ----------
+    rows : (n, 3)
+
+    Returns
+    -------
+    first : (d,), the first row of each value
+    number : (n,), which of these values each row has
+    """
+    places = 16
+    while places < 2 * len(rows):
+        places *= 2
+    table = np.full(places, -1, dtype=np.int32)
+    bits = rows.view(np.uint64)
+    first = np.empty(len(rows), dtype=np.int64)
+    number = np.empty(len(rows), dtype=np.int64)
+    count = 0
+    for i in range(len(rows)):
+        key = np.uint64(0)
+        for k in range(3):
+            # Steps of SplitMix64: neighbouring numbers differ in few bits.
+            key = (key ^ bits[i, k]) * np.uint64(0xBF58476D1CE4E5B9)
+            key ^= key >> np.uint64(32)
+        place = np.int64(key & np.uint64(places - 1))
+        while True:
+            found = table[place]
+            if found < 0:
+                table[place] = count
+                first[count] = i
+                number[i] = count
+                count += 1
+                break
+            row = first[found]
+            if bits[row, 0] == bits[i, 0] and bits[row, 1] == bits[i, 1] and bits[row, 2] == bits[i, 2]:
+                number[i] = found
+                break
+            place = (place + 1) & (places - 1)
+    return first[:count].copy(), number
+
+
+@compiled
+def halve(keys: Array, rows: IntArray) -> None:
+    """Move the smaller half, by key and then by row, before the larger one, in place.
+
+    References
+    ----------
+    Hoare (1961), Algorithm 65: Find.
+    """
+    low, high, middle = 0, len(keys) - 1, len(keys) // 2
+    while low < high:
+        key, row = keys[(low + high) // 2], rows[(low + high) // 2]
+        i, j = low, high
+        while i <= j:
+            while keys[i] < key or (keys[i] == key and rows[i] < row):
+                i += 1
+            while key < keys[j] or (key == keys[j] and row < rows[j]):
+                j -= 1
+            if i <= j:
+                keys[i], keys[j] = keys[j], keys[i]
+                rows[i], rows[j] = rows[j], rows[i]
+                i += 1
+                j -= 1
+        if middle <= j:
+            high = j
+        elif middle >= i:
+            low = i
+        else:
+            return
+
+
+@compiled
+def sort_into_leaves(rows: IntArray, centres: Array, leaf: int) -> None:
+    """Halve each node along its longest extent down to leaves, in place.
+
+    Parameters
+    ----------
+    rows : (n,), of `centres`; n is a power of two
+    centres : (f, 3), mm
+    leaf : rows of a leaf, a power of two
+    """
+    keys = np.empty(len(rows))
+    size = len(rows)
+    while size > leaf:
+        for begin in range(0, len(rows), size):
+            part, along = rows[begin : begin + size], keys[begin : begin + size]
+            axis, longest = 0, -1.0
+            for k in range(3):
+                low, high = centres[part[0], k], centres[part[0], k]
+                for row in part:
+                    low, high = min(low, centres[row, k]), max(high, centres[row, k])
+                if high - low > longest:
+                    axis, longest = k, high - low
+            for i in range(size):
+                along[i] = centres[part[i], axis]
+            halve(along, part)
+        size //= 2
+    for begin in range(0, len(rows), leaf):
+        rows[begin : begin + leaf].sort()
+
+
+@compiled
+def tree_boxes(triangles: Array, leaves: int) -> Array:
+    """Compute the boxes of a tree, (2 * leaves, 2, 3) mm, from its triangles in the order of the leaves."""
+    boxes = np.zeros((2 * leaves, 2, 3))
+    leaf = len(triangles) // leaves
+    for node in range(2 * leaves - 1, 0, -1):
+        for k in range(3):
+            low, high = np.inf, -np.inf
+            if node < leaves:
+                low = min(boxes[2 * node, 0, k], boxes[2 * node + 1, 0, k])
+                high = max(boxes[2 * node, 1, k], boxes[2 * node + 1, 1, k])
+            else:
+                for row in range((node - leaves) * leaf, (node - leaves + 1) * leaf):
+                    for corner in range(3):
+                        low = min(low, triangles[row, corner, k])
+                        high = max(high, triangles[row, corner, k])
+            boxes[node, 0, k], boxes[node, 1, k] = low, high
+    return boxes

@@ -12,6 +12,7 @@ import numpy as np
 
 from fiveaxis.errors import MeshError
 from fiveaxis.files import MOST_MESH_BYTES, read_input, require_file
+from fiveaxis.geometry import Array
 
 if TYPE_CHECKING:
     import trimesh
@@ -20,8 +21,13 @@ SUFFIXES = (".stl", ".ply", ".obj", ".off")
 # Bytes of a binary STL: its header, whose last four are the number of triangles, and one triangle.
 STL_HEAD, STL_TRIANGLE = 84, 50
 DAMAGED = "it is damaged, truncated, or of another format; export it again"
-# Collision trees of larger meshes take more memory than many computers have.
-MOST_TRIANGLES = 5_000_000
+# Trees of larger meshes take more memory than many computers have, and minutes to build.
+MOST_TRIANGLES = 5_500_000
+# What to do about it: finer triangles than the tolerance of machining show nothing.
+SIMPLIFY = (
+    "export it with a larger chord tolerance, or simplify it to a tolerance of some micrometres (MeshLab: "
+    "Quadric Edge Collapse Decimation; trimesh: simplify_quadric_decimation)"
+)
 # mm: products of three larger coordinates, as in volumes, lose their last digit that matters.
 FARTHEST = 1e7
 
@@ -67,12 +73,11 @@ def check_mesh(
     Raises
     ------
     MeshError
-        No triangles, triangles of vertices that it doesn't have, vertices that aren't finite or too far
-        away, not watertight.
+        No triangles or more than `MOST_TRIANGLES`, triangles of vertices that it doesn't have, vertices that
+        aren't finite or too far away, not watertight.
     """
     _require_sound(mesh, name)
-    checked = mesh.copy()
-    checked.merge_vertices(merge_tex=True, merge_norm=True)
+    checked = _merged(mesh)
     if checked.is_watertight:
         if turn:
             _turn_outward(checked)
@@ -83,6 +88,23 @@ def check_mesh(
             file=name,
         )
     return checked
+
+
+def _merged(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
+    """Return the triangles of a mesh with merged vertices.
+
+    Vertices with the same bits are merged first: trimesh sorts the rest, which for the triangles of an STL
+    file would take most of the time.
+    """
+    import trimesh
+
+    from fiveaxis.mesh import kernels  # numba is slow to load
+
+    vertices = np.ascontiguousarray(mesh.vertices, dtype=float)
+    first, number = kernels.merge_rows(vertices)
+    merged = trimesh.Trimesh(vertices[first], number[np.asarray(mesh.faces)], process=False)
+    merged.merge_vertices(merge_tex=True, merge_norm=True)
+    return merged
 
 
 def take_mesh(
@@ -116,12 +138,6 @@ def require_solid(mesh: trimesh.Trimesh, name: str) -> None:
         As `check_mesh`, except that it may be open; more than `MOST_TRIANGLES` triangles; in a closed mesh,
         normals that point into the material, or neighbouring triangles that face opposite sides.
     """
-    if len(mesh.faces) > MOST_TRIANGLES:
-        raise MeshError(
-            f"has {len(mesh.faces):,} triangles, more than {MOST_TRIANGLES:,}; collisions need a coarser "
-            "one: export it with a larger chord tolerance",
-            file=name,
-        )
     _require_sound(mesh, name)
     if not mesh.is_watertight:
         return
@@ -135,9 +151,15 @@ def require_solid(mesh: trimesh.Trimesh, name: str) -> None:
         )
 
 
+def _require_few(count: int, name: str | Path) -> None:
+    if count > MOST_TRIANGLES:
+        raise MeshError(f"has {count:,} triangles, more than {MOST_TRIANGLES:,}; {SIMPLIFY}", file=name)
+
+
 def _require_sound(mesh: trimesh.Trimesh, name: str) -> None:
     if len(mesh.faces) == 0:
         raise MeshError("has no triangles", file=name)
+    _require_few(len(mesh.faces), name)
     if mesh.vertices.shape[1] != 3 or mesh.faces.shape[1] != 3:
         raise MeshError(f"its vertices aren't X, Y and Z: {DAMAGED}", file=name)
     bad = int((~np.isfinite(mesh.vertices).all(axis=1)).sum())
@@ -168,8 +190,10 @@ def _parse(file: Path) -> trimesh.Trimesh:
 
     kind = file.suffix.lower()
     content = read_input(file, MOST_MESH_BYTES, MeshError)
-    if kind == ".stl":
-        _require_whole(content, file)
+    corners = _binary_triangles(content, file) if kind == ".stl" else None
+    if corners is not None:
+        faces = np.arange(3 * len(corners)).reshape(-1, 3)
+        return trimesh.Trimesh(corners.reshape(-1, 3), faces, process=False)
     try:
         with warnings.catch_warnings():
             # numpy only warns of numbers that it can't read.
@@ -186,11 +210,17 @@ def _parse(file: Path) -> trimesh.Trimesh:
         raise MeshError(f"can't be read as {kind}: {DAMAGED}", file=file) from None
 
 
-def _require_whole(content: bytes, file: Path) -> None:
-    """Raise `MeshError` if a binary STL ends before its last triangle."""
+def _binary_triangles(content: bytes, file: Path) -> Array | None:
+    """Read the corners of a binary STL's triangles, (f, 3, 3) mm; None if it is text.
+
+    Raises
+    ------
+    MeshError
+        It ends before its last triangle, or has more than `MOST_TRIANGLES`.
+    """
     # Only text has no zero byte: a binary file may begin with "solid" too.
     if len(content) < STL_HEAD or b"\0" not in content[:STL_HEAD]:
-        return
+        return None
     stated = int.from_bytes(content[STL_HEAD - 4 : STL_HEAD], "little")
     whole = (len(content) - STL_HEAD) // STL_TRIANGLE
     if stated > whole:
@@ -199,6 +229,9 @@ def _require_whole(content: bytes, file: Path) -> None:
             "again",
             file=file,
         )
+    _require_few(stated, file)
+    triangle = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attributes", "<u2")])
+    return np.frombuffer(content, triangle, count=stated, offset=STL_HEAD)["corners"].astype(float)
 
 
 def _turn_outward(mesh: trimesh.Trimesh) -> None:

@@ -50,9 +50,8 @@ def section_loops(surface: Surface, level: float) -> list[Loop]:
     -------
     Loops in a fixed order: open chains first, then closed ones, each by its first triangle
     """
-    above = surface.vertices[:, 2] >= level
-    corners_above = above[surface.faces].sum(axis=1)
-    crossed = np.flatnonzero((corners_above > 0) & (corners_above < 3))
+    low, high = surface.heights
+    crossed = np.flatnonzero((low < level) & (high >= level))
     if len(crossed) == 0:
         return []
     entry = _crossing(surface, crossed, level, rising=True)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,6 +16,8 @@ if TYPE_CHECKING:
 
 # Facets at a larger angle meet at an edge of the part; smaller angles come from the tessellation.
 SHARP_EDGE = np.radians(30.0)
+# Triangles whose normals and angles are computed at a time.
+PART = 100_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +42,7 @@ class Surface:
         """Smooth the normals of a mesh."""
         vertices = np.array(mesh.vertices, dtype=float)
         faces = np.array(mesh.faces, dtype=np.int64)
-        facets = facet_normals(vertices[faces])
+        facets = _by_parts(facet_normals, vertices, faces)
         return cls(vertices, faces, facets, corner_normals(vertices, faces, facets))
 
     def turned(self, frame: Array) -> Surface:
@@ -51,6 +55,12 @@ class Surface:
     def triangles(self) -> Array:
         """(f, 3, 3), mm: corners of the triangles."""
         return self.vertices[self.faces]
+
+    @cached_property
+    def heights(self) -> tuple[Array, Array]:
+        """(f,), mm: lowest and highest z of the triangles."""
+        a, b, c = (self.vertices[self.faces[:, k], 2] for k in range(3))
+        return np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
 
     @property
     def bounds(self) -> Array:
@@ -84,12 +94,13 @@ def corner_normals(vertices: Array, faces: IntArray, facets: Array) -> Array:
     -------
     (f, 3, 3), unit vectors by face and corner
     """
-    own, other = _neighbours(faces.reshape(-1), len(vertices))
-    cosine = np.einsum("ij,ij->i", facets[own // 3], facets[other // 3])
-    near = cosine > np.cos(SHARP_EDGE)
-    own, other = own[near], other[near]
-    weighted = corner_angles(vertices[faces]).reshape(-1)[other, None] * facets[other // 3]
-    total = np.stack([np.bincount(own, weighted[:, k], minlength=faces.size) for k in range(3)], axis=1)
+    from fiveaxis.mesh import kernels  # numba is slow to load
+
+    corners = faces.reshape(-1)
+    order = np.argsort(corners, kind="stable")
+    first = np.concatenate([[0], np.cumsum(np.bincount(corners, minlength=len(vertices)))])
+    angles = _by_parts(corner_angles, vertices, faces).reshape(-1)
+    total = kernels.sums_near(order, first, angles, facets, float(np.cos(SHARP_EDGE)))
     length = np.linalg.norm(total, axis=1, keepdims=True)
     # Triangles without area have no corner angles, so their corner normals stay zero.
     smooth: Array = np.divide(total, length, out=np.zeros_like(total), where=length > 0.0)
@@ -103,12 +114,7 @@ def corner_angles(triangles: Array) -> Array:
     return angle_between(onward, back)
 
 
-def _neighbours(corner_vertex: IntArray, count: int) -> tuple[IntArray, IntArray]:
-    """Pair every corner with every corner at its vertex, itself included."""
-    order = np.argsort(corner_vertex, kind="stable")
-    degree = np.bincount(corner_vertex, minlength=count)
-    first = np.concatenate([[0], np.cumsum(degree)])
-    partners = degree[corner_vertex]
-    own = np.repeat(np.arange(len(corner_vertex)), partners)
-    rank = np.arange(len(own)) - np.repeat(np.cumsum(partners) - partners, partners)
-    return own, order[first[corner_vertex[own]] + rank]
+def _by_parts(function: Callable[[Array], Array], vertices: Array, faces: IntArray) -> Array:
+    """Apply a function of triangles to a part of them at a time: their differences take much memory."""
+    parts = range(0, max(len(faces), 1), PART)
+    return np.concatenate([function(vertices[faces[begin : begin + PART]]) for begin in parts])

@@ -1,14 +1,24 @@
-"""Print how the optimiser's time and memory grow with the number of locations.
+"""Print how time and memory grow: of the optimiser, of reading programs, of planning on meshes.
 
-Usage: python tests/benchmarks/scale.py [1 10 100]     (passes of 1 000 locations each; default: all)
+Usage: python tests/benchmarks/scale.py [posture] [programs] [meshes] [--passes 1 10 100]
+       [--lines 1000000] [--triangles 5000000]                                    (default: all three)
 
-The vase's wall, cut finer: passes and locations are splines through those of the printed case. "ms a
-location" is time of the processor, which other programs on the machine disturb least. Peak memory is the
-process's, so it never falls from one line to the next.
+*posture*: the vase's wall, cut finer in so many passes of 1 000 locations; passes and locations are splines
+through those of the printed case. *programs*: a five-axis motion of so many blocks in each language, read as
+a motion and as a path, verified, and its energy computed. *meshes*: a wavy body of so many triangles (binary
+STL): loaded, planned in 50 sections, the plan verified, and one triangle more than is read refused.
+
+Processor seconds are those that other programs on the machine disturb least. Each line of programs and meshes
+is a process of its own, and its peak memory is the process's; that of *posture* never falls from one line to
+the next.
 """
 
+import argparse
+import os
 import resource
+import subprocess
 import sys
+import tempfile
 import time
 from pathlib import Path
 
@@ -16,6 +26,7 @@ import numpy as np
 from scipy.interpolate import RectBivariateSpline
 
 import fiveaxis as fx
+from fiveaxis.mesh.loading import MOST_TRIANGLES
 from fiveaxis.posture import optimise
 from fiveaxis.toolpath import Constraints
 
@@ -55,8 +66,154 @@ def run(passes: int) -> None:
     )
 
 
-if __name__ == "__main__":
+def posture(passes: list[int]) -> None:
     # Compilers and caches.
     optimise(fine_vase(1, 400), fx.load_machine("hayashi-640123"), Constraints.of_degrees(tilt=(15, 75)))
-    for count in map(int, sys.argv[1:] or ["1", "10", "100"]):
+    for count in passes:
         run(count)
+
+
+def child(what: str, *arguments: str) -> None:
+    """Run a process and print its time and memory, and the last line that it writes."""
+    clock = time.perf_counter()
+    process = subprocess.Popen(
+        [sys.executable, *arguments], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
+    )
+    assert process.stdout is not None
+    said = process.stdout.read().strip().splitlines()
+    _, _, used = os.wait4(process.pid, 0)
+    print(
+        f"{what:34} {time.perf_counter() - clock:7.1f} s {used.ru_utime + used.ru_stime:7.1f} s of processor "
+        f"{used.ru_maxrss / 1e6:6.2f} GB   {said[-1][:160] if said else ''}",
+        flush=True,
+    )
+
+
+def command(what: str, *arguments: str) -> None:
+    child(what, "-c", "from fiveaxis.cli import main; main()", *arguments)
+
+
+def call(what: str, code: str) -> None:
+    child(what, "-c", f"import fiveaxis as fx; {code}")
+
+
+# Suffix, head, block of X, Y, Z, A, C, F and number, and end of the programs.
+LANGUAGES = {
+    "ISO, G94": ("nc", "G21 G90 G94\nG0 A-40 C0\nG0 X60 Y0\nG0 Z30\nG1\n", "X{} Y{} Z{} A{} C{} F{}", "M30"),
+    "ISO, G93": ("nc", "G21 G90 G93\nG0 A-40 C0\nG0 X60 Y0\nG0 Z30\n", "G1 X{} Y{} Z{} A{} C{} F{}", "M30"),
+    "ISO, TCP": (
+        "nc",
+        "G21 G90 G94\nG0 A-40 C0\nG43.4 H1\nG0 X60 Y0\nG0 Z30\nG1\n",
+        "X{} Y{} Z{} A{} C{} F{}",
+        "M30",
+    ),
+    "Sinumerik": (
+        "mpf",
+        "G710 G90 G94\nG0 A-40 C0\nG0 X60 Y0\nG0 Z30\n",
+        "N{6} G1 X{0} Y{1} Z{2} A{3} C{4} F{5}",
+        "M30",
+    ),
+    "Klartext": (
+        "h",
+        "0 BEGIN PGM S MM\n1 L A-40 C+0 R0 FMAX\n2 L X+60 Y+0 R0 FMAX\n3 L Z+30 R0 FMAX\n",
+        "{6} L X{0} Y{1} Z{2} A{3} C{4} F{5}",
+        "END PGM S MM",
+    ),
+}
+
+
+def write_program(folder: Path, name: str, lines: int) -> Path:
+    """Write a smooth motion of five axes, of which neither position nor feed is constant."""
+    suffix, head, block, end = LANGUAGES[name]
+    at = np.arange(lines)
+    turn = 0.01 * at
+    columns = [
+        *(60.0 * np.cos(turn), 60.0 * np.sin(turn), 20.0 * np.cos(0.2 * turn) - 2e-5 * at),
+        *(20.0 * np.sin(0.3 * turn) - 40.0, 90.0 * np.sin(0.5 * turn), 1000.0 + 200.0 * np.sin(10.0 * turn)),
+    ]
+    text = [[f"{value:.4f}" for value in column] for column in columns]
+    path = folder / f"program.{suffix}"
+    with path.open("w") as stream:
+        stream.write(head)
+        stream.writelines(
+            block.format(*row, 10 * i + 10) + "\n" for i, row in enumerate(zip(*text, strict=True))
+        )
+        stream.write(f"{end}\n")
+    return path
+
+
+def programs(lines: int) -> None:
+    machine = "machine=fx.load_machine('hayashi-640123'), rapid_mm_min=1e4"
+    with tempfile.TemporaryDirectory() as folder:
+        for name in LANGUAGES:
+            path = write_program(Path(folder), name, lines)
+            call(f"{name}, read_program", f"print(len(fx.read_program({str(path)!r}, {machine})), 'rows')")
+            tool = "tool=fx.Tool.ball(6)"
+            code = f"print(len(fx.read_toolpath({str(path)!r}, {tool}, {machine})), 'locations')"
+            call(f"{name}, read_toolpath", code)
+            command(f"{name}, fiveaxis verify", "verify", str(path), "--machine", "hayashi-640123")
+            given = (str(path), "--machine", "hayashi-640123", "--rapid", "10000")
+            command(f"{name}, fiveaxis energy", "energy", *given)
+
+
+def wavy_body(count: int) -> np.ndarray:
+    """Return the corners of a closed body of about so many triangles, (f, 3, 3) mm."""
+    k = int((count / 2) ** 0.5)
+    polar, around = np.linspace(0, np.pi, k + 1)[1:-1, None], np.arange(k)[None] * 2 * np.pi / k
+    radius = 50 + 2 * np.sin(9 * around) * np.sin(polar) ** 2 + 1.5 * np.cos(7 * polar)
+    flat = radius * np.sin(polar)
+    grid = np.stack([flat * np.cos(around), flat * np.sin(around), radius * np.cos(polar)], axis=-1)
+    top, bottom = np.broadcast_to([[0, 0, 51.5]], (k, 3)), np.broadcast_to([[0, 0, -48.5]], (k, 3))
+    a, b = grid[:-1], grid[1:]
+    c, d = np.roll(b, -1, axis=1), np.roll(a, -1, axis=1)
+    parts = [np.stack([a, b, c], axis=2), np.stack([a, c, d], axis=2)]
+    caps = [np.stack([top, a[0], d[0]], axis=1), np.stack([b[-1], bottom, c[-1]], axis=1)]
+    return np.concatenate([*(part.reshape(-1, 3, 3) for part in parts), *caps])
+
+
+def write_mesh(path: Path, count: int) -> Path:
+    """Write the wavy body as binary STL."""
+    corners = wavy_body(count)
+    found = np.zeros(len(corners), dtype=[("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("rest", "<u2")])
+    found["corners"] = corners
+    path.write_bytes(b"\0" * 80 + len(corners).to_bytes(4, "little") + found.tobytes())
+    return path
+
+
+def meshes(triangles: int) -> None:
+    with tempfile.TemporaryDirectory() as folder:
+        part, path = str(write_mesh(Path(folder) / "part.stl", triangles)), str(Path(folder) / "path.csv")
+        large = Path(folder) / "large.stl"
+        with large.open("wb") as stream:
+            stream.write(b"\0" * 80 + (MOST_TRIANGLES + 1).to_bytes(4, "little"))
+            stream.truncate(84 + 50 * (MOST_TRIANGLES + 1))
+        call(
+            "load_mesh",
+            f"from fiveaxis.mesh import load_mesh; print(len(load_mesh({part!r}).faces), 'triangles')",
+        )
+        tool = ("--tool", "ball:6")
+        command("fiveaxis plan", "plan", part, *tool, "--stepdown", "2", "-o", path)
+        command("fiveaxis plan, too large", "plan", str(large), *tool, "--stepdown", "2")
+        machine = ("--machine", "hayashi-640123")
+        aside = ("--tilt", "15,75", "--effort", "quick")
+        command("fiveaxis optimise --part", "optimise", path, *tool, *machine, "--part", part, *aside)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("parts", nargs="*", choices=["posture", "programs", "meshes", []])
+    parser.add_argument("--passes", nargs="+", type=int, default=[1, 10, 100])
+    parser.add_argument("--lines", type=int, default=1_000_000)
+    parser.add_argument("--triangles", type=int, default=5_000_000)
+    given = parser.parse_args()
+    parts = given.parts or ["posture", "programs", "meshes"]
+    if "posture" in parts:
+        posture(given.passes)
+    if "programs" in parts:
+        programs(given.lines)
+    if "meshes" in parts:
+        meshes(given.triangles)
+
+
+if __name__ == "__main__":
+    main()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import fields
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ import fiveaxis as fx
 from fiveaxis.errors import MachineError, SettingError, ToolError, ToolpathError
 from fiveaxis.kinematics import linear_positions, tool_axes, tool_poses
 from fiveaxis.machine import Machine, load_machine
+from fiveaxis.nc.control.interpreter import Interpreter
 from fiveaxis.nc.control.running import run_program
 from fiveaxis.nc.languages.iso import split_blocks
 from fiveaxis.nc.options import ReadOptions
@@ -133,6 +135,15 @@ def test_a_plain_block_is_the_same_the_short_way(line: str):
     assert cut(quickly=True) == cut(quickly=False)
 
 
+def rows_of(ran: Interpreter) -> list[object]:
+    """Return the rows as lists, with None for NaN, which equals nothing."""
+    if not ran.track.rows:
+        return []
+    columns = ran.track.columns()
+    arrays = [getattr(columns, f.name) for f in fields(columns) if f.name != "machine"]
+    return [np.where(np.isnan(array), None, array).tolist() for array in arrays]
+
+
 @settings(QUIET, max_examples=200)
 @given(lines=st.lists(text, max_size=12), for_motion=st.booleans())
 @example(lines=["G21 G0 X1 Y2 Z3 A4 C5", "G1 X2 F60", "X2", "G93", "X3", "X4 F2"], for_motion=True)
@@ -155,7 +166,68 @@ def test_a_program_is_the_same_the_short_way(lines: list[str], for_motion: bool)
             return str(fault)
         ignored = {word: n for word, n in ran.ignored.items() if n}
         modes = (ran.modes.motion, ran.modes.feed, ran.modes.feed_mode)
-        return ran.track.rows, ran.track.now, ran.track.approach, ignored, modes, ran.findings
+        return rows_of(ran), ran.track.now, ran.track.approach, ignored, modes, ran.findings
+
+    assert run(quickly=True) == run(quickly=False)
+
+
+# What a long run of plain blocks may have in it, and what interrupts or spoils it.
+run_number = st.one_of(
+    st.floats(-50, 400).map(lambda x: f"{x:.3f}"), st.sampled_from(["0", "-0.", "+1.5", ".25", "1", "1"])
+)
+run_word = st.builds("{}{}".format, st.sampled_from("XYZAC"), run_number)
+run_feed = st.one_of(st.floats(1, 5000).map(lambda x: f"F{x:.2f}"), st.sampled_from(["F100", "F.5"]))
+run_words = st.lists(
+    st.one_of(run_word, run_word, run_feed), min_size=1, max_size=6, unique_by=lambda word: word[0]
+).map(" ".join)
+spoilers = st.sampled_from(
+    ["", "M8", "G91", "G90", "G93", "G94", "X1 X2", "F0", "X2000000", "x1", "U1", "S5", "G2 X1 Y1 R5"]
+)
+BEGINNINGS = {"nc": "{}", "mpf": "N10 {}", "h": "7 L {}"}
+
+
+@settings(QUIET, max_examples=150)
+@given(
+    lines=st.lists(st.tuples(st.sampled_from(["", "", "G1 ", "G0 "]), run_words), min_size=20, max_size=60),
+    others=st.dictionaries(st.integers(0, 60), spoilers, max_size=3),
+    suffix=st.sampled_from(sorted(BEGINNINGS)),
+    mode=st.sampled_from(["G94", "G93", "fixed", "wrap"]),
+    for_motion=st.booleans(),
+)
+@example(lines=[("G1 ", "X1 Y2 Z3 A4 C5 F6")] * 40, others={}, suffix="nc", mode="G94", for_motion=True)
+@example(lines=[("", f"F{9 + i}") for i in range(30)], others={}, suffix="nc", mode="G94", for_motion=False)
+@example(lines=[("", f"X{i} C{i} F5") for i in range(40)], others={}, suffix="h", mode="G94", for_motion=True)
+def test_a_run_of_plain_blocks_is_the_same_block_by_block(
+    lines: list[tuple[str, str]], others: dict[int, str], suffix: str, mode: str, for_motion: bool
+):
+    machine = load_machine("linuxcnc-xyzac-trt")
+    program = [
+        BEGINNINGS[suffix].format(words if suffix == "h" else motion + words) for motion, words in lines
+    ]
+    for place, other in others.items():
+        program.insert(place, other)
+    head = {
+        "nc": ["G21 G90", "G0 X0 Y0 Z0 A0 C0", "F100"],
+        "mpf": ["G710 G90", "G0 X0 Y0 Z0 A0 C0", "F100"],
+        "h": ["L X0 Y0 Z0 A0 C0 FMAX", "L F100"],
+    }
+    program = [*head[suffix], *([mode] if mode[0] == "G" and suffix != "h" else []), *program]
+    options = ReadOptions(
+        machine=machine,
+        feed_mm_min=500.0 if mode == "fixed" else None,
+        wrap="shorter" if mode == "wrap" and suffix != "mpf" else None,
+    )
+
+    def run(*, quickly: bool) -> object:
+        try:
+            ran = run_program(
+                Source(f"part.{suffix}", program), machine, options, for_motion=for_motion, quickly=quickly
+            )
+        except ToolpathError as fault:
+            return str(fault)
+        ignored = {word: n for word, n in ran.ignored.items() if n}
+        modes = (ran.modes.motion, ran.modes.feed, ran.modes.feed_mode)
+        return rows_of(ran), ran.track.now, ran.track.approach, ignored, modes, ran.findings
 
     assert run(quickly=True) == run(quickly=False)
 
@@ -188,7 +260,7 @@ def test_a_program_with_tool_directions_is_the_same_the_short_way(lines: list[st
         except ToolpathError as fault:
             return str(fault)
         ignored = {word: n for word, n in ran.ignored.items() if n}
-        return ran.track.rows, ran.track.now, ran.track.vector, ran.modes.feed, ignored, ran.findings
+        return rows_of(ran), ran.track.now, ran.track.vector, ran.modes.feed, ignored, ran.findings
 
     assert run(quickly=True) == run(quickly=False)
 

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, fields
 from enum import IntEnum
+from typing import Any
 
 import numpy as np
 
@@ -28,9 +29,10 @@ class Counting(IntEnum):
 
 
 # Values, line, kind, duration in s, feed per s as in `Modes.pace`, `Counting`, tool vector, surface normal.
-# Plain numbers in tuples, because a program has up to a million rows: the garbage collector visits those
-# once, but lists and enumeration members again and again, which takes a third of the time.
 Row = tuple[tuple[float | None, ...], int, int, float | None, float | None, int, Triple | None, Triple | None]
+
+# Rows that are packed into arrays at a time.
+PART = 10_000
 
 
 @dataclass
@@ -52,13 +54,13 @@ class AxisTrack:
     now: Values
     ignored: Counter[str]
     approach: int = 0
-    rows: list[Row] = field(default_factory=list)
     counting: int = int(Counting.AXES)
     vector: Triple | None = None
     control_turned: int = 0
 
     def __post_init__(self) -> None:
         axes = self.machine.axes
+        self.rows = Rows(self.machine)
         self.linear = [i for i, a in enumerate(axes) if not a.is_rotary]
         self.rotary = [i for i, a in enumerate(axes) if a.is_rotary]
 
@@ -97,9 +99,72 @@ class AxisTrack:
 
     def columns(self) -> Columns:
         """Return the rows as arrays."""
-        values, lines, kinds, times, feeds, counting, vectors, normals = zip(*self.rows, strict=True)
-        return Columns(
-            self.machine,
+        return self.rows.columns()
+
+
+class Rows:
+    """The rows of a program: the last ones as tuples, those before as arrays, in a third of the memory.
+
+    Parameters
+    ----------
+    machine : the machine of the axes
+    """
+
+    def __init__(self, machine: Machine) -> None:
+        self._machine = machine
+        self._parts: list[Columns] = []
+        self._last: list[Row] = []
+        self._count = 0
+
+    def __len__(self) -> int:
+        return self._count + len(self._last)
+
+    def append(self, row: Row) -> None:
+        """Add a row."""
+        self._last.append(row)
+        if len(self._last) == PART:
+            self._pack()
+
+    def extend(self, rows: Columns) -> None:
+        """Add rows of the same machine."""
+        self._pack()
+        self._parts.append(rows)
+        self._count += len(rows.lines)
+
+    @property
+    def first_line(self) -> int:
+        """Line of the first row."""
+        return int(self._parts[0].lines[0]) if self._parts else self._last[0][1]
+
+    @property
+    def last_line(self) -> int:
+        """Line of the last row."""
+        return self._last[-1][1] if self._last else int(self._parts[-1].lines[-1])
+
+    @property
+    def last_kind(self) -> int:
+        """Kind of the move that ends at the last row."""
+        return self._last[-1][2] if self._last else int(self._parts[-1].kinds[-1])
+
+    def columns(self) -> Columns:
+        """Return all rows as arrays."""
+        self._pack()
+        if len(self._parts) > 1:
+            names = [f.name for f in fields(Columns) if f.name != "machine"]
+            joined: dict[str, Any] = {
+                name: _joined([getattr(part, name) for part in self._parts]) for name in names
+            }
+            self._parts = [Columns(self._machine, **joined)]
+        return self._parts[0]
+
+    def _pack(self) -> None:
+        if not self._last:
+            return
+        values, lines, kinds, times, feeds, counting, vectors, normals = zip(*self._last, strict=True)
+        self._count += len(self._last)
+        self._last = []
+        part = Columns(
+            self._machine,
             np.array(values, dtype=float),
             np.array(lines, dtype=np.int64),
             np.array(kinds, dtype=np.int64),
@@ -109,6 +174,7 @@ class AxisTrack:
             _directions(vectors),
             _directions(normals),
         )
+        self._parts.append(part)
 
 
 @dataclass(frozen=True, eq=False)
@@ -167,5 +233,16 @@ def _to_axis_values(machine: Machine, values: Array, of_tip: BoolArray) -> Array
 def _directions(values: tuple[Triple | None, ...]) -> Array:
     unknown = (np.nan, np.nan, np.nan)
     if not any(values):
-        return np.full((len(values), 3), np.nan)
+        return nowhere(len(values))
     return np.array([unknown if v is None else v for v in values])
+
+
+def nowhere(count: int) -> Array:
+    """Return unknown directions, (n, 3) NaN, that take no memory."""
+    return np.broadcast_to(np.nan, (count, 3))
+
+
+def _joined(parts: list[Array]) -> Array:
+    if all(part.strides[0] == 0 for part in parts):
+        return nowhere(sum(map(len, parts)))
+    return np.concatenate(parts)

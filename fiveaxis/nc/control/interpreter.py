@@ -7,7 +7,7 @@ until the program gives them.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,9 +25,11 @@ from fiveaxis.nc.control.modal import (
     PARAMETERS,
     unknown_word,
 )
-from fiveaxis.nc.control.moves import STRAIGHT, Moves
+from fiveaxis.nc.control.moves import STRAIGHT
+from fiveaxis.nc.control.run_moves import RunMoves
 from fiveaxis.nc.languages.block import Block, BlockError
 from fiveaxis.nc.languages.planes import Plane
+from fiveaxis.nc.languages.runs import Run
 from fiveaxis.nc.rows import LARGEST_POSITION, MILLIMETRES
 
 # Letters allowed in any block besides F; they are only counted.
@@ -53,13 +55,13 @@ def _shown(words: Mapping[str, float], letters: str) -> str:
 
 
 @dataclass
-class Interpreter(Moves):
+class Interpreter(RunMoves):
     """A control that records the positions of its axes."""
 
     plain: bool = False
     suspended: int | None = None
 
-    def run(self, blocks: Iterable[Block]) -> int | None:
+    def run(self, blocks: Iterable[Block | Run]) -> int | None:
         """Run blocks up to the end of the program; return the line of the block that ends it.
 
         Raises
@@ -68,13 +70,27 @@ class Interpreter(Moves):
             With file and line: an unsupported or misplaced word, an undetermined move.
         """
         try:
-            for block in blocks:
+            for block in self._outside_runs(blocks):
                 self.line = block.line
                 if not (self.plain and self._take_plainly(block)) and self.take(block):
                     return block.line
         except BlockError as fault:
             raise self.source.error(str(fault), self.line) from None
         return None
+
+    def _outside_runs(self, blocks: Iterable[Block | Run]) -> Iterator[Block]:
+        """Run the plain blocks of runs, and yield the others."""
+        for block in blocks:
+            if isinstance(block, Block):
+                yield block
+                continue
+            row = 0
+            while row < len(block) and not self.plain:
+                yield block.block(row)
+                row += 1
+            if self.plain and self.take_run(block.since(row)):
+                continue
+            yield from map(block.block, range(row, len(block)))
 
     def take(self, block: Block) -> bool:
         """Run a block; return whether it ends the program."""
@@ -118,7 +134,6 @@ class Interpreter(Moves):
             and not self.coordinates.turned
             and not modes.vectors
             and modes.feed_mode != "G95"
-            and not self.fixed_feed
             and bool(track.rows)
             and not track.unknown(track.now)
             and self.switch is None
@@ -164,12 +179,14 @@ class Interpreter(Moves):
         if vector is not None and track.vector is None:
             target = track.without_rotary(target)
         stays = target == track.now and vector == track.vector
-        time = None
+        time = speed = None
         if motion == "G1" and not stays:
-            if modes.feed_mode == "G93":
+            if self.fixed_feed:
+                speed = 1.0
+            elif modes.feed_mode == "G93":
                 if feed is None:
                     return False
-                time, speed = 60.0 / feed, None
+                time = 60.0 / feed
             else:
                 if (feed or modes.feed) is None:
                     return False
@@ -235,7 +252,7 @@ class Interpreter(Moves):
             at.plane = new if block.frame.kind == "set" else at.plane.then(new)
         at.update()
         if at.of_tip != was_of_tip:
-            in_cut = bool(track.rows) and track.rows[-1][2] == CUT
+            in_cut = bool(track.rows) and track.rows.last_kind == CUT
             self.switch = Switch(block.line, in_cut, at.of_tip)
             track.now = at.exchange(track.now, to_tip=at.of_tip)
             track.vector = track.vector if at.of_tip else None
@@ -362,5 +379,5 @@ class Interpreter(Moves):
             self.ignored["G4 before the motion begins"] += 1
         else:
             self._begin()
-            kind = self.track.rows[-1][2]
+            kind = self.track.rows.last_kind
             self.track.add(self.track.now, self.line, kind, time)

@@ -12,8 +12,10 @@ import re
 from collections.abc import Collection
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from fiveaxis.findings import Finding, Place, Severity
-from fiveaxis.nc.control.axis_track import AxisTrack, Counting
+from fiveaxis.nc.control.axis_track import AxisTrack
 from fiveaxis.nc.languages.block import Block, BlockError
 from fiveaxis.nc.languages.choice import ISO, KLARTEXT, MILLPLUS, SINUMERIK, Language
 from fiveaxis.nc.languages.iso_coordinates import ALWAYS_OFF, TIP_WORDS
@@ -141,7 +143,10 @@ class MachineFunctions:
 
     def _turned_line(self, track: AxisTrack, since: int) -> int:
         """Return the first line since an unknown word where the meaning of X, Y, Z depends on TCP; else 0."""
-        if self.language != ISO or any(row[5] == Counting.TIP for row in track.rows):
+        if self.language != ISO or not track.rows:
             return 0
-        rows = ((row[0], row[1]) for row in track.rows if row[1] >= since)
-        return next((line for values, line in rows if any(values[c] for c in track.rotary)), 0)
+        columns = track.columns()
+        turned = (np.nan_to_num(columns.values[:, track.rotary]) != 0.0).any(axis=1) & (
+            columns.lines >= since
+        )
+        return 0 if columns.of_tip.any() or not turned.any() else int(columns.lines[np.argmax(turned)])

@@ -20,7 +20,7 @@ from fiveaxis.nc.control.modal import Modes
 from fiveaxis.nc.control.moves import MACHINE_MOVES
 from fiveaxis.nc.control.technology import reader_for
 from fiveaxis.nc.control.wrapping import find_wrapping
-from fiveaxis.nc.languages.choice import find_language, leader_length, split_program
+from fiveaxis.nc.languages.choice import find_language, leader_length, split_program, split_runs
 from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.rows import MILLIMETRES
 from fiveaxis.nc.source import Source
@@ -77,11 +77,15 @@ def run_program(
 def size_of(interpreter: Interpreter) -> Size:
     """Return the sizes that show the unit of a program's lengths, from a sample of its rows."""
     track, scale = interpreter.track, MILLIMETRES[interpreter.modes.units.now]
-    rows = track.rows[:: len(track.rows) // MOST_SAMPLED + 1]
-    cuts = [row for row in rows if row[2] == MoveKind.CUT]
-    places = np.array([[row[0][c] for c in interpreter.coordinates.xyz] for row in cuts], dtype=float)
-    extent = float(np.ptp(places, axis=0).max()) / scale if len(cuts) else 0.0
-    feed = max((row[4] for row in cuts if row[4] is not None), default=None)
+    places, feeds = np.zeros((0, 3)), np.zeros(0)
+    if track.rows:
+        columns = track.columns()
+        rows = np.arange(0, len(track.rows), len(track.rows) // MOST_SAMPLED + 1)
+        cuts = rows[columns.kinds[rows] == MoveKind.CUT]
+        places, feeds = columns.values[cuts][:, interpreter.coordinates.xyz], columns.feeds[cuts]
+    extent = float(np.ptp(places, axis=0).max()) / scale if len(places) else 0.0
+    stated = feeds[np.isfinite(feeds)]
+    feed = float(stated.max()) if len(stated) else None
     per_minute = None if feed is None or interpreter.fixed_feed else 60.0 * feed * interpreter.modes.feed_step
     return Size(extent, per_minute)
 
@@ -120,7 +124,8 @@ def _run(
         wrapping=wrapping,
         functions=MachineFunctions(find_language(source), options.harmless),
     )
-    end = interpreter.run(split_program(source, block_delete=options.block_delete))
+    split = split_runs if quickly else split_program
+    end = interpreter.run(split(source, block_delete=options.block_delete))
     if before := sum(1 for text in source.lines[: leader_length(source)] if text.strip()):
         ignored["lines before the program"] += before
     if end is not None:
@@ -160,7 +165,7 @@ def why_nothing_moves(track: AxisTrack) -> str:
 def note_assumptions(interpreter: Interpreter) -> None:
     """Add findings for what the program doesn't state: unit, start of the first moves, machine zero."""
     units, track = interpreter.modes.units, interpreter.track
-    line = track.rows[0][1]
+    line = track.rows.first_line
     if units.stated is None and units.given is None:
         interpreter.findings.append(units.assumed(size_of(interpreter), Severity.WARNING, " (G20, G21)"))
     if track.approach:

@@ -10,7 +10,8 @@ import numpy as np
 
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.nc.languages.block import Block
-from fiveaxis.nc.languages.choice import ISO, SINUMERIK, Language, find_language, split_program
+from fiveaxis.nc.languages.choice import ISO, SINUMERIK, Language, find_language, split_runs
+from fiveaxis.nc.languages.runs import Run
 from fiveaxis.nc.source import Source
 
 # M word -> direction of the spindle.
@@ -139,6 +140,13 @@ class TechnologyReader:
         self._record(block.line, change)
         self._record(block.line + 1, later)
 
+    def take_run(self, run: Run) -> None:
+        """Read a run of plain blocks, which only show the order of the approach."""
+        for row in range(len(run)):
+            if self.cuts:
+                return
+            self.take(run.block(row))
+
     @staticmethod
     def _of_spindle(block: Block) -> dict[str, Any]:
         return {"speed": block.words["S"]} if "S" in block.words else {}
@@ -222,6 +230,6 @@ def reader_for(source: Source) -> TechnologyReader:
 def technology_of(source: Source, lines: IntArray) -> TechnologyTrack:
     """Return what is in force on lines of a program, (n,)."""
     reader = reader_for(source)
-    for block in split_program(source):
-        reader.take(block)
+    for block in split_runs(source):
+        reader.take(block) if isinstance(block, Block) else reader.take_run(block)
     return reader.track(lines)

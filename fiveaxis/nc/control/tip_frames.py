@@ -31,6 +31,8 @@ LEAST_CHANGE, LEAST_BEND = 1e-3, 1e-3
 NO_STEP, SAME_TIP = 1e-3, 1e-3
 # rad: smaller rotations of the table don't distinguish the frames.
 STILL = 1e-6
+# Rows whose links are placed at a time: the poses of all would take most of the memory.
+PART = 50_000
 
 
 def on_workpiece(tip: Array, columns: Columns, interpreter: Interpreter, options: ReadOptions) -> Array:
@@ -88,9 +90,13 @@ def carry_to_work(machine: Machine, points: Array, positions: Array) -> Array:
     """
     values = positions.copy()
     values[:, machine.linear_columns] = 0.0
-    # E_1 … E_j moves the bed relative to the workpiece, and the machine's points with it.
-    poses = link_poses(machine, values)[BED]
-    return np.asarray(np.einsum("nij,nj->ni", poses[:, :3, :3], points) + poses[:, :3, 3])
+    carried = np.empty_like(points)
+    for begin in range(0, len(points), PART):
+        part = slice(begin, begin + PART)
+        # E_1 … E_j moves the bed relative to the workpiece, and the machine's points with it.
+        poses = link_poses(machine, values[part])[BED]
+        carried[part] = np.einsum("nij,nj->ni", poses[:, :3, :3], points[part]) + poses[:, :3, 3]
+    return carried
 
 
 def unevenness(tip: Array, moves: BoolArray) -> tuple[float, int]:

@@ -7,8 +7,10 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import PurePath
 from pkgutil import resolve_name
+from typing import cast
 
 from fiveaxis.nc.languages.block import Block
+from fiveaxis.nc.languages.runs import Run
 from fiveaxis.nc.source import Source
 
 
@@ -22,17 +24,19 @@ class Language:
     splitter : module and function that yields the blocks of a program, as `iso.split_blocks`; imported on use
     signs : patterns that occur in no other language, in upper case lines without comments
     suffixes : suffixes that decide if no sign is found
+    runs : whether the splitter can yield runs of plain blocks
     """
 
     name: str
     splitter: str
     signs: tuple[str, ...] = ()
     suffixes: tuple[str, ...] = ()
+    runs: bool = True
 
     @property
-    def split(self) -> Callable[..., Iterator[Block]]:
+    def split(self) -> Callable[..., Iterator[Block | Run]]:
         """The language's splitter."""
-        split: Callable[..., Iterator[Block]] = resolve_name(self.splitter)
+        split: Callable[..., Iterator[Block | Run]] = resolve_name(self.splitter)
         return split
 
 
@@ -47,6 +51,7 @@ MILLPLUS = Language(
     "MillPlus",
     "fiveaxis.nc.languages.millplus:split_millplus",
     (r"\bG141 *[LRF][0-9]=", r"\bG7 *[ABC]5=", r"[ABC] *= *E[0-9]", r"\bE[0-9]+ *="),
+    runs=False,
 )
 SINUMERIK = Language(
     "Sinumerik 840D",
@@ -167,11 +172,32 @@ def _without_leader(source: Source) -> Source:
 def split_program(source: Source, *, block_delete: bool = False) -> Iterator[Block]:
     """Yield the blocks of a program in any language.
 
+    Parameters
+    ----------
+    source : the file
+    block_delete : whether to skip blocks that begin with ``/``
+
     Raises
     ------
     ToolpathError
         With file, line and text: a block that can't be read, a line longer than `LONGEST_LINE`.
     """
+    _require_lines(source)
+    split = find_language(source).split(_without_leader(source), block_delete=block_delete)
+    return cast("Iterator[Block]", split)
+
+
+def split_runs(source: Source, *, block_delete: bool = False) -> Iterator[Block | Run]:
+    """Yield blocks as `split_program` does, and runs of plain ones in their place."""
+    language = find_language(source)
+    if not language.runs:
+        return split_program(source, block_delete=block_delete)
+    _require_lines(source)
+    return language.split(_without_leader(source), block_delete=block_delete, runs=True)
+
+
+def _require_lines(source: Source) -> None:
+    """Raise if a line is longer than `LONGEST_LINE`."""
     if max(map(len, source.lines), default=0) > LONGEST_LINE:
         line = next(i for i, text in enumerate(source.lines, start=1) if len(text) > LONGEST_LINE)
         text = source.lines[line - 1]
@@ -180,4 +206,3 @@ def split_program(source: Source, *, block_delete: bool = False) -> Iterator[Blo
             "or its line ends are lost",
             line,
         )
-    return find_language(source).split(_without_leader(source), block_delete=block_delete)

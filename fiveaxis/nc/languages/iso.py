@@ -15,6 +15,7 @@ from fiveaxis.nc.languages.block import NO_WORDS, Block, BlockError, block_error
 from fiveaxis.nc.languages.draft import put_word
 from fiveaxis.nc.languages.expressions import LONGEST_NUMBER, evaluate, evaluate_prefix
 from fiveaxis.nc.languages.iso_coordinates import PLANE_WORDS, TipSwitch, set_plane
+from fiveaxis.nc.languages.runs import PlainLines, Run, lines_and_runs
 from fiveaxis.nc.source import Source
 
 WORD_NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)"
@@ -23,6 +24,7 @@ WORD = re.compile(rf"([A-Z])({WORD_NUMBER})")
 # Most lines are plain: G0, G1 or neither, and words of numbers.
 _LETTER = re.compile("([A-Z])")
 _PLAIN_G = {0.0: ("G0",), 1.0: ("G1",)}
+_RUN = PlainLines.of_words("ABCUVWXYZ")
 
 _PLAIN = "post the program with plain numbers"
 _DIN = (
@@ -63,7 +65,9 @@ _BRACKET = re.compile(r"[\[\]]")
 _FLOW = re.compile(r"IF|WHILE|GOTO|REPEAT|CALL|SUB|DO[0-9#\[]|END[0-9]|[<>]=|\bO<")
 
 
-def split_blocks(source: Source, *, block_delete: bool = False, quickly: bool = True) -> Iterator[Block]:
+def split_blocks(
+    source: Source, *, block_delete: bool = False, quickly: bool = True, runs: bool = False
+) -> Iterator[Block | Run]:
     """Yield the blocks of a program; empty lines, comments and ``%`` make none.
 
     A line of ``O`` and text, which some CAM systems write for the operator to fill in, is a comment.
@@ -73,6 +77,7 @@ def split_blocks(source: Source, *, block_delete: bool = False, quickly: bool = 
     source : the file
     block_delete : whether to skip blocks that begin with ``/``
     quickly : whether to use the fast parser for plain blocks; the result is the same
+    runs : whether to yield runs of plain blocks in their place
 
     Raises
     ------
@@ -80,7 +85,10 @@ def split_blocks(source: Source, *, block_delete: bool = False, quickly: bool = 
         With file, line and text: not a word; a word with two values; a variable without a value.
     """
     macro, tip = Macro(), TipSwitch()
-    for line, text in enumerate(source.lines, start=1):
+    for line, text in lines_and_runs(source.lines, _RUN, lambda: runs):
+        if isinstance(text, Run):
+            yield text
+            continue
         block = _plain_block(line, text) if quickly else None
         if block is None:
             try:

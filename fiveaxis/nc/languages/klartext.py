@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from typing import cast
 
 from fiveaxis.nc.languages.block import Block, BlockError, Triple, block_error
 from fiveaxis.nc.languages.draft import LONGEST_BLOCK, NUMBER, require_short, strip_comment
@@ -18,23 +19,33 @@ from fiveaxis.nc.languages.klartext_move import MOVES, Move
 from fiveaxis.nc.languages.klartext_setup import SetUp
 from fiveaxis.nc.languages.klartext_state import Line, State
 from fiveaxis.nc.languages.klartext_words import IGNORED_LINES, refusal
+from fiveaxis.nc.languages.runs import PlainLines, Run, lines_and_runs
 from fiveaxis.nc.source import Source
 
 _LINE = re.compile(r"\s*(?:[0-9]+\s+)?LN?\s+(?=[XYZABCNTFR])")
 _PLAIN = re.compile(rf"([NT]?[XYZ]|[ABCF]|FMAX|R0(?=\s|$))({NUMBER}|)(?=\s|$)|\S")
+_RUN = PlainLines(
+    re.compile(
+        rf"(?:[ \t]*+(?:[0-9]++[ \t]++)?+L[ \t]++[XYZABC]{NUMBER}(?:[ \t]++[XYZABCF]{NUMBER})*+[ \t]*+\n)*+"
+    ),
+    begin=re.compile(r"^[ \t]*(?:[0-9]+[ \t]+)?L", re.MULTILINE),
+)
 _FEED, _RAPID = ("G1",), ("G0",)
 _NUMBERED = re.compile(r"\s*(?:[0-9]+\s+|[0-9]+$)?")
 _SKIPPED = re.compile(r"\s*(?:[0-9]+\s*)?/\s*(?:[0-9]+\s+)?")
 _COMMA = re.compile(r"(?<=[0-9]),(?=[0-9])")
 
 
-def split_klartext(source: Source, *, block_delete: bool = False) -> Iterator[Block]:
+def split_klartext(
+    source: Source, *, block_delete: bool = False, runs: bool = False
+) -> Iterator[Block | Run]:
     """Yield the blocks of a program up to END PGM.
 
     Parameters
     ----------
     source : the file
     block_delete : whether to skip blocks that begin with ``/``
+    runs : whether to yield runs of plain blocks in their place
 
     Raises
     ------
@@ -42,8 +53,16 @@ def split_klartext(source: Source, *, block_delete: bool = False) -> Iterator[Bl
         With file, line and text: an unsupported line, a word with two values, a circle without pole.
     """
     state = State()
-    lines = enumerate(source.lines, start=1)
+    lines = lines_and_runs(
+        source.lines, _RUN, lambda: runs and state.spatial is None and not state.positioned
+    )
     for line, text in lines:
+        if isinstance(text, Run):
+            words = text.last_words()
+            state.now.update((letter, words[letter]) for letter in words if letter != "G")
+            state.moved = True
+            yield text
+            continue
         plain = _plain_block(state, line, text)
         if plain is not None:
             yield plain
@@ -123,10 +142,11 @@ def _code_of(text: str) -> str:
     return _COMMA.sub(".", code) if "," in code else code
 
 
-def _join(text: str, lines: Iterator[tuple[int, str]]) -> str:
+def _join(text: str, lines: Iterator[tuple[int, str | Run]]) -> str:
     """Join a line with its continuations: it ends with ``~``, which may follow a comment."""
     parts = [_code_of(text)]
     while text.rstrip().endswith("~"):
-        text = next(lines, (0, ""))[1]
+        # A line after ~ never begins a run.
+        text = cast("str", next(lines, (0, ""))[1])
         parts.append(_code_of(text))
     return " ".join(part.rstrip("~") for part in parts)

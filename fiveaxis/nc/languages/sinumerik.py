@@ -20,6 +20,7 @@ from fiveaxis.nc.languages.draft import (
     require_short,
     strip_comment,
 )
+from fiveaxis.nc.languages.runs import PlainLines, Run, lines_and_runs
 from fiveaxis.nc.languages.sinumerik_state import ROTARY, State
 from fiveaxis.nc.languages.sinumerik_statement import Statement
 from fiveaxis.nc.source import Source
@@ -29,18 +30,22 @@ _PLAIN = re.compile(rf"([ABC]3=|[XYZABCIJKFSGN]=?)({NUMBER})(?=[\sA-Z]|$)|(\S)")
 _MOTION = {number: f"G{int(number)}" for number in ("0", "1", "2", "3", "00", "01", "02", "03")}
 _VECTOR = {"A3=": "X", "B3=": "Y", "C3=": "Z"}
 _REMEMBERED = ROTARY + "F"
+_RUN = PlainLines.of_words("XYZABC", equals="=?")
 
 _NUMBERED = re.compile(r"\s*(?:[N:]\s*[0-9]+)?\s*")
 _SKIPPED = re.compile(r"\s*(?:N[0-9]+\s*)?/[0-9]?(?![0-9])")
 
 
-def split_sinumerik(source: Source, *, block_delete: bool = False) -> Iterator[Block]:
+def split_sinumerik(
+    source: Source, *, block_delete: bool = False, runs: bool = False
+) -> Iterator[Block | Run]:
     """Yield the blocks of a program; a drilled hole makes several blocks of one line.
 
     Parameters
     ----------
     source : the file
     block_delete : whether to skip blocks that begin with ``/``
+    runs : whether to yield runs of plain blocks in their place
 
     Raises
     ------
@@ -48,7 +53,13 @@ def split_sinumerik(source: Source, *, block_delete: bool = False) -> Iterator[B
         With file, line and text: an unsupported word, a word with two values, arithmetic without a result.
     """
     state = State()
-    for line, text in enumerate(source.lines, start=1):
+    for line, text in lines_and_runs(
+        source.lines, _RUN, lambda: runs and state.is_plain and not state.positioned
+    ):
+        if isinstance(text, Run):
+            _remember_run(state, text)
+            yield text
+            continue
         plain = _plain_block(state, line, text) if state.is_plain else None
         if plain is not None:
             yield plain
@@ -73,6 +84,14 @@ def split_sinumerik(source: Source, *, block_delete: bool = False) -> Iterator[B
                 yield block
         if statement.hole is not None:
             yield from state.drill(statement.hole, line)
+
+
+def _remember_run(state: State, run: Run) -> None:
+    words = run.last_words()
+    if "G" in words:
+        state.motion = f"G{words.pop('G'):g}"
+    state.remember(words)
+    state.moved = True
 
 
 def _plain_block(state: State, line: int, text: str) -> Block | None:

@@ -151,6 +151,14 @@ def test_the_verb_writes_table_figure_and_json(zigzag, tmp_path):
     assert "+0.0 %" in words
 
 
+def test_the_verb_shows_the_first_thousand_blocks_and_says_so(tmp_path):
+    path = tmp_path / "long.nc"
+    path.write_text("G21 G90\nG0 X0 Y0 Z0\nG1 F600\n" + "".join(f"X{i % 7}\n" for i in range(1, 1500)))
+    result = run("energy", path, "-m", "takisawa-mac-v3")
+    assert "the first 1000 blocks are shown; --csv and --json have all" in result.stdout
+    assert result.stdout.count("\n") < 1100
+
+
 def test_a_written_program_costs_what_its_motion_did(tmp_path, hayashi):
     """The optimiser's own motion, written as NC and read back, has the same power integral."""
     from fiveaxis.energy import motion_energy

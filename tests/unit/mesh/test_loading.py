@@ -107,10 +107,29 @@ def test_a_solid_inside_out_is_refused(block, tmp_path):
         read_solid(file)
 
 
-def test_a_mesh_too_large_for_collision_checks_is_refused_with_its_size(block):
+def test_a_mesh_too_large_is_refused_with_its_size_and_what_to_do(block):
     class Huge:
         faces = range(MOST_TRIANGLES + 1)
         vertices = block.vertices
 
-    with pytest.raises(MeshError, match=r"big\.stl: has 5,000,001 triangles, more than 5,000,000"):
+    with pytest.raises(
+        MeshError, match=r"big\.stl: has 5,500,001 triangles, more than 5,500,000; .*or simplify"
+    ):
         require_solid(Huge(), "big.stl")
+
+
+def test_a_binary_stl_too_large_is_refused_by_its_header(tmp_path):
+    file = tmp_path / "big.stl"
+    with file.open("wb") as stream:
+        stream.write(b"\0" * 80 + (MOST_TRIANGLES + 1).to_bytes(4, "little"))
+        stream.truncate(84 + 50 * (MOST_TRIANGLES + 1))  # a file of holes: nothing is written or read
+    with pytest.raises(MeshError, match=r"5,500,001 triangles"):
+        load_mesh(file)
+
+
+def test_vertices_that_differ_by_the_sign_of_zero_or_by_rounding_are_merged(block):
+    corners = block.triangles.reshape(-1, 3) - block.bounds[0]
+    corners[::2] += 1e-13
+    corners[corners == 0.0] = -0.0
+    soup = trimesh.Trimesh(corners, np.arange(len(corners)).reshape(-1, 3), process=False)
+    assert len(check_mesh(soup, name="soup").vertices) == 8
