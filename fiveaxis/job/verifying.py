@@ -355,8 +355,8 @@ class ProgramCheck:
     def _stated_feeds(
         context: CheckContext, read: TracedProgram, toolpath: Toolpath | None, match: Match | None
     ) -> tuple[Result, ...]:
-        """Compare the feeds in the table of a motion with those of the path."""
-        if toolpath is None or match is None or toolpath.feed_is_assumed or not read.is_table:
+        """Compare the feeds that a table or a list of locations states with those of the path."""
+        if toolpath is None or match is None or toolpath.feed_is_assumed or read.technology is not None:
             return ()
         return (check_stated_feeds(context, toolpath, match.row),)
 

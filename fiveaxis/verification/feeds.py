@@ -92,7 +92,7 @@ def check_feeds_along(
 
 
 def check_stated_feeds(context: CheckContext, path: Toolpath, row: IntArray) -> Result:
-    """Check the feeds that the table of a motion states for the cuts of its path.
+    """Check the feeds that a table or a list of locations states for the cuts of its path.
 
     Parameters
     ----------
@@ -107,11 +107,11 @@ def check_stated_feeds(context: CheckContext, path: Toolpath, row: IntArray) -> 
         rows=row[cuts[bad]],
         values=60.0 * np.abs(stated - wanted)[bad],
         message=lambda i: (
-            f"the table states a feed of {60.0 * stated[bad[i]]:.6g} mm/min, but the path asks for "
+            f"the feed stated here is {60.0 * stated[bad[i]]:.6g} mm/min, but the path asks for "
             f"{60.0 * wanted[bad[i]]:.6g} mm/min; compute the motion again"
         ),
         figures={},
-        checked=("the feeds that the table states: those of the path",),
+        checked=("stated feeds: those of the path",),
     )
 
 
