@@ -43,7 +43,7 @@ from fiveaxis.verification.outside import check_outside
 from fiveaxis.verification.program import ROUNDED
 from fiveaxis.verification.read_back import SAME_TIME, unsaid
 from fiveaxis.verification.report import PATH, Result, left_out, make_report
-from fiveaxis.verification.technology import check_technology
+from fiveaxis.verification.technology import check_feed_mode, check_technology
 from fiveaxis.verification.turns import check_jumps, programmed_turns
 
 if TYPE_CHECKING:
@@ -373,7 +373,9 @@ class ProgramCheck:
             return ()
         mode: Coordinates = "vector" if read.by_control else "tip" if read.tcp.any() else "axes"
         asked = None if self.against.program is None else self.against.program.asked(self.machine, mode)
-        return tuple(check_technology(read.technology.at(cuts), cuts, asked))
+        track = read.technology.at(cuts)
+        more = check_feed_mode(track, cuts, asked) if read.by_control else ()
+        return (*check_technology(track, cuts, asked), *more)
 
     def _lean(
         self, context: CheckContext, toolpath: Toolpath | None, match: Match | None, around: Surroundings

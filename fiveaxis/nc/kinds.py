@@ -63,7 +63,8 @@ def _kind_of_content(source: Source) -> Kind | None:
     if first is None:
         return None
     fields = [field.strip().lower() for field in fields_of(first[1][:LONGEST_HEADER])]
-    if fields[-3:] == MOTION_COLUMNS or fields[-4:-1] == MOTION_COLUMNS:
+    # After them there may be the columns of kinds and of locations.
+    if any(fields[len(fields) - 3 - more :][:3] == MOTION_COLUMNS for more in range(min(3, len(fields)))):
         return "motion"
     if len(set(fields) & set(KNOWN)) >= len(POSITION) and not any(map(_DIGIT.search, fields)):
         return "points"

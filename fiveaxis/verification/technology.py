@@ -43,6 +43,24 @@ def check_technology(
     yield _check_retract(track, rows, asked)
 
 
+def check_feed_mode(
+    track: TechnologyTrack, rows: IntArray, asked: AskedTechnology | None
+) -> Iterator[Result]:
+    """Check what F means in a program whose durations leave room, since the control chooses the angles."""
+    if asked is not None and asked.language == track.language:
+        wanted = asked.technology.feed_mode
+        yield _found(
+            "feed-differs",
+            track,
+            rows,
+            lambda state: state.feed_mode != wanted,
+            lambda state: (
+                f"{state.feed_mode} is in force in this cut, but {wanted} was asked for; correct it"
+            ),
+            f"meaning of F: {wanted} in every cut",
+        )
+
+
 def _found(
     code: str,
     track: TechnologyTrack,

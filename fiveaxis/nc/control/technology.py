@@ -29,6 +29,7 @@ _FRAMES = frozenset(("G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2",
 _NUMBERED_FRAMES = frozenset(("G54.1", "G154"))
 _NOT_IN_PROGRAM = frozenset(("G53", "G28", "G30"))
 _FEEDS = frozenset(("G1", "G2", "G3"))
+_FEED_MODES = frozenset(("G93", "G94", "G95"))
 _LETTERS = frozenset("STHD")
 
 
@@ -44,6 +45,7 @@ class Technology(NamedTuple):
     length : number of the length offset (H, or D on Sinumerik), `OF_TOOL`, or empty if none is in force
     work_offset : as written (``G54``, ``G54.1 P3``, ``G505``, ``3`` for preset 3); empty if none was selected
     coolant : M word that switched it on; empty if it is off
+    feed_mode : G93, G94 or G95
     """
 
     speed: float | None = None
@@ -53,6 +55,7 @@ class Technology(NamedTuple):
     length: str = ""
     work_offset: str = ""
     coolant: str = ""
+    feed_mode: str = "G94"
 
     @property
     def spindle(self) -> float:
@@ -129,7 +132,7 @@ class TechnologyReader:
         if "Z" in block.words and not _NOT_IN_PROGRAM.isdisjoint(block.g):
             self.retracts.append(block.line)
         words = (*block.m, *block.ignored)
-        change = self._of_tool(block, words) | self._of_offsets(block) | self._of_spindle(block)
+        change = self._of_tool(block, words) | self._of_offsets(block) | self._of_feed(block)
         later: dict[str, Any] = {}
         for word in words:
             target = later if word in AFTER_MOVE else change
@@ -148,8 +151,10 @@ class TechnologyReader:
             self.take(run.block(row))
 
     @staticmethod
-    def _of_spindle(block: Block) -> dict[str, Any]:
-        return {"speed": block.words["S"]} if "S" in block.words else {}
+    def _of_feed(block: Block) -> dict[str, Any]:
+        modes = [word for word in block.g if word in _FEED_MODES]
+        change: dict[str, Any] = {"feed_mode": modes[-1]} if modes else {}
+        return change | ({"speed": block.words["S"]} if "S" in block.words else {})
 
     def _of_tool(self, block: Block, words: Iterable[str]) -> dict[str, Any]:
         name = tool_name(block)
