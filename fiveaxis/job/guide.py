@@ -72,7 +72,6 @@ EXAMPLES: Mapping[str, Any] = {
     "program.start": {"X": 0, "Z": 100},
     "program.zero": {"X": 0, "Y": 0, "Z": 0},
     "program.rapid": 10000,
-    "program.positions": "machine",
     "program.harmless": ["M56"],
     "program.wrap": "shorter",
     "process.spindle_rpm": 8000,
