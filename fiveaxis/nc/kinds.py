@@ -29,8 +29,8 @@ SUFFIXES: dict[str, Kind] = {
     **dict.fromkeys(PROGRAM_SUFFIXES, "program"),
 }
 
-# Last columns of the table of a motion.
-MOTION_COLUMNS = ["feed", "time", "source"]
+# Columns of the table of a motion, after those of the axes.
+MOTION_COLUMNS = ("feed", "time", "source")
 
 # Characters: no header is longer.
 LONGEST_HEADER = 1000
@@ -63,8 +63,7 @@ def _kind_of_content(source: Source) -> Kind | None:
     if first is None:
         return None
     fields = [field.strip().lower() for field in fields_of(first[1][:LONGEST_HEADER])]
-    # After them there may be the columns of kinds and of locations.
-    if any(fields[len(fields) - 3 - more :][:3] == MOTION_COLUMNS for more in range(min(3, len(fields)))):
+    if fields[:1] == ["x"] and set(fields) >= set(MOTION_COLUMNS):
         return "motion"
     if len(set(fields) & set(KNOWN)) >= len(POSITION) and not any(map(_DIGIT.search, fields)):
         return "points"
