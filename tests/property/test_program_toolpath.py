@@ -16,9 +16,11 @@ from fiveaxis.kinematics import linear_positions, tool_axes, tool_poses
 from fiveaxis.machine import Machine, load_machine
 from fiveaxis.nc.control.interpreter import Interpreter
 from fiveaxis.nc.control.running import run_program
+from fiveaxis.nc.languages.choice import split_program, split_runs
 from fiveaxis.nc.languages.iso import split_blocks
+from fiveaxis.nc.languages.runs import Run
 from fiveaxis.nc.options import ReadOptions
-from fiveaxis.nc.source import Source
+from fiveaxis.nc.source import Source, load_source
 
 QUIET = settings(
     deadline=None,
@@ -173,7 +175,7 @@ def test_a_program_is_the_same_the_short_way(lines: list[str], for_motion: bool)
 
 # What a long run of plain blocks may have in it, and what interrupts or spoils it.
 run_number = st.one_of(
-    st.floats(-50, 400).map(lambda x: f"{x:.3f}"), st.sampled_from(["0", "-0.", "+1.5", ".25", "1", "1"])
+    st.floats(-50, 400).map(lambda x: f"{x:.3f}"), st.sampled_from(["0", "-0.", "+1.5", ".25", " 1", "1"])
 )
 run_word = st.builds("{}{}".format, st.sampled_from("XYZAC"), run_number)
 run_feed = st.one_of(st.floats(1, 5000).map(lambda x: f"F{x:.2f}"), st.sampled_from(["F100", "F.5"]))
@@ -230,6 +232,22 @@ def test_a_run_of_plain_blocks_is_the_same_block_by_block(
         return rows_of(ran), ran.track.now, ran.track.approach, ignored, modes, ran.findings
 
     assert run(quickly=True) == run(quickly=False)
+
+
+REAL = Path(__file__).parents[3] / "shared" / "data" / "toolpaths"
+
+
+@pytest.mark.parametrize("name", ["linuxcnc_impeller_xyzac.ngc", "nx_dmu70_840d_traori_inch.mpf"])
+def test_runs_of_real_programs_hold_the_blocks_that_they_stand_for(name: str):
+    if not REAL.is_dir():
+        pytest.skip("the shared programs are not beside the project")
+    source = load_source(REAL / name)
+    found, together = [], 0
+    for item in split_runs(source):
+        together += len(item) if isinstance(item, Run) else 0
+        found += [item.block(row) for row in range(len(item))] if isinstance(item, Run) else [item]
+    assert repr(found) == repr(list(split_program(source)))
+    assert together > 600
 
 
 plain = st.sampled_from(

@@ -24,7 +24,7 @@ WORD = re.compile(rf"([A-Z])({WORD_NUMBER})")
 # Most lines are plain: G0, G1 or neither, and words of numbers.
 _LETTER = re.compile("([A-Z])")
 _PLAIN_G = {0.0: ("G0",), 1.0: ("G1",)}
-_RUN = PlainLines.of_words("ABCUVWXYZ")
+_RUN = PlainLines.of_words("ABCUVWXYZ", r"[ \t]*+")
 
 _PLAIN = "post the program with plain numbers"
 _DIN = (

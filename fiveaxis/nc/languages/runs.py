@@ -95,9 +95,9 @@ class PlainLines:
     begin: re.Pattern[str] | None = None
 
     @classmethod
-    def of_words(cls, axes: str, equals: str = "") -> PlainLines:
-        """Return the form of ISO words: ``N10 G1 X1.5 F100``; `equals` may stand after a letter."""
-        words = rf"(?:[{axes}F]{equals}{NUMBER}[ \t]*+)++"
+    def of_words(cls, axes: str, between: str) -> PlainLines:
+        """Return the form of ISO words, ``N10 G1 X1.5 F100``, with a pattern between letter and number."""
+        words = rf"(?:[{axes}F]{between}{NUMBER}[ \t]*+)++"
         return cls(re.compile(rf"(?:[ \t]*+(?:N[0-9]++[ \t]*+)?+(?:G0?[01](?![0-9.])[ \t]*+)?+{words}\n)*+"))
 
     def parse(self, text: str, line: int) -> Run:

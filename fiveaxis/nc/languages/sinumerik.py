@@ -30,7 +30,7 @@ _PLAIN = re.compile(rf"([ABC]3=|[XYZABCIJKFSGN]=?)({NUMBER})(?=[\sA-Z]|$)|(\S)")
 _MOTION = {number: f"G{int(number)}" for number in ("0", "1", "2", "3", "00", "01", "02", "03")}
 _VECTOR = {"A3=": "X", "B3=": "Y", "C3=": "Z"}
 _REMEMBERED = ROTARY + "F"
-_RUN = PlainLines.of_words("XYZABC", equals="=?")
+_RUN = PlainLines.of_words("XYZABC", "=?")
 
 _NUMBERED = re.compile(r"\s*(?:[N:]\s*[0-9]+)?\s*")
 _SKIPPED = re.compile(r"\s*(?:N[0-9]+\s*)?/[0-9]?(?![0-9])")
