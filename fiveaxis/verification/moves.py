@@ -19,6 +19,8 @@ Within = Callable[[IntArray, float], Array]
 KINDS = {"rotary": True, "linear": False}
 # Shares of a block at which the deviation of the tool's centre from its chord is measured.
 SAMPLES = (0.25, 0.5, 0.75)
+# Moves that are measured at a time.
+PART = 50_000
 
 
 def check_speeds(context: CheckContext) -> Result:
@@ -162,17 +164,19 @@ def chord_deviations(context: CheckContext, within: Within | None = None) -> Arr
     -------
     (n,), mm; NaN if no cut ends there or an axis value is unknown
     """
-    ends = np.flatnonzero(context.cutting)
     positions, wanted = context.positions, context.toolpath.centres(context.axis)
-    before, after = positions[ends - 1], positions[ends]
-    worst = np.zeros(len(ends))
-    for share in SAMPLES:
-        there = before + share * (after - before) if within is None else within(ends, share)
-        tip, axis = tool_poses(context.machine, there)
-        centre = tip + context.toolpath.zone.height * axis
-        worst = np.maximum(worst, segment_distances(centre, wanted[ends - 1], wanted[ends]))
     deviation = np.full(len(positions), np.nan)
-    deviation[ends] = worst
+    cuts = np.flatnonzero(context.cutting)
+    # A part at a time: the points within the moves of a million rows would take most of the memory.
+    for ends in np.split(cuts, range(PART, len(cuts), PART)):
+        before, after = positions[ends - 1], positions[ends]
+        deviation[ends] = 0.0
+        for share in SAMPLES:
+            there = before + share * (after - before) if within is None else within(ends, share)
+            tip, axis = tool_poses(context.machine, there)
+            centre = tip + context.toolpath.zone.height * axis
+            off = segment_distances(centre, wanted[ends - 1], wanted[ends])
+            deviation[ends] = np.maximum(deviation[ends], off)
     return deviation
 
 
