@@ -273,7 +273,9 @@ def _load_path(
     lists = lists_locations(source)
     if not lists:
         # A block that is too fast for an axis is a finding, not a slower block.
-        time = np.where(path.rapid, motion.time, feed_times(path, turns_of(motion, machine)))
+        # F is the tip's.
+        by_tip = replace(path, pivot=path.tips(path.axis))
+        time = np.where(path.rapid, motion.time, feed_times(by_tip, turns_of(motion, machine)))
         motion = replace(motion, time=time)
     technology = None if lists else technology_of(source, path.source)
     tcp = np.ones(len(path), dtype=bool)

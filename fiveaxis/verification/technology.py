@@ -47,8 +47,8 @@ def check_feed_mode(
     track: TechnologyTrack, rows: IntArray, asked: AskedTechnology | None
 ) -> Iterator[Result]:
     """Check what F means in a program whose durations leave room, since the control chooses the angles."""
-    if asked is not None and asked.language == track.language:
-        wanted = asked.technology.feed_mode
+    wanted = "" if asked is None else asked.technology.feed_mode
+    if asked is not None and wanted and asked.language == track.language:
         yield _found(
             "feed-differs",
             track,
