@@ -13,7 +13,7 @@ from fiveaxis.collision import Surroundings
 from fiveaxis.contour import find_contacts
 from fiveaxis.errors import SettingError
 from fiveaxis.findings import Finding, Severity
-from fiveaxis.geometry import IntArray
+from fiveaxis.geometry import BoolArray, IntArray
 from fiveaxis.job.program_options import ProgramOptions
 from fiveaxis.job.traced_program import TracedProgram, load_program, trace_tool
 from fiveaxis.machine import Machine
@@ -375,7 +375,7 @@ class ProgramCheck:
         asked = None if self.against.program is None else self.against.program.asked(self.machine, mode)
         track = read.technology.at(cuts)
         more = check_feed_mode(track, cuts, asked) if read.by_control else ()
-        return (*check_technology(track, cuts, asked), *more)
+        return (*check_technology(track, cuts, asked), *more, _check_switched(read.tcp, cuts))
 
     def _lean(
         self, context: CheckContext, toolpath: Toolpath | None, match: Match | None, around: Surroundings
@@ -415,6 +415,20 @@ class ProgramCheck:
         some = Motion(motion.letters, positions, *(getattr(motion, name)[rows] for name in columns))
         result = check_tilt(make_context(some, context.machine, path, applied, context.tolerances))
         return replace(result, rows=rows[result.rows])
+
+
+def _check_switched(tcp: BoolArray, cuts: IntArray) -> Result:
+    """Check that TCP is neither switched on nor off between the cuts."""
+    bad = cuts[tcp[cuts] != tcp[cuts[:1]]] if len(cuts) else cuts
+    return Result(
+        code="tcp-state",
+        severity=Severity.ERROR,
+        rows=bad,
+        values=np.full(len(bad), np.nan),
+        message=lambda _: "TCP is switched between the cuts of the path; switch it before them",
+        figures={},
+        checked=("TCP isn't switched between the cuts",),
+    )
 
 
 def _check_turns(
