@@ -81,10 +81,12 @@ def child(what: str, *arguments: str) -> None:
     )
     assert process.stdout is not None
     said = process.stdout.read().strip().splitlines()
-    _, _, used = os.wait4(process.pid, 0)
+    _, status, used = os.wait4(process.pid, 0)
+    code = os.waitstatus_to_exitcode(status)
+    last = said[-1][:160] if said else "nothing was written"
     print(
         f"{what:34} {time.perf_counter() - clock:7.1f} s {used.ru_utime + used.ru_stime:7.1f} s of processor "
-        f"{used.ru_maxrss / 1e6:6.2f} GB   {said[-1][:160] if said else ''}",
+        f"{used.ru_maxrss / 1e6:6.2f} GB   {last}{f' (exit code {code})' if code else ''}",
         flush=True,
     )
 
