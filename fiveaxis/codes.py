@@ -84,6 +84,7 @@ CHECKS = {
     "coolant-off": Code(WARNING, "a cut has other coolant than was asked for"),
     "approach-order": Code(ERROR, "the approach brings Z down before the other axes have moved"),
     "approach-deep": Code(ERROR, "before or after its path the cutter goes below the surface that it cuts"),
+    "no-retract": Code(ERROR, "Z doesn't retract before or after the cuts, as was asked for"),
     "feed-differs": Code(ERROR, "a cut takes another time than the path's feed asks for"),
     "off-path": Code(ERROR, "a program moves the tool off the path that it should follow"),
     "path-missed": Code(ERROR, "a program misses a location of the path that it should follow"),

@@ -16,8 +16,6 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-import psutil
-
 from fiveaxis.errors import InputError, SettingError
 
 # Bytes: larger files aren't read. A block takes some 40 bytes and a triangle 50 to 250, as text, so these are
@@ -26,12 +24,12 @@ from fiveaxis.errors import InputError, SettingError
 MEGABYTE = 1_000_000
 MOST_PATH_BYTES = 400 * MEGABYTE
 MOST_MESH_BYTES = 1000 * MEGABYTE
+# TOML and configurations of controls: written by hand, and the largest known ones have some 100 kB.
+MOST_SETTINGS_BYTES = MEGABYTE
 # Beginning of the names of temporary files and folders.
 TEMPORARY = ".fiveaxis-"
 # A spreadsheet takes text that begins so for a formula; in wide form too, where East Asian text is typed.
 FORMULA = tuple("=+-@＝＋－＠")
-# TOML and configurations of controls: written by hand, and the largest known ones have some 100 kB.
-MOST_SETTINGS_BYTES = MEGABYTE
 
 
 def require_file(path: str | Path, error: type[InputError]) -> os.stat_result:
@@ -216,6 +214,8 @@ def remove_leftovers(folder: Path, *, alone: bool = False) -> None:
 
 
 def _is_running(pid: str) -> bool:
+    import psutil
+
     try:
         return psutil.Process(int(pid)).status() != psutil.STATUS_ZOMBIE
     except psutil.AccessDenied:

@@ -138,15 +138,17 @@ class _Worker:
     def _hear(self) -> None:
         """Pass on its messages; kill it where none can follow, since no row would come of it."""
         assert self._process.stdout is not None
-        with suppress(ValueError):  # no message, or the half of one
-            for line in self._process.stdout:
+        # ValueError: no message, or the half of one
+        with self._process.stdout as stream, suppress(ValueError):
+            for line in stream:
                 self._news.put((self, json.loads(line)))
         self.kill()
 
     def _keep(self) -> None:
         assert self._process.stderr is not None
-        while printed := self._process.stderr.read1(PRINTED):  # type: ignore[attr-defined]
-            self._printed = (self._printed + printed)[-PRINTED:]
+        with self._process.stderr as stream:
+            while printed := stream.read1(PRINTED):  # type: ignore[attr-defined]
+                self._printed = (self._printed + printed)[-PRINTED:]
 
     def _await_end(self) -> None:
         self._process.wait()
@@ -224,13 +226,11 @@ class _Worker:
         self.kill()
 
     def close(self) -> None:
-        """Wait until it is gone, and close its pipes; not one that somebody else holds open."""
+        """Wait until it is gone; its readers close the other pipes when nobody can write into them."""
         self._watch.join(LONGEST_END)
-        if not any(thread.is_alive() for thread in (self._watch, *self._readers)):
-            for stream in (self._process.stdin, self._process.stdout, self._process.stderr):
-                assert stream is not None
-                with suppress(OSError):  # what it hadn't read any more
-                    stream.close()
+        assert self._process.stdin is not None
+        with suppress(OSError):  # what it hadn't read any more
+            self._process.stdin.close()
 
 
 # A worker and what it says; None when it has died.

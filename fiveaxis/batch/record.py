@@ -10,15 +10,13 @@ from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fiveaxis.errors import FiveAxisError, Infeasible, Unverified
+from fiveaxis.errors import FiveAxisError, Infeasible, Unverified, shorten
 from fiveaxis.findings import Severity, count_codes, group_findings
 from fiveaxis.report.document import main_baseline
 
 if TYPE_CHECKING:
     from fiveaxis.job import Outcome
 
-# Most characters of a message.
-LONGEST_MESSAGE = 2000
 # Most findings in the row of an infeasible job; all of them are counted.
 LISTED = 100
 
@@ -168,11 +166,8 @@ def row_of(blank: Row, outcome: Outcome, files: Sequence[Path]) -> Row:
 
 
 def bounded(text: str) -> str:
-    """Shorten a long message in its middle; what no file could hold becomes an escape."""
-    if len(text) > LONGEST_MESSAGE:
-        half = LONGEST_MESSAGE // 2
-        text = f"{text[:half]} … ({len(text)} characters) … {text[-half:]}"
-    return text.encode("utf-8", "backslashreplace").decode()
+    """Shorten a long message; what no file could hold becomes an escape."""
+    return shorten(text).encode("utf-8", "backslashreplace").decode()
 
 
 def row_of_fault(blank: Row, fault: Exception) -> Row:

@@ -258,7 +258,7 @@ def make_of_motion(
         options,
         around=against.surroundings,
         tolerances=against.tolerances,
-        verdict=None if against.is_nothing else _verdict_of(against, machine),
+        verdict=None if against.is_nothing else _verdict_of(against, machine, motion),
         unverified=against.is_nothing,
     )
 
@@ -285,13 +285,14 @@ def _make_of_program(
     return compose_verified(planned, wording, options, verdict)
 
 
-def _verdict_of(against: Against, machine: Machine) -> Verdict:
-    """Return the function that checks a text as `verify_program` checks a file."""
+def _verdict_of(against: Against, machine: Machine, table: Motion | None = None) -> Verdict:
+    """Return the function that checks a text as `verify_program` does a file, and the table it is from."""
     check = ProgramCheck(machine, against, against.tolerances)
 
     def verdict(back: ReadBack, draft: Program) -> Sequence[Report]:
         read = load_text(draft, machine, {}, back.planned.motion.positions[:1], against.cutter)
         # The report it is merged with is about the same motion, in other rows.
-        return (replace(check.report(read), about=None),)
+        own = () if table is None else (check.report_table(table),)
+        return (replace(check.report(read), about=None), *own)
 
     return verdict

@@ -62,4 +62,8 @@ class ProgramOptions:
         """
         modes = find_dialect(self.control).modes
         coordinates = mode if mode in modes else next(iter(modes))
-        return AskedTechnology.of(replace(self, coordinates=coordinates).wording(machine), self.settings)
+        asked = AskedTechnology.of(replace(self, coordinates=coordinates).wording(machine), self.settings)
+        if asked is None or mode in modes:
+            return asked
+        # What F means depends on the coordinates.
+        return replace(asked, technology=asked.technology._replace(feed_mode=""))

@@ -63,6 +63,11 @@ class TracedProgram:
     by_control: bool = False
 
     @property
+    def is_table(self) -> bool:
+        """Whether it is the table of a motion."""
+        return self.technology is None and not self.by_control
+
+    @property
     def tcp_height(self) -> float | None:
         """Height above the tip, mm, of the point that moves straight; None where all axes run linearly.
 
@@ -195,7 +200,8 @@ def find_rewinds(path: Toolpath, machine: Machine, positions: Array) -> BoolArra
 
 def _options(machine: Machine, tool: Tool | None, reading: Mapping[str, Any]) -> ReadOptions:
     given = {name: value for name, value in reading.items() if value is not None}
-    return ReadOptions(tool=tool, machine=machine, **({"rapid_mm_min": RAPID} | given))
+    # What isn't stated isn't judged: a retract to an unknown height would look like a plunge.
+    return ReadOptions(tool=tool, machine=machine, assume_zero=False, **({"rapid_mm_min": RAPID} | given))
 
 
 def _load(
@@ -267,7 +273,9 @@ def _load_path(
     lists = lists_locations(source)
     if not lists:
         # A block that is too fast for an axis is a finding, not a slower block.
-        time = np.where(path.rapid, motion.time, feed_times(path, turns_of(motion, machine)))
+        # F is the tip's.
+        by_tip = replace(path, pivot=path.tips(path.axis))
+        time = np.where(path.rapid, motion.time, feed_times(by_tip, turns_of(motion, machine)))
         motion = replace(motion, time=time)
     technology = None if lists else technology_of(source, path.source)
     tcp = np.ones(len(path), dtype=bool)

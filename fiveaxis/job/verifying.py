@@ -15,7 +15,7 @@ from fiveaxis.errors import SettingError
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import IntArray
 from fiveaxis.job.program_options import ProgramOptions
-from fiveaxis.job.traced_program import TracedProgram, load_program
+from fiveaxis.job.traced_program import TracedProgram, load_program, trace_tool
 from fiveaxis.machine import Machine
 from fiveaxis.motion import AXIS_TOLERANCE, PATH_TOLERANCE, Interpolation, Motion
 from fiveaxis.nc import Coordinates, ProgramSettings
@@ -36,14 +36,14 @@ from fiveaxis.verification.check_context import (
     CheckContext,
     make_context,
 )
-from fiveaxis.verification.checks import check_tilt
-from fiveaxis.verification.feeds import check_feeds, check_feeds_along
+from fiveaxis.verification.checks import check_finite, check_tilt
+from fiveaxis.verification.feeds import check_feeds, check_feeds_along, check_stated_feeds
 from fiveaxis.verification.following import Match, check_following, check_rapids
 from fiveaxis.verification.outside import check_outside
 from fiveaxis.verification.program import ROUNDED
-from fiveaxis.verification.read_back import SAME_TIME
-from fiveaxis.verification.report import PATH, Result, left_out
-from fiveaxis.verification.technology import check_technology
+from fiveaxis.verification.read_back import SAME_TIME, unsaid
+from fiveaxis.verification.report import PATH, Result, left_out, make_report
+from fiveaxis.verification.technology import check_feed_mode, check_technology
 from fiveaxis.verification.turns import check_jumps, programmed_turns
 
 if TYPE_CHECKING:
@@ -268,13 +268,19 @@ class ProgramCheck:
             lean=self._lean(context, toolpath, match, around),
             turns=_check_turns(context, toolpath, match, swept=around.part is not None),
             feeds=self._feeds(context, read, toolpath, match),
-            technology=(*self._rapids(context, toolpath, match), *self._technology(read, cuts)),
+            technology=(
+                *self._rapids(context, toolpath, match),
+                *self._stated_feeds(context, read, toolpath, match),
+                *self._technology(read, cuts),
+            ),
             tcp_height=read.tcp_height,
             has_tool=has_tool,
         )
         left = [*NOT_CHECKED, *(() if has_tool else (NO_TOOL,)), *((NO_PATH,) if toolpath is None else ())]
         joint = CheckedInterpolation(Interpolation.JOINT, Interpolation.JOINT)
-        outside = () if toolpath is None or match is None else self._outside(context, toolpath, match, read)
+        outside = [] if toolpath is None or match is None else self._outside(context, toolpath, match, read)
+        if self.against.program is not None:
+            outside = [*outside, unsaid(read.findings)]
         report = examine(Examination(context, around, joint, own=own), left)
         counts = {} if match is None else match.missed
         return report.merge(
@@ -300,8 +306,7 @@ class ProgramCheck:
 
     def _feeds_of_table(self, context: CheckContext, read: TracedProgram) -> Result:
         """Check the durations in the table of a motion against its own feeds."""
-        is_table = read.technology is None and not read.by_control
-        if is_table and self.against.cutter is not None and not context.toolpath.zone.offset:
+        if read.is_table and self.against.cutter is not None and not context.toolpath.zone.offset:
             return check_feeds(context)
         return left_out("feed-differs", {"feed_off_share": None}, "feed: no path was given")
 
@@ -313,7 +318,8 @@ class ProgramCheck:
         known = np.flatnonzero(match.row >= 0)
         place = match.place[known]
         positions = interpolate(context.positions, place)
-        return check_feeds_along(context, toolpath, known, place, positions)
+        knows = not read.by_control
+        return check_feeds_along(context, toolpath, known, place, positions, knows_axes=knows)
 
     @staticmethod
     def _rapids(context: CheckContext, toolpath: Toolpath | None, match: Match | None) -> tuple[Result, ...]:
@@ -345,12 +351,31 @@ class ProgramCheck:
         cutting = toolpath.cutting[known[np.clip(number, 0, len(known) - 1)]]
         return rows[(rows >= first) & (rows <= last) & cutting]
 
+    @staticmethod
+    def _stated_feeds(
+        context: CheckContext, read: TracedProgram, toolpath: Toolpath | None, match: Match | None
+    ) -> tuple[Result, ...]:
+        """Compare the feeds that a table or a list of locations states with those of the path."""
+        if toolpath is None or match is None or toolpath.feed_is_assumed or read.technology is not None:
+            return ()
+        return (check_stated_feeds(context, toolpath, match.row),)
+
+    def report_table(self, motion: Motion) -> Report:
+        """Check the durations in the table of a motion against its own feeds, with the given cutter."""
+        path = trace_tool(motion, self.machine, self.against.cutter, "motion")
+        none = np.zeros(len(motion), dtype=bool)
+        read = TracedProgram(motion, path, (), none, None, straight=True)
+        context = self._context(read)
+        return make_report((check_finite(context), self._feeds_of_table(context, read)), path, ())
+
     def _technology(self, read: TracedProgram, cuts: IntArray) -> tuple[Result, ...]:
         if read.technology is None:
             return ()
         mode: Coordinates = "vector" if read.by_control else "tip" if read.tcp.any() else "axes"
         asked = None if self.against.program is None else self.against.program.asked(self.machine, mode)
-        return tuple(check_technology(read.technology.at(cuts), cuts, asked))
+        track = read.technology.at(cuts)
+        more = check_feed_mode(track, cuts, asked) if read.by_control else ()
+        return (*check_technology(track, cuts, asked), *more)
 
     def _lean(
         self, context: CheckContext, toolpath: Toolpath | None, match: Match | None, around: Surroundings
@@ -363,6 +388,9 @@ class ProgramCheck:
         path, positions = context.toolpath, context.motion.positions
         if toolpath is not None and match is not None:
             known = np.flatnonzero(match.row >= 0)
+            if not len(known):
+                none = dict.fromkeys(("tilt_min_deg", "tilt_max_deg"))
+                return left_out("tilt", none, "lean: the program passes no location of the path")
             path, rows = toolpath.at(known), match.row[known]
             # A program needs no block at every location; between blocks the axes are interpolated.
             positions = interpolate(positions, match.place[known])

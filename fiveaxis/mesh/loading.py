@@ -231,7 +231,8 @@ def _binary_triangles(content: bytes, file: Path) -> Array | None:
         )
     _require_few(stated, file)
     triangle = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attributes", "<u2")])
-    return np.frombuffer(content, triangle, count=stated, offset=STL_HEAD)["corners"].astype(float)
+    with np.errstate(invalid="ignore"):  # of a signalling NaN, which is refused with the others
+        return np.frombuffer(content, triangle, count=stated, offset=STL_HEAD)["corners"].astype(float)
 
 
 def _turn_outward(mesh: trimesh.Trimesh) -> None:

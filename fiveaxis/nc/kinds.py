@@ -29,8 +29,8 @@ SUFFIXES: dict[str, Kind] = {
     **dict.fromkeys(PROGRAM_SUFFIXES, "program"),
 }
 
-# Last columns of the table of a motion.
-MOTION_COLUMNS = ["feed", "time", "source"]
+# Columns of the table of a motion, after those of the axes.
+MOTION_COLUMNS = ("feed", "time", "source")
 
 # Characters: no header is longer.
 LONGEST_HEADER = 1000
@@ -63,7 +63,7 @@ def _kind_of_content(source: Source) -> Kind | None:
     if first is None:
         return None
     fields = [field.strip().lower() for field in fields_of(first[1][:LONGEST_HEADER])]
-    if fields[-3:] == MOTION_COLUMNS or fields[-4:-1] == MOTION_COLUMNS:
+    if fields[:1] == ["x"] and set(fields) >= set(MOTION_COLUMNS):
         return "motion"
     if len(set(fields) & set(KNOWN)) >= len(POSITION) and not any(map(_DIGIT.search, fields)):
         return "points"

@@ -109,7 +109,9 @@ def read_motion_path(source: Source, options: ReadOptions) -> Toolpath:
     tip, axis = tool_poses(machine, motion.positions)
     feed = motion.feed * 60.0 if options.feed_mm_min is None else options.feed_mm_min
     tool = options.tool_or(None, source)
-    return Toolpath.from_tips(tip, axis, tool, feed_mm_min=feed, source=motion.source, name=source.name)
+    return Toolpath.from_tips(
+        tip, axis, tool, feed_mm_min=feed, kind=motion.kind, source=motion.source, name=source.name
+    )
 
 
 def read_motion_table(source: Source, machine: Machine, *, source_is_table: bool = False) -> Motion:

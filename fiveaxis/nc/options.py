@@ -36,6 +36,8 @@ class ReadOptions:
         others) or is fixed to the machine (``machine``, some Fanuc controls); None to tell it from the path
     start, program_zero, rapid_mm_min, block_delete, wrap : as for `read_program`
     columns : of a list of points without header
+    assume_zero : whether moves in machine coordinates (G53, G28) count from the program's zero where
+        `program_zero` isn't given; else where they end is unknown
     harmless : M words of the machine's builder that move and switch nothing
     """
 
@@ -50,6 +52,7 @@ class ReadOptions:
     block_delete: bool = False
     wrap: Wrap | None = None
     columns: tuple[str, ...] | None = None
+    assume_zero: bool = True
     harmless: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:

@@ -35,7 +35,13 @@ def check_feeds(context: CheckContext) -> Result:
 
 
 def check_feeds_along(
-    context: CheckContext, path: Toolpath, row: IntArray, place: Array, positions: Array
+    context: CheckContext,
+    path: Toolpath,
+    row: IntArray,
+    place: Array,
+    positions: Array,
+    *,
+    knows_axes: bool = True,
 ) -> Result:
     """Check the durations of a program whose rows aren't the locations of its path.
 
@@ -47,6 +53,8 @@ def check_feeds_along(
     row : (m,), locations that the program passes
     place : (m,), fractional row of the program at each of them
     positions : (m, k), of the axes there
+    knows_axes : whether the program states the rotary angles; else a block may take twice as long, as axes
+        that the control chooses may be at their highest speed
     """
     if path.feed_is_assumed:
         return left_out("feed-differs", {"feed_off_share": None}, "feed: the path states none")
@@ -79,7 +87,32 @@ def check_feeds_along(
         inside &= path.cutting[row][first]
         time, low, high = (np.bincount(last, np.where(inside, s, 0.0))[last] for s in (time, low, high))
     rows = np.flatnonzero(inside)
+    high = high if knows_axes else 2.0 * high
     return _compare(rows, time[rows], low[rows], high[rows], feed[last][rows])
+
+
+def check_stated_feeds(context: CheckContext, path: Toolpath, row: IntArray) -> Result:
+    """Check the feeds that a table or a list of locations states for the cuts of its path.
+
+    Parameters
+    ----------
+    row : (n,), of the table, for each location; -1 for none
+    """
+    cuts = np.flatnonzero((row >= 0) & path.cutting)
+    stated, wanted = context.motion.feed[row[cuts]], path.feed[cuts]
+    bad = np.flatnonzero(np.abs(stated / wanted - 1.0) > BLOCK)
+    return Result(
+        code="feed-differs",
+        severity=Severity.ERROR,
+        rows=row[cuts[bad]],
+        values=60.0 * np.abs(stated - wanted)[bad],
+        message=lambda i: (
+            f"the feed stated here is {60.0 * stated[bad[i]]:.6g} mm/min, but the path asks for "
+            f"{60.0 * wanted[bad[i]]:.6g} mm/min; compute the motion again"
+        ),
+        figures={},
+        checked=("stated feeds: those of the path",),
+    )
 
 
 def feed_durations(length: Array, feed: Array, context: CheckContext, positions: Array) -> Array:

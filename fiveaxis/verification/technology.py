@@ -40,6 +40,25 @@ def check_technology(
     yield _check_work_offset(track, rows, asked)
     yield _check_coolant(track, rows, asked)
     yield _check_order(track, rows)
+    yield _check_retract(track, rows, asked)
+
+
+def check_feed_mode(
+    track: TechnologyTrack, rows: IntArray, asked: AskedTechnology | None
+) -> Iterator[Result]:
+    """Check what F means in a program whose durations leave room, since the control chooses the angles."""
+    wanted = "" if asked is None else asked.technology.feed_mode
+    if asked is not None and wanted and asked.language == track.language:
+        yield _found(
+            "feed-differs",
+            track,
+            rows,
+            lambda state: state.feed_mode != wanted,
+            lambda state: (
+                f"{state.feed_mode} is in force in this cut, but {wanted} was asked for; correct it"
+            ),
+            f"meaning of F: {wanted} in every cut",
+        )
 
 
 def _found(
@@ -210,4 +229,26 @@ def _check_order(track: TechnologyTrack, rows: IntArray) -> Result:
         ),
         figures={},
         checked=("approach: Z comes down after the other axes have moved",),
+    )
+
+
+def _check_retract(track: TechnologyTrack, rows: IntArray, asked: AskedTechnology | None) -> Result:
+    if asked is None or not (asked.retracts or asked.goes_clear) or not len(rows):
+        return _unasked("no-retract", "retract: none was asked for")
+    before = any(line < track.lines[0] for line in track.retracts)
+    after = any(line > track.lines[-1] for line in track.retracts)
+    where = ["before the first cut"] * (asked.retracts and not before)
+    where += ["after the last"] * (asked.goes_clear and not after)
+    bad = np.unique([rows[0] if name.startswith("before") else rows[-1] for name in where]).astype(np.int64)
+    return Result(
+        code="no-retract",
+        severity=Severity.ERROR,
+        rows=bad,
+        values=np.full(len(bad), np.nan),
+        message=lambda _: (
+            f"Z doesn't retract in machine coordinates {' and '.join(where)}, as was asked for; "
+            "write G53 or G28 Z"
+        ),
+        figures={},
+        checked=("retract: Z goes to a machine position before and after the cuts",),
     )

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
-from fiveaxis.geometry import Array, normalise
-from fiveaxis.kinematics import linear_positions
+from fiveaxis.geometry import normalise
+from planted.fault import Fault, Plant, Subject, leaves_path
 from planted.measure import Measure
 from planted.words import DIRECTION, LINEAR, ROTARY, Text, Words, with_words, words_of
 
@@ -103,44 +103,39 @@ def lean_over(target: Target) -> Words | None:
     meaning, height = target.measure.meaning, target.measure.path.zone.height
     rows = np.array([meaning.row(state) for state in (target.state, target.state | change)])
     tip, axis = meaning.poses(rows)
-    if meaning.mode == "axes":
-        return change | _followed(target, rows[1], tip[0] + height * (axis[0] - axis[1]))
-    return change | dict(zip(LINEAR, (tip[0] + height * (axis[0] - axis[1])).tolist(), strict=True))
-
-
-def _followed(target: Target, row: Array, tip: Array) -> Words:
-    """Solve the linear axes that keep a tip, in the control's sign."""
-    machine = target.measure.meaning.machine
-    solved = linear_positions(machine, tip[None], row[None][:, machine.rotary_columns])[0]
-    return {
-        a.letter: float(solved[machine.column(a.letter)]) * (-1.0 if a.reversed else 1.0)
-        for a in machine.axes
-        if not a.is_rotary
-    }
+    return change | meaning.linear_words(rows[1], tip[0] + height * (axis[0] - axis[1]))
 
 
 CHANGES: tuple[Change, ...] = (shift, turn, half_turn, inches, negate, swap, lean_over)
 
 
-def changed(text: Text, change: Change, measure: Measure, rng: np.random.Generator) -> Text | None:
-    """Change the words of one move on the path; None if no move has them."""
-    for _ in range(TRIES):
-        n = int(rng.choice(text.cuts))
-        line = text.moves[n]
-        words = words_of(text.lines[line])
-        other = change(Target(words, text.states[n], measure, rng))
-        if other is not None:
-            return text.replaced(line, with_words(text.lines[line], words | other))
-    return None
+def in_words(change: Change) -> Plant:
+    """Change the words of one block that cuts."""
+
+    def plant(subject: Subject, rng: np.random.Generator) -> Iterator[Text]:
+        text = subject.text
+        for _ in range(TRIES):
+            line = int(rng.choice(subject.cutting))
+            words = words_of(text.lines[line])
+            other = change(Target(words, text.states[line], subject.measure, rng))
+            if other is not None:
+                yield text.replaced(line, with_words(text.lines[line], words | other))
+                return
+
+    return plant
 
 
-def dropped(text: Text, measure: Measure, rng: np.random.Generator) -> Text:
-    """Remove one move on the path."""
-    return text.replaced(text.moves[int(rng.choice(text.cuts))])
+def drop(subject: Subject, rng: np.random.Generator) -> Iterator[Text]:
+    """One block that cuts is lost."""
+    yield subject.text.replaced(int(rng.choice(subject.cutting)))
 
 
-def rewritten(text: Text) -> Text:
-    """Rewrite every move's words with the same numbers: no fault."""
-    for line in text.moves:
-        text = text.replaced(line, with_words(text.lines[line], words_of(text.lines[line])))
-    return text
+# What a changed word or a lost block means is measured: the tool leaves its path, passes a location by, leans
+# too far, or an axis leaves its travel. A sign of a word near 0 doesn't.
+FAULTS = (
+    *(
+        Fault(change.__name__, "geometry", in_words(change), matters=leaves_path, drawn=True)
+        for change in CHANGES
+    ),
+    Fault("drop", "geometry", drop, matters=leaves_path, drawn=True),
+)

@@ -8,13 +8,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import pairwise
 from typing import Literal
 
 import numpy as np
 
 from fiveaxis.geometry import Array, angle_between, normalise
-from fiveaxis.kinematics import tool_poses
+from fiveaxis.kinematics import linear_positions, tool_poses
 from fiveaxis.machine import Machine
 from fiveaxis.toolpath import Toolpath
 from planted.words import DIRECTION, LINEAR, Text, Words
@@ -85,6 +84,18 @@ class Meaning:
             return rows[:, :3], self._axes(rows[:, 3:])
         return rows[:, :3], normalise(rows[:, 3:])
 
+    def linear_words(self, row: Array, tip: Array) -> Words:
+        """Return the linear words that put the tip there, with the rotary words of a row in force."""
+        if self.mode != "axes":
+            return dict(zip(LINEAR, tip.tolist(), strict=True))
+        rotary = row[None][:, self.machine.rotary_columns]
+        solved = linear_positions(self.machine, tip[None], rotary)[0]
+        return {
+            a.letter: float(solved[self.machine.column(a.letter)]) * (-1.0 if a.reversed else 1.0)
+            for a in self.machine.axes
+            if not a.is_rotary
+        }
+
     def beyond_travel(self, rows: Array) -> bool:
         """Check whether positions are beyond an axis's travel."""
         columns = self.machine.rotary_columns
@@ -102,6 +113,16 @@ class Meaning:
 
 
 @dataclass(frozen=True)
+class Way:
+    """The tool's centre along the move that ends at a line, (m, 3), mm, and its axis, (m, 3)."""
+
+    line: int
+    is_rapid: bool
+    centre: Array
+    axis: Array
+
+
+@dataclass(frozen=True)
 class Measure:
     """The path that programs should follow, and the bounds on the tool's lean, deg."""
 
@@ -109,21 +130,52 @@ class Measure:
     path: Toolpath
     tilt: tuple[float, float]
 
+    def ways(self, text: Text) -> list[Way]:
+        """Sample the moves from location to location of the path, from start to end."""
+        share = np.linspace(0.0, 1.0, PARTS + 1)[:, None]
+        found = []
+        rows = [self.meaning.row(text.states[line]) for line in text.moves]
+        for line, a, b in zip(text.moves[1:], rows[:-1], rows[1:], strict=True):
+            tip, axis = self.meaning.poses(a + share * (b - a))
+            found.append(Way(line, text.is_rapid(line), tip + self.path.zone.height * axis, axis))
+        return found
+
     def matters(self, text: Text) -> bool:
-        """Check whether a program leaves the path, misses a location, leans too far, or exceeds a limit."""
-        states = [text.states[n] for n in text.cuts]
-        rows = np.array([self.meaning.row(state) for state in states])
-        if self.meaning.beyond_travel(rows):
+        """Check whether cuts leave the path, miss a location, lean too far, or an axis exceeds a limit."""
+        if self.meaning.beyond_travel(np.array([self.meaning.row(text.states[i]) for i in text.moves])):
             return True
-        share = (np.arange(PARTS) / PARTS)[:, None]
-        between = [a + share * (b - a) for a, b in pairwise(rows)]
-        tip, axis = self.meaning.poses(np.concatenate([*between, rows[-1:]]))
-        centre = tip + self.path.zone.height * axis
+        return self.strays([way for way in self.ways(text) if not way.is_rapid])
+
+    def strays(self, ways: list[Way]) -> bool:
+        """Check whether cuts leave the path, miss a location or lean too far."""
+        cut = self.path.cutting
+        centre = np.concatenate([way.centre for way in ways])
+        axis = np.concatenate([way.axis for way in ways])
         if distances(centre, self.path.pivot).min(axis=1).max() > ALONG_BLOCKS:
             return True
-        passed = distances(self.path.pivot, centre)
+        passed = distances(self.path.pivot[cut], centre)
         if passed.min(axis=1).max() > ALONG_BLOCKS:
             return True
-        lean = np.degrees(angle_between(axis[passed.argmin(axis=1)], self.path.normal))
+        lean = np.degrees(angle_between(axis[passed.argmin(axis=1)], self.path.normal[cut]))
         low, high = self.tilt
         return bool(((lean < low - LEAN) | (lean > high + LEAN)).any())
+
+    def touching(self, text: Text) -> list[int]:
+        """Find the lines whose move touches material after its start: it lies or ends on a cut."""
+        return [way.line for way in self.ways(text) if self._touches(way.centre[1:])]
+
+    def cutting(self, text: Text) -> list[int]:
+        """Find the lines whose move cuts."""
+        return self.cutting_of(self.ways(text))
+
+    def cutting_of(self, ways: list[Way]) -> list[int]:
+        """Find the lines whose move cuts: its middle lies on a cut of the path."""
+        return [way.line for way in ways if self._touches(way.centre[len(way.centre) // 2][None])]
+
+    def touches_in_rapid(self, text: Text) -> bool:
+        """Check whether a rapid move touches material."""
+        return any(text.is_rapid(line) for line in self.touching(text))
+
+    def _touches(self, centre: Array) -> bool:
+        cut = self.path.cutting[1:]
+        return bool((distances(centre, self.path.pivot)[:, cut] < ALONG_BLOCKS).any())

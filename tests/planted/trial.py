@@ -1,44 +1,94 @@
-"""Programs of every control and mode, and the two checks of their text: as a file, and read back."""
+"""Programs of every control and mode on three parts; the checks of a text: as a file, and read back."""
 
 from __future__ import annotations
 
-from collections import defaultdict
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 import fiveaxis as fx
 from fiveaxis.collision import Surroundings
 from fiveaxis.errors import FiveAxisError
+from fiveaxis.findings import Severity
 from fiveaxis.geometry import IntArray
 from fiveaxis.job import verify_program
 from fiveaxis.job.planned_program import PlannedProgram
 from fiveaxis.job.program import MadeProgram, expected_text, read_back
 from fiveaxis.job.program_options import ProgramOptions
+from fiveaxis.motion import Phase
 from fiveaxis.nc import DIALECTS, ProgramSettings
 from fiveaxis.toolpath import Tool, Toolpath
-from fiveaxis.verification import DEFAULT_TOLERANCES, Leads, verify_text
-from planted.geometric import CHANGES, changed, dropped, rewritten
+from fiveaxis.verification import DEFAULT_TOLERANCES, Leads, Report, verify_text
+from planted.clean import clean
+from planted.fault import Fault, Subject
 from planted.measure import Meaning, Measure
-from planted.modal import FAULTS
+from planted.registry import FAULTS
 from planted.words import Text
 
 MODES = [(name, mode) for name, dialect in DIALECTS.items() for mode in dialect.modes]
 TILT = (15.0, 75.0)
-CLEAN, DROP = "clean", "drop"
-GEOMETRIC = (*(change.__name__ for change in CHANGES), DROP)
-MODAL = tuple(fault.__name__ for fault in FAULTS)
+FEED = 1000.0
+# mm off the part: where links go over it, and where they turn from rapid to feed.
+CLEAR, NEAR = 12.0, 3.0
+CLEAN = "clean"
+# mm, in the travel of the trunnion's Z and above its parts.
+RETRACT = 110.0
+# What the job asks of every program, in words that the control has: these are no control's defaults.
+ASKED: dict[str, Any] = {"tool_number": 5, "spindle_rpm": 8000.0, "coolant": "flood"}
+OFFSETS: dict[str, dict[str, Any]] = {
+    "fanuc": {"work_offset": "G55", "length_offset": 7},
+    "haas": {"work_offset": "G55", "length_offset": 7},
+    "linuxcnc": {"work_offset": "G55"},
+    "linuxcnc-switchkins": {"work_offset": "G55"},
+    "sinumerik": {"work_offset": "G505"},
+    "heidenhain": {"work_offset": "3"},
+    "heidenhain-m128": {"work_offset": "3"},
+}
 
 
-def cone_wall(rise: float) -> Toolpath:
+def cone_wall(rise: float, height: float = 20.0) -> Toolpath:
     """A pass around a quarter of a cone, whose normals rise by so much per length of 1."""
-    turn = np.radians(np.linspace(0.0, 90.0, 40))
+    turn = np.radians(np.linspace(0.0, 90.0, 30))
     normal = np.column_stack([np.cos(turn), np.sin(turn), np.full_like(turn, rise)])
-    contact = np.column_stack([25.0 * np.cos(turn), 25.0 * np.sin(turn), np.full_like(turn, 20.0)])
-    return Toolpath.from_contacts(contact, normal, Tool.ball(8), name="wall")
+    contact = np.column_stack([25.0 * np.cos(turn), 25.0 * np.sin(turn), np.full_like(turn, height)])
+    return Toolpath.from_contacts(contact, normal, Tool.ball(8), feed_mm_min=FEED, name="wall")
+
+
+def two_passes(tool: Tool | None = None, rise: float = -0.5, rapid: bool = True) -> Toolpath:
+    """Two passes around the same wall, joined by moves in the air and a link down to the second one."""
+    upper, lower = cone_wall(rise), cone_wall(rise, height=17.0)
+    links = [
+        upper.contact[-1] + CLEAR * upper.normal[-1],
+        lower.contact[0] + CLEAR * lower.normal[0],
+        lower.contact[0] + NEAR * lower.normal[0],
+    ]
+    contact = np.concatenate([upper.contact, links, lower.contact])
+    normal = np.concatenate([upper.normal, upper.normal[-1:], *[lower.normal[:1]] * 2, lower.normal])
+    path = Toolpath.from_contacts(contact, normal, tool or Tool.ball(8), feed_mm_min=FEED, name="passes")
+    row, n = np.arange(len(path)), len(upper)
+    if not rapid:
+        return path.with_links((row >= n) & (row <= n + 3))
+    return path.with_links((row >= n + 2) & (row <= n + 3)).with_rapids((row == n) | (row == n + 1))
+
+
+@dataclass(frozen=True)
+class Part:
+    """A part on a machine, and what its job asks of programs beside what every job does.
+
+    Parameters
+    ----------
+    solve : its postures
+    asked : settings, of controls that have words for a tool
+    """
+
+    name: str
+    solve: Callable[[], fx.Solution]
+    asked: dict[str, Any] = field(default_factory=dict)
 
 
 def on_hayashi() -> fx.Solution:
@@ -47,9 +97,66 @@ def on_hayashi() -> fx.Solution:
 
 
 def on_trunnion() -> fx.Solution:
-    """An upright wall, on a machine whose rotary axes are reversed and offset."""
+    """An upright wall, on a machine whose rotary axes are reversed and offset, with known travels."""
     machine = fx.load_machine("linuxcnc-xyzac-trt").with_drives_of(fx.load_machine("hayashi-640123"))
     return fx.optimise(cone_wall(0.0), machine, tilt=TILT, effort="quick")
+
+
+def with_links() -> fx.Solution:
+    """Two passes with rapid moves between them."""
+    return fx.optimise(two_passes(), fx.load_machine("hayashi-640123"), tilt=TILT, effort="quick")
+
+
+PARTS = {
+    part.name: part
+    for part in (
+        Part("hayashi", on_hayashi),
+        Part("trunnion", on_trunnion, {"retract": RETRACT}),
+        Part("passes", with_links, {"spindle_direction": "left"}),
+    )
+}
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """How often a check tells each code of an error, and of a warning.
+
+    Parameters
+    ----------
+    harmless : whether what comes of a fault is right all the same, so that there is nothing to tell
+    """
+
+    errors: Counter[str]
+    warnings: Counter[str] = field(default_factory=Counter)
+    harmless: bool = False
+
+    @classmethod
+    def of(cls, report: Report) -> Verdict:
+        def told(severity: Severity) -> Counter[str]:
+            codes = {f.code for f in report.findings if f.severity is severity}
+            return Counter({code: n for code, n in report.counts.items() if code in codes})
+
+        return cls(told(Severity.ERROR), told(Severity.WARNING))
+
+    def news(self, before: Verdict) -> Counter[str]:
+        """Count the errors, or else the warnings, that weren't told before."""
+        return (self.errors - before.errors) or (self.warnings - before.warnings)
+
+    def finds(self, fault: Fault, before: Verdict) -> bool:
+        """Whether it tells a fault in a text that had another verdict before."""
+        new = bool(self.errors - before.errors)
+        return new or self.harmless or (fault.warned and bool(self.warnings - before.warnings))
+
+
+def verdict_of(check: Callable[[], Report]) -> Verdict:
+    """Run a check; an error of our own refuses the text, any other exception finds nothing."""
+    try:
+        report = check()
+    except FiveAxisError as fault:
+        return Verdict(Counter({type(fault).__name__: 1}))
+    except Exception as fault:
+        return Verdict(Counter(), Counter({type(fault).__name__: 1}))
+    return Verdict.of(report)
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,11 +166,14 @@ class Trial:
     solution: fx.Solution
     control: str
     mode: str
+    settings: ProgramSettings
 
-    @property
-    def settings(self) -> ProgramSettings:
-        """Settings with a spindle, unless it is a list of locations."""
-        return ProgramSettings(spindle_rpm=None if DIALECTS[self.control].language != "blocks" else 8000)
+    @classmethod
+    def of(cls, part: Part, solution: fx.Solution, control: str, mode: str) -> Trial:
+        """Make the trial of a part; a list of locations has no words for what a job asks."""
+        offsets = OFFSETS.get(control)
+        asked = {} if offsets is None else ASKED | offsets | part.asked
+        return cls(solution, control, mode, ProgramSettings(**asked))
 
     @cached_property
     def made(self) -> MadeProgram:
@@ -71,29 +181,35 @@ class Trial:
 
     @cached_property
     def text(self) -> Text:
-        return Text(self.made.text.lines, self.made.text.rows)
+        motion = self.made.motion
+        on_path = range(motion.first, motion.first + 1 + int((motion.phase == Phase.PATH).sum()))
+        is_list = DIALECTS[self.control].language != "blocks"
+        return Text(self.made.text.lines, self.made.text.rows, range(0) if is_list else on_path)
 
     @cached_property
-    def measure(self) -> Measure:
+    def subject(self) -> Subject:
         meaning = Meaning(self.solution.machine, self.mode)
-        return Measure(meaning, self.solution.toolpath, TILT)
+        measure = Measure(meaning, self.solution.toolpath, TILT)
+        return Subject(self.text, self.control, self.mode, measure)
 
-    def found_by_program(self, text: Text, folder: Path) -> bool:
-        """Check whether the text is refused as a foreign program, with path and machine."""
+    def by_program(self, text: Text, folder: Path) -> Verdict:
+        """Check the text as a foreign program, with path, machine and what the job asks."""
         file = folder / f"program{self.made.text.suffix}"
         file.write_text("\n".join(text.lines) + "\n")
-        path = self.solution.toolpath
-        try:
-            return not verify_program(file, self.solution.machine, toolpath=path, tilt=TILT).ok
-        except FiveAxisError:
-            return True
+        machine, path = self.solution.machine, self.solution.toolpath
+        return verdict_of(
+            lambda: verify_program(
+                file, machine, toolpath=path, tilt=TILT, settings=self.settings, control=self.control
+            )
+        )
 
-    def found_by_read_back(self, text: Text) -> bool:
-        """Check whether the text is refused as that of the planned motion."""
+    def by_read_back(self, text: Text, _: Path) -> Verdict:
+        """Check the text as that of the planned motion."""
         options = ProgramOptions(control=self.control, coordinates=self.mode, settings=self.settings)
         wording = options.wording(self.solution.machine)
         draft = replace(self.made.text, lines=text.lines, rows=text.rows)
-        try:
+
+        def check() -> Report:
             back = read_back(draft, self.made.motion, wording, self.settings)
             report = verify_text(
                 back,
@@ -104,45 +220,43 @@ class Trial:
                 tolerances=DEFAULT_TOLERANCES,
                 expected=expected_text(draft, wording, self.settings),
             )
-        except FiveAxisError:
-            return True
-        return not report.merge(back.unsaid()).ok
+            return report.merge(back.unsaid())
+
+        return verdict_of(check)
 
     @cached_property
     def _path_rows(self) -> IntArray:
         none = np.zeros(len(self.solution.machine.axes))
         return PlannedProgram(self.made.motion, self.made.fill, Leads(none, none)).path_rows
 
-    def clean(self) -> list[Text]:
-        """Return the program as it is, and with its numbers rewritten."""
-        return [self.text, rewritten(self.text)]
-
-    def geometric(self, count: int, rng: np.random.Generator) -> Iterator[tuple[str, Text]]:
-        """Plant `count` faults of each class in the words of moves."""
-        for _ in range(count):
-            for change in CHANGES:
-                text = changed(self.text, change, self.measure, rng)
-                if text is not None:
-                    yield change.__name__, text
-            yield DROP, dropped(self.text, self.measure, rng)
-
-    def modal(self, rng: np.random.Generator) -> Iterator[tuple[str, Text]]:
-        """Plant one fault of each class in the modal state, of those that apply to the program."""
+    def faults(self, count: int, rng: np.random.Generator) -> Iterator[tuple[Fault, Text]]:
+        """Plant faults of each class that applies to the program: `count` of those that chance draws."""
         for fault in FAULTS:
-            text = fault(self.text, rng)
-            if text is not None:
-                yield fault.__name__, text
+            for _ in range(count if fault.drawn else 1):
+                for text in fault.plant(self.subject, rng):
+                    yield fault, text
+
+    def clean(self) -> Iterator[tuple[str, Text]]:
+        """Rewrite the program in ways that change nothing."""
+        return clean(self.subject)
 
 
 @dataclass
 class Count:
-    """Numbers of faults of one class: made, mattered, found by each check; and those missed."""
+    """Numbers of faults of one class: made, mattered, found by each check, false alarms; and those missed."""
 
     made: int = 0
     mattered: int = 0
     by_program: int = 0
     by_read_back: int = 0
+    false_alarms: int = 0
     missed: list[str] = field(default_factory=list)
+
+    def add(self, other: Count) -> None:
+        """Add the numbers of another program."""
+        for name in ("made", "mattered", "by_program", "by_read_back", "false_alarms"):
+            setattr(self, name, getattr(self, name) + getattr(other, name))
+        self.missed += other.missed
 
 
 def first_difference(clean: Text, faulty: Text) -> str:
@@ -153,25 +267,36 @@ def first_difference(clean: Text, faulty: Text) -> str:
     return "no line"
 
 
-def try_program(trial: Trial, folder: Path, count: int, seed: int) -> dict[str, Count]:
-    """Plant `count` geometric faults of each class and a modal one of each in a program; by class."""
+def try_program(
+    trial: Trial, folder: Path, count: int, seed: int, only: Callable[[Fault], bool] = lambda _: True
+) -> dict[str, Count]:
+    """Plant faults in a program and count what is found, by class; the class `CLEAN` has none."""
     rng = np.random.default_rng(seed)
-    counts: dict[str, Count] = defaultdict(Count)
-    cases = [
-        *((CLEAN, text) for text in trial.clean()),
-        *trial.geometric(count, rng),
-        *trial.modal(rng),
-    ]
-    for name, text in cases:
-        tally = counts[name]
-        tally.made += 1
-        if name in GEOMETRIC and not trial.measure.matters(text):
+    before = trial.by_program(trial.text, folder), trial.by_read_back(trial.text, folder)
+    counts = {CLEAN: Count()}
+    for fault, text in trial.faults(count, rng):
+        if not only(fault):
             continue
-        tally.mattered += name != CLEAN
-        found = trial.found_by_program(text, folder), trial.found_by_read_back(text)
+        tally = counts.setdefault(fault.name, Count())
+        tally.made += 1
+        if not fault.matters(trial.subject, text):
+            continue
+        tally.mattered += 1
+        after = trial.by_program(text, folder), trial.by_read_back(text, folder)
+        found = [now.finds(fault, was) for now, was in zip(after, before, strict=True)]
         tally.by_program += found[0]
         tally.by_read_back += found[1]
         if not all(found):
-            checks = "program" * (not found[0]) + " read-back" * (not found[1])
-            tally.missed.append(f"{name} by {checks.strip()}, {first_difference(trial.text, text)}")
+            checks = " and ".join(w for w, ok in zip(("program", "read-back"), found, strict=True) if not ok)
+            tally.missed.append(f"{fault.name} by {checks}: {first_difference(trial.text, text)}")
+    tally = counts[CLEAN]
+    for name, text in trial.clean():
+        tally.made += 1
+        after = trial.by_program(text, folder), trial.by_read_back(text, folder)
+        news = {
+            check: now.errors or now.news(was)
+            for check, now, was in zip(("program", "read-back"), after, before, strict=True)
+        }
+        tally.false_alarms += any(news.values())
+        tally.missed += [f"{name} by {check}: {dict(codes)}" for check, codes in news.items() if codes]
     return counts

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 Words = dict[str, float]
@@ -12,8 +13,11 @@ NUMBER = r"[+-]?\d+(?:\.\d+)?"
 WORD = re.compile(rf"(?<!\S)(T[XYZ]|[ABC]3(?==)|[XYZABCIJK])=?({NUMBER})(?!\S)")
 IN_LIST = re.compile(rf"(?:GOTO/|(?={NUMBER},))({','.join([rf'{NUMBER}'] * 6)})")
 COMMENT = re.compile(r"\d* ?(?:[;(#]|\$\$)")
-KLARTEXT = re.compile(r"\d+ L")
-RAPID = re.compile(r"\bG0\b|\bFMAX\b")
+KLARTEXT = re.compile(r"\d+ LN? ")
+RAPID = re.compile(r"\bG0?0\b|\bFMAX\b")
+NUMBERED = re.compile(r"\d+ (.*)")
+# Moves to a position of the machine.
+IN_MACHINE = re.compile(r"\bG53\b|\bSUPA\b|\bM91\b")
 LINEAR, ROTARY, DIRECTION = "XYZ", "ABC", "IJK"
 # A direction's words in other languages.
 MEANING = dict(zip(("TX", "TY", "TZ", "A3", "B3", "C3"), 2 * DIRECTION, strict=True))
@@ -46,42 +50,99 @@ def with_words(line: str, words: Words) -> str:
 
 @dataclass(frozen=True)
 class Text:
-    """A program's lines, with the planned row that each one writes, -1 for none."""
+    """A program's lines, with the planned row that each one writes, -1 for none.
+
+    Parameters
+    ----------
+    path : the planned rows at which a move on the path ends; empty for a list of locations, whose rows all do
+    """
 
     lines: tuple[str, ...]
     rows: tuple[int, ...]
+    path: range = range(0)
 
     @cached_property
     def moves(self) -> list[int]:
-        """The lines of the last rapid move before the cuts, where there is one, and of all moves after it."""
-        some = [i for i, line in enumerate(self.lines) if spans(line)]
-        rapid = [n for n, i in enumerate(some) if RAPID.search(self.lines[i])]
-        return some[rapid[-1] :] if rapid else some
+        """The lines of the moves that end on the path."""
+        if self.path:
+            return [i for i, row in enumerate(self.rows) if row in self.path]
+        return [i for i, line in enumerate(self.lines) if spans(line)]
 
     @cached_property
-    def states(self) -> list[Words]:
-        """The words in force after each of the moves: what a block doesn't name stays as it was."""
+    def approach(self) -> list[int]:
+        """The lines of the moves before the path, but for those in machine coordinates."""
+        return [i for i in range(self.moves[0]) if self._is_own_move(i)]
+
+    @cached_property
+    def last(self) -> int:
+        """The line of the last move, with which the program leads off the path."""
+        return max(i for i in range(len(self.lines)) if self._is_own_move(i))
+
+    def _is_own_move(self, line: int) -> bool:
+        return bool(spans(self.lines[line])) and not IN_MACHINE.search(self.lines[line])
+
+    @cached_property
+    def states(self) -> dict[int, Words]:
+        """The words in force after each line that is a move: what a block doesn't name stays as it was."""
         state: Words = {}
         found: dict[int, Words] = {}
-        for i, line in enumerate(self.lines):
-            state = state | words_of(line)
-            found[i] = state
-        return [found[i] for i in self.moves]
+        for i in range(len(self.lines)):
+            if self._is_own_move(i):
+                state = found[i] = state | words_of(self.lines[i])
+        return found
+
+    def is_rapid(self, line: int) -> bool:
+        """Whether a line is a rapid move."""
+        text = self.lines[line]
+        if IN_LIST.match(text) and not text.startswith("GOTO/"):
+            return text.endswith(",1")
+        return bool(RAPID.search(text)) or self.lines[line - 1] == "RAPID"
 
     @property
-    def has_leads(self) -> bool:
-        """Whether the first move leads in and the last one leads out; a list of locations has no leads."""
-        return RAPID.search(self.lines[self.moves[0]]) is not None
+    def is_klartext(self) -> bool:
+        return self.lines[0].startswith("0 BEGIN PGM")
 
-    @property
-    def cuts(self) -> range:
-        """Numbers of the moves that end on the path."""
-        return range(1, len(self.moves) - 1) if self.has_leads else range(len(self.moves))
+    def find(self, pattern: re.Pattern[str], begin: int = 0, end: int | None = None) -> list[int]:
+        """Find the lines, but for comments, that have what a pattern finds."""
+        stop = len(self.lines) if end is None else end
+        return [
+            i
+            for i in range(begin, stop)
+            if not COMMENT.match(self.lines[i]) and pattern.search(self.lines[i])
+        ]
 
     def replaced(self, line: int, *texts: str) -> Text:
         """Put other lines in place of one; the last of them writes its row."""
         rows = [-1] * (len(texts) - 1) + [self.rows[line]] if texts else []
-        return Text(
-            (*self.lines[:line], *texts, *self.lines[line + 1 :]),
-            (*self.rows[:line], *rows, *self.rows[line + 1 :]),
+        return replace(
+            self,
+            lines=(*self.lines[:line], *texts, *self.lines[line + 1 :]),
+            rows=(*self.rows[:line], *rows, *self.rows[line + 1 :]),
         )
+
+    def rewritten(self, change: Callable[[str], str], lines: Iterable[int]) -> Text:
+        """Change some lines, each by itself."""
+        texts = list(self.lines)
+        for i in lines:
+            texts[i] = change(texts[i])
+        return replace(self, lines=tuple(texts))
+
+    def inserted(self, line: int, *texts: str) -> Text:
+        """Put lines before one."""
+        own = [f"0 {text}" if self.is_klartext and not text.startswith(" ") else text for text in texts]
+        return replace(
+            self,
+            lines=(*self.lines[:line], *own, *self.lines[line:]),
+            rows=(*self.rows[:line], *[-1] * len(own), *self.rows[line:]),
+        ).numbered()
+
+    def numbered(self) -> Text:
+        """Count the blocks of a Klartext program anew."""
+        if not self.is_klartext:
+            return self
+        lines, number = [], 0
+        for line in self.lines:
+            found = NUMBERED.match(line)
+            lines.append(f"{number} {found[1]}" if found else line)
+            number += bool(found)
+        return replace(self, lines=tuple(lines))

@@ -1,74 +1,108 @@
-"""Faults planted in programs of every control and mode: those that matter are found, on clean ones none.
+"""Faults planted in programs of every control and mode, and in motion.csv: those that matter are found.
 
-What matters is measured apart from the verification, in `planted`; a larger count of faults, as a table, is
-printed by ``python tests/benchmarks/faults.py``.
+What matters is measured apart from the verification, in `planted`; many more of them, as a table, are printed
+by ``python tests/benchmarks/faults.py``.
 """
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
-from planted.trial import CLEAN, GEOMETRIC, MODES, Count, Trial, on_hayashi, on_trunnion, try_program
+from planted.fault import Fault
+from planted.jobs import jobs, of_job, of_settings
+from planted.registry import FAULTS
+from planted.tables import TABLE_FAULTS, TableTrial
+from planted.trial import CLEAN, MODES, PARTS, Count, Trial, try_program
 
-SOLUTIONS = {"hayashi": on_hayashi, "trunnion": on_trunnion}
-# Of each class of faults in the words of moves, in each program.
-FAULTS = 2
-# A machine whose rotary axes count the other way, with offsets: one program of each kind of words.
-ON_TRUNNION = [("linuxcnc", "axes"), ("heidenhain", "tip"), ("sinumerik", "vector")]
-PROGRAMS = [
-    *(("hayashi", control, mode) for control, mode in MODES),
-    *(("trunnion", control, mode) for control, mode in ON_TRUNNION),
+# A program of each kind of words on each part: one part's machine has rotary axes that count the other way,
+# another has links.
+SAMPLE = [
+    ("hayashi", "fanuc", "axes"),
+    ("hayashi", "heidenhain", "tip"),
+    ("trunnion", "linuxcnc", "axes"),
+    ("trunnion", "sinumerik", "tip"),
+    ("passes", "haas", "tip"),
+    ("passes", "heidenhain", "vector"),
+    ("passes", "apt", "vector"),
 ]
-IN_BLOCKS = {"rapid", "feed", "unit_lost", "unit_inch", "speed_lost", "sense_lost", "sense_wrong"}
-IN_LISTS = {"apt": {"rapid", "feed", "unit_lost", "unit_inch"}, "points": {"rapid", "feed"}}
+EVERY = [(part, control, mode) for part in PARTS for control, mode in MODES]
+TABLES = [("linuxcnc", "axes", True), ("heidenhain", "tip", False)]
+SEED = 20261123
 
 
 @pytest.fixture(scope="module")
 def solutions():
-    return {name: make() for name, make in SOLUTIONS.items()}
+    return {name: part.solve() for name, part in PARTS.items()}
 
 
-@pytest.fixture(scope="module", params=PROGRAMS, ids="-".join)
-def planted(request, solutions, tmp_path_factory) -> tuple[Trial, dict[str, Count]]:
-    """A program, and what was found of the faults in it."""
-    name, control, mode = request.param
-    trial = Trial(solutions[name], control, mode)
-    seed = PROGRAMS.index(request.param)
-    return trial, try_program(trial, tmp_path_factory.mktemp("faulty"), count=FAULTS, seed=seed)
+def trial_of(place: tuple[str, str, str], solutions) -> Trial:
+    part, control, mode = place
+    return Trial.of(PARTS[part], solutions[part], control, mode)
 
 
-def test_nothing_is_found_in_a_clean_program(planted):
-    trial, counts = planted
-    assert trial.made.ok
-    assert not any(trial.measure.matters(text) for text in trial.clean())
-    clean = counts[CLEAN]
-    assert (clean.by_program, clean.by_read_back) == (0, 0)
+def require_found(counts: dict[str, Count]) -> None:
+    """Hold both checks to all faults that matter, and to none in what is clean."""
+    missed = [text for count in counts.values() for text in count.missed]
+    assert not missed, missed
 
 
-def test_every_fault_in_the_words_of_a_move_is_found_in_a_file(planted):
-    _, counts = planted
-    some = [counts[name] for name in GEOMETRIC if name in counts]
-    mattered = sum(count.mattered for count in some)
-    # Not every fault matters: a sign may be that of a word near 0, a location may lie on a straight line.
-    assert mattered >= 5 * FAULTS
-    assert sum(count.by_program for count in some) == mattered, missed(some)
+@pytest.mark.parametrize("place", SAMPLE, ids="-".join)
+def test_a_part_of_all_classes_is_found_in_each_program_and_nothing_in_a_clean_one(
+    place, solutions, tmp_path
+):
+    """Each program has its share of the classes, so that together they have all of them."""
+    number = SAMPLE.index(place)
+
+    def in_turn(fault: Fault) -> bool:
+        return FAULTS.index(fault) % len(SAMPLE) == number
+
+    require_found(try_program(trial_of(place, solutions), tmp_path, 1, SEED, in_turn))
 
 
-def test_every_fault_is_found_when_the_text_is_read_back(planted):
-    trial, counts = planted
-    switch = "feed_mode_lost" if trial.mode == "axes" else "tcp_lost"
-    assert set(counts) - {CLEAN, *GEOMETRIC} == (IN_LISTS.get(trial.control) or IN_BLOCKS | {switch})
-    faults = [count for name, count in counts.items() if name != CLEAN]
-    found = sum(count.by_read_back for count in faults)
-    assert found == sum(count.mattered for count in faults), missed(faults)
+@pytest.mark.slow
+@pytest.mark.parametrize("place", EVERY, ids="-".join)
+def test_every_class_is_found_in_programs_of_every_control_and_mode(place, solutions, tmp_path):
+    require_found(try_program(trial_of(place, solutions), tmp_path, 1, SEED))
 
 
-def missed(counts: list[Count]) -> list[str]:
-    return [text for count in counts for text in count.missed]
+@pytest.mark.parametrize(("control", "mode", "beside_path"), TABLES)
+def test_every_class_is_found_in_the_table_of_a_motion(control, mode, beside_path, solutions, tmp_path):
+    trial = TableTrial(solutions["passes"], control, mode, beside_path)
+    require_found(try_program(trial, tmp_path, 1, SEED))
 
 
-def test_every_class_of_faults_matters_somewhere(solutions):
+def test_every_class_is_planted_and_matters_somewhere(solutions):
     """Else nothing would be missed of a class because nothing of it was planted."""
-    trial = Trial(solutions["hayashi"], "linuxcnc", "tip")
-    faults = trial.geometric(6, np.random.default_rng(20261123))
-    assert {name for name, text in faults if trial.measure.matters(text)} == set(GEOMETRIC)
+    places = [("trunnion", "fanuc", "axes"), ("hayashi", "linuxcnc", "axes"), ("passes", "heidenhain", "tip")]
+    rng = np.random.default_rng(SEED)
+    matter = {
+        fault.name
+        for trial in (trial_of(place, solutions) for place in places)
+        for fault, text in trial.faults(3, rng)
+        if fault.matters(trial.subject, text)
+    }
+    assert {fault.name for fault in FAULTS} <= matter
+    table = TableTrial(solutions["passes"], "linuxcnc", "axes")
+    some = {fault.name for fault, text in table.faults(3, rng) if fault.matters(table.subject, text)}
+    assert {fault.name for fault in TABLE_FAULTS} - some == {"other source", "row doubled"}
+
+
+def test_a_rapid_matters_in_a_cut_and_not_in_the_air(solutions):
+    trial = trial_of(("passes", "fanuc", "tip"), solutions)
+    rapid = next(fault for fault in FAULTS if fault.name == "rapid, one block")
+    texts = [text for _ in range(3) for text in rapid.plant(trial.subject, np.random.default_rng(SEED))]
+    assert {rapid.matters(trial.subject, text) for text in texts} == {True, False}
+    assert not rapid.matters(trial.subject, trial.text)
+
+
+def test_nothing_is_found_in_a_program_whatever_the_job_asks_of_it(solutions, tmp_path):
+    for control, mode in (("linuxcnc", "axes"), ("sinumerik", "tip"), ("heidenhain", "tip")):
+        count = of_settings(solutions["trunnion"], control, mode, tmp_path)
+        require_found({CLEAN: count})
+        assert count.made > 6
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("job", list(jobs()), ids=lambda job: job.name)
+def test_nothing_is_found_in_what_was_written_for_a_job(job, tmp_path):
+    require_found({CLEAN: of_job(job, tmp_path)})

@@ -2,9 +2,15 @@
 
 from __future__ import annotations
 
+import contextlib
+import random
+from pathlib import Path
+
 import pytest
 from fuzzing.readers import Reader, readers
 from fuzzing.trial import try_reader
+
+from fiveaxis.errors import FiveAxisError
 
 # `tests/benchmarks/fuzz.py` gives each a hundred thousand.
 COUNT = 200
@@ -32,3 +38,17 @@ def test_an_end_that_is_not_ours_is_told_with_its_input(monkeypatch):
     assert outcome.foreign[kind] > 10
     assert content
     assert "faulty" in trace
+
+
+@pytest.mark.parametrize("reader", readers(), ids=lambda reader: reader.name)
+def test_some_seed_of_every_reader_is_read(reader: Reader, tmp_path: Path):
+    """Damage of what is refused anyway would find little."""
+
+    def reads(content: bytes) -> bool:
+        for choice in range(10):  # of machines, options and columns
+            with contextlib.suppress(FiveAxisError):
+                reader.read(content, tmp_path, random.Random(choice))
+                return True
+        return False
+
+    assert sum(map(reads, reader.seeds.contents)) >= len(reader.seeds.contents) / 2

@@ -8,14 +8,14 @@ in the first frame; locations in another one are mapped into it.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from fiveaxis.findings import Finding
+from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array, inverse_transform
 from fiveaxis.nc.apt.remarks import note
-from fiveaxis.nc.apt.statements import CATIA_FRAME, CREO, Statement
+from fiveaxis.nc.apt.statements import CATIA_FRAME, CREO, LONGEST_SHOWN, Statement
 from fiveaxis.nc.rows import LARGEST_POSITION
 from fiveaxis.nc.source import Source
 
@@ -65,12 +65,23 @@ class Frames:
         self.last[word] = now
         if rows == 0:
             self.first[word] = now
+            self._note_shift(statement)
         elif before is None or word not in self.first:
             raise statement.error(
                 self.source, "gives a frame after locations without one; write one file for each frame"
             )
         elif not _same(before, now):
             self._change(now, rows)
+
+    def _note_shift(self, statement: Statement) -> None:
+        """Warn of a shift by which a post moves all locations: the path stays in the frame of the file."""
+        if statement.word == "TRANS" and any(minor.strip("+-0.") for minor in statement.minors):
+            text = (
+                f"TRANS/{','.join(statement.minors)[:LONGEST_SHOWN]} shifts what a post writes; the path is "
+                "read as written, without it"
+            )
+            told = note("frame-unused", text, statement.line, self.source)
+            self.findings.append(replace(told, severity=Severity.WARNING))
 
     def _change(self, now: tuple[Statement, Array | None], rows: int) -> None:
         statement, transform = now

@@ -55,7 +55,10 @@ def read_apt(source: Source, options: ReadOptions) -> Toolpath:
     """
     reader = _Reader(source, Units(source, options.unit), Feeds(source, options.feed_mm_min))
     for statement in statements(source):
-        reader.process(statement)
+        if reader.ended:
+            reader.ignored["statements after FINI"] += 1
+        else:
+            reader.process(statement)
     other = reader.units.better(reader.size(), options.machine)
     if other is not None:
         path = read_apt(source, replace(options, unit=other))
@@ -74,6 +77,7 @@ class _Reader:
     ignored: Counter[str] = field(default_factory=Counter)
     findings: list[Finding] = field(default_factory=list)
     compensated: bool = False
+    ended: bool = False
 
     def __post_init__(self) -> None:
         self.frames = Frames(self.source)
@@ -197,6 +201,8 @@ ACTIONS: dict[str, Action] = {
     "FEDRAT": lambda r, s: r.feeds.state(s.minors, s.line, r.units),
     "SPINDL": lambda r, s: r.feeds.set_spindle(s.minors),
     "CUTCOM": _Reader.set_compensation,
+    # No post reads on.
+    "FINI": lambda r, _: setattr(r, "ended", r._begun),
     "TRNTYP": lambda r, s: r.frames.set_type(s),
     **dict.fromkeys(("UNIT", "UNITS"), lambda r, s: r.units.state(s.minors, s.line)),
     **dict.fromkeys(("CUTTER", "TLDATA", f"{CREO}CUTTER"), lambda r, s: r.tools.state(s, moved=r._begun)),
@@ -205,7 +211,7 @@ ACTIONS: dict[str, Action] = {
 }
 
 # Words that are used only in part are counted too.
-COUNTED = {"SPINDL", "MULTAX", "CUTCOM", "TRNTYP", "LOAD", "LOADTL", *FRAME_WORDS}
+COUNTED = {"FINI", "SPINDL", "MULTAX", "CUTCOM", "TRNTYP", "LOAD", "LOADTL", *FRAME_WORDS}
 
 # Words that move the tool or the coordinate system and aren't supported.
 _CURVE = "is a curve that isn't supported; let the CAM system write GOTO points"

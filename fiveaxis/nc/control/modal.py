@@ -145,6 +145,7 @@ class Modes:
     compensated : G43, the control adds the tool length
     vectors : G43.5, I, J and K of a straight move are the tool direction
     for_motion : whether a motion is read, with a time for each row
+    assume_zero : as in `ReadOptions`
     knows_zero : whether the caller has given the zero of a work offset
     knows_motion : whether G0, G1 or another word of motion has been read
     """
@@ -152,6 +153,7 @@ class Modes:
     units: Units
     for_motion: bool
     knows_zero: Callable[[str], bool]
+    assume_zero: bool = True
     motion: str | None = None
     plane: str = "G17"
     incremental: bool = False

@@ -254,14 +254,15 @@ class Moves(InterpreterState):
     def _omit_move(self, word: str, targets: Mapping[str, float]) -> bool:
         """Omit a move in machine coordinates from a path that can't contain it; return whether it is omitted.
 
-        A motion contains it, and so does a path of axis positions with a known zero.
+        A motion contains it, unless its zero is neither known nor to be assumed; so does a path of axis
+        positions with a known zero.
         """
         if self.modes.for_motion and self.coordinates.of_tip:
             raise BlockError(
                 f"{word} under TCP: the tip after it isn't in the program; switch TCP off before"
             )
         known = self.coordinates.zero is not None and not self.coordinates.of_tip
-        if self.modes.for_motion or known:
+        if known or (self.modes.for_motion and self.modes.assume_zero):
             return False
         now = self.track.now.copy()
         for letter, target in targets.items():

@@ -102,7 +102,13 @@ def _run(
     """Run a program as `run_program`, in the unit that it states."""
     wrapping = find_wrapping(source, machine, options.wrap, stand_in=stand_in)
     offsets = WorkOffsets(options.program_zero, machine)
-    modes = Modes(Units(source, options.unit), for_motion, offsets.knows, technology=reader_for(source))
+    modes = Modes(
+        Units(source, options.unit),
+        for_motion,
+        offsets.knows,
+        assume_zero=options.assume_zero,
+        technology=reader_for(source),
+    )
     coordinates = Coordinates(machine, offsets)
     ignored: Counter[str] = Counter()
     now = _begin(options.start, machine, coordinates.offsets)

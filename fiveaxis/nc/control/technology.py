@@ -29,6 +29,7 @@ _FRAMES = frozenset(("G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2",
 _NUMBERED_FRAMES = frozenset(("G54.1", "G154"))
 _NOT_IN_PROGRAM = frozenset(("G53", "G28", "G30"))
 _FEEDS = frozenset(("G1", "G2", "G3"))
+_FEED_MODES = frozenset(("G93", "G94", "G95"))
 _LETTERS = frozenset("STHD")
 
 
@@ -44,6 +45,7 @@ class Technology(NamedTuple):
     length : number of the length offset (H, or D on Sinumerik), `OF_TOOL`, or empty if none is in force
     work_offset : as written (``G54``, ``G54.1 P3``, ``G505``, ``3`` for preset 3); empty if none was selected
     coolant : M word that switched it on; empty if it is off
+    feed_mode : G93, G94 or G95
     """
 
     speed: float | None = None
@@ -53,6 +55,7 @@ class Technology(NamedTuple):
     length: str = ""
     work_offset: str = ""
     coolant: str = ""
+    feed_mode: str = "G94"
 
     @property
     def spindle(self) -> float:
@@ -71,6 +74,8 @@ class TechnologyTrack:
     language : of the program; empty for a table
     states : the different states
     state : (n,), which one is in force in the move to a row
+    lines : (n,), of the program
+    retracts : lines on which Z goes to a machine position (G53, G28)
     late_axes : letters that the approach positions only once Z is down, with the line of the first; empty if
         Z comes down last
     late_line : that line; 0 for none
@@ -79,6 +84,8 @@ class TechnologyTrack:
     language: str
     states: tuple[Technology, ...]
     state: IntArray
+    lines: IntArray
+    retracts: tuple[int, ...] = ()
     late_axes: str = ""
     late_line: int = 0
 
@@ -93,7 +100,7 @@ class TechnologyTrack:
 
     def at(self, rows: IntArray) -> TechnologyTrack:
         """Return the track of some rows."""
-        return replace(self, state=self.state[rows])
+        return replace(self, state=self.state[rows], lines=self.lines[rows])
 
 
 @dataclass
@@ -109,6 +116,7 @@ class TechnologyReader:
     now: Technology = field(default_factory=Technology)
     lines: list[int] = field(default_factory=list)
     states: list[Technology] = field(default_factory=list)
+    retracts: list[int] = field(default_factory=list)
     selected: str = ""
     cuts: bool = False
     _rapid: bool = False
@@ -121,8 +129,10 @@ class TechnologyReader:
             self._follow_approach(block)
         if not (block.m or block.ignored or block.g or block.tool) and _LETTERS.isdisjoint(block.words):
             return
+        if "Z" in block.words and not _NOT_IN_PROGRAM.isdisjoint(block.g):
+            self.retracts.append(block.line)
         words = (*block.m, *block.ignored)
-        change = self._of_tool(block, words) | self._of_offsets(block) | self._of_spindle(block)
+        change = self._of_tool(block, words) | self._of_offsets(block) | self._of_feed(block)
         later: dict[str, Any] = {}
         for word in words:
             target = later if word in AFTER_MOVE else change
@@ -141,8 +151,10 @@ class TechnologyReader:
             self.take(run.block(row))
 
     @staticmethod
-    def _of_spindle(block: Block) -> dict[str, Any]:
-        return {"speed": block.words["S"]} if "S" in block.words else {}
+    def _of_feed(block: Block) -> dict[str, Any]:
+        modes = [word for word in block.g if word in _FEED_MODES]
+        change: dict[str, Any] = {"feed_mode": modes[-1]} if modes else {}
+        return change | ({"speed": block.words["S"]} if "S" in block.words else {})
 
     def _of_tool(self, block: Block, words: Iterable[str]) -> dict[str, Any]:
         name = tool_name(block)
@@ -202,7 +214,10 @@ class TechnologyReader:
         late = {c: line for c, line in self._others.items() if 0 < self._down < line}
         first = min(late.values(), default=0)
         states = Technology(), *self.states
-        return TechnologyTrack(self.language.name, states, state, "".join(sorted(late)), first)
+        retracts = tuple(self.retracts)
+        return TechnologyTrack(
+            self.language.name, states, state, lines, retracts, "".join(sorted(late)), first
+        )
 
 
 def tool_name(block: Block) -> str | None:

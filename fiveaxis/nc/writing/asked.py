@@ -21,6 +21,7 @@ class AskedTechnology:
     language : of the control's programs
     technology : spindle and tool as in the settings, offsets and coolant as the control's words for the
         settings put them in force
+    retracts, goes_clear : whether Z goes to a machine position before the cuts, and after them
     spindle, tool, coolant : whether the settings give them; what they don't give isn't checked
     """
 
@@ -29,6 +30,8 @@ class AskedTechnology:
     spindle: bool
     tool: bool
     coolant: bool
+    retracts: bool = False
+    goes_clear: bool = False
 
     @classmethod
     def of(cls, wording: Wording, settings: ProgramSettings) -> AskedTechnology | None:
@@ -53,4 +56,6 @@ class AskedTechnology:
             spindle=settings.spindle_rpm is not None,
             tool=settings.tool_number is not None,
             coolant=settings.coolant is not None,
+            retracts=settings.retract is not None,
+            goes_clear=settings.goes_clear,
         )

@@ -76,7 +76,8 @@ class Frame:
 
     def before_cuts(self) -> list[str]:
         """Lines that put in force what is needed in the cuts, without their positions."""
-        return [*self.head(), *self.modes(), *self._on(), self._first("X0")]
+        form = feed_form(self.wording).word
+        return [*self.head(), *self.modes(), *self._on(), self._first("X0"), *([form] if form else [])]
 
     def approach(self, program: ProgramMotion) -> Iterator[Line]:
         """Write the rapid approach to the first location, and the lead-in to a first cut."""

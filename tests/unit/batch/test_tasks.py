@@ -1,6 +1,8 @@
 """What job files ask for, and by what a job is recognised."""
 
+import os
 import re
+import sys
 from pathlib import Path
 
 import pytest
@@ -145,6 +147,21 @@ def test_whatever_a_job_file_holds_is_a_row_with_a_short_message_and_the_others_
     (row,) = planned.faults
     assert row.status is Status.WRONG_INPUT
     assert 20 < len(row.message) < 3000
+    assert list(planned.tasks) == ["b"]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no such pipes there")
+def test_pipes_and_devices_are_rows_too_and_never_waited_for(write_job, tmp_path):
+    os.mkfifo(tmp_path / "pipe.toml")
+    (tmp_path / "null.toml").symlink_to("/dev/null")
+    (tmp_path / "folder.toml").mkdir()
+    os.mkfifo(write_job("fed").with_name("feed.csv"))
+    fed = write_job("fed")
+    fed.write_text(fed.read_text().replace("path.csv", "feed.csv"))
+    endless = write_job("endless", 'part = "/dev/zero"\n')
+    odd = [tmp_path / f"{name}.toml" for name in ("pipe", "null", "folder", "gone", "x" * 5000)]
+    planned = plan_tasks([*odd, fed, endless, write_job("b")])
+    assert [row.status for row in planned.faults] == [Status.WRONG_INPUT] * 7
     assert list(planned.tasks) == ["b"]
 
 

@@ -105,7 +105,8 @@ def test_with_a_tool_its_text_is_verified_and_errors_are_accepted_by_name(table,
     # C turns by half a turn in one cut, and zero lies in the table of this machine.
     assert "[jump]" in refused.stderr
     assert not output.exists()
-    codes = ("jump", "fixture-collision", "speed")
+    # Its durations are made up.
+    codes = ("jump", "fixture-collision", "speed", "feed-differs")
     done = run(*words, "-o", output, *(word for code in codes for word in ("--override", code)))
     assert done.exit_code == 0, done.stderr
     text = output.read_text()

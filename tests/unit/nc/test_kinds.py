@@ -30,6 +30,7 @@ def kind(text: str, name: str = "part") -> str:
         ("1,5 2,5 3,5 0 0 1\n", "points"),
         ("X,Y,Z,A,C,feed,time,source\n", "motion"),
         ("X,Y,Z,A,C,feed,time,source,location\n", "motion"),
+        ("X,Y,Z,B,C,feed,time,source,kind,location\n", "motion"),
         ("PARTNO/IMPELLER\n$$ form-shaping code X1 Y2\nGOTO/1,2,3\n", "apt"),
         ("%\nO<X,Y,Z,I,J,K>\nG21 G90\n", "program"),
         ("N1 G00 X 0 . Y 0 Z 0\n", "program"),
@@ -59,10 +60,11 @@ def test_every_file_of_our_own_is_told_without_its_name(file):
 def test_the_table_of_a_motion_is_a_path_on_its_machine(tmp_path):
     """G54 at the table's centre: with every axis but X at 0, the tip moves as X does."""
     file = tmp_path / "motion.txt"
-    file.write_text("X;Y;Z;A;C;feed;time;source\n0;0;5;0;0;600;0;1\n10;0;5;0;0;600;1;2\n")
+    file.write_text("X;Y;Z;A;C;feed;time;source;kind\n0;0;5;0;0;600;0;1;1\n10;0;5;0;0;600;1;2;0\n")
     machine = load_machine("hayashi-640123")
     path = read_toolpath(file, tool=Tool.ball(10), machine=machine)
     assert path.tips(path.axis).tolist() == [[0, 0, 5], [10, 0, 5]]
     assert path.feed.tolist() == [10, 10]
+    assert path.cutting.tolist() == [False, True]
     with pytest.raises(ToolpathError, match=r"is the table of a motion, .*; give the machine"):
         read_toolpath(file, tool=Tool.ball(10))

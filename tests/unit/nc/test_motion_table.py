@@ -23,9 +23,9 @@ def test_a_motion_is_written_in_mm_deg_and_mm_per_minute(trunnion, tmp_path):
     path = write_motion(MOTION, tmp_path / "motion.csv", trunnion)
     # The signs are the model's, although this control counts A and C in the opposite direction.
     assert path.read_bytes().decode("ascii") == (
-        "X,Y,Z,A,C,feed,time,source\n"
-        "1.500000000,-2.000000000,0.000000000,30.000000000,-720.000000000,600.000000000,0.000000000,7\n"
-        "1.500000000,-2.000000000,0.000000000,30.000000000,-720.000000000,1200.000000000,0.250000000,12\n"
+        "X,Y,Z,A,C,feed,time,source,kind\n"
+        "1.500000000,-2.000000000,0.000000000,30.000000000,-720.000000000,600.000000000,0.000000000,7,0\n"
+        "1.500000000,-2.000000000,0.000000000,30.000000000,-720.000000000,1200.000000000,0.250000000,12,2\n"
     )
 
 
@@ -45,6 +45,12 @@ def test_a_motion_of_another_machine_is_not_written(tmp_path):
             "isn't that of machine 'hayashi-640123': X,Y,Z,A,C,feed",
         ),
         ("X,Y,Z,A,C,feed,time,source\n1,2,3,4,5,6,7\n", r"motion\.csv:2: 7 fields where the header has 8"),
+        (
+            "X,Y,Z,A,C,feed,time,source\n1,2,3,4,5,0,7,8\n",
+            r"motion\.csv:2: feed = 0 mm/min; it must be above 0",
+        ),
+        ("X,Y,Z,A,C,feed,time,source\n1,2,3,4,5,6,7,-8\n", r"motion\.csv:2: source is -8; it must be a line"),
+        ("X,Y,Z,A,C,feed,time,source,kind\n1,2,3,4,5,6,7,8,3\n", r"motion\.csv:2: kind is 3; it must be 0"),
         ("X,Y,Z,A,C,feed,time,source\n1,2,3,nan,5,6,7,8\n", r"motion\.csv:2: A = nan isn't a finite number"),
     ],
 )

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import time
 from dataclasses import replace
 from functools import partial
 
@@ -14,10 +13,10 @@ from written import write_text
 from fiveaxis.errors import MachineError, SettingError, ToolpathError
 from fiveaxis.kinematics import linear_positions, tool_poses
 from fiveaxis.machine import Limits, Machine
-from fiveaxis.motion import Motion, follow
+from fiveaxis.motion import Motion
 from fiveaxis.nc import ProgramSettings, read_program
 from fiveaxis.nc import compose_program as compose_with_lead_out
-from fiveaxis.toolpath import MoveKind, Tool, Toolpath
+from fiveaxis.toolpath import MoveKind
 
 # The lead-out has its own tests: here the last block is the last move.
 compose_program = partial(compose_with_lead_out, settings=ProgramSettings(way_out=False))
@@ -351,13 +350,3 @@ def test_nothing_is_written_when_the_motion_is_refused(hayashi, tmp_path):
     with pytest.raises(ToolpathError):
         write_text(motion, tmp_path / "part.ngc", machine=hayashi)
     assert list(tmp_path.iterdir()) == []
-
-
-def test_a_hundred_thousand_blocks_are_written_in_a_moment(hayashi, tmp_path):
-    tips = np.random.default_rng(1).normal(size=(100_000, 3))
-    toolpath = Toolpath.from_tips(tips, np.tile([0.0, 0.0, 1.0], (len(tips), 1)), Tool.ball(10))
-    motion = follow(toolpath, hayashi, np.zeros((len(tips), 2)))
-    start = time.perf_counter()
-    write_text(motion, tmp_path / "part.ngc", machine=hayashi)
-    # 0.6 s measured; the bound leaves room for a busy machine.
-    assert time.perf_counter() - start < 4.0

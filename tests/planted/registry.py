@@ -1,0 +1,11 @@
+"""All classes of faults in programs, by name."""
+
+from planted import approach, geometric, states, technology
+from planted.fault import Fault
+
+FAULTS: tuple[Fault, ...] = (
+    *geometric.FAULTS,
+    *technology.FAULTS,
+    *approach.FAULTS,
+    *states.FAULTS,
+)

@@ -1,0 +1,140 @@
+"""What a program puts in force besides positions, checked against what was asked for."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from planted.trial import TILT, cone_wall
+
+import fiveaxis as fx
+from fiveaxis.job import verify_program
+from fiveaxis.motion import fill_in
+from fiveaxis.nc import ProgramSettings, write_motion
+from fiveaxis.toolpath import Toolpath, parse_tool
+
+SETTINGS = ProgramSettings(
+    spindle_rpm=8000, tool_number=7, length_offset=13, coolant="flood", work_offset="G55", retract=0.0
+)
+
+
+@pytest.fixture(scope="module")
+def solution(hayashi):
+    return fx.optimise(cone_wall(-0.5), hayashi, tilt=TILT, effort="quick")
+
+
+@pytest.fixture(scope="module")
+def lines(solution):
+    """A verified program of a Fanuc control, under TCP."""
+    made = solution.program(control="fanuc", coordinates="tip", settings=SETTINGS)
+    assert made.ok, made.report.counts
+    return list(made.text.lines)
+
+
+@pytest.fixture
+def check(solution, tmp_path):
+    """Give what verifies lines beside the path and the settings."""
+
+    def verify(lines, settings=SETTINGS, path=solution.toolpath):
+        file = tmp_path / "program.nc"
+        file.write_text("\n".join(lines) + "\n")
+        words = {"settings": settings, "control": "fanuc"} if settings is not None else {}
+        return verify_program(file, solution.machine, toolpath=path, tilt=TILT, **words)
+
+    return verify
+
+
+def with_word(lines, old, new):
+    changed = [line.replace(old, new) for line in lines]
+    assert changed != lines
+    return changed
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "code"),
+    [
+        ("S8000 M3", "S8000 M4", "spindle-off"),
+        ("S8000 M3", "S800 M3", "spindle-off"),
+        ("T7 M6", "T8 M6", "wrong-tool"),
+        ("T7 M6", "T7", "wrong-tool"),
+        ("H13", "H3", "length-offset"),
+        ("G43.4 H13", "G43.4", "length-offset"),
+        ("G55", "G54", "work-offset"),
+        ("G94", "G93", "feed-differs"),
+        ("M8", "M7", "coolant-off"),
+        ("G53 G0 Z0.0000", "(no retract)", "no-retract"),
+        ("G21 ", "", "unit-assumed"),
+    ],
+)
+def test_what_differs_from_what_was_asked_for_is_found(lines, check, old, new, code):
+    assert check(lines).ok
+    assert code in check(with_word(lines, old, new)).counts
+
+
+def test_what_was_not_asked_for_is_listed_a_line_each(lines, check):
+    report = check(lines, settings=None)
+    assert report.ok
+    for thing in ("tool: no number", "tool length offset: none", "work offset: none", "coolant: none"):
+        assert any(line.startswith(thing) for line in report.not_checked), thing
+    # Without a speed to compare with, the spindle still has to turn.
+    stopped = [line for line in lines if not line.endswith("M3")]
+    assert any("switches none on" in line for line in check(stopped, settings=None).not_checked)
+
+
+def test_a_tool_change_and_a_stop_between_cuts_are_found(lines, check):
+    cuts = [i for i, line in enumerate(lines) if line.startswith("G1")]
+    middle = cuts[len(cuts) // 2]
+    assert "change-in-cut" in check([*lines[:middle], "T7 M6", *lines[middle:]], settings=None).counts
+    assert "spindle-off" in check([*lines[:middle], "M5", *lines[middle:]], settings=None).counts
+
+
+def test_rotary_axes_that_move_once_z_is_down_are_found(lines, check):
+    turn = next(i for i, line in enumerate(lines) if line.startswith("G0 A"))
+    swapped = [*lines[:turn], lines[turn + 1], lines[turn], *lines[turn + 2 :]]
+    assert "approach-order" in check(swapped).counts
+
+
+def test_an_approach_below_the_surface_is_found_without_a_mesh_of_the_part(solution, check):
+    made = solution.program(control="fanuc", coordinates="axes", settings=SETTINGS)
+    lines = list(made.text.lines)
+    first = next(
+        i for i, line in enumerate(lines) if line.startswith("G0") and " Z" in line and "G53" not in line
+    )
+    words = lines[first].split()
+    z = next(word for word in words if word.startswith("Z"))
+    deep = lines[first].replace(z, f"Z{float(z[1:]) - 30.0:.4f}")
+    assert check(lines).ok
+    assert "approach-deep" in check([*lines[:first], deep, *lines[first + 1 :]]).counts
+
+
+def test_a_program_that_passes_no_location_misses_its_path(solution, lines, check):
+    lift = np.array([0.0, 0.0, 5.0])
+    path = solution.toolpath
+    other = replace(path, pivot=path.pivot + lift, contact=path.contact + lift)
+    assert "path-missed" in check(lines, path=other).counts
+
+
+@pytest.mark.parametrize(("column", "factor"), [("time", 10.0), ("time", 0.1), ("feed", 10.0)])
+def test_a_table_whose_durations_or_feeds_are_not_those_of_its_path_is_found(
+    solution, tmp_path, column, factor
+):
+    motion = solution.motion
+    file = write_motion(motion, tmp_path / "motion.csv", solution.machine)
+    path = solution.toolpath
+    assert verify_program(file, solution.machine, toolpath=path, tilt=TILT).ok
+    wrong = replace(motion, **{column: factor * getattr(motion, column)})
+    file = write_motion(wrong, tmp_path / "wrong.csv", solution.machine)
+    found = verify_program(file, solution.machine, toolpath=path, tilt=TILT)
+    assert "feed-differs" in found.counts
+    assert not verify_program(file, solution.machine, tool=path.tool).ok
+
+
+def test_inserted_blocks_of_a_bull_nose_keep_the_feed_of_the_whole_move(hayashi):
+    angle = np.linspace(0.0, 2.0, 11)
+    around = np.stack([np.cos(angle), np.sin(angle), 0.2 + 0.0 * angle], axis=1)
+    path = Toolpath.from_contacts(20.0 * around, around, parse_tool("bull:12:2"))
+    rotary = np.column_stack([np.full(11, -0.8), angle])
+    _, motion, row = fill_in(path, hayashi, rotary)
+    assert len(row) > len(path)
+    wanted = path.lengths[1:] / path.feed[1:]
+    taken = np.bincount(np.ceil(row).astype(int), motion.time)[1:]
+    np.testing.assert_allclose(taken, wanted, rtol=1e-9)
