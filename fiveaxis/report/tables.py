@@ -41,6 +41,7 @@ WORDS = {
     "machine_clearance_lacking_mm": ("shortfall of the machine’s clearance", "mm"),
     "text_off_mm": ("linear axes in the text off their planned positions", "mm"),
     "text_off_deg": ("rotary axes in the text off their planned positions", "°"),
+    "feed_off_share": ("time of the cuts off what the path's feed asks for", "%"),
     "duration_off_share": ("time of the cuts in the text off the planned time", "%"),
     "off_path_mm": ("program off the path to follow", "mm"),
 }

@@ -196,8 +196,9 @@ TABLE_FAULTS = (
         warned=True,
     ),
     Fault("other source", "motion.csv", in_column("source", lambda _: "1"), matters=never),
-    # The kinds of moves, in the table of a motion with links: a rapid move cuts, or a word is none.
-    Fault("kind damaged", "motion.csv", in_column("kind", lambda _: "2", lambda _: "x", lambda _: "9")),
+    # The kinds of moves, in the table of a motion with links: a word is none, or a cut is called rapid.
+    Fault("kind damaged", "motion.csv", in_column("kind", lambda _: "x", lambda _: "9")),
+    Fault("cut called rapid", "motion.csv", in_column("kind", lambda _: "2")),
     Fault("row lost", "motion.csv", row_lost, drawn=True),
     Fault("rows lost", "motion.csv", rows_lost),
     Fault("rows swapped", "motion.csv", rows_swapped, drawn=True),
@@ -213,7 +214,7 @@ TABLE_FAULTS = (
 ALONE = tuple(
     fault
     for fault in TABLE_FAULTS
-    if fault.matters is always and fault.name not in ("rows lost", "rows swapped")
+    if fault.matters is always and fault.name not in ("rows lost", "rows swapped", "cut called rapid")
 )
 
 
