@@ -21,8 +21,8 @@ SUFFIXES = (".stl", ".ply", ".obj", ".off")
 # Bytes of a binary STL: its header, whose last four are the number of triangles, and one triangle.
 STL_HEAD, STL_TRIANGLE = 84, 50
 DAMAGED = "it is damaged, truncated, or of another format; export it again"
-# Trees of larger meshes take more memory than many computers have, and minutes to build.
-MOST_TRIANGLES = 5_500_000
+# Larger meshes take more than a minute to plan on, and their trees more memory than many computers have.
+MOST_TRIANGLES = 4_000_000
 # What to do about it: finer triangles than the tolerance of machining show nothing.
 SIMPLIFY = (
     "export it with a larger chord tolerance, or simplify it to a tolerance of some micrometres (MeshLab: "
