@@ -9,7 +9,7 @@ from fiveaxis.kinematics import positions_about, tool_axes, tool_poses
 from fiveaxis.machine import Machine
 from fiveaxis.motion.planes import AxisPlanes
 from fiveaxis.motion.timing import STANDSTILL
-from fiveaxis.toolpath import Toolpath
+from fiveaxis.toolpath import Toolpath, centres_between
 
 # mm: largest deviation of the pivot from its chord in a block.
 PATH_TOLERANCE = 0.005
@@ -25,9 +25,10 @@ WHOLE_TURN = 1e-9
 
 
 def joint_deviation(toolpath: Toolpath, machine: Machine, rotary: Array, blocks: IntArray) -> Array:
-    """Measure how far the tool's centre leaves its chord under joint interpolation.
+    """Measure how far the tool's centre leaves its path under joint interpolation.
 
-    A turn on the spot, by which an axis rewinds whole turns, has no chord and no deviation.
+    Its path between locations is that of `centres_between`: a chord for a ball. A turn on the spot, by which
+    an axis rewinds whole turns, has no path and no deviation.
 
     Parameters
     ----------
@@ -40,22 +41,21 @@ def joint_deviation(toolpath: Toolpath, machine: Machine, rotary: Array, blocks:
     """
     zone = toolpath.zone
     positions, axes = positions_about(machine, toolpath.pivot, rotary, zone, np.nan_to_num(toolpath.normal))
-    centre = toolpath.centres(axes)
     off = np.zeros((len(SHARES), len(blocks)))
     for i, share in enumerate(SHARES):
         some = _measured(rotary, blocks, share)
         if some.any():
             tip, axis = tool_poses(machine, between(positions, blocks[some], share))
-            chord = between(centre, blocks[some], share)
-            off[i, some] = np.linalg.norm(tip + zone.height * axis - chord, axis=1)
+            wanted = centres_between(toolpath, axes, np.asarray(blocks[some] + share), axis)
+            off[i, some] = np.linalg.norm(tip + zone.height * axis - wanted, axis=1)
     spot = turns_on_the_spot(machine, positions[blocks + 1] - positions[blocks])
     return np.where(spot, 0.0, off)
 
 
 def tcp_deviation(toolpath: Toolpath, machine: Machine, rotary: Array, blocks: IntArray) -> Array:
-    """Measure how far the tool's centre leaves its chord under TCP interpolation.
+    """Measure how far the tool's centre leaves its path under TCP interpolation.
 
-    The tip stays on its chord. The centre lies ``h`` above it along the tool axis, so it is off by ``h``
+    The tip goes straight. A ball's centre lies ``h`` above it along the tool axis, so it is off by ``h``
     times the deviation of the axis from its linear blend.
 
     Returns
@@ -63,12 +63,14 @@ def tcp_deviation(toolpath: Toolpath, machine: Machine, rotary: Array, blocks: I
     (3, m), mm, at `SHARES`
     """
     axes = tool_axes(machine, rotary)
+    tip = toolpath.tips(axes)
     off = np.zeros((len(SHARES), len(blocks)))
     for i, share in enumerate(SHARES):
         some = _measured(rotary, blocks, share)
         axis = tool_axes(machine, between(rotary, blocks[some], share))
-        bend = np.linalg.norm(axis - between(axes, blocks[some], share), axis=1)
-        off[i, some] = toolpath.zone.height * bend
+        centre = between(tip, blocks[some], share) + toolpath.zone.height * axis
+        wanted = centres_between(toolpath, axes, np.asarray(blocks[some] + share), axis)
+        off[i, some] = np.linalg.norm(centre - wanted, axis=1)
     return np.where(_whole_turns(rotary[blocks + 1] - rotary[blocks]), 0.0, off)
 
 

@@ -24,8 +24,7 @@ from fiveaxis.motion.planes import AXIS_TOLERANCE, AxisPlanes
 from fiveaxis.motion.program_motion import Interpolation
 from fiveaxis.motion.thinning import thinned
 from fiveaxis.motion.timing import block_times
-from fiveaxis.toolpath import Constraints, Toolpath, divided_rows, interpolate
-from fiveaxis.toolpath.dividing import through
+from fiveaxis.toolpath import Constraints, Toolpath, divided_rows, filled, interpolate
 
 # rad: largest turn of a rotary axis in a block that replaces several.
 LARGEST_TURN = math.radians(15.0)
@@ -177,10 +176,11 @@ def fill_in(
     """Insert locations until joint interpolation keeps the tool on the path.
 
     All axes run linearly in time between two blocks, so while the rotary axes turn, the tool's centre (a
-    ball's, else the point of the axis at the height of the touching arc) leaves its chord, and the tool axis
-    the plane of its directions. Inserted locations lie on the chord, with angles in proportion or, in cuts
-    where the axis would leave its plane by more than `AXIS_TOLERANCE`, such that it turns evenly in the plane
-    (`AxisPlanes`). They have no normal and no contact. A rapid move stays one block.
+    ball's, else the point of the axis at the height of the touching arc) leaves its path (`centres_between`),
+    and the tool axis the plane of its directions. Inserted locations lie on the path, with angles in
+    proportion or, in cuts where the axis would leave its plane by more than `AXIS_TOLERANCE`, such that it
+    turns evenly in the plane (`AxisPlanes`). They have no contact, and a normal only for cutters whose pivot
+    is off their axis. A rapid move stays one block.
 
     Parameters
     ----------
@@ -199,7 +199,6 @@ def fill_in(
     row : (m,), in rows of the given path: 3.25 is a quarter of the move from 3 to 4
     """
     planes = planes or AxisPlanes.of(toolpath, machine, rotary)
-    centre = toolpath.centres(planes.axes)
     path, angles, row = toolpath, rotary, np.arange(len(toolpath), dtype=float)
     blocks = np.flatnonzero(np.ones(len(toolpath) - 1, dtype=bool) if tcp else ~toolpath.rapid[1:])
     for _ in range(MOST_ROUNDS):
@@ -213,24 +212,25 @@ def fill_in(
             break
         blocks = np.flatnonzero(np.repeat(parts, parts) > 1)
         row = np.interp(divided_rows(parts), np.arange(len(row)), row)
-        path, angles = through(toolpath, row, centre), planes.rotary_at(row)
+        path, angles = filled(toolpath, row, planes.axes), planes.rotary_at(row)
         if tcp:
             path = _with_straight_tips(path, toolpath.tips(planes.axes), row, tool_axes(machine, angles))
     motion = follow(path, machine, angles)
     if path is not toolpath and path.zone.offset:
-        motion = replace(motion, time=_times_in_parts(toolpath, path, row, centre, machine, motion))
+        motion = replace(motion, time=_times_in_parts(toolpath, path, row, machine, motion))
     return path, motion, row
 
 
 def _times_in_parts(
-    toolpath: Toolpath, path: Toolpath, row: Array, centre: Array, machine: Machine, motion: Motion
+    toolpath: Toolpath, path: Toolpath, row: Array, machine: Machine, motion: Motion
 ) -> Array:
     """Compute the durations of the parts of moves of a cutter whose pivot is off its axis, (m,) s.
 
-    Inserted locations have no normal, so where the pivot is in them isn't known: the feed is that of the
-    pivot over a whole move, and in its parts in proportion to the course of the tool's centre.
+    Where the pivot of an inserted location is isn't always known: the feed is that of the pivot over a whole
+    move, and in its parts in proportion to the course of the tool's centre.
     """
-    step = np.linalg.norm(np.diff(interpolate(centre, row), axis=0, prepend=centre[:1]), axis=1)
+    centre = path.centres(tool_axes(machine, motion.positions[:, machine.rotary_columns]))
+    step = np.linalg.norm(np.diff(centre, axis=0, prepend=centre[:1]), axis=1)
     move = np.ceil(row).astype(np.int64)
     whole = np.bincount(move, step)[move]
     parts = np.bincount(move)[move]

@@ -15,7 +15,7 @@ from fiveaxis.motion.deviation import WRITTEN_TOLERANCE, turns_on_the_spot
 from fiveaxis.motion.motion import Motion
 from fiveaxis.motion.planes import AXIS_TOLERANCE
 from fiveaxis.motion.timing import standing_speeds
-from fiveaxis.toolpath import Toolpath
+from fiveaxis.toolpath import Toolpath, centres_between
 
 # Largest relative difference of the path speeds of the blocks in one span.
 SPEED_TOLERANCE = 0.01
@@ -132,9 +132,9 @@ class _Course:
 
     @cached_property
     def middles(self) -> Array:
-        """(n, 3), mm: tool's centre halfway on the chord to each row; at the first row itself."""
-        centre = self.path.centres(self.poses[1])
-        return (centre + np.concatenate([centre[:1], centre[:-1]])) / 2.0
+        """(n, 3), mm: tool's centre halfway on its path to each row; at the first row itself."""
+        row = np.maximum(np.arange(len(self.path)) - 0.5, 0.0)
+        return centres_between(self.path, self.poses[1], row, self.middle_axes)
 
     @cached_property
     def middle_axes(self) -> Array:

@@ -4,8 +4,10 @@ from fiveaxis.toolpath.bounds import TiltBounds
 from fiveaxis.toolpath.constraints import Constraints, require_range
 from fiveaxis.toolpath.cutter import Cutter, Zone, across
 from fiveaxis.toolpath.dividing import (
+    centres_between,
     divide,
     divided_rows,
+    filled,
     interpolate,
     part_places,
     refined,
@@ -27,9 +29,11 @@ __all__ = [
     "Toolpath",
     "Zone",
     "across",
+    "centres_between",
     "divide",
     "divided_rows",
     "feed_directions",
+    "filled",
     "interpolate",
     "parse_tool",
     "part_places",

@@ -8,6 +8,7 @@ import numpy as np
 
 from fiveaxis.errors import ToolpathError
 from fiveaxis.geometry import Array, IntArray, normalise
+from fiveaxis.toolpath.cutter import across
 from fiveaxis.toolpath.path import Toolpath
 
 # Of one move: a table that turns a hundred times, to micrometres at its rim, takes a quarter of it.
@@ -84,6 +85,47 @@ def refined(toolpath: Toolpath, row: Array) -> Toolpath:
     normal = np.where(cut, _turned_or_nearest(toolpath.normal, row), path.normal)
     axis = _turned_or_nearest(toolpath.axis, row)
     return replace(path, normal=normal, axis=axis, numbers=toolpath.numbered[np.ceil(row).astype(np.int64)])
+
+
+def filled(toolpath: Toolpath, row: Array, axes: Array) -> Toolpath:
+    """Insert cutter locations that follow from those of a path and their tool axes.
+
+    As `through`, but with surface normals where `centres_between` tells them, and elsewhere with the point of
+    the tool axis at the height of the touching arc in place of the pivot.
+
+    Parameters
+    ----------
+    toolpath : n locations
+    row : (m,), within 0 … n − 1, increasing, including each of the n rows
+    axes : (n, 3), unit vectors, of the tool at the n locations
+    """
+    if not toolpath.zone.offset:
+        return through(toolpath, row)
+    path = through(toolpath, row, toolpath.centres(axes))
+    normal = turned(toolpath.normal, row)
+    known = np.isfinite(normal).all(axis=1, keepdims=True)
+    return replace(path, pivot=np.where(known, interpolate(toolpath.pivot, row), path.pivot), normal=normal)
+
+
+def centres_between(toolpath: Toolpath, axes: Array, row: Array, axis: Array) -> Array:
+    """Compute the point of the tool axis at the height of the touching arc between locations, (m, 3) mm.
+
+    The pivot goes straight from one location to the next while the surface normal turns evenly. Beside a
+    location without a normal the point itself goes straight.
+
+    Parameters
+    ----------
+    axes : (n, 3), unit vectors, of the tool at the n locations
+    row : (m,), within 0 … n − 1
+    axis : (m, 3), unit vectors, of the tool at `row`
+    """
+    pivot, offset = interpolate(toolpath.pivot, row), toolpath.zone.offset
+    if not offset:
+        return pivot
+    normal = turned(toolpath.normal, row)
+    known = np.isfinite(normal).all(axis=1, keepdims=True)
+    straight = interpolate(toolpath.centres(axes), row)
+    return np.where(known, pivot + offset * across(normal, axis), straight)
 
 
 def turned(direction: Array, row: Array) -> Array:

@@ -8,6 +8,7 @@ from fiveaxis.findings import Severity
 from fiveaxis.geometry import Array, IntArray
 from fiveaxis.toolpath import MoveKind, Toolpath
 from fiveaxis.verification.check_context import CheckContext
+from fiveaxis.verification.following import pivot_shares
 from fiveaxis.verification.report import Result, left_out
 
 # Allowed relative difference of a block's duration, and of the whole, from what the path's feed asks for.
@@ -63,15 +64,11 @@ def check_feeds_along(
     along, feed, time = np.cumsum(path.lengths)[row], path.feed[row], context.motion.time
     at_feed = feed_durations(np.diff(along, prepend=along[:1]), feed, context, positions)
     limited = np.maximum(at_feed, axis_durations(context, positions))
-    # Seconds from the first location on, at the end of every row; between two locations in proportion to the
-    # course of the tool's centre, or to its turn where it stands.
     ends = np.arange(len(time), dtype=float)
     steps = np.linalg.norm(np.diff(context.centre, axis=0, prepend=context.centre[:1]), axis=1)
-    turns = context.steps[:, context.machine.rotary_columns].max(axis=1, initial=0.0)
-    course = np.cumsum(np.nan_to_num(steps + TURN * turns))
-    passed = np.interp(place, ends, course)
-    low, high = (np.diff(np.interp(course, passed, np.cumsum(s)), prepend=0.0) for s in (at_feed, limited))
-    number = np.interp(course, passed, np.arange(len(row), dtype=float))
+    number = _passed_numbers(context, path, row, place, steps)
+    every = np.arange(len(row), dtype=float)
+    low, high = (np.diff(np.interp(number, every, np.cumsum(s)), prepend=0.0) for s in (at_feed, limited))
     last = np.ceil(number - NEXT).astype(np.int64)
     first = np.floor(np.append(0.0, number[:-1]) + NEXT).astype(np.int64)
     # Rows that lie on the path wholly, and only in cuts.
@@ -82,13 +79,38 @@ def check_feeds_along(
     by_centre, by_axes = steps / feed[last], axis_durations(context, context.positions)
     low, high = np.min([low, by_tip, by_centre], axis=0), np.max([high, by_tip, by_centre, by_axes], axis=0)
     if path.zone.offset:
-        # Where in a move the pivot is isn't known: all rows up to a location are compared at once. Where a
-        # cut begins at a link no normal tells where it begins.
+        # Where a cut begins at a link no normal tells where it begins.
         inside &= path.cutting[row][first]
-        time, low, high = (np.bincount(last, np.where(inside, s, 0.0))[last] for s in (time, low, high))
     rows = np.flatnonzero(inside)
     high = high if knows_axes else 2.0 * high
     return _compare(rows, time[rows], low[rows], high[rows], feed[last][rows])
+
+
+def _passed_numbers(
+    context: CheckContext, path: Toolpath, row: IntArray, place: Array, steps: Array
+) -> Array:
+    """Tell how many of the passed locations lie before the end of each row of a program, (n,), fractional.
+
+    Between two locations it is in proportion to the course of the tool's centre, or to its turn where it
+    stands; for a cutter whose pivot is off its axis, where the pivot is on its chord.
+
+    Parameters
+    ----------
+    row, place : (m,), as in `check_feeds_along`
+    steps : (n,), mm, course of the tool's centre in each row
+    """
+    ends, every = np.arange(len(steps), dtype=float), np.arange(len(row), dtype=float)
+    turns = context.steps[:, context.machine.rotary_columns].max(axis=1, initial=0.0)
+    course = np.cumsum(np.nan_to_num(steps + TURN * turns))
+    number = np.interp(course, np.interp(place, ends, course), every)
+    if not path.zone.offset:
+        return number
+    before = np.clip(np.searchsorted(place, ends, side="right") - 1, 0, len(row) - 2)
+    inner = (place[before] < ends) & (ends < place[before + 1]) & (row[before + 1] == row[before] + 1)
+    some = np.flatnonzero(inner)
+    gap, share = pivot_shares(path, row[before[some]], context.centre[some], context.axis[some])
+    number[some] = np.where(np.isfinite(gap), before[some] + share, number[some])
+    return number
 
 
 def check_stated_feeds(context: CheckContext, path: Toolpath, row: IntArray) -> Result:

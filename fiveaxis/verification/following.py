@@ -92,10 +92,12 @@ class Track:
         length = np.nan_to_num(np.linalg.norm(np.diff(tip + height * axis, axis=0), axis=1))
         chords = path.lengths[path.lengths > SHORTEST_CHORD]
         passed = length / (chords.min() if len(chords) else np.inf)
-        if tcp_height is None:
-            parts = np.clip(np.ceil(2.0 * passed), LEAST_POINTS, MOST_POINTS)
-        else:
-            parts = np.clip(np.maximum(np.round(passed), _swings(axis, height - tcp_height)), 1, MOST_POINTS)
+        # A pivot off the axis swings about the centre, and the centre about a tip that moves straight.
+        swings = _swings(
+            axis, abs(path.zone.offset) + (abs(height - tcp_height) if tcp_height is not None else 0.0)
+        )
+        least, points = (LEAST_POINTS, np.ceil(2.0 * passed)) if tcp_height is None else (1, np.round(passed))
+        parts = np.clip(np.maximum(points, swings), least, MOST_POINTS)
         place = divided_rows(parts.astype(np.int64))
         row = np.ceil(place).astype(np.int64)
         before, share = np.maximum(row - 1, 0), (place - row + 1.0)[:, None]
@@ -115,10 +117,10 @@ def _swings(axis: Array, arm: float) -> Array:
     Parameters
     ----------
     axis : (n, 3), of the tool at the ends of blocks
-    arm : mm, along it from the point that moves straight
+    arm : mm, from the point that moves straight
     """
     turn = np.nan_to_num(angle_between(axis[:-1], axis[1:]))
-    return np.asarray(np.ceil(turn * np.sqrt(abs(arm) / (8.0 * PATH_TOLERANCE))))
+    return np.asarray(np.ceil(turn * np.sqrt(arm / (8.0 * PATH_TOLERANCE))))
 
 
 def check_following(
@@ -272,9 +274,8 @@ def _pass(
     while first < end:
         points = np.arange(first, min(first + block, end))
         first, block = first + block, 2 * block
-        wanted = _centre(path, i, track.axis[points])
-        before = track.centre[np.maximum(points - 1, begin)]
-        gap = segment_distances(wanted, before, track.centre[points])
+        after, before = (_aside(track, path, i, p) for p in (points, np.maximum(points - 1, begin)))
+        gap = segment_distances(np.zeros_like(after), before, after)
         near = np.flatnonzero(gap <= tolerance)
         if not len(near):
             continue
@@ -289,18 +290,22 @@ def _pass(
 def _nearer_end(track: Track, path: Toolpath, i: int, point: int, begin: int) -> int:
     """Find the end of the chord to a point that is nearer to a location."""
     ends = np.array([point, max(point - 1, begin)])
-    gaps = np.linalg.norm(_centre(path, i, track.axis[ends]) - track.centre[ends], axis=1)
-    return int(ends[np.argmin(gaps)])
+    return int(ends[np.argmin(np.linalg.norm(_aside(track, path, i, ends), axis=1))])
 
 
 def _nearest(track: Track, path: Toolpath, i: int, point: int, begin: int) -> Array:
     """Find where the chord to a point is nearest to a location, (1,), as a fractional point of the track."""
     before = max(point - 1, begin)
-    wanted = _centre(path, i, track.axis[[point]])[0]
-    step = track.centre[point] - track.centre[before]
+    start, end = _aside(track, path, i, np.array([before, point]))
+    step = end - start
     square = float(step @ step)
-    share = float(np.clip((wanted - track.centre[before]) @ step / square, 0.0, 1.0)) if square else 1.0
+    share = float(np.clip(-start @ step / square, 0.0, 1.0)) if square else 1.0
     return np.array([before + share * (point - before)])
+
+
+def _aside(track: Track, path: Toolpath, i: int, points: IntArray) -> Array:
+    """Measure how far the centre at points is from where the axis there has it at a location, (m, 3) mm."""
+    return np.asarray(track.centre[points] - _centre(path, i, track.axis[points]))
 
 
 def _centre(path: Toolpath, i: int, axis: Array) -> Array:
@@ -334,8 +339,9 @@ def _off(track: Track, path: Toolpath, axes: Array, i: int, k: int, begin: int, 
     least = np.min([near, *gaps], axis=0)
     far = np.flatnonzero(least > PATH_TOLERANCE) if path.zone.offset else ()
     if len(far):
-        by_pivot = [_pivot_gaps(path, j, centre[far], axis[far]) for j in range(i, k)]
-        least[far] = np.min([least[far], *by_pivot], axis=0)
+        for j in range(i, k):
+            by_pivot, _ = pivot_shares(path, np.full(len(far), j), centre[far], axis[far])
+            least[far] = np.fmin(least[far], by_pivot)
     air = path.kind[i : k + 1]
     if path.zone.offset and (air == MoveKind.LINK).any():
         least[:] = np.nan
@@ -345,22 +351,33 @@ def _off(track: Track, path: Toolpath, axes: Array, i: int, k: int, begin: int, 
     return np.asarray(np.maximum(least - PATH_TOLERANCE, 0.0))
 
 
-def _pivot_gaps(path: Toolpath, i: int, centre: Array, axis: Array) -> Array:
-    """Measure the distance of the pivot from the chord from location i, (m,) mm, for centres and tool axes.
+def pivot_shares(path: Toolpath, i: IntArray, centre: Array, axis: Array) -> tuple[Array, Array]:
+    """Find where on the chords from locations i the pivot is, for centres and tool axes.
 
     Where on the chord it is follows from the normal, which turns uniformly: the nearest of some places, then
     of some around it.
+
+    Parameters
+    ----------
+    i : (m,), locations at which the chords begin
+    centre, axis : (m, 3), mm and unit vectors, of the tool
+
+    Returns
+    -------
+    gap : (m,), mm, distance of the pivot from its chord; NaN beside a location without a normal
+    share : (m,), of the chord, where it is
     """
     begin, width = np.zeros(len(centre)), 1.0
-    gap = np.full(len(centre), np.inf)
+    gap, found = np.full(len(centre), np.inf), np.zeros(len(centre))
+    start, step = path.pivot[i][:, None], (path.pivot[i + 1] - path.pivot[i])[:, None]
     for _ in range(ROUNDS):
         share = np.clip(begin[:, None] + width * np.linspace(0.0, 1.0, PLACES), 0.0, 1.0)
-        normal = turned(path.normal, i + share.ravel()).reshape(*share.shape, 3)
-        chord = path.pivot[i] + share[..., None] * (path.pivot[i + 1] - path.pivot[i])
+        normal = turned(path.normal, (i[:, None] + share).ravel()).reshape(*share.shape, 3)
         pivot = centre[:, None] - path.zone.offset * across(normal, axis[:, None])
-        gaps = np.linalg.norm(pivot - chord, axis=2)
+        gaps = np.linalg.norm(pivot - start - share[..., None] * step, axis=2)
+        gaps = np.where(np.isfinite(normal).all(axis=2), gaps, np.nan)
         best = np.argmin(gaps, axis=1)
-        gap = np.minimum(gap, gaps.min(axis=1))
+        gap, found = (a[np.arange(len(a)), best] for a in (gaps, share))
         width *= 2.0 / (PLACES - 1)
-        begin = share[np.arange(len(share)), best] - 0.5 * width
-    return np.asarray(gap)
+        begin = found - 0.5 * width
+    return gap, found

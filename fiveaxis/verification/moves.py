@@ -9,6 +9,7 @@ import numpy as np
 
 from fiveaxis.findings import Severity
 from fiveaxis.geometry import Array, IntArray
+from fiveaxis.toolpath import across, turned
 from fiveaxis.verification.check_context import CheckContext
 from fiveaxis.verification.checks import largest
 from fiveaxis.verification.model import tool_poses
@@ -153,7 +154,7 @@ def check_deviation(context: CheckContext, severity: Severity | None, within: Wi
 
 
 def chord_deviations(context: CheckContext, within: Within | None = None) -> Array:
-    """Measure the largest distance between ball centre and chord in each cutting block.
+    """Measure the largest distance between the tool's centre and its path in each cutting block.
 
     Parameters
     ----------
@@ -164,7 +165,7 @@ def chord_deviations(context: CheckContext, within: Within | None = None) -> Arr
     -------
     (n,), mm; NaN if no cut ends there or an axis value is unknown
     """
-    positions, wanted = context.positions, context.toolpath.centres(context.axis)
+    positions, path = context.positions, context.toolpath
     deviation = np.full(len(positions), np.nan)
     cuts = np.flatnonzero(context.cutting)
     # A part at a time: the points within the moves of a million rows would take most of the memory.
@@ -174,10 +175,30 @@ def chord_deviations(context: CheckContext, within: Within | None = None) -> Arr
         for share in SAMPLES:
             there = before + share * (after - before) if within is None else within(ends, share)
             tip, axis = tool_poses(context.machine, there)
-            centre = tip + context.toolpath.zone.height * axis
-            off = segment_distances(centre, wanted[ends - 1], wanted[ends])
+            off = _distances(context, ends, share, tip + path.zone.height * axis, axis)
             deviation[ends] = np.maximum(deviation[ends], off)
     return deviation
+
+
+def _distances(context: CheckContext, ends: IntArray, share: float, centre: Array, axis: Array) -> Array:
+    """Measure how far from its chord the pivot is at a share of the moves that end at rows; (m,) mm.
+
+    Between two rows the surface normal turns evenly; beside a row without one it is the tool's centre that
+    has a chord.
+
+    Parameters
+    ----------
+    ends : (m,), rows
+    centre, axis : (m, 3), mm and unit vectors, of the tool there
+    """
+    path, offset = context.toolpath, context.toolpath.zone.offset
+    begin, end = path.pivot[ends - 1], path.pivot[ends]
+    if not offset:
+        return segment_distances(centre, begin, end)
+    normal = turned(path.normal, np.asarray(ends - 1.0 + share))
+    by_pivot = segment_distances(centre - offset * across(normal, axis), begin, end)
+    wanted = [path.centres(context.axis[rows], rows) for rows in (ends - 1, ends)]
+    return np.where(np.isfinite(normal).all(axis=1), by_pivot, segment_distances(centre, *wanted))
 
 
 def segment_distances(points: Array, start: Array, end: Array) -> Array:

@@ -5,8 +5,8 @@ be rewound only there. With a little more than one turn there is a band of such 
 steps may jump over it. In both cases a location is inserted into the move that passes these angles. The
 turns before and after it differ, so every inserted location is needed.
 
-Its contact lies on the straight line between two contacts, and both angles change in proportion to the
-distance; where that would break a bound on the tool's lean, the other angle is changed.
+It lies on the path, as inserted blocks do (`fiveaxis.toolpath.filled`), and both angles change in proportion
+to the distance; where that would break a bound on the tool's lean, the other angle is changed.
 """
 
 from __future__ import annotations
@@ -15,12 +15,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fiveaxis.geometry import Array, BoolArray, normalise
+from fiveaxis.geometry import Array, BoolArray
 from fiveaxis.kinematics import tool_axes
 from fiveaxis.kinematics.windings import ON_LIMIT, TURN
 from fiveaxis.machine import Limits, Machine
-from fiveaxis.toolpath import TiltBounds, Toolpath, interpolate
-from fiveaxis.toolpath.dividing import through
+from fiveaxis.toolpath import TiltBounds, Toolpath, filled, interpolate, turned
 
 # Changes of the other angle to try (rad): smallest first, to both sides.
 CHANGES = np.radians(np.concatenate([[0.0], np.ravel([[a, -a] for a in np.arange(1, 101) * 0.05])]))
@@ -86,49 +85,15 @@ def with_turn_changes(
             other = 1 - machine.rotary_columns.index(column)
             angles[between] = keep_lean(machine, angles[between], other, bounds)
         admitted[between] = bounds.admits(tool_axes(machine, angles[between]))
-    return UnwrappedPath(_path_through(toolpath, machine, rotary, row), angles, row, admitted)
-
-
-def _path_through(toolpath: Toolpath, machine: Machine, rotary: Array, row: Array) -> Toolpath:
-    """Interpolate a path at fractional rows, on the straight line of the contact if it is known.
-
-    Otherwise it is the line of the point of the tool's axis at the height of the arc that touches, as in
-    `fiveaxis.motion.fill_in`.
-    """
-    path = through(toolpath, row, toolpath.centres(tool_axes(machine, rotary)))
-    contact, normal = _interpolate_known(toolpath.contact, row), directions_between(toolpath.normal, row)
-    touches = (np.isfinite(contact) & np.isfinite(normal)).all(axis=1, keepdims=True)
-    own = (row == np.floor(row))[:, None]
-    pivot = np.where(touches & ~own, toolpath.zone.pivot(contact, normal), path.pivot)
-    unknown = np.where(touches | own, 0.0, np.nan)
-    return replace(
-        path,
-        pivot=pivot,
-        contact=np.where(own, path.contact, contact + unknown),
-        normal=np.where(own, path.normal, normal + unknown),
-        axis=directions_between(toolpath.axis, row),
-    )
+    path = filled(toolpath, row, tool_axes(machine, rotary))
+    path = replace(path, normal=turned(toolpath.normal, row), axis=turned(toolpath.axis, row))
+    return UnwrappedPath(path, angles, row, admitted)
 
 
 def bounds_between(tilt: TiltBounds, row: Array) -> TiltBounds:
     """Return bounds on the lean at fractional rows, (m,); they bind between two locations where both do."""
     beside = tuple(bounds_between(b, row) for b in tilt.beside)
-    return replace(tilt, reference=directions_between(tilt.reference, row), beside=beside)
-
-
-def directions_between(vectors: Array, row: Array) -> Array:
-    """Interpolate unit vectors, (n, 3), at fractional rows: (m, 3), NaN next to unknown ones."""
-    between = row != np.floor(row)
-    found = vectors[np.floor(row).astype(np.int64)]
-    found[between] = normalise(_interpolate_known(vectors, row[between]))
-    return found
-
-
-def _interpolate_known(columns: Array, row: Array) -> Array:
-    """Interpolate columns, (n, k), at fractional rows, (m,); NaN only next to NaN."""
-    low, high = np.floor(row).astype(np.int64), np.ceil(row).astype(np.int64)
-    share = (row - low)[:, None]
-    return np.where(share > 0.0, (1.0 - share) * columns[low] + share * columns[high], columns[low])
+    return replace(tilt, reference=turned(tilt.reference, row), beside=beside)
 
 
 def keep_lean(machine: Machine, rotary: Array, other: int, bounds: TiltBounds) -> Array:

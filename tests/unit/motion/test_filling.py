@@ -1,7 +1,6 @@
 """Deviations between two locations, and locations inserted against them."""
 
 from dataclasses import replace
-from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -17,7 +16,7 @@ from fiveaxis.motion import (
     tcp_deviation,
     thinned,
 )
-from fiveaxis.toolpath import MoveKind, Tool, Toolpath, divide
+from fiveaxis.toolpath import MoveKind, Tool, Toolpath, divide, interpolate, turned
 
 
 def straight_cut(n: int = 4) -> Toolpath:
@@ -66,23 +65,23 @@ def test_divided_moves_have_equal_parts_and_belong_to_the_move_they_were_in():
     assert np.isfinite(divided.normal[:, 2]).tolist() == [True, False, True, False, False, True]
 
 
-def test_a_bull_noses_centre_keeps_to_its_chord_and_its_contacts_stay(hayashi):
-    tool = Tool.bull(8, 1)
+@pytest.mark.parametrize("tool", [Tool.bull(8, 1), Tool.flat(8)])
+def test_the_contact_of_a_cutter_that_touches_beside_its_axis_goes_straight(hayashi, tool):
     path = straight_cut()
     path = Toolpath.from_contacts(path.contact, path.normal, tool)
     rotary = np.radians([[0, -20], [8, -20], [16, -30], [46, -50]])
-    filled, motion, _ = fill_in(path, hayashi, rotary, tolerance=0.005)
+    filled, motion, row = fill_in(path, hayashi, rotary, tolerance=0.005)
     assert len(filled) > len(path)
-    tip, axis = tool_poses(hayashi, motion.positions)
-    kept = np.flatnonzero(np.isfinite(filled.normal[:, 0]))
-    touched = tool.cutter.contacts(tip[kept], path.normal, axis[kept])
-    np.testing.assert_allclose(touched, path.contact, atol=1e-9)
-    # The centre, 1 mm above the tip, runs straight from location to location: no jump where blocks begin.
-    centre = tip + 1.0 * axis
-    for first, last in pairwise(kept):
-        chord = (centre[last] - centre[first]) / np.linalg.norm(centre[last] - centre[first])
-        off = np.cross(centre[first : last + 1] - centre[first], chord)
-        np.testing.assert_allclose(off, 0.0, atol=1e-9)
+
+    def touched(positions, row):
+        tip, axis = tool_poses(hayashi, positions)
+        return tool.cutter.contacts(tip, turned(path.normal, row), axis)
+
+    np.testing.assert_allclose(touched(motion.positions, row), interpolate(path.contact, row), atol=1e-9)
+    within = interpolate(motion.positions, np.arange(len(row) - 1) + 0.5)
+    middle = (row[1:] + row[:-1]) / 2.0
+    off = np.linalg.norm(touched(within, middle) - interpolate(path.contact, middle), axis=1)
+    assert 0.001 < off.max() <= 0.005
 
 
 def test_tcp_interpolation_bends_the_path_of_the_balls_centre():
