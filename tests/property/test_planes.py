@@ -10,7 +10,7 @@ from fiveaxis.kinematics import linear_positions, tool_axes
 from fiveaxis.machine import Machine, load_machine
 from fiveaxis.motion import AXIS_TOLERANCE, PATH_TOLERANCE, AxisPlanes, fill_in, follow, thinned
 from fiveaxis.motion.deviation import WRITTEN_TOLERANCE
-from fiveaxis.toolpath import Tool, Toolpath, interpolate
+from fiveaxis.toolpath import Tool, Toolpath, across, interpolate
 from fiveaxis.verification.model import tool_poses
 
 MACHINES = {
@@ -46,15 +46,17 @@ def make(case):
 
 
 def deviations(machine, path, positions, share):
-    """Measure how far a move is from its chord and its plane at most, mm and rad.
+    """Measure how far a move's contact is from its chord, and the axis from its plane, at most, mm and rad.
 
-    Rows are blocks at shares of the move, and all axes run linearly from one to the next.
+    Rows are blocks at shares of the move, and all axes run linearly from one to the next. The surface is
+    flat.
     """
     places = np.linspace(0.0, len(share) - 1.0, PLACES * (len(share) - 1) + 1)
     tip, axis = tool_poses(machine, interpolate(positions, places))
-    centre = tip + path.zone.height * axis
+    zone, normal = path.zone, np.tile(path.normal[0], (len(tip), 1))
+    contact = tip + zone.height * axis - zone.offset * across(normal, axis) - zone.radius * normal
     way = np.interp(places, np.arange(len(share)), share)[:, None]
-    off = np.linalg.norm(centre - (1.0 - way) * centre[0] - way * centre[-1], axis=1)
+    off = np.linalg.norm(contact - (1.0 - way) * contact[0] - way * contact[-1], axis=1)
     return off.max(), out_of_plane(axis, axis[0], axis[-1]).max()
 
 
@@ -99,13 +101,13 @@ def test_blocks_that_stand_for_several_keep_the_plane_too(case):
 def test_half_the_blocks_in_equal_parts_wouldnt_do(case):
     machine, path, rotary, planes = make(case)
     row = fill_in(path, machine, rotary, planes=planes)[2]
-    centre = path.centres(planes.axes)
     for move, parts in enumerate(np.diff(np.searchsorted(row, np.arange(len(rotary))))):
         fewer = (parts - 1) // 2
         if fewer:
             share = np.linspace(0.0, 1.0, fewer + 1)
             angles = planes.rotary_at(move + share)
-            tip = interpolate(centre, move + share) - path.zone.height * tool_axes(machine, angles)
+            pivot, normal = interpolate(path.pivot, move + share), np.tile(path.normal[0], (fewer + 1, 1))
+            tip = path.zone.tip(pivot, normal, tool_axes(machine, angles))
             off, out = deviations(machine, path, linear_positions(machine, tip, angles), share)
             assert off > WRITTEN_TOLERANCE or out > AXIS_TOLERANCE
 
