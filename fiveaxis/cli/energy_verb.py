@@ -12,7 +12,15 @@ from rich.markup import escape
 from rich.table import Table
 
 from fiveaxis.cli.options import AsJson, Drives, MachineName, ToolLength, takes
-from fiveaxis.cli.terminal import err, errors_explained, out, print_causes, print_json, require_machine
+from fiveaxis.cli.terminal import (
+    err,
+    errors_explained,
+    load_powered,
+    out,
+    print_causes,
+    print_json,
+    require_machine,
+)
 from fiveaxis.cli.verify_verb import PROGRAM, reading_of
 from fiveaxis.cli.work import work_aside
 from fiveaxis.errors import SettingError
@@ -97,11 +105,7 @@ def energy(
 
 
 def _machine(name: str, drives: str | None, load: float | None) -> Machine:
-    from fiveaxis.machine import load_machine
-
-    machine = load_machine(name)
-    if drives is not None:
-        machine = machine.with_drives_of(load_machine(drives))
+    machine = load_powered(name, drives)
     return machine if load is None else machine.with_load(load, machine.load.centre)
 
 

@@ -27,7 +27,10 @@ MachineName = Annotated[
 ToolLength = Annotated[
     float | None, typer.Option("--tool-length", help="from the spindle's gauge point to the tool tip, mm")
 ]
-Drives = Annotated[str | None, typer.Option("--drives", help="use the axis powers of this machine")]
+Drives = Annotated[
+    str | None,
+    typer.Option("--drives", help="machine to borrow axis powers from (NAME, NAME:B=A), or estimated"),
+]
 Control = Annotated[str | None, typer.Option("--control", help="NC dialect (`fiveaxis controls`)")]
 Winding = Annotated[
     str | None,

@@ -255,9 +255,11 @@ def _print_front(front: Mapping[str, Any]) -> None:
 
 def _print_energies(solution: Solution) -> None:
     """Print whole programs side by side: energy by axis and by kind of move, time, and travel metric."""
+    from fiveaxis.energy import DRAWN
     from fiveaxis.job import RESULT
 
     energies, savings = {RESULT: solution.energy, **solution.baselines}, solution.savings()
+    ranges = solution.savings_ranges()
     kinds = [k for k in KINDS if any(k in energy.by_kind for energy in energies.values())]
     kinds = [] if kinds == ["cut"] else kinds
     heads = (head for kind in kinds for head in (f"{KINDS[kind]} J", "s"))
@@ -265,6 +267,9 @@ def _print_energies(solution: Solution) -> None:
     table = Table("program", "J", "saved", *axes, "s", "travel J", *heads, box=None)
     for name, energy in energies.items():
         saved = f"{100.0 * savings[name]:.1f} %" if name in savings else ""
+        if name in ranges:
+            low, high = ranges[name]
+            saved += f" ({100.0 * low:.0f}…{100.0 * high:.0f})"
         joules = (f"{joule:.0f}" for joule in energy.by_axis.values())
         shares = [energy.by_kind.get(kind) for kind in kinds]
         apart = [
@@ -276,9 +281,14 @@ def _print_energies(solution: Solution) -> None:
         table.add_row(name, *own, *apart)
     out.print("energy of whole programs; feed drives only, no base load")
     out.print(table)
+    if ranges:
+        out.print(
+            f"saved (least…most): on {DRAWN} machines drawn from the bands of the estimated powers",
+            soft_wrap=True,
+        )
     _print_times(solution)
     least = solution.energy.least
-    if least is not None and least < solution.energy.total:
+    if least is not None and round(least) < round(solution.energy.total):
         out.print(
             f"between {least:.0f} and {solution.energy.total:.0f} J: the lower figure if, below the slowest "
             "measured speed, the drives' power falls with the speed",

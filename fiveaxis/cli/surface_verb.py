@@ -11,6 +11,7 @@ from fiveaxis.cli.options import AsJson, Drives, MachineName
 from fiveaxis.cli.process import write_results
 from fiveaxis.cli.terminal import (
     errors_explained,
+    load_powered,
     parse_numbers,
     print_json,
     require_between,
@@ -35,14 +36,11 @@ def surface(
     with errors_explained(as_json):
         from fiveaxis.energy import power_surface
         from fiveaxis.files import write_atomically
-        from fiveaxis.machine import load_machine
 
         position = parse_numbers(tip, 3, "X,Y,Z")
         require_between("--feed", feed, 1e-3, 1e6, "mm/min")
         require_between("--step", step, 0.1, 90.0, "deg")
-        loaded = load_machine(require_machine(machine))
-        if drives is not None:
-            loaded = loaded.with_drives_of(load_machine(drives))
+        loaded = load_powered(require_machine(machine), drives)
         grid = tuple(_angles(loaded, letter, step) for letter in loaded.rotaries[:2])
         columns = _surface_columns(power_surface(loaded, position, feed, grid))
         if as_json:

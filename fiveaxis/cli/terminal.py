@@ -22,6 +22,7 @@ from fiveaxis.findings import Cause, group_findings
 
 if TYPE_CHECKING:
     from fiveaxis.job import Gate
+    from fiveaxis.machine import Machine
 
 FIRST_RUN = "compiling, once per installation: this first run takes about a quarter of a minute longer"
 
@@ -116,6 +117,15 @@ def require_machine(name: str | None) -> str:
     if name is None:
         raise SettingError("--machine is missing")
     return name
+
+
+def load_powered(name: str, drives: str | None) -> Machine:
+    """Load a machine with its own drives, borrowed or estimated ones, and say which."""
+    from fiveaxis.machine import load_machine, power_findings, with_powers
+
+    machine = with_powers(load_machine(name), drives)
+    print_causes(group_findings(power_findings(machine)), err)
+    return machine
 
 
 def parse_numbers(text: str, count: int, form: str, separator: str = ",") -> list[float]:

@@ -49,9 +49,19 @@ from fiveaxis.energy.milling import (
 )
 from fiveaxis.energy.path_feed import path_feed
 from fiveaxis.energy.surface import PowerSurface, posture_costs, power_surface
-from fiveaxis.energy.totals import Energy, KindEnergy, law_energies, motion_energy, move_energies, move_powers
+from fiveaxis.energy.totals import (
+    DRAWN,
+    Energy,
+    KindEnergy,
+    energy_draws,
+    law_energies,
+    motion_energy,
+    move_energies,
+    move_powers,
+)
 
 __all__ = [
+    "DRAWN",
     "BlockCosts",
     "Budget",
     "Calibration",
@@ -80,6 +90,7 @@ __all__ = [
     "drilling_power",
     "drilling_removal_rate",
     "drive_power",
+    "energy_draws",
     "fit_auxiliary_power",
     "fit_cutting_model",
     "fit_idle_power",

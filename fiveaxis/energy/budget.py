@@ -258,10 +258,12 @@ def _drive_figures(machine: Machine) -> list[str]:
 
 
 def _basis(source: Provenance) -> str:
+    if source.band is not None:
+        return "estimated"
     return "assumed" if source.assumed else "fitted" if source.fitted else "measured"
 
 
 def _weakest_basis(sources: list[Provenance]) -> str:
     """Find the weakest basis of several figures; without any, assumed."""
     found = {_basis(p) for p in sources}
-    return next((b for b in ("assumed", "fitted", "measured") if b in found), "assumed")
+    return next((b for b in ("assumed", "estimated", "fitted", "measured") if b in found), "assumed")

@@ -106,7 +106,8 @@ def _(drive: FrictionDrive, state: _State) -> Array:
     )
     mechanical = force * state.speed
     electrical = np.where(mechanical > 0.0, mechanical / drive.efficiency, mechanical * drive.regeneration)
-    return electrical + drive.copper * force**2 + drive.hold
+    moving = np.where(state.speed == 0.0, 0.0, drive.moving)
+    return electrical + drive.copper * force**2 + moving + drive.hold
 
 
 def is_proportional(drive: Drive) -> bool:

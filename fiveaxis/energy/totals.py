@@ -13,6 +13,7 @@ from fiveaxis.machine import FrictionDrive, Machine
 from fiveaxis.motion import Motion, TimeLaw
 from fiveaxis.toolpath import MoveKind, part_places
 
+DRAWN = 100  # machines drawn from the bands of estimated drives
 TORQUE_STEP = np.radians(3.0)  # rad, turn over which gravity's torque on a tilting table counts as constant
 
 
@@ -65,6 +66,11 @@ class Energy:
         return sum(self.by_axis.values())
 
     @property
+    def joules(self) -> Array:
+        """(k,), J, ∫P dt of each feed drive, in column order."""
+        return np.array(list(self.by_axis.values()))
+
+    @property
     def travel(self) -> float:
         """Travel metric of all axes, J."""
         return sum(self.travel_by_axis.values())
@@ -94,6 +100,21 @@ class Energy:
             "travel_error": self.travel_error,
             "by_kind": {name: asdict(share) for name, share in self.by_kind.items()},
         }
+
+
+def energy_draws(machine: Machine) -> Array | None:
+    """Draw machines whose drives lie within the bands of the estimated ones.
+
+    Returns
+    -------
+    (d, k), true power over estimated power of each drive, log-uniform in its band and 1 for a known drive;
+    the same every time. None where no drive is estimated.
+    """
+    if not machine.bands:
+        return None
+    ends = np.log([machine.bands.get(letter, (1.0, 1.0)) for letter in machine.letters])
+    share = np.random.default_rng(0).uniform(size=(DRAWN, len(ends)))
+    return np.exp(ends[:, 0] + share * (ends[:, 1] - ends[:, 0]))
 
 
 def motion_energy(machine: Machine, motion: Motion, integral: Array | None = None) -> Energy:

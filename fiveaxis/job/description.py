@@ -200,7 +200,10 @@ class Job(StrictModel):
         description="how deep the cutter may reach into the part at a location, mm; 0.01 deeper in between",
     )
     drives: str | None = Field(
-        None, min_length=1, description="machine whose axis powers are used in place of the machine's own"
+        None,
+        min_length=1,
+        description="machine whose axis powers are used in place of the machine's own, by role or as named "
+        "(`NAME:B=A`); `estimated` for estimates. By default missing powers are estimated",
     )
     up_penalty: float = Field(0.0, ge=0.0, description="extra cost of moving up against gravity, J/mm")
     objective: Objective = Field(

@@ -20,7 +20,7 @@ from fiveaxis.errors import JobError, SettingError, ToolError
 from fiveaxis.job.description import TOOL_FILE, Job
 from fiveaxis.job.part_evidence import find_settled_contacts
 from fiveaxis.job.reading import require_input
-from fiveaxis.machine import Machine, load_machine
+from fiveaxis.machine import Machine, lender_of, load_machine, with_powers
 from fiveaxis.machine.bodies import MeshShape
 from fiveaxis.machine.files import find_machine
 from fiveaxis.mesh import SUFFIXES as MESH_SUFFIXES
@@ -53,7 +53,7 @@ def load_job_machine(job: Job) -> Machine:
     machine = machine.with_tool_length(job.tool_length or 0.0)
     if job.load is not None:
         machine = machine.with_load(job.load, machine.load.centre)
-    return machine if job.drives is None else machine.with_drives_of(load_machine(job.drives))
+    return with_powers(machine, job.drives)
 
 
 def load_process(job: Job, tool: Tool, feed: float) -> Process | None:
@@ -262,7 +262,8 @@ def input_files(job: Job) -> Iterator[tuple[str, Path]]:
     if job.control.lower().endswith(TOOL_FILE):
         find_dialect(job.control)  # refuses tables that are based on each other
         yield from (("control", path) for path in _tables(Path(job.control)))
-    machines = {"machine": job.machine, "drives": job.drives, "program.machine": job.program.machine}
+    machines = {"machine": job.machine, "program.machine": job.program.machine}
+    machines["drives"] = lender_of(job.drives)
     for use, name in machines.items():
         if name is not None:
             yield from ((f"{use}.{inner}", path) for inner, path in _machine_files(name))

@@ -27,7 +27,7 @@ from fiveaxis.job.loading import (
 from fiveaxis.job.program import MadeProgram, make_program
 from fiveaxis.job.program_options import ProgramOptions
 from fiveaxis.job.release import Gate
-from fiveaxis.machine import Machine
+from fiveaxis.machine import Machine, describe_powers
 from fiveaxis.nc import Clock, require_program
 from fiveaxis.posture import Front, Options, Solution, find_front
 from fiveaxis.posture import optimise as optimise_postures
@@ -199,6 +199,9 @@ def program_options(
     feeds = np.unique(solution.toolpath.feed[solution.toolpath.cutting])
     if len(feeds) == 1:
         header["feed"] = f"{60.0 * feeds[0]:.7g} mm/min along the path"
+    powers = describe_powers(solution.machine)
+    if powers:
+        header["powers"] = powers
     if moved:
         header["workpiece"] = f"set up elsewhere than given: {solution.machine.setup}"
     for number, source in enumerate(inputs, start=1):

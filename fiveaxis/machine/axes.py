@@ -86,6 +86,7 @@ class Axis:
     moved_mass : kg that the axis moves, without workpiece and fixture; None where unknown
     mass_centre : (3,), mm, of that mass with every axis at 0, machine frame; for gravity on a rotary axis
     location_error : included in the chain's line; kept so that the nominal line can be recovered
+    motor_power : W, rated power of its motor; None where unknown
     """
 
     letter: str
@@ -97,6 +98,7 @@ class Axis:
     moved_mass: float | None = None
     mass_centre: tuple[float, float, float] | None = None
     location_error: LocationError | None = None
+    motor_power: float | None = None
 
     @property
     def is_rotary(self) -> bool:

@@ -18,7 +18,7 @@ from fiveaxis.machine.chain import UNIT_DIRECTION, Chain, Line, Triple, as_tripl
 from fiveaxis.machine.code import AXIS_ORDER, FormShapingCode, parse_code
 from fiveaxis.machine.drives import AffineDrive, DirectionalDrive, Drive, FrictionDrive, WeightDrive
 from fiveaxis.machine.freedom import why_not_positioning
-from fiveaxis.machine.model import Machine, Provenance
+from fiveaxis.machine.model import Machine, Provenance, Size
 from fiveaxis.machine.setup import Load
 from fiveaxis.machine.tables import (
     ANGLE_UNITS,
@@ -36,14 +36,28 @@ from fiveaxis.machine.tables import (
     LineTable,
     LocationErrorTable,
     MachineFile,
+    MotorTable,
     RateTable,
     SpindleIdleTable,
     WeightTable,
 )
 
 # The figures of a machine and of an axis, in display order.
-MACHINE_FIGURES = ("structure", "spindle", "vertical", "base_power", "spindle_idle", "auxiliary", "load")
-AXIS_FIGURES = ("limits", "line", "location_error", "drive", "max_speed", "max_acceleration", "moved_mass")
+MACHINE_FIGURES = (
+    "structure",
+    "spindle",
+    "vertical",
+    "base_power",
+    "spindle_idle",
+    "auxiliary",
+    "load",
+    "size",
+)
+AXIS_FIGURES = (
+    *("limits", "line", "location_error", "drive", "max_speed", "max_acceleration", "moved_mass", "motor"),
+)
+# Of servo motors at their rated load.
+POWER_FACTOR = 0.8
 SIDES = {"workpiece": "table", "tool": "head"}
 
 
@@ -85,6 +99,7 @@ def build_machine(file: MachineFile, folder: Path) -> Machine:
         spindle_idle=None if file.spindle_idle is None else _idle(file.spindle_idle),
         auxiliary=None if file.auxiliary is None else (file.auxiliary.linear, file.auxiliary.quadratic),
         load=Load() if file.load is None else Load(file.load.mass, file.load.centre),
+        size=Size() if file.size is None else Size(file.size.kind, file.size.mass),
         vertical=(0.0, 0.0, 1.0) if file.vertical is None else normalise_triple(file.vertical.direction),
         provenance=tuple(_provenance(file, tables)),
         bodies=tuple(_body(i, table, code, folder) for i, table in enumerate(file.bodies)),
@@ -173,7 +188,15 @@ def _axis(letter: str, table: AxisTable) -> Axis:
         reversed=table.reversed,
         moved_mass=None if mass is None else mass.value,
         mass_centre=None if mass is None or letter not in "ABC" else mass.centre,
+        motor_power=None if table.motor is None else _motor_power(table.motor),
     )
+
+
+def _motor_power(table: MotorTable) -> float:
+    """Return a motor's rated power, W; of its current, that of three phases at a usual power factor."""
+    if table.power is not None:
+        return 1000.0 * table.power
+    return math.sqrt(3.0) * POWER_FACTOR * (table.current or 0.0) * (table.voltage or 0.0)
 
 
 def _drive(letter: str, table: DriveTable) -> Drive:
@@ -205,6 +228,7 @@ def _bare_drive(letter: str, table: DriveTable) -> Drive:
         efficiency=table.efficiency,
         regeneration=table.regeneration,
         copper=table.copper * metre**2,
+        moving=table.moving,
         hold=table.hold,
     )
 
@@ -292,13 +316,21 @@ def _provenance(file: MachineFile, tables: dict[str, AxisTable]) -> Iterator[Pro
         if figure is not None:
             value = f"code {file.code}" if figure is file.structure else _format_figure(figure)
             yield Provenance(
-                name, value, figure.source or "", figure.assumed, figure.note or "", figure.fitted
+                name,
+                value,
+                figure.source or "",
+                figure.assumed,
+                figure.note or "",
+                figure.fitted,
+                figure.band,
             )
 
 
 def _format_figure(figure: Figure) -> str:
     """Format a figure's own values as in the file."""
-    values = figure.model_dump(exclude={"source", "assumed", "fitted", "note", "model"}, exclude_none=True)
+    values = figure.model_dump(
+        exclude={"source", "assumed", "fitted", "note", "band", "model"}, exclude_none=True
+    )
     texts = {
         key: "(" + ", ".join(f"{v:g}" for v in value) + ")" if isinstance(value, tuple) else str(value)
         for key, value in values.items()

@@ -5,7 +5,7 @@ Internally a force is in J/mm and a torque in J/rad, so force times axis speed i
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -76,9 +76,10 @@ class FrictionDrive(Measured):
     """Drive from first principles: inertia, friction, gravity, losses.
 
     ``F = m·q̈ + F_c·sgn(q̇) + B·q̇ + G − F_b``; mechanical power ``F·q̇`` is divided by the efficiency when the
-    drive pushes and multiplied by the regeneration when it brakes; ``c·F²`` heats the motor, and ``hold`` is
-    drawn all the time. G, the load of gravity, follows from the machine's masses and posture; the moment of
-    inertia of a part on a rotary table isn't added to the table's own.
+    drive pushes and multiplied by the regeneration when it brakes; ``c·F²`` heats the motor, ``moving`` is
+    drawn as long as the axis moves and ``hold`` all the time. G, the load of gravity, follows from the
+    machine's masses and posture; the moment of inertia of a part on a rotary table isn't added to the table's
+    own.
 
     Parameters
     ----------
@@ -90,6 +91,7 @@ class FrictionDrive(Measured):
     regeneration : returned electrical over mechanical power while braking, in [0, 0.9]; 0 with a brake
         resistor
     copper : c, W per (J/mm)² or (J/rad)²
+    moving : W, at any speed but standstill
     hold : W, also at standstill
     """
 
@@ -100,7 +102,19 @@ class FrictionDrive(Measured):
     efficiency: float = 1.0
     regeneration: float = 0.0
     copper: float = 0.0
+    moving: float = 0.0
     hold: float = 0.0
 
 
 Drive = DirectionalDrive | AffineDrive | WeightDrive | FrictionDrive
+
+
+def opposite(drive: Drive) -> Drive:
+    """Return the drive of an axis that counts in the opposite direction."""
+    if isinstance(drive, DirectionalDrive):
+        return replace(drive, plus=drive.minus, minus=drive.plus)
+    if isinstance(drive, AffineDrive):
+        return replace(drive, plus=drive.minus, minus=drive.plus)
+    if isinstance(drive, FrictionDrive):
+        return replace(drive, counterbalance=-drive.counterbalance)
+    return drive

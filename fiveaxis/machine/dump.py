@@ -24,7 +24,10 @@ from fiveaxis.machine.model import Machine, Provenance
 
 UNSTATED = "set in code, which doesn't say where it comes from"
 # Values of missing keys; a file leaves these keys out.
-DEFAULTS: dict[str, object] = {"source": "", "note": "", "assumed": False, "fitted": False, "reversed": False}
+DEFAULTS: dict[str, object] = {
+    **{"source": "", "note": "", "band": None},
+    **{"assumed": False, "fitted": False, "reversed": False},
+}
 NUMBERS = re.compile(r"\[\n((?:    [-+.e\d]+,\n)+)\]")
 DECIMALS = 12  # of mm, or of a direction whose largest component is 1
 MEASURED = tuple(f.name for f in fields(Measured))
@@ -117,6 +120,9 @@ def machine_document(machine: Machine, folder: Path | None = None) -> Table:
     if machine.load.mass:
         load = {"mass": _neat(machine.load.mass), "centre": [_neat(v) for v in machine.load.centre]}
         document["load"] = load | origin("load")
+    if "size" in stated:
+        known = {"kind": machine.size.kind, "mass": machine.size.mass}
+        document["size"] = {key: value for key, value in known.items() if value} | origin("size")
     lines = {j.letter: j.line for j in nominal.chain.joints}
     table_side = machine.code.table
     document["axes"] = {
@@ -147,6 +153,7 @@ def _origins(provenance: tuple[Provenance, ...]) -> Origin:
             "assumed": assumed,
             "note": p.note or (UNSTATED if assumed else ""),
             "fitted": p.fitted,
+            "band": None if p.band is None else list(p.band),
         }
 
     return origin
@@ -179,6 +186,8 @@ def _axis(axis: Axis, line: Line, carries: str, stated: set[str], origin: Origin
         if axis.mass_centre is not None:
             figure["centre"] = [_neat(v) for v in axis.mass_centre]
         table["moved_mass"] = figure | origin(f"{letter} moved_mass")
+    if axis.motor_power is not None:
+        table["motor"] = {"power": _neat(axis.motor_power / 1000.0)} | origin(f"{letter} motor")
     return table
 
 

@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from fiveaxis.machine.axes import Axis, LocationError
 from fiveaxis.machine.bodies import Body
 from fiveaxis.machine.chain import Chain, Triple
 from fiveaxis.machine.code import AXIS_ORDER, DIGITS, FormShapingCode, parse_code
+from fiveaxis.machine.drives import FrictionDrive, WeightDrive, opposite
 from fiveaxis.machine.setup import Load, Setup
 from fiveaxis.machine.urdf import write_urdf
 
@@ -32,6 +34,8 @@ class Provenance:
     assumed : no source; then `note` says why this value
     note : a sentence
     fitted : computed from measurements, not measured directly
+    band : of an estimate, (2,): lowest and highest plausible value, as shares of it; None for other figures
+    borrowed : of a borrowed drive, the axis and machine that it belongs to: ``A of hayashi-640123``
     """
 
     figure: str
@@ -40,6 +44,8 @@ class Provenance:
     assumed: bool
     note: str = ""
     fitted: bool = False
+    band: tuple[float, float] | None = None
+    borrowed: str = ""
 
     @property
     def text(self) -> str:
@@ -48,7 +54,9 @@ class Provenance:
 
     @property
     def origin(self) -> str:
-        """The source and the note, marked if it is an assumption."""
+        """The source and the note, marked if it is an assumption or an estimate."""
+        if self.band is not None:
+            return f"estimated, {self.band[0]:g} to {self.band[1]:g} times: {self.text}"
         return f"assumed: {self.text}" if self.assumed else self.text
 
     @property
@@ -63,9 +71,24 @@ class Provenance:
         warn_former("Provenance.said", "Provenance.text")
         return self.text
 
-    def as_dict(self) -> dict[str, str | bool]:
+    def as_dict(self) -> dict[str, Any]:
         """Return the figure and its origin as plain data for JSON."""
-        return {"figure": self.figure, "value": self.value, "source": self.text, "assumed": self.assumed}
+        plain = {"figure": self.figure, "value": self.value, "source": self.text, "assumed": self.assumed}
+        return plain if self.band is None else plain | {"band": list(self.band)}
+
+
+@dataclass(frozen=True)
+class Size:
+    """What is known of a machine's size.
+
+    Parameters
+    ----------
+    kind : ``desktop``, ``machining-centre`` or ``portal``; None where unknown
+    mass : kg, of the whole machine; None where unknown
+    """
+
+    kind: str | None = None
+    mass: float | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,6 +111,7 @@ class Machine:
     spindle_idle : W, W/(rad/s), W/(rad/s)²: power of the turning spindle without a cut, beyond the base power
     auxiliary : W/W, 1/W: the spindle drive's load loss
     clamped : held axes (`holding`), each with its value in mm or rad
+    size : what is known of the machine's size, for estimates
     """
 
     name: str
@@ -105,6 +129,7 @@ class Machine:
     clamped: tuple[tuple[Axis, float], ...] = ()
     spindle_idle: Triple | None = None
     auxiliary: tuple[float, float] | None = None
+    size: Size = field(default=Size())
 
     @classmethod
     def from_code(cls, code: str) -> Machine:
@@ -303,25 +328,72 @@ class Machine:
         kept = tuple(p for p in self.provenance if p.figure not in replaced)
         return replace(self, axes=axes, chain=moved, provenance=kept)
 
-    def with_drives_of(self, other: Machine) -> Machine:
-        """Return this machine with the drives of another one, letter by letter.
+    @cached_property
+    def roles(self) -> dict[str, str]:
+        """Letter of each axis by its role: ``vertical`` (the steepest), ``horizontal 1``, ``rotary 1``.
+
+        Horizontal axes are in the order of their letters, rotary ones in chain order, from the workpiece.
+        """
+        steep = sorted(self.steepness, key=lambda letter: -abs(self.steepness[letter]))
+        level = sorted(steep[1:], key=AXIS_ORDER.index)
+        letters = {f"rotary {i}": letter for i, letter in enumerate(self.rotaries, start=1)}
+        letters |= {f"horizontal {i}": letter for i, letter in enumerate(level, start=1)}
+        return letters | ({"vertical": steep[0]} if steep else {})
+
+    @cached_property
+    def steepness(self) -> dict[str, float]:
+        """Upward component of each linear axis's direction."""
+        up = self.machine_frame[:3, :3] @ np.array(self.vertical)
+        joints = [joint for joint in self.chain.joints if not joint.is_rotary]
+        return {joint.letter: float(np.dot(joint.line.direction, up)) for joint in joints}
+
+    @property
+    def bands(self) -> dict[str, tuple[float, float]]:
+        """Bands of estimated drives by axis letter: shares of the power, lowest and highest."""
+        known = {p.figure: p.band for p in self.provenance if p.band is not None}
+        return {c: known[f"{c} drive"] for c in self.letters if f"{c} drive" in known}
+
+    def with_drives_of(self, other: Machine, letters: Mapping[str, str] | None = None) -> Machine:
+        """Return this machine with the drives of another one, axis by axis of the same role.
 
         For a machine whose powers haven't been measured: a comparison of postures then rests on the other
         machine's figures, and the provenance says so.
 
+        Parameters
+        ----------
+        other : with the powers
+        letters : axis of the other machine by own letter; by default those of the same role (`roles`)
+
         Raises
         ------
         MachineError
-            The other machine lacks an axis of this one.
+            The other machine lacks an axis, or its power.
         """
-        axes = tuple(replace(a, drive=other.axis(a.letter).drive) for a in self.axes)
-        borrowed = tuple(
-            replace(p, source="", note=f"taken from {other.name}: {p.origin}", assumed=True)
-            for p in other.provenance
-            if p.figure.endswith("drive")
-        )
-        kept = tuple(p for p in self.provenance if not p.figure.endswith("drive"))
-        return replace(self, axes=axes, provenance=kept + borrowed)
+        chosen = {c: other.roles.get(role) for role, c in self.roles.items()} | dict(letters or {})
+        for letter in letters or {}:
+            self.column(letter)
+        origins = {p.figure: p for p in other.provenance}
+        axes, borrowed = [], []
+        for axis in self.axes:
+            source = chosen[axis.letter]
+            if source is None or other.axis(source).drive is None:
+                role = next(role for role, c in self.roles.items() if c == axis.letter)
+                lacks = f"has no {role} axis" if source is None else f"has no power of {source}"
+                raise MachineError(
+                    f"machine {other.name!r} {lacks}, so {axis.letter} of {self.name!r} can't have its "
+                    f"drive; say which axis to take, as in --drives {other.name}:{axis.letter}={other.letters[-1]}, "
+                    "or leave --drives out: missing powers are then estimated"
+                )
+            axes.append(_borrowing(axis, other.axis(source), self, other))
+            for figure in ("drive", "moved_mass"):
+                p = origins.get(f"{source} {figure}")
+                if p is not None and getattr(axes[-1], figure) is not getattr(axis, figure):
+                    lender = f"{source} of {other.name}"
+                    named = replace(p, figure=f"{axis.letter} {figure}", source="", assumed=True)
+                    borrowed.append(replace(named, note=f"taken from {lender}: {p.origin}", borrowed=lender))
+        figures = {p.figure for p in borrowed}
+        kept = tuple(p for p in self.provenance if p.figure not in figures)
+        return replace(self, axes=tuple(axes), provenance=(*kept, *borrowed))
 
     def to_urdf(self, root: str = "workpiece") -> str:
         """Describe this machine in URDF, for pinocchio, ROS and others: metres and radians.
@@ -356,3 +428,15 @@ class Machine:
         chain = self.chain.seen_from(self.machine_frame)
         axes, bodies, setup = self.axes, self.bodies, self.setup.frame
         return write_urdf(self.name, self.code, chain, axes=axes, bodies=bodies, setup=setup, root=root)
+
+
+def _borrowing(axis: Axis, source: Axis, machine: Machine, other: Machine) -> Axis:
+    """Give an axis another one's drive and, if that needs one, its mass."""
+    drive, mass = source.drive, axis.moved_mass
+    rises = machine.steepness.get(axis.letter, 0.0) * other.steepness.get(source.letter, 0.0)
+    # Growing values may lift on one machine and lower on the other.
+    if drive is not None and rises < 0.0:
+        drive = opposite(drive)
+    if isinstance(drive, WeightDrive | FrictionDrive) and mass is None:
+        mass = source.moved_mass
+    return replace(axis, drive=drive, moved_mass=mass)

@@ -17,6 +17,7 @@ Positive = Annotated[float, Field(gt=0.0)]
 # Unit of a file -> factor to mm, rad and seconds.
 LINEAR_UNITS = {"mm": 1.0, "inch": 25.4, "m": 1000.0}
 ANGLE_UNITS = {"deg": math.radians(1.0), "rad": 1.0, "arcsec": math.radians(1.0 / 3600.0)}
+MOST_MASS = 500_000.0  # kg, of the largest portal mills
 LOOKS_LIKE_RADIANS = 6.3  # limits of a rotary axis up to this value, a whole turn, are likely in radians
 
 
@@ -31,6 +32,9 @@ class Figure(StrictModel):
     source: str | None = Field(None, description="where the figure is printed or was measured")
     assumed: bool = Field(False, description="no source; then `note` says why this value")
     fitted: bool = Field(False, description="computed from measurements, which the source names")
+    band: tuple[Positive, Positive] | None = Field(
+        None, description="of an estimate: lowest and highest plausible value, as shares of it"
+    )
     note: str | None = Field(None, description="a sentence")
 
     @model_validator(mode="after")
@@ -39,6 +43,9 @@ class Figure(StrictModel):
             raise fault("missing_source", "assumed = true needs a note that says why this value")
         if not self.assumed and not self.source:
             raise fault("missing_source", "needs a source, or assumed = true with a note")
+        if self.band is not None and not self.band[0] <= 1.0 <= self.band[1]:
+            low, high = self.band
+            raise fault("reversed_range", f"band is {low:g}…{high:g}; the value itself, 1, must lie inside")
         return self
 
 
@@ -181,6 +188,7 @@ class FrictionTable(MeasuredTable):
     efficiency: float = Field(1.0, gt=0.0, le=1.0, description="mechanical over electrical power")
     regeneration: float = Field(0.0, ge=0.0, le=0.9, description="electrical over mechanical, braking")
     copper: float = Field(0.0, ge=0.0, description="losses of the motor's winding, W/N2 or W/(N·m)2")
+    moving: float = Field(0.0, ge=0.0, description="W, at any speed but standstill")
     hold: float = Field(0.0, ge=0.0, description="W, also at standstill")
 
 
@@ -227,7 +235,7 @@ class AuxiliaryTable(Figure):
 class MassTable(Figure):
     """A mass in kg."""
 
-    value: float = Field(gt=0.0, description="mass that the axis moves")
+    value: float = Field(gt=0.0, le=MOST_MASS, description="mass that the axis moves")
     unit: Literal["kg"] = Field("kg", description="unit of the mass")
     centre: Triple | None = Field(None, description="mm, machine frame at home; of a rotary axis")
 
@@ -237,11 +245,34 @@ DriveTable = Annotated[
 ]
 
 
+class MotorTable(Figure):
+    """Nameplate of an axis's motor, from which a missing drive is estimated."""
+
+    power: float | None = Field(None, gt=0.0, le=200.0, description="rated power, kW")
+    current: float | None = Field(None, gt=0.0, le=500.0, description="rated current, A; with `voltage`")
+    voltage: float | None = Field(None, gt=0.0, le=1000.0, description="rated voltage between phases, V")
+
+    @model_validator(mode="after")
+    def _states_a_power(self) -> MotorTable:
+        if (self.power is None) == (self.current is None) or (self.current is None) != (self.voltage is None):
+            raise fault("missing_key", "needs the rated power (kW), or the rated current (A) and voltage (V)")
+        return self
+
+
 class LoadTable(Figure):
     """Load of the table where a job doesn't state it: vice, fixture, workpiece."""
 
     mass: float = Field(ge=0.0, description="mass of everything on the table, kg")
     centre: Triple = Field((0.0, 0.0, 0.0), description="mm, centre of mass, machine frame at home")
+
+
+class SizeTable(Figure):
+    """What is known of a machine's size, from which missing masses are estimated."""
+
+    kind: Literal["desktop", "machining-centre", "portal"] | None = Field(
+        None, description="size of machine, where travels aren't known"
+    )
+    mass: float | None = Field(None, gt=0.0, le=MOST_MASS, description="of the whole machine, kg")
 
 
 class AxisTable(StrictModel):
@@ -254,6 +285,7 @@ class AxisTable(StrictModel):
     max_speed: RateTable | None = None
     max_acceleration: AccelerationTable | None = None
     moved_mass: MassTable | None = Field(None, description="without workpiece and fixture")
+    motor: MotorTable | None = None
     carries: Literal["workpiece", "tool"] | None = Field(None, description="checked against the code")
     reversed: bool = Field(False, description="the control counts this axis in the opposite direction")
 
@@ -303,6 +335,7 @@ class MachineFile(StrictModel):
     spindle_idle: SpindleIdleTable | None = None
     auxiliary: AuxiliaryTable | None = None
     load: LoadTable | None = None
+    size: SizeTable | None = None
     axes: dict[Literal["X", "Y", "Z", "A", "B", "C"], AxisTable] = Field(
         default_factory=dict, description="one table per axis of the code"
     )

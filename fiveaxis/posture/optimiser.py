@@ -10,7 +10,7 @@ from threadpoolctl import threadpool_limits
 
 from fiveaxis.errors import SettingError, ToolpathError
 from fiveaxis.geometry import Array
-from fiveaxis.machine import Machine
+from fiveaxis.machine import Machine, power_findings, with_powers
 from fiveaxis.motion import Filling, Interpolation
 from fiveaxis.nc import Clock
 from fiveaxis.posture.local.refinement import STRUCTURED, require_solver
@@ -137,8 +137,9 @@ def optimise(
         effort = replace(effort, last_barrier=ROUGH)
     progress, smoothing, up_penalty = options.progress, options.smoothing, options.up_penalty
     cone = Cone.of(constraints)
-    machine = holding.hold(machine, constraints.hold)
+    machine = holding.hold(with_powers(machine), constraints.hold)
     toolpath = constraints.zoned(toolpath)
+    toolpath = replace(toolpath, findings=(*toolpath.findings, *power_findings(machine)))
     if options.is_timed:
         toolpath = replace(toolpath, findings=(*toolpath.findings, *time_findings(machine)))
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from fiveaxis.energy import Energy, motion_energy
+from fiveaxis.energy import Energy, energy_draws, motion_energy
 from fiveaxis.former import warn_former
 from fiveaxis.geometry import Array
 from fiveaxis.kinematics import tool_poses
@@ -210,6 +210,21 @@ class Solution:
             for name, energy in self.baselines.items()
             if energy.total > 0.0
         }
+
+    def savings_ranges(self) -> dict[str, tuple[float, float]]:
+        """Compute between which shares the savings lie if drives are estimated; empty if none is.
+
+        `energy_draws` draws machines from the bands of the drives; the program is the same on all of them.
+        """
+        draws = energy_draws(self.machine)
+        if draws is None:
+            return {}
+        own, ranges = draws @ self.energy.joules, {}
+        for name, energy in self.baselines.items():
+            if energy.total > 0.0:
+                saved = 1.0 - own / (draws @ energy.joules)
+                ranges[name] = (float(saved.min()), float(saved.max()))
+        return ranges
 
     def time_savings(self) -> dict[str, float]:
         """Compute the saved share of the program's time against each baseline; empty without a clock."""

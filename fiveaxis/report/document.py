@@ -30,6 +30,7 @@ MEASURES = ("total", "travel", "with_base", "run_time")
 UNITS = {
     "energy": "J",
     "time": "s",
+    "savings_range": "shares, least and most on machines drawn from the bands of estimated powers",
     "savings": "share of the baseline, 1 is everything; negative is a loss",
     "tilt": "deg",
     "residuals.tilt": "rad",
@@ -82,6 +83,7 @@ def report_document(
             **{name: _rates(solution, b.motion) for name, b in solution.compared.items()},
         },
         "savings": {name: _savings(solution.energy, e) for name, e in solution.baselines.items()},
+        "savings_range": {name: list(ends) for name, ends in solution.savings_ranges().items()},
         "bound": {**solution.bound.as_dict(), "gap": solution.gap},
         "optima": solution.optima and solution.optima.as_dict(),
         "summary": _summary(findings, solution.toolpath, verification["counts"]),

@@ -104,10 +104,22 @@ def _saved(document: Mapping[str, Any], baseline: str | None) -> str:
     after, before = (escape(tables.number(energy["total"])) for energy in energies)
     return (
         f"<p>Against <b>{escape(baseline)}</b>: {after} J instead of {before} J "
-        f"({BOUNDARIES['total']}; both are whole programs).</p>\n"
+        f"({BOUNDARIES['total']}; both are whole programs).{_range(document, baseline)}</p>\n"
         f'<div class="cards">\n{cards}\n</div>\n'
         f"{_scroll(tables.baseline_table(document))}\n{_missing(document)}\n{_measures(document)}"
         f"{program_section(document)}"
+    )
+
+
+def _range(document: Mapping[str, Any], baseline: str) -> str:
+    """Say between which shares the saving lies if powers are estimated; empty if none is."""
+    ends = document["savings_range"].get(baseline)
+    if ends is None:
+        return ""
+    low, high = (escape(tables.saving(share)) for share in ends)
+    return (
+        f" Powers are estimated: on machines drawn from the bands of the estimates it is between {low} and "
+        f"{high}."
     )
 
 
