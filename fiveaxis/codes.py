@@ -101,6 +101,7 @@ PLANNING = {
         WARNING, "between two locations the tool or an axis is out of bounds; no path avoids that"
     ),
     "rapid-speed-unknown": Code(WARNING, "rapid moves of axes whose highest speed isn't known"),
+    "part-placed": Code(WARNING, "no work offset was given, and the part was placed where it can be cut"),
     "powers-estimated": Code(WARNING, "the powers of drives aren't known and were estimated, within bands"),
     "powers-borrowed": Code(NOTE, "the powers of drives are those of another machine"),
     "acceleration-unknown": Code(WARNING, "time is to be minimised, and an axis states no acceleration"),

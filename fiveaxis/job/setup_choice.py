@@ -14,6 +14,7 @@ from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array
 from fiveaxis.job.description import Job, SetupTable
 from fiveaxis.job.loading import Progress, load_job_machine, load_job_passes, load_surroundings
+from fiveaxis.job.placement import advised, place
 from fiveaxis.job.setup_search import SetupTrials, Tried, search_setups
 from fiveaxis.job.solution import add_findings
 from fiveaxis.job.stages import Outcome, run_stages
@@ -50,7 +51,7 @@ def run_job(job: Job, progress: Progress | None = None) -> Outcome:
         Wrong input, or no admissible posture in any setup (`Infeasible`).
     """
     if job.setup.search is None:
-        return run_stages(job, progress)
+        return _run_placed(job, progress)
     machine = load_job_machine(job)
     require_program(machine, job.control, job.coordinates, job.winding, job.nc)
     loaded = load_job_passes(job, progress)
@@ -79,6 +80,19 @@ def run_job(job: Job, progress: Progress | None = None) -> Outcome:
     kept = choice.explain_kept()
     solution = best.solution if kept is None else add_findings(best.solution, kept)
     return replace(best, solution=solution, sections=best.sections | {"setup_search": figures})
+
+
+def _run_placed(job: Job, progress: Progress | None) -> Outcome:
+    """Take a job through all stages, with the part where the job says, or else where it is reached."""
+    machine = load_job_machine(job)
+    require_program(machine, job.control, job.coordinates, job.winding, job.nc)
+    toolpath, passes = load_job_passes(job, progress)
+    placed, findings = place(job, machine, toolpath)
+    toolpath = replace(toolpath, findings=(*toolpath.findings, *findings))
+    try:
+        return run_stages(placed, progress, (toolpath, passes), moved=placed is not job)
+    except Infeasible as fault:
+        raise advised(fault, placed, machine, toolpath) from None
 
 
 class _Choice:

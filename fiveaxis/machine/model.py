@@ -381,8 +381,8 @@ class Machine:
                 lacks = f"has no {role} axis" if source is None else f"has no power of {source}"
                 raise MachineError(
                     f"machine {other.name!r} {lacks}, so {axis.letter} of {self.name!r} can't have its "
-                    f"drive; say which axis to take, as in --drives {other.name}:{axis.letter}={other.letters[-1]}, "
-                    "or leave --drives out: missing powers are then estimated"
+                    f"drive; say which to take (--drives {other.name}:{axis.letter}={other.letters[-1]}), or "
+                    "leave --drives out: missing powers are then estimated"
                 )
             axes.append(_borrowing(axis, other.axis(source), self, other))
             for figure in ("drive", "moved_mass"):

@@ -1,0 +1,202 @@
+"""Where the part stands when nobody says: on the table's centre, or where its path can be reached."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from itertools import product
+
+import numpy as np
+
+from fiveaxis.errors import Infeasible
+from fiveaxis.findings import Finding, Severity
+from fiveaxis.geometry import Array, BoolArray, IntArray, perpendicular
+from fiveaxis.job.box_search import search_box
+from fiveaxis.job.description import Job
+from fiveaxis.kinematics import hold_singular, linear_positions, rotary_angles, within_limits
+from fiveaxis.kinematics.windings import into_limits
+from fiveaxis.machine import Body, Box, Cylinder, Limits, Machine
+from fiveaxis.machine.chain import Triple, as_triple
+from fiveaxis.posture.baselines import INSIDE
+from fiveaxis.toolpath import Constraints, Toolpath
+
+# Locations of the path, and tool axes at each of them, on which places are tried.
+LOCATIONS, RINGS, AXES_PER_RING = 120, 4, 16
+# Places that are tried in the whole range, and again around the best one; the second range, as a share.
+TRIES, AROUND = 400, 0.1
+# Distance to keep from the ends of linear axes: mm, and at most this share of their travel.
+MARGIN, MARGIN_SHARE = 10.0, 0.05
+# What a mm away from the table's centre counts beside a mm beyond a limit, at one location.
+ASIDE = 1e-3
+
+
+def place(job: Job, machine: Machine, toolpath: Toolpath) -> tuple[Job, tuple[Finding, ...]]:
+    """Choose where the part stands if a job gives no work offset.
+
+    It stands on the table's centre (`table_centre`) if the path is reached there; else at the nearest place,
+    rounded to mm, at which as much of it is reached as can be found.
+
+    Returns
+    -------
+    The job with its offset, and what has been chosen; no finding where the offset is given or 0
+    """
+    if "offset" in job.setup.model_fields_set or job.setup.search is not None or job.hold:
+        return job, ()
+    reach = Reach.of(toolpath, machine, job.constraints, job.setup.rotation)
+    centre = table_centre(machine)
+    offset, why = centre, "no work offset was given"
+    if not reach.reached(centre).all():
+        missed = int((~reach.reached(centre)).sum())
+        offset = reach.nearest(centre)
+        why += f", and on the table's centre {missed} of {len(reach)} tried locations can't be reached"
+    if offset == (0.0, 0.0, 0.0):
+        return job, ()
+    setup = job.setup.model_copy(update={"offset": offset})
+    placed = job.model_copy(update={"setup": setup})
+    message = f"part placed at {_words(offset)}: {why}; --work-offset says otherwise"
+    return placed, (Finding(Severity.WARNING, "part-placed", message),)
+
+
+def advised(fault: Infeasible, job: Job, machine: Machine, toolpath: Toolpath) -> Infeasible:
+    """Add to a fault where the part could stand so that every location is reached; unchanged if nowhere."""
+    if job.hold or not any(finding.code == "no-posture" for finding in fault.findings):
+        return fault
+    reach = Reach.of(toolpath, machine, job.constraints, job.setup.rotation)
+    if not len(reach) or reach.reached(job.setup.offset).all():
+        return fault
+    nearest = reach.nearest(job.setup.offset)
+    reached = int(reach.reached(nearest).sum())
+    share = "all of them are" if reached == len(reach) else f"{reached} of {len(reach)} tried ones are"
+    text = f"with the part at {_words(nearest)} {share} reached (--work-offset {_numbers(nearest)})"
+    return Infeasible(f"{fault}; {text}", fault.findings)
+
+
+def table_centre(machine: Machine) -> Triple:
+    """Return the top of the body that carries the part, mm, machine frame; 0 where there is none."""
+    link = machine.code.table[0] if machine.code.table else "bed"
+    tops = [top for body in machine.bodies if body.link == link and (top := _top(body)) is not None]
+    return max(tops, key=lambda top: top[2], default=(0.0, 0.0, 0.0))
+
+
+def _top(body: Body) -> Triple | None:
+    """Return the middle of a body's upper side; None for a mesh, or a cylinder that lies."""
+    shape = body.shape
+    if isinstance(shape, Box):
+        x, y, z = shape.center
+        return x, y, z + shape.size[2] / 2.0
+    if isinstance(shape, Cylinder) and abs(shape.direction[2]) > 1.0 - 1e-9:
+        x, y, z = shape.center
+        return x, y, z + shape.height / 2.0
+    return None
+
+
+@dataclass(frozen=True, eq=False)
+class Reach:
+    """Postures of some locations of a path, with the axis values that they need wherever the part stands.
+
+    With the rotary angles given, the linear axes' values are linear in the work offset.
+
+    Parameters
+    ----------
+    positions : (n, m, l), mm, of the linear axes with the offset 0; infinite for postures that aren't allowed
+    slopes : (n, m, l, 3), mm per mm of offset
+    low, high : (l,), mm, limits
+    """
+
+    positions: Array
+    slopes: Array
+    low: Array
+    high: Array
+
+    @classmethod
+    def of(cls, toolpath: Toolpath, machine: Machine, constraints: Constraints, rotation: Triple) -> Reach:
+        """Sample tool axes within the bounds at some of the locations where a cut begins or ends."""
+        zoned = constraints.zoned(toolpath)
+        tilt = constraints.lean_bounds(zoned)
+        known = np.flatnonzero(zoned.bounding & np.isfinite(tilt.reference).all(axis=1))
+        rows = _spread(zoned.pivot, known)
+        leans = np.linspace(tilt.low + INSIDE, tilt.high - INSIDE, RINGS)
+        turns = np.linspace(0.0, 2.0 * np.pi, AXES_PER_RING, endpoint=False)
+        reference = tilt.reference[rows]
+        across = perpendicular(reference)
+        beside = np.cross(reference, across)
+        columns = machine.linear_columns
+        found, slopes = [], []
+        for lean, turn in product(leans, turns):
+            axis = np.cos(lean) * reference + np.sin(lean) * (np.cos(turn) * across + np.sin(turn) * beside)
+            rotary = into_limits(machine, hold_singular(rotary_angles(machine, axis), axis, machine))
+            tips = zoned.at(rows).tips(axis)[None]
+            at = [
+                linear_positions(machine.with_setup(offset, rotation), tips, rotary)
+                for offset in ((0.0, 0.0, 0.0), *map(as_triple, np.eye(3)))
+            ]
+            inside = within_limits(_endless(machine), at[0]) & tilt.admits(axis, rows)
+            for branch in range(len(rotary)):
+                zero = at[0][branch][:, columns]
+                found.append(np.where(inside[branch][:, None], zero, np.inf))
+                slopes.append(np.stack([at[k][branch][:, columns] - zero for k in (1, 2, 3)], axis=-1))
+        return cls(
+            np.stack(found, axis=1),
+            np.nan_to_num(np.stack(slopes, axis=1)),
+            machine.low[columns],
+            machine.high[columns],
+        )
+
+    def __len__(self) -> int:
+        return len(self.positions)
+
+    def excess(self, offset: Triple, margin: Array | float = 0.0) -> Array:
+        """Compute how far the best posture is beyond the linear limits, (n,) mm; negative inside."""
+        positions = self.positions + self.slopes @ np.array(offset)
+        past = np.maximum(positions - self.high, self.low - positions) + margin
+        return np.asarray(past.max(axis=2, initial=-np.inf).min(axis=1))
+
+    def reached(self, offset: Triple) -> BoolArray:
+        """Check which locations have a posture within all limits, (n,)."""
+        return np.asarray(self.excess(offset) <= 0.0)
+
+    def nearest(self, start: Triple) -> Triple:
+        """Find a place at which as many locations as possible are reached, near `start`; whole mm."""
+        if not len(self):
+            return start
+        span = self.high - self.low
+        margin = np.minimum(MARGIN, MARGIN_SHARE * span)
+        best, least = np.array(start), math.inf
+
+        def cost(offset: Array) -> float:
+            nonlocal best, least
+            # A posture that no place allows counts as a metre.
+            past = np.clip(self.excess(as_triple(offset), margin), 0.0, 1000.0)
+            found = float(past.sum() + ASIDE * np.linalg.norm(offset - start))
+            if found < least:
+                best, least = offset, found
+            return found
+
+        side = 2.0 * float(np.max(span[np.isfinite(span)], initial=MARGIN))
+        for size in (side, AROUND * side):
+            origin = best
+            search_box(lambda u: cost(np.round(origin + (u - 0.5) * size)), np.full(3, 0.5), TRIES)  # noqa: B023
+        return as_triple(best + 0.0)  # no -0
+
+
+def _spread(pivot: Array, rows: IntArray) -> IntArray:
+    """Choose locations evenly along a path, and those at its ends in each direction."""
+    if not len(rows):
+        return rows
+    even = rows[np.unique(np.linspace(0, len(rows) - 1, LOCATIONS).astype(np.int64))]
+    ends = [rows[f(pivot[rows, k])] for f in (np.argmin, np.argmax) for k in range(3)]
+    return np.unique(np.concatenate([even, ends]))
+
+
+def _endless(machine: Machine) -> Machine:
+    """Return the machine without limits of its linear axes."""
+    axes = tuple(axis if axis.is_rotary else replace(axis, limits=Limits()) for axis in machine.axes)
+    return replace(machine, axes=axes)
+
+
+def _words(offset: Triple) -> str:
+    return " ".join(f"{letter}{value:g}" for letter, value in zip("XYZ", offset, strict=True))
+
+
+def _numbers(offset: Triple) -> str:
+    return ",".join(f"{value:g}" for value in offset)
