@@ -162,7 +162,8 @@ def _option(text: str) -> None:
 
 HAYASHI, TRUNNION = ("-m", "hayashi-640123"), ("-m", "linuxcnc-xyzac-trt", "--rapid", "1000")
 CUTTER = ("--tool", "ball:8")
-LOG = ("--power", "p", "--velocity", "v", "--acceleration", "a")
+LOG = ("--power", "p", "--velocity", "v", "--acceleration", "a", "--time", "t")
+UNITS = ("--power-unit", "W", "--velocity-unit", "mm/s", "--acceleration-unit", "mm/s2", "--time-unit", "s")
 
 
 def readers() -> list[Reader]:
@@ -238,7 +239,7 @@ def _verbs() -> Iterator[Reader]:
     yield Reader("urdf", machines, _verb(".toml", "urdf"), 0.01)
     yield Reader("import", Seeds((seeds.INI,)), _verb(".ini", "import"), 0.01)
     yield Reader(
-        "calibrate", logs, _verb(".csv", "calibrate", "--axis", "X", "--model", "affine", *LOG), 0.01
+        "calibrate", logs, _verb(".csv", "calibrate", "--axis", "X", "--model", "affine", *LOG, *UNITS), 0.01
     )
     yield Reader("plan", boxes, _verb(".off", "plan", *planning), 0.01)
     yield Reader("optimise", points, _verb(".csv", "optimise", *posture), 0.002)

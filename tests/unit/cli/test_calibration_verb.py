@@ -29,7 +29,9 @@ def log(tmp_path: Path) -> Path:
     return file
 
 
-AFFINE = ("--axis", "Y", "--model", "affine", "--power", "drive power", "--velocity", "speed")
+UNITS = {"power_unit": "W", "velocity_unit": "mm/s"}
+AFFINE = ("--axis", "Y", "--model", "affine", "--power", "drive power", "--power-unit", "W")
+AFFINE += ("--velocity", "speed", "--velocity-unit", "mm/s")
 
 
 def test_without_an_output_the_block_stands_on_stdout_beneath_the_coefficients(log):
@@ -37,7 +39,7 @@ def test_without_an_output_the_block_stands_on_stdout_beneath_the_coefficients(l
     assert result.exit_code == 0, result.output
     assert "plus slope" in result.stdout
     assert "R² " in result.stdout
-    found = calibrate_drive(log, axis="Y", model="affine", power="drive power", velocity="speed")
+    found = calibrate_drive(log, axis="Y", model="affine", power="drive power", velocity="speed", **UNITS)
     assert result.stdout.endswith("\n" + found.block)
     assert result.stderr == ""
 
@@ -86,6 +88,7 @@ def test_the_umich_log_is_explained_from_the_command_line(data, axis):
     }
     words = [word for option, name in columns.items() for word in (option, f"{axis}1_{name}")]
     words += ["--axis", axis, "--model", "friction", "--power-unit", "kW", "--max-acceleration", "30"]
+    words += ["--velocity-unit", "mm/s", "--acceleration-unit", "mm/s2"]
     result = run(data / "power" / "umich_experiment_01.csv", *words, "--json")
     assert result.exit_code == 0, result.output
     assert json.loads(result.stdout)["r_squared"] >= 0.95
@@ -103,7 +106,7 @@ def test_a_missing_column_is_one_line_on_stderr_that_names_the_nearest(log):
     ("words", "message"),
     [
         (("--moved-mass", "-4"), "moved mass is -4 kg"),
-        (("--length-unit", "deg"), "is deg, but the axis is linear"),
+        (("--velocity-unit", "deg/s"), "is deg/s, but the axis is linear"),
         (("--figure", "residuals.gif"), "let it end in .png or .svg"),
         (("--terms", "friction, drag", "--model", "friction", "--moved-mass", "4"), "no term 'drag'"),
     ],
