@@ -130,8 +130,8 @@ def fit_model(model: DriveModel, record: Record) -> RobustFit:
     unidentified = tuple(model.terms[i].name for i in _made_of_others(jacobian))
     if unidentified:
         return RobustFit(values, np.full(len(values), np.inf), scale, unidentified)
+    scales = np.where(moving, scale, still)
     try:
-        scales = np.where(moving, scale, still)
         widths = _half_widths(jacobian / scales[:, None], residuals(values) / scales)
     except np.linalg.LinAlgError:  # rows that the loss counts for almost nothing identify none of them
         return RobustFit(values, np.full(len(values), np.inf), scale, tuple(t.name for t in model.terms))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
@@ -116,9 +117,11 @@ def split_at_jumps(
 
 def _likely_unit(ratio: float, unit: str, *, rotary: bool) -> str:
     units = quantities(rotary=rotary)["velocity"].units
-    for other, size in units.items():
-        if AGREEING[0] <= ratio * units[unit] / size <= AGREEING[1]:
-            return f"the likely unit of the velocity is {other}, not {unit}"
+    nearest = (
+        min(units, key=lambda other: abs(math.log(ratio * units[unit] / units[other]))) if ratio else unit
+    )
+    if nearest != unit and AGREEING[0] <= ratio * units[unit] / units[nearest] <= AGREEING[1]:
+        return f"the likely unit of the velocity is {nearest}, not {unit}"
     return "check the units of position, velocity and time"
 
 
