@@ -152,12 +152,17 @@ def _print_runs(found: Calibration) -> None:
     table = Table(*heads, *(["all rows J", "drive J", "error"] if bounded else []), box=None)
     for run in found.runs:
         cells = [run.name, "held out" if run.held_out else "fitted", f"{run.time:.1f}"]
-        cells += [f"{run.measured:.2f}", f"{run.fitted:.2f}", f"{run.error:+.1%}", f"{run.r_squared:.3f}"]
+        cells += [f"{run.measured:.2f}", f"{run.fitted:.2f}", _signed(run.error), f"{run.r_squared:.3f}"]
         if bounded:
-            cells += [f"{run.whole_measured:.2f}", f"{run.whole_fitted:.2f}", f"{run.whole_error:+.1%}"]
+            cells += [f"{run.whole_measured:.2f}", f"{run.whole_fitted:.2f}", _signed(run.whole_error)]
         table.add_row(*map(escape, cells))
     out.print(table)
     out.print(
-        f"held-out runs together: {found.held_out_error:+.1%}"
-        + (f", all rows {found.held_out_whole_error:+.1%}" if bounded else "")
+        f"held-out runs together: {_signed(found.held_out_error)}"
+        + (f", all rows {_signed(found.held_out_whole_error)}" if bounded else "")
     )
+
+
+def _signed(error: float) -> str:
+    # Rounded first: -0.0% would be a sign without an error.
+    return f"{round(error, 3) + 0.0:+.1%}"

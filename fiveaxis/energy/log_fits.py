@@ -132,9 +132,11 @@ def record_of(rows: AxisLog, facts: AxisFacts) -> Record:
 
 def _require_content(rows: AxisLog, model: DriveModel) -> None:
     """Raise if a log can't identify the coefficients, whatever they are."""
-    own = [term for term in model.terms if term.name != STANDING]
-    least = ROWS_PER_TERM * len(own)
     moving = int(np.count_nonzero(rows.speed))
+    # The rows at standstill tell a constant power, if they suffice.
+    constant = (STANDING, "hold") if len(rows) - moving >= ROWS_PER_TERM else ()
+    own = [term for term in model.terms if term.name not in constant]
+    least = ROWS_PER_TERM * len(own)
     if moving < least:
         lost = "".join(f"; {count} dropped: {reason}" for reason, count in rows.dropped.items())
         raise InputError(
