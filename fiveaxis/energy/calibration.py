@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fiveaxis.energy.calibration_record import Calibration, Coefficient, RunEnergy
+from fiveaxis.energy.calibration_record import Calibration, Coefficient, RunEnergy, held_out_error
 from fiveaxis.energy.drive_terms import STANDING, AxisFacts, require_facts
 from fiveaxis.energy.log_columns import LogColumns, require_columns
 from fiveaxis.energy.log_fits import (
@@ -25,7 +25,7 @@ from fiveaxis.energy.log_fits import (
     require_fit,
     steady_rows,
 )
-from fiveaxis.energy.motion_log import AxisLog, join_logs, read_axis_log
+from fiveaxis.energy.motion_log import AxisLog, join_logs, read_axis_log, require_motion
 from fiveaxis.errors import InputError, SettingError
 
 # Share of the highest speed that the noise of a scale, or of a differentiated position, shows at rest.
@@ -63,7 +63,7 @@ def calibrate_drive(
     efficiency: float = 1.0,
     terms: Sequence[str] | None = None,
     proportional: bool = False,
-    hold_out: Sequence[Log] = (),
+    hold_out: Log | Sequence[Log] = (),
 ) -> Calibration:
     """Fit a drive model to logs of an axis.
 
@@ -73,8 +73,8 @@ def calibrate_drive(
 
     Parameters
     ----------
-    log : CSV file, or several of the same columns, which are fitted together; with several and none held
-        out, each is held out in turn from a fit of the others
+    log : CSV file, or several of the same columns, which are fitted together; with several that move and none
+        held out, each of these is held out in turn from a fit of the others
     axis : its letter
     model : friction, affine, weight or directional
     power, velocity, acceleration, position, time : names of columns; missing ones are derived
@@ -147,10 +147,11 @@ def calibrate_drive(
         voltage=voltage,
     )
     require_columns(columns, rotary=facts.rotary)
-    logs = [log] if isinstance(log, str | Path) else list(log)
-    _require_choice(logs, hold_out, columns, facts)
+    logs, held_out = _listed(log), _listed(hold_out)
+    _require_choice(logs, held_out, columns, facts)
     runs = [read_axis_log(one, columns, rotary=facts.rotary) for one in logs]
-    others = [read_axis_log(one, columns, rotary=facts.rotary) for one in hold_out]
+    others = [read_axis_log(one, columns, rotary=facts.rotary) for one in held_out]
+    require_motion(join_logs(runs), columns, rotary=facts.rotary)
     still = _standstill(join_logs(runs), facts)
     runs, others = ([_with_rests(run, still) for run in group] for group in (runs, others))
     _require_watts(join_logs(runs), columns)
@@ -158,6 +159,10 @@ def calibrate_drive(
     require_fit(fit)
     names = tuple(Path(run.file).name for run in runs)
     return _assess(fit, names, _energies(runs, others, fit, facts), columns, facts)
+
+
+def _listed(logs: Log | Sequence[Log]) -> list[Log]:
+    return [logs] if isinstance(logs, str | Path) else list(logs)
 
 
 def _require_choice(
@@ -218,19 +223,30 @@ def _require_watts(rows: AxisLog, columns: LogColumns) -> None:
 def _energies(
     runs: Sequence[AxisLog], others: Sequence[AxisLog], fit: LogFit, facts: AxisFacts
 ) -> tuple[RunEnergy, ...]:
-    """Price every run with a drive; of several logs without others, each with a fit of the rest."""
+    """Price every run with a drive; without others, each run that moves with a fit of the rest.
+
+    Raises
+    ------
+    InputError
+        A fit of the rest isn't possible.
+    """
     if others:
         return (
             *(_energy(run, fit, facts, held_out=False) for run in runs),
             *(_energy(run, fit, facts, held_out=True) for run in others),
         )
-    if len(runs) == 1:
-        return ()
-    rest = [[one for one in runs if one is not run] for run in runs]
-    return tuple(
-        _energy(run, fit_logs(rest_of_run, facts), facts, held_out=True)
-        for run, rest_of_run in zip(runs, rest, strict=True)
-    )
+    moving = [run for run in runs if run.speed.any()]
+    found = []
+    for run in moving if len(moving) > 1 else ():
+        try:
+            rest = fit_logs([one for one in runs if one is not run], facts)
+        except InputError as fault:
+            name = Path(run.file).name
+            raise InputError(
+                f"{fault} (without {name}, held out in turn; name the runs to hold out)"
+            ) from None
+        found.append(_energy(run, rest, facts, held_out=True))
+    return tuple(found)
 
 
 def _energy(run: AxisLog, fit: LogFit, facts: AxisFacts, *, held_out: bool) -> RunEnergy:
@@ -280,7 +296,7 @@ def _assess(
         dropped=rows.dropped,
         gaps=rows.gaps,
         source=rows.source,
-        note=_note(fit, columns, facts),
+        note=_note(fit, runs, columns, facts),
         runs=runs,
         speed=record.speed,
         power=record.power,
@@ -288,7 +304,7 @@ def _assess(
     )
 
 
-def _note(fit: LogFit, columns: LogColumns, facts: AxisFacts) -> str:
+def _note(fit: LogFit, runs: Sequence[RunEnergy], columns: LogColumns, facts: AxisFacts) -> str:
     """List the assumptions behind the coefficients, and what the fit left out."""
     parts = []
     if columns.nominal is not None:
@@ -303,11 +319,13 @@ def _note(fit: LogFit, columns: LogColumns, facts: AxisFacts) -> str:
         if not facts.dynamic:
             parts.append("steady rows, without the axis's inertia")
     parts += [f"not identified by these rows: {', '.join(fit.left_out)}"] if fit.left_out else []
-    parts += _standing_notes(fit, facts)
+    parts += _standing_notes(fit)
+    held = sum(run.held_out for run in runs)
+    parts += [f"energy of held-out logs ({held}): {held_out_error(runs):+.1%}"] if held else []
     return "; ".join(parts)
 
 
-def _standing_notes(fit: LogFit, facts: AxisFacts) -> list[str]:
+def _standing_notes(fit: LogFit) -> list[str]:
     """Say where the power at standstill is."""
     standing = fit.model.standing(fit.values)
     if standing > NEGLIGIBLE * float(np.median(np.abs(fit.record.power[fit.record.moving]))):

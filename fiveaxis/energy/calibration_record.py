@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -72,6 +72,12 @@ def relative_error(fitted: float, measured: float) -> float:
     return fitted / measured - 1.0 if measured > 0.0 else math.nan
 
 
+def held_out_error(runs: Iterable[RunEnergy]) -> float:
+    """Return the relative error of the energy of the held-out runs together; NaN without any."""
+    held = [run for run in runs if run.held_out]
+    return relative_error(sum(run.fitted for run in held), sum(run.measured for run in held))
+
+
 @dataclass(frozen=True, eq=False)
 class Calibration:
     """A drive fitted to a log, and the quality of the fit.
@@ -129,8 +135,7 @@ class Calibration:
     @property
     def held_out_error(self) -> float:
         """Relative error of the energy of all held-out runs together; NaN without any."""
-        held = [run for run in self.runs if run.held_out]
-        return relative_error(sum(run.fitted for run in held), sum(run.measured for run in held))
+        return held_out_error(self.runs)
 
     @property
     def held_out_whole_error(self) -> float:

@@ -49,6 +49,18 @@ class LogColumns:
         return self.power_unit in ("W", "kW")
 
     @property
+    def power_kind(self) -> str:
+        """The quantity of the power's column: power, load or current."""
+        return "power" if self.signed else "load" if self.is_load else "current"
+
+    @property
+    def speed_column(self) -> tuple[str, str | None]:
+        """Where the speed comes from, and its unit; None if it is derived."""
+        if self.velocity is None:
+            return f"{self.position} by time", None
+        return self.velocity, self.velocity_unit
+
+    @property
     def nominal(self) -> float | None:
         """Power of 100 % or of 1 A, W; None if it isn't known, or the power is in W already."""
         if not self.is_load:

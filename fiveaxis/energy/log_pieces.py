@@ -94,6 +94,9 @@ def split_at_jumps(
     InputError
         Position and speed disagree in size or direction.
     """
+    least = np.radians(1.0) if rotary else 1.0
+    if np.ptp(position) < least and np.abs(speed).max() < least:
+        return pieces  # a log of a standstill has noise only
     time = np.diff(pieces.time)
     travel, mean = np.diff(position), 0.5 * (speed[1:] + speed[:-1]) * time
     fast = ~pieces.broken & (np.abs(mean) > FAST * np.abs(mean).max())

@@ -123,7 +123,7 @@ def _spell(unit: str) -> str:
 def require_plausible(
     name: str, values: Array, unit: str | None, *, rotary: bool, column: str, lines: IntArray, file: Path
 ) -> None:
-    """Raise if a column's peak isn't one of a machine tool in the stated unit.
+    """Raise if a column's peak is above that of machine tools in the stated unit.
 
     Parameters
     ----------
@@ -151,15 +151,29 @@ def require_plausible(
             line=int(lines[first]),
         )
     if len(above):
-        which = f"above the {quantity.most:g}"
-    elif 0.0 < peak < quantity.least:
-        which = f"below the {quantity.least:g}"
-    else:
-        return
+        _refuse_peak(name, quantity, peak, unit, f"above the {quantity.most:g}", column, str(file))
+
+
+def require_large_enough(
+    name: str, values: Array, unit: str | None, *, rotary: bool, column: str, files: str
+) -> None:
+    """Raise if a column's peak in all logs is below that of machine tools; parameters as above.
+
+    It is 0 where nothing moves, and small in a log of a standstill alone, so the logs are looked at together.
+    """
+    quantity = quantities(rotary=rotary)[name]
+    peak = float(np.abs(values).max(initial=0.0)) / quantity.units[quantity.shown]
+    if 0.0 < peak < quantity.least:
+        _refuse_peak(name, quantity, peak, unit, f"below the {quantity.least:g}", column, files)
+
+
+def _refuse_peak(
+    name: str, quantity: Quantity, peak: float, unit: str | None, bound: str, column: str, files: str
+) -> None:
     raise InputError(
-        f"{name} in column {column!r} peaks at {peak:.4g} {quantity.shown}, {which} {quantity.shown} of "
+        f"{name} in column {column!r} peaks at {peak:.4g} {quantity.shown}, {bound} {quantity.shown} of "
         f"machine tools; {_hint(quantity, peak, unit)}",
-        file=file,
+        file=files,
     )
 
 

@@ -17,7 +17,13 @@ import numpy as np
 from fiveaxis.energy.log_columns import LogColumns
 from fiveaxis.energy.log_pieces import Pieces, require_growing, split_at_jumps
 from fiveaxis.energy.log_table import LARGEST, read_columns
-from fiveaxis.energy.log_units import DATES, require_plausible, require_plausible_step, require_unit
+from fiveaxis.energy.log_units import (
+    DATES,
+    require_large_enough,
+    require_plausible,
+    require_plausible_step,
+    require_unit,
+)
 from fiveaxis.errors import InputError
 from fiveaxis.files import MOST_PATH_BYTES, read_input
 from fiveaxis.geometry import Array, BoolArray, IntArray
@@ -150,6 +156,22 @@ def read_axis_log(log: str | Path, columns: LogColumns, *, rotary: bool) -> Axis
     return read.without(alone, ALONE)
 
 
+def require_motion(logs: AxisLog, columns: LogColumns, *, rotary: bool) -> None:
+    """Raise if logs, joined, reach no speed or no power of a machine tool in the stated units."""
+    column, unit = columns.speed_column
+    require_large_enough("velocity", logs.speed, unit, rotary=rotary, column=column, files=logs.file)
+    whole = columns.nominal or 1.0
+    size = whole / 100.0 if columns.is_load and columns.nominal is not None else whole
+    require_large_enough(
+        columns.power_kind,
+        logs.power / size,
+        columns.power_unit,
+        rotary=rotary,
+        column=columns.power,
+        files=logs.file,
+    )
+
+
 def _in_our_units(
     values: Mapping[str, Array], lines: IntArray, columns: LogColumns, file: Path, *, rotary: bool
 ) -> dict[str, Array]:
@@ -160,7 +182,7 @@ def _in_our_units(
         ours[quantity] = values[quantity] * require_unit(quantity, unit, rotary=rotary)
         if quantity == "time":
             continue
-        kind = quantity if quantity != "power" or columns.signed else "load" if columns.is_load else "current"
+        kind = columns.power_kind if quantity == "power" else quantity
         require_plausible(kind, ours[quantity], unit, rotary=rotary, column=column, lines=lines, file=file)
     if columns.is_load and columns.nominal is not None:
         ours["power"] = ours["power"] / 100.0 * columns.nominal
@@ -212,8 +234,8 @@ def _motion(
             line=int(lines[bad[0]]),
         )
     if "velocity" not in values:
-        known, column = np.isfinite(speed), f"{columns.position} by time"
+        known, (column, unit) = np.isfinite(speed), columns.speed_column
         require_plausible(
-            "velocity", speed[known], None, rotary=rotary, column=column, lines=lines[known], file=file
+            "velocity", speed[known], unit, rotary=rotary, column=column, lines=lines[known], file=file
         )
     return speed, acceleration

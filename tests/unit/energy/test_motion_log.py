@@ -334,3 +334,55 @@ def test_runs_are_different_logs_with_a_time(tmp_path):
         affine(first, **TIMED, hold_out=[first])
     with pytest.raises(SettingError, match=r"the energy of several runs needs the time"):
         affine([first, second], **COLUMNS)
+
+
+def standstill(path: Path, power: float = OFFSET + 5.0) -> Path:
+    """A log of an axis that stands, with the noise of its scale."""
+    rng = np.random.default_rng(8)
+    noise = {"x": 1e-3 * rng.standard_normal(200), "v": 0.02 * rng.standard_normal(200)}
+    return write(path, {"t": np.arange(200) * 0.01, **noise, "P": power + 0.1 * rng.standard_normal(200)})
+
+
+def test_the_standstill_may_be_a_log_of_its_own_and_is_held_out_of_nothing(tmp_path):
+    (moving,) = runs(tmp_path, [SLOPE])
+    columns = {"position": "x", "position_unit": "mm"}
+    found = affine([moving, standstill(tmp_path / "rest.csv", 15.0)], **TIMED, **columns)
+    values = {c.name: c.value for c in found.coefficients}
+    assert values["standing"] == pytest.approx(15.0, abs=0.1)
+    assert values["plus offset"] == pytest.approx(OFFSET - 15.0, abs=0.2)
+    assert found.runs == ()
+
+
+def test_a_run_that_the_others_need_is_named(tmp_path):
+    first, second = runs(tmp_path, [SLOPE, SLOPE])
+    short = tmp_path / "short.csv"
+    short.write_text("\n".join(second.read_text().splitlines()[:20]) + "\n")
+    with pytest.raises(
+        InputError, match=r"are too few .*\(without run0.csv, held out in turn; name the runs"
+    ):
+        affine([first, short], **TIMED)
+    assert affine(first, **TIMED, hold_out=short).runs[1].rows == 19
+
+
+def test_the_block_says_how_well_the_drive_gives_held_out_runs(tmp_path):
+    first, second = runs(tmp_path, [SLOPE, 2.0 * SLOPE])
+    found = affine(first, **TIMED, hold_out=[second])
+    assert f"energy of held-out logs (1): {found.held_out_error:+.1%}" in found.block
+
+
+def test_a_rotary_axis_is_read_in_its_units(tmp_path):
+    time = np.arange(2000) * 0.01
+    turns = 10.0 * np.sin(time)  # rev/min
+    power = 3.0 * np.abs(turns) + OFFSET
+    log = write(tmp_path / "c.csv", {"t": time, "v": turns, "P": power})
+    options = TIMED | {"velocity_unit": "rev/min"}
+    found = calibrate_drive(log, axis="C", model="affine", **options)
+    # 1 rev/min is 360 deg/min.
+    assert found.coefficients[0].value == pytest.approx(3.0 / 360.0, rel=1e-3)
+    with pytest.raises(InputError, match=r"peaks at .* deg/s, above the 7200 .*likely unit is deg/min"):
+        calibrate_drive(
+            write(tmp_path / "d.csv", {"t": time, "v": 360.0 * turns, "P": power}),
+            axis="C",
+            model="affine",
+            **options,
+        )
