@@ -2,6 +2,7 @@
 
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
+from time import tzset
 from typing import Any
 
 import numpy as np
@@ -386,3 +387,27 @@ def test_a_rotary_axis_is_read_in_its_units(tmp_path):
             model="affine",
             **options,
         )
+
+
+def test_a_gap_takes_no_energy(tmp_path):
+    whole = write(tmp_path / "whole.csv", swing())
+    columns = swing()
+    columns["t"] += 100.0 * (np.arange(400) >= 200)
+    paused = write(tmp_path / "paused.csv", columns)
+    first, second = affine(whole, **TIMED, hold_out=[paused]).runs
+    assert second.measured == pytest.approx(first.measured, rel=0.01)
+    assert second.time == pytest.approx(first.time, abs=0.02)
+
+
+def test_dates_without_a_zone_dont_jump_with_summer_time(tmp_path, monkeypatch):
+    monkeypatch.setenv("TZ", "Europe/Berlin")
+    tzset()
+    start = datetime(2026, 3, 29, 2, 59, 50)  # an hour that clocks of Berlin leave out
+    dates = [(start + timedelta(seconds=0.05 * i)).isoformat() for i in range(400)]
+    speed = 60.0 * np.cos(np.arange(400) * 0.05)
+    log = write(tmp_path / "log.csv", {"t": dates, "v": speed, "P": SLOPE * np.abs(speed) + OFFSET})
+    try:
+        assert not affine(log, **TIMED | {"time_unit": "iso"}).gaps
+    finally:
+        monkeypatch.undo()
+        tzset()
