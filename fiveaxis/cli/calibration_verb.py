@@ -80,8 +80,7 @@ def calibrate(
 ) -> None:
     """Fit the drive of an axis to logs of its speed and power, for the machine file.
 
-    Each column's unit is stated. Of several logs, each is held out in turn, or those of --hold-out are: the
-    table shows how well the drive gives the energy of runs to which it wasn't fitted.
+    Every column needs its unit. Of several logs each is held out in turn, or those of --hold-out are.
     """
     with errors_explained(as_json):
         from fiveaxis.energy.calibration import calibrate_drive
@@ -139,10 +138,20 @@ def _print_rows(found: Calibration) -> None:
         if found.nominal is not None:
             shares = [f"{p / found.nominal:.1%}" for p in (found.standstill_power, found.moving_power)]
             out.print(f"of {found.nominal:g} W: {shares[0]} standing, {shares[1]} moving")
-    for reason, count in found.dropped.items():
-        out.print(f"dropped {count} rows: {reason}")
-    for reason, count in found.gaps.items():
-        out.print(f"{count} gaps: {reason}")
+    _print_counts("", found.dropped, found.gaps)
+    if not all(run.held_out for run in found.runs):
+        # Otherwise each was held out in turn, and its rows are counted above.
+        for run in found.runs:
+            if run.held_out:
+                _print_counts(f"{run.name}: ", run.dropped, run.gaps)
+
+
+def _print_counts(place: str, dropped: Mapping[str, int], gaps: Mapping[str, int]) -> None:
+    """Say which rows of a log weren't used, and where it was split."""
+    for reason, count in dropped.items():
+        out.print(escape(f"{place}dropped {count} rows: {reason}"))
+    for reason, count in gaps.items():
+        out.print(escape(f"{place}{count} gaps: {reason}"))
 
 
 def _print_runs(found: Calibration) -> None:

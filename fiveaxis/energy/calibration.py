@@ -263,6 +263,8 @@ def _energy(run: AxisLog, fit: LogFit, facts: AxisFacts, *, held_out: bool) -> R
         whole_time=float(time.sum()),
         whole_measured=float(record.power @ time),
         whole_fitted=float(power @ time),
+        dropped=run.dropped,
+        gaps=run.gaps,
     )
 
 

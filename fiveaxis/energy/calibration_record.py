@@ -43,6 +43,8 @@ class RunEnergy:
     measured, fitted : J, of these rows
     r_squared : of their power
     whole_time, whole_measured, whole_fitted : s, J, of all rows, above the bound too
+    dropped : reason → number of rows of the file that are in neither
+    gaps : reason → number of steps between rows that are gaps
     """
 
     name: str
@@ -55,6 +57,8 @@ class RunEnergy:
     whole_time: float
     whole_measured: float
     whole_fitted: float
+    dropped: Mapping[str, int]
+    gaps: Mapping[str, int]
 
     @property
     def error(self) -> float:
@@ -191,6 +195,8 @@ class Calibration:
                     "whole_time_s": run.whole_time,
                     "whole_measured_J": run.whole_measured,
                     "whole_fitted_J": run.whole_fitted,
+                    "dropped": dict(run.dropped),
+                    "gaps": dict(run.gaps),
                 }
                 for run in self.runs
             ],

@@ -161,13 +161,14 @@ def test_held_out_runs_are_a_table(data, monkeypatch, tmp_path):
     monkeypatch.setenv("COLUMNS", "120")
     figure = tmp_path / "x.svg"
     result = umich(data, "X", "11", "--figure", figure, "-o", tmp_path / "x.toml")
-    rows = [line.split() for line in result.stdout.splitlines() if line.strip().startswith("umich_")]
+    rows = [line.split() for line in result.stdout.splitlines() if line.startswith(" umich_")]
     assert [row[0] for row in rows] == [
         f"umich_experiment_{n}.csv" for n in ("11", "01", "04", "05", "06", "16")
     ]
     assert rows[0][1] == "fitted"
     assert all(row[1:3] == ["held", "out"] and row[-1].endswith("%") for row in rows[1:])
     assert "held-out runs together: " in result.stdout
+    assert "umich_experiment_04.csv: 32 gaps: jumps of position" in result.stdout
     drawn = figure.read_text()
     assert "umich_experiment_04" in drawn
     assert "umich_experiment_11 (fitted)" in drawn
