@@ -293,7 +293,7 @@ def _assess(
         standstill_power=fit.idle,
         standstill_rows=fit.idle_rows,
         moving_power=float(np.median(record.power[moving])),
-        nominal=columns.nominal if columns.is_load else None,
+        nominal=columns.nominal,
         rows=len(rows),
         dropped=rows.dropped,
         gaps=rows.gaps,
@@ -309,8 +309,8 @@ def _assess(
 def _note(fit: LogFit, runs: Sequence[RunEnergy], columns: LogColumns, facts: AxisFacts) -> str:
     """List the assumptions behind the coefficients, and what the fit left out."""
     parts = []
-    if columns.nominal is not None:
-        each = f"load of {columns.nominal:g} W" if columns.is_load else f"current at {columns.nominal:g} V"
+    if not columns.signed:
+        each = f"load of {columns.nominal:g} W" if columns.is_load else f"current at {columns.voltage:g} V"
         parts.append(f"power from a {each}, without sign: braking counts as pushing")
     if facts.moved_mass is not None and facts.model in ("weight", "friction"):
         parts.append(f"moved mass given as {facts.moved_mass:g} kg, workpiece and fixture included")

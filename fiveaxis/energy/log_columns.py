@@ -62,14 +62,19 @@ class LogColumns:
 
     @property
     def nominal(self) -> float | None:
-        """Power of 100 % or of 1 A, W; None if it isn't known, or the power is in W already."""
-        if not self.is_load:
-            return self.voltage
-        if self.nominal_power is not None:
+        """Power of 100 % load, W; None if it isn't known."""
+        if self.nominal_power is not None or self.nominal_current is None or self.voltage is None:
             return self.nominal_power
-        if self.nominal_current is None or self.voltage is None:
-            return None
         return self.nominal_current * self.voltage
+
+    @property
+    def watts(self) -> float:
+        """W per unit of the power's column, W, % or A; 1 of a load whose nominal power isn't known."""
+        if self.signed:
+            return 1.0
+        if self.is_load:
+            return 1.0 if self.nominal is None else self.nominal / 100.0
+        return self.voltage or 1.0
 
 
 def require_columns(columns: LogColumns, *, rotary: bool) -> None:

@@ -40,7 +40,6 @@ class AxisLog:
     ----------
     file : from which it was read; several, if it was joined
     source : name of the file with its digest
-    lines : (n,), line of each row, from 1
     speed : (n,), mm/s or rad/s, signed
     acceleration : (n,), mm/s² or rad/s²; None if the log doesn't contain it
     power : (n,), W; % of a load whose nominal power isn't known
@@ -51,7 +50,6 @@ class AxisLog:
 
     file: str
     source: str
-    lines: IntArray
     speed: Array
     acceleration: Array | None
     power: Array
@@ -60,7 +58,7 @@ class AxisLog:
     gaps: Mapping[str, int]
 
     def __len__(self) -> int:
-        return len(self.lines)
+        return len(self.power)
 
     def without(self, rows: BoolArray, reason: str) -> AxisLog:
         """Return the log without some rows, (n,), counted under a reason."""
@@ -69,7 +67,6 @@ class AxisLog:
             return self
         return replace(
             self,
-            lines=self.lines[kept],
             speed=self.speed[kept],
             acceleration=None if self.acceleration is None else self.acceleration[kept],
             power=self.power[kept],
@@ -84,7 +81,6 @@ def join_logs(logs: Sequence[AxisLog]) -> AxisLog:
     return AxisLog(
         file=", ".join(log.file for log in logs),
         source="; ".join(log.source for log in logs),
-        lines=np.concatenate([log.lines for log in logs]),
         speed=np.concatenate([log.speed for log in logs]),
         acceleration=np.concatenate(accelerations) if accelerations else None,
         power=np.concatenate([log.power for log in logs]),
@@ -144,7 +140,6 @@ def read_axis_log(log: str | Path, columns: LogColumns, *, rotary: bool) -> Axis
     read = AxisLog(
         file=str(log),
         source=f"{file.name} (sha256 {hashlib.sha256(content).hexdigest()})",
-        lines=lines,
         speed=speed,
         acceleration=acceleration,
         power=values["power"],
@@ -160,11 +155,9 @@ def require_motion(logs: AxisLog, columns: LogColumns, *, rotary: bool) -> None:
     """Raise if logs, joined, reach no speed or no power of a machine tool in the stated units."""
     column, unit = columns.speed_column
     require_large_enough("velocity", logs.speed, unit, rotary=rotary, column=column, files=logs.file)
-    whole = columns.nominal or 1.0
-    size = whole / 100.0 if columns.is_load and columns.nominal is not None else whole
     require_large_enough(
         columns.power_kind,
-        logs.power / size,
+        logs.power / columns.watts,
         columns.power_unit,
         rotary=rotary,
         column=columns.power,
@@ -184,11 +177,7 @@ def _in_our_units(
             continue
         kind = columns.power_kind if quantity == "power" else quantity
         require_plausible(kind, ours[quantity], unit, rotary=rotary, column=column, lines=lines, file=file)
-    if columns.is_load and columns.nominal is not None:
-        ours["power"] = ours["power"] / 100.0 * columns.nominal
-    elif columns.nominal is not None:
-        ours["power"] = ours["power"] * columns.nominal
-    return ours
+    return ours | {"power": ours["power"] * columns.watts}
 
 
 def _pieces(
