@@ -14,8 +14,8 @@ from fiveaxis.energy.log_units import quantities
 from fiveaxis.errors import InputError
 from fiveaxis.geometry import Array, BoolArray, IntArray
 
-GAP = 10.0  # multiple of the median step above which the axis was not logged
-FASTER = 1.5  # multiple of the log's highest speed, by which no position changes: rows are missing
+GAP = 10.0  # multiple of the median step above which rows are missing
+FASTER = 1.5  # multiple of the log's highest speed; where a position changes faster, rows are missing too
 FAST = 0.25  # share of the longest step: travel of shorter ones is often below a position's last digit
 AGREEING = (0.6, 1.6)  # travel by position over travel by speed, which is sampled
 
@@ -99,10 +99,11 @@ def split_at_jumps(
         return pieces  # a log of a standstill has noise only
     time = np.diff(pieces.time)
     travel, mean = np.diff(position), 0.5 * (speed[1:] + speed[:-1]) * time
-    fast = ~pieces.broken & (np.abs(mean) > FAST * np.abs(mean).max())
-    if not (fast.any() and travel.any()):
+    fast = ~pieces.broken & (np.abs(mean) > FAST * np.abs(mean[~pieces.broken]).max(initial=0.0))
+    if not fast.any():
         return pieces
-    finest = float(np.abs(travel[travel != 0.0]).min())  # what a rounded position changes by
+    # A rounded position changes by its last digit.
+    finest = float(np.abs(travel[travel != 0.0]).min()) if travel.any() else 0.0
     jumps = ~pieces.broken & (np.abs(travel) > FASTER * np.abs(speed).max() * time + finest)
     # Where most steps are jumps the speed is too small throughout.
     whole = fast if (fast & jumps).sum() > 0.5 * fast.sum() else fast & ~jumps
@@ -125,7 +126,7 @@ def _likely_unit(ratio: float, unit: str, *, rotary: bool) -> str:
     )
     if nearest != unit and AGREEING[0] <= ratio * units[unit] / units[nearest] <= AGREEING[1]:
         return f"the likely unit of the velocity is {nearest}, not {unit}"
-    return "check the units of position, velocity and time"
+    return "check the columns and units of position, velocity and time"
 
 
 def require_growing(time: Array, lines: IntArray, name: str, file: Path) -> None:

@@ -135,6 +135,22 @@ def test_a_speed_that_contradicts_the_position_is_refused_with_the_likely_unit(t
     assert not affine(log, **TIMED | {"velocity_unit": real}, **position).gaps
 
 
+def test_a_position_of_another_axis_is_refused(tmp_path):
+    log = write(tmp_path / "log.csv", swing() | {"x": np.full(400, 12.0)})
+    with pytest.raises(
+        InputError, match=r"travels 0 times what its velocity gives; check the columns and units"
+    ):
+        affine(log, **TIMED, position="x", position_unit="mm")
+
+
+def test_a_speed_is_checked_by_the_position_in_a_log_with_a_long_gap(tmp_path):
+    columns = swing(2000)
+    columns["t"] += 1000.0 * (np.arange(2000) >= 1000)
+    log = write(tmp_path / "log.csv", columns | {"v": 0.1 * columns["v"]})
+    with pytest.raises(InputError, match=r"travels 10 times"):
+        affine(log, **TIMED, position="x", position_unit="mm")
+
+
 def test_a_speed_of_the_other_sign_is_refused(tmp_path):
     columns = swing()
     log = write(tmp_path / "log.csv", columns | {"v": -columns["v"]})
