@@ -10,7 +10,7 @@ from fiveaxis.machine.dump import machine_text, save_machine
 from fiveaxis.machine.files import load_machine, machine_names
 from fiveaxis.machine.linuxcnc import read_linuxcnc
 from fiveaxis.machine.model import Machine, Provenance
-from fiveaxis.machine.powers import describe_powers, lender_of, power_findings, with_powers
+from fiveaxis.machine.powers import describe_powers, lender_of, with_powers
 from fiveaxis.machine.setup import Load, Setup
 
 __all__ = [
@@ -42,7 +42,6 @@ __all__ = [
     "machine_names",
     "machine_text",
     "parse_code",
-    "power_findings",
     "read_linuxcnc",
     "save_machine",
     "with_powers",
