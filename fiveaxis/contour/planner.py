@@ -30,7 +30,7 @@ from fiveaxis.contour.spiral import Turns, join_spirals
 from fiveaxis.contour.walls import Walls
 from fiveaxis.errors import Infeasible, MeshError
 from fiveaxis.geometry import Array, IntArray
-from fiveaxis.mesh import Surface, TriangleTree, Unit, size_text, take_mesh
+from fiveaxis.mesh import Surface, TriangleTree, Unit, mesh_size, size_findings, size_text, take_mesh
 from fiveaxis.mesh.sections import section_loops
 from fiveaxis.mesh.surface import surface_normals
 from fiveaxis.toolpath import MoveKind, Tool, Toolpath, divide
@@ -121,7 +121,8 @@ def plan_contour(
     Returns
     -------
     Toolpath; `ignored` counts what was left out and why, and the finding ``contacts-left-out`` says how many
-    contacts no pass reaches: an error if they are more than half. `path_quality` measures its ridges and
+    contacts no pass reaches: an error if they are more than half; ``part-size``, that the part is so small or
+    large that its unit is doubtful. `path_quality` measures its ridges and
     chords
 
     Raises
@@ -171,7 +172,8 @@ def plan_passes(
         _refuse(surface, space, left_out, tool, name, overhang=options.overhang)
     path, first, last = _toolpath(linked, tool, options, name, left_out)
     found = left_out.findings(space, sum(len(p.cut.touching()) for p in linked), name)
-    path = replace(path, findings=found)
+    sized = size_findings(mesh_size(mesh), unit=unit, diameter=tool.diameter, name=name)
+    path = replace(path, findings=(*sized, *found))
     relink = Relinker.like(opened, options.lead_in, options.lead_out)
     return Plan(path, Passes(first, last, len(path), relink))
 
@@ -258,7 +260,7 @@ def _refuse(
             left_out.findings(space, 0, name),
         )
     raise MeshError(
-        f"has no {wall} on its sections (the part measures {size_text(np.ptp(surface.bounds, axis=0))})",
+        f"has no {wall} on its sections (the part measures {size_text(mesh_size(surface))})",
         file=name,
     )
 

@@ -13,7 +13,7 @@ from fiveaxis.contour.options import PlanOptions, Strategy
 from fiveaxis.contour.walls import Walls
 from fiveaxis.errors import ToolError
 from fiveaxis.geometry import Array, BoolArray, IntArray, normalise
-from fiveaxis.mesh import TriangleTree, Unit, facet_normals, take_mesh, tree_of
+from fiveaxis.mesh import TriangleTree, Unit, facet_normals, mesh_size, take_mesh, tree_of
 from fiveaxis.toolpath import Toolpath
 
 if TYPE_CHECKING:
@@ -39,6 +39,7 @@ class PlanReport:
     ridges : number of measured ridges
     edges : number of contacts' sides without a neighbouring pass within the ball's reach
     cut_length, link_length : mm, travel of the ball's centre in cuts and in links
+    part_size : (3,), mm, extents of the part
     """
 
     scallop_largest: float
@@ -48,6 +49,7 @@ class PlanReport:
     edges: int
     cut_length: float
     link_length: float
+    part_size: Array
 
 
 def path_quality(
@@ -102,6 +104,7 @@ def path_quality(
         edges=2 * int(cuts.moving.sum()) - len(heights),
         cut_length=float(toolpath.lengths[toolpath.cutting].sum()),
         link_length=float(toolpath.lengths[~toolpath.cutting].sum()),
+        part_size=mesh_size(mesh),
     )
 
 

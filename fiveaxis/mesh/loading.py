@@ -5,23 +5,20 @@ from __future__ import annotations
 import io
 import logging
 import warnings
-from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fiveaxis.errors import MeshError, SettingError
 from fiveaxis.files import MOST_MESH_BYTES, read_input, require_file
 from fiveaxis.geometry import Array
+from fiveaxis.mesh.size import MILLIMETRES, Unit, mesh_size, size_text
 
 if TYPE_CHECKING:
     import trimesh
 
 SUFFIXES = (".stl", ".ply", ".obj", ".off")
-# None of these formats states the unit of its coordinates.
-Unit = Literal["mm", "inch", "m"]
-MILLIMETRES: Mapping[Unit, float] = {"mm": 1.0, "inch": 25.4, "m": 1000.0}
 # Bytes of a binary STL: its header, whose last four are the number of triangles, and one triangle.
 STL_HEAD, STL_TRIANGLE = 84, 50
 DAMAGED = "it is damaged, truncated, or of another format; export it again"
@@ -77,16 +74,6 @@ def load_mesh(
     mesh = check_mesh(parsed, name=str(file), allow_open=allow_open, turn=turn)
     logger.info("%s: %d triangles, %s", file.name, len(mesh.faces), size_text(mesh_size(mesh)))
     return mesh
-
-
-def mesh_size(mesh: trimesh.Trimesh) -> Array:
-    """Return the extents of a mesh along X, Y and Z, (3,) mm."""
-    return np.asarray(np.ptp(mesh.vertices, axis=0), dtype=float)
-
-
-def size_text(size: Array) -> str:
-    """Write extents, (3,) mm: ``50.8 × 50.8 × 25.4 mm``."""
-    return " × ".join(f"{extent:.4g}" for extent in size) + " mm"
 
 
 def check_mesh(

@@ -74,6 +74,9 @@ def test_a_plan_in_words_has_the_same_figures():
     shown = plan("--stepdown", "6")
     document = json.loads(plan("--stepdown", "6", "--json").stdout)
     assert shown.exit_code == 0
+    size = document.pop("part_size_mm")
+    assert f"part {' × '.join(f'{extent:.4g}' for extent in size)} mm" in shown.stdout
+    del document["summary"], document["findings"]
     for name, value in document.items():
         assert f"{name}: {value}" in shown.stdout
 
