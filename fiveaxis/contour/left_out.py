@@ -93,5 +93,5 @@ class LeftOut:
         )
         return (
             f"at {number} the ball of {2.0 * space.radius:g} mm would gouge, and half of them have room for "
-            f"at most {2.0 * float(np.median(room)):.2g} mm"
+            f"a ball of at most {2.0 * float(np.median(room)):.2g} mm"
         )

@@ -6,8 +6,8 @@ import trimesh
 
 from fiveaxis.contour import plan_contour
 from fiveaxis.contour.contacts import LEAN_DEPTH
-from fiveaxis.geometry import angle_between
-from fiveaxis.mesh import tree_of
+from fiveaxis.geometry import angle_between, normalise
+from fiveaxis.mesh import facet_normals, tree_of
 from fiveaxis.toolpath import Tool, Toolpath
 
 
@@ -112,3 +112,22 @@ def test_a_chamfer_has_its_own_normal_and_its_neighbours_keep_theirs():
     eighths = np.degrees(np.arctan2(normal[:, 1], normal[:, 0])) / 45.0
     np.testing.assert_allclose(eighths, np.round(eighths), atol=1e-9)
     assert len(np.unique(np.round(eighths) % 8)) == 8
+
+
+@pytest.mark.parametrize("diameter", [4.0, 10.0])
+def test_normals_on_a_coarse_sphere_are_off_by_tenths_and_the_ball_stays_on_the_facets(diameter):
+    # Facets of 10 degrees, 0.08 mm from the sphere, and up to 5 degrees off its normals.
+    sphere = trimesh.creation.uv_sphere(radius=20.0, count=[18, 36])
+    path = plan_contour(sphere, Tool.ball(diameter), stepdown=2.3)
+    centre = path.pivot[path.cutting]
+    off = np.degrees(angle_between(path.normal[path.cutting], normalise(centre)))
+    assert off.max() < 0.9
+    assert off.mean() < 0.25
+    _, triangle, distance = tree_of(sphere).nearest(centre)
+    facets = facet_normals(np.asarray(sphere.triangles))[triangle]
+    assert np.degrees(angle_between(facets, normalise(centre))).max() > 4.0
+    assert (diameter / 2.0 - distance).max() <= LEAN_DEPTH + 1e-9
+    # Tilt is held to the normal that the ball's centre and contact imply.
+    np.testing.assert_allclose(
+        path.contact[path.cutting] + diameter / 2.0 * path.normal[path.cutting], centre, atol=1e-12
+    )
