@@ -242,9 +242,9 @@ def sums_near(
             for j in range(first[vertex], first[vertex + 1]):
                 near, area = facets[order[j] // 3], areas[order[j] // 3]
                 if area > 0.0 and own[0] * near[0] + own[1] * near[1] + own[2] * near[2] > least:
-                    larger = area * thin / (MUCH_LARGER * turn) if turn > 0.0 else 0.0
+                    larger = area * thin / (MUCH_LARGER * turn) if turn > 0.0 else 1.0
                     for k in range(3):
-                        sums[k] += angles[order[j]] * (1.0 + larger**3) * near[k]
+                        sums[k] += angles[order[j]] * max(larger, 1.0) ** 3 * near[k]
     return total
 
 

@@ -133,9 +133,9 @@ def corner_normals(vertices: Array, faces: IntArray, facets: Array, crease: floa
 
     The normal of face f at vertex v is a weighted mean of the normals of the faces around v that are within
     the crease angle of the normal of f, so a crease keeps both its normals. A face of area A whose corner at
-    v has the angle α weighs ``α (1 + (A / (4 H))³)``, where H is the harmonic mean of the areas there,
+    v has the angle α weighs ``α max(1, A / (4 H))³``, where H is the harmonic mean of the areas there,
     weighted by the angles. Among faces alike that is their angle. A face much larger than the others is flat
-    and meets a rounding, whose normals at their common edge are its own: without the second term it would
+    and meets a rounding, whose normals at their common edge are its own: without the second factor it would
     seem to bulge by half the angle to the rounding's first facet.
 
     Parameters
