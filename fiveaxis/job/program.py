@@ -204,7 +204,8 @@ def make_program(
         return attempt(whole)
     few = whole.without_redundant(constraints, wording)
     made = attempt(few)
-    if made.ok or unverified or not few.fill.removed:
+    errors = {f.code for f in made.report.findings if f.severity is Severity.ERROR} - set(before.counts)
+    if (made.gate.verified and not errors) or unverified or not few.fill.removed:
         return made
     return replace(attempt(whole), held_back=tuple(made.report.counts))
 

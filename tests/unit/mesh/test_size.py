@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 import trimesh
 
-from fiveaxis.errors import SettingError
+from fiveaxis.errors import JobError, SettingError
+from fiveaxis.job import load_job_toolpath, load_surroundings, make_job
 from fiveaxis.mesh import load_mesh, mesh_size, size_findings, size_text
 
 
@@ -49,3 +50,22 @@ def test_an_implausible_size_is_one_warning_with_the_sizes_in_other_units(extent
         assert f"measures {size_text(size)}, read in mm" in found[0].message
         assert f"inch makes it {size_text(25.4 * size)}" in found[0].message
         assert re.search(reason, found[0].message)
+
+
+def test_part_and_stock_of_a_job_have_its_units(file):
+    planned = load_surroundings(make_job(input=file, stock=file, unit="inch"))
+    assert (
+        size_text(mesh_size(planned.part)) == size_text(mesh_size(planned.stock)) == "50.8 × 50.8 × 25.4 mm"
+    )
+    apart = load_surroundings(make_job(input=file, stock=file, unit="inch", part_unit="m"))
+    assert size_text(mesh_size(apart.part)) == "50.8 × 50.8 × 25.4 mm"
+    assert size_text(mesh_size(apart.stock)) == "2000 × 2000 × 1000 mm"
+    read = load_surroundings(make_job(input=file.with_suffix(".apt"), part=file, unit="inch"))
+    assert size_text(mesh_size(read.part)) == "2 × 2 × 1 mm"
+
+
+def test_a_path_in_metres_is_refused(file, tmp_path):
+    points = tmp_path / "path.csv"
+    points.write_text("x,y,z,i,j,k\n0,0,0,0,0,1\n1,0,0,0,0,1\n")
+    with pytest.raises(JobError, match="unit = m is for meshes, and the input is none; give mm or inch"):
+        load_job_toolpath(make_job(input=points, tool="ball:2", unit="m"))
