@@ -108,6 +108,10 @@ PLANNING = {
     "off-surface": Code(WARNING, "a location doesn't touch the part"),
     "sunk": Code(WARNING, "a cut reaches deeper into the part than counts as touching"),
     "no-single-contact": Code(WARNING, "the cutter touches the part at more than one point"),
+    "contacts-left-out": Code(
+        ERROR, "no pass reaches some contacts on the walls; a warning if they are at most half of all"
+    ),
+    "part-size": Code(WARNING, "the part is so small or large that its unit is doubtful"),
     "override-unused": Code(WARNING, "an accepted code didn't occur"),
     "no-acceleration": Code(WARNING, "the machine states no acceleration of some axes"),
 }

@@ -18,7 +18,7 @@
     ├── LostScheduler            connection to a batch's scheduler lost           (exit code 4)
     ├── LostWorkers              workers of a batch that don't start              (exit code 4)
     ├── Unverified               a program with errors that nobody accepts        (exit code 1)
-    └── Infeasible               locations without an admissible posture          (exit code 3)
+    └── Infeasible               no admissible posture, or contacts out of reach  (exit code 3)
 
 A message reads ``place: fact with value, bound and unit; what to do``. Many problems at once are
 findings (`fiveaxis.findings`), not exceptions.
@@ -171,7 +171,7 @@ class _WithFindings(FiveAxisError):
 
 
 class Infeasible(_WithFindings):
-    """Some locations have no admissible posture; a finding for each says why."""
+    """Locations have no admissible posture, or no pass reaches them; findings say why."""
 
     exit_code = 3
 

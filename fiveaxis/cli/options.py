@@ -45,6 +45,10 @@ Override = Annotated[
 ]
 AsJson = Annotated[bool, typer.Option("--json", help="print one JSON document and nothing else")]
 
+# Meshes: the unit of their files, and where their facets are one surface.
+UNIT = optional(str, "mm, inch or, for meshes, m: unit of the input, in place of what it states")
+CREASE = optional(float, "facets of a mesh that meet at a smaller angle are one smooth surface, deg")
+
 # Groups of options, by the name of the setting.
 PLANNING: Mapping[str, Any] = {
     "tool": optional(str, "ball:10, bull:16:4 or a .toml file; default: the input's tool"),
@@ -63,9 +67,11 @@ PLANNING: Mapping[str, Any] = {
     "lead_out": optional(float, "radius of the arc at the end of a pass, mm"),
     "min_length": optional(float, "shortest pass that is cut, mm"),
     "allow_open": optional(bool, "accept a mesh that isn't watertight", "--allow-open"),
+    "unit": UNIT,
+    "crease": CREASE,
 }
 READING: Mapping[str, Any] = {
-    "unit": optional(str, "mm or inch, in place of what an input states"),
+    "unit": UNIT,
     "columns": optional(str, "columns of points without header: x,y,z,nx,ny,nz or x,y,z,i,j,k"),
     "written_for": optional(str, "machine of an input program, if it isn't --machine"),
     "positions": optional(
@@ -91,6 +97,9 @@ POSTURE: Mapping[str, Any] = {
     "hold": optional(str, "hold rotary axes at an angle: C30 (4-axis), A-20,C30 (3+2)"),
     "part": optional(Path, "mesh of the part: surface normals, gouge check, preview"),
     "stock": optional(Path, "mesh of the stock, for collisions"),
+    "part_unit": optional(
+        str, "unit of part and stock: mm, inch or m; default: that of an input mesh, else mm"
+    ),
     "fixtures": optional(Path, escape("TOML with [[fixture]] and [clearance], as in a job")),
     "keep_clear": optional(
         bool, "choose postures clear of collisions, or only report collisions", "--keep-clear/--only-verify"

@@ -38,8 +38,8 @@ from fiveaxis.cli.terminal import (
 )
 from fiveaxis.cli.work import work_with_bars
 from fiveaxis.cli.writing_options import WRITING, coordinates_of, given_settings
-from fiveaxis.errors import SettingError
-from fiveaxis.findings import group_findings
+from fiveaxis.errors import Infeasible, SettingError
+from fiveaxis.findings import group_findings, has_errors
 
 KINDS = {"cut": "cuts", "link": "links", "rapid": "rapid"}
 
@@ -62,6 +62,7 @@ def plan(
     """Plan finishing passes on a mesh, and measure their ridges and chord error."""
     with errors_explained(as_json) as written:
         from fiveaxis.job import is_mesh, load_job_toolpath, measure_plan
+        from fiveaxis.mesh import size_text
         from fiveaxis.nc import write_toolpath
 
         job = _job(context.params)
@@ -72,10 +73,19 @@ def plan(
         if output is not None:
             written.append(write_toolpath(toolpath, output))
         document = _plan_document(toolpath, quality)
+        causes = group_findings(toolpath.findings)
         if as_json:
-            return print_json(document)
-        for name, value in document.items():
-            out.print(f"{name}: {value}")
+            size = [round(float(extent), 6) for extent in quality.part_size]
+            summary = [cause.as_dict() for cause in causes]
+            findings = [finding.as_dict() for finding in toolpath.findings]
+            print_json({"part_size_mm": size} | document | {"summary": summary, "findings": findings})
+        else:
+            out.print(f"part {size_text(quality.part_size)}", highlight=False)
+            for name, value in document.items():
+                out.print(f"{name}: {value}")
+        print_causes(causes, err)
+        if has_errors(toolpath.findings):
+            raise typer.Exit(Infeasible.exit_code)
 
 
 @takes(POSTURE, PLANNING, READING, WRITING)
@@ -205,8 +215,12 @@ def _plan_document(toolpath: Toolpath, quality: PlanReport) -> dict[str, Any]:
 
 
 def _print_outcome(outcome: Outcome) -> None:
+    from fiveaxis.mesh import size_text
+
     solution, program = outcome.solution, outcome.program
     print_causes(group_findings(solution.toolpath.findings), err)
+    if outcome.part_size is not None:
+        out.print(f"part {size_text(outcome.part_size)}", highlight=False)
     _print_energies(solution)
     fill = program.fill
     if fill is not None:

@@ -37,10 +37,11 @@ PROGRAM: Mapping[str, Any] = {
     for name in ("unit", "positions", "program_zero", "start", "rapid", "block_delete", "harmless", "wrap")
 }
 _BOUNDS = ("tilt", "cone", "lead", "lean", "plane", "hold", "max_turn", "singular_cone", "singular_rate")
-_AROUND = ("stock", "fixtures", "surface_tolerance", "gouge_tolerance")
+_AROUND = ("stock", "part_unit", "fixtures", "surface_tolerance", "gouge_tolerance")
 CHECKING: Mapping[str, Any] = {
     "machine": POSTURE["machine"],
     "tool": PLANNING["tool"],
+    "crease": PLANNING["crease"],
     **{name: POSTURE[name] for name in (*_BOUNDS, *_AROUND)},
     **PROGRAM,
     **{name: POSTURE[name] for name in ("tool_length", "work_offset", "part_rotation")},
@@ -125,13 +126,15 @@ def against_of(path: Path | None, part: Path | None, options: Mapping[str, Any],
     given = _constraints(options)
     singular = {"singular_cone": SINGULAR_CONE, "singular_rate": SINGULAR_RATE}
     gouge = options["gouge_tolerance"]
+    meshes = {name: options[name] for name in ("crease", "part_unit") if options[name] is not None}
     if job is not None:
-        from fiveaxis.job import load_surroundings
+        from fiveaxis.job import load_surroundings, part_unit
 
         toolpath, singular = load_job_toolpath(job), {}
         around = around or load_surroundings(job)
         given = job.bounds | given
         gouge = gouge or job.gouge_tolerance
+        meshes = {"crease": job.crease, "part_unit": part_unit(job)} | meshes
     elif path is not None:
         toolpath = read_toolpath(path, tool=tool, machine=machine)
     tolerance = {} if gouge is None else {"gouge_tolerance": gouge}
@@ -142,7 +145,13 @@ def against_of(path: Path | None, part: Path | None, options: Mapping[str, Any],
     if around is not None and cutter is None:
         raise SettingError("a part is checked against a cutter; name the tool (--tool ball:10)")
     return Against(
-        toolpath, cutter, around, Constraints.of_degrees(**(singular | given)), **tolerance, program=asked
+        toolpath,
+        cutter,
+        around,
+        Constraints.of_degrees(**(singular | given)),
+        program=asked,
+        **tolerance,
+        **meshes,
     )
 
 
@@ -176,9 +185,8 @@ def _surroundings(part: Path | None, options: Mapping[str, Any]) -> Surroundings
     found = {} if options["fixtures"] is None else read_fixtures(options["fixtures"])
     fixtures = tuple(table.build(Path()) for table in found.get("fixture") or ())
     clearance = found.get("clearance")
-    return Surroundings.load(
-        part, options["stock"], fixtures, None if clearance is None else clearance.build()
-    )
+    clearances = None if clearance is None else clearance.build()
+    return Surroundings.load(part, options["stock"], fixtures, clearances, unit=options["part_unit"] or "mm")
 
 
 def _triple(text: str) -> tuple[float, float, float]:

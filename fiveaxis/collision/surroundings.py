@@ -14,7 +14,7 @@ from fiveaxis.files import require_file
 from fiveaxis.geometry import normalise
 from fiveaxis.machine.bodies import Box, Cylinder, MeshShape, Shape
 from fiveaxis.machine.chain import Triple, as_triple
-from fiveaxis.mesh import read_solid, require_solid
+from fiveaxis.mesh import Unit, read_solid, require_solid
 from fiveaxis.settings import StrictModel
 
 if TYPE_CHECKING:
@@ -217,8 +217,14 @@ class Surroundings:
         stock: str | Path | trimesh.Trimesh | None = None,
         fixtures: tuple[Fixture, ...] = (),
         clearances: Clearances | None = None,
+        *,
+        unit: Unit = "mm",
     ) -> Surroundings:
         """Build surroundings from meshes or their files; parameters as for the class.
+
+        Parameters
+        ----------
+        unit : of the files of part and stock: ``mm``, ``inch`` or ``m``
 
         Raises
         ------
@@ -228,8 +234,8 @@ class Surroundings:
             Two fixtures of one name.
         """
         return cls(
-            part=read_solid(part) if isinstance(part, str | Path) else part,
-            stock=read_solid(stock) if isinstance(stock, str | Path) else stock,
+            part=read_solid(part, unit) if isinstance(part, str | Path) else part,
+            stock=read_solid(stock, unit) if isinstance(stock, str | Path) else stock,
             fixtures=tuple(fixtures),
             clearances=Clearances() if clearances is None else clearances,
         )

@@ -16,6 +16,8 @@ GOUGE = 0.01 - 1e-6
 CHORD_GOUGE = 0.02
 # mm: finest step of the checks along links, and step of those along cutting moves.
 LINK_STEP, CHORD_STEP = 0.02, 0.1
+# Contacts at most at which room for a ball is measured, and rounds of shrinking it.
+MEASURED, ROUNDS = 1000, 30
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,6 +37,40 @@ class BallSpace:
         """Check whether the ball sinks by at most `GOUGE` at centres, (n, 3) mm."""
         limit = self.radius - GOUGE
         return self.tree.distances(centres, bound=limit) >= limit
+
+    def rooms(self, points: Array, normals: Array) -> Array:
+        """Find the radius of the largest ball that touches the surface at points without gouging elsewhere.
+
+        From the given ball on, the ball is shrunk until it passes through the nearest point of the surface: a
+        ball that touches p along the normal n passes through q if its radius is
+        ``|q − p|² / (2 n·(q − p))``.
+
+        Parameters
+        ----------
+        points, normals : (n, 3), mm and unit vectors; of more than `MEASURED` some are taken
+
+        Returns
+        -------
+        (m,), mm, at most `radius`
+
+        References
+        ----------
+        Ma, Bae, Choi (2012), 3D medial axis point approximation using nearest neighbors and the normal field.
+        """
+        some = np.unique(np.linspace(0, len(points) - 1, min(len(points), MEASURED)).astype(int))
+        points, normals = points[some], normals[some]
+        radius = np.full(len(points), self.radius)
+        for _ in range(ROUNDS):
+            centres = points + radius[:, None] * normals
+            foot, _, distance = self.tree.nearest(centres)
+            apart = foot - points
+            ahead = np.einsum("ij,ij->i", normals, apart)
+            sunk = (distance < radius - GOUGE) & (ahead > 0.0)
+            if not sunk.any():
+                break
+            through = np.einsum("ij,ij->i", apart, apart) / (2.0 * np.where(sunk, ahead, 1.0))
+            radius = np.where(sunk, np.minimum(through, radius), radius)
+        return radius
 
     def chords_fit(self, start: Array, end: Array) -> BoolArray:
         """Check whether the ball sinks by at most `CHORD_GOUGE` in straight moves, (n, 3) mm each.

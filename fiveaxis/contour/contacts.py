@@ -8,7 +8,7 @@ import numpy as np
 
 from fiveaxis.geometry import Array, BoolArray, IntArray, angle_between
 from fiveaxis.mesh.sections import Loop
-from fiveaxis.mesh.surface import SHARP_EDGE, Surface
+from fiveaxis.mesh.surface import Surface
 
 # mm: how deep a ball may sink into a flat facet on which it is placed along the smoothed normal.
 LEAN_DEPTH = 0.005
@@ -25,7 +25,9 @@ class Contacts:
     Parameters
     ----------
     points : (n, 3), mm
-    normals : (n, 3), unit vectors out of the material
+    normals : (n, 3), unit vectors from the point to the ball's centre: those of the facets, turned towards
+        `smooth` as far as the ball then sinks by at most `LEAN_DEPTH`
+    smooth : (n, 3), unit vectors, normals of the surface, smoothed across facets: tilt refers to them
     rolling : (n,), rows at which the ball rolls about a sharp convex edge, between the walls that meet there;
         the normal points from the edge to the ball's centre
     closed : whether the first row follows the last
@@ -33,6 +35,7 @@ class Contacts:
 
     points: Array
     normals: Array
+    smooth: Array
     rolling: BoolArray
     closed: bool
 
@@ -41,7 +44,7 @@ class Contacts:
 
     def take(self, rows: IntArray, *, closed: bool) -> Contacts:
         """Pick rows in a given order."""
-        return Contacts(self.points[rows], self.normals[rows], self.rolling[rows], closed)
+        return Contacts(self.points[rows], self.normals[rows], self.smooth[rows], self.rolling[rows], closed)
 
 
 def sample_loop(loop: Loop, surface: Surface, *, radius: float, spacing: float) -> Contacts | None:
@@ -65,16 +68,23 @@ def sample_loop(loop: Loop, surface: Surface, *, radius: float, spacing: float) 
     if not solid.any():
         return None
     facets = facets[solid]
-    lean = np.arccos(max(0.0, 1.0 - LEAN_DEPTH / radius))
-    normals = lean_normals(np.repeat(facets, 2, axis=0), loop.normals[solid].reshape(-1, 3), lean)
-    points = loop.points[solid].reshape(-1, 3)
-    sharp = angle_between(facets, np.roll(facets, -1, axis=0)) > SHARP_EDGE
+    lean = lean_limit(radius)
+    both, smooth = np.repeat(facets, 2, axis=0), loop.normals[solid].reshape(-1, 3)
+    points, normals = loop.points[solid].reshape(-1, 3), lean_normals(both, smooth, lean)
+    smooth = lean_normals(both, smooth, np.pi)
+    sharp = angle_between(facets, np.roll(facets, -1, axis=0)) > surface.crease
     if loop.closed:
-        points, normals = np.vstack([points, points[:1]]), np.vstack([normals, normals[:1]])
-    return _resample(points, normals, sharp, closed=loop.closed, radius=radius, spacing=spacing)
+        points, normals, smooth = (np.vstack([nodes, nodes[:1]]) for nodes in (points, normals, smooth))
+    curve = _Curve.through(points, normals, smooth, sharp, radius=radius, spacing=spacing)
+    return _resample(curve, closed=loop.closed, radius=radius)
 
 
-def lean_normals(facets: Array, smooth: Array, limit: float) -> Array:
+def lean_limit(radius: float) -> float:
+    """Return by what angle, rad, a ball's normal may be off a facet's: it then sinks by `LEAN_DEPTH`."""
+    return float(np.arccos(max(0.0, 1.0 - LEAN_DEPTH / radius)))
+
+
+def lean_normals(facets: Array, smooth: Array, limit: float | Array) -> Array:
     """Turn facet normals towards the smoothed ones, by at most a limit.
 
     A ball of radius R placed along a normal that is off the facet's by θ sinks ``R (1 − cos θ)`` into it.
@@ -83,7 +93,7 @@ def lean_normals(facets: Array, smooth: Array, limit: float) -> Array:
     ----------
     facets : (n, 3), unit vectors
     smooth : (n, 3), any length
-    limit : rad
+    limit : rad, or (n,)
 
     Returns
     -------
@@ -120,8 +130,23 @@ class _Curve:
 
     points: Array
     normals: Array
+    smooth: Array
     stations: Array
     jump: BoolArray
+
+    @classmethod
+    def through(
+        cls, points: Array, normals: Array, smooth: Array, sharp: BoolArray, *, radius: float, spacing: float
+    ) -> _Curve:
+        """Make the curve of nodes; `sharp`, (m,), marks segments that meet the next one at a sharp edge."""
+        lengths = np.linalg.norm(np.diff(points, axis=0), axis=1)
+        k = np.arange(len(lengths))
+        # Odd intervals join the end of a segment to the start of the next: same point, another normal.
+        jump = (k % 2 == 1) & sharp[k // 2]
+        largest_turn = 2.0 * np.arccos(max(0.0, 1.0 - CHORD_DEPTH / radius))
+        # Steps in each interval, so that neither length nor turn exceeds its limit.
+        needs = np.maximum(lengths / spacing, _convex_turn(points, normals) / largest_turn)
+        return cls(points, normals, smooth, np.concatenate([[0.0], np.cumsum(needs)]), jump)
 
     def at(self, wanted: Array, *, closed: bool) -> Contacts:
         """Return the contacts at stations, (n,) ascending."""
@@ -133,23 +158,14 @@ class _Curve:
         return Contacts(
             points=start + share[:, None] * (end - start),
             normals=turn_between(self.normals[k], self.normals[k + 1], share),
+            smooth=turn_between(self.smooth[k], self.smooth[k + 1], share),
             rolling=self.jump[k] & (share > 0.0) & (share < 1.0),
             closed=closed,
         )
 
 
-def _resample(
-    points: Array, normals: Array, sharp: BoolArray, *, closed: bool, radius: float, spacing: float
-) -> Contacts:
-    """Follow nodes (start and end of each segment) in equal steps of length and turning, then refine."""
-    lengths = np.linalg.norm(np.diff(points, axis=0), axis=1)
-    k = np.arange(len(lengths))
-    # Odd intervals join the end of a segment to the start of the next: same point, another normal.
-    jump = (k % 2 == 1) & sharp[k // 2]
-    largest_turn = 2.0 * np.arccos(max(0.0, 1.0 - CHORD_DEPTH / radius))
-    # Steps in each interval, so that neither length nor turn exceeds its limit.
-    needs = np.maximum(lengths / spacing, _convex_turn(points, normals) / largest_turn)
-    curve = _Curve(points, normals, np.concatenate([[0.0], np.cumsum(needs)]), jump)
+def _resample(curve: _Curve, *, closed: bool, radius: float) -> Contacts:
+    """Follow a curve in equal steps of length and turning, then refine."""
     total = curve.stations[-1]
     count = max(3, int(np.ceil(total - 1e-9)))
     stations = _refine(curve, np.linspace(0.0, total, count + 1), radius)

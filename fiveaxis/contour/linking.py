@@ -9,6 +9,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from fiveaxis.contour.left_out import NO_LINK, WEDGED, LeftOut
 from fiveaxis.contour.ordering import Links, Queue, nearest_start, shortened
 from fiveaxis.contour.passes import FEWEST_CONTACTS, Pass
 from fiveaxis.contour.routes import Lead, Linker
@@ -60,12 +61,12 @@ class Linking:
     Parameters
     ----------
     passes : those with routes to the clearance plane
-    left_out : what was left out, with counts
+    left_out : what was left out
     linker : finds the routes
     """
 
     passes: list[_LedPass]
-    left_out: Counter[str]
+    left_out: LeftOut
     linker: Linker
 
     @property
@@ -96,22 +97,32 @@ def open_passes(queue: Queue, linker: Linker, *, lead_in: float = 0.0, lead_out:
     lead_in, lead_out : mm, radius of the arcs before and after passes; 0 for none
     """
     led: list[_LedPass] = []
-    left_out: Counter[str] = Counter()
+    left_out = LeftOut()
     here = np.array([*linker.bounds.mean(axis=0)[:2], linker.plane])
     while queue:
         candidate = queue.take(here)
         closed = candidate.contacts.closed
         cut, routes = _open_closed(candidate, here, linker) if closed else _shorten(candidate, linker)
         if routes is None:
-            left_out["passes without a clear link"] += 1
+            left_out += LeftOut.of_pass(NO_LINK, candidate.contacts)
             continue
-        left_out["contacts without a clear link"] += max(0, len(candidate) - len(cut))
+        left_out += _shortened(candidate, cut)
         found = _LedPass(cut, *_leads(cut, routes, linker, (lead_in, lead_out)), queue.taken[-1])
         arcs = (lead_in, found.arrival.arc), (lead_out, found.departure.arc)
-        left_out["leads without room for an arc"] += sum(r > 0.0 and not len(arc) for r, arc in arcs)
+        bare = sum(r > 0.0 and not len(arc) for r, arc in arcs)
+        left_out += LeftOut(Counter({"leads without room for an arc": bare}))
         led.append(found)
         here = cut.centres[-1]
-    return Linking(led, +left_out, linker)
+    return Linking(led, left_out, linker)
+
+
+def _shortened(candidate: Pass, cut: Pass) -> LeftOut:
+    """Return the contacts at the ends of an open pass that were cut off."""
+    if len(cut) >= len(candidate):
+        return LeftOut()
+    first = int(np.argmax((candidate.centres == cut.centres[0]).all(axis=1)))
+    rows = np.arange(len(candidate))
+    return LeftOut.of(WEDGED, candidate.contacts, (rows < first) | (rows >= first + len(cut)))
 
 
 def shorten_links(opened: Linking, below: Sequence[Sequence[int]]) -> list[int]:
@@ -164,7 +175,7 @@ def _foot(end: PassEnd, lead: Lead) -> tuple[Array, Array]:
 
 def _ends_of(cut: Pass) -> tuple[PassEnd, PassEnd]:
     """Describe the first and the last row of an opened pass."""
-    centres, normals = cut.centres, cut.contacts.normals
+    centres, normals = cut.centres, cut.contacts.smooth
     first = PassEnd(centres[0], normals[0], centres[0] - centres[1])
     return first, PassEnd(centres[-1], normals[-1], centres[-1] - centres[-2])
 
@@ -211,7 +222,7 @@ def _first_escape(candidate: Pass, rows: IntArray, linker: Linker) -> tuple[int,
     """Find a row with a route to the clearance plane among some of the rows, the first ones preferred."""
     for k in np.unique(np.linspace(0, len(rows), STARTS, endpoint=False).astype(int)):
         row = int(rows[k])
-        route = linker.escape(candidate.centres[row], candidate.contacts.normals[row])
+        route = linker.escape(candidate.centres[row], candidate.contacts.smooth[row])
         if route is not None:
             return row, route
     return None

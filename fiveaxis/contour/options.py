@@ -11,6 +11,7 @@ import numpy as np
 from fiveaxis.contour.walls import FLATTEST_WALL
 from fiveaxis.errors import SettingError, ToolError
 from fiveaxis.geometry import Array
+from fiveaxis.mesh.surface import SHARP_EDGE, require_crease
 from fiveaxis.toolpath import Tool
 
 Strategy = Literal["waterline", "raster"]
@@ -26,6 +27,8 @@ MAY_BE_ZERO = ("lead_in", "lead_out", "min_length")
 CHOICES = {"strategy": Strategy, "direction": Direction, "order": Order}
 # mm, default distance of the sections.
 STEP = 1.0
+# deg, default angle of facets that meet at an edge of the part.
+CREASE = math.degrees(SHARP_EDGE)
 # Finest step and spacing, as a share of the part's extent.
 FINEST_SHARE = 1e-5
 
@@ -55,8 +58,10 @@ class PlanOptions:
     min_length: float = 0.0
     feed_mm_min: float = 1000.0
     clearance: float = 5.0
+    crease: float = CREASE
 
     def __post_init__(self) -> None:
+        require_crease(self.crease)
         for name, unit in UNITS.items():
             value = getattr(self, name)
             if value is not None and not (math.isfinite(value) and value > 0.0):

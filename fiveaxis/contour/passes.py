@@ -10,6 +10,7 @@ import numpy as np
 
 from fiveaxis.contour.ball_space import BallSpace
 from fiveaxis.contour.contacts import Contacts
+from fiveaxis.contour.left_out import GOUGING, SHORT, LeftOut
 from fiveaxis.contour.walls import FLATTEST_WALL, Walls
 from fiveaxis.geometry import Array, BoolArray, IntArray, angle_between
 from fiveaxis.mesh.surface import SHARP_EDGE
@@ -65,11 +66,17 @@ class Pass:
 
 
 def split_passes(
-    contacts: Contacts, space: BallSpace, walls: Walls, *, spacing: float, min_length: float = 0.0
-) -> tuple[list[Pass], Counter[str]]:
+    contacts: Contacts,
+    space: BallSpace,
+    walls: Walls,
+    *,
+    spacing: float,
+    min_length: float = 0.0,
+    crease: float = SHARP_EDGE,
+) -> tuple[list[Pass], LeftOut]:
     """Keep the contacts on walls that the ball can touch, and split where it can't continue.
 
-    Two neighbours stay in one pass if the normal turns by at most `SHARP_EDGE`, the straight move between
+    Two neighbours stay in one pass if the normal turns by at most the crease angle, the straight move between
     them is clear and, where contacts between them were removed, the ball's centre moves by at most `spacing`.
     The facets of a fillet then don't split a pass, but an inner corner does.
 
@@ -80,20 +87,21 @@ def split_passes(
     walls : which contacts to keep
     spacing : mm, of contacts
     min_length : mm, of the shortest pass that is kept
+    crease : rad
 
     Returns
     -------
     passes : in the order of the curve
-    left_out : what was removed, with counts
+    left_out : what was removed
     """
     centres = contacts.points + space.radius * contacts.normals
     wall = walls.keep(contacts.normals) | contacts.rolling
     kept = wall & space.fits(centres)
-    left_out = Counter({"contacts where the ball would gouge": int((wall & ~kept & ~contacts.rolling).sum())})
+    left_out = LeftOut.of(GOUGING, contacts, wall & ~kept)
     rows = np.flatnonzero(kept)
-    if len(rows) < FEWEST_CONTACTS:
+    if not len(rows):
         return [], left_out
-    joined = _continues(contacts, centres, rows, space, spacing)
+    joined = _continues(contacts, centres, rows, space, spacing, crease)
     closed = bool(joined.all())
     # A closed pass keeps all of its rolling rows, even those beside the curve's seam.
     runs = [rows] if closed else _runs(rows, joined, contacts.rolling)
@@ -101,22 +109,22 @@ def split_passes(
     for run in runs:
         length = _length(contacts.points[run], closed=closed)
         if (~contacts.rolling[run]).sum() < FEWEST_CONTACTS or length < spacing:
-            left_out["passes shorter than 3 contacts or the spacing"] += 1
+            left_out += LeftOut.of_pass(SHORT, contacts.take(run, closed=False))
         elif length < min_length:
-            left_out["passes shorter than the minimum length"] += 1
+            left_out += LeftOut(Counter({"passes shorter than the minimum length": 1}))
         else:
             passes.append(Pass(contacts.take(run, closed=closed), centres[run]))
     return passes, left_out
 
 
 def _continues(
-    contacts: Contacts, centres: Array, rows: IntArray, space: BallSpace, spacing: float
+    contacts: Contacts, centres: Array, rows: IntArray, space: BallSpace, spacing: float, crease: float
 ) -> BoolArray:
     """Check whether each kept row continues to the next one, and the last to the first, (k,)."""
     after = np.roll(rows, -1)
     adjacent = (after - rows) % len(contacts) == 1
     moved = np.linalg.norm(centres[after] - centres[rows], axis=1)
-    gentle = angle_between(contacts.normals[rows], contacts.normals[after]) <= SHARP_EDGE
+    gentle = angle_between(contacts.normals[rows], contacts.normals[after]) <= crease
     joined: BoolArray = gentle & (adjacent | (moved <= spacing))
     joined[-1] &= contacts.closed
     joined[joined] = space.chords_fit(centres[rows[joined]], centres[after[joined]])

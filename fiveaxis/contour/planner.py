@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NoReturn
 
 import numpy as np
 
 from fiveaxis.contour.ball_space import BallSpace
 from fiveaxis.contour.contacts import sample_loop
+from fiveaxis.contour.left_out import LeftOut
 from fiveaxis.contour.levels import scallop_levels, section_levels
 from fiveaxis.contour.linking import (
     LINK_SPACING,
@@ -28,10 +28,11 @@ from fiveaxis.contour.passes import Pass, split_passes
 from fiveaxis.contour.routes import Linker
 from fiveaxis.contour.spiral import Turns, join_spirals
 from fiveaxis.contour.walls import Walls
-from fiveaxis.errors import MeshError
+from fiveaxis.errors import Infeasible, MeshError
 from fiveaxis.geometry import Array, IntArray
-from fiveaxis.mesh import Surface, TriangleTree, take_mesh
+from fiveaxis.mesh import Surface, TriangleTree, Unit, mesh_size, size_findings, size_text, take_mesh
 from fiveaxis.mesh.sections import section_loops
+from fiveaxis.mesh.surface import surface_normals
 from fiveaxis.toolpath import MoveKind, Tool, Toolpath, divide
 from fiveaxis.toolpath.passes import Passes
 
@@ -72,6 +73,8 @@ def plan_contour(
     min_length: float = 0.0,
     feed_mm_min: float = 1000.0,
     clearance: float = 5.0,
+    crease: float = 30.0,
+    unit: Unit = "mm",
     allow_open: bool = False,
     progress: Progress | None = None,
 ) -> Toolpath:
@@ -85,7 +88,7 @@ def plan_contour(
 
     Parameters
     ----------
-    part : mesh file or mesh, mm, workpiece frame with z up
+    part : mesh file or mesh, workpiece frame with z up
     tool : ball end mill or lollipop
     strategy : ``waterline`` or ``raster``. Faces within 10 degrees of the section planes are left out, and
         so are faces that point straight down
@@ -109,17 +112,25 @@ def plan_contour(
     feed_mm_min : mm/min, of cuts and links
     clearance : mm, between the part's top and the ball while it crosses over. The ball also lifts off the
         surface by this, but at most by its diameter, where there is room
+    crease : **degrees**; facets that meet at a smaller angle are one smooth surface. Normals are smoothed
+        across them (`fiveaxis.mesh.surface`), and the ball rolls about sharper edges
+    unit : of a mesh file: ``mm``, ``inch`` or ``m``; a mesh is in mm
     allow_open : accept a mesh that isn't watertight
     progress : called with the sections done and their number
 
     Returns
     -------
-    Toolpath; `ignored` counts what was left out and why. `path_quality` measures its ridges and chords
+    Toolpath; `ignored` counts what was left out and why, and the finding ``contacts-left-out`` says how many
+    contacts no pass reaches: an error if they are more than half; ``part-size``, that the part is so small or
+    large that its unit is doubtful. `path_quality` measures its ridges and
+    chords
 
     Raises
     ------
     MeshError
-        The mesh can't be read or planned on; it has no walls, or none that the ball can reach.
+        The mesh can't be read or planned on; it has no walls.
+    Infeasible
+        The ball can follow none of its walls.
     SettingError
         An option out of range, or options that exclude each other.
     ToolError
@@ -127,9 +138,9 @@ def plan_contour(
     """
     options = PlanOptions(
         strategy, stepdown, stepover, scallop, raster_angle, spacing, overhang, spiral, direction, order,
-        lead_in, lead_out, min_length, feed_mm_min, clearance,
+        lead_in, lead_out, min_length, feed_mm_min, clearance, crease,
     )  # fmt: skip
-    return plan_passes(part, tool, options, allow_open=allow_open, progress=progress).toolpath
+    return plan_passes(part, tool, options, unit=unit, allow_open=allow_open, progress=progress).toolpath
 
 
 def plan_passes(
@@ -137,13 +148,15 @@ def plan_passes(
     tool: Tool,
     options: PlanOptions,
     *,
+    unit: Unit = "mm",
     allow_open: bool = False,
     progress: Progress | None = None,
 ) -> Plan:
     """Plan as `plan_contour` does, and return the passes too, for ``optimise(..., free_start=...)``."""
     options.check_tool(tool)
     name = str(part) if isinstance(part, str | Path) else "mesh"
-    surface = Surface.from_mesh(take_mesh(part, name=name, allow_open=allow_open))
+    mesh = take_mesh(part, name=name, unit=unit, allow_open=allow_open)
+    surface = Surface.from_mesh(mesh, crease=np.radians(options.crease))
     options.check_size(float(np.ptp(surface.bounds, axis=0).max()), tool.radius)
     space = BallSpace(TriangleTree.build(surface.triangles), tool.radius)
     levels, left_out = _cut_levels(surface, space, options, progress)
@@ -156,21 +169,24 @@ def plan_passes(
     linked = opened.joined()
     left_out += opened.left_out
     if not linked:
-        raise MeshError(_nothing_left(surface, left_out, tool, overhang=options.overhang), file=name)
+        _refuse(surface, space, left_out, tool, name, overhang=options.overhang)
     path, first, last = _toolpath(linked, tool, options, name, left_out)
+    found = left_out.findings(space, sum(len(p.cut.touching()) for p in linked), name)
+    sized = size_findings(mesh_size(mesh), unit=unit, diameter=tool.diameter, name=name)
+    path = replace(path, findings=(*sized, *found))
     relink = Relinker.like(opened, options.lead_in, options.lead_out)
     return Plan(path, Passes(first, last, len(path), relink))
 
 
 def _cut_levels(
     surface: Surface, space: BallSpace, options: PlanOptions, progress: Progress | None
-) -> tuple[list[list[Pass]], Counter[str]]:
+) -> tuple[list[list[Pass]], LeftOut]:
     """Find the passes of every section, in descending order along the sections' normal."""
     turned = surface if options.strategy == "waterline" else surface.turned(options.frame)
     walls = Walls(options.frame[2], options.overhang)
     heights = _heights(surface, turned, walls, space.radius, options)
     levels = []
-    left_out: Counter[str] = Counter()
+    left_out = LeftOut()
     for done, height in enumerate(heights, start=1):
         passes, lost = _cut_level(surface, turned, space, walls, options, height)
         levels.append(passes)
@@ -190,9 +206,9 @@ def _heights(surface: Surface, turned: Surface, walls: Walls, radius: float, opt
 
 def _cut_level(
     surface: Surface, turned: Surface, space: BallSpace, walls: Walls, options: PlanOptions, height: float
-) -> tuple[list[Pass], Counter[str]]:
+) -> tuple[list[Pass], LeftOut]:
     passes: list[Pass] = []
-    left_out: Counter[str] = Counter()
+    left_out = LeftOut()
     spacing = options.spacing * (SPIRAL_SPACING if options.spiral else 1.0)
     for loop in section_loops(turned, height):
         curve = loop if turned is surface else loop.turned(options.frame.T)
@@ -202,7 +218,12 @@ def _cut_level(
         if options.backward:
             contacts = contacts.take(np.arange(len(contacts))[::-1], closed=contacts.closed)
         found, lost = split_passes(
-            contacts, space, walls, spacing=options.spacing, min_length=options.min_length
+            contacts,
+            space,
+            walls,
+            spacing=options.spacing,
+            min_length=options.min_length,
+            crease=turned.crease,
         )
         passes += found
         left_out += lost
@@ -227,22 +248,29 @@ def _opened(levels: list[list[Pass]], linker: Linker, options: PlanOptions) -> L
     return best
 
 
-def _nothing_left(surface: Surface, left_out: Counter[str], tool: Tool, *, overhang: bool) -> str:
-    """Explain why there is no pass: no wall of the kind, or none that the ball can follow."""
+def _refuse(
+    surface: Surface, space: BallSpace, left_out: LeftOut, tool: Tool, name: str, *, overhang: bool
+) -> NoReturn:
+    """Raise the reason why there is no pass: no wall of the kind, or none that the ball can follow."""
     wall = "overhanging wall" if overhang else "wall"
-    if left_out:
-        reasons = ", ".join(f"{count} {what}" for what, count in sorted(left_out.items()))
-        return f"no {wall} can be cut with {tool} ({reasons}); take a smaller ball or a finer stepdown"
-    size = " × ".join(f"{extent:.4g}" for extent in np.ptp(surface.bounds, axis=0))
-    return f"has no {wall} on its sections (the part measures {size} mm)"
+    if left_out.counts:
+        reasons = ", ".join(f"{count} {what}" for what, count in sorted(left_out.counts.items()))
+        raise Infeasible(
+            f"{name}: no {wall} can be cut with {tool} ({reasons}); take a smaller ball or a finer stepdown",
+            left_out.findings(space, 0, name),
+        )
+    raise MeshError(
+        f"has no {wall} on its sections (the part measures {size_text(mesh_size(surface))})",
+        file=name,
+    )
 
 
 def _toolpath(
-    linked: list[LinkedPass], tool: Tool, options: PlanOptions, name: str, left_out: Counter[str]
+    linked: list[LinkedPass], tool: Tool, options: PlanOptions, name: str, left_out: LeftOut
 ) -> tuple[Toolpath, IntArray, IntArray]:
     """Build one path of passes and links; return the first and last row of each pass with it."""
     pivot, contact, normal, kind = (
-        np.concatenate(column) for column in zip(*map(_rows, linked), strict=True)
+        np.concatenate(column) for column in zip(*(_rows(p, tool.radius) for p in linked), strict=True)
     )
     n = len(pivot)
     path = Toolpath(
@@ -255,7 +283,8 @@ def _toolpath(
         kind=kind,
         source=np.arange(1, n + 1),
         name=name,
-        ignored=dict(sorted(left_out.items())),
+        normals_from=surface_normals(options.crease),
+        ignored=dict(sorted(left_out.counts.items())),
     )
     in_air = path.kind[1:] == MoveKind.LINK
     parts = np.where(in_air, np.ceil(path.lengths[1:] / LINK_SPACING), 1.0).astype(np.int64)
@@ -268,13 +297,16 @@ def _toolpath(
     return replace(path, source=np.arange(1, len(path) + 1)), first, last
 
 
-def _rows(linked: LinkedPass) -> tuple[Array, Array, Array, IntArray]:
+def _rows(linked: LinkedPass, radius: float) -> tuple[Array, Array, Array, IntArray]:
     """Return pivot, contact, normal and kind of a pass with its links."""
     contacts = linked.cut.contacts
     pivot = np.vstack([linked.approach, linked.cut.centres, linked.retract])
     cutting = np.zeros(len(pivot), dtype=bool)
     cutting[len(linked.approach) :][: len(contacts)] = ~contacts.rolling
     contact, normal = np.full_like(pivot, np.nan), np.full_like(pivot, np.nan)
-    contact[cutting] = contacts.points[~contacts.rolling]
-    normal[cutting] = contacts.normals[~contacts.rolling]
+    touched = contacts.take(linked.cut.touching(), closed=False)
+    normal[cutting] = touched.smooth
+    # Where facets are coarse the ball stands on one of them, and not along the smoothed normal: the contact
+    # is the ball's point that the smoothed surface touches.
+    contact[cutting] = touched.points + radius * (touched.normals - touched.smooth)
     return pivot, contact, normal, np.where(cutting, MoveKind.CUT, MoveKind.LINK).astype(np.int64)

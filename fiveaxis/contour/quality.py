@@ -13,7 +13,7 @@ from fiveaxis.contour.options import PlanOptions, Strategy
 from fiveaxis.contour.walls import Walls
 from fiveaxis.errors import ToolError
 from fiveaxis.geometry import Array, BoolArray, IntArray, normalise
-from fiveaxis.mesh import TriangleTree, facet_normals, take_mesh, tree_of
+from fiveaxis.mesh import TriangleTree, Unit, facet_normals, mesh_size, take_mesh, tree_of
 from fiveaxis.toolpath import Toolpath
 
 if TYPE_CHECKING:
@@ -39,6 +39,7 @@ class PlanReport:
     ridges : number of measured ridges
     edges : number of contacts' sides without a neighbouring pass within the ball's reach
     cut_length, link_length : mm, travel of the ball's centre in cuts and in links
+    part_size : (3,), mm, extents of the part
     """
 
     scallop_largest: float
@@ -48,6 +49,7 @@ class PlanReport:
     edges: int
     cut_length: float
     link_length: float
+    part_size: Array
 
 
 def path_quality(
@@ -57,6 +59,7 @@ def path_quality(
     strategy: Strategy = "waterline",
     raster_angle: float | None = None,
     overhang: bool = False,
+    unit: Unit = "mm",
     allow_open: bool = False,
 ) -> PlanReport:
     """Measure ridges and chords of a path of contacts.
@@ -70,8 +73,9 @@ def path_quality(
     Parameters
     ----------
     toolpath : cuts of a ball, with contacts and normals
-    part : mesh file or mesh, mm, workpiece frame
+    part : mesh file or mesh, workpiece frame
     strategy, raster_angle, overhang : as given to `plan_contour`; they select the walls that count
+    unit : of a mesh file: ``mm``, ``inch`` or ``m``; a mesh is in mm
     allow_open : accept a mesh that isn't watertight
 
     Raises
@@ -85,10 +89,10 @@ def path_quality(
     """
     if not toolpath.tool.cutter.is_ball:
         raise ToolError(f"tool {toolpath.tool}: ridges are measured for balls only; give for example ball:10")
-    mesh = take_mesh(part, allow_open=allow_open)
+    mesh = take_mesh(part, unit=unit, allow_open=allow_open)
     tree, facets = tree_of(mesh), facet_normals(np.array(mesh.triangles, dtype=float))
     options = PlanOptions(strategy, raster_angle=raster_angle, overhang=overhang)
-    cuts = _Cuts.of(toolpath)
+    cuts = _Cuts.of(toolpath, tree)
     heights, rows = _ridges(cuts, tree, facets, Walls(options.frame[2], overhang))
     weight = cuts.weight[rows]
     total = float(weight.sum())
@@ -100,6 +104,7 @@ def path_quality(
         edges=2 * int(cuts.moving.sum()) - len(heights),
         cut_length=float(toolpath.lengths[toolpath.cutting].sum()),
         link_length=float(toolpath.lengths[~toolpath.cutting].sum()),
+        part_size=mesh_size(mesh),
     )
 
 
@@ -109,7 +114,8 @@ class _Cuts:
 
     Parameters
     ----------
-    centres, points, normals : (n, 3), mm and unit vectors
+    centres : (n, 3), mm
+    points, normals : (n, 3), mm and unit vectors, where the ball comes nearest to the mesh
     heading : (n, 3), unit vectors along the pass, zero where `moving` is false
     moving : (n,), rows with a neighbour in their pass
     starts : (m,), rows from which a cutting move leads to the next row
@@ -127,9 +133,10 @@ class _Cuts:
     radius: float
 
     @classmethod
-    def of(cls, toolpath: Toolpath) -> _Cuts:
+    def of(cls, toolpath: Toolpath, tree: TriangleTree) -> _Cuts:
         rows = np.flatnonzero(toolpath.cutting & np.isfinite(toolpath.normal).all(axis=1))
-        points = toolpath.contact[rows]
+        centres = toolpath.pivot[rows]
+        points, _, _ = tree.nearest(centres)
         joined = np.diff(rows) == 1
         steps = np.where(joined[:, None], np.diff(points, axis=0), 0.0)
         none = np.zeros((1, 3))
@@ -139,9 +146,9 @@ class _Cuts:
         moving = length > 1e-9
         heading[moving] = normalise(heading[moving])
         return cls(
-            centres=toolpath.pivot[rows],
+            centres=centres,
             points=points,
-            normals=toolpath.normal[rows],
+            normals=normalise(centres - points),
             heading=np.where(moving[:, None], heading, 0.0),
             moving=moving,
             starts=np.flatnonzero(joined),

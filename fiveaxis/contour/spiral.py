@@ -16,11 +16,12 @@ from itertools import pairwise
 import numpy as np
 
 from fiveaxis.contour.ball_space import BallSpace
-from fiveaxis.contour.contacts import LEAN_DEPTH, Contacts, lean_normals, turn_between
+from fiveaxis.contour.contacts import Contacts, lean_limit, lean_normals, turn_between
+from fiveaxis.contour.left_out import LeftOut
 from fiveaxis.contour.passes import Pass, neighbours
 from fiveaxis.geometry import Array, IntArray, angle_between
 from fiveaxis.mesh import TriangleTree
-from fiveaxis.mesh.surface import SHARP_EDGE, Surface
+from fiveaxis.mesh.surface import Surface
 
 # Most halvings of moves of a turn that are longer than the spacing.
 HALVINGS = 4
@@ -30,7 +31,7 @@ Start = Callable[[Pass], int]
 
 def join_spirals(
     levels: Sequence[Sequence[Pass]], turns: Turns, plane: Array, start: Start
-) -> tuple[list[list[Pass]], Counter[str]]:
+) -> tuple[list[list[Pass]], LeftOut]:
     """Replace stacks of closed passes by spirals, where the ball can follow them.
 
     Parameters
@@ -52,8 +53,8 @@ def join_spirals(
         apart += sum(spiral is not None for spiral in spirals) - 1
         for (k, i), spiral in zip(stack, spirals, strict=True):
             found[k][i] = spiral
-    left_out = Counter({"closed passes that no spiral joins to the next": apart})
-    return [[p for p in level if p is not None] for level in found], +left_out
+    left_out = LeftOut(Counter({"closed passes that no spiral joins to the next": apart}))
+    return [[p for p in level if p is not None] for level in found], left_out
 
 
 def _stacks(levels: Sequence[Sequence[Pass]], plane: Array) -> list[list[tuple[int, int]]]:
@@ -96,9 +97,12 @@ def _spirals(rings: list[Pass], turns: Turns, start: Start) -> list[Pass | None]
 
 def _chained(parts: list[Pass]) -> Pass:
     """Concatenate passes."""
-    rows = [(p.contacts.points, p.contacts.normals, p.contacts.rolling, p.centres) for p in parts]
-    points, normals, rolling, centres = (np.concatenate(column) for column in zip(*rows, strict=True))
-    return Pass(Contacts(points, normals, rolling, closed=False), centres)
+    names = ("points", "normals", "smooth", "rolling")
+    points, normals, smooth, rolling = (
+        np.concatenate([getattr(p.contacts, name) for p in parts]) for name in names
+    )
+    centres = np.concatenate([p.centres for p in parts])
+    return Pass(Contacts(points, normals, smooth, rolling, closed=False), centres)
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,7 +163,7 @@ class Turns:
         turned = angle_between(kept.contacts.normals[:-1], kept.contacts.normals[1:])
         moved = np.linalg.norm(np.diff(kept.centres, axis=0), axis=1)
         bridged = np.where(np.diff(rows) > 1, moved, 0.0)
-        if turned.max() > SHARP_EDGE or bridged.max() > self.spacing:
+        if turned.max() > self.surface.crease or bridged.max() > self.spacing:
             return None
         clear = self.space.chords_fit(kept.centres[:-1], kept.centres[1:]).all()
         return kept.between(1, len(kept) - 1) if clear else None
@@ -172,11 +176,12 @@ class Turns:
         surface, radius = self.surface, self.space.radius
         foot, triangle, _ = self.space.tree.nearest(near.points)
         facets = surface.facet_normals[triangle]
-        smooth = _smoothed(surface, triangle, foot)
-        normals = lean_normals(facets, smooth, np.arccos(max(0.0, 1.0 - LEAN_DEPTH / radius)))
-        keep = near.rolling | (angle_between(facets, near.normals) > SHARP_EDGE)
+        smooth = surface.normals_at(foot, triangle)
+        normals = lean_normals(facets, smooth, lean_limit(radius))
+        keep = near.rolling | (angle_between(facets, near.normals) > surface.crease)
         normals = np.where(keep[:, None], near.normals, normals)
-        return Pass(Contacts(foot, normals, near.rolling, closed=False), foot + radius * normals)
+        smooth = np.where(keep[:, None], near.smooth, lean_normals(facets, smooth, np.pi))
+        return Pass(Contacts(foot, normals, smooth, near.rolling, closed=False), foot + radius * normals)
 
 
 def _beside(ring: Pass, longer: Pass) -> Contacts:
@@ -189,10 +194,11 @@ def _beside(ring: Pass, longer: Pass) -> Contacts:
     foot, move, _ = tree.nearest(longer.centres[inner])
     length = np.linalg.norm(line[move + 1] - line[move], axis=1)
     share = np.linalg.norm(foot - line[move], axis=1) / np.maximum(length, 1e-12)
-    points, normals = ring.contacts.points, ring.contacts.normals
+    points, normals, smooth = ring.contacts.points, ring.contacts.normals, ring.contacts.smooth
     return Contacts(
         points=points[move] + share[:, None] * (points[move + 1] - points[move]),
         normals=turn_between(normals[move], normals[move + 1], share),
+        smooth=turn_between(smooth[move], smooth[move + 1], share),
         rolling=longer.contacts.rolling[inner],
         closed=False,
     )
@@ -202,31 +208,24 @@ def _blend(first: Contacts, second: Contacts, share: Array) -> Contacts:
     """Blend contacts row by row; `share`, (n,), is that of the second."""
     points = (1.0 - share)[:, None] * first.points + share[:, None] * second.points
     normals = turn_between(first.normals, second.normals, share)
-    return Contacts(points, normals, first.rolling & second.rolling, closed=False)
+    smooth = turn_between(first.smooth, second.smooth, share)
+    return Contacts(points, normals, smooth, first.rolling & second.rolling, closed=False)
 
 
 def _halved(start: Pass, between: Contacts, end: Pass, wide: IntArray) -> Contacts:
     """Insert a contact in the middle of the given moves, counted from the start."""
-    points = np.vstack([start.contacts.points, between.points, end.contacts.points])
-    normals = np.vstack([start.contacts.normals, between.normals, end.contacts.normals])
-    middle = turn_between(normals[wide], normals[wide + 1], np.full(len(wide), 0.5))
+    points, normals, smooth = (
+        np.vstack([getattr(rows, name) for rows in (start.contacts, between, end.contacts)])
+        for name in ("points", "normals", "smooth")
+    )
+    half = np.full(len(wide), 0.5)
     return Contacts(
         np.insert(between.points, wide, (points[wide] + points[wide + 1]) / 2.0, axis=0),
-        np.insert(between.normals, wide, middle, axis=0),
+        np.insert(between.normals, wide, turn_between(normals[wide], normals[wide + 1], half), axis=0),
+        np.insert(between.smooth, wide, turn_between(smooth[wide], smooth[wide + 1], half), axis=0),
         np.insert(between.rolling, wide, False),
         closed=False,
     )
-
-
-def _smoothed(surface: Surface, triangle: IntArray, points: Array) -> Array:
-    """Interpolate the corner normals at points of triangles, (n, 3), not unit length."""
-    a, b, c = np.moveaxis(surface.triangles[triangle], 1, 0)
-    # Twice the areas opposite the corners, as vectors along the triangle's normal.
-    whole = np.cross(b - a, c - a)
-    size = np.maximum(np.einsum("ij,ij->i", whole, whole), 1e-300)
-    parts = [np.cross(q - p, points - p) for p, q in ((b, c), (c, a), (a, b))]
-    weight = np.stack([np.einsum("ij,ij->i", part, whole) / size for part in parts], axis=1)
-    return np.einsum("ik,ikj->ij", weight, surface.corner_normals[triangle])
 
 
 def _stations(line: Array) -> Array:

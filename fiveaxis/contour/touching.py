@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fiveaxis.contour.contacts import lean_limit, lean_normals
+from fiveaxis.contour.options import CREASE
 from fiveaxis.errors import SettingError, ToolpathError
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array, BoolArray, IntArray, angle_between, perpendicular
-from fiveaxis.mesh import take_mesh
+from fiveaxis.mesh import Surface, Unit, take_mesh, tree_of
 from fiveaxis.mesh.distance import AT_SURFACE, SignedSurface
+from fiveaxis.mesh.surface import require_crease, surface_normals
 from fiveaxis.toolpath import MoveKind, Toolpath, Zone
 from fiveaxis.toolpath.cutter import ROUNDING
 
@@ -40,20 +44,29 @@ def count_touching(toolpath: Toolpath, part: str | Path | trimesh.Trimesh, *, to
 
 
 def find_contacts(
-    toolpath: Toolpath, part: str | Path | trimesh.Trimesh, *, tolerance: float = 0.05
+    toolpath: Toolpath,
+    part: str | Path | trimesh.Trimesh,
+    *,
+    tolerance: float = 0.05,
+    crease: float = CREASE,
+    unit: Unit = "mm",
 ) -> Toolpath:
     """Find the surface normal at every cut of a programmed path.
 
-    The contact is where the cutter, at its programmed tip and axis, comes nearest to the part. A ball's
-    normal points from there to its centre; at an edge it isn't the mean of the faces' normals. For other
-    cutters the angle around the axis is searched first. A feed move that ends farther than the tolerance from
+    The cutter touches where, at its programmed tip and axis, it comes nearest to the part. The normal there
+    is that of the mesh, smoothed across its facets; at a crease it points from there to a ball's centre and
+    isn't the mean of the faces' normals. For cutters other than balls the angle around the axis is searched
+    first, and the normal differs from that of the touched facet only so far that the cutter, turned about its
+    contact, sinks into the facet by at most 0.005 mm. A feed move that ends farther than the tolerance from
     the surface becomes a link.
 
     Parameters
     ----------
     toolpath : with tool axes
-    part : mesh file or mesh, mm, workpiece frame
+    part : mesh file or mesh, workpiece frame
     tolerance : mm, largest gap or depth between cutter and part that counts as touching
+    crease : **degrees**; facets that meet at a smaller angle are one smooth surface
+    unit : of a mesh file: ``mm``, ``inch`` or ``m``; a mesh is in mm
 
     Returns
     -------
@@ -66,7 +79,7 @@ def find_contacts(
     MeshError
         The part can't be read or has no area.
     SettingError
-        The tolerance isn't positive.
+        The tolerance isn't positive, or the crease angle not within 0…90 degrees.
     ToolpathError
         The path has no tool axes, or no cut touches the part.
     """
@@ -74,8 +87,10 @@ def find_contacts(
         raise SettingError(f"surface tolerance is {tolerance:g} mm; it must be a number above 0")
     if not toolpath.has_axes:
         raise ToolpathError("has no tool axes, so where it touches isn't known", file=toolpath.name)
+    require_crease(crease)
     rows = np.flatnonzero(toolpath.cutting)
-    touch = _touches(toolpath.at(rows), SignedSurface.of(take_mesh(part, name="part", allow_open=True)))
+    mesh = take_mesh(part, name="part", unit=unit, allow_open=True)
+    touch = _touches(toolpath.at(rows), SignedSurface.of(mesh))
     apart = touch.gap > tolerance
     several = ~apart & ~touch.single
     sunk = ~apart & (touch.gap < -tolerance)
@@ -93,7 +108,7 @@ def find_contacts(
             file=toolpath.name,
         )
     normal = np.full_like(toolpath.axis, np.nan)
-    normal[rows[touched]] = touch.normal[touched]
+    normal[rows[touched]] = _smoothed(toolpath.at(rows), touch, mesh, crease)[touched]
     kind = toolpath.kind.copy()
     kind[rows[~touched]] = MoveKind.LINK
     known = replace(toolpath, kind=kind).touching_at(normal)
@@ -110,7 +125,31 @@ def find_contacts(
         for code, (bad, text) in texts.items()
         if bad.any()
     ]
-    return replace(known, findings=(*toolpath.findings, *found))
+    return replace(known, findings=(*toolpath.findings, *found), normals_from=surface_normals(crease))
+
+
+def _smoothed(path: Toolpath, touch: _Touch, mesh: trimesh.Trimesh, crease: float) -> Array:
+    """Return the normals of the smoothed surface where cutters touch it, (n, 3).
+
+    The touched facet's normal stays at a crease, and where the tool axis is at an angle to the smoothed one
+    at which another zone of the profile would touch.
+    """
+    surface = Surface.from_mesh(mesh, crease=math.radians(crease))
+    foot, triangle, _ = tree_of(mesh).nearest(touch.foot)
+    limits, low, high = np.array([(_largest_lean(z), z.least, z.high) for z in path.tool.cutter.zones]).T
+    smooth = lean_normals(touch.normal, surface.normals_at(foot, triangle), limits[touch.zone])
+    angle = angle_between(path.axis, smooth)
+    kept = surface.on_crease(foot, triangle) | (angle < low[touch.zone]) | (angle > high[touch.zone])
+    return np.where(kept[:, None], touch.normal, smooth)
+
+
+def _largest_lean(zone: Zone) -> float:
+    """Return how far the normal of a contact may be off the touched facet's, rad.
+
+    A ball turns about its centre, whatever the normal. Another cutter, turned about its contact, would sink
+    into the facet, at most as deep as a ball of its largest radius.
+    """
+    return math.pi if not zone.offset else lean_limit(abs(zone.offset) + zone.radius)
 
 
 def _finding(toolpath: Toolpath, code: str, text: str, rows: IntArray, off: Array) -> Finding:
@@ -128,24 +167,29 @@ class _Touch:
     normal : (n, 3), unit vectors
     gap : (n,), mm, negative where the cutter is inside the part
     single : (n,), whether the cutter has a single contact at the angle of that normal
+    foot : (n, 3), mm, on the part
+    zone : (n,), number of the cutter's zone
     """
 
     normal: Array
     gap: Array
     single: BoolArray
+    foot: Array
+    zone: IntArray
 
 
 def _touches(path: Toolpath, surface: SignedSurface) -> _Touch:
     """Try every zone of the profile and choose the nearest of those that are touched at their own angles."""
-    found = [_touch(path, zone, surface) for zone in path.tool.cutter.zones]
+    found = [_touch(path, number, surface) for number in range(len(path.tool.cutter.zones))]
     rank = np.array([np.where(touch.single, touch.gap, touch.gap + FOREIGN) for touch in found])
     best = rank.argmin(axis=0), np.arange(len(path))
-    normal, gap, single = zip(*((t.normal, t.gap, t.single) for t in found), strict=True)
-    return _Touch(np.array(normal)[best], np.array(gap)[best], np.array(single)[best])
+    names = ("normal", "gap", "single", "foot")
+    normal, gap, single, foot = (np.array([getattr(t, name) for t in found])[best] for name in names)
+    return _Touch(normal, gap, single, foot, best[0])
 
 
-def _touch(path: Toolpath, zone: Zone, surface: SignedSurface) -> _Touch:
-    tip = path.tips(path.axis)
+def _touch(path: Toolpath, number: int, surface: SignedSurface) -> _Touch:
+    zone, tip = path.tool.cutter.zones[number], path.tips(path.axis)
     if zone.offset < 0.0:
         normal, foot, gap = _nearest_on_barrel(tip, path.axis, zone, surface)
     else:
@@ -159,7 +203,8 @@ def _touch(path: Toolpath, zone: Zone, surface: SignedSurface) -> _Touch:
     # the contact that such a normal implies lies elsewhere.
     contact = zone.pivot_of_tip(tip, normal, path.axis) - zone.radius * normal
     slip = np.linalg.norm(contact - foot, axis=1)
-    return _Touch(normal, gap, single & (slip <= np.abs(gap) + SLIP * abs(zone.offset) + AT_SURFACE))
+    single &= slip <= np.abs(gap) + SLIP * abs(zone.offset) + AT_SURFACE
+    return _Touch(normal, gap, single, foot, np.full(len(tip), number))
 
 
 def _nearest_on_ring(centre: Array, axis: Array, zone: Zone, surface: SignedSurface) -> Array:

@@ -18,6 +18,7 @@ from fiveaxis.job.loading import (
     load_surroundings,
     measure_plan,
     part_of,
+    part_unit,
 )
 from fiveaxis.job.posting import Posted, make_of_motion, post_program, write_program
 from fiveaxis.job.program import MadeProgram, make_program
@@ -28,10 +29,11 @@ from fiveaxis.job.release import Gate
 from fiveaxis.job.results import require_folder, write_outcome
 from fiveaxis.job.setup_choice import run_job
 from fiveaxis.job.solution import Solution
-from fiveaxis.job.stages import RESULT, Outcome
+from fiveaxis.job.stages import LEFT_OUT, RESULT, Outcome
 from fiveaxis.job.verifying import Against, check_program, verify_program
 
 __all__ = [
+    "LEFT_OUT",
     "RESULT",
     "SWEEP",
     "Against",
@@ -58,6 +60,7 @@ __all__ = [
     "measure_plan",
     "optimise",
     "part_of",
+    "part_unit",
     "post_program",
     "program_energy",
     "read_fixtures",

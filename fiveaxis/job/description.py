@@ -10,9 +10,10 @@ from pydantic import Field, PrivateAttr, ValidationInfo, field_validator, model_
 
 from fiveaxis.codes import require_codes
 from fiveaxis.collision import ClearanceTable, FixtureTable
-from fiveaxis.contour.options import Direction, Order, Strategy
+from fiveaxis.contour.options import CREASE, Direction, Order, Strategy
 from fiveaxis.errors import FiveAxisError
 from fiveaxis.machine.chain import Triple
+from fiveaxis.mesh import Unit
 from fiveaxis.nc import ProgramSettings, find_dialect
 from fiveaxis.posture.strategy.delivery import Objective
 from fiveaxis.settings import StrictModel
@@ -176,8 +177,11 @@ class Job(StrictModel):
     plane: Triple | None = Field(None, description="vector normal to a plane that the tool axis stays in")
     hold: dict[str, float] = Field({}, description="rotary axes held at an angle, by letter, deg")
     feed: float | None = Field(None, gt=0.0, description="mm/min; replaces the input's feed")
-    unit: Literal["mm", "inch"] | None = Field(
-        None, description="unit of lengths, for an input that doesn't state it"
+    unit: Unit | None = Field(
+        None, description="unit of lengths of an input that doesn't state it; m for meshes only"
+    )
+    part_unit: Unit | None = Field(
+        None, description="unit of part and stock; by default that of an input mesh, else mm"
     )
     columns: tuple[str, ...] | None = Field(
         None, description="columns of a list of points without a header line"
@@ -193,6 +197,12 @@ class Job(StrictModel):
     )
     surface_tolerance: float = Field(
         0.05, gt=0.0, description="gap between cutter and part that counts as touching, mm"
+    )
+    crease: float = Field(
+        CREASE,
+        gt=0.0,
+        le=90.0,
+        description="facets of a mesh that meet at a smaller angle are one smooth surface, deg",
     )
     gouge_tolerance: float = Field(
         GOUGE_TOLERANCE,

@@ -42,6 +42,7 @@ EXAMPLES: Mapping[str, Any] = {
     "columns": ["x", "y", "z", "nx", "ny", "nz"],
     "part": "part.stl",
     "stock": "stock.stl",
+    "part_unit": "mm",
     "drives": "hayashi-640123",
     "max_turn": 15,
     "turn_rate": 5,

@@ -24,6 +24,7 @@ from fiveaxis.machine import Machine, lender_of, load_machine, with_powers
 from fiveaxis.machine.bodies import MeshShape
 from fiveaxis.machine.files import find_machine
 from fiveaxis.mesh import SUFFIXES as MESH_SUFFIXES
+from fiveaxis.mesh import Unit, load_mesh, read_solid
 from fiveaxis.nc import find_dialect, read_toolpath
 from fiveaxis.report import describe_input
 from fiveaxis.settings import read_document
@@ -134,12 +135,19 @@ def read_path(job: Job, tool: Tool | None) -> Toolpath:
             f"{', '.join(planning)} is for planning on a mesh, and the input is none; leave it out",
             file=job.input,
         )
+    if job.unit == "m":
+        raise JobError("unit = m is for meshes, and the input is none; give mm or inch", file=job.input)
     toolpath = _read_as(job, tool, {})
     if job.part is None or toolpath.has_normals:
         return toolpath
     given = {name for name, value in (("unit", job.unit), ("positions", job.program.positions)) if value}
     return find_settled_contacts(
-        toolpath, job.part, job.surface_tolerance, lambda settings: _read_as(job, tool, settings), given
+        toolpath,
+        load_mesh(job.part, unit=part_unit(job), allow_open=True),
+        job.surface_tolerance,
+        lambda settings: _read_as(job, tool, settings),
+        given,
+        crease=job.crease,
     )
 
 
@@ -178,9 +186,7 @@ def plan_mesh(job: Job, tool: Tool | None, progress: Progress | None) -> Plan:
     """
     if tool is None:
         raise JobError("tool is missing: planning on a mesh needs one; give e.g. ball:10", file=job.input)
-    foreign = sorted(job.model_fields_set & {"unit", "columns"}) + ["program"] * bool(
-        job.program.model_fields_set
-    )
+    foreign = sorted(job.model_fields_set & {"columns"}) + ["program"] * bool(job.program.model_fields_set)
     if foreign:
         raise JobError(
             f"{', '.join(foreign)} is for lists of locations and programs, and the input is a mesh; leave it "
@@ -189,8 +195,10 @@ def plan_mesh(job: Job, tool: Tool | None, progress: Progress | None) -> Plan:
         )
     step = None if progress is None else lambda done, total: progress("plan", done, total)
     feed = 1000.0 if job.feed is None else job.feed
-    options = PlanOptions(**job.plan.model_dump(exclude={"allow_open"}), feed_mm_min=feed)
-    return plan_passes(job.input, tool, options, allow_open=job.plan.allow_open, progress=step)
+    options = PlanOptions(**job.plan.model_dump(exclude={"allow_open"}), feed_mm_min=feed, crease=job.crease)
+    return plan_passes(
+        job.input, tool, options, unit=job.unit or "mm", allow_open=job.plan.allow_open, progress=step
+    )
 
 
 def measure_plan(job: Job, toolpath: Toolpath) -> PlanReport:
@@ -202,6 +210,7 @@ def measure_plan(job: Job, toolpath: Toolpath) -> PlanReport:
         strategy=plan.strategy,
         raster_angle=plan.raster_angle,
         overhang=plan.overhang,
+        unit=job.unit or "mm",
         allow_open=plan.allow_open,
     )
 
@@ -222,12 +231,19 @@ def load_surroundings(job: Job) -> Surroundings:
         A mesh that can't be read, or is refused.
     """
     fixtures = tuple(table.build(Path()) for table in job.fixture)
-    return Surroundings.load(part_of(job), job.stock, fixtures, job.clearance.build())
+    file = part_of(job)
+    part = None if file is None else read_solid(file, part_unit(job) if job.part else job.unit or "mm")
+    return Surroundings.load(part, job.stock, fixtures, job.clearance.build(), unit=part_unit(job))
 
 
 def part_of(job: Job) -> Path | None:
     """Return the file of the part's mesh: the given one, else the one that passes are planned on."""
     return job.part or (job.input if is_mesh(job.input) else None)
+
+
+def part_unit(job: Job) -> Unit:
+    """Return the unit of a job's part and stock: the given one, else that of an input mesh, else mm."""
+    return job.part_unit or (job.unit if is_mesh(job.input) else None) or "mm"
 
 
 def describe_inputs(job: Job) -> list[dict[str, Any]]:

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
+from typing import TYPE_CHECKING
 
 from fiveaxis.contour.touching import count_touching, find_contacts
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.toolpath import Toolpath
+
+if TYPE_CHECKING:
+    import trimesh
 
 # Setting -> its values, the findings that leave it open, and the one that tells its choice.
 OPEN = {
@@ -21,17 +24,19 @@ CLEARLY = 2.0
 
 def find_settled_contacts(
     toolpath: Toolpath,
-    part: Path,
+    part: trimesh.Trimesh,
     tolerance: float,
     read: Callable[[dict[str, str]], Toolpath],
     given: set[str],
+    *,
+    crease: float,
 ) -> Toolpath:
     """Find a path's contacts with a part, in the reading that touches the part.
 
     Parameters
     ----------
     toolpath : as it is read by default
-    part, tolerance : as for `find_contacts`
+    part, tolerance, crease : as for `find_contacts`
     read : reads the path again, with settings
     given : settings of the caller, which stay
 
@@ -64,4 +69,4 @@ def find_settled_contacts(
     if settled:
         toolpath = read(settled)
         toolpath = replace(toolpath, findings=(*toolpath.findings, *told))
-    return find_contacts(toolpath, part, tolerance=tolerance)
+    return find_contacts(toolpath, part, tolerance=tolerance, crease=crease)

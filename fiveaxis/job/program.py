@@ -14,7 +14,7 @@ import numpy as np
 from fiveaxis.collision import Surroundings
 from fiveaxis.errors import FiveAxisError, MissingDependency, ToolpathError, Unverified
 from fiveaxis.files import write_atomically
-from fiveaxis.findings import Finding
+from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import IntArray
 from fiveaxis.job.planned_program import PlannedProgram, may_thin, plan_program
 from fiveaxis.job.program_options import ProgramOptions
@@ -172,6 +172,8 @@ def make_program(
     require_motion(motion, machine)
     require_path(motion, machine, toolpath)
     around = around or Surroundings()
+    # Errors of planning keep the program back too.
+    before = Report.of_findings(f for f in toolpath.findings if f.severity is Severity.ERROR)
     whole = plan_program(motion, toolpath, constraints, around, wording, options.settings, tolerances)
 
     def attempt(planned: PlannedProgram) -> MadeProgram:
@@ -187,7 +189,13 @@ def make_program(
                 expected=expected,
             )
             written = Report.of_findings(planned.located(draft.findings))
-            return found, planned.leads.report, written, *(() if verdict is None else verdict(back, draft))
+            return (
+                found,
+                planned.leads.report,
+                written,
+                before,
+                *(() if verdict is None else verdict(back, draft)),
+            )
 
         made = compose_verified(planned.motion, wording, options, None if unverified else judge)
         return replace(made, fill=planned.fill)
@@ -196,7 +204,8 @@ def make_program(
         return attempt(whole)
     few = whole.without_redundant(constraints, wording)
     made = attempt(few)
-    if made.ok or unverified or not few.fill.removed:
+    errors = {f.code for f in made.report.findings if f.severity is Severity.ERROR} - set(before.counts)
+    if (made.gate.verified and not errors) or unverified or not few.fill.removed:
         return made
     return replace(attempt(whole), held_back=tuple(made.report.counts))
 

@@ -11,7 +11,8 @@ import numpy as np
 
 from fiveaxis.collision import Surroundings
 from fiveaxis.energy import Budget, job_budget
-from fiveaxis.errors import JobError
+from fiveaxis.errors import Infeasible, JobError
+from fiveaxis.findings import Severity
 from fiveaxis.geometry import Array
 from fiveaxis.job.clearing import Cleared, keep_clear
 from fiveaxis.job.description import Job
@@ -23,11 +24,13 @@ from fiveaxis.job.loading import (
     load_job_passes,
     load_process,
     load_surroundings,
+    part_unit,
 )
 from fiveaxis.job.program import MadeProgram, make_program
 from fiveaxis.job.program_options import ProgramOptions
 from fiveaxis.job.release import Gate
 from fiveaxis.machine import Machine, describe_powers
+from fiveaxis.mesh import mesh_size, size_findings
 from fiveaxis.nc import Clock, require_program
 from fiveaxis.posture import Front, Options, Solution, find_front
 from fiveaxis.posture import optimise as optimise_postures
@@ -43,6 +46,8 @@ SOLVING = tuple(each.name for each in fields(Options) if each.name in Job.model_
 
 # Name of the optimised result beside the baselines'.
 RESULT = "optimised"
+# Code of the planner's finding on contacts that no pass reaches.
+LEFT_OUT = "contacts-left-out"
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,11 +91,18 @@ class Outcome:
             budget=self.budget.as_dict(),
         )
         document["kept_back"] = gate.kept
+        if self.part_size is not None:
+            document["part_size_mm"] = [round(float(extent), 6) for extent in self.part_size]
         if self.job.override:
             document["overridden"] = {code: gate.report.counts[code] for code in gate.accepted}
             document["overridden_by"] = self.job.override_by
             document["override_unused"] = [finding.as_dict() for finding in gate.unused]
         return document | self.sections
+
+    @property
+    def part_size(self) -> Array | None:
+        """(3,), mm, extents of the part; None without one."""
+        return None if self.around is None or self.around.part is None else mesh_size(self.around.part)
 
     @property
     def gate(self) -> Gate:
@@ -139,6 +151,8 @@ def run_stages(
     process = load_process(job, toolpath.tool, float(toolpath.feed.max()))
     factors = load_factors(job)
     around = load_surroundings(job)
+    toolpath = _with_part_size(job, toolpath, around)
+    require_reached(toolpath, job.override)
     constraints = job.constraints
     solution, front, cleared = solve(job, constraints, toolpath, machine, progress, passes, around, start)
     inputs = describe_inputs(job)
@@ -173,6 +187,26 @@ def run_stages(
     picked = next(k for k, one in enumerate(solutions) if one.motion is solution.motion)
     figures = _front_figures(front, outcomes) | {"picked": picked + 1}
     return replace(outcomes[picked], of_front=tuple(outcomes), sections={"front": figures})
+
+
+def _with_part_size(job: Job, toolpath: Toolpath, around: Surroundings) -> Toolpath:
+    """Add the finding on a part of implausible size to a path that was read: the planner adds its own."""
+    if around.part is None or job.part is None:
+        return toolpath
+    size, diameter = mesh_size(around.part), toolpath.tool.diameter
+    found = size_findings(size, unit=part_unit(job), diameter=diameter, name=str(job.part))
+    return replace(toolpath, findings=(*toolpath.findings, *found))
+
+
+def require_reached(toolpath: Toolpath, override: Sequence[str]) -> None:
+    """Raise `Infeasible` if passes reach less than half of the contacts, and the job doesn't accept that."""
+    lost = [f for f in toolpath.findings if f.severity is Severity.ERROR and f.code == LEFT_OUT]
+    if lost and LEFT_OUT not in override:
+        raise Infeasible(
+            f"{toolpath.name}: no pass reaches most of the contacts on its walls; take a smaller ball, or "
+            f"accept {LEFT_OUT} by name (override)",
+            lost,
+        )
 
 
 def _front_figures(front: Front, outcomes: Sequence[Outcome]) -> dict[str, Any]:

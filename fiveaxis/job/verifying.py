@@ -11,12 +11,14 @@ import numpy as np
 
 from fiveaxis.collision import Surroundings
 from fiveaxis.contour import find_contacts
+from fiveaxis.contour.options import CREASE
 from fiveaxis.errors import SettingError
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import BoolArray, IntArray
 from fiveaxis.job.program_options import ProgramOptions
 from fiveaxis.job.traced_program import TracedProgram, load_program, trace_tool
 from fiveaxis.machine import Machine
+from fiveaxis.mesh import Unit, mesh_size, size_findings
 from fiveaxis.motion import AXIS_TOLERANCE, PATH_TOLERANCE, Interpolation, Motion
 from fiveaxis.nc import Coordinates, ProgramSettings
 from fiveaxis.nc.options import Positions, Wrap
@@ -73,6 +75,8 @@ class Against:
     constraints : on postures and turns
     gouge_tolerance : mm, how deep the cutter may reach into the part
     program : control and settings of the program that was asked for: its spindle, tool, offsets, coolant
+    crease : deg; facets of the part that meet at a smaller angle are one smooth surface
+    part_unit : of the part's file, for the finding on its size
     """
 
     toolpath: Toolpath | None = None
@@ -81,6 +85,8 @@ class Against:
     constraints: Constraints = field(default_factory=Constraints)
     gouge_tolerance: float = DEFAULT_TOLERANCES.gouge
     program: ProgramOptions | None = None
+    crease: float = CREASE
+    part_unit: Unit = "mm"
 
     @property
     def is_nothing(self) -> bool:
@@ -124,6 +130,8 @@ def verify_program(
     singular_rate: float = 5.0,
     surface_tolerance: float = SURFACE_TOLERANCE,
     surroundings: Surroundings | None = None,
+    crease: float = CREASE,
+    part_unit: Unit = "mm",
     unit: Literal["mm", "inch"] | None = None,
     start: Mapping[str, float] | None = None,
     program_zero: Mapping[str, float] | None = None,
@@ -157,6 +165,8 @@ def verify_program(
     plane : a vector normal to a plane that the tool axis stays in
     hold, max_turn, singular_cone, singular_rate : as for `verify`
     surface_tolerance : mm, gap between cutter and part that counts as touching
+    crease : degrees; facets of the part that meet at a smaller angle are one smooth surface
+    part_unit : of the part's file: ``mm``, ``inch`` or ``m``; a mesh is in mm
     surroundings : part, stock and fixtures that cutter, shank, holder and machine keep clear of, in place of
         `part`
     unit, start, program_zero, rapid_mm_min, block_delete, wrap, positions, harmless : as for `read_program`
@@ -198,8 +208,10 @@ def verify_program(
         singular_rate=0.0 if singular_cone is None else singular_rate,
     )
     program_asked = None if settings is None else ProgramOptions(control=control, settings=settings)
-    around = surroundings or Surroundings.load(part)
-    against = Against(toolpath, tool, around, constraints, program=program_asked)
+    around = surroundings or Surroundings.load(part, unit=part_unit)
+    against = Against(
+        toolpath, tool, around, constraints, program=program_asked, crease=crease, part_unit=part_unit
+    )
     check = ProgramCheck(machine, against, tolerances.with_gouge(gouge_tolerance), surface_tolerance)
     return check.report(load_program(program, machine, against.cutter, reading))
 
@@ -283,9 +295,17 @@ class ProgramCheck:
             outside = [*outside, unsaid(read.findings)]
         report = examine(Examination(context, around, joint, own=own), left)
         counts = {} if match is None else match.missed
+        read_findings = (*read.findings, *self._part_size(around))
         return report.merge(
-            Report.of_findings(missed, PATH, counts), Report.of_findings(read.findings), *outside
+            Report.of_findings(missed, PATH, counts), Report.of_findings(read_findings), *outside
         )
+
+    def _part_size(self, around: Surroundings) -> tuple[Finding, ...]:
+        cutter = self.against.cutter
+        if around.part is None or cutter is None:
+            return ()
+        size, unit = mesh_size(around.part), self.against.part_unit
+        return size_findings(size, unit=unit, diameter=cutter.diameter, name="part")
 
     def _context(self, read: TracedProgram) -> CheckContext:
         # The path of a program's pivot over its blocks isn't the path's.
@@ -401,7 +421,8 @@ class ProgramCheck:
                 raise SettingError(
                     "tilt refers to surface normals; give the part (--part) or the path (--path)"
                 )
-            path = find_contacts(path, around.part, tolerance=self.surface_tolerance)
+            crease = self.against.crease
+            path = find_contacts(path, around.part, tolerance=self.surface_tolerance, crease=crease)
         if len(rows) == 0:
             return check_tilt(context)
         if toolpath is None:

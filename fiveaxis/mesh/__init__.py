@@ -2,19 +2,31 @@
 
 from fiveaxis.mesh.distance import TriangleTree, tree_of
 from fiveaxis.mesh.kept import kept_by_mesh
-from fiveaxis.mesh.loading import SUFFIXES, check_mesh, load_mesh, read_solid, require_solid, take_mesh
+from fiveaxis.mesh.loading import (
+    SUFFIXES,
+    check_mesh,
+    load_mesh,
+    read_solid,
+    require_solid,
+    take_mesh,
+)
+from fiveaxis.mesh.size import Unit, mesh_size, size_findings, size_text
 from fiveaxis.mesh.surface import Surface, facet_normals
 
 __all__ = [
     "SUFFIXES",
     "Surface",
     "TriangleTree",
+    "Unit",
     "check_mesh",
     "facet_normals",
     "kept_by_mesh",
     "load_mesh",
+    "mesh_size",
     "read_solid",
     "require_solid",
+    "size_findings",
+    "size_text",
     "take_mesh",
     "tree_of",
 ]

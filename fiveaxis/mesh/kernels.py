@@ -12,6 +12,8 @@ from fiveaxis.geometry import Array, IntArray
 
 # Deep enough for any tree: two nodes wait at each of at most 62 levels.
 STACK = 128
+# A triangle so many times larger than those beside it is flat, not a facet of a curved surface.
+MUCH_LARGER = 4.0
 
 
 @compiled
@@ -206,15 +208,20 @@ def reach(start: Array, end: Array, triangles: Array, boxes: Array, limit: float
 
 
 @compiled
-def sums_near(order: IntArray, first: IntArray, angles: Array, facets: Array, least: float) -> Array:
+def sums_near(
+    order: IntArray, first: IntArray, angles: Array, facets: Array, areas: Array, least: float
+) -> Array:
     """Sum the normals of the triangles around every corner that face its own triangle's way.
+
+    Their weights are those of `fiveaxis.mesh.surface.corner_normals`.
 
     Parameters
     ----------
     order : (3f,), the corners sorted by vertex
     first : (v + 1,), index in `order` of each vertex's first corner
-    angles : (3f,), rad, the weight of each corner
+    angles : (3f,), rad, of each corner
     facets : (f, 3), unit vectors or zero
+    areas : (f,), mm²
     least : the cosine that two normals must exceed
 
     Returns
@@ -226,11 +233,18 @@ def sums_near(order: IntArray, first: IntArray, angles: Array, facets: Array, le
         for i in range(first[vertex], first[vertex + 1]):
             own = facets[order[i] // 3]
             sums = total[order[i]]
+            turn, thin = 0.0, 0.0
             for j in range(first[vertex], first[vertex + 1]):
-                near = facets[order[j] // 3]
-                if own[0] * near[0] + own[1] * near[1] + own[2] * near[2] > least:
+                near, area = facets[order[j] // 3], areas[order[j] // 3]
+                if area > 0.0 and own[0] * near[0] + own[1] * near[1] + own[2] * near[2] > least:
+                    turn += angles[order[j]]
+                    thin += angles[order[j]] / area
+            for j in range(first[vertex], first[vertex + 1]):
+                near, area = facets[order[j] // 3], areas[order[j] // 3]
+                if area > 0.0 and own[0] * near[0] + own[1] * near[1] + own[2] * near[2] > least:
+                    larger = area * thin / (MUCH_LARGER * turn) if turn > 0.0 else 1.0
                     for k in range(3):
-                        sums[k] += angles[order[j]] * near[k]
+                        sums[k] += angles[order[j]] * max(larger, 1.0) ** 3 * near[k]
     return total
 
 

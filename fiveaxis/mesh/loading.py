@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fiveaxis.errors import MeshError
+from fiveaxis.errors import MeshError, SettingError
 from fiveaxis.files import MOST_MESH_BYTES, read_input, require_file
 from fiveaxis.geometry import Array
+from fiveaxis.mesh.size import MILLIMETRES, Unit, mesh_size, size_text
 
 if TYPE_CHECKING:
     import trimesh
@@ -36,21 +37,26 @@ logger = logging.getLogger(__name__)
 logging.getLogger("trimesh").addHandler(logging.NullHandler())
 
 
-def load_mesh(path: str | Path, *, allow_open: bool = False, turn: bool = True) -> trimesh.Trimesh:
-    """Read a part mesh; its coordinates are taken as mm.
+def load_mesh(
+    path: str | Path, *, unit: Unit = "mm", allow_open: bool = False, turn: bool = True
+) -> trimesh.Trimesh:
+    """Read a part mesh.
 
     Parameters
     ----------
     path : an STL, PLY, OBJ or OFF file
+    unit : of the file's coordinates: ``mm``, ``inch`` or ``m``
     allow_open : accept a mesh that isn't watertight
     turn : turn the normals of a watertight mesh outward
 
     Returns
     -------
-    Mesh with merged vertices
+    Mesh in mm with merged vertices
 
     Raises
     ------
+    SettingError
+        An unknown unit.
     MeshError
         The file is missing, too large, of an unknown suffix, or can't be parsed; or `check_mesh` refuses it.
         What a file refers to, such as materials and textures, isn't opened.
@@ -60,8 +66,13 @@ def load_mesh(path: str | Path, *, allow_open: bool = False, turn: bool = True) 
     if file.suffix.lower() not in SUFFIXES:
         known = ", ".join(SUFFIXES)
         raise MeshError(f"suffix {file.suffix!r} is not a mesh format read here; known: {known}", file=file)
-    mesh = check_mesh(_parse(file), name=str(file), allow_open=allow_open, turn=turn)
-    logger.info("%s: %d triangles", file.name, len(mesh.faces))
+    if unit not in MILLIMETRES:
+        raise SettingError(f"unit = {unit!r} must be {', '.join(MILLIMETRES)}")
+    parsed = _parse(file)
+    if unit != "mm":
+        parsed.vertices = MILLIMETRES[unit] * np.asarray(parsed.vertices, dtype=float)
+    mesh = check_mesh(parsed, name=str(file), allow_open=allow_open, turn=turn)
+    logger.info("%s: %d triangles, %s", file.name, len(mesh.faces), size_text(mesh_size(mesh)))
     return mesh
 
 
@@ -108,23 +119,23 @@ def _merged(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
 
 
 def take_mesh(
-    part: str | Path | trimesh.Trimesh, *, name: str = "mesh", allow_open: bool = False
+    part: str | Path | trimesh.Trimesh, *, name: str = "mesh", unit: Unit = "mm", allow_open: bool = False
 ) -> trimesh.Trimesh:
-    """Read a mesh file (`load_mesh`), or check a mesh without one (`check_mesh`)."""
+    """Read a mesh file of a unit (`load_mesh`), or check a mesh in mm without one (`check_mesh`)."""
     if isinstance(part, str | Path):
-        return load_mesh(part, allow_open=allow_open)
+        return load_mesh(part, unit=unit, allow_open=allow_open)
     return check_mesh(part, name=name, allow_open=allow_open)
 
 
-def read_solid(file: str | Path) -> trimesh.Trimesh:
-    """Read a mesh for collision checks: normals aren't turned, holes are allowed.
+def read_solid(file: str | Path, unit: Unit = "mm") -> trimesh.Trimesh:
+    """Read a mesh of a unit for collision checks: normals aren't turned, holes are allowed.
 
     Raises
     ------
     MeshError
         The file can't be read, or `require_solid` refuses the mesh.
     """
-    mesh = load_mesh(file, allow_open=True, turn=False)
+    mesh = load_mesh(file, unit=unit, allow_open=True, turn=False)
     require_solid(mesh, str(file))
     return mesh
 
@@ -174,7 +185,7 @@ def _require_sound(mesh: trimesh.Trimesh, name: str) -> None:
     farthest = float(np.abs(mesh.vertices).max())
     if farthest > FARTHEST:
         raise MeshError(
-            f"has a coordinate of {farthest:g} mm, beyond {FARTHEST:g} mm; check the unit of the export",
+            f"has a coordinate of {farthest:g} mm, beyond {FARTHEST:g} mm; check its unit (unit, --unit)",
             file=name,
         )
 

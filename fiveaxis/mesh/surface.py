@@ -9,13 +9,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fiveaxis.geometry import Array, IntArray, angle_between
+from fiveaxis.errors import SettingError
+from fiveaxis.geometry import Array, BoolArray, IntArray, angle_between
 
 if TYPE_CHECKING:
     import trimesh
 
 # Facets at a larger angle meet at an edge of the part; smaller angles come from the tessellation.
 SHARP_EDGE = np.radians(30.0)
+# Barycentric coordinate below which a point lies on the edge opposite a corner.
+ON_EDGE = 1e-6
 # Triangles whose normals and angles are computed at a time.
 PART = 100_000
 
@@ -30,26 +33,73 @@ class Surface:
     faces : (f, 3), indices of vertices, anticlockwise seen from outside
     facet_normals : (f, 3), unit vectors, zero for triangles without area
     corner_normals : (f, 3, 3), unit vectors by face and corner
+    crease : rad; normals are smoothed over facets that meet at a smaller angle
     """
 
     vertices: Array
     faces: IntArray
     facet_normals: Array
     corner_normals: Array
+    crease: float = SHARP_EDGE
 
     @classmethod
-    def from_mesh(cls, mesh: trimesh.Trimesh) -> Surface:
-        """Smooth the normals of a mesh."""
+    def from_mesh(cls, mesh: trimesh.Trimesh, *, crease: float = SHARP_EDGE) -> Surface:
+        """Smooth the normals of a mesh over facets that meet at less than an angle, rad."""
         vertices = np.array(mesh.vertices, dtype=float)
         faces = np.array(mesh.faces, dtype=np.int64)
         facets = _by_parts(facet_normals, vertices, faces)
-        return cls(vertices, faces, facets, corner_normals(vertices, faces, facets))
+        return cls(vertices, faces, facets, corner_normals(vertices, faces, facets, crease), crease)
 
     def turned(self, frame: Array) -> Surface:
         """Express the surface in another frame, whose axes are the rows of a (3, 3)."""
         return Surface(
-            self.vertices @ frame.T, self.faces, self.facet_normals @ frame.T, self.corner_normals @ frame.T
+            self.vertices @ frame.T,
+            self.faces,
+            self.facet_normals @ frame.T,
+            self.corner_normals @ frame.T,
+            self.crease,
         )
+
+    def normals_at(self, points: Array, faces: IntArray) -> Array:
+        """Interpolate the smoothed normals at points of triangles, (n, 3) mm and (n,); (n, 3) unit vectors.
+
+        Triangles without area have the normal 0.
+        """
+        blend = np.einsum("ik,ikj->ij", self._weights(points, faces), self.corner_normals[faces])
+        length = np.linalg.norm(blend, axis=1, keepdims=True)
+        return np.asarray(np.divide(blend, length, out=np.zeros_like(blend), where=length > 0.0))
+
+    def on_crease(self, points: Array, faces: IntArray) -> BoolArray:
+        """Check which points of triangles, (n, 3) mm and (n,), lie on sharp edges or their ends."""
+        beyond = self._weights(points, faces) < ON_EDGE
+        on_edge = (beyond & self.sharp[faces]).any(axis=1)
+        ends = np.zeros(len(self.vertices), dtype=bool)
+        for k in range(3):
+            ends[self.faces[self.sharp[:, k]][:, [k - 2, k - 1]]] = True
+        at_end = (beyond.sum(axis=1) == 2) & (ends[self.faces[faces]] & ~beyond).any(axis=1)
+        return np.asarray(on_edge | at_end)
+
+    def _weights(self, points: Array, faces: IntArray) -> Array:
+        """Compute the barycentric coordinates of points of triangles, (n, 3)."""
+        a, b, c = np.moveaxis(self.vertices[self.faces[faces]], 1, 0)
+        # Twice the areas opposite the corners, as vectors along the triangle's normal.
+        whole = np.cross(b - a, c - a)
+        size = np.maximum(np.einsum("ij,ij->i", whole, whole), 1e-300)
+        parts = [np.cross(q - p, points - p) for p, q in ((b, c), (c, a), (a, b))]
+        return np.stack([np.einsum("ij,ij->i", part, whole) / size for part in parts], axis=1)
+
+    @cached_property
+    def sharp(self) -> BoolArray:
+        """(f, 3), edges opposite each corner of a triangle at which no other one meets it smoothly."""
+        start, end = (np.roll(self.faces, shift, axis=1).reshape(-1) for shift in (-1, -2))
+        edge = np.minimum(start, end) * len(self.vertices) + np.maximum(start, end)
+        order = np.argsort(edge, kind="stable")
+        normals = self.facet_normals[order // 3]
+        flat = np.einsum("ij,ij->i", normals[1:], normals[:-1]) > np.cos(self.crease)
+        joined = flat & (edge[order][1:] == edge[order][:-1])
+        smooth = np.zeros(len(order), dtype=bool)
+        smooth[order] = np.append(joined, False) | np.append(False, joined)
+        return np.asarray(~smooth.reshape(-1, 3))
 
     @property
     def triangles(self) -> Array:
@@ -78,17 +128,22 @@ def facet_normals(triangles: Array) -> Array:
     return np.where(flat, 0.0, doubled / np.where(flat, 1.0, length))
 
 
-def corner_normals(vertices: Array, faces: IntArray, facets: Array) -> Array:
+def corner_normals(vertices: Array, faces: IntArray, facets: Array, crease: float = SHARP_EDGE) -> Array:
     """Smooth the normals at the corners of triangles.
 
-    The normal of face f at vertex v is the mean, weighted by the corner angles, of the normals of the faces
-    around v that are within `SHARP_EDGE` of the normal of f, so a crease keeps both its normals.
+    The normal of face f at vertex v is a weighted mean of the normals of the faces around v that are within
+    the crease angle of the normal of f, so a crease keeps both its normals. A face of area A whose corner at
+    v has the angle α weighs ``α max(1, A / (4 H))³``, where H is the harmonic mean of the areas there,
+    weighted by the angles. Among faces alike that is their angle. A face much larger than the others is flat
+    and meets a rounding, whose normals at their common edge are its own: without the second factor it would
+    seem to bulge by half the angle to the rounding's first facet.
 
     Parameters
     ----------
     vertices : (v, 3), mm
     faces : (f, 3), indices of vertices
     facets : (f, 3), unit vectors or zero
+    crease : rad
 
     Returns
     -------
@@ -100,7 +155,8 @@ def corner_normals(vertices: Array, faces: IntArray, facets: Array) -> Array:
     order = np.argsort(corners, kind="stable")
     first = np.concatenate([[0], np.cumsum(np.bincount(corners, minlength=len(vertices)))])
     angles = _by_parts(corner_angles, vertices, faces).reshape(-1)
-    total = kernels.sums_near(order, first, angles, facets, float(np.cos(SHARP_EDGE)))
+    areas = _by_parts(triangle_areas, vertices, faces)
+    total = kernels.sums_near(order, first, angles, facets, areas, float(np.cos(crease)))
     length = np.linalg.norm(total, axis=1, keepdims=True)
     # Triangles without area have no corner angles, so their corner normals stay zero.
     smooth: Array = np.divide(total, length, out=np.zeros_like(total), where=length > 0.0)
@@ -112,6 +168,23 @@ def corner_angles(triangles: Array) -> Array:
     onward = np.roll(triangles, -1, axis=1) - triangles
     back = np.roll(triangles, 1, axis=1) - triangles
     return angle_between(onward, back)
+
+
+def triangle_areas(triangles: Array) -> Array:
+    """Compute the areas of triangles, (f, 3, 3) mm → (f,) mm²."""
+    doubled = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    return np.asarray(np.linalg.norm(doubled, axis=1) / 2.0)
+
+
+def require_crease(crease: float) -> None:
+    """Raise `SettingError` unless a crease angle in degrees is above 0 and at most 90."""
+    if not 0.0 < crease <= 90.0:
+        raise SettingError(f"crease is {crease:g} deg; it must be above 0 and at most 90")
+
+
+def surface_normals(crease: float) -> str:
+    """Say in words which normals a surface of a crease angle in degrees has."""
+    return f"of the mesh, smoothed across facets that meet at less than {crease:g} deg"
 
 
 def _by_parts(function: Callable[[Array], Array], vertices: Array, faces: IntArray) -> Array:

@@ -68,8 +68,9 @@ def report_document(
     Keys in fixed order; energies in J, times in s, angles of ``tilt`` in degrees, the rest as in ``units``. A
     figure that isn't a finite number is None.
     """
-    from_path = (f.as_dict() for f in solution.toolpath.findings)
-    findings = [_portable_finding(f) for f in (*from_path, *verdict["findings"])]
+    from_path = [f.as_dict() for f in solution.toolpath.findings]
+    own = [f for f in from_path if f not in verdict["findings"]]
+    findings = [_portable_finding(f) for f in (*own, *verdict["findings"])]
     verification = {k: verdict[k] for k in ("ok", "counts", "figures", "checked", "not_checked")}
     document = {
         "toolpath": _without_folder(solution.toolpath.name),

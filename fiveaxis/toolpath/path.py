@@ -53,6 +53,7 @@ class Toolpath:
         the rows themselves
     rotary : (n, r), rad, chain order: rotary axis values in a program for a specific machine, NaN where it
         has none; None for a source without axes
+    normals_from : what the normals are, for reports: ``of the mesh, smoothed …``
     """
 
     tool: Tool
@@ -70,6 +71,7 @@ class Toolpath:
     touching: Zone | None = None
     numbers: IntArray | None = None
     rotary: Array | None = None
+    normals_from: str = "of the path as given"
 
     def __post_init__(self) -> None:
         n = len(self.pivot)

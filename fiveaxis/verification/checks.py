@@ -129,6 +129,7 @@ def check_tilt(context: CheckContext) -> Result:
         )
 
     tilt = np.degrees(angles[0])
+    whose = f"; normals {context.toolpath.normals_from}"
     blind = [int((context.toolpath.cutting & np.isnan(a)).sum()) for a in angles]
     return Result(
         code="tilt",
@@ -140,6 +141,7 @@ def check_tilt(context: CheckContext) -> Result:
         checked=tuple(
             f"angle between tool axis and {b.name} within {math.degrees(b.low):g}…"
             f"{math.degrees(b.high):g} deg at every location of a cut{' where it is known' * bool(lost)}"
+            f"{whose * (b.name == 'normal')}"
             for b, lost in zip(every, blind, strict=True)
         ),
         not_checked=tuple(

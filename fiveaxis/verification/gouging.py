@@ -11,7 +11,7 @@ import numpy as np
 
 from fiveaxis.findings import Severity
 from fiveaxis.geometry import Array, BoolArray, IntArray, angle_between
-from fiveaxis.mesh import TriangleTree, load_mesh, tree_of
+from fiveaxis.mesh import TriangleTree, load_mesh, mesh_size, size_text, tree_of
 from fiveaxis.verification.check_context import CheckContext, Tolerances
 from fiveaxis.verification.checks import largest
 from fiveaxis.verification.cutting_body import CuttingBody
@@ -82,7 +82,7 @@ def check_gouge(
         values=depth[rows],
         message=message,
         figures={"gouge_depth_mm": largest(np.maximum(depth, 0.0))},
-        checked=(_what_was_checked(name, body, tolerances, float(allowed.min()), tcp_height),),
+        checked=(_what_was_checked(name, body, mesh, tolerances, float(allowed.min()), tcp_height),),
         not_checked=(
             *(() if mesh.is_watertight else (inside,)),
             *(() if body.is_stated else (edges,)),
@@ -91,13 +91,19 @@ def check_gouge(
 
 
 def _what_was_checked(
-    name: str, body: CuttingBody, tolerances: Tolerances, allowed: float, tcp_height: float | None
+    name: str,
+    body: CuttingBody,
+    mesh: trimesh.Trimesh,
+    tolerances: Tolerances,
+    allowed: float,
+    tcp_height: float | None,
 ) -> str:
     point = f"the point {tcp_height:g} mm above its tip" if tcp_height else "its tip"
     how = "with all axes linear in time" if tcp_height is None else f"with {point} moving straight"
+    size = size_text(mesh_size(mesh))
     return (
-        f"{name}, up to {body.height:g} mm above its tip, against the part's mesh at every location and, "
-        f"{how}, between them: every {body.finest:.3g} mm where the surface is near; at most "
+        f"{name}, up to {body.height:g} mm above its tip, against the part's mesh ({size}) at every location "
+        f"and, {how}, between them: every {body.finest:.3g} mm where the surface is near; at most "
         f"{allowed:.4g} mm deep at a location, {tolerances.chord_gouge:g} mm between "
         f"(gouge tolerance {tolerances.gouge:g} mm)"
     )

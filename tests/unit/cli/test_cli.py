@@ -202,7 +202,7 @@ def test_a_folder_is_not_an_input(tmp_path, name):
         ((*TILT, "--tool", "ball:x"), "'x' is no diameter"),
         ((*TILT, "--tool", "ball:-1"), "diameter is -1 mm; it must be a number above 0"),
         ((*TILT, "--feed", "0"), "feed = 0.0 must be above 0"),
-        ((*TILT, "--unit", "cm"), "unit = 'cm' must be 'mm' or 'inch'"),
+        ((*TILT, "--unit", "cm"), "unit = 'cm' must be 'mm', 'inch' or 'm'"),
         ((*TILT, "--max-turn", "0"), "max_turn = 0.0 must be above 0"),
         ((*TILT, "--stepdown", "2"), "stepdown is for planning on a mesh"),
         ((*TILT, "--part", "gone.stl"), "gone.stl: no such file"),

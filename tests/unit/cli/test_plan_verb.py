@@ -4,14 +4,17 @@ import json
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
+import trimesh
 from typer.testing import CliRunner
 
 import fiveaxis
 from fiveaxis.cli import app
 from fiveaxis.contour import path_quality
 from fiveaxis.contour.options import PlanOptions
-from fiveaxis.job import PlanTable, load_job_toolpath, make_job, read_job
+from fiveaxis.errors import Infeasible
+from fiveaxis.job import PlanTable, load_job_toolpath, make_job, read_job, run_job
 
 PART = Path(__file__).parents[3] / "examples" / "overhang" / "part.stl"
 RASTER: dict[str, Any] = {
@@ -53,7 +56,8 @@ def test_options_have_the_names_of_the_keywords_and_of_the_job_files_keys(option
 
 
 def test_the_plan_tables_keys_are_the_planners_options():
-    planner = set(PlanOptions.__dataclass_fields__) - {"feed_mm_min", "clearance"}
+    # The crease is of every mesh of a job, not of planning alone.
+    planner = set(PlanOptions.__dataclass_fields__) - {"feed_mm_min", "clearance", "crease"}
     assert set(PlanTable.model_fields) - {"allow_open"} == planner
 
 
@@ -74,6 +78,9 @@ def test_a_plan_in_words_has_the_same_figures():
     shown = plan("--stepdown", "6")
     document = json.loads(plan("--stepdown", "6", "--json").stdout)
     assert shown.exit_code == 0
+    size = document.pop("part_size_mm")
+    assert f"part {' × '.join(f'{extent:.4g}' for extent in size)} mm" in shown.stdout
+    del document["summary"], document["findings"]
     for name, value in document.items():
         assert f"{name}: {value}" in shown.stdout
 
@@ -91,3 +98,53 @@ def test_wrong_options_are_one_line_with_what_to_do(options, message):
     found = plan(*options)
     assert found.exit_code == 2
     assert message in found.output.replace("\n", " ")
+
+
+@pytest.fixture
+def dome(tmp_path):
+    """Half a ball of 2 inches, its file in inches."""
+    up, turn = np.meshgrid(np.linspace(0.0, np.pi / 2.0, 13), np.linspace(0.0, 2.0 * np.pi, 49))
+    points = np.stack([np.cos(up) * np.cos(turn), np.cos(up) * np.sin(turn), np.sin(up)], axis=-1)
+    path = tmp_path / "dome.stl"
+    trimesh.convex.convex_hull(points.reshape(-1, 3)).export(path)
+    return path
+
+
+COARSE = ("--tool", "ball:10", "--stepdown", "6", "--spacing", "2")
+
+
+def test_the_unit_of_a_mesh_is_an_option_and_a_key_of_jobs(dome, tmp_path):
+    found = CliRunner().invoke(app, ["plan", str(dome), *COARSE, "--unit", "inch"])
+    assert found.exit_code == 0
+    assert "part 50.8 × 50.8 × 25.4 mm" in found.output
+    assert "part-size" not in found.output
+    (tmp_path / "job.toml").write_text(
+        f'input = "{dome.name}"\nunit = "inch"\ntool = "ball:10"\n[plan]\nstepdown = 6\nspacing = 2\n'
+    )
+    again = CliRunner().invoke(app, ["plan", str(tmp_path / "job.toml")])
+    assert again.stdout == found.stdout
+
+
+def test_a_dome_of_2_inches_that_is_read_as_2_mm_is_a_finding(dome):
+    found = CliRunner().invoke(app, ["plan", str(dome), *COARSE])
+    assert found.exit_code == 0
+    assert "part 2 × 2 × 1 mm" in found.output
+    assert "inch makes it 50.8 × 50.8 × 25.4 mm" in found.output
+    assert "[part-size]" in found.output
+
+
+def test_a_plan_that_reaches_few_of_its_contacts_ends_with_code_3_and_the_reason(tmp_path):
+    tubes = [trimesh.creation.annulus(r_min=1.5, r_max=4.0, height=8.0, sections=32) for _ in range(3)]
+    for number, tube in enumerate(tubes):
+        tube.apply_translation([10.0 * number, 0.0, 0.0])
+    part, planned = tmp_path / "tubes.stl", tmp_path / "path.csv"
+    trimesh.util.concatenate(tubes).export(part)
+    words = ["plan", str(part), "--tool", "ball:8", "--stepdown", "2", "-o", str(planned)]
+    found = CliRunner().invoke(app, [*words, "--json"])
+    assert found.exit_code == 3
+    document = json.loads(found.stdout)
+    assert [f["code"] for f in document["findings"]] == ["contacts-left-out"]
+    assert planned.exists()
+    job = make_job(input=part, tool="ball:8", machine="hayashi-640123", plan={"stepdown": 2.0})
+    with pytest.raises(Infeasible, match="no pass reaches most of the contacts"):
+        run_job(job)

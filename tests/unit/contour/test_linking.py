@@ -24,7 +24,8 @@ def linker() -> Linker:
 
 def straight(start: np.ndarray, end: np.ndarray, normal: np.ndarray, n: int = 9) -> Pass:
     points = np.linspace(start, end, n)
-    contacts = Contacts(points, np.tile(normal, (n, 1)), np.zeros(n, dtype=bool), closed=False)
+    normals = np.tile(normal, (n, 1))
+    contacts = Contacts(points, normals, normals, np.zeros(n, dtype=bool), closed=False)
     return Pass(contacts, points + 3.0 * normal)
 
 
@@ -57,7 +58,7 @@ def test_near_passes_are_joined_close_to_the_surface(linker):
     np.testing.assert_allclose(linked[1].approach, [[38.0, -5.0, 3.0], [38.0, -5.0, 1.0]])
     assert len(linked[0].retract) == 0
     assert linked[1].retract[-1, 2] == linker.plane
-    assert not left_out
+    assert not left_out.counts
 
 
 def test_far_passes_are_joined_over_the_clearance_plane(linker):
@@ -88,7 +89,9 @@ def test_an_open_pass_is_shortened_to_where_the_ball_gets_out():
     opened = open_passes(by_levels([[wedged]]), linker)
     linked, left_out = opened.joined(), opened.left_out
     assert len(linked) == 1
-    assert left_out["contacts without a clear link"] == len(wedged) - len(linked[0].cut) > 0
+    lost = len(wedged) - len(linked[0].cut)
+    assert left_out.counts == left_out.unreached == {"contacts without a clear link": lost}
+    assert lost > 0
 
 
 def test_a_pass_without_a_route_out_is_left_out_and_counted():
@@ -97,7 +100,7 @@ def test_a_pass_without_a_route_out_is_left_out_and_counted():
     opened = open_passes(by_levels([[straight([15, -5, 0], [15, 5, 0], -X)]]), linker)
     linked, left_out = opened.joined(), opened.left_out
     assert linked == []
-    assert left_out == {"passes without a clear link": 1}
+    assert left_out.counts == {"passes without a clear link": 1}
 
 
 def test_an_arc_leaves_along_the_feed_and_ends_along_the_normal():
@@ -130,7 +133,7 @@ def test_leads_go_before_and_behind_a_pass(linker):
     only = straight([30, -5, 2], [30, 5, 2], X)
     opened = open_passes(by_levels([[only]]), linker, lead_in=2.0, lead_out=1.0)
     (linked,), left_out = opened.joined(), opened.left_out
-    assert not left_out
+    assert not left_out.counts
     np.testing.assert_allclose(linked.approach[-1][2], 2.0)
     assert linked.approach[-1][1] < -5.0
     assert any(np.allclose(p, [35.0, -7.0, 2.0]) for p in linked.approach)

@@ -17,7 +17,8 @@ UP = np.array([0.0, 0.0, 1.0])
 
 def straight(start: list[float], end: list[float], normal: tuple[float, ...] = (1.0, 0.0, 0.0)) -> Pass:
     points = np.linspace(start, end, 11)
-    contacts = Contacts(points, np.tile(normal, (11, 1)), np.zeros(11, dtype=bool), closed=False)
+    normals = np.tile(normal, (11, 1))
+    contacts = Contacts(points, normals, normals, np.zeros(11, dtype=bool), closed=False)
     return Pass(contacts, points + 3.0 * np.array(normal))
 
 

@@ -7,7 +7,7 @@ import pytest
 import trimesh
 
 from fiveaxis.contour import plan_contour
-from fiveaxis.errors import MeshError, SettingError
+from fiveaxis.errors import Infeasible, MeshError, SettingError
 from fiveaxis.geometry import angle_between
 from fiveaxis.mesh import TriangleTree, load_mesh
 from fiveaxis.toolpath import MoveKind, Tool, Toolpath
@@ -237,7 +237,7 @@ def test_a_part_without_overhangs_says_so():
 def test_a_part_whose_walls_the_ball_can_not_touch_says_why():
     outer = trimesh.creation.annulus(r_min=3.0, r_max=200.0, height=4.0, sections=64)
     pocket = outer.submesh([np.linalg.norm(outer.triangles_center[:, :2], axis=1) < 190.0], append=True)
-    with pytest.raises(MeshError, match=r"no wall can be cut with ball:20 .*ball would gouge"):
+    with pytest.raises(Infeasible, match=r"no wall can be cut with ball:20 .*ball would gouge"):
         plan_contour(pocket, Tool.ball(20), allow_open=True)
 
 

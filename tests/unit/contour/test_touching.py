@@ -6,7 +6,7 @@ import trimesh
 
 from fiveaxis.contour import find_contacts
 from fiveaxis.errors import MeshError, SettingError, ToolpathError
-from fiveaxis.geometry import normalise
+from fiveaxis.geometry import angle_between, normalise
 from fiveaxis.toolpath import Tool, Toolpath, parse_tool
 
 SPHERE = trimesh.creation.icosphere(subdivisions=5, radius=20.0)
@@ -132,3 +132,29 @@ def test_a_path_on_the_flat_bottom_only_is_refused():
     flat = Toolpath.from_tips([[0.0, 0.0, 10.0], [3.0, 0.0, 10.0]], [[0.0, 0.0, 1.0]] * 2, Tool.flat(6))
     with pytest.raises(ToolpathError, match="2 cuts touch the part, none with one point of flat:6"):
         find_contacts(flat, BOX)
+
+
+@pytest.mark.parametrize("tool", [Tool.ball(6), Tool.bull(12, 3)])
+def test_normals_found_on_a_coarse_cylinder_are_the_cylinders_own(tool):
+    # Facets of 10 degrees, up to 5 degrees off; rows on their edges and within them.
+    mesh = trimesh.creation.cylinder(radius=20.0, height=40.0, sections=36)
+    turn = np.radians(np.linspace(0.0, 37.0, 75))
+    true = np.column_stack([np.cos(turn), np.sin(turn), 0.0 * turn])
+    axis = normalise(true + np.array([0.0, 0.0, 1.0]))
+    path = Toolpath.from_tips(tool.cutter.tips(20.0 * true, true, axis), axis, tool)
+    found = find_contacts(path, mesh, tolerance=0.2)
+    ball = tool.cutter.is_ball
+    off = np.degrees(angle_between(found.normal, true))
+    assert off.max() < (1.0 if ball else 4.5)
+    facets = find_contacts(path, mesh, tolerance=0.2, crease=5.0)
+    assert off.mean() < (0.25 if ball else 0.9) * np.degrees(angle_between(facets.normal, true)).mean()
+    assert found.normals_from == "of the mesh, smoothed across facets that meet at less than 30 deg"
+    np.testing.assert_allclose(found.tips(axis), path.tips(axis), atol=1e-9)
+
+
+def test_a_ball_that_rolls_about_a_sharp_edge_keeps_the_direction_to_its_centre():
+    turn = np.radians(np.linspace(5.0, 85.0, 9))
+    true = np.column_stack([np.sin(turn), 0.0 * turn, np.cos(turn)])
+    centre = np.column_stack([np.full(9, 20.0), np.linspace(-5.0, 5.0, 9), np.full(9, 10.0)]) + 3.0 * true
+    path = Toolpath.from_tips(centre - [0.0, 0.0, 3.0], np.tile([0.0, 0.0, 1.0], (9, 1)), Tool.ball(6))
+    np.testing.assert_allclose(find_contacts(path, BOX).normal, true, atol=1e-9)

@@ -85,7 +85,7 @@ def test_a_name_that_an_option_replaces_is_not_looked_for(tmp_path):
         ("cone", "-3", 6, "cone = -3 must be above 0"),
         ("feed", '"fast"', 6, "feed = 'fast' must be a number"),
         ("max_turn", "0", 6, "max_turn = 0 must be above 0"),
-        ("unit", '"cm"', 6, "unit = 'cm' must be 'mm' or 'inch'"),
+        ("unit", '"cm"', 6, "unit = 'cm' must be 'mm', 'inch' or 'm'"),
         ("tool", '"bull:3"', 4, "tool 'bull:3': 1 figures where bull has 2"),
         ("tool", "10", 4, "tool = 10 must be text in quotes"),
         ("control", '"linuxc"', 6, "did you mean 'linuxcnc'?"),
