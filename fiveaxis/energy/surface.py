@@ -32,6 +32,11 @@ class PowerSurface:
     linear: Array
     rotary: Array
 
+    def __repr__(self) -> str:
+        least, most = float(np.nanmin(self.total)), float(np.nanmax(self.total))
+        shape = " × ".join(map(str, self.total.shape))
+        return f"<PowerSurface over {' and '.join(self.letters)}: {shape} postures, {least:.4g}…{most:.4g} J>"
+
     @property
     def total(self) -> Array:
         """(..., g, h), J, S_W."""

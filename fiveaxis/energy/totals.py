@@ -60,6 +60,10 @@ class Energy:
     by_kind: dict[str, KindEnergy] = field(default_factory=dict)
     run_time: float | None = None
 
+    def __repr__(self) -> str:
+        axes = ", ".join(f"{letter} {joule:.0f}" for letter, joule in self.by_axis.items())
+        return f"<Energy {self.total:.0f} J in {self.time:.1f} s: {axes}>"
+
     @property
     def total(self) -> float:
         """∫P dt of all feed drives, J."""

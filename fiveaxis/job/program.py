@@ -80,6 +80,9 @@ class MadeProgram:
     fill: Fill | None = None
     held_back: tuple[str, ...] = ()
 
+    def __repr__(self) -> str:
+        return f"<MadeProgram: {self.text!r} on {self.machine.name}, {self.report!r}>"
+
     @property
     def report(self) -> Report:
         """What verification found in the program's text."""

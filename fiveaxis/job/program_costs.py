@@ -65,6 +65,9 @@ class ProgramEnergy:
     tool: Tool | None
     findings: tuple[Finding, ...]
 
+    def __repr__(self) -> str:
+        return f"<ProgramEnergy of {self.motion!r} on {self.machine.name}: {self.energy!r}>"
+
     @property
     def rows(self) -> list[dict[str, Any]]:
         """One row per block, as plain data: line, text, kind, s, mm/min, J by axis and of the base power.

@@ -26,7 +26,7 @@ def add_findings(solution: Found, *findings: Finding) -> Found:
     return replace(solution, toolpath=replace(path, findings=(*path.findings, *findings)))
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Solution(Postures):
     """Postures with what they were chosen within, which also applies to the programs made of them.
 

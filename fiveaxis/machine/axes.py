@@ -104,6 +104,10 @@ class Axis:
     location_error: LocationError | None = None
     motor_power: float | None = None
 
+    def __repr__(self) -> str:
+        low, high = (self.shown(end) for end in (self.limits.low, self.limits.high))
+        return f"<Axis {self.letter}: {low:g}…{high:g} {self.unit}, {type(self.drive).__name__}>"
+
     @property
     def is_rotary(self) -> bool:
         """Whether the value is an angle."""

@@ -146,6 +146,10 @@ class Machine:
         letters = sorted(parsed.letters, key=AXIS_ORDER.index)
         return cls(code, parsed, Chain.from_code(parsed), tuple(Axis(c) for c in letters))
 
+    def __repr__(self) -> str:
+        origin = "estimated" if self.bands else "known" if self.has_powers else "not known"
+        return f"<Machine {self.name}: code {self.code}, axes {' '.join(self.letters)}, powers {origin}>"
+
     @property
     def kind(self) -> str:
         """``table-table``, ``table-head``, ``head-head``, or ``3-axis``, ``4-axis``."""

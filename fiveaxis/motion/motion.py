@@ -40,6 +40,10 @@ class Motion:
     source: IntArray
     location: Array | None = None
 
+    def __repr__(self) -> str:
+        kind, seconds = type(self).__name__, float(np.sum(self.time))
+        return f"<{kind}: {len(self)} rows of {' '.join(self.letters)}, {seconds:.1f} s>"
+
     def __len__(self) -> int:
         return len(self.positions)
 

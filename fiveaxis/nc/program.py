@@ -62,6 +62,9 @@ class Program:
     language: str = "blocks"
     findings: tuple[Finding, ...] = ()
 
+    def __repr__(self) -> str:
+        return f"<Program for {self.control}: {len(self.lines)} lines, {self.coordinates}>"
+
     @property
     def text(self) -> str:
         """The file's content; the same motion gives the same bytes."""

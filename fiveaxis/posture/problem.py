@@ -155,6 +155,9 @@ class Problem:
             jerk_price=jerk_price,
         )
 
+    def __repr__(self) -> str:
+        return f"<Problem of {len(self)} locations on {self.machine.name}>"
+
     def __len__(self) -> int:
         return len(self.pivot)
 

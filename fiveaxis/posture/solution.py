@@ -95,6 +95,9 @@ class Baseline:
     toolpath: Toolpath | None = None
     note: str = ""
 
+    def __repr__(self) -> str:
+        return f"<Baseline: {self.energy!r}>"
+
 
 def program_energy(
     machine: Machine, toolpath: Toolpath, motion: Motion, filling: Filling, clock: Clock | None = None
@@ -202,6 +205,12 @@ class Solution:
     def gap(self) -> float:
         """Share of the travel metric above the lower bound: 0 proves the optimum."""
         return self.bound.gap(self.travel)
+
+    def __repr__(self) -> str:
+        best = min(self.savings().items(), key=lambda saved: saved[1], default=None)
+        against = "no baseline" if best is None else f"{100.0 * best[1]:.1f} % less than {best[0]}"
+        what = f"{self.energy.total:.0f} J in {self.energy.time:.1f} s, {against}"
+        return f"<Solution of {self.toolpath.name or 'a path'} on {self.machine.name}: {what}>"
 
     def savings(self) -> dict[str, float]:
         """Compute the saved share of the feed drives' energy against each baseline, at most 1."""

@@ -35,6 +35,9 @@ class TiltBounds:
     name: str
     beside: tuple[TiltBounds, ...] = ()
 
+    def __repr__(self) -> str:
+        return f"<TiltBounds at {len(self.reference)} locations: {' and '.join(b.text for b in self.all)}>"
+
     @property
     def all(self) -> tuple[TiltBounds, ...]:
         """Every bound that holds at once."""

@@ -191,6 +191,10 @@ class Toolpath:
             findings=findings,
         )
 
+    def __repr__(self) -> str:
+        name, cuts, length = self.name or "unnamed", int(self.cutting.sum()), float(self.lengths.sum())
+        return f"<Toolpath {name}: {len(self)} locations, {cuts} cuts, {length:.0f} mm, {self.tool}>"
+
     def __len__(self) -> int:
         return len(self.pivot)
 

@@ -198,5 +198,8 @@ class Tool:
         radius = (self.shank_diameter or 2.0 * thick) / 2.0
         return np.vstack([cutter, [[radius, top], [radius, holder.stick_out]], holder.outline()])
 
+    def __repr__(self) -> str:
+        return f"<Tool {self}>"
+
     def __str__(self) -> str:
         return str(self.cutter)

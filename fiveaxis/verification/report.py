@@ -136,6 +136,10 @@ class Report:
         total = Counter(f.code for f in listed) | Counter(counts)
         return cls(listed, {Check(code, rows): count for code, count in total.items()}, {}, (), ())
 
+    def __repr__(self) -> str:
+        found = ", ".join(f"{code} ({count})" for code, count in self.counts.items() if count)
+        return f"<Report: {'no errors' if self.ok else 'errors'}; {found or 'no findings'}>"
+
     @property
     def ok(self) -> bool:
         """Whether there are no errors; warnings are acceptable."""

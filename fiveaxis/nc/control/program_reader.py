@@ -49,7 +49,7 @@ NO_PROGRAMS: dict[str, str] = {
 HALF_TURN = 180.0
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class ReadMotion(Motion):
     """A motion that was read from a program.
 
